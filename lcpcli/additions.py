@@ -19,7 +19,11 @@ def addition(group: str, name: str) -> Any:
                 return point.load()
             except Exception as error:
                 fault = f"is {point.value} of another package, which cannot be loaded: {raised(error)}"
-                raise LCPError(name, fault, "correct its entry point, or install that package again") from None
+                raise LCPError(
+                    name,
+                    fault,
+                    "correct its entry point, or install that package again",
+                ) from None
     return None
 
 
@@ -27,7 +31,11 @@ def package(group: str, name: str) -> str | None:
     """Return the name and the version of the other package that declares a name; None if there is none."""
     with imports:
         from importlib.metadata import entry_points
-    found = (point.dist for point in entry_points(group=f"lcpcli.{group}", name=name) if point.dist is not None)
+    found = (
+        point.dist
+        for point in entry_points(group=f"lcpcli.{group}", name=name)
+        if point.dist is not None
+    )
     return next((f"{dist.name} {dist.version}" for dist in found), None)
 
 

@@ -8,13 +8,27 @@ from typing import Any
 
 # Characters of a text in a message, so that the message stays on one line.
 LONGEST_QUOTE = 40
-UMLAUTS = {ord(letter): ascii for letter, ascii in {"ä": "ae", "ö": "oe", "ü": "ue", "é": "e", "ú": "u"}.items()}
+UMLAUTS = {
+    ord(letter): ascii
+    for letter, ascii in {"ä": "ae", "ö": "oe", "ü": "ue", "é": "e", "ú": "u"}.items()
+}
 SHORTEST_WORD = 5  # letters of a word that is sought in meanings
 REAL = "give real numbers; lcp solves real problems only"
 # What a terminal obeys, what ends a line or turns its direction, and what no text has:
 # half characters, noncharacters
-_LAST = "".join(map(chr, (plane + last for plane in range(0, 0x110000, 0x10000) for last in (0xFFFE, 0xFFFF))))
-UNSEEN = re.compile(f"[\0-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069\ud800-\udfff\ufdd0-\ufdef{_LAST}]")
+_LAST = "".join(
+    map(
+        chr,
+        (
+            plane + last
+            for plane in range(0, 0x110000, 0x10000)
+            for last in (0xFFFE, 0xFFFF)
+        ),
+    )
+)
+UNSEEN = re.compile(
+    f"[\0-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069\ud800-\udfff\ufdd0-\ufdef{_LAST}]"
+)
 # The likeness of words that differ by a letter or two, more telling than a common
 # beginning.
 VERY_CLOSE = 0.85
@@ -46,7 +60,11 @@ def likely(given: str, known: Iterable[str], otherwise: str = "") -> str:
     """Return the hint for an unknown word: the known word likely meant; failing that, `otherwise` or all known."""
     known = list(known)
     close = nearest(given, known)
-    return f"did you mean {close}?" if close else otherwise or f"choose one of {', '.join(known)}"
+    return (
+        f"did you mean {close}?"
+        if close
+        else otherwise or f"choose one of {', '.join(known)}"
+    )
 
 
 def folded(text: str) -> str:
@@ -57,7 +75,11 @@ def meant(given: str, meanings: Mapping[str, str]) -> str:
     """Return the hint for an unknown word of which only one meaning speaks, as of an author; "" if there is none."""
     word = folded(given).replace("-", " ")
     known = [name for name, meaning in meanings.items() if word in folded(meaning)]
-    return f"did you mean {known[0]}?" if len(word) >= SHORTEST_WORD and len(known) == 1 else ""
+    return (
+        f"did you mean {known[0]}?"
+        if len(word) >= SHORTEST_WORD and len(known) == 1
+        else ""
+    )
 
 
 def nearest(given: str, known: Sequence[str]) -> str | None:
@@ -67,7 +89,11 @@ def nearest(given: str, known: Sequence[str]) -> str | None:
     own = given.casefold()
     begun = [word for word in known if own and word.startswith(own)]
     begun += get_close_matches(own, known, n=1, cutoff=VERY_CLOSE)
-    begun += [word for word in known if len(word.lstrip("-")) >= SHORTEST_BEGINNING and own.startswith(word)]
+    begun += [
+        word
+        for word in known
+        if len(word.lstrip("-")) >= SHORTEST_BEGINNING and own.startswith(word)
+    ]
     return next(iter(begun or get_close_matches(own, known, n=1)), None)
 
 
@@ -84,8 +110,14 @@ def refuse_unknown(
             folded = {name.casefold(): name for name in known} | dict(meant or {})
             shown = key if len(key) <= LONGEST_QUOTE else f"{key[:LONGEST_QUOTE]}..."
             close = nearest(key, list(folded))
-            hint = f"did you mean {folded[close]}?" if close else f"the keys are {', '.join(known)}"
-            raise ProblemError(f"{field}.{shown}" if field else shown, f"is not a key of {whole}", hint)
+            hint = (
+                f"did you mean {folded[close]}?"
+                if close
+                else f"the keys are {', '.join(known)}"
+            )
+            raise ProblemError(
+                f"{field}.{shown}" if field else shown, f"is not a key of {whole}", hint
+            )
 
 
 class LCPError(ValueError):
@@ -98,7 +130,15 @@ class LCPError(ValueError):
 
     def __init__(self, where: str, fault: str, hint: str = "") -> None:
         self.where, self.fault, self.hint = where, fault, hint
-        super().__init__(visible(": ".join(part for part in (where, "; ".join(p for p in (fault, hint) if p)) if part)))
+        super().__init__(
+            visible(
+                ": ".join(
+                    part
+                    for part in (where, "; ".join(p for p in (fault, hint) if p))
+                    if part
+                )
+            )
+        )
 
     # So that it passes between processes.
     def __reduce__(self) -> tuple[type[LCPError], tuple[str, str, str]]:
@@ -106,7 +146,9 @@ class LCPError(ValueError):
 
     def inside(self, place: str) -> LCPError:
         """Return this error with its location given from one level further out, such as the file with the field."""
-        return type(self)(f"{place}: {self.where}" if self.where else place, self.fault, self.hint)
+        return type(self)(
+            f"{place}: {self.where}" if self.where else place, self.fault, self.hint
+        )
 
 
 class ProblemError(LCPError):
@@ -145,7 +187,13 @@ def kind(value: Any) -> str:
         return f"the text {quoted(value)}"
     if hasattr(value, "numerator"):
         return "a number"
-    names = {type(None): "null", dict: "an object", list: "a list", tuple: "a list", float: "a number"}
+    names = {
+        type(None): "null",
+        dict: "an object",
+        list: "a list",
+        tuple: "a list",
+        float: "a number",
+    }
     return names.get(type(value), f"of type {type(value).__name__}")
 
 
@@ -153,5 +201,8 @@ def raised(error: BaseException) -> str:
     """Return an exception of another package's code in words, with the file and the line that have raised it."""
     from traceback import extract_tb
 
-    place = "".join(f" ({frame.filename}, line {frame.lineno})" for frame in extract_tb(error.__traceback__)[-1:])
+    place = "".join(
+        f" ({frame.filename}, line {frame.lineno})"
+        for frame in extract_tb(error.__traceback__)[-1:]
+    )
     return f"{type(error).__name__}: {error}{place}"

@@ -35,7 +35,10 @@ class TimeIsUp(Exception):
 abandoned: list[threading.Thread] = []  # threads of calls that are no longer waited for
 # Signals that have asked this run to end, where a context below was open.
 received: list[int] = []
-_LOADING = {ExtensionFileLoader.create_module.__code__, ExtensionFileLoader.exec_module.__code__}
+_LOADING = {
+    ExtensionFileLoader.create_module.__code__,
+    ExtensionFileLoader.exec_module.__code__,
+}
 _stops: list[int] = []  # those that work within `stopping` has to react to
 # By `clock.seconds`
 _deadline: ContextVar[float] = ContextVar("deadline", default=math.inf)
@@ -85,10 +88,17 @@ def in_time(items: Iterable[Item]) -> Iterator[Item]:
 
 
 @contextmanager
-def handling(number: int, handler: Callable[[int, Any], None] | signal.Handlers, usual: Any = None) -> Iterator[None]:
+def handling(
+    number: int,
+    handler: Callable[[int, Any], None] | signal.Handlers,
+    usual: Any = None,
+) -> Iterator[None]:
     """Open a context in which `handler` handles a signal; if `usual` is given, only where that handles it otherwise."""
     before = signal.getsignal(number)
-    is_set = usual in (None, before) and threading.current_thread() is threading.main_thread()  # which receives signals
+    is_set = (
+        usual in (None, before)
+        and threading.current_thread() is threading.main_thread()
+    )  # which receives signals
     if is_set:
         signal.signal(number, handler)
     try:
@@ -115,7 +125,10 @@ def terminable() -> Iterator[None]:
         if number == signal.SIGINT or received.count(number) == 1:
             raise KeyboardInterrupt
 
-    with handling(signal.SIGINT, end, signal.default_int_handler), handling(signal.SIGTERM, end, signal.SIG_DFL):
+    with (
+        handling(signal.SIGINT, end, signal.default_int_handler),
+        handling(signal.SIGTERM, end, signal.SIG_DFL),
+    ):
         yield
 
 
@@ -154,13 +167,19 @@ def deferring_signals() -> Iterator[None]:
     """Open a context in which Ctrl-C and SIGTERM wait until it closes: nothing in it is left half done. In processes
     that start in it they are blocked until these end that."""
     late: list[int] = []
-    usual = () if sys.platform == "win32" else signal.pthread_sigmask(signal.SIG_BLOCK, REQUESTS)
+    usual = (
+        ()
+        if sys.platform == "win32"
+        else signal.pthread_sigmask(signal.SIG_BLOCK, REQUESTS)
+    )
     try:
         with ExitStack() as stack:
             for number in REQUESTS:
                 # Else it was not set from Python, and could not be restored.
                 if signal.getsignal(number) is not None:
-                    stack.enter_context(handling(number, lambda number, _: late.append(number)))
+                    stack.enter_context(
+                        handling(number, lambda number, _: late.append(number))
+                    )
             yield
     finally:
         if sys.platform != "win32":

@@ -62,18 +62,28 @@ class Option(NamedTuple):
     def metavar(self) -> str:
         """Return N or NUMBER for an option that takes numbers, and its words, as in NUMBER|AUTO."""
         number = "N" if self.kind is int else "NUMBER"
-        return "|".join([*[number] * (not isinstance(self.default, str)), *map(str.upper, self.words)])
+        return "|".join(
+            [
+                *[number] * (not isinstance(self.default, str)),
+                *map(str.upper, self.words),
+            ]
+        )
 
     def check(self, value: float | str) -> None:
         """Raise ParameterError unless the value is of this option's kind and in its range."""
         if isinstance(value, str) and value in self.words:
             return
-        hint, is_number = f"it must be: {self.range}", isinstance(value, numbers.Real) and not isinstance(value, bool)
+        hint, is_number = (
+            f"it must be: {self.range}",
+            isinstance(value, numbers.Real) and not isinstance(value, bool),
+        )
         try:
             number = float(value) if is_number else math.nan
         except OverflowError:
             raise ParameterError(self.name, "is too large", hint) from None
-        if not (number.is_integer() if self.kind is int else not math.isnan(number)) or not self.admits(number):
+        if not (
+            number.is_integer() if self.kind is int else not math.isnan(number)
+        ) or not self.admits(number):
             raise ParameterError(self.name, f"{value} is out of range", hint)
 
 
@@ -91,22 +101,43 @@ def check(options: Iterable[Option], given: Mapping[str, Any]) -> None:
             raise ParameterError(name, f"{values[name]} is out of range", hint)
 
 
-NATURAL: tuple[str, Callable[[float], bool]] = ("whole number >= 0", lambda number: number >= 0)
-POSITIVE: tuple[str, Callable[[float], bool]] = ("whole number >= 1", lambda number: number >= 1)
+NATURAL: tuple[str, Callable[[float], bool]] = (
+    "whole number >= 0",
+    lambda number: number >= 0,
+)
+POSITIVE: tuple[str, Callable[[float], bool]] = (
+    "whole number >= 1",
+    lambda number: number >= 1,
+)
 
 
 def up_to(most: int) -> tuple[str, Callable[[float], bool]]:
     return f"whole number from 1 to {most}", lambda number: 1 <= number <= most
 
 
-TOL = Option("tol", float, 1e-10, "0 < tol < 1", lambda tol: 0 < tol < 1, "Accepted relative residual.")
-MAX_ITERATIONS = Option("max_iterations", int, 10_000, *NATURAL, "Stop after this many iterations.")
+TOL = Option(
+    "tol",
+    float,
+    1e-10,
+    "0 < tol < 1",
+    lambda tol: 0 < tol < 1,
+    "Accepted relative residual.",
+)
+MAX_ITERATIONS = Option(
+    "max_iterations", int, 10_000, *NATURAL, "Stop after this many iterations."
+)
 TIME_LIMIT = Option(
     *("time_limit", float, math.inf, "seconds > 0", lambda seconds: seconds > 0),
     "Stop after this many seconds, set-up included.",
 )
 LIMITS = (TOL, MAX_ITERATIONS, TIME_LIMIT)
-MAX_BREAKPOINTS = Option("max_breakpoints", int, 100_000, *POSITIVE, "Stop after this many breakpoints of the path.")
+MAX_BREAKPOINTS = Option(
+    "max_breakpoints",
+    int,
+    100_000,
+    *POSITIVE,
+    "Stop after this many breakpoints of the path.",
+)
 MAX_SOLUTIONS = Option(
     *("max_solutions", int, None, *POSITIVE),
     "List at most this many pieces of the solution set; by default all of them.",
@@ -154,7 +185,11 @@ class Limits:
     @classmethod
     def taken_from(cls, options: dict[str, Any]) -> Limits:
         """Return the limits among some options, which are then without them."""
-        own = {name: options.pop(name) for name in ("tol", "max_iterations", "time_limit") if name in options}
+        own = {
+            name: options.pop(name)
+            for name in ("tol", "max_iterations", "time_limit")
+            if name in options
+        }
         return cls(**own) if own else DEFAULTS
 
     def __post_init__(self) -> None:
@@ -181,7 +216,11 @@ def wants_kernels() -> bool:
     if it has another value than 0 or 1, or there is no numba."""
     value = os.environ.get(KERNELS, "")
     if value not in ("", "0", "1"):
-        raise OptionError(KERNELS, f"is {quoted(value)}", "set it to 1 for the compiled kernels, or to 0")
+        raise OptionError(
+            KERNELS,
+            f"is {quoted(value)}",
+            "set it to 1 for the compiled kernels, or to 0",
+        )
     if value == "1" and not has_numba():
         raise OptionError(KERNELS, *MISSING)
     return value == "1"

@@ -59,7 +59,9 @@ def read_exact(*paths: str) -> ExactProblem:
 
 
 @pytest.fixture
-def lcp(capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> Callable[..., Outcome]:
+def lcp(
+    capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> Callable[..., Outcome]:
     """Run `lcp ARGUMENTS` in this process, as the installed command does."""
 
     def run(*arguments: str) -> Outcome:
@@ -87,7 +89,9 @@ def in_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 @pytest.fixture
-def kernels_by_default(monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[[str], None]]:
+def kernels_by_default(
+    monkeypatch: pytest.MonkeyPatch,
+) -> Iterator[Callable[[str], None]]:
     """The process does not ask for the compiled kernels, whatever a test does; a function that sets what it asks."""
 
     def ask(value: str) -> None:
@@ -121,7 +125,9 @@ JSON = '{"M": [[2, -1], [-0.5, 2]], "q": [-1, 0.25]}'
 
 
 def numbers(problem: Problem) -> tuple[list[list[float]], list[float]]:
-    return (problem.M.toarray() if is_sparse(problem.M) else problem.M).tolist(), problem.q.tolist()
+    return (
+        problem.M.toarray() if is_sparse(problem.M) else problem.M
+    ).tolist(), problem.q.tolist()
 
 
 BATCH = """

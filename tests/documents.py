@@ -44,7 +44,10 @@ def typed_in(name: str) -> Iterator[Typed]:
 
 def assert_as_before(name: str, text: str) -> None:
     """Compare a text with the document of this name, but for the version and the last digits of numbers."""
-    lines = (line if line.startswith(("$ ", ">>> ")) else _kept(line) for line in text.split("\n"))
+    lines = (
+        line if line.startswith(("$ ", ">>> ")) else _kept(line)
+        for line in text.split("\n")
+    )
     text, document = "\n".join(lines), FOLDER / f"{name}.txt"
     if os.environ.get("LCP_WRITE_DOCUMENTS"):
         document.write_text(text, encoding="utf-8")

@@ -37,7 +37,13 @@ def states_of(problem: Problem, z: Sequence[float]) -> list[str]:
     """The state of each unknown at z, in the words of `solution`."""
     bounds = (bound.tolist() for bound in _bounds(problem))
     return [
-        "fixed" if low == high else "lower" if value <= low else "upper" if value >= high else "basic"
+        "fixed"
+        if low == high
+        else "lower"
+        if value <= low
+        else "upper"
+        if value >= high
+        else "basic"
         for value, low, high in zip(z, *bounds, strict=True)
     ]
 
@@ -57,7 +63,13 @@ def solves(problem: Problem, z: Row) -> bool:
 def feasible(problem: Problem) -> bool:
     """Whether some z >= 0 has M z + q >= 0."""
     M, q = _rational(problem)
-    return nonnegative([[*row, *_unit(i, len(q), -1)] for i, row in enumerate(M)], [-value for value in q]) is not None
+    return (
+        nonnegative(
+            [[*row, *_unit(i, len(q), -1)] for i, row in enumerate(M)],
+            [-value for value in q],
+        )
+        is not None
+    )
 
 
 def refutes(problem: Problem, y: Row, as_written: bool = False) -> bool:
@@ -67,8 +79,14 @@ def refutes(problem: Problem, y: Row, as_written: bool = False) -> bool:
     as_written : whether the data are the shortest decimals of the floats rather than the floats themselves."""
     number = written if as_written else Fraction
     M, q = _rational(problem, number)
-    bounds = [[number(v) if abs(v) < np.inf else v for v in b.tolist()] for b in _bounds(problem)]
-    if any((v < 0 and low > -np.inf) or (v > 0 and high < np.inf) for v, low, high in zip(y, *bounds, strict=True)):
+    bounds = [
+        [number(v) if abs(v) < np.inf else v for v in b.tolist()]
+        for b in _bounds(problem)
+    ]
+    if any(
+        (v < 0 and low > -np.inf) or (v > 0 and high < np.inf)
+        for v, low, high in zip(y, *bounds, strict=True)
+    ):
         return False
     columns = [_dot([row[j] for row in M], y) for j in range(problem.n)]
     largest = supremum(columns, *bounds)
@@ -77,7 +95,10 @@ def refutes(problem: Problem, y: Row, as_written: bool = False) -> bool:
 
 def supremum(a: Row, lower: list[float], upper: list[float]) -> Fraction | None:
     """The supremum of a'z for z within bounds; None if it is infinite."""
-    ends = [high if value > 0 else low for value, low, high in zip(a, lower, upper, strict=True)]
+    ends = [
+        high if value > 0 else low
+        for value, low, high in zip(a, lower, upper, strict=True)
+    ]
     used = [(value, end) for value, end in zip(a, ends, strict=True) if value]
     if any(abs(end) == np.inf for _, end in used):
         return None
@@ -98,13 +119,19 @@ def nonnegative(A: list[Row], b: Row) -> Row | None:
         entering = next((j for j in range(n) if cost[j] < 0), None)
         if entering is None:
             break
-        ratios = [(row[-1] / row[entering], basis[i], i) for i, row in enumerate(rows) if row[entering] > 0]
+        ratios = [
+            (row[-1] / row[entering], basis[i], i)
+            for i, row in enumerate(rows)
+            if row[entering] > 0
+        ]
         _, _, leaving = min(ratios)
         rows[leaving] = [v / rows[leaving][entering] for v in rows[leaving]]
         for row in [row for i, row in enumerate(rows) if i != leaving] + [cost]:
             factor = row[entering]
             if factor:
-                row[:] = [v - factor * p for v, p in zip(row, rows[leaving], strict=True)]
+                row[:] = [
+                    v - factor * p for v, p in zip(row, rows[leaving], strict=True)
+                ]
         basis[leaving] = entering
     if cost[-1]:
         return None
@@ -115,13 +142,16 @@ def nonnegative(A: list[Row], b: Row) -> Row | None:
     return x
 
 
-def of_states(M: list[Row], q: Row, lower: Row, upper: Row, states: Sequence[str]) -> Row | None:
+def of_states(
+    M: list[Row], q: Row, lower: Row, upper: Row, states: Sequence[str]
+) -> Row | None:
     """A solution with these states, or None: z_N at bounds, z_B between them with w_B = 0, and signs of w_N."""
     n = len(q)
     basic = [j for j in range(n) if states[j] == "basic"]
     rest = [i for i in range(n) if states[i] in ("lower", "upper")]
     z = [
-        Fraction(0 if s == "basic" else u if s == "upper" else v) for s, v, u in zip(states, lower, upper, strict=True)
+        Fraction(0 if s == "basic" else u if s == "upper" else v)
+        for s, v, u in zip(states, lower, upper, strict=True)
     ]
     w = [_dot(row, z) + value for row, value in zip(M, q, strict=True)]
     found = _regular([[M[i][j] for j in basic] for i in basic], [-w[i] for i in basic])
@@ -140,13 +170,26 @@ def of_states(M: list[Row], q: Row, lower: Row, upper: Row, states: Sequence[str
     return z
 
 
-def _of_singular_states(M: list[Row], w: Row, lower: Row, upper: Row, states: Sequence[str]) -> Row | None:
+def _of_singular_states(
+    M: list[Row], w: Row, lower: Row, upper: Row, states: Sequence[str]
+) -> Row | None:
     """z_B for a singular M_BB, as the difference of two nonnegative vectors, by a linear program with slacks."""
     basic = [j for j in range(len(w)) if states[j] == "basic"]
-    rows = [([M[i][j] for j in basic], -w[i], SLACKS[states[i]]) for i in range(len(w)) if states[i] != "fixed"]
+    rows = [
+        ([M[i][j] for j in basic], -w[i], SLACKS[states[i]])
+        for i in range(len(w))
+        if states[i] != "fixed"
+    ]
     for ends, slack in ((lower, SLACKS["lower"]), (upper, SLACKS["upper"])):
-        rows += [(_unit(k, len(basic)), Fraction(ends[j]), slack) for k, j in enumerate(basic) if abs(ends[j]) < np.inf]
-    A = [[*row, *(-v for v in row), *_unit(k, len(rows), slack)] for k, (row, _, slack) in enumerate(rows)]
+        rows += [
+            (_unit(k, len(basic)), Fraction(ends[j]), slack)
+            for k, j in enumerate(basic)
+            if abs(ends[j]) < np.inf
+        ]
+    A = [
+        [*row, *(-v for v in row), *_unit(k, len(rows), slack)]
+        for k, (row, _, slack) in enumerate(rows)
+    ]
     x = nonnegative(A, [value for _, value, _ in rows])
     return None if x is None else [x[k] - x[len(basic) + k] for k in range(len(basic))]
 
@@ -170,7 +213,9 @@ def _regular(A: list[Row], b: Row) -> Row | None:
         for i in range(k + 1, n):
             factor = rows[i][k] / rows[k][k]
             if factor:
-                rows[i] = [v - factor * p for v, p in zip(rows[i], rows[k], strict=True)]
+                rows[i] = [
+                    v - factor * p for v, p in zip(rows[i], rows[k], strict=True)
+                ]
     x = [Fraction(0)] * n
     for k in reversed(range(n)):
         x[k] = (rows[k][n] - _dot(rows[k][k + 1 : n], x[k + 1 :])) / rows[k][k]
@@ -182,17 +227,27 @@ def determinant(rows: list[Row]) -> Fraction:
     if not rows:
         return Fraction(1)
     first, rest = rows[0], rows[1:]
-    minors = ((-1) ** j * a * determinant([row[:j] + row[j + 1 :] for row in rest]) for j, a in enumerate(first) if a)
+    minors = (
+        (-1) ** j * a * determinant([row[:j] + row[j + 1 :] for row in rest])
+        for j, a in enumerate(first)
+        if a
+    )
     return sum(minors, Fraction(0))
 
 
-def _rational(problem: Problem, number: Callable[[float], Fraction] = Fraction) -> tuple[list[Row], Row]:
+def _rational(
+    problem: Problem, number: Callable[[float], Fraction] = Fraction
+) -> tuple[list[Row], Row]:
     M = problem.M if isinstance(problem.M, np.ndarray) else problem.M.toarray()
-    return [list(map(number, row)) for row in M.tolist()], list(map(number, problem.q.tolist()))
+    return [list(map(number, row)) for row in M.tolist()], list(
+        map(number, problem.q.tolist())
+    )
 
 
 def _bounds(problem: Problem) -> list[np.ndarray]:
-    return [np.broadcast_to(bound, problem.n) for bound in (problem.lower, problem.upper)]
+    return [
+        np.broadcast_to(bound, problem.n) for bound in (problem.lower, problem.upper)
+    ]
 
 
 def written(value: float) -> Fraction:
@@ -216,7 +271,11 @@ def positive_definite(random: Generator, n: int) -> np.ndarray:
 def p_matrix(random: Generator, n: int) -> np.ndarray:
     """Positive definite, not symmetric, with rows and columns scaled, which leaves principal minors positive."""
     A, S = random.normal(size=(n, n)), random.normal(size=(n, n))
-    return np.exp(random.normal(size=(n, 1))) * (A @ A.T + S - S.T + 0.1 * np.eye(n)) * np.exp(random.normal(size=n))
+    return (
+        np.exp(random.normal(size=(n, 1)))
+        * (A @ A.T + S - S.T + 0.1 * np.eye(n))
+        * np.exp(random.normal(size=n))
+    )
 
 
 def semidefinite(random: Generator, n: int) -> np.ndarray:
@@ -257,7 +316,10 @@ def small_integers(random: Generator, n: int) -> np.ndarray:
 def hollow(random: Generator, n: int) -> np.ndarray:
     """Off-diagonal blocks alone, as of a bimatrix game."""
     k, A = n // 2, np.zeros((n, n))
-    A[:k, k:], A[k:, :k] = random.integers(-1, 4, size=(k, n - k)), random.integers(-1, 4, size=(n - k, k))
+    A[:k, k:], A[k:, :k] = (
+        random.integers(-1, 4, size=(k, n - k)),
+        random.integers(-1, 4, size=(n - k, k)),
+    )
     return A
 
 
@@ -291,7 +353,10 @@ def random_problem(seed: int, largest: int = 6, kind: str | None = None) -> Prob
     q = [
         lambda: random.integers(-3, 3, size=n).astype(float),
         lambda: random.normal(size=n) - 0.3,
-        lambda: np.maximum(random.normal(size=n), 0) - M @ (random.integers(0, 2, size=n) * random.integers(0, 3, n)),
+        lambda: (
+            np.maximum(random.normal(size=n), 0)
+            - M @ (random.integers(0, 2, size=n) * random.integers(0, 3, n))
+        ),
     ][random.integers(3)]()
     if random.integers(4) == 0:
         return rescaled(Problem(M, q, name=f"{name}, scaled, seed {seed}"), random)
@@ -300,5 +365,7 @@ def random_problem(seed: int, largest: int = 6, kind: str | None = None) -> Prob
 
 def rescaled(problem: Problem, random: Generator, powers: int = 26) -> Problem:
     """The problem with rows and columns scaled by powers of two from 2^-powers to 2^powers: exactly as solvable."""
-    R, C = (np.exp2(random.integers(-powers, powers + 1, size=problem.n)) for _ in range(2))
+    R, C = (
+        np.exp2(random.integers(-powers, powers + 1, size=problem.n)) for _ in range(2)
+    )
     return Problem(R[:, None] * problem.M * C, R * problem.q, name=problem.name)

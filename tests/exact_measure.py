@@ -16,7 +16,9 @@ Numbers = list[Fraction]
 Entries = list[tuple[int, int, Fraction]]
 
 
-def relative_residual(problem: Any, z: Any, units: Any = None, reference: Any = None) -> float:
+def relative_residual(
+    problem: Any, z: Any, units: Any = None, reference: Any = None
+) -> float:
     """The largest v_i / min(t_i, c_i) of z, rounded in the end; at most ROUNDING for what counts as rounding.
 
     units : powers of two of rows and columns, and the connected part of each.
@@ -24,33 +26,61 @@ def relative_residual(problem: Any, z: Any, units: Any = None, reference: Any = 
     if not np.isfinite(z).all():
         return math.inf
     units, coo = units or problem.units, coo_array(problem.M)
-    M = list(zip(coo.row.tolist(), coo.col.tolist(), map(Fraction, coo.data.tolist()), strict=True))
-    low, high = (np.broadcast_to(bound, problem.n).tolist() for bound in (problem.lower, problem.upper))
+    M = list(
+        zip(
+            coo.row.tolist(),
+            coo.col.tolist(),
+            map(Fraction, coo.data.tolist()),
+            strict=True,
+        )
+    )
+    low, high = (
+        np.broadcast_to(bound, problem.n).tolist()
+        for bound in (problem.lower, problem.upper)
+    )
     q, point, there = (
         list(map(Fraction, np.asarray(values, dtype=float).tolist()))
-        for values in (problem.q, z, problem.reference_point if reference is None else reference)
+        for values in (
+            problem.q,
+            z,
+            problem.reference_point if reference is None else reference,
+        )
     )
     w, w_there = _w(M, q, point), _w(M, q, there)
     given, given_there = _terms(M, q, point), _terms(M, q, there)
     far = _terms(M, w_there, [a - b for a, b in zip(point, there, strict=True)])
-    real = [Fraction(0) if abs(a) <= Fraction(ROUNDING) * b else a for a, b in zip(w_there, given_there, strict=True)]
+    real = [
+        Fraction(0) if abs(a) <= Fraction(ROUNDING) * b else a
+        for a, b in zip(w_there, given_there, strict=True)
+    ]
     moved = [
-        abs(a - b) if low[j] < high[j] and (a <= low[j] or a >= high[j]) else Fraction(0)
+        abs(a - b)
+        if low[j] < high[j] and (a <= low[j] or a >= high[j])
+        else Fraction(0)
         for j, (a, b) in enumerate(zip(point, there, strict=True))
     ]
     sizes = _component_sizes(units, _violations(there, real, low, high), real, moved)
     # doubles near 0 lie on a grid: 2^-1042 |M_ij| for basic z_j below 2^-1022
-    tiny = [Fraction(0 < abs(a) < Fraction(2) ** -1022 and low[j] < a < high[j]) for j, a in enumerate(point)]
+    tiny = [
+        Fraction(0 < abs(a) < Fraction(2) ** -1022 and low[j] < a < high[j])
+        for j, a in enumerate(point)
+    ]
     worst, grid = 0.0, _w(M, [Fraction(0)] * problem.n, tiny, abs)
     for i, violation in enumerate(_violations(point, w, low, high)):
-        violation = max(violation - grid[i] / 2**1042, Fraction(0)) if violation != math.inf else violation
+        violation = (
+            max(violation - grid[i] / 2**1042, Fraction(0))
+            if violation != math.inf
+            else violation
+        )
         terms = min(given[i], max(far[i], Fraction(FINEST) * given[i]))
         cap = max(abs(w_there[i]), _power(sizes[units.row_part[i]] - units.rows[i]))
         worst = max(worst, _ratio(violation, terms, cap, given[i]))
     return worst
 
 
-def _ratio(violation: Fraction, terms: Fraction, cap: Fraction, given: Fraction) -> float:
+def _ratio(
+    violation: Fraction, terms: Fraction, cap: Fraction, given: Fraction
+) -> float:
     if not violation:
         return 0.0
     if violation == math.inf:
@@ -61,13 +91,22 @@ def _ratio(violation: Fraction, terms: Fraction, cap: Fraction, given: Fraction)
     return min(ratio, ROUNDING) if violation <= Fraction(ROUNDING) * rounding else ratio
 
 
-def _component_sizes(units: Any, violations: Numbers, real: Numbers, moved: Numbers) -> list[float]:
+def _component_sizes(
+    units: Any, violations: Numbers, real: Numbers, moved: Numbers
+) -> list[float]:
     """log2 of k for each component."""
-    found, fallback = ([-math.inf] * (int(max(*units.row_part, *units.column_part)) + 1) for _ in range(2))
-    for part, violation, value, unit in zip(units.row_part, violations, real, units.rows, strict=True):
+    found, fallback = (
+        [-math.inf] * (int(max(*units.row_part, *units.column_part)) + 1)
+        for _ in range(2)
+    )
+    for part, violation, value, unit in zip(
+        units.row_part, violations, real, units.rows, strict=True
+    ):
         found[part] = max(found[part], _log2(violation) + unit)
         fallback[part] = max(fallback[part], _log2(abs(value)) + unit)
-    for part, distance, unit in zip(units.column_part, moved, units.columns, strict=True):
+    for part, distance, unit in zip(
+        units.column_part, moved, units.columns, strict=True
+    ):
         found[part] = max(found[part], _log2(distance) - unit)
     sizes = [a if a > -math.inf else b for a, b in zip(found, fallback, strict=True)]
     return [math.inf if size == -math.inf else size for size in sizes]
@@ -81,11 +120,18 @@ def _violations(z: Numbers, w: Numbers, low: list[float], high: list[float]) -> 
         elif lower == upper:
             found.append(Fraction(0))
         else:
-            found.append(max(b if a > lower else 0, -b if a < upper else 0, Fraction(0)))
+            found.append(
+                max(b if a > lower else 0, -b if a < upper else 0, Fraction(0))
+            )
     return found
 
 
-def _w(M: Entries, q: Numbers, z: Numbers, of: Callable[[Fraction], Fraction] = lambda value: value) -> Numbers:
+def _w(
+    M: Entries,
+    q: Numbers,
+    z: Numbers,
+    of: Callable[[Fraction], Fraction] = lambda value: value,
+) -> Numbers:
     w = list(map(of, q))
     for i, j, value in M:
         w[i] += of(value * z[j])
@@ -99,7 +145,11 @@ def _terms(M: Entries, q: Numbers, z: Numbers) -> Numbers:
 def _log2(value: Fraction) -> float:
     if value == math.inf:
         return math.inf
-    return math.log2(value.numerator) - math.log2(value.denominator) if value else -math.inf
+    return (
+        math.log2(value.numerator) - math.log2(value.denominator)
+        if value
+        else -math.inf
+    )
 
 
 def _power(exponent: float) -> Fraction:

@@ -24,11 +24,17 @@ def random_program(seed: int, variables: int) -> Parts:
     """A program with rows and bounds of all kinds and a minimum: linear for even seeds, else quadratic and convex."""
     random = np.random.default_rng(seed)
     rows = variables // 2
-    A = np.where(random.random((rows, variables)) < 0.4, random.integers(-3, 4, (rows, variables)), 0).astype(float)
+    A = np.where(
+        random.random((rows, variables)) < 0.4,
+        random.integers(-3, 4, (rows, variables)),
+        0,
+    ).astype(float)
     inside = random.integers(0, 3, variables).astype(float)
     # From below, from above, a range, an equation.
     at, kinds = A @ inside, random.integers(0, 4, rows)
-    below, above = (np.where(kinds == 3, 0, random.integers(0, 3, rows)) for _ in range(2))
+    below, above = (
+        np.where(kinds == 3, 0, random.integers(0, 3, rows)) for _ in range(2)
+    )
     # The multipliers of a minimum.
     y = random.integers(0, 3, rows) * np.select([kinds == 1, kinds == 2], [-1, 0], 1)
     lower = np.where(random.random(variables) < 0.15, -np.inf, 0.0)
@@ -42,7 +48,11 @@ def random_program(seed: int, variables: int) -> Parts:
         "row_lower": np.where(kinds == 1, -np.inf, at - below),
         "row_upper": np.where(kinds == 0, np.inf, at + above),
         "lower": lower,
-        "upper": np.where(random.random(variables) < 0.3, inside + random.integers(0, 4, variables), np.inf),
+        "upper": np.where(
+            random.random(variables) < 0.3,
+            inside + random.integers(0, 4, variables),
+            np.inf,
+        ),
     }
 
 
@@ -54,5 +64,13 @@ def with_far_bounds(program: Parts, size: float) -> Parts:
 
 def lists(program: Parts) -> Parts:
     """For JSON: null in place of infinite numbers, and nothing in place of None."""
-    plain = {name: np.asarray(part).tolist() for name, part in program.items() if part is not None}
-    return plain | {name: [x if np.isfinite(x) else None for x in plain[name]] for name in ENDS if name in plain}
+    plain = {
+        name: np.asarray(part).tolist()
+        for name, part in program.items()
+        if part is not None
+    }
+    return plain | {
+        name: [x if np.isfinite(x) else None for x in plain[name]]
+        for name in ENDS
+        if name in plain
+    }

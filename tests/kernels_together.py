@@ -24,7 +24,9 @@ def loaded(name: str, waits: bool) -> bool:
 
     with (Path(lcpcli.__file__).parent / "kernels" / f"{name}.py").open() as source:
         try:
-            fcntl.flock(source, fcntl.LOCK_EX if waits else fcntl.LOCK_EX | fcntl.LOCK_NB)
+            fcntl.flock(
+                source, fcntl.LOCK_EX if waits else fcntl.LOCK_EX | fcntl.LOCK_NB
+            )
         except BlockingIOError:
             return False
         import_module(f"lcpcli.kernels.{name}")

@@ -27,5 +27,7 @@ def with_all_bounds(n: int, generator: np.random.Generator) -> tuple[Vector, Vec
     kinds = generator.permutation(np.arange(n) % KINDS)
     low, high = np.sort(generator.standard_normal((2, n)), axis=0)
     lower = np.where((kinds == 0) | (kinds == 2) | (kinds == 3), low, -np.inf)
-    upper = np.where(kinds == 3, low, np.where((kinds == 1) | (kinds == 2), high, np.inf))
+    upper = np.where(
+        kinds == 3, low, np.where((kinds == 1) | (kinds == 2), high, np.inf)
+    )
     return lower, upper

@@ -20,13 +20,19 @@ def planted(kind: str, seed: int) -> NonlinearProblem:
     n = int(random.integers(1, 31))
     lower = np.where(random.random(n) < 0.7, random.normal(size=n).round(1), -np.inf)
     width = 2 * random.exponential(size=n) + 0.1
-    upper = np.where(random.random(n) < 0.4, np.where(np.isfinite(lower), lower, 0.0) + width, np.inf)
+    upper = np.where(
+        random.random(n) < 0.4, np.where(np.isfinite(lower), lower, 0.0) + width, np.inf
+    )
     if kind in ("log", "root"):
         lower = np.maximum(lower, 0.05)
         upper = np.maximum(upper, lower + 0.5)
     z, w = solution(lower, upper, random)
     A, B = random.normal(size=(2, n, n)) / n**0.5
-    M = A @ A.T + A - A.T + 0.1 * np.eye(n) if kind in MONOTONE else A + random.choice([0.0, 0.5, 1.0]) * np.eye(n)
+    M = (
+        A @ A.T + A - A.T + 0.1 * np.eye(n)
+        if kind in MONOTONE
+        else A + random.choice([0.0, 0.5, 1.0]) * np.eye(n)
+    )
     N, slopes = terms(kind, B)
     c = w - M @ z - N(z)
     start = z + 3 * random.normal(size=n)
@@ -34,10 +40,20 @@ def planted(kind: str, seed: int) -> NonlinearProblem:
         start = lower + random.exponential(size=n)
     J = (lambda z: M + slopes(z)) if seed % 2 else None
     name = f"{kind} {seed}"
-    return NonlinearProblem(lambda z: M @ z + N(z) + c, J, lower=lower, upper=upper, x0=start, name=name, solutions=[z])
+    return NonlinearProblem(
+        lambda z: M @ z + N(z) + c,
+        J,
+        lower=lower,
+        upper=upper,
+        x0=start,
+        name=name,
+        solutions=[z],
+    )
 
 
-def solution(lower: Vector, upper: Vector, random: np.random.Generator) -> tuple[Vector, Vector]:
+def solution(
+    lower: Vector, upper: Vector, random: np.random.Generator
+) -> tuple[Vector, Vector]:
     z, w = np.zeros((2, lower.size))
     for i, (low, high) in enumerate(zip(lower, upper, strict=True)):
         where = random.random()
@@ -53,14 +69,23 @@ def solution(lower: Vector, upper: Vector, random: np.random.Generator) -> tuple
 
 def terms(kind: str, B: Vector) -> Terms:
     found: dict[str, Terms] = {
-        "monotone": (lambda z: z**3 + np.exp(z / 2), lambda z: np.diag(3 * z**2 + np.exp(z / 2) / 2)),
+        "monotone": (
+            lambda z: z**3 + np.exp(z / 2),
+            lambda z: np.diag(3 * z**2 + np.exp(z / 2) / 2),
+        ),
         "log": (lambda z: 2 * np.log(z), lambda z: np.diag(2 / z)),
-        "root": (lambda z: 3 * np.sqrt(z - 0.02), lambda z: np.diag(1.5 / np.sqrt(z - 0.02))),
+        "root": (
+            lambda z: 3 * np.sqrt(z - 0.02),
+            lambda z: np.diag(1.5 / np.sqrt(z - 0.02)),
+        ),
         "nonmonotone": (
             lambda z: 2 * np.sin(B @ z) + 0.3 * z**3,
             lambda z: 2 * np.cos(B @ z)[:, np.newaxis] * B + np.diag(0.9 * z**2),
         ),
-        "bilinear": (lambda z: (B @ z) * z / 2, lambda z: (np.diag(B @ z) + z[:, np.newaxis] * B) / 2),
+        "bilinear": (
+            lambda z: (B @ z) * z / 2,
+            lambda z: (np.diag(B @ z) + z[:, np.newaxis] * B) / 2,
+        ),
     }
     return found[kind]
 
@@ -68,4 +93,8 @@ def terms(kind: str, B: Vector) -> Terms:
 def natural_residual(problem: NonlinearProblem, z: Vector) -> float:
     with np.errstate(all="ignore"):
         F = np.asarray(problem.F(z), dtype=float)
-        return float(np.abs(z - np.minimum(np.maximum(z - F, problem.lower), problem.upper)).max())
+        return float(
+            np.abs(
+                z - np.minimum(np.maximum(z - F, problem.lower), problem.upper)
+            ).max()
+        )

@@ -21,7 +21,13 @@ EXAMPLE = contents.shipped_path("paper-example-1.json")
 
 def loaded_by(code: str, given: str = "") -> set[str]:
     """The names in the last line that a process prints."""
-    done = subprocess.run([sys.executable, "-c", code], input=given, capture_output=True, text=True, check=True)
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        input=given,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
     found = set(done.stdout.splitlines()[-1].split())
     assert "sys" in found
     return found
@@ -54,7 +60,11 @@ def test_dense_solves_to_json_load_neither_rich_nor_scipy(tmp_path: Path) -> Non
         writing.write(Problem(4 * np.eye(n), -np.ones(n)), file)
     methods = ("shi", "fixed-point")
     loaded = modules_after(
-        *(f"solve {file} --method {name} --format json" for file in files.values() for name in methods)
+        *(
+            f"solve {file} --method {name} --format json"
+            for file in files.values()
+            for name in methods
+        )
     )
     assert "numpy" in loaded
     assert not loaded & {"scipy", "rich"}
@@ -73,14 +83,27 @@ UNUSED = {  # by a small solve whose solution is the only one by a theorem
     "numpy.ma", "lcpcli.enumeration.search", "lcpcli.rational.exact_problem", "lcpcli.solving.trace",
     "lcpcli.model.origins",
 }  # fmt: skip
-OTHER_COMMANDS = {f"lcpcli.cli.{name}" for name in ("path", "bench", "check", "make", "all_solutions", "streams")}
-DOMINANT = Problem([[4, 1, 0, 0], [1, 4, 1, 0], [0, 1, 4, 1], [0, 0, 1, 4]], [-5, 3, -4, 1])
-OF_SEVERAL = Problem([[1, 2, 0, 0], [2, 1, 0, 0], [0, 0, 1, 2], [0, 0, 2, 1]], [-1, -1, -1, -1])
+OTHER_COMMANDS = {
+    f"lcpcli.cli.{name}"
+    for name in ("path", "bench", "check", "make", "all_solutions", "streams")
+}
+DOMINANT = Problem(
+    [[4, 1, 0, 0], [1, 4, 1, 0], [0, 1, 4, 1], [0, 0, 1, 4]], [-5, 3, -4, 1]
+)
+OF_SEVERAL = Problem(
+    [[1, 2, 0, 0], [2, 1, 0, 0], [0, 0, 1, 2], [0, 0, 2, 1]], [-1, -1, -1, -1]
+)
 UNSHOWN = Problem(np.kron(np.eye(10), [[1, 2], [2, 1]]), -np.ones(20))
 
 
-@pytest.mark.parametrize("problem", [DOMINANT, OF_SEVERAL, UNSHOWN], ids=["dominant", "of several", "not shown"])
-def test_small_solve_to_json_loads_what_it_uses(problem: Problem, tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    "problem",
+    [DOMINANT, OF_SEVERAL, UNSHOWN],
+    ids=["dominant", "of several", "not shown"],
+)
+def test_small_solve_to_json_loads_what_it_uses(
+    problem: Problem, tmp_path: Path
+) -> None:
     file = tmp_path / "small.json"
     writing.write(problem, str(file))
     loaded = modules_after(f"solve {file} --format json")
@@ -91,14 +114,21 @@ def test_small_solve_to_json_loads_what_it_uses(problem: Problem, tmp_path: Path
 
 
 def test_package_itself_and_the_names_of_peers_load_nothing() -> None:
-    assert not loaded_by("import sys, lcpcli; print(*sys.modules)") & {"numpy", "scipy", "rich", "click"}
+    assert not loaded_by("import sys, lcpcli; print(*sys.modules)") & {
+        "numpy",
+        "scipy",
+        "rich",
+        "click",
+    }
     code = "import sys; from lcpcli.peers.registry import select; select(['path']); print(*sys.modules)"
     assert "numpy" not in loaded_by(code)
 
 
 def test_python_m_runs_the_command(tmp_path: Path) -> None:
     command = [sys.executable, "-m", "lcpcli", "--version"]
-    done = subprocess.run(command, capture_output=True, text=True, check=True, cwd=tmp_path)
+    done = subprocess.run(
+        command, capture_output=True, text=True, check=True, cwd=tmp_path
+    )
     assert lcpcli.__version__ in done.stdout
 
 

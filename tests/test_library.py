@@ -41,22 +41,39 @@ M, Q = [[2.0, 1.0], [1.0, 2.0]], [-5.0, -6.0]
 INFEASIBLE = lcpcli.Problem([[-1.0]], [-2.0])
 
 
-def test_result_and_inspection_are_what_the_command_writes(lcp: Callable[..., Outcome]) -> None:
+def test_result_and_inspection_are_what_the_command_writes(
+    lcp: Callable[..., Outcome],
+) -> None:
     result = lcpcli.run(lcpcli.read(EXAMPLE), "shi", trace=True)
-    ours, theirs = result.to_dict(), json.loads(lcp("solve", EXAMPLE, "--method", "shi", "--format", "json").out)
+    ours, theirs = (
+        result.to_dict(),
+        json.loads(lcp("solve", EXAMPLE, "--method", "shi", "--format", "json").out),
+    )
     assert json.loads(result.to_json()) == ours
     assert "\n" not in result.to_json()
     assert list(ours) == list(theirs)
-    assert (ours["z"], ours["status"], ours["options"]) == (theirs["z"], theirs["status"], theirs["options"])
+    assert (ours["z"], ours["status"], ours["options"]) == (
+        theirs["z"],
+        theirs["status"],
+        theirs["options"],
+    )
     assert len(ours["trace"]) == result.iterations + 1
-    assert repr(lcpcli.inspect(result.problem)) == lcp("inspect", EXAMPLE, "--all").out.rstrip()
+    assert (
+        repr(lcpcli.inspect(result.problem))
+        == lcp("inspect", EXAMPLE, "--all").out.rstrip()
+    )
     failed = lcpcli.run(result.problem, "shi", max_iterations=1)
     assert failed.to_dict()["advice"] == failed.advice
 
 
-def test_check_reports_what_the_command_does_and_verifies_proofs(lcp: Callable[..., Outcome]) -> None:
+def test_check_reports_what_the_command_does_and_verifies_proofs(
+    lcp: Callable[..., Outcome],
+) -> None:
     problem = lcpcli.read(EXAMPLE)
-    assert repr(lcpcli.check(problem, [0, 1, 1, 0])) == lcp("check", EXAMPLE, "0,1,1,0").out.rstrip()
+    assert (
+        repr(lcpcli.check(problem, [0, 1, 1, 0]))
+        == lcp("check", EXAMPLE, "0,1,1,0").out.rstrip()
+    )
     assert lcpcli.check(problem, lcpcli.run(problem).z)
     assert not lcpcli.check(INFEASIBLE, [1.0], tol=1e-3)
     certificate = lcpcli.run(INFEASIBLE).certificate
@@ -69,7 +86,9 @@ def test_check_reports_what_the_command_does_and_verifies_proofs(lcp: Callable[.
 
 def test_what_cannot_be_used_is_refused_as_before() -> None:
     said, names = list[str](), dict[str, Any](__name__="session")
-    for line in (FOLDER / "refused-in-python.txt").read_text(encoding="utf-8").split("\n"):
+    for line in (
+        (FOLDER / "refused-in-python.txt").read_text(encoding="utf-8").split("\n")
+    ):
         if line.startswith(">>> "):
             with redirect_stdout(io.StringIO()) as output:
                 try:
@@ -83,30 +102,50 @@ def test_what_cannot_be_used_is_refused_as_before() -> None:
 @pytest.mark.slow("draws a figure in every form")
 def test_plot_writes_a_file_or_shows_in_a_notebook(tmp_path: Path) -> None:
     pytest.importorskip("matplotlib")
-    results = [lcpcli.solve(M, Q, method, trace=True) for method in ("shi", "fixed-point")]
-    results += [lcpcli.solve(csr_array(M), Q, "shi", trace=True), lcpcli.solve([[1.0]], [-1.0], trace=True)]
+    results = [
+        lcpcli.solve(M, Q, method, trace=True) for method in ("shi", "fixed-point")
+    ]
+    results += [
+        lcpcli.solve(csr_array(M), Q, "shi", trace=True),
+        lcpcli.solve([[1.0]], [-1.0], trace=True),
+    ]
     picture = lcpcli.plot(results, tmp_path / "errors.png")
     assert (tmp_path / "errors.png").read_bytes().startswith(b"\x89PNG")
     # Dense and sparse M are the same problem.
     assert [len(panel.curves) for panel in picture.data[0]] == [3, 1]
-    runs = [lcpcli.solve(M, Q, "shi", trace=True, **options) for options in ({}, {"k_star": 5, "scale": True})]
+    runs = [
+        lcpcli.solve(M, Q, "shi", trace=True, **options)
+        for options in ({}, {"k_star": 5, "scale": True})
+    ]
     labels = [curve.label for curve in lcpcli.plot(runs).data[0][0].curves]
     assert labels == ["shi:k_star=100", "shi:k_star=5,scale=True"]
     assert "<svg" in picture._repr_svg_()
     assert repr(results[0].plot()) == "<Picture: 1 run on 1 problem>"
-    with pytest.raises(OptionError, match=r"plot: 'errors\.txt' .* \.png, \.svg, \.pdf"):
+    with pytest.raises(
+        OptionError, match=r"plot: 'errors\.txt' .* \.png, \.svg, \.pdf"
+    ):
         lcpcli.plot(results[0], "errors.txt")
-    with pytest.raises(OptionError, match="trace: newton has kept no iterates; solve with trace=True"):
+    with pytest.raises(
+        OptionError, match="trace: newton has kept no iterates; solve with trace=True"
+    ):
         lcpcli.plot(lcpcli.solve(M, Q, "newton"))
 
 
-def test_notebooks_show_the_answer_and_the_iterates_that_were_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_notebooks_show_the_answer_and_the_iterates_that_were_asked_for(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     pytest.importorskip("matplotlib")
-    shown = lcpcli.run(lcpcli.from_game([[3, 0], [0, 2]], [[2, 0], [0, 3]]))._repr_html_()
-    assert all(part in shown for part in ("solved by", "iterations", "residual", "payoffs"))
+    shown = lcpcli.run(
+        lcpcli.from_game([[3, 0], [0, 2]], [[2, 0], [0, 3]])
+    )._repr_html_()
+    assert all(
+        part in shown for part in ("solved by", "iterations", "residual", "payoffs")
+    )
     assert "<img" not in shown
     traced = lcpcli.solve(M, Q, "shi", trace=True)
-    picture = re.search(r'src="data:image/svg\+xml;base64,([^"]+)"', traced._repr_html_())
+    picture = re.search(
+        r'src="data:image/svg\+xml;base64,([^"]+)"', traced._repr_html_()
+    )
     assert picture is not None
     assert b"<svg" in base64.b64decode(picture[1])
     monkeypatch.setattr(html_page, "find_spec", lambda package: None)  # noqa: ARG005
@@ -117,7 +156,14 @@ def test_notebooks_show_the_answer_and_the_iterates_that_were_asked_for(monkeypa
 def test_long_traces_make_small_pictures() -> None:
     pytest.importorskip("matplotlib")
     n = 100
-    slow = lcpcli.solve(np.eye(n) + np.tri(n), -np.ones(n), "fixed-point", omega=300, trace=True, max_iterations=501)
+    slow = lcpcli.solve(
+        np.eye(n) + np.tri(n),
+        -np.ones(n),
+        "fixed-point",
+        omega=300,
+        trace=True,
+        max_iterations=501,
+    )
     assert slow.iterations > 500
     assert len(slow._repr_html_()) < 300_000
 
@@ -134,8 +180,13 @@ def test_the_method_of_solve_many_is_its_third_argument_as_of_solve() -> None:
 
 
 @pytest.mark.parametrize("method", ["auto", "lemke", "interior"])
-def test_solves_leave_no_garbage_in_cycles_which_the_command_searches_for_seldom(method: str) -> None:
-    problems = [families.make("harker-pang", 5, 0), lcpcli.from_qp(np.eye(3), -np.ones(3))]
+def test_solves_leave_no_garbage_in_cycles_which_the_command_searches_for_seldom(
+    method: str,
+) -> None:
+    problems = [
+        families.make("harker-pang", 5, 0),
+        lcpcli.from_qp(np.eye(3), -np.ones(3)),
+    ]
     found = []
     gc.disable()
     try:
@@ -163,7 +214,10 @@ USES = {
         "repr(it), it.to_dict()['status'], it.to_json()[:1], it._repr_html_()[:6], it.z.tolist()",
         "<Result: solved by newton, n = 2",
     ),
-    "Problem": ("repr(it), it.q.tolist()", "<Problem small: n = 2, dense> [-5.0, -6.0]"),
+    "Problem": (
+        "repr(it), it.q.tolist()",
+        "<Problem small: n = 2, dense> [-5.0, -6.0]",
+    ),
     "Trace": ("repr(it)", "<Trace: "),
     "Verification": ("repr(it).splitlines()[0], bool(it)", "small: n = 2 True"),
     "Inspection": ("repr(it).splitlines()[0]", "small: n = 2"),
@@ -173,8 +227,14 @@ USES = {
 def told(it: object, folder: Path, code: str) -> str:
     """What a fresh process says of an object that is pickled."""
     (folder / "it").write_bytes(pickle.dumps(it))
-    command = [sys.executable, "-c", f"import pickle\nit = pickle.load(open('it', 'rb'))\nprint({code})"]
-    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    command = [
+        sys.executable,
+        "-c",
+        f"import pickle\nit = pickle.load(open('it', 'rb'))\nprint({code})",
+    ]
+    done = subprocess.run(
+        command, cwd=folder, capture_output=True, text=True, check=False
+    )
     assert (done.stderr, done.returncode) == ("", 0)
     return done.stdout
 
@@ -182,25 +242,41 @@ def told(it: object, folder: Path, code: str) -> str:
 def objects() -> dict[str, Any]:
     problem = lcpcli.Problem(M, Q, name="small")
     result = lcpcli.run(problem, "newton", trace=True)
-    found = [problem, result, result.trace, lcpcli.check(problem, result.z), lcpcli.inspect(problem)]
+    found = [
+        problem,
+        result,
+        result.trace,
+        lcpcli.check(problem, result.z),
+        lcpcli.inspect(problem),
+    ]
     return {type(it).__name__: it for it in found}
 
 
 @pytest.mark.parametrize(
-    "name", [name if name == "Result" else pytest.param(name, marks=pytest.mark.slow("a process")) for name in USES]
+    "name",
+    [
+        name
+        if name == "Result"
+        else pytest.param(name, marks=pytest.mark.slow("a process"))
+        for name in USES
+    ],
 )
 def test_methods_are_there_in_a_fresh_process(name: str, tmp_path: Path) -> None:
     code, says = USES[name]
     assert told(objects()[name], tmp_path, code).startswith(says)
 
 
-def test_pieces_of_the_set_of_solutions_are_there_in_a_fresh_process(tmp_path: Path) -> None:
+def test_pieces_of_the_set_of_solutions_are_there_in_a_fresh_process(
+    tmp_path: Path,
+) -> None:
     pieces = list(lcpcli.solutions(lcpcli.Problem([[0, 0], [0, 1]], [0, -1])))
     assert told(pieces, tmp_path, "*it") == " ".join(map(str, pieces)) + "\n"
 
 
 @pytest.mark.parametrize("taken", [1, 3])
-def test_a_set_of_solutions_has_what_was_found_and_ends_with_it(taken: int, tmp_path: Path) -> None:
+def test_a_set_of_solutions_has_what_was_found_and_ends_with_it(
+    taken: int, tmp_path: Path
+) -> None:
     search = lcpcli.solutions(lcpcli.from_game([[3, 0], [0, 2]], [[2, 0], [0, 3]]))
     for _ in zip(range(taken + (taken == 3)), search, strict=False):
         continue
@@ -212,7 +288,10 @@ def test_a_set_of_solutions_has_what_was_found_and_ends_with_it(taken: int, tmp_
     assert len(list(search)) == 3
 
 
-HOMES = ["lcpcli", *sorted({getattr(lcpcli, name).__module__ for name in lcpcli.__all__})]
+HOMES = [
+    "lcpcli",
+    *sorted({getattr(lcpcli, name).__module__ for name in lcpcli.__all__}),
+]
 
 
 @pytest.mark.parametrize("module", HOMES)
@@ -254,12 +333,17 @@ def test_long_results_and_traces_are_shown_short() -> None:
 
 
 def test_notebooks_show_results_in_which_names_are_harmless() -> None:
-    problem = Problem([[2.0, 1.0], [1.0, 2.0]], [-5.0, 1.25], name="<script>", solutions=[[2.5, 0.0]])
+    problem = Problem(
+        [[2.0, 1.0], [1.0, 2.0]], [-5.0, 1.25], name="<script>", solutions=[[2.5, 0.0]]
+    )
     shown = run(problem, "newton")._repr_html_()
     assert "<script>" not in shown
     assert "&lt;script&gt;" in shown
     assert "solved by newton" in shown
-    assert "<b>n = 2</b>" in run(Problem([[2.0, 1.0], [1.0, 2.0]], [-5.0, 1.25]))._repr_html_()
+    assert (
+        "<b>n = 2</b>"
+        in run(Problem([[2.0, 1.0], [1.0, 2.0]], [-5.0, 1.25]))._repr_html_()
+    )
     assert "(2.5, 0)" in shown
     failed = run(problem, "fixed-point", max_iterations=1)._repr_html_()
     assert "stopped at the iteration limit" in failed

@@ -34,12 +34,17 @@ from lcpcli.solving import result
 from .benchmarks.accuracy import ladders, rate_of_fixed_point
 
 ROOT = Path(__file__).parent.parent
-FILES = {"README": ROOT / "README.md", "development": ROOT / OF_THE_SOURCE["development"]}
+FILES = {
+    "README": ROOT / "README.md",
+    "development": ROOT / OF_THE_SOURCE["development"],
+}
 FILES |= {topic: FOLDER / f"{topic}.md" for topic in TOPICS}
 PAGES = {page: file.read_text(encoding="utf-8") for page, file in FILES.items()}
 README = PAGES["README"]
 BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", flags=re.MULTILINE | re.DOTALL)
-BLOCKS: dict[str, list[tuple[str, str]]] = {page: BLOCK.findall(text) for page, text in PAGES.items()}
+BLOCKS: dict[str, list[tuple[str, str]]] = {
+    page: BLOCK.findall(text) for page, text in PAGES.items()
+}
 DISTURBED = "x between repeats"
 WRITING = re.compile("-o|--(plot|paths|trace)")  # options that name a file to write
 VERDICT = r"(lcp: .*(solved|solves|solutions?|optimal|reaches|positive|succeeded|wrote).*\n)*"  # of what goes to a file
@@ -68,9 +73,16 @@ def shell(command: str, folder: Path, code: int | None = None) -> str:
     own = f'lcp() {{ {shlex.quote(sys.executable)} -m lcpcli "$@"; }}; '
     environment = {**os.environ, "PYTHONPATH": str(ROOT), "NO_COLOR": "1"}
     done = subprocess.run(
-        ["bash", "-c", own + command], capture_output=True, text=True, check=False, cwd=folder, env=environment
+        ["bash", "-c", own + command],
+        capture_output=True,
+        text=True,
+        check=False,
+        cwd=folder,
+        env=environment,
     )
-    assert re.fullmatch(VERDICT if WRITING.search(command) else "", done.stderr), done.stderr
+    assert re.fullmatch(VERDICT if WRITING.search(command) else "", done.stderr), (
+        done.stderr
+    )
     assert code in (None, done.returncode)
     return done.stdout
 
@@ -111,7 +123,9 @@ def comparable(text: str) -> list[list[str]]:
 
 @pytest.mark.slow("all commands of the pages, each in a process of its own")
 @pytest.mark.parametrize("page", PAGES)
-def test_commands_and_snippets_print_what_is_shown(page: str, folders: Callable[[str], Path]) -> None:
+def test_commands_and_snippets_print_what_is_shown(
+    page: str, folders: Callable[[str], Path]
+) -> None:
     """In the order of the page: what one writes, another reads."""
     folder = folders(page)
     for language, text in BLOCKS[page]:
@@ -120,7 +134,9 @@ def test_commands_and_snippets_print_what_is_shown(page: str, folders: Callable[
                 assert comparable(shell(command, folder)) == comparable(shown), command
         elif language == "python":
             own = os.environ | {"PYTHONPATH": str(ROOT)}
-            subprocess.run([sys.executable, "-c", text], check=True, cwd=folder, env=own)
+            subprocess.run(
+                [sys.executable, "-c", text], check=True, cwd=folder, env=own
+            )
 
 
 @pytest.mark.slow("a run of mypy over the package")
@@ -134,18 +150,44 @@ def test_snippets_pass_mypy_in_its_strict_mode(tmp_path: Path) -> None:
     assert {"python_0", "many_0"} <= snippets.keys()
     for name, text in snippets.items():
         (tmp_path / f"{name}.py").write_text(text, encoding="utf-8")
-    (tmp_path / "mypy.ini").write_text("[mypy]\n[mypy-scipy.*]\nignore_missing_imports = True\nfollow_imports = skip\n")
-    command = [sys.executable, "-m", "mypy", "--strict", "--follow-imports=silent", "--config-file", "mypy.ini", "."]
+    (tmp_path / "mypy.ini").write_text(
+        "[mypy]\n[mypy-scipy.*]\nignore_missing_imports = True\nfollow_imports = skip\n"
+    )
+    command = [
+        sys.executable,
+        "-m",
+        "mypy",
+        "--strict",
+        "--follow-imports=silent",
+        "--config-file",
+        "mypy.ini",
+        ".",
+    ]
     own = os.environ | {"MYPYPATH": str(ROOT)}  # before an installed package
-    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False, env=own)
+    done = subprocess.run(
+        command, cwd=tmp_path, capture_output=True, text=True, check=False, env=own
+    )
     assert (done.returncode, done.stderr) == (0, ""), done.stdout
 
 
 def lines_of_shell(benches: bool) -> list[tuple[str, str]]:
     """The commands of lcp in blocks that show no output, each with its page; of a bench, or others."""
-    blocks = [(page, text) for page, own in BLOCKS.items() for language, text in own if language == "sh"]
-    lines = [(page, line) for page, text in blocks for line in text.replace("\\\n", " ").splitlines()]
-    return [(page, line) for page, line in lines if line.startswith("lcp ") and line.startswith("lcp bench") == benches]
+    blocks = [
+        (page, text)
+        for page, own in BLOCKS.items()
+        for language, text in own
+        if language == "sh"
+    ]
+    lines = [
+        (page, line)
+        for page, text in blocks
+        for line in text.replace("\\\n", " ").splitlines()
+    ]
+    return [
+        (page, line)
+        for page, line in lines
+        if line.startswith("lcp ") and line.startswith("lcp bench") == benches
+    ]
 
 
 @pytest.mark.slow("all commands of the pages, each in a process of its own")
@@ -157,12 +199,21 @@ def test_command_runs(page: str, line: str, folders: Callable[[str], Path]) -> N
 @pytest.mark.slow("benches with other solvers and figures")
 @pytest.mark.parametrize(("page", "line"), lines_of_shell(benches=True))
 def test_benchmark_runs_on_one_small_problem_in_place_of_its_suite(
-    page: str, line: str, lcp: Lcp, monkeypatch: pytest.MonkeyPatch, folders: Callable[[str], Path]
+    page: str,
+    line: str,
+    lcp: Lcp,
+    monkeypatch: pytest.MonkeyPatch,
+    folders: Callable[[str], Path],
 ) -> None:
-    held = {name: replace(suite, text="diagonal 3", budget=0.0) for name, suite in suites.SUITES.items()}
+    held = {
+        name: replace(suite, text="diagonal 3", budget=0.0)
+        for name, suite in suites.SUITES.items()
+    }
     monkeypatch.setattr(suites, "SUITES", held)
     monkeypatch.chdir(folders(page))
-    words = shlex.split(line.replace("problems/*.json", "problems/paper-example-1.json"))
+    words = shlex.split(
+        line.replace("problems/*.json", "problems/paper-example-1.json")
+    )
     assert lcp(*words[1:]).code == 0
 
 
@@ -171,23 +222,41 @@ def test_commands_and_options_named_in_the_text_exist(page: str) -> None:
     commands = group.lcp.commands.items()
     flags = {name: {"--help"} for name, _ in commands}
     for name, its in commands:
-        flags[name] |= {flag for param in its.params for flag in (*param.opts, *param.secondary_opts)}
+        flags[name] |= {
+            flag
+            for param in its.params
+            for flag in (*param.opts, *param.secondary_opts)
+        }
     flags["help"] |= {*TOPICS, *METHODS, *flags, "TOPIC", "METHOD"}
     text = BLOCK.sub("", PAGES[page])
     for name, rest in re.findall(r"`lcp\s+([a-z]\w*)([^`]*)`", text):
         assert name in flags, name
-        assert {word for word in rest.split() if word.startswith("--") or name == "help"} <= flags[name], rest
+        assert {
+            word for word in rest.split() if word.startswith("--") or name == "help"
+        } <= flags[name], rest
     gone = {f"--{name}" for name in GONE} if page == "changes" else set()
-    assert set(re.findall(r"`(--[a-z][\w-]*)", text)) <= set.union(*flags.values(), gone)
+    assert set(re.findall(r"`(--[a-z][\w-]*)", text)) <= set.union(
+        *flags.values(), gone
+    )
 
 
 def test_there_are_two_commands_and_ci_runs_exactly_these() -> None:
-    commands = [line for line in README.splitlines() if line.startswith("python -m pip install ")]
-    assert commands == ["python -m pip install '.[plot]' && lcp compare", "python -m pip install '.[test]' && pytest"]
+    commands = [
+        line
+        for line in README.splitlines()
+        if line.startswith("python -m pip install ")
+    ]
+    assert commands == [
+        "python -m pip install '.[plot]' && lcp compare",
+        "python -m pip install '.[test]' && pytest",
+    ]
     assert "^python -m pip install " in (ROOT / ".ci" / "run").read_text()
 
 
-@pytest.mark.parametrize("text", [text for own in BLOCKS.values() for language, text in own if language == "json"])
+@pytest.mark.parametrize(
+    "text",
+    [text for own in BLOCKS.values() for language, text in own if language == "json"],
+)
 def test_json_examples_are_solved(text: str, lcp: Lcp, tmp_path: Path) -> None:
     file = tmp_path / "problem.json"
     file.write_text(text)
@@ -196,22 +265,37 @@ def test_json_examples_are_solved(text: str, lcp: Lcp, tmp_path: Path) -> None:
 
 def test_every_status_and_its_exit_code_is_documented() -> None:
     for status in result.Status:
-        rows = [line for line in PAGES["statuses"].splitlines() if line.startswith("|") and f"`{status.word}`" in line]
+        rows = [
+            line
+            for line in PAGES["statuses"].splitlines()
+            if line.startswith("|") and f"`{status.word}`" in line
+        ]
         assert len(rows) == 1
         assert rows[0].split("|")[1].strip() == str(of_status(status))
 
 
-def test_every_start_and_every_option_of_a_method_with_a_section_of_its_own_is_documented() -> None:
-    described = [method for name, method in METHODS.items() if f"\n## {name}\n" in PAGES["methods"]]
+def test_every_start_and_every_option_of_a_method_with_a_section_of_its_own_is_documented() -> (
+    None
+):
+    described = [
+        method
+        for name, method in METHODS.items()
+        if f"\n## {name}\n" in PAGES["methods"]
+    ]
     assert len(described) >= 7
-    for name in (*STARTS, *(option.name for method in described for option in method.options)):
+    for name in (
+        *STARTS,
+        *(option.name for method in described for option in method.options),
+    ):
         assert any(f"`{flag(name)}" in text for text in PAGES.values())
 
 
 def test_every_key_of_a_result_in_json_is_documented(lcp: Lcp) -> None:
     rows = re.findall(r"^\| ((?:`\w+`(?:, )?)+) \|", PAGES["json"], re.MULTILINE)
     shown = [name for row in rows for name in re.findall(r"\w+", row)]
-    keys = json.loads(lcp("solve", str(ROOT / "problems" / "bimatrix.json"), "--format", "json").out)
+    keys = json.loads(
+        lcp("solve", str(ROOT / "problems" / "bimatrix.json"), "--format", "json").out
+    )
     assert sorted(shown) == sorted(keys)
 
 
@@ -220,10 +304,15 @@ RATES = re.findall(RATE, PAGES["paper"], re.MULTILINE)
 
 
 SLOWLY = pytest.mark.slow("takes hundreds of iterations many times")
-MEASURED = [pytest.param(row, id=f"{row[0]}-{row[1]}", marks=[SLOWLY] * (int(row[4]) > 200)) for row in RATES]
+MEASURED = [
+    pytest.param(row, id=f"{row[0]}-{row[1]}", marks=[SLOWLY] * (int(row[4]) > 200))
+    for row in RATES
+]
 
 
-@pytest.mark.parametrize("row", [row for row in MEASURED if int(row.values[0][4]) < 2000])
+@pytest.mark.parametrize(
+    "row", [row for row in MEASURED if int(row.values[0][4]) < 2000]
+)
 def test_rates_of_fixed_point_are_what_the_bench_measures(row: tuple[str, ...]) -> None:
     family, n, parameter, value, iterations, *factors = row
     known = gallery.parameters_of(family)
@@ -243,22 +332,37 @@ LADDER = r"^\| ([a-z-]+) \| (\w+) = (\S+) \| (?:all|-|\d+) \|"
 def test_tables_have_rates_of_several_families_and_the_ladders_of_the_suites() -> None:
     """What auto does on them, test_bench_record holds; here it is that the table is about the same ladders."""
     assert len({row[0] for row in RATES}) >= 8
-    shown = {row[0]: row[1:] for row in re.findall(LADDER, PAGES["stability"], re.MULTILINE)}
-    stiff = [each for name in ("stiff", "extreme") for each in suites.SUITES[name].cases]
-    assert shown == {family: (axis, [*values.values()][-1]) for family, axis, values in ladders(stiff)}
+    shown = {
+        row[0]: row[1:] for row in re.findall(LADDER, PAGES["stability"], re.MULTILINE)
+    }
+    stiff = [
+        each for name in ("stiff", "extreme") for each in suites.SUITES[name].cases
+    ]
+    assert shown == {
+        family: (axis, [*values.values()][-1])
+        for family, axis, values in ladders(stiff)
+    }
 
 
 def test_page_of_formats_has_those_of_problems_and_of_results() -> None:
     shown = set(re.findall(r"`([.\w]+)`", PAGES["formats"]))
     assert {suffix for suffix in FORMATS if suffix not in shown} == set()
-    rows = [f"| `{name}` | `{form.suffix}` |" for name, form in document.FORMATS.items()]
+    rows = [
+        f"| `{name}` | `{form.suffix}` |" for name, form in document.FORMATS.items()
+    ]
     assert [row for row in rows if row not in PAGES["formats"]] == []
 
 
 def test_readme_is_short_and_a_problem_of_ones_own_comes_first() -> None:
     assert len(README.splitlines()) <= 120
-    assert README.index("lcp solve mine.json") < README.index("lcp compare paper-example-1")
+    assert README.index("lcp solve mine.json") < README.index(
+        "lcp compare paper-example-1"
+    )
     links = re.findall(r"(?<!!)\[[^\]]*\]\((.*?)\)", README)
     assert len(links) == 8
     assert all((ROOT / link).is_file() for link in links)
-    assert [topic for topic in TOPICS if topic != "tasks" and f"`{topic}`" not in README + PAGES["tasks"]] == []
+    assert [
+        topic
+        for topic in TOPICS
+        if topic != "tasks" and f"`{topic}`" not in README + PAGES["tasks"]
+    ] == []

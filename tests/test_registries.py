@@ -110,13 +110,55 @@ PAGE = "# What a toy is\n\nIt is what a test adds to a copy of this package, to 
 # The file that is new, its text, the file and the table with one more line, and that
 # line.
 ADDITIONS = {
-    "method": ("methods/toy.py", METHOD, "methods/registry.py", "METHODS", f'"toy": {DECLARED}'),
-    "family": ("gallery/toy.py", FAMILY, "gallery/families.py", "TABLE", "toy:\ntoy | the identity | P | this test"),
-    "file": ("files/toy.py", FORMAT, "files/formats.py", "FORMATS", '".toy": Kind("toy", M_AND_Q, in_decimals=True)'),
-    "report": ("report/toy.py", REPORT, "report/document.py", "FORMATS", '"toy": Form("titles", ".toys", "toy")'),
-    "peer": ("peers/toy.py", PEER, "peers/registry.py", "REGISTRY", '"toy": ("toy", "our own")'),
-    "class": ("inspection/toy.py", CLASS, "inspection/verdict.py", "CLASSES", '"toy": "toy"'),
-    "page": ("topics/toys.md", PAGE, "topics/tasks.md", "", "| what a toy is | `lcp help` | `toys` |"),
+    "method": (
+        "methods/toy.py",
+        METHOD,
+        "methods/registry.py",
+        "METHODS",
+        f'"toy": {DECLARED}',
+    ),
+    "family": (
+        "gallery/toy.py",
+        FAMILY,
+        "gallery/families.py",
+        "TABLE",
+        "toy:\ntoy | the identity | P | this test",
+    ),
+    "file": (
+        "files/toy.py",
+        FORMAT,
+        "files/formats.py",
+        "FORMATS",
+        '".toy": Kind("toy", M_AND_Q, in_decimals=True)',
+    ),
+    "report": (
+        "report/toy.py",
+        REPORT,
+        "report/document.py",
+        "FORMATS",
+        '"toy": Form("titles", ".toys", "toy")',
+    ),
+    "peer": (
+        "peers/toy.py",
+        PEER,
+        "peers/registry.py",
+        "REGISTRY",
+        '"toy": ("toy", "our own")',
+    ),
+    "class": (
+        "inspection/toy.py",
+        CLASS,
+        "inspection/verdict.py",
+        "CLASSES",
+        '"toy": "toy"',
+    ),
+    "page": (
+        "topics/toys.md",
+        PAGE,
+        "topics/tasks.md",
+        "",
+        "| what a toy is | `lcp help` | `toys` |",
+    ),
 }
 GENERAL = ("help", "completion")  # tests of all of a kind
 OF_ALL = (
@@ -140,7 +182,9 @@ def copy(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A copy of the package and its tests with all additions."""
     root = tmp_path_factory.mktemp("copy")
     for name in ("lcpcli", "tests", "problems"):
-        shutil.copytree(ROOT / name, root / name, ignore=shutil.ignore_patterns("__pycache__"))
+        shutil.copytree(
+            ROOT / name, root / name, ignore=shutil.ignore_patterns("__pycache__")
+        )
     for name in ("README.md", "pyproject.toml"):
         shutil.copy(ROOT / name, root)
     for new, text, registry, table, line in ADDITIONS.values():
@@ -168,24 +212,49 @@ def run(path: Path, folder: Path, *command: str, given: str = "") -> str:
     # No kernels are compiled for a copy.
     own = os.environ | {"PYTHONPATH": str(path), "NUMBA_DISABLE_JIT": "1"}
     done = subprocess.run(
-        [sys.executable, *command], input=given, capture_output=True, text=True, check=False, cwd=folder, env=own
+        [sys.executable, *command],
+        input=given,
+        capture_output=True,
+        text=True,
+        check=False,
+        cwd=folder,
+        env=own,
     )
     assert (done.returncode, done.stderr) == (0, ""), done.stdout[-5000:] + done.stderr
     return done.stdout
 
 
 def test_declarations_of_methods_name_known_classes() -> None:
-    assert {name for method in METHODS.values() for name in method.guaranteed} <= {ANY, *CLASSES}
+    assert {name for method in METHODS.values() for name in method.guaranteed} <= {
+        ANY,
+        *CLASSES,
+    }
 
 
 @pytest.mark.slow("it runs two files of tests, and some of others, on a copy")
 def test_what_is_added_passes_the_tests_of_all_of_its_kind(copy: Path) -> None:
     files = {path.name: str(path) for path in (copy / "tests").rglob("test_*.py")}
     tests = [files[f"test_{name}.py"] for name in GENERAL]
-    tests += [f"{files[f'test_{name}']}::{test}" for name, _, test in (one.partition("::") for one in OF_ALL)]
+    tests += [
+        f"{files[f'test_{name}']}::{test}"
+        for name, _, test in (one.partition("::") for one in OF_ALL)
+    ]
     # Which is disabled for a copy.
     compiling = "--deselect=tests/cli/test_help.py::test_examples_run[kernels]"
-    run(copy, copy, "-m", "pytest", "-n", "0", "-m", "", "-p", "no:cacheprovider", compiling, *tests)
+    run(
+        copy,
+        copy,
+        "-m",
+        "pytest",
+        "-n",
+        "0",
+        "-m",
+        "",
+        "-p",
+        "no:cacheprovider",
+        compiling,
+        *tests,
+    )
 
 
 COMMANDS = """\
@@ -203,12 +272,18 @@ help toys
 
 @pytest.mark.slow("the quick suite has another package with a method and a format")
 def test_what_is_added_does_its_work(copy: Path, tmp_path: Path) -> None:
-    (tmp_path / "toy.json").write_text('{"name": "toy", "M": [[2, 0], [0, 4]], "q": [-2, 4]}')
+    (tmp_path / "toy.json").write_text(
+        '{"name": "toy", "M": [[2, 0], [0, 4]], "q": [-2, 4]}'
+    )
     solved, shown, made, _, exact, _, bench, inspected, page, _ = run(
         copy, tmp_path, "-c", BATCH, given=COMMANDS
     ).split("\0")
     record = json.loads(solved)
-    assert (record["status"], record["method"], record["z"]) == ("solved", "toy", pytest.approx([1.0, 0.0]))
+    assert (record["status"], record["method"], record["z"]) == (
+        "solved",
+        "toy",
+        pytest.approx([1.0, 0.0]),
+    )
     assert record["options"] == {"omega": 1.5, "sweeps": 2}
     words = ("Methods shi, fixed-point and toy:", "Method toy:", "  --sweeps ")
     assert [word for word in words if word not in shown] == []
@@ -216,7 +291,9 @@ def test_what_is_added_does_its_work(copy: Path, tmp_path: Path) -> None:
     assert (tmp_path / "problem.toy").read_text() == "1.0 0.0 -1.0\n0.0 1.0 1.0\n"
     assert json.loads(exact)["exact"]["z"] == ["1", "0"]
     assert (tmp_path / "result.toys").read_text() == "toy: n = 2\n"
-    (row,) = (row for row in json.loads(bench)["measurements"] if row["solver"] == "toy")
+    (row,) = (
+        row for row in json.loads(bench)["measurements"] if row["solver"] == "toy"
+    )
     assert (row["success"], row["kind"]) == (True, "peer")
     assert json.loads(inspected)["classes"]["toy"]["verdict"] == "yes"
     assert page == PAGE
@@ -236,23 +313,41 @@ def test_another_package_adds_a_method_and_a_format(tmp_path: Path) -> None:
         f"METHOD = {declared}\n"
         'FORMAT = Kind("toys.format", M_AND_Q, in_decimals=True)\n'
     )
-    (installed / "METADATA").write_text("Metadata-Version: 2.1\nName: toys\nVersion: 1.0\n")
+    (installed / "METADATA").write_text(
+        "Metadata-Version: 2.1\nName: toys\nVersion: 1.0\n"
+    )
     (installed / "entry_points.txt").write_text(
         "[lcpcli.methods]\ntoy = toys:METHOD\nbroken = toys.none:METHOD\n\n[lcpcli.formats]\n.toy = toys:FORMAT\n"
     )
     path = Path(f"{tmp_path}{os.pathsep}{ROOT}")
     given = "make diagonal -n 2 --set decades=0 -o problem.toy -q\nsolve problem.toy --method toy:sweeps=2 -f json"
     code = "import lcpcli; print(lcpcli.run(lcpcli.read('problem.toy'), 'toy', omega=1.5).solved)"
-    _, solved, in_python = run(path, tmp_path, "-c", f"{BATCH}{code}", given=given).split("\0")
+    _, solved, in_python = run(
+        path, tmp_path, "-c", f"{BATCH}{code}", given=given
+    ).split("\0")
     record = json.loads(solved)
-    assert (record["method"], record["z"], record["options"]) == ("toy", [1.0, 0.0], {"omega": 1.0, "sweeps": 2})
+    assert (record["method"], record["z"], record["options"]) == (
+        "toy",
+        [1.0, 0.0],
+        {"omega": 1.0, "sweeps": 2},
+    )
     assert in_python == "True\n"
     broken = f"{sys.executable} -m lcpcli solve problem.toy --method broken 2>&1; test $? = 2"
-    line = run(path, tmp_path, "-c", f"import subprocess; subprocess.run({broken!r}, shell=True, check=True)")
-    assert line.startswith("lcp: broken: is toys.none:METHOD of another package, which cannot be loaded: ")
+    line = run(
+        path,
+        tmp_path,
+        "-c",
+        f"import subprocess; subprocess.run({broken!r}, shell=True, check=True)",
+    )
+    assert line.startswith(
+        "lcp: broken: is toys.none:METHOD of another package, which cannot be loaded: "
+    )
     assert line.count("\n") == 1
 
 
 def test_what_the_package_knows_itself_is_not_looked_for_in_others() -> None:
     solve = "import sys, lcpcli; lcpcli.run(lcpcli.read('problems/paper-example-1.json'), 'newton')"
-    assert run(ROOT, ROOT, "-c", f"{solve}; print('lcpcli.additions' in sys.modules)") == "False\n"
+    assert (
+        run(ROOT, ROOT, "-c", f"{solve}; print('lcpcli.additions' in sys.modules)")
+        == "False\n"
+    )

@@ -94,7 +94,10 @@ def modules() -> dict[str, list[ast.AST]]:
     """Every node of each module, of which the first is its tree."""
     gc.disable()  # it would search among all nodes again and again, and later on
     try:
-        trees = {name_of(file): ast.parse(file.read_text(encoding="utf-8")) for file in ROOT.glob("lcpcli/**/*.py")}
+        trees = {
+            name_of(file): ast.parse(file.read_text(encoding="utf-8"))
+            for file in ROOT.glob("lcpcli/**/*.py")
+        }
         return {name: [*ast.walk(tree)] for name, tree in trees.items()}
     finally:
         gc.freeze()
@@ -102,7 +105,12 @@ def modules() -> dict[str, list[ast.AST]]:
 
 
 def of_modules(*, of_the_command: bool = True) -> list[ast.AST]:
-    return [node for name, own in modules().items() if of_the_command or room_of(name) != "cli" for node in own]
+    return [
+        node
+        for name, own in modules().items()
+        if of_the_command or room_of(name) != "cli"
+        for node in own
+    ]
 
 
 def body_of(name: str) -> list[ast.stmt]:
@@ -130,29 +138,48 @@ def imports() -> dict[str, set[str]]:
                 assert node.level == 0, "the package imports by full names"
                 assert node.module is not None
                 full = [f"{node.module}.{alias.name}" for alias in node.names]
-                found[name] |= {each if each in modules() else node.module for each in full}
+                found[name] |= {
+                    each if each in modules() else node.module for each in full
+                }
     return found
 
 
 def length_of(function: ast.FunctionDef) -> int:
     """The lines of a function without its docstring."""
     first = function.body[0]
-    docstring = (first.end_lineno or 0) - first.lineno + 1 if ast.get_docstring(function) else 0
+    docstring = (
+        (first.end_lineno or 0) - first.lineno + 1 if ast.get_docstring(function) else 0
+    )
     return (function.end_lineno or 0) - function.lineno + 1 - docstring
 
 
 def may_be_long(text: str) -> bool:
     """Whether so many lines follow each other of which none begins a function, as only then there is one to measure."""
-    begin = [i for i, line in enumerate(text.splitlines()) if line.startswith(("def ", "class ", "@"))]
-    return any(b - a > LONGEST_FUNCTION for a, b in pairwise([0, *begin, text.count("\n")]))
+    begin = [
+        i
+        for i, line in enumerate(text.splitlines())
+        if line.startswith(("def ", "class ", "@"))
+    ]
+    return any(
+        b - a > LONGEST_FUNCTION for a, b in pairwise([0, *begin, text.count("\n")])
+    )
 
 
 def test_no_function_is_long() -> None:
-    texts = {name_of(file): file.read_text(encoding="utf-8") for file in ROOT.glob("tests/**/*.py")}
+    texts = {
+        name_of(file): file.read_text(encoding="utf-8")
+        for file in ROOT.glob("tests/**/*.py")
+    }
     bodies = {name: body_of(name) for name in modules()}
-    bodies |= {name: ast.parse(text).body for name, text in texts.items() if may_be_long(text)}
+    bodies |= {
+        name: ast.parse(text).body for name, text in texts.items() if may_be_long(text)
+    }
     for name, body in [*bodies.items()]:
-        bodies |= {f"{name}.{node.name}": node.body for node in body if isinstance(node, ast.ClassDef)}
+        bodies |= {
+            f"{name}.{node.name}": node.body
+            for node in body
+            if isinstance(node, ast.ClassDef)
+        }
     functions = {
         f"{name}.{node.name}": length_of(node)
         for name, body in bodies.items()
@@ -160,10 +187,14 @@ def test_no_function_is_long() -> None:
         if isinstance(node, ast.FunctionDef)
     }
     assert len(functions) > 1000
-    assert {name for name, length in functions.items() if length > LONGEST_FUNCTION} <= LONG
+    assert {
+        name for name, length in functions.items() if length > LONGEST_FUNCTION
+    } <= LONG
 
 
-def test_no_modules_import_each_other_in_a_circle_imports_in_functions_and_for_annotations_counted() -> None:
+def test_no_modules_import_each_other_in_a_circle_imports_in_functions_and_for_annotations_counted() -> (
+    None
+):
     # For annotations alone.
     assert "lcpcli.verify.error_theorems" in imports()["lcpcli.solving.result"]
     try:
@@ -174,23 +205,40 @@ def test_no_modules_import_each_other_in_a_circle_imports_in_functions_and_for_a
 
 def test_every_module_is_in_a_room_but_for_a_few_that_all_rooms_use() -> None:
     root = {name for name in modules() if not room_of(name)}
-    assert {name.count(".") for name in root} == {0, 1}, "a folder is no room of the table"
+    assert {name.count(".") for name in root} == {0, 1}, (
+        "a folder is no room of the table"
+    )
     assert len(root) <= LOOSE
-    below = {other for name in root - {"lcpcli", "lcpcli.__main__"} for other in imports()[name] if room_of(other)}
+    below = {
+        other
+        for name in root - {"lcpcli", "lcpcli.__main__"}
+        for other in imports()[name]
+        if room_of(other)
+    }
     assert below == set(), "what every room uses uses none of them"
 
 
 def test_rooms_use_the_rooms_of_the_table_which_are_above_them_in_it() -> None:
     used = {
-        room: {room_of(other) for name in modules() if room_of(name) == room for other in imports()[name]} - {room, ""}
+        room: {
+            room_of(other)
+            for name in modules()
+            if room_of(name) == room
+            for other in imports()[name]
+        }
+        - {room, ""}
         for room in ROOMS
     }
     assert used == {room: set(names.split()) for room, names in ROOMS.items()}
     order = list(ROOMS)
-    assert all(order.index(other) < order.index(room) for room in ROOMS for other in used[room])
+    assert all(
+        order.index(other) < order.index(room) for room in ROOMS for other in used[room]
+    )
 
 
-def test_every_room_has_a_line_in_the_table_of_the_page_on_development_in_the_same_order() -> None:
+def test_every_room_has_a_line_in_the_table_of_the_page_on_development_in_the_same_order() -> (
+    None
+):
     page = (ROOT / "lcpcli/development.md").read_text(encoding="utf-8")
     table = page.partition("| room | job |")[2].partition("\n\n")[0].splitlines()[2:]
     assert [line.split("|")[1].strip() for line in table] == list(ROOMS)
@@ -198,15 +246,25 @@ def test_every_room_has_a_line_in_the_table_of_the_page_on_development_in_the_sa
 
 def test_libraries_are_imported_by_their_rooms_alone() -> None:
     importers = {
-        library: {room_of(name) for name, own in imports().items() if library in {each.split(".")[0] for each in own}}
+        library: {
+            room_of(name)
+            for name, own in imports().items()
+            if library in {each.split(".")[0] for each in own}
+        }
         for library in LIBRARIES
     }
     assert importers == {library: {room} for library, room in LIBRARIES.items()}
 
 
-def test_views_of_records_are_functions_of_the_modules_that_are_named_and_records_call_them_all() -> None:
+def test_views_of_records_are_functions_of_the_modules_that_are_named_and_records_call_them_all() -> (
+    None
+):
     """Type checkers do not see them, as they are named by texts."""
-    homes = {name: f"lcpcli.{room}.{name}" for room, names in views.ROOMS.items() for name in names.split()}
+    homes = {
+        name: f"lcpcli.{room}.{name}"
+        for room, names in views.ROOMS.items()
+        for name in names.split()
+    }
     called = {
         (node.value.attr, node.attr)
         for node in of_modules()
@@ -224,32 +282,69 @@ def test_nothing_is_patched_onto_a_class_from_outside() -> None:
     classes = {node.name for node in of_modules() if isinstance(node, ast.ClassDef)}
     for node in of_modules():
         targets = node.targets if isinstance(node, ast.Assign) else []
-        owners = [ast.unparse(target.value) for target in targets if isinstance(target, ast.Attribute)]
-        if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "setattr":
+        owners = [
+            ast.unparse(target.value)
+            for target in targets
+            if isinstance(target, ast.Attribute)
+        ]
+        if (
+            isinstance(node, ast.Call)
+            and isinstance(node.func, ast.Name)
+            and node.func.id == "setattr"
+        ):
             owners = [ast.unparse(node.args[0])]
             assert not owners[0].startswith("getattr("), ast.unparse(node)
-        assert not {owner.split(".")[-1] for owner in owners} & classes, ast.unparse(node)
+        assert not {owner.split(".")[-1] for owner in owners} & classes, ast.unparse(
+            node
+        )
 
 
 def test_what_is_frozen_is_filled_by_its_own_class_alone() -> None:
     for name in modules():
-        outside = [node for top in body_of(name) if not isinstance(top, ast.ClassDef) for node in ast.walk(top)]
-        assert not {node.attr for node in outside if isinstance(node, ast.Attribute)} & {"__dict__", "__new__"}, name
-        changes: list[ast.AST] = [node for node in outside if isinstance(getattr(node, "ctx", None), ast.Store)]
-        changes += [node for node in outside if getattr(node, "attr", "") in ("update", "setdefault", "pop")]
-        assert not [node for node in changes if ast.unparse(node).startswith("vars(")], name
+        outside = [
+            node
+            for top in body_of(name)
+            if not isinstance(top, ast.ClassDef)
+            for node in ast.walk(top)
+        ]
+        assert not {
+            node.attr for node in outside if isinstance(node, ast.Attribute)
+        } & {"__dict__", "__new__"}, name
+        changes: list[ast.AST] = [
+            node
+            for node in outside
+            if isinstance(getattr(node, "ctx", None), ast.Store)
+        ]
+        changes += [
+            node
+            for node in outside
+            if getattr(node, "attr", "") in ("update", "setdefault", "pop")
+        ]
+        assert not [
+            node for node in changes if ast.unparse(node).startswith("vars(")
+        ], name
 
 
 OF_THE_PROCESS = {"os.dup2", "os._exit", "sys.meta_path", "gc.set_threshold"}
 NAMES = {name.split(".")[1] for name in OF_THE_PROCESS}
 
 
-def test_no_generator_is_decorated_by_errstate_which_ends_before_its_first_step() -> None:
+def test_no_generator_is_decorated_by_errstate_which_ends_before_its_first_step() -> (
+    None
+):
     """`doubles.each_step` stands for it."""
     functions = [node for node in of_modules() if isinstance(node, ast.FunctionDef)]
-    quiet = [each for each in functions if any("errstate" in ast.unparse(own) for own in each.decorator_list)]
+    quiet = [
+        each
+        for each in functions
+        if any("errstate" in ast.unparse(own) for own in each.decorator_list)
+    ]
     assert len(quiet) > 10
-    steps = [each.name for each in quiet if any(isinstance(node, ast.Yield | ast.YieldFrom) for node in ast.walk(each))]
+    steps = [
+        each.name
+        for each in quiet
+        if any(isinstance(node, ast.Yield | ast.YieldFrom) for node in ast.walk(each))
+    ]
     assert not steps
 
 
@@ -262,25 +357,45 @@ def test_only_the_command_changes_its_process_and_has_exit_codes() -> None:
         room_of(name)
         for name, own in modules().items()
         for node in own
-        if isinstance(node, ast.Attribute) and node.attr in NAMES and ast.unparse(node) in OF_THE_PROCESS
+        if isinstance(node, ast.Attribute)
+        and node.attr in NAMES
+        and ast.unparse(node) in OF_THE_PROCESS
         if (name, node.attr) != ("lcpcli.interrupts", "dup2")
     }
     assert owners == {"cli"}
     below = of_modules(of_the_command=False)
-    assert "exit_code" not in {getattr(node, kind, "") for node in below for kind in ("attr", "name", "id")}
+    assert "exit_code" not in {
+        getattr(node, kind, "") for node in below for kind in ("attr", "name", "id")
+    }
 
 
 def test_errors_in_options_name_them_as_python_does() -> None:
     """The command alone writes their flags, `cli.main.as_written`."""
-    calls = [node for node in of_modules(of_the_command=False) if isinstance(node, ast.Call) and node.args]
+    calls = [
+        node
+        for node in of_modules(of_the_command=False)
+        if isinstance(node, ast.Call) and node.args
+    ]
     raised = [
-        ast.unparse(node.args[0]) for node in calls if ast.unparse(node.func) in ("OptionError", "ParameterError")
+        ast.unparse(node.args[0])
+        for node in calls
+        if ast.unparse(node.func) in ("OptionError", "ParameterError")
     ]
     assert len(raised) > 50
     assert not [text for text in raised if text.lstrip("f").startswith("'-")]
 
 
-IN_RUNS = ("linalg", "model", "rational", "verify", "methods", "inspection", "solving", "enumeration", "parametric")
+IN_RUNS = (
+    "linalg",
+    "model",
+    "rational",
+    "verify",
+    "methods",
+    "inspection",
+    "solving",
+    "enumeration",
+    "parametric",
+)
 AFTER_RUNS = {"lcpcli.solving.solve_qp"}  # whose functions are called after a run
 LOADING = {"import_module", "find_spec"}
 # Load parts of numpy, as np.unique does.
@@ -290,7 +405,9 @@ LATE_IN_NUMPY = {"np.random", "np.union1d", "np.setdiff1d", "np.setxor1d"}
 def timed_loading(node: ast.AST, in_function: bool = False) -> Iterator[str]:
     """What below a node may load modules while a run is timed: in functions, outside of `with imports`."""
     for child in ast.iter_child_nodes(node):
-        if isinstance(child, ast.With) and any(ast.unparse(item.context_expr) == "imports" for item in child.items):
+        if isinstance(child, ast.With) and any(
+            ast.unparse(item.context_expr) == "imports" for item in child.items
+        ):
             continue
         if isinstance(child, ast.If) and ast.unparse(child.test) == "TYPE_CHECKING":
             continue
@@ -301,18 +418,38 @@ def timed_loading(node: ast.AST, in_function: bool = False) -> Iterator[str]:
             yield ast.unparse(child)
         if isinstance(child, ast.Attribute) and ast.unparse(child) in LATE_IN_NUMPY:
             yield ast.unparse(child)
-        yield from timed_loading(child, in_function or isinstance(child, ast.FunctionDef))
+        yield from timed_loading(
+            child, in_function or isinstance(child, ast.FunctionDef)
+        )
 
 
 def test_no_time_of_a_run_is_that_of_loading_a_module() -> None:
-    names = [name for name in modules() if room_of(name) in IN_RUNS and name not in AFTER_RUNS]
-    assert {name: found for name in names if (found := list(timed_loading(modules()[name][0])))} == {}
+    names = [
+        name
+        for name in modules()
+        if room_of(name) in IN_RUNS and name not in AFTER_RUNS
+    ]
+    assert {
+        name: found
+        for name in names
+        if (found := list(timed_loading(modules()[name][0])))
+    } == {}
 
 
 def test_packages_name_what_is_inside_and_do_no_work() -> None:
-    packages = [name for name in modules() if name != "lcpcli" and (ROOT / name.replace(".", "/")).is_dir()]
-    assert {name for name in packages if not isinstance(body_of(name)[0], ast.Expr) or len(body_of(name)) > 1} == set()
+    packages = [
+        name
+        for name in modules()
+        if name != "lcpcli" and (ROOT / name.replace(".", "/")).is_dir()
+    ]
+    assert {
+        name
+        for name in packages
+        if not isinstance(body_of(name)[0], ast.Expr) or len(body_of(name)) > 1
+    } == set()
 
 
 def test_no_module_takes_the_place_of_a_public_name_when_it_is_imported() -> None:
-    assert {name.split(".")[1] for name in modules() if "." in name} & {*lcpcli.__all__} == set()
+    assert {name.split(".")[1] for name in modules() if "." in name} & {
+        *lcpcli.__all__
+    } == set()

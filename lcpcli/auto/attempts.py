@@ -89,12 +89,16 @@ class Structure:
         problems with this M; None if none is.
     """
 
-    def __init__(self, problem: Problem, x0: Vector, tried: Tried | None = None) -> None:
+    def __init__(
+        self, problem: Problem, x0: Vector, tried: Tried | None = None
+    ) -> None:
         self.given, self.x0, self.tried = problem, x0, tried or {}
         self.follow: Follow = tableau.follow
         self.reduced: Callable[[Problem], Reduction] | None = None
         self.is_narrow = direct.is_full_band(problem.M)
-        self.is_large_and_sparse = self.is_narrow or (is_sparse(problem.M) and problem.n > direct.MOST_AS_DENSE)
+        self.is_large_and_sparse = self.is_narrow or (
+            is_sparse(problem.M) and problem.n > direct.MOST_AS_DENSE
+        )
         self.problem = problem if self.is_large_and_sparse else direct.as_dense(problem)
 
     @cached_property
@@ -102,7 +106,11 @@ class Structure:
         """Return the problem with sparse M if M has so few entries that sparse factors cost less even for small n; else
         with dense M for small n."""
         most = direct.MOST_FILLED * self.given.n**2
-        M = self.given.M if self.given.n <= MOST_UNFILLED else thinned(self.given.M, most)
+        M = (
+            self.given.M
+            if self.given.n <= MOST_UNFILLED
+            else thinned(self.given.M, most)
+        )
         is_thin = is_sparse(M) and self.given.n > MOST_UNFILLED and M.nnz <= most
         return direct.as_sparse(self.given, M) if is_thin else self.problem
 
@@ -124,7 +132,11 @@ class Structure:
             return "linear"
         # Of rows, but for which M is symmetric: of a program there are both kinds.
         S = self.problem.signs
-        return "quadratic" if S is not None and (S[0] != S).any() and is_semidefinite(M) else ""
+        return (
+            "quadratic"
+            if S is not None and (S[0] != S).any() and is_semidefinite(M)
+            else ""
+        )
 
     @cached_property
     def is_no_p_matrix(self) -> bool:
@@ -136,7 +148,9 @@ class Structure:
     def is_z_matrix(self) -> bool:
         """Return whether no entry of M off the diagonal is positive, and all on it are: exchanges then advance from
         both sides."""
-        return self.has_no_positive_links and bool((self.problem.M.diagonal() > 0).all())
+        return self.has_no_positive_links and bool(
+            (self.problem.M.diagonal() > 0).all()
+        )
 
     @cached_property
     def has_no_positive_links(self) -> bool:
@@ -148,7 +162,12 @@ class Structure:
         """Return `direct.basic_zeros` if M is small, or the graph of its entries is a forest, so that its factors cost
         little; else None."""
         zeros = direct.basic_zeros(self.problem)
-        return zeros if zeros is not None and (not self.is_large_and_sparse or is_forest(self.problem.M)) else None
+        return (
+            zeros
+            if zeros is not None
+            and (not self.is_large_and_sparse or is_forest(self.problem.M))
+            else None
+        )
 
     @cached_property
     def is_semidefinite(self) -> bool:
@@ -159,15 +178,28 @@ class Structure:
     def is_unsure(self) -> bool:
         """Return whether an entry on the diagonal of M is negative, for more than a few unknowns without bounds: M is
         then neither copositive nor a P-matrix, nor of another class for which Lemke's path ends at a solution."""
-        return self.problem.n > SHORT and not self.problem.is_mixed and bool(self.problem.M.diagonal().min() < 0)
+        return (
+            self.problem.n > SHORT
+            and not self.problem.is_mixed
+            and bool(self.problem.M.diagonal().min() < 0)
+        )
 
     @cached_property
     def is_frictional(self) -> bool:
         """Return whether M is dense, not monotone, and has some zeros on the diagonal but not only zeros, as games
         have, nor negative entries."""
-        if self.is_large_and_sparse or self.problem.is_mixed or self.problem.n < FEWEST_FRICTIONAL or self.is_unsure:
+        if (
+            self.is_large_and_sparse
+            or self.problem.is_mixed
+            or self.problem.n < FEWEST_FRICTIONAL
+            or self.is_unsure
+        ):
             return False
-        return self.is_no_p_matrix and bool(self.problem.M.diagonal().any()) and not self.is_semidefinite
+        return (
+            self.is_no_p_matrix
+            and bool(self.problem.M.diagonal().any())
+            and not self.is_semidefinite
+        )
 
     @cached_property
     def is_pivoted(self) -> bool:
@@ -175,7 +207,11 @@ class Structure:
         n = self.problem.n
         if n > direct.MOST_PIVOTED or self.is_unsure or is_far_from_one(self.problem):
             return False
-        return n <= MOST_PIVOTED_BY_NUMPY or self.follow is not tableau.follow or not self.is_semidefinite
+        return (
+            n <= MOST_PIVOTED_BY_NUMPY
+            or self.follow is not tableau.follow
+            or not self.is_semidefinite
+        )
 
     @cached_property
     def game(self) -> Costs | None:
@@ -220,16 +256,22 @@ def _is_too_large_for_fractions(structure: Structure) -> bool:
 def _has_few_nodes(structure: Structure) -> bool:
     """Return whether a few nodes of the tree of milp are examined, which begin with a proof of infeasibility."""
     n, is_mixed = structure.problem.n, structure.problem.is_mixed
-    return FEW_UNKNOWNS < n <= MOST_FOR_MILP and not (is_mixed or structure.is_semidefinite)
+    return FEW_UNKNOWNS < n <= MOST_FOR_MILP and not (
+        is_mixed or structure.is_semidefinite
+    )
 
 
-def by(place: str, given: Callable[[Structure], tuple[Any, ...]] = lambda s: (s.problem,)) -> Begin:
+def by(
+    place: str, given: Callable[[Structure], tuple[Any, ...]] = lambda s: (s.problem,)
+) -> Begin:
     """Return how an attempt begins: by a function of the room of methods, loaded at that time, of what is given."""
 
     def begin(structure: Structure) -> Stage:
         module, _, function = place.partition(".")
         with imports:
-            found: Callable[..., Stage] = getattr(import_module(f"lcpcli.methods.{module}"), function)
+            found: Callable[..., Stage] = getattr(
+                import_module(f"lcpcli.methods.{module}"), function
+            )
         return found(*given(structure))
 
     return begin
@@ -277,7 +319,9 @@ def _from_basic_zeros(structure: Structure) -> Stage:
     of the last variables."""
     problem, is_large = structure.thin, structure.is_large_and_sparse
     x0 = np.where(problem.q <= 0, 0.5, -0.5)
-    stage = newton(problem, x0, _single_exchanges(structure), _is_hasty(problem), growing=is_large)
+    stage = newton(
+        problem, x0, _single_exchanges(structure), _is_hasty(problem), growing=is_large
+    )
     return stages.limited(stage, MOST_SMALL_BAND_STEPS) if is_large else stage
 
 
@@ -288,7 +332,9 @@ def all_basic(structure: Structure) -> Stage:
     take n steps where M is an M-matrix, as for options, and each step finds only the neighbours of the last variables.
     """
     problem = structure.problem
-    lower, upper = (np.clip(bound, -1.0, 1.0) for bound in problem.box.vectors(problem.n))  # 0 is within the bounds
+    lower, upper = (
+        np.clip(bound, -1.0, 1.0) for bound in problem.box.vectors(problem.n)
+    )  # 0 is within the bounds
     patience = problem.n if is_sparse(problem.M) else _single_exchanges(structure)
     return newton(problem, (lower + upper) / 4, patience, _is_hasty(problem))
 
@@ -297,55 +343,109 @@ def lemke(structure: Structure) -> Stage:
     """Follow Lemke's path, not much longer than those that end at a solution."""
     with imports:
         from lcpcli.methods.lemke import MAX_PIVOTS
-    return stages.limited(stages.begin("lemke", structure.problem, structure.x0), MAX_PIVOTS * structure.problem.n)
+    return stages.limited(
+        stages.begin("lemke", structure.problem, structure.x0),
+        MAX_PIVOTS * structure.problem.n,
+    )
 
 
 BRIEFLY_LINEAR = by(
-    "linear.linear", lambda s: (s.given, max(SIMPLEX_EFFORT_BY_ORDER * s.problem.n**3, LEAST_SIMPLEX_EFFORT))
+    "linear.linear",
+    lambda s: (
+        s.given,
+        max(SIMPLEX_EFFORT_BY_ORDER * s.problem.n**3, LEAST_SIMPLEX_EFFORT),
+    ),
 )
 FIRST = (
     Row(
-        *("piqp", "", "M may be that of a convex program, and the package PIQP is installed"),
+        *(
+            "piqp",
+            "",
+            "M may be that of a convex program, and the package PIQP is installed",
+        ),
         lambda s: direct.may_be_program(s.given),
         by("convex_program.convex_program", lambda s: (s.given,)),
     ),
     Row(
-        *("linear", "of half of the variables", "M is large, sparse and skew-symmetric, as for a linear program"),
+        *(
+            "linear",
+            "of half of the variables",
+            "M is large, sparse and skew-symmetric, as for a linear program",
+        ),
         lambda s: s.program == "linear",
-        by("linear.linear", lambda s: (s.given, max(SIMPLEX_EFFORT * s.problem.M.nnz, LEAST_SIMPLEX_EFFORT))),
+        by(
+            "linear.linear",
+            lambda s: (
+                s.given,
+                max(SIMPLEX_EFFORT * s.problem.M.nnz, LEAST_SIMPLEX_EFFORT),
+            ),
+        ),
     ),
     Row(
-        *("elimination", "", "M is tridiagonal, and no entry off the diagonal is positive"),
-        lambda s: s.is_narrow and s.problem.box.is_orthant and s.is_z_matrix and width(s.problem.M) <= 1,
+        *(
+            "elimination",
+            "",
+            "M is tridiagonal, and no entry off the diagonal is positive",
+        ),
+        lambda s: (
+            s.is_narrow
+            and s.problem.box.is_orthant
+            and s.is_z_matrix
+            and width(s.problem.M) <= 1
+        ),
         by("z_matrix.eliminated"),
     ),
     Row(
-        *("newton", "while it settles fast", "the entries of M are near the diagonal, so that its factors cost little"),
+        *(
+            "newton",
+            "while it settles fast",
+            "the entries of M are near the diagonal, so that its factors cost little",
+        ),
         lambda s: s.is_narrow and not s.program,
         lambda s: stages.limited(newton_while_fast(s), MOST_BAND_STEPS),
     ),
     Row(
-        *("newton", "from w = 0", "its factors cost little, and no entry off the diagonal is positive"),
+        *(
+            "newton",
+            "from w = 0",
+            "its factors cost little, and no entry off the diagonal is positive",
+        ),
         lambda s: s.is_narrow and s.problem.n <= direct.MOST_AS_DENSE and s.is_z_matrix,
         lambda s: stages.limited(all_basic(s), MOST_SMALL_BAND_STEPS),
     ),
     Row(
-        *("newton", "from w = 0 where q <= 0", "no entry off the diagonal is positive, and some of q are 0"),
+        *(
+            "newton",
+            "from w = 0 where q <= 0",
+            "no entry off the diagonal is positive, and some of q are 0",
+        ),
         lambda s: s.basic_zeros is not None,
         _from_basic_zeros,
     ),
     Row(
-        *("sparse", "products with M, coarse versions of M, factors", "M is large and sparse, of no convex program"),
+        *(
+            "sparse",
+            "products with M, coarse versions of M, factors",
+            "M is large and sparse, of no convex program",
+        ),
         lambda s: s.is_large_and_sparse and not s.program,
         by("active_set.sparse_route", lambda s: (s.problem, s.x0)),
     ),
     Row(
-        *("pure", "", "M is that of a bimatrix game, most of which have an equilibrium in pure strategies"),
+        *(
+            "pure",
+            "",
+            "M is that of a bimatrix game, most of which have an equilibrium in pure strategies",
+        ),
         lambda s: s.game is not None,
         by("bimatrix.pure_equilibrium", lambda s: (s.problem, s.game)),
     ),
     Row(
-        *("newton", "while it settles fast", "there are bounds, and zeros on the diagonal of M"),
+        *(
+            "newton",
+            "while it settles fast",
+            "there are bounds, and zeros on the diagonal of M",
+        ),
         lambda s: s.is_no_p_matrix and s.problem.is_mixed and not s.program,
         newton_while_fast,
     ),
@@ -355,24 +455,45 @@ FIRST = (
         usual_newton,
     ),
     Row(
-        *("newton", "at w = 0", "M is dense, and a solution with w = 0 has no definite states where z is at bounds"),
-        lambda s: not (s.is_large_and_sparse or s.is_z_matrix) and (s.is_unsure or not s.is_no_p_matrix),
+        *(
+            "newton",
+            "at w = 0",
+            "M is dense, and a solution with w = 0 has no definite states where z is at bounds",
+        ),
+        lambda s: (
+            not (s.is_large_and_sparse or s.is_z_matrix)
+            and (s.is_unsure or not s.is_no_p_matrix)
+        ),
         by("newton.without_w"),
     ),
     Row(
-        *("newton", "from w = 0", "no entry off the diagonal is positive, and all on it are"),
+        *(
+            "newton",
+            "from w = 0",
+            "no entry off the diagonal is positive, and all on it are",
+        ),
         _is_first_basic,
         all_basic,
     ),
     Row(
-        *("newton", CHANDRASEKARAN, "no entry off the diagonal is positive, and z >= 0 alone is asked for"),
-        lambda s: s.has_no_positive_links and not (s.problem.is_mixed or _is_too_large_for_fractions(s)),
+        *(
+            "newton",
+            CHANDRASEKARAN,
+            "no entry off the diagonal is positive, and z >= 0 alone is asked for",
+        ),
+        lambda s: (
+            s.has_no_positive_links
+            and not (s.problem.is_mixed or _is_too_large_for_fractions(s))
+        ),
         by("z_matrix.z_matrix"),
     ),
     Row(
         *("lemke", "", "there are few unknowns, with numbers of usual size"),
         lambda s: s.is_pivoted and not (s.game and s.problem.n > MOST_PIVOTED_GAME),
-        by("lemke.pivoted", lambda s: (s.problem, s.follow, s.reduction, lambda: s.is_semidefinite)),
+        by(
+            "lemke.pivoted",
+            lambda s: (s.problem, s.follow, s.reduction, lambda: s.is_semidefinite),
+        ),
     ),
 )
 BRIEF = (
@@ -382,42 +503,84 @@ BRIEF = (
         by("bimatrix.lemke_howson", lambda s: (s.problem, s.game)),
     ),
     Row(
-        *("linear", "few iterations", "no known property of M excludes that the problem is infeasible"),
-        lambda s: s.problem.n <= MOST_EARLY_LINEAR and not (s.is_semidefinite or _has_few_nodes(s)),
+        *(
+            "linear",
+            "few iterations",
+            "no known property of M excludes that the problem is infeasible",
+        ),
+        lambda s: (
+            s.problem.n <= MOST_EARLY_LINEAR
+            and not (s.is_semidefinite or _has_few_nodes(s))
+        ),
         BRIEFLY_LINEAR,
     ),
     Row(
-        *("milp", "a few nodes", f"there are at most {MOST_FOR_MILP} unknowns, and perhaps no solution"),
+        *(
+            "milp",
+            "a few nodes",
+            f"there are at most {MOST_FOR_MILP} unknowns, and perhaps no solution",
+        ),
         _has_few_nodes,
         by("milp.few_nodes"),
     ),
 )
 LATER = (
     Row(
-        *("newton", "from w = 0 where q <= 0", "M is large and sparse, and some of q are 0"),
-        lambda s: s.is_large_and_sparse and s.basic_zeros is None and direct.basic_zeros(s.problem) is not None,
+        *(
+            "newton",
+            "from w = 0 where q <= 0",
+            "M is large and sparse, and some of q are 0",
+        ),
+        lambda s: (
+            s.is_large_and_sparse
+            and s.basic_zeros is None
+            and direct.basic_zeros(s.problem) is not None
+        ),
         _from_basic_zeros,
     ),
     Row(
         *("newton", "from w = 0", "no known property of M excludes it"),
-        lambda s: not (s.program or s.game or _is_first_basic(s) or (s.is_no_p_matrix and s.is_semidefinite)),
+        lambda s: (
+            not (
+                s.program
+                or s.game
+                or _is_first_basic(s)
+                or (s.is_no_p_matrix and s.is_semidefinite)
+            )
+        ),
         all_basic,
         # Newton, whose basis then only grows, follows.
         lambda s: MOST_SMALL_BAND_STEPS if s.is_z_matrix else math.inf,
     ),
     Row(
-        *("newton", "", "M is large and sparse; it takes a few steps where M is a P-matrix"),
+        *(
+            "newton",
+            "",
+            "M is large and sparse; it takes a few steps where M is a P-matrix",
+        ),
         lambda s: s.is_large_and_sparse and not s.is_no_p_matrix,
         usual_newton,
     ),
     Row(
-        *("interior", "two attempts", "M + M' is positive semidefinite, or M has the structure of a contact problem"),
+        *(
+            "interior",
+            "two attempts",
+            "M + M' is positive semidefinite, or M has the structure of a contact problem",
+        ),
         lambda s: s.is_semidefinite or s.is_frictional,
         by("interior.first_attempts", lambda s: (s.thin,)),
     ),
     Row(
-        *("newton", CHANDRASEKARAN, "M is large and sparse, and no entry off the diagonal is positive"),
-        lambda s: s.has_no_positive_links and _is_too_large_for_fractions(s) and not s.problem.is_mixed,
+        *(
+            "newton",
+            CHANDRASEKARAN,
+            "M is large and sparse, and no entry off the diagonal is positive",
+        ),
+        lambda s: (
+            s.has_no_positive_links
+            and _is_too_large_for_fractions(s)
+            and not s.problem.is_mixed
+        ),
         by("z_matrix.z_matrix"),
     ),
     *BRIEF,
@@ -443,7 +606,11 @@ LATER = (
         first_round=1,
     ),
     Row(
-        *("milp", "first nodes", f"there are at most {factors.MOST_NUMPY_ROWS} unknowns, and it applies to any M"),
+        *(
+            "milp",
+            "first nodes",
+            f"there are at most {factors.MOST_NUMPY_ROWS} unknowns, and it applies to any M",
+        ),
         lambda s: s.problem.n <= factors.MOST_NUMPY_ROWS,
         by("milp.first_nodes"),
         first_round=2,
@@ -462,12 +629,20 @@ LATER = (
         first_round=2,
     ),
     Row(
-        *("interior", "", "there are bounds, and M + M' is indefinite, as for programs that are not convex"),
+        *(
+            "interior",
+            "",
+            "there are bounds, and M + M' is indefinite, as for programs that are not convex",
+        ),
         lambda s: s.problem.is_mixed and not s.is_semidefinite,
         lambda s: stages.begin("interior", s.problem, s.x0),
     ),
     Row(
-        *("reflections", "", f"there are at most {MOST_REFLECTED} unknowns, and it applies to any M"),
+        *(
+            "reflections",
+            "",
+            f"there are at most {MOST_REFLECTED} unknowns, and it applies to any M",
+        ),
         lambda s: s.problem.n <= MOST_REFLECTED,
         lambda s: stages.begin("reflections", s.problem, s.x0),
         lambda _: LOOKS,
@@ -481,7 +656,10 @@ class _Attempt:
 
     def __init__(self, row: Row, structure: Structure) -> None:
         made = structure.tried.get(row.method)
-        self._stage, self._evaluations = made.pop(0) if made else row.begin(structure), 0
+        self._stage, self._evaluations = (
+            made.pop(0) if made else row.begin(structure),
+            0,
+        )
         self.share, self.is_over = row.share(structure), False
 
     def turn(self, iterates: float) -> Stage:
@@ -492,15 +670,23 @@ class _Attempt:
             step = advance(self._stage)
             if not isinstance(step, Iterate):
                 return step
-            self.is_over, self._evaluations, passed = False, step.evaluations, passed + 1
+            self.is_over, self._evaluations, passed = (
+                False,
+                step.evaluations,
+                passed + 1,
+            )
             yield step._replace(evaluations=step.evaluations - before)
         return Stalled(f"{passed} iterations were not enough")
 
 
-def in_rounds(structure: Structure, table: Sequence[Row] = TABLE) -> Iterator[tuple[str, Stage]]:
+def in_rounds(
+    structure: Structure, table: Sequence[Row] = TABLE
+) -> Iterator[tuple[str, Stage]]:
     """Yield the turns of the attempts that apply, by the names of their methods; each begins when its turn comes."""
     suspended = dict[int, _Attempt]()
-    for number in range(ROUNDS_BEFORE_MILP if structure.problem.n <= MOST_FOR_MILP else ROUNDS):
+    for number in range(
+        ROUNDS_BEFORE_MILP if structure.problem.n <= MOST_FOR_MILP else ROUNDS
+    ):
         for i, row in enumerate(table):
             attempt = suspended.pop(i, None)
             if row.first_round == number and row.applies(structure):
@@ -510,5 +696,7 @@ def in_rounds(structure: Structure, table: Sequence[Row] = TABLE) -> Iterator[tu
             yield row.method, attempt.turn(attempt.share * 2.0**number)
             if not attempt.is_over and structure.problem.n <= MOST_HELD:
                 suspended[i] = attempt
-        if not suspended and number >= max((row.first_round for row in table), default=0):
+        if not suspended and number >= max(
+            (row.first_round for row in table), default=0
+        ):
             return

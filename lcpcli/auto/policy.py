@@ -29,7 +29,18 @@ from lcpcli.linalg.matrices import is_sparse
 from lcpcli.methods import stages
 from lcpcli.methods.final_states import MOST_DECIDED, confirmed, is_doubtful
 from lcpcli.methods.newton import from_start
-from lcpcli.methods.stages import Ending, Finished, Iterate, NoSolution, Search, Stage, Stalled, Turns, advance, changed
+from lcpcli.methods.stages import (
+    Ending,
+    Finished,
+    Iterate,
+    NoSolution,
+    Search,
+    Stage,
+    Stalled,
+    Turns,
+    advance,
+    changed,
+)
 from lcpcli.model.problem import Problem
 from lcpcli.rational.elimination import Effort
 from lcpcli.rational.exact_problem import ExactProblem
@@ -37,7 +48,13 @@ from lcpcli.rational.numbers import rounded, rounded_direction
 from lcpcli.rational.tree import solution_search
 from lcpcli.typing import Vector
 from lcpcli.verify import certificate, measure
-from lcpcli.verify.certificate import EXHAUSTION_EFFORT, Certificate, infeasible, is_clear, proves_infeasible
+from lcpcli.verify.certificate import (
+    EXHAUSTION_EFFORT,
+    Certificate,
+    infeasible,
+    is_clear,
+    proves_infeasible,
+)
 from lcpcli.verify.exact_solution import from_point, is_rounded_solution, refined
 from lcpcli.verify.farkas import farkas_vector
 from lcpcli.verify.point import Criterion, Point
@@ -51,7 +68,9 @@ MOST_REFINEMENTS = 3
 PATIENCE, LEAST_PATIENCE, MOST_SPARSE_PATIENCE = 2, 200, 2000
 EXCLUDED = "each complementary set is excluded in exact arithmetic"
 OUT_OF_RANGE = "there is a solution, but doubles cannot represent it: its numbers are too large or too small"
-LOST_BY_ROUNDING = "there is a solution, but its nearest doubles do not solve the problem"
+LOST_BY_ROUNDING = (
+    "there is a solution, but its nearest doubles do not solve the problem"
+)
 UNDECIDED_IN_TIME = "exact arithmetic did not decide the problem in time"
 NOTHING = list[Fraction]()  # after all nodes of a tree without a solution
 # Of the tree, in counted work: what it does at first, in which it decides nearly all
@@ -82,7 +101,11 @@ def auto(
     near : whether x0 is of a z near a solution, whose states are tried first where M has zeros on the diagonal.
     tried : first attempts in the table that have been made, by method; none has solved the problem.
     """
-    if problem.x0 is not None and np.array_equal(x0, problem.x0) and Criterion(problem).reference_solves:
+    if (
+        problem.x0 is not None
+        and np.array_equal(x0, problem.x0)
+        and Criterion(problem).reference_solves
+    ):
         trivial = problem.box.x_of(problem.reference_point, problem.q_ref)
         return stages.ended(Finished(), Iterate(trivial, None, "", 0))
     if problem.is_mixed:
@@ -90,7 +113,9 @@ def auto(
             from lcpcli.presolve.presolve import substituted
         change = substituted(problem)
         if not change.is_identity:
-            return changed(change, x0, partial(auto, presolve=presolve, states=states, near=near))
+            return changed(
+                change, x0, partial(auto, presolve=presolve, states=states, near=near)
+            )
     search = partial(_searched, presolve=presolve, near=near)
     if problem.may_have_far_bounds:
         return _relaxed_first(problem, x0, search, states)
@@ -125,9 +150,13 @@ def _searched(problem: Problem, x0: Vector, milp: bool = True, **how: Any) -> St
         if point.solution() is None:
             doubt = certificate.settled(problem, point.z, point.criterion.tol)
             if doubt is None or doubt.fault:
-                ending = yield from turns.take("", search(problem, Turns(x0), tried=None))
+                ending = yield from turns.take(
+                    "", search(problem, Turns(x0), tried=None)
+                )
     if milp and isinstance(ending, stages.Undecided):
-        return (yield from turns.take("milp", stages.begin("milp", problem, turns.last.x)))
+        return (
+            yield from turns.take("milp", stages.begin("milp", problem, turns.last.x))
+        )
     return ending
 
 
@@ -146,7 +175,9 @@ def _search(
     milp : whether nodes of its tree are examined; begun : whether the first ones have had their turns; is_decided :
     called after each turn, for other work between the turns; if it returns True, the search ends."""
     x0, criterion = turns.last.x, cache(partial(Criterion, problem))
-    first = [("newton", from_start(problem, problem.box.basis_of(x0)))] if states else []
+    first = (
+        [("newton", from_start(problem, problem.box.basis_of(x0)))] if states else []
+    )
     if states:
         x0 = np.zeros(problem.n)
     elif near and not problem.M.diagonal().all():
@@ -156,13 +187,18 @@ def _search(
         first = [("interior", at_point(problem, x0, tried))]
     last: NoSolution | Stalled | None = None
     left = math.inf  # evaluations, once it is known with what the search is to end
-    least_patience = max(LEAST_PATIENCE, min(4 * problem.n, MOST_SPARSE_PATIENCE) if is_sparse(problem.M) else 0)
+    least_patience = max(
+        LEAST_PATIENCE,
+        min(4 * problem.n, MOST_SPARSE_PATIENCE) if is_sparse(problem.M) else 0,
+    )
     for name, stage in chain(first, all_stages(problem, x0, presolve, tried, begun)):
         # Which may have a proof.
         if (name == "milp" and not milp) or (left <= 0 and name != "linear"):
             continue
         before = turns.last
-        ending = yield from turns.take(name, stage if last is None else stages.limited(stage, max(left, 1)))
+        ending = yield from turns.take(
+            name, stage if last is None else stages.limited(stage, max(left, 1))
+        )
         left -= turns.last.evaluations - before.evaluations
         patience = max(least_patience, PATIENCE * turns.last.evaluations)
         if not isinstance(ending, Finished) and is_decided():
@@ -183,15 +219,23 @@ def _search(
             yield turns.last._replace(F=None, signs_final=True)
             if (yield from _improved(problem, turns, criterion().tol)):
                 return Finished()
-            if last is None and problem.n > measure.FEW_UNKNOWNS and point.size <= SMALL_DISTANCE:
-                last = Stalled("what is left of violations may be rounding of larger numbers")
+            if (
+                last is None
+                and problem.n > measure.FEW_UNKNOWNS
+                and point.size <= SMALL_DISTANCE
+            ):
+                last = Stalled(
+                    "what is left of violations may be rounding of larger numbers"
+                )
                 left = patience
         if left <= 0 and isinstance(last, NoSolution):
             break
     return stages.Undecided("no other method is tried") if last is None else last
 
 
-def _improved(problem: Problem, turns: Turns, tol: float) -> Generator[Iterate, None, bool]:
+def _improved(
+    problem: Problem, turns: Turns, tol: float
+) -> Generator[Iterate, None, bool]:
     """Yield the last iterate refined to its last digits or, for few unknowns, made exact; return whether it is a
     solution up to rounding, or one is shown to exist by one system with its states."""
     if problem.n <= measure.FEW_UNKNOWNS:
@@ -226,7 +270,11 @@ MUCH_SMALLER = 0.8
 
 
 def all_stages(
-    problem: Problem, x0: Vector, presolve: bool, tried: stages.Tried | None = None, begun: bool = False
+    problem: Problem,
+    x0: Vector,
+    presolve: bool,
+    tried: stages.Tried | None = None,
+    begun: bool = False,
 ) -> Iterator[tuple[str, Stage]]:
     """Yield the stages before milp in order; with presolve first on what that leaves of a mixed problem, but a small or
     dense one is first given to newton, which takes no longer than presolve. milp comes after all others for what
@@ -249,7 +297,9 @@ def all_stages(
         change = presolved(problem)
     if isinstance(change, Refuted) and clearly_refutes(problem, change.y):
         yield "presolve", stages.ended(NoSolution(infeasible(problem, change.y)))
-    if not isinstance(change, Presolved) or not (problem.n <= factors.MOST_NUMPY_ROWS or change.is_worthwhile):
+    if not isinstance(change, Presolved) or not (
+        problem.n <= factors.MOST_NUMPY_ROWS or change.is_worthwhile
+    ):
         yield from given
         return
     left = Structure(change.problem, change.start(x0))
@@ -268,7 +318,10 @@ def may_gain_by_presolve(structure: Structure) -> bool:
     if structure.program:
         return False
     lengths = np.diff(M.indptr) if is_sparse(M) else np.count_nonzero(M, axis=1)
-    if np.count_nonzero(problem.box.fixed | (lengths <= 1)) >= MANY_SHORT_ROWS * problem.n:
+    if (
+        np.count_nonzero(problem.box.fixed | (lengths <= 1))
+        >= MANY_SHORT_ROWS * problem.n
+    ):
         return True
     if structure.is_large_and_sparse:
         return not M.diagonal().all()
@@ -298,8 +351,16 @@ def clearly_refutes(problem: Problem, y: Vector) -> bool:
 def _clearly(problem: Problem, stage: Stage) -> Stage:
     """Pass on the stage; a proof that would not hold for slightly different data counts as none."""
     ending = yield from stage
-    y = ending.certificate.vector if isinstance(ending, NoSolution) and ending.certificate.kind == "farkas" else None
-    return ending if y is None or is_clear(problem, y) else Stalled("its proof hangs on rounding in the data")
+    y = (
+        ending.certificate.vector
+        if isinstance(ending, NoSolution) and ending.certificate.kind == "farkas"
+        else None
+    )
+    return (
+        ending
+        if y is None or is_clear(problem, y)
+        else Stalled("its proof hangs on rounding in the data")
+    )
 
 
 class Tree:
@@ -328,13 +389,20 @@ class Tree:
         until = min(self._effort.spent + self._share, MOST_EFFORT)
         while not self.is_decided and self._effort.spent < until:
             found = next(self._search, NOTHING)
-            self.is_decided, self.solution = found is not None, None if found is NOTHING else found
+            self.is_decided, self.solution = (
+                found is not None,
+                None if found is NOTHING else found,
+            )
         self._share = min(2 * self._share, LARGEST_EFFORT)
         return self.is_decided
 
 
 def small(
-    problem: Problem, x0: Vector, search: Search, states: bool = False, tried: stages.Tried | None = None
+    problem: Problem,
+    x0: Vector,
+    search: Search,
+    states: bool = False,
+    tried: stages.Tried | None = None,
 ) -> Stage:
     """Solve a problem of at most FEW_UNKNOWNS: where pivoting finds no solution, exact arithmetic decides, between the
     turns of the other methods, which `search` runs, if it has not decided in its first one. A larger problem is left to
@@ -343,7 +411,9 @@ def small(
         return (yield from search(problem, x0, states=states, tried=tried))
     tree, turns = Tree(problem), Turns(x0)
     pivoting = partial(_pivoting, tried=tried, states=states)
-    ending = yield from _without_doubt(problem, turns, stages.from_reference(problem, x0, pivoting), tree)
+    ending = yield from _without_doubt(
+        problem, turns, stages.from_reference(problem, x0, pivoting), tree
+    )
     if _is_proof(ending):
         return ending
     ending = yield from exactly(problem, turns, tree)
@@ -363,29 +433,47 @@ def _is_proof(ending: Ending) -> bool:
     return isinstance(ending, NoSolution) and ending.certificate.kind != "ray"
 
 
-def _without_doubt(problem: Problem, turns: Turns, stage: Stage, tree: Tree | None = None) -> Stage:
+def _without_doubt(
+    problem: Problem, turns: Turns, stage: Stage, tree: Tree | None = None
+) -> Stage:
     """Pass on a stage up to a solution where rounding hides terms: it is replaced by an exact one, if one is found."""
     done = turns.last.evaluations
     while isinstance(step := advance(stage), Iterate):
         turns.last = step = step._replace(evaluations=done + step.evaluations)
         z = problem.box.z_of(step.x)
-        if step.signs_final and is_doubtful(problem, z) and Point(Criterion(problem), z).solves():
+        if (
+            step.signs_final
+            and is_doubtful(problem, z)
+            and Point(Criterion(problem), z).solves()
+        ):
             found = confirmed(problem, z, step.basis)
             if found is not None and found.z is not z:
                 x = problem.box.x_of(found.z, problem.w(found.z))
-                yield Iterate(x, None, "exact", step.evaluations, "exact", basis=found.basis)
+                yield Iterate(
+                    x, None, "exact", step.evaluations, "exact", basis=found.basis
+                )
             elif found is None:
-                ending = yield from exactly(problem, Turns(step.x, step.evaluations), tree)
+                ending = yield from exactly(
+                    problem, Turns(step.x, step.evaluations), tree
+                )
                 if not isinstance(ending, Stalled):
                     return ending
         yield step
     return step
 
 
-def _pivoting(problem: Problem, turns: Turns, tried: stages.Tried | None, states: bool) -> Stage:
+def _pivoting(
+    problem: Problem, turns: Turns, tried: stages.Tried | None, states: bool
+) -> Stage:
     ending: Ending = Finished()
-    first = [("newton", from_start(problem, problem.box.basis_of(turns.last.x)))] if states else []
-    structure = Structure(problem, np.zeros(problem.n) if states else turns.last.x, tried)
+    first = (
+        [("newton", from_start(problem, problem.box.basis_of(turns.last.x)))]
+        if states
+        else []
+    )
+    structure = Structure(
+        problem, np.zeros(problem.n) if states else turns.last.x, tried
+    )
     for name, stage in chain(first, in_rounds(structure, (*FIRST, *BRIEF))):
         ending = yield from turns.take(name, stage)
         if isinstance(ending, Finished) or _is_proof(ending):
@@ -401,18 +489,27 @@ def exactly(problem: Problem, turns: Turns, tree: Tree | None = None) -> Stage:
     Finished : there is a solution. NoSolution : it is proved that there is none. Stalled : solutions were found, but
     are out of range or do not solve the problem when rounded to doubles; or none was found in time.
     """
-    return (yield from turns.take("exact", _exact(problem, problem.box.z_of(turns.last.x), tree)))
+    return (
+        yield from turns.take(
+            "exact", _exact(problem, problem.box.z_of(turns.last.x), tree)
+        )
+    )
 
 
 def _exact(problem: Problem, z: Vector, tree: Tree | None) -> Stage:
-    data, reason = ExactProblem.of_floats(problem) if tree is None else tree.data, UNDECIDED_IN_TIME
+    data, reason = (
+        ExactProblem.of_floats(problem) if tree is None else tree.data,
+        UNDECIDED_IN_TIME,
+    )
 
     def solutions() -> Iterator[list[Fraction] | None]:
         if tree is not None and problem.n <= MOST_DECIDED and tree.goes_on():
             yield tree.solution
         if tree is None or not tree.is_decided or tree.solution is not None:
             with suppress(TimeIsUp):
-                yield from_point(data, np.where(np.isfinite(z), z, 0.0), Effort(EXHAUSTION_EFFORT))
+                yield from_point(
+                    data, np.where(np.isfinite(z), z, 0.0), Effort(EXHAUSTION_EFFORT)
+                )
             check()
         if tree is not None and tree.goes_on():
             yield tree.solution
@@ -425,7 +522,9 @@ def _exact(problem: Problem, z: Vector, tree: Tree | None) -> Stage:
         x = problem.box.x_of(exact_z, exact_w)
         yield Iterate(x, None, "exact", 1)
         near = problem.box.z_of(x)
-        if Point(Criterion(problem), near).solves() or is_rounded_solution(problem, near):
+        if Point(Criterion(problem), near).solves() or is_rounded_solution(
+            problem, near
+        ):
             return Finished()
         reason = LOST_BY_ROUNDING
     if tree is None or not tree.is_decided or tree.solution is not None:

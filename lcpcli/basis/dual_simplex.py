@@ -40,7 +40,9 @@ class DualSimplex:
         self._margin = margin * float(np.abs(A).max(initial=0.0))
         # The last row, whose constant does not count.
         cost = np.append(0.0, generator(0).uniform(1.0, 2.0, (n,)))
-        self._dictionary = np.vstack((np.column_stack((b / self._size, A + self._margin)), cost))
+        self._dictionary = np.vstack(
+            (np.column_stack((b / self._size, A + self._margin)), cost)
+        )
         self._basic, self._cobasic = np.arange(n, n + m), np.arange(n)
         # The cobasic forms that are not restricted to 0.
         self._varies = np.ones(n, dtype=bool)
@@ -66,7 +68,11 @@ class DualSimplex:
             sign = -1.0 if self._rows[i, 0] > 0 else 1.0
             k = self._entering(sign * self._rows[i, 1:])
             if k is None:
-                return self._multipliers(i, sign) if abs(self._rows[i, 0]) > ZERO else np.zeros(self._basic.size)
+                return (
+                    self._multipliers(i, sign)
+                    if abs(self._rows[i, 0]) > ZERO
+                    else np.zeros(self._basic.size)
+                )
             self._pivot(i, k)
         self._varies[self._cobasic == form] = False
         return self.feasible()
@@ -88,7 +94,11 @@ class DualSimplex:
     def _entering(self, row: Vector) -> int | None:
         """Return the cobasic form whose growth raises a row and keeps the objective's coefficients nonnegative."""
         usable = np.flatnonzero((row > ZERO) & self._varies)
-        return int(usable[np.argmin(self._dictionary[-1, 1:][usable] / row[usable])]) if usable.size else None
+        return (
+            int(usable[np.argmin(self._dictionary[-1, 1:][usable] / row[usable])])
+            if usable.size
+            else None
+        )
 
     def _pivot(self, i: int, k: int) -> None:
         exchange(self._dictionary, i, k + 1)

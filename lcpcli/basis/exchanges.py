@@ -17,9 +17,19 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from lcpcli.linalg.doubles import LARGEST_DOUBLE, MOST_COPIED_ENTRIES, ROW_ROUNDING, is_finite
+from lcpcli.linalg.doubles import (
+    LARGEST_DOUBLE,
+    MOST_COPIED_ENTRIES,
+    ROW_ROUNDING,
+    is_finite,
+)
 from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix, Solve, finite
-from lcpcli.linalg.matrices import absolute_product, is_sparse, product, row_and_column_maxima
+from lcpcli.linalg.matrices import (
+    absolute_product,
+    is_sparse,
+    product,
+    row_and_column_maxima,
+)
 from lcpcli.model.box import BASIC, Box
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Mask, States, Vector
@@ -44,7 +54,9 @@ class BasicSolution(NamedTuple):
         return 0.5 * (self.z - self.w)
 
 
-def exchanging(problem: Any, basis: States) -> Generator[BasicSolution, Indices | None, None]:
+def exchanging(
+    problem: Any, basis: States
+) -> Generator[BasicSolution, Indices | None, None]:
     """Yield the basic solution of a basis, then the one with its `wrong` signs exchanged, and so on: block principal
     pivoting. The caller may choose what is exchanged by changing `wrong` in between, as a safeguard does.
 
@@ -97,9 +109,13 @@ class System(ABC):
         try:
             return self._refined(basis, z, indices, start[indices])
         except SingularMatrix:
-            raise SingularMatrix(f"the principal submatrix of order {indices.size} is singular") from None
+            raise SingularMatrix(
+                f"the principal submatrix of order {indices.size} is singular"
+            ) from None
 
-    def _refined(self, basis: States, z: Vector, indices: Indices, own: Vector) -> BasicSolution:
+    def _refined(
+        self, basis: States, z: Vector, indices: Indices, own: Vector
+    ) -> BasicSolution:
         """Return the basic solution with these basic indices, for z at bounds elsewhere, where w = own."""
         solve = self.solver(indices)
         z[indices] = solve(-own)
@@ -116,11 +132,18 @@ class System(ABC):
             if not (refines and found.is_solution):
                 break
             size = np.abs(residual)
-            if np.count_nonzero(size <= ROW_ROUNDING * np.abs(self.q[indices])) == indices.size:
+            if (
+                np.count_nonzero(size <= ROW_ROUNDING * np.abs(self.q[indices]))
+                == indices.size
+            ):
                 # Within the rounding error of their terms, of which q alone is a lower
                 # bound.
                 break
-            if self.has_terms and np.count_nonzero(size <= ROW_ROUNDING * self.terms(z)[indices]) == indices.size:
+            if (
+                self.has_terms
+                and np.count_nonzero(size <= ROW_ROUNDING * self.terms(z)[indices])
+                == indices.size
+            ):
                 break
             z[indices] -= solve(residual)
         return found
@@ -134,8 +157,12 @@ class System(ABC):
         if not count:
             return found
         worst = int(violations.argmax())
-        violation = float(violations[worst]) * (self.row_maxima[worst] if basis[worst] == BASIC else 1.0)
-        if violation > ROW_ROUNDING * (abs(self.q[worst]) + self.largest * float(np.abs(z).sum())):
+        violation = float(violations[worst]) * (
+            self.row_maxima[worst] if basis[worst] == BASIC else 1.0
+        )
+        if violation > ROW_ROUNDING * (
+            abs(self.q[worst]) + self.largest * float(np.abs(z).sum())
+        ):
             # As this bound on the rounding error of its row needs no more of M than the
             # sizes of its rows.
             return found
@@ -150,8 +177,13 @@ class System(ABC):
         violated: Mask = found.wrong.copy()
         rows = violated.nonzero()[0]
         violations = self.box.violations(found.z, found.w, found.basis)[rows]
-        terms, basic = ROW_ROUNDING * self.terms(found.z, rows), found.basis[rows] == BASIC
-        violated[rows] = violations > in_units_of_state(terms, self.row_maxima[rows], basic)
+        terms, basic = (
+            ROW_ROUNDING * self.terms(found.z, rows),
+            found.basis[rows] == BASIC,
+        )
+        violated[rows] = violations > in_units_of_state(
+            terms, self.row_maxima[rows], basic
+        )
         return violated
 
 
@@ -175,7 +207,11 @@ class BasicSolutions(System):
         return product(self._problem.M, z)
 
     def terms(self, z: Vector, rows: Indices | None = None) -> Vector:
-        M, q = (self._problem.M, self.q) if rows is None else (self._problem.M[rows], self.q[rows])
+        M, q = (
+            (self._problem.M, self.q)
+            if rows is None
+            else (self._problem.M[rows], self.q[rows])
+        )
         return absolute_product(M, np.abs(z)) + np.abs(q)
 
     def solver(self, indices: Indices) -> Solve:
@@ -209,15 +245,25 @@ class CorrectedSolutions(BasicSolutions):
     @np.errstate(all="ignore")
     def at(self, basis: States) -> BasicSolution:
         z, B, near = self.box.nonbasic(basis), (basis == BASIC).nonzero()[0], self.near
-        reference = np.zeros(z.size) if self._problem.reference_z is None else self._problem.reference_z
+        reference = (
+            np.zeros(z.size)
+            if self._problem.reference_z is None
+            else self._problem.reference_z
+        )
         q, start = self._problem.q_ref, z if near is None else near
-        if B.size and not solve_basic(self._M, q, reference, z, B, start) and near is None:
+        if (
+            B.size
+            and not solve_basic(self._M, q, reference, z, B, start)
+            and near is None
+        ):
             raise SingularMatrix
         z = z if near is None else np.where(np.isfinite(z), z, near)
         return self._judged(basis, z, np.where(basis == BASIC, 0.0, self._problem.w(z)))
 
 
-def solve_basic(M: Vector, q: Vector, reference: Vector, z: Vector, B: Indices, near: Vector) -> bool:
+def solve_basic(
+    M: Vector, q: Vector, reference: Vector, z: Vector, B: Indices, near: Vector
+) -> bool:
     """Set z_B so that w_B = M (z - reference) + q is 0, as exactly as rounding of each row allows, for a dense M, and
     return whether M_BB is regular; if not, the values `near` z_B are corrected as little as possible. It is compiled as
     well."""
@@ -233,7 +279,10 @@ def solve_basic(M: Vector, q: Vector, reference: Vector, z: Vector, B: Indices, 
     except Exception:  # numba catches no other: A is singular
         pass
     if not is_regular:
-        z[B], inverse = near[B], np.ascontiguousarray(np.linalg.pinv(finite(A), DEPENDENT))
+        z[B], inverse = (
+            near[B],
+            np.ascontiguousarray(np.linalg.pinv(finite(A), DEPENDENT)),
+        )
     for _ in range(CORRECTIONS):
         w = M @ (z - reference) + q
         z[B] -= columns * (inverse @ (rows * w[B]))

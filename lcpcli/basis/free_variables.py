@@ -128,7 +128,18 @@ def eliminated(own: Kept, rows: Vector, columns: Vector) -> Eliminated:
     m = bounded.size
     if not free.size:
         none, wide = np.empty((0, 0)), np.empty((0, m))
-        return Eliminated(A, rows, columns, np.empty((m, 0)), none, none, none, wide, np.empty((m, 0)), wide)
+        return Eliminated(
+            A,
+            rows,
+            columns,
+            np.empty((m, 0)),
+            none,
+            none,
+            none,
+            wide,
+            np.empty((m, 0)),
+            wide,
+        )
     E, U, V = solved(A[free][:, free])
     s = V.shape[1]
     if s:
@@ -146,7 +157,11 @@ def eliminated(own: Kept, rows: Vector, columns: Vector) -> Eliminated:
         K = K - of_equations @ G
         Y = np.linalg.pinv(finite(H), SMALLEST) @ K
         whole = np.zeros((m + 2 * s, m + 2 * s))
-        whole[:m, :m], whole[:m, m : m + s], whole[:m, m + s :] = cleaned(K - H @ Y, size), H, -H
+        whole[:m, :m], whole[:m, m : m + s], whole[:m, m + s :] = (
+            cleaned(K - H @ Y, size),
+            H,
+            -H,
+        )
         whole[m : m + s, :m], whole[m + s :, :m] = G, -G
         K = whole
     elif s:
@@ -154,7 +169,9 @@ def eliminated(own: Kept, rows: Vector, columns: Vector) -> Eliminated:
     return Eliminated(K, rows, columns, A_BF, E, U, V, X, of_equations, Y)
 
 
-def same_units(A: Vector, rows: Vector, columns: Vector, bounded: Indices) -> tuple[Vector, Vector]:
+def same_units(
+    A: Vector, rows: Vector, columns: Vector, bounded: Indices
+) -> tuple[Vector, Vector]:
     """Give rows and columns of bounded variables the same units, which are not far apart, if M may be monotone."""
     ratios = rows[bounded] / columns[bounded]
     is_near = bounded.size > 0 and ratios.max() <= NEAR_UNITS * ratios.min()
@@ -173,7 +190,9 @@ def may_be_monotone(M: Vector) -> bool:
     M = 0.5 * M
     d, pairs = np.diag(M), np.abs(M + M.T) - CANCELLED * (np.abs(M) + np.abs(M.T))
     roots = np.sqrt(np.maximum(d, 0.0))
-    return bool(d.min() >= 0.0 and (pairs <= (2.0 + CANCELLED) * np.outer(roots, roots)).all())
+    return bool(
+        d.min() >= 0.0 and (pairs <= (2.0 + CANCELLED) * np.outer(roots, roots)).all()
+    )
 
 
 def constants(own: Kept, found: Eliminated, w: Vector) -> tuple[Vector, Vector]:
@@ -197,13 +216,21 @@ def widths(own: Kept, found: Eliminated, distances: Vector) -> Vector:
 
 
 def reduced(
-    M: Vector, q: Vector, lower: Vector, upper: Vector, own: Kept, rows: Vector, columns: Vector
+    M: Vector,
+    q: Vector,
+    lower: Vector,
+    upper: Vector,
+    own: Kept,
+    rows: Vector,
+    columns: Vector,
 ) -> tuple[Vector, Vector, Vector]:
     """Return K, k and d of a problem from the variables that are kept, with A in these units."""
     found = eliminated(own, rows, columns)
     corner = np.zeros(q.size)
     for i in range(q.size):
-        corner[i] = lower[i] if lower[i] > -np.inf else upper[i] if upper[i] < np.inf else 0.0
+        corner[i] = (
+            lower[i] if lower[i] > -np.inf else upper[i] if upper[i] < np.inf else 0.0
+        )
     k, _ = constants(own, found, q + M @ corner if corner.any() else q)
     return found.K, k, widths(own, found, upper - lower)
 
@@ -223,7 +250,9 @@ def given_states(own: Kept, n: int, states: States) -> States:
     """Return the states of all n variables for those of y; mirrored ones are at the other bound."""
     found, bounded = np.full(n, LOWER, np.int8), own.bounded
     found[own.kept[own.free]] = BASIC
-    found[own.kept[bounded]] = (states[: bounded.size] * own.turn[bounded]).astype(np.int8)
+    found[own.kept[bounded]] = (states[: bounded.size] * own.turn[bounded]).astype(
+        np.int8
+    )
     return found
 
 
@@ -245,7 +274,11 @@ def exponents(A: Vector) -> Vector:
 def scaled(A: Vector, powers: Vector) -> tuple[Vector, Vector]:
     """Scale rows and columns of A by powers of two with their `exponents`; return these factors."""
     n, factors = A.shape[0], np.exp2(powers)
-    rows, columns = (factors[:n], factors[n:]) if factors.size else units.equilibrate(A, np.zeros(n))
+    rows, columns = (
+        (factors[:n], factors[n:])
+        if factors.size
+        else units.equilibrate(A, np.zeros(n))
+    )
     A *= rows[:, np.newaxis]
     A *= columns
     return rows, columns
@@ -269,13 +302,18 @@ class Reduction:
         rows, columns = scaled(A, exponents(A))
         self._found = eliminated(self._own, rows, columns)
         self.K, self.rows, self.columns = self._found[:3]
-        self.units = np.append(self.rows[self.bounded], np.ones(len(self.K) - self.bounded.size))
+        self.units = np.append(
+            self.rows[self.bounded], np.ones(len(self.K) - self.bounded.size)
+        )
         self.d = widths(self._own, self._found, upper - lower)
 
     def within(self, box: Box) -> Reduction | None:
         """Return the reduction for other bounds of the same kinds; None if variables are bounded on other sides."""
         lower, upper = box.vectors(self.n)
-        before, now = ([*map(np.isfinite, own.vectors(self.n)), own.fixed] for own in (self.box, box))
+        before, now = (
+            [*map(np.isfinite, own.vectors(self.n)), own.fixed]
+            for own in (self.box, box)
+        )
         if not all(map(np.array_equal, before, now)):
             return None
         other = copy(self)
@@ -292,11 +330,16 @@ class Reduction:
     def given(self, y: Vector, basic: Mask, at_upper: Mask) -> tuple[Vector, States]:
         """Return z and its states for y and its states."""
         states = of_masks(basic, at_upper & ~basic)
-        return self.corner + self.direction(y, self.offset), given_states(self._own, self.n, states)
+        return self.corner + self.direction(y, self.offset), given_states(
+            self._own, self.n, states
+        )
 
     def direction(self, y: Vector, offset: Vector | None = None) -> Vector:
         """Return the direction of z for one of y, or z - corner if free variables have this offset."""
-        z, offset = np.zeros(self.n), np.zeros(self.free.size) if offset is None else offset
+        z, offset = (
+            np.zeros(self.n),
+            np.zeros(self.free.size) if offset is None else offset,
+        )
         z[self.kept] = direction(self._own, self._found, y, offset)
         return z
 
@@ -313,7 +356,9 @@ class Reduction:
         y[self.kept[B]] = self.turn[B] * self.rows[B] * u[: B.size]
         if self.free.size:
             F = self.kept[self.free]
-            y[F] = -np.linalg.lstsq(self.M[np.ix_(F, F)].T, self.M[:, F].T @ y, rcond=DEPENDENT)[0]
+            y[F] = -np.linalg.lstsq(
+                self.M[np.ix_(F, F)].T, self.M[:, F].T @ y, rcond=DEPENDENT
+            )[0]
         return y
 
 
@@ -334,7 +379,11 @@ class WithoutFree:
         M, box = problem.M, problem.box
         lower, upper = box.vectors(problem.n)
         is_free = ~(np.isfinite(lower) | np.isfinite(upper))
-        self._problem, self._free, self.bounded = problem, is_free.nonzero()[0], (~is_free).nonzero()[0]
+        self._problem, self._free, self.bounded = (
+            problem,
+            is_free.nonzero()[0],
+            (~is_free).nonzero()[0],
+        )
         if not self._free.size or self.bounded.size > MOST_REDUCED:
             raise SingularMatrix
         rows, others = M[self._free], M[self.bounded]
@@ -344,12 +393,21 @@ class WithoutFree:
         if not np.abs(X).max(initial=0.0) <= LARGEST:
             raise SingularMatrix
         K = others[:, self.bounded].toarray() - product(across, X)
-        k = problem.q[self.bounded] - product(across, self._lu.solve(problem.q[self._free]))
-        self.reduced = Problem(K, k, lower=lower[self.bounded], upper=upper[self.bounded])
+        k = problem.q[self.bounded] - product(
+            across, self._lu.solve(problem.q[self._free])
+        )
+        self.reduced = Problem(
+            K, k, lower=lower[self.bounded], upper=upper[self.bounded]
+        )
 
     def given(self, z: Vector, basis: States) -> tuple[Vector, States]:
         """Return z of the given problem, and its states, for those of the bounded variables."""
-        whole, states = np.empty(self._problem.n), np.full(self._problem.n, BASIC, np.int8)
+        whole, states = (
+            np.empty(self._problem.n),
+            np.full(self._problem.n, BASIC, np.int8),
+        )
         whole[self.bounded], states[self.bounded] = z, basis
-        whole[self._free] = -self._lu.solve(product(self._columns, z) + self._problem.q[self._free])
+        whole[self._free] = -self._lu.solve(
+            product(self._columns, z) + self._problem.q[self._free]
+        )
         return whole, states

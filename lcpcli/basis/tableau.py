@@ -60,7 +60,9 @@ def tableau_of(M: Vector, q: Vector, cover: Vector) -> Tableau:
     basic, nonbasic, column = numbers[:n].copy(), numbers[n:].copy(), numbers[:n].copy()
     lower, upper, at_upper = np.zeros(n), np.full(n, np.inf), np.zeros(n, np.bool_)
     noise, growth = NOISE * np.abs(q), np.array([np.abs(T).max() if n else 0.0])
-    return Tableau(T, q.copy(), lower, upper, basic, nonbasic, column, at_upper, noise, growth)
+    return Tableau(
+        T, q.copy(), lower, upper, basic, nonbasic, column, at_upper, noise, growth
+    )
 
 
 def exchange(T: Vector, row: int, column: int) -> None:
@@ -79,7 +81,12 @@ def exchange(T: Vector, row: int, column: int) -> None:
 
 
 def choose(
-    tableau: Tableau, d: Vector, entering: int, way: float, cover_row: int, lexicographic: bool
+    tableau: Tableau,
+    d: Vector,
+    entering: int,
+    way: float,
+    cover_row: int,
+    lexicographic: bool,
 ) -> tuple[int, float]:
     """Return the row that the variable of this column leaves by, and how far the variable moves.
 
@@ -89,7 +96,9 @@ def choose(
     n, noise = tableau.values.size, tableau.noise
     change = tableau.T[:, entering] * way
     rate = np.abs(change)
-    room = np.where(change < 0.0, tableau.values - tableau.lower, tableau.upper - tableau.values)
+    room = np.where(
+        change < 0.0, tableau.values - tableau.lower, tableau.upper - tableau.values
+    )
     np.maximum(room, 0.0, out=room)
     moves = rate > SMALL * tableau.growth[0]
     ratios = np.empty(n)
@@ -101,7 +110,11 @@ def choose(
     if least == np.inf:
         return UNBOUNDED, 0.0
     fall = -change[cover_row]
-    if moves[cover_row] and fall > 0.0 and tableau.values[cover_row] - least * fall <= noise[cover_row]:
+    if (
+        moves[cover_row]
+        and fall > 0.0
+        and tableau.values[cover_row] - least * fall <= noise[cover_row]
+    ):
         return cover_row, ratios[cover_row]
     if own <= least:
         return NO_ROW, own
@@ -121,7 +134,11 @@ def lexicographic_minimum(tableau: Tableau, rows: Indices, change: Vector) -> in
     for j in range(n):
         if rows.size == 1:
             break
-        shift = (tableau.basic[rows] == j) * 1.0 if place[j] < 0 else -tableau.T[rows, place[j]]
+        shift = (
+            (tableau.basic[rows] == j) * 1.0
+            if place[j] < 0
+            else -tableau.T[rows, place[j]]
+        )
         ratios = shift / -change[rows]
         least = ratios.min()
         rows = rows[ratios <= least + TIE * max(abs(least), 1.0)]
@@ -138,7 +155,9 @@ def shift(tableau: Tableau, entering: int, way: float, step: float) -> float:
     return float(np.maximum.reduce(rate))
 
 
-def move(tableau: Tableau, d: Vector, entering: int, way: float, row: int, step: float) -> tuple[int, float]:
+def move(
+    tableau: Tableau, d: Vector, entering: int, way: float, row: int, step: float
+) -> tuple[int, float]:
     """Let the variable of a column enter and that of a row leave, or go over to its other bound; return the column
     that enters next, with the direction in which its variable moves, or NO_ROW once z_0 has left."""
     n = tableau.values.size
@@ -154,7 +173,9 @@ def move(tableau: Tableau, d: Vector, entering: int, way: float, row: int, step:
         tableau.growth[0] = max(tableau.growth[0], growth)
         exchange(tableau.T, row, entering)
         tableau.noise[row] = NOISE * step
-        tableau.values[row] = (d[variable - n] if is_y and at_upper[variable - n] else 0.0) + way * step
+        tableau.values[row] = (
+            d[variable - n] if is_y and at_upper[variable - n] else 0.0
+        ) + way * step
         tableau.basic[row], tableau.nonbasic[entering] = variable, leaving
         is_negative = variable < n and at_upper[variable % n]
         tableau.lower[row] = -np.inf if is_negative else 0.0
@@ -169,7 +190,9 @@ def move(tableau: Tableau, d: Vector, entering: int, way: float, row: int, step:
     return partner, -1.0 if at_upper[pair] else 1.0
 
 
-def begin(tableau: Tableau, d: Vector, cover: Vector, lexicographic: bool) -> tuple[int, int, float]:
+def begin(
+    tableau: Tableau, d: Vector, cover: Vector, lexicographic: bool
+) -> tuple[int, int, float]:
     """Let z_0 enter at its least value with all w_i >= 0; return its row, and what enters next with its way."""
     ratios = tableau.values / cover
     least = ratios.min()
@@ -181,7 +204,13 @@ def begin(tableau: Tableau, d: Vector, cover: Vector, lexicographic: bool) -> tu
 
 
 def follow(
-    tableau: Tableau, d: Vector, entering: int, way: float, cover_row: int, lexicographic: bool, most: int
+    tableau: Tableau,
+    d: Vector,
+    entering: int,
+    way: float,
+    cover_row: int,
+    lexicographic: bool,
+    most: int,
 ) -> tuple[int, int, int, float]:
     """Follow the path for so many pivots; return how it ended, their number, and what enters next, with its way."""
     for pivots in range(most):
@@ -194,7 +223,9 @@ def follow(
     return PAUSED, most, entering, way
 
 
-def path(K: Vector, k: Vector, d: Vector, cover: Vector, most: int) -> tuple[int, int, States]:
+def path(
+    K: Vector, k: Vector, d: Vector, cover: Vector, most: int
+) -> tuple[int, int, States]:
     """Follow the path of a problem for so many pivots; return how it ended, their number, and the states of y."""
     states = np.full(k.size, LOWER, np.int8)
     if not (k < 0.0).any():
@@ -213,14 +244,20 @@ def refactorize(tableau: Tableau, A: Vector, q: Vector, d: Vector) -> None:
     """Compute T and the values anew from A = [M c] and q; raise LinAlgError if the basis is singular."""
     n = q.size
     rows, others = (tableau.basic >= n).nonzero()[0], (tableau.basic < n).nonzero()[0]
-    columns, own = (tableau.nonbasic < n).nonzero()[0], (tableau.nonbasic >= n).nonzero()[0]
+    columns, own = (
+        (tableau.nonbasic < n).nonzero()[0],
+        (tableau.nonbasic >= n).nonzero()[0],
+    )
     C, S = tableau.basic[rows] - n, tableau.basic[others]
     R, N = tableau.nonbasic[columns], tableau.nonbasic[own] - n
     inverse = np.linalg.inv(A[np.ix_(R, C)])
     elsewhere, across = A[np.ix_(S, C)] @ inverse, A[np.ix_(R, N)]
     T = tableau.T
     T[np.ix_(rows, columns)], T[np.ix_(rows, own)] = inverse, -inverse @ across
-    T[np.ix_(others, columns)], T[np.ix_(others, own)] = elsewhere, A[np.ix_(S, N)] - elsewhere @ across
+    T[np.ix_(others, columns)], T[np.ix_(others, own)] = (
+        elsewhere,
+        A[np.ix_(S, N)] - elsewhere @ across,
+    )
     y = np.append(np.where(tableau.at_upper, d, 0.0), 0.0)
     y[C] = 0.0
     at_bounds = q + A @ np.where(np.isfinite(y), y, 0.0)
@@ -228,5 +265,8 @@ def refactorize(tableau: Tableau, A: Vector, q: Vector, d: Vector) -> None:
     y[C] -= inverse @ (q + A @ y)[R]
     terms = np.abs(q) + np.abs(A) @ np.abs(y)
     tableau.values[rows], tableau.values[others] = y[C], (q + A @ y)[S]
-    tableau.noise[rows], tableau.noise[others] = NOISE * (np.abs(inverse) @ terms[R]), NOISE * terms[S]
+    tableau.noise[rows], tableau.noise[others] = (
+        NOISE * (np.abs(inverse) @ terms[R]),
+        NOISE * terms[S],
+    )
     tableau.growth[0] = np.abs(T).max(initial=0.0)

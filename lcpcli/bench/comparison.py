@@ -24,7 +24,14 @@ from lcpcli.solving.result import Status
 ALIKE = 1.1
 # The same for runs that were made once, which other programs may have disturbed.
 ALIKE_ONCE = 2.0
-WORSE, SLOWER, BETTER, FASTER, OTHER, SAME = "worse", "slower", "better", "faster", "other status", "as before"
+WORSE, SLOWER, BETTER, FASTER, OTHER, SAME = (
+    "worse",
+    "slower",
+    "better",
+    "faster",
+    "other status",
+    "as before",
+)
 GONE, NEW, CHANGED = "gone", "new", "another problem"
 # One run solved the problem, the other one proved that it has no solution.
 CONTRADICTION = "contradiction"
@@ -32,7 +39,9 @@ CONTRADICTION = "contradiction"
 UNREAD = "bad_input"
 SOLVED = Status.SOLVED.word
 NAMES = ("problem", "method", "verdict", "status", "iterations", "seconds", "ratio")
-EXPECTED = "name a file of lcp bench -o FILE.json, or results of lcp solve or compare in JSON"
+EXPECTED = (
+    "name a file of lcp bench -o FILE.json, or results of lcp solve or compare in JSON"
+)
 
 Key = tuple[str, str]  # a problem and a method
 
@@ -56,9 +65,17 @@ class Change(NamedTuple):
 
     @property
     def ratio(self) -> float | None:
-        if self.old is None or self.new is None or not (self.old.is_good and self.new.is_good):
+        if (
+            self.old is None
+            or self.new is None
+            or not (self.old.is_good and self.new.is_good)
+        ):
             return None
-        return self.new.seconds / self.old.seconds if self.old.seconds and self.new.seconds else None
+        return (
+            self.new.seconds / self.old.seconds
+            if self.old.seconds and self.new.seconds
+            else None
+        )
 
     @property
     def verdict(self) -> str:
@@ -68,7 +85,11 @@ class Change(NamedTuple):
             return NEW if old is None else GONE
         if old.digest and new.digest and old.digest != new.digest:
             return CHANGED
-        if old.is_good and new.is_good and (old.status == SOLVED) != (new.status == SOLVED):
+        if (
+            old.is_good
+            and new.is_good
+            and (old.status == SOLVED) != (new.status == SOLVED)
+        ):
             return CONTRADICTION
         if old.is_good != new.is_good:
             return BETTER if new.is_good else WORSE
@@ -83,8 +104,15 @@ class Change(NamedTuple):
         return SAME if factor <= alike else SLOWER if ratio > 1 else FASTER
 
     def data(self) -> dict[str, Any]:
-        pair = {name: [getattr(each, name, None) for each in (self.old, self.new)] for name in NAMES[3:6]}
-        return {**dict(zip(NAMES, (*self.key, self.verdict), strict=False)), **pair, "ratio": self.ratio}
+        pair = {
+            name: [getattr(each, name, None) for each in (self.old, self.new)]
+            for name in NAMES[3:6]
+        }
+        return {
+            **dict(zip(NAMES, (*self.key, self.verdict), strict=False)),
+            **pair,
+            "ratio": self.ratio,
+        }
 
 
 def changes_between(paths: Sequence[str]) -> list[Change]:
@@ -99,12 +127,19 @@ def changes_between(paths: Sequence[str]) -> list[Change]:
 
 def is_failure(change: Change, limit: float) -> bool:
     """Return whether a run is worse. limit : the ratio from which a slower one is."""
-    return change.verdict in (WORSE, CONTRADICTION) or (change.verdict == SLOWER and (change.ratio or 0) >= limit)
+    return change.verdict in (WORSE, CONTRADICTION) or (
+        change.verdict == SLOWER and (change.ratio or 0) >= limit
+    )
 
 
-def report(paths: Sequence[str], changes: Sequence[Change], has_failed: bool) -> result_formats.Report:
+def report(
+    paths: Sequence[str], changes: Sequence[Change], has_failed: bool
+) -> result_formats.Report:
     """Return the report on the changes, of which only JSON and CSV have the runs that are as before."""
-    records, counts = [change.data() for change in changes], Counter(change.verdict for change in changes)
+    records, counts = (
+        [change.data() for change in changes],
+        Counter(change.verdict for change in changes),
+    )
     ratios = [change.ratio for change in changes if change.ratio]
     verdict = f"{count(len(changes), 'run')}: {', '.join(f'{number} {kind}' for kind, number in counts.most_common())}"
     if ratios:
@@ -114,11 +149,19 @@ def report(paths: Sequence[str], changes: Sequence[Change], has_failed: bool) ->
         shown = [_row(change) for change in changes if change.verdict != SAME]
         title = f"{place(paths[1])} against {place(paths[0])}"
         tables = [document.Table(NAMES, [shown], words=(0, 1, 2, 3))]
-        return document.Document(title, [document.Section(title, verdict, not has_failed, tables=tables)])
+        return document.Document(
+            title, [document.Section(title, verdict, not has_failed, tables=tables)]
+        )
 
     def rows() -> tuple[Any, tuple[()]]:
-        header = {name: [f"old_{name}", f"new_{name}"] if name in NAMES[3:6] else name for name in NAMES}
-        own = ([value if isinstance(value, list) else [value] for value in row.values()] for row in [header, *records])
+        header = {
+            name: [f"old_{name}", f"new_{name}"] if name in NAMES[3:6] else name
+            for name in NAMES
+        }
+        own = (
+            [value if isinstance(value, list) else [value] for value in row.values()]
+            for row in [header, *records]
+        )
         return map(list, map(chain.from_iterable, own)), ()
 
     return result_formats.Report(made, lambda: records, rows)
@@ -129,7 +172,11 @@ def runs_in(path: str) -> dict[Key, Ending]:
     an LCPError if it has none. A last line that was cut off counts as not written."""
     text = within(place(path), decode, content_of(path, EXPECTED))
     with suppress(ValueError, RecursionError, OverflowError):
-        return {row.key: _of_row(row) for row in record.parse(text).measurements if not row.excluded}
+        return {
+            row.key: _of_row(row)
+            for row in record.parse(text).measurements
+            if not row.excluded
+        }
     found: dict[Key, Ending] = {}
     lines = text.split("\n")
     for number, line in enumerate(lines, 1):
@@ -140,23 +187,40 @@ def runs_in(path: str) -> dict[Key, Ending]:
         except (ValueError, KeyError, TypeError, RecursionError):
             if number == len(lines) and found:
                 continue
-            raise OptionError(place(path), "has neither a bench nor results", EXPECTED) from None
-        keys = (((f"{name} ({number})" if number > 1 else name), method) for number in count_from(1))
+            raise OptionError(
+                place(path), "has neither a bench nor results", EXPECTED
+            ) from None
+        keys = (
+            ((f"{name} ({number})" if number > 1 else name), method)
+            for number in count_from(1)
+        )
         found[next(key for key in keys if key not in found)] = ending
     return found
 
 
-def with_unread(runs: Mapping[Key, Ending], others: Mapping[Key, Ending]) -> dict[Key, Ending]:
+def with_unread(
+    runs: Mapping[Key, Ending], others: Mapping[Key, Ending]
+) -> dict[Key, Ending]:
     """Return the runs with those of others that could not be made, as their problem could not be read."""
-    unread = {problem: ending for (problem, method), ending in runs.items() if not method}
+    unread = {
+        problem: ending for (problem, method), ending in runs.items() if not method
+    }
     missed = {key: unread[key[0]] for key in others if key[1] and key[0] in unread}
     taken = {problem for problem, _ in missed}
-    return {key: ending for key, ending in runs.items() if key[1] or key[0] not in taken} | missed
+    return {
+        key: ending for key, ending in runs.items() if key[1] or key[0] not in taken
+    } | missed
 
 
 def _of_row(row: record.Measurement) -> Ending:
     interval = record.median_interval(row.seconds) if len(row.seconds) > 1 else None
-    return Ending(row.status, row.success, row.iterations, record.summary(row.seconds).median, interval)
+    return Ending(
+        row.status,
+        row.success,
+        row.iterations,
+        record.summary(row.seconds).median,
+        interval,
+    )
 
 
 def _of_result(result: Mapping[str, Any]) -> tuple[Key, Ending]:
@@ -164,16 +228,31 @@ def _of_result(result: Mapping[str, Any]) -> tuple[Key, Ending]:
     name = PurePath(result["file"]).name if result["file"] else result["problem"]
     item = f":{result['item']}" if result["item"] else ""
     status, seconds = str(result["status"]), result["seconds"]
-    is_proved = status.upper() in Status.__members__ and Status[status.upper()].has_no_solution
-    interval = (seconds, seconds * result["spread"]) if seconds is not None and result["spread"] else None
+    is_proved = (
+        status.upper() in Status.__members__ and Status[status.upper()].has_no_solution
+    )
+    interval = (
+        (seconds, seconds * result["spread"])
+        if seconds is not None and result["spread"]
+        else None
+    )
     digest = None if status == UNREAD else result.get("digest")
-    ending = Ending(status, bool(result["solved"]) or is_proved, result["iterations"], seconds, interval, digest)
+    ending = Ending(
+        status,
+        bool(result["solved"]) or is_proved,
+        result["iterations"],
+        seconds,
+        interval,
+        digest,
+    )
     return (f"{name}{item}", str(result["label"] or result["method"] or "")), ending
 
 
 def _row(change: Change) -> list[str]:
     values = change.data()
-    statuses, iterations, seconds = ([each for each in values[name] if each is not None] for name in NAMES[3:6])
+    statuses, iterations, seconds = (
+        [each for each in values[name] if each is not None] for name in NAMES[3:6]
+    )
     return [
         *(values[name] for name in NAMES[:3]),
         " -> ".join(word.replace("_", " ") for word in dict.fromkeys(statuses)),

@@ -117,7 +117,10 @@ class BenchRecord:
 
     def pending(self) -> list[tuple[Case, list[str]]]:
         done = {measurement.key for measurement in self.measurements}
-        left = [(case, [s for s in self.solvers if (case.name, s) not in done]) for case in self.cases]
+        left = [
+            (case, [s for s in self.solvers if (case.name, s) not in done])
+            for case in self.cases
+        ]
         return [(case, solvers) for case, solvers in left if solvers]
 
 
@@ -128,19 +131,31 @@ def read(path: str) -> BenchRecord:
         return parse(text)
     except (ValueError, RecursionError, OverflowError) as fault:
         where = f" ({fault})" if type(fault) is ValueError else ""
-        raise OptionError(path, f"is not a record of a bench{where}", EXPECTED) from None
+        raise OptionError(
+            path, f"is not a record of a bench{where}", EXPECTED
+        ) from None
 
 
 def parse(text: str) -> BenchRecord:
     """Return the record in JSON; raise ValueError, RecursionError or OverflowError for any other text."""
     record: BenchRecord = _decode("it", json.loads(text), BenchRecord)
-    expected = {(case.name, solver) for case in record.cases for solver in record.solvers}
+    expected = {
+        (case.name, solver) for case in record.cases for solver in record.solvers
+    }
     for row in record.measurements:
         if row.key not in expected:
-            raise ValueError(f"{row.problem}, {row.solver}: it was not requested, or occurs twice")
+            raise ValueError(
+                f"{row.problem}, {row.solver}: it was not requested, or occurs twice"
+            )
         expected.remove(row.key)
-        if row.n < 1 or any(seconds < 0 for seconds in row.seconds) or (not row.excluded and not row.seconds):
-            raise ValueError(f"{row.problem}, {row.solver}: n or seconds are inconsistent")
+        if (
+            row.n < 1
+            or any(seconds < 0 for seconds in row.seconds)
+            or (not row.excluded and not row.seconds)
+        ):
+            raise ValueError(
+                f"{row.problem}, {row.solver}: n or seconds are inconsistent"
+            )
     return record
 
 
@@ -153,13 +168,21 @@ def _decode(name: str, value: Any, kind: Any) -> Any:
     if origin is list and isinstance(value, list):
         return [_decode(name, each, parts[0]) for each in value]
     if origin is tuple and isinstance(value, list) and len(value) == len(parts):
-        return tuple(_decode(name, each, part) for each, part in zip(value, parts, strict=True))
+        return tuple(
+            _decode(name, each, part) for each, part in zip(value, parts, strict=True)
+        )
     if origin is dict and isinstance(value, dict):
         return {key: _decode(name, each, parts[1]) for key, each in value.items()}
     if is_dataclass(kind) and isinstance(value, dict):
         hints, make = get_type_hints(kind), cast(Any, kind)
         try:
-            return make(**{key: _decode(key, each, hints[key]) for key, each in value.items() if key not in GONE})
+            return make(
+                **{
+                    key: _decode(key, each, hints[key])
+                    for key, each in value.items()
+                    if key not in GONE
+                }
+            )
         except (KeyError, TypeError):
             raise ValueError("its fields do not fit a record") from None
     fits = type(value) is kind or (kind is float and type(value) is int)
@@ -184,7 +207,11 @@ class Summary(NamedTuple):
 
     @property
     def spread(self) -> float | None:
-        return (self.upper - self.lower) / 2 / max(self.median, RESOLUTION) if self.repeats > 1 else None
+        return (
+            (self.upper - self.lower) / 2 / max(self.median, RESOLUTION)
+            if self.repeats > 1
+            else None
+        )
 
 
 def summary(times: Sequence[float]) -> Summary:
@@ -213,27 +240,47 @@ def shifted_geometric_mean(times: Sequence[float], shift: float = SHIFT) -> floa
     return math.exp(math.fsum(math.log(t + shift) for t in times) / len(times)) - shift
 
 
-def mean_cells(times: Mapping[Any, Sequence[float]], limit: float, shift: float = SHIFT) -> tuple[dict[Any, str], str]:
+def mean_cells(
+    times: Mapping[Any, Sequence[float]], limit: float, shift: float = SHIFT
+) -> tuple[dict[Any, str], str]:
     """Return the shifted geometric means of times as cells, "" for no times, and their unit; a failure counts limit."""
-    charged = {key: [min(seconds, limit) for seconds in own] for key, own in times.items()}
-    means = {key: shifted_geometric_mean(own, shift) for key, own in charged.items() if own}
+    charged = {
+        key: [min(seconds, limit) for seconds in own] for key, own in times.items()
+    }
+    means = {
+        key: shifted_geometric_mean(own, shift) for key, own in charged.items() if own
+    }
     length, unit = wording.common_unit(means.values())
-    return {key: wording.digits(means[key] / length) if key in means else "" for key in times}, unit
+    return {
+        key: wording.digits(means[key] / length) if key in means else ""
+        for key in times
+    }, unit
 
 
-def performance_ratios(times: Mapping[str, Mapping[str, float]]) -> dict[str, list[float]]:
+def performance_ratios(
+    times: Mapping[str, Mapping[str, float]],
+) -> dict[str, list[float]]:
     """Return, in order, each solver's times on the problems that it accepts, each divided by the fastest solver's time.
 
     times : by solver, then by problem; infinity if it failed, no entry if it does not accept the problem. The
         performance profile of a solver at tau is the fraction of its ratios that are at most tau.
     """
     problems = {problem for own in times.values() for problem in own}
-    best = {problem: min(own[problem] for own in times.values() if problem in own) for problem in problems}
+    best = {
+        problem: min(own[problem] for own in times.values() if problem in own)
+        for problem in problems
+    }
 
     def ratio(problem: str, seconds: float) -> float:
-        return max(seconds, RESOLUTION) / max(best[problem], RESOLUTION) if seconds < math.inf else math.inf
+        return (
+            max(seconds, RESOLUTION) / max(best[problem], RESOLUTION)
+            if seconds < math.inf
+            else math.inf
+        )
 
-    return {solver: sorted(starmap(ratio, own.items())) for solver, own in times.items()}
+    return {
+        solver: sorted(starmap(ratio, own.items())) for solver, own in times.items()
+    }
 
 
 def growth(points: Sequence[tuple[int, float]]) -> Power | None:
@@ -242,9 +289,17 @@ def growth(points: Sequence[tuple[int, float]]) -> Power | None:
         return None
     from scipy.stats import linregress, t
 
-    line = linregress([math.log(n) for n, _ in points], [math.log(max(seconds, RESOLUTION)) for _, seconds in points])
+    line = linregress(
+        [math.log(n) for n, _ in points],
+        [math.log(max(seconds, RESOLUTION)) for _, seconds in points],
+    )
     margin = line.stderr * t.ppf((1 + CONFIDENCE) / 2, len(points) - 2)
-    return Power(float(line.slope), float(margin), math.exp(line.intercept), float(line.rvalue**2))
+    return Power(
+        float(line.slope),
+        float(margin),
+        math.exp(line.intercept),
+        float(line.rvalue**2),
+    )
 
 
 def times(record: BenchRecord) -> dict[str, dict[str, float]]:
@@ -252,7 +307,9 @@ def times(record: BenchRecord) -> dict[str, dict[str, float]]:
     medians: dict[str, dict[str, float]] = {solver: {} for solver in record.solvers}
     for row in record.measurements:
         if not row.excluded:
-            medians[row.solver][row.problem] = summary(row.seconds).median if row.success else math.inf
+            medians[row.solver][row.problem] = (
+                summary(row.seconds).median if row.success else math.inf
+            )
     return medians
 
 
@@ -261,7 +318,9 @@ def growths(record: BenchRecord) -> dict[str, list[Growth]]:
     solved: dict[str, dict[str, list[Measurement]]] = {}
     for row in record.measurements:
         if row.family and row.success:
-            solved.setdefault(series(row.family, row.parameters), {}).setdefault(row.solver, []).append(row)
+            solved.setdefault(series(row.family, row.parameters), {}).setdefault(
+                row.solver, []
+            ).append(row)
     panels: dict[str, list[Growth]] = {}
     for name, by_solver in solved.items():
         found = []
@@ -269,8 +328,13 @@ def growths(record: BenchRecord) -> dict[str, list[Growth]]:
             rows = sorted(by_solver.get(solver, []), key=lambda row: row.n)
             n, own = [row.n for row in rows], [summary(row.seconds) for row in rows]
             if len(set(n)) > 1:
-                medians, lower, upper = ([getattr(each, key) for each in own] for key in ("median", "lower", "upper"))
+                medians, lower, upper = (
+                    [getattr(each, key) for each in own]
+                    for key in ("median", "lower", "upper")
+                )
                 fit = growth(list(zip(n, medians, strict=True)))
-                found.append(Growth(method_of(solver), solver, n, medians, lower, upper, fit))
+                found.append(
+                    Growth(method_of(solver), solver, n, medians, lower, upper, fit)
+                )
         panels |= {name: found} if found else {}
     return panels

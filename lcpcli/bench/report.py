@@ -9,7 +9,16 @@ from dataclasses import fields
 from functools import partial
 from itertools import groupby, islice
 
-from lcpcli.bench.record import SHIFT, BenchRecord, Measurement, growths, mean_cells, performance_ratios, summary, times
+from lcpcli.bench.record import (
+    SHIFT,
+    BenchRecord,
+    Measurement,
+    growths,
+    mean_cells,
+    performance_ratios,
+    summary,
+    times,
+)
 from lcpcli.bench.suites import SUITES, method_of, series
 from lcpcli.bench.timing import ABSOLUTE, NATURAL, RELATIVE
 from lcpcli.errors import count
@@ -20,7 +29,13 @@ from lcpcli.report.plotting import Curve, Panel, Picture, Profile
 from lcpcli.report.result_formats import Report, cell, plain
 from lcpcli.report.wording import PIPE_WIDTH
 
-COLUMNS = ((RELATIVE, 1e-6), (RELATIVE, 1e-9), (ABSOLUTE, 1e-6), (ABSOLUTE, 1e-9), (NATURAL, 1e-9))
+COLUMNS = (
+    (RELATIVE, 1e-6),
+    (RELATIVE, 1e-9),
+    (ABSOLUTE, 1e-6),
+    (ABSOLUTE, 1e-9),
+    (NATURAL, 1e-9),
+)
 NAMES = {RELATIVE: "rel.", ABSOLUTE: "abs.", NATURAL: "natural"}
 # Relative residual of a program up to which a time counts: about the default tolerance
 # of the peers.
@@ -33,19 +48,46 @@ TEXTS = ("how it ended", "why")  # headings of texts, and of words:
 WORDS = ("solver", "problem", "family", "up", "then", *TEXTS)
 
 
-def sheet(title: str, header: Sequence[str], groups: Sequence[Sequence[Sequence[str]]], *notes: str) -> Section:
-    words, texts = ([j for j, name in enumerate(header) if name in names] for names in (WORDS, TEXTS))
+def sheet(
+    title: str,
+    header: Sequence[str],
+    groups: Sequence[Sequence[Sequence[str]]],
+    *notes: str,
+) -> Section:
+    words, texts = (
+        [j for j, name in enumerate(header) if name in names]
+        for names in (WORDS, TEXTS)
+    )
     return Section(title, tables=[Table(header, groups, words, texts, notes=notes)])
 
 
 def optimality(record: BenchRecord) -> Section:
     """Return how many programs each solver solved, by three measures, and its mean time; no rows without programs."""
-    proved = {row.problem for row in record.measurements if row.kind == "method" and row.status in WITHOUT_SOLUTION}
-    programs = {row.problem for row in record.measurements if row.optimality is not None} - proved
-    counted = [row for row in record.measurements if row.problem in programs and not row.excluded]
-    taken = {solver: [row for row in counted if row.solver == solver] for solver in record.solvers if programs}
+    proved = {
+        row.problem
+        for row in record.measurements
+        if row.kind == "method" and row.status in WITHOUT_SOLUTION
+    }
+    programs = {
+        row.problem for row in record.measurements if row.optimality is not None
+    } - proved
+    counted = [
+        row
+        for row in record.measurements
+        if row.problem in programs and not row.excluded
+    ]
+    taken = {
+        solver: [row for row in counted if row.solver == solver]
+        for solver in record.solvers
+        if programs
+    }
     times = {
-        solver: [summary(row.seconds).median if _within(row, RELATIVE, SOLVED_TO) else math.inf for row in own]
+        solver: [
+            summary(row.seconds).median
+            if _within(row, RELATIVE, SOLVED_TO)
+            else math.inf
+            for row in own
+        ]
         for solver, own in taken.items()
     }
     means, unit = mean_cells(times, record.options.time_limit, PROGRAM_SHIFT)
@@ -73,8 +115,13 @@ MOMENTS = (1e-3, 1e-2, 1e-1, 1.0, 10.0, 100.0)  # seconds
 
 
 def title(record: BenchRecord) -> str:
-    measured, all_of_them = len(record.measurements), len(record.cases) * len(record.solvers)
-    progress = "" if measured == all_of_them else f", {measured} of {all_of_them} measured"
+    measured, all_of_them = (
+        len(record.measurements),
+        len(record.cases) * len(record.solvers),
+    )
+    progress = (
+        "" if measured == all_of_them else f", {measured} of {all_of_them} measured"
+    )
     files = {file for case in record.cases for file in (case.file, case.q_file)}
     suites = [name for name in record.suite if name not in files]
     return f"{' '.join(['lcp bench', *suites])}: {count(len(record.cases), 'problem')}{progress}"
@@ -89,40 +136,87 @@ def conditions(record: BenchRecord) -> list[str]:
         f"{machine.processor}, {machine.cores or '?'} cores{memory}{threads}, {machine.system}",
         ", ".join(f"{name} {version}" for name, version in record.versions.items()),
     ]
-    return lines + [f"not installed: {', '.join(record.missing)}" for _ in record.missing[:1]]
+    return lines + [
+        f"not installed: {', '.join(record.missing)}" for _ in record.missing[:1]
+    ]
 
 
 def _solvers(record: BenchRecord) -> Section:
     medians, limit = times(record), record.options.time_limit
-    ratios, false = performance_ratios(medians), Counter(row.solver for row in record.measurements if row.false_success)
-    solved = {name: sum(seconds < math.inf for seconds in own.values()) for name, own in medians.items()}
-    means, unit = mean_cells({name: [*own.values()] for name, own in medians.items() if record.measurements}, limit)
+    ratios, false = (
+        performance_ratios(medians),
+        Counter(row.solver for row in record.measurements if row.false_success),
+    )
+    solved = {
+        name: sum(seconds < math.inf for seconds in own.values())
+        for name, own in medians.items()
+    }
+    means, unit = mean_cells(
+        {name: [*own.values()] for name, own in medians.items() if record.measurements},
+        limit,
+    )
     rows = [
-        [name, *map(str, (solved[name], len(medians[name]), false[name])), mean, str(ratios[name].count(1.0))]
+        [
+            name,
+            *map(str, (solved[name], len(medians[name]), false[name])),
+            mean,
+            str(ratios[name].count(1.0)),
+        ]
         for name, mean in means.items()
     ]
     note = "false: claimed but wrong by every measure. mean: geometric mean of the times, shifted by "
     note += f"{wording.duration(SHIFT)}; a failure counts as the time limit, {wording.duration(limit)}."
-    return sheet("Solvers", ["solver", "solved", "of", "false", f"mean/{unit}", "fastest"], [rows], note)
+    return sheet(
+        "Solvers",
+        ["solver", "solved", "of", "false", f"mean/{unit}", "fastest"],
+        [rows],
+        note,
+    )
 
 
 def _beside(record: BenchRecord) -> Section:
     """Return, for each peer, how it and the first method do on the problems that both take."""
     medians, limit = times(record), record.options.time_limit
-    method, pairs = record.methods[0] if record.methods else "", dict[tuple[str, str], list[float]]()
+    method, pairs = (
+        record.methods[0] if record.methods else "",
+        dict[tuple[str, str], list[float]](),
+    )
     for peer in record.peers if method else ():
-        if common := [problem for problem in medians[peer] if problem in medians[method]]:
-            pairs |= {(peer, solver): [medians[solver][problem] for problem in common] for solver in (peer, method)}
+        if common := [
+            problem for problem in medians[peer] if problem in medians[method]
+        ]:
+            pairs |= {
+                (peer, solver): [medians[solver][problem] for problem in common]
+                for solver in (peer, method)
+            }
     means, unit = mean_cells(pairs, limit)
     rows = []
     for peer in dict.fromkeys(peer for peer, _ in pairs):
         pair = pairs[peer, peer], pairs[peer, method]
         solved = (sum(seconds < math.inf for seconds in own) for own in pair)
         wins = sum(theirs < ours for theirs, ours in zip(*pair, strict=True))
-        rows.append([peer, *map(str, (len(pair[0]), *solved)), means[peer, peer], means[peer, method], str(wins)])
-    header = ["solver", "of", "solved", f"by {method}", f"mean/{unit}", f"{method}/{unit}", "faster"]
+        rows.append(
+            [
+                peer,
+                *map(str, (len(pair[0]), *solved)),
+                means[peer, peer],
+                means[peer, method],
+                str(wins),
+            ]
+        )
+    header = [
+        "solver",
+        "of",
+        "solved",
+        f"by {method}",
+        f"mean/{unit}",
+        f"{method}/{unit}",
+        "faster",
+    ]
     note = f"faster: the problems that the solver solves in less time than {method}. mean: as above."
-    return sheet(f"Beside {method}, on the problems that the other takes", header, [rows], note)
+    return sheet(
+        f"Beside {method}, on the problems that the other takes", header, [rows], note
+    )
 
 
 def is_over_time(record: BenchRecord) -> bool:
@@ -133,26 +227,47 @@ def _over_time(record: BenchRecord) -> Section:
     """Return how many problems of each series every solver has solved, or proved to have no solution, in time."""
     limit = record.options.time_limit
     moments = [*(moment for moment in MOMENTS if moment < limit), limit]
-    cases = {case.name: series(case.family, case.parameters) if case.family else "files" for case in record.cases}
+    cases = {
+        case.name: series(case.family, case.parameters) if case.family else "files"
+        for case in record.cases
+    }
     groups = []
     for name in dict.fromkeys(cases.values()) if is_over_time(record) else ():
         rows: list[list[str]] = []
         for solver, medians in times(record).items():
-            own = [seconds for problem, seconds in medians.items() if cases[problem] == name]
+            own = [
+                seconds
+                for problem, seconds in medians.items()
+                if cases[problem] == name
+            ]
             if own:
-                counts = [sum(seconds <= moment for seconds in own) for moment in moments]
-                rows.append(["" if rows else name, solver, *map(str, (len(own), *counts))])
+                counts = [
+                    sum(seconds <= moment for seconds in own) for moment in moments
+                ]
+                rows.append(
+                    ["" if rows else name, solver, *map(str, (len(own), *counts))]
+                )
         groups += [rows] * bool(rows)
     header = ["family", "solver", "of", *map(wording.duration, moments)]
     return sheet("Solved, or proved to have no solution, within", header, groups)
 
 
 def _times(record: BenchRecord) -> Section:
-    length, unit = wording.common_unit(summary(row.seconds).median for row in record.measurements if row.success)
+    length, unit = wording.common_unit(
+        summary(row.seconds).median for row in record.measurements if row.success
+    )
     rows = []
     for name, group in groupby(record.measurements, key=lambda row: row.problem):
         own = {row.solver: row for row in group}
-        rows.append([name, *(_time(own[solver], length) if solver in own else "" for solver in record.solvers)])
+        rows.append(
+            [
+                name,
+                *(
+                    _time(own[solver], length) if solver in own else ""
+                    for solver in record.solvers
+                ),
+            ]
+        )
     note = "Median ±half the interquartile range; the median alone for a single run."
     return sheet(f"Times in {unit}", ["problem", *record.solvers], [rows], note)
 
@@ -161,7 +276,9 @@ def _time(row: Measurement, length: float) -> str:
     if row.excluded or not row.success:
         return "-" if row.excluded else _failure(row)
     own = summary(row.seconds)
-    return wording.digits(own.median / length) + ("" if own.spread is None else f" ±{100 * own.spread:.0f}%")
+    return wording.digits(own.median / length) + (
+        "" if own.spread is None else f" ±{100 * own.spread:.0f}%"
+    )
 
 
 def _failure(row: Measurement) -> str:
@@ -172,25 +289,42 @@ def _failures(record: BenchRecord) -> Section:
     header, rows = ["problem", "solver", "residual", "how it ended"], []
     for row in record.measurements:
         if not row.success and not row.excluded:
-            ending = " ".join([f"{_failure(row)}:"] * row.claimed + row.statement.split())
-            rows.append([row.problem, row.solver, wording.short(row.scaled_residual), ending])
+            ending = " ".join(
+                [f"{_failure(row)}:"] * row.claimed + row.statement.split()
+            )
+            rows.append(
+                [row.problem, row.solver, wording.short(row.scaled_residual), ending]
+            )
     return sheet("Not solved", header, [rows])
 
 
 def _exclusions(record: BenchRecord) -> Section:
-    reasons = Counter((row.solver, row.statement) for row in record.measurements if row.excluded)
-    rows = [[solver, str(problems), reason] for (solver, reason), problems in reasons.items()]
+    reasons = Counter(
+        (row.solver, row.statement) for row in record.measurements if row.excluded
+    )
+    rows = [
+        [solver, str(problems), reason]
+        for (solver, reason), problems in reasons.items()
+    ]
     return sheet("Excluded", ["solver", "problems", "why"], [rows])
 
 
 def _growth(record: BenchRecord) -> Section:
-    header, groups = ["family", "solver", "sizes", "exponent", "95% interval", "R^2"], []
+    header, groups = (
+        ["family", "solver", "sizes", "exponent", "95% interval", "R^2"],
+        [],
+    )
     for family, found in growths(record).items():
         rows: list[list[str]] = []
         for growth in found:
             if fit := growth.fit:
                 interval = f"{fit.exponent - fit.margin:.2f} to {fit.exponent + fit.margin:.2f}"
-                cells = [f"{growth.n[0]}-{growth.n[-1]}", f"{fit.exponent:.2f}", interval, f"{fit.r_squared:.3f}"]
+                cells = [
+                    f"{growth.n[0]}-{growth.n[-1]}",
+                    f"{fit.exponent:.2f}",
+                    interval,
+                    f"{fit.r_squared:.3f}",
+                ]
                 rows.append(["" if rows else family, growth.label, *cells])
         groups += [rows] * bool(rows)
     return sheet("Growth of the time with n: n^exponent", header, groups)
@@ -207,25 +341,51 @@ def draw_figure(record: BenchRecord, form: str) -> bytes:
     panels = _panels(record)
     growth_panels = dict(islice(growths(record).items(), PANELS_OF_A_KIND))
     medians, in_seconds = times(record), is_over_time(record)
-    ratios = {name: list(own.values()) for name, own in medians.items()} if in_seconds else performance_ratios(medians)
-    profiles = [Profile(method_of(name), name, own, in_seconds) for name, own in ratios.items() if own]
-    if len({row.problem for row in record.measurements}) < LEAST_PROBLEMS and (panels or growth_panels):
+    ratios = (
+        {name: list(own.values()) for name, own in medians.items()}
+        if in_seconds
+        else performance_ratios(medians)
+    )
+    profiles = [
+        Profile(method_of(name), name, own, in_seconds)
+        for name, own in ratios.items()
+        if own
+    ]
+    if len({row.problem for row in record.measurements}) < LEAST_PROBLEMS and (
+        panels or growth_panels
+    ):
         profiles = []
-    return Picture("bench", (profiles, panels, growth_panels), conditions(record)).content(form)
+    return Picture(
+        "bench", (profiles, panels, growth_panels), conditions(record)
+    ).content(form)
 
 
 def _panels(record: BenchRecord) -> list[Panel]:
     """Return the panels of the largest problem of each series, those with the most successes and longest curves first.
     A peer, of which only the end is known, is a single point."""
-    problems = [list(group) for _, group in groupby(record.measurements, key=lambda row: row.problem)]
-    problems.sort(key=lambda rows: (-sum(row.success for row in rows), -max(len(row.curve or ()) for row in rows)))
+    problems = [
+        list(group)
+        for _, group in groupby(record.measurements, key=lambda row: row.problem)
+    ]
+    problems.sort(
+        key=lambda rows: (
+            -sum(row.success for row in rows),
+            -max(len(row.curve or ()) for row in rows),
+        )
+    )
     largest: dict[str, list[Measurement]] = {}
     for rows in problems:
-        name = series(rows[0].family, rows[0].parameters) if rows[0].family else rows[0].problem
+        name = (
+            series(rows[0].family, rows[0].parameters)
+            if rows[0].family
+            else rows[0].problem
+        )
         if name not in largest or rows[0].n > largest[name][0].n:
             largest[name] = rows
     panels = []
-    for rows in [rows for rows in largest.values() if any(row.curve for row in rows)][:PANELS_OF_A_KIND]:
+    for rows in [rows for rows in largest.values() if any(row.curve for row in rows)][
+        :PANELS_OF_A_KIND
+    ]:
         measure = next(row.curve_of for row in rows if row.curve_of)
         curves = []
         for row in rows:
@@ -235,23 +395,56 @@ def _panels(record: BenchRecord) -> list[Panel]:
                 points = [(None, summary(row.seconds).median, end)]
             if points:
                 k, seconds, errors = zip(*points, strict=True)
-                curves.append(Curve(method_of(row.solver), row.solver, k, seconds, errors, row.success))
+                curves.append(
+                    Curve(
+                        method_of(row.solver),
+                        row.solver,
+                        k,
+                        seconds,
+                        errors,
+                        row.success,
+                    )
+                )
         panels.append(Panel(rows[0].problem, measure, curves))
     return panels
 
 
-COPIED = [each.name for each in fields(Measurement) if each.name not in ("seconds", "curve_of", "curve")]
+COPIED = [
+    each.name
+    for each in fields(Measurement)
+    if each.name not in ("seconds", "curve_of", "curve")
+]
 
 
 def render(record: BenchRecord, form: str, width: int | None, color: bool) -> str:
     def document(*_: object) -> Document:
-        makers = (_solvers, _beside, _over_time, _times, optimality, _failures, _exclusions, _growth)
-        sheets = [section for section in (make(record) for make in makers) if section.tables[0].rows]
+        makers = (
+            _solvers,
+            _beside,
+            _over_time,
+            _times,
+            optimality,
+            _failures,
+            _exclusions,
+            _growth,
+        )
+        sheets = [
+            section
+            for section in (make(record) for make in makers)
+            if section.tables[0].rows
+        ]
         name = title(record)
         figure = partial(draw_figure, record, "svg") if record.measurements else None
-        return Document(name, [Section(name, facts=conditions(record), figure=figure), *sheets])
+        return Document(
+            name, [Section(name, facts=conditions(record), figure=figure), *sheets]
+        )
 
-    report = Report(document, lambda: [plain(record)], lambda: (_rows(record), conditions(record)), PIPE_WIDTH)
+    report = Report(
+        document,
+        lambda: [plain(record)],
+        lambda: (_rows(record), conditions(record)),
+        PIPE_WIDTH,
+    )
     return report.render(form, width, color)
 
 

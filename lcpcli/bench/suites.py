@@ -65,11 +65,21 @@ class Suite:
         for part in self.text.split(";"):
             family, *words = part.split()
             if family.endswith(".json"):
-                made += (Case(file, file=contents.shipped_path(f"programs/{file}")) for file in (family, *words))
+                made += (
+                    Case(file, file=contents.shipped_path(f"programs/{file}"))
+                    for file in (family, *words)
+                )
                 continue
             axes = [[("n", int(word)) for word in words if word.isdecimal()]]
-            for name, _, values in (word.partition("=") for word in words if not word.isdecimal()):
-                axes.append([(name, literal_eval(value)) for value in (values or "True").split(",")])
+            for name, _, values in (
+                word.partition("=") for word in words if not word.isdecimal()
+            ):
+                axes.append(
+                    [
+                        (name, literal_eval(value))
+                        for value in (values or "True").split(",")
+                    ]
+                )
             made += (case(family, **dict(chosen)) for chosen in product(*axes))
         return made
 
@@ -81,7 +91,15 @@ def case(family: str, n: int, seed: int = 0, **parameters: Any) -> Case:
 
 def series(family: str, parameters: dict[str, Any]) -> str:
     """Return the common name of cases that differ only in size and seed."""
-    return " ".join([family, *(name if value is True else f"{name}={value}" for name, value in parameters.items())])
+    return " ".join(
+        [
+            family,
+            *(
+                name if value is True else f"{name}={value}"
+                for name, value in parameters.items()
+            ),
+        ]
+    )
 
 
 def method_of(solver: str) -> str:
@@ -169,11 +187,18 @@ GONE = {  # suites of earlier versions
 
 
 def methods_of(asked: Sequence[str]) -> list[str]:
-    return list(dict.fromkeys(chain.from_iterable(SUITES.get(name, Suite).methods for name in asked)))
+    return list(
+        dict.fromkeys(
+            chain.from_iterable(SUITES.get(name, Suite).methods for name in asked)
+        )
+    )
 
 
 def cases_of(
-    asked: Sequence[str], faults: list[str] | None = None, tell: Tell = lambda _: None, infinity: float | None = None
+    asked: Sequence[str],
+    faults: list[str] | None = None,
+    tell: Tell = lambda _: None,
+    infinity: float | None = None,
 ) -> list[Case]:
     """Return the cases of suites, files and folders, each once; a file with M alone is followed by the file of q.
 
@@ -181,25 +206,57 @@ def cases_of(
     tell : called with remarks on the problem in a file. infinity : as in `Case`, for the files. Raises OptionError for
     a name that is neither a suite nor a file.
     """
-    left = asked = [path for each in asked for path in ([each] if each in SUITES else files_in([each], tell))]
+    left = asked = [
+        path
+        for each in asked
+        for path in ([each] if each in SUITES else files_in([each], tell))
+    ]
     cases = list[Case]()
     while left:
         files: Sequence[str] = left[:1]
         if left[0] in (*SUITES, ALL):
-            cases += [each for name, suite in SUITES.items() if left[0] in (name, ALL) for each in suite.cases]
+            cases += [
+                each
+                for name, suite in SUITES.items()
+                if left[0] in (name, ALL)
+                for each in suite.cases
+            ]
         else:
             try:
                 files = _files(left, tell, infinity)
-                alike = {path: [each for each in asked if Path(each).name == Path(path).name] for path in files}
-                short = [path if len({*map(os.path.abspath, alike[path])}) > 1 else Path(path).name for path in files]
-                cases.append(Case(" ".join(short), file=files[0], q_file="".join(files[1:]), infinity=infinity))
+                alike = {
+                    path: [each for each in asked if Path(each).name == Path(path).name]
+                    for path in files
+                }
+                short = [
+                    path
+                    if len({*map(os.path.abspath, alike[path])}) > 1
+                    else Path(path).name
+                    for path in files
+                ]
+                cases.append(
+                    Case(
+                        " ".join(short),
+                        file=files[0],
+                        q_file="".join(files[1:]),
+                        infinity=infinity,
+                    )
+                )
             except ProblemError as fault:
                 if faults is None:
                     raise
                 faults.append(str(fault))
         left = left[len(files) :]
-    if infinity is not None and not faults and all(each.infinity is None for each in cases):
-        raise ParameterError("infinity", "has no effect on the problems of a suite", "name a file, or leave it out")
+    if (
+        infinity is not None
+        and not faults
+        and all(each.infinity is None for each in cases)
+    ):
+        raise ParameterError(
+            "infinity",
+            "has no effect on the problems of a suite",
+            "name a file, or leave it out",
+        )
     return list({each.name: each for each in cases}.values())
 
 
@@ -212,16 +269,24 @@ def _files(asked: Sequence[str], tell: Tell, infinity: float | None) -> Sequence
 
     path, known = asked[0], (*SUITES, ALL)
     if path == "-":
-        raise OptionError("standard input", "cannot be read again for a resumed bench", "name a file")
+        raise OptionError(
+            "standard input", "cannot be read again for a resumed bench", "name a file"
+        )
     # Reading reports what is wrong with it.
     is_file = os.path.lexists(path) or os.sep in path or Path(path).suffix
     if not is_file and path not in contents.shipped_problems():
-        hint = likely(path, (*known, *contents.shipped_problems()), f"choose one of {', '.join(known)}, or name a file")
+        hint = likely(
+            path,
+            (*known, *contents.shipped_problems()),
+            f"choose one of {', '.join(known)}, or name a file",
+        )
         raise OptionError(path, "is neither a suite nor a file", GONE.get(path, hint))
     contents.refuse_folder(path)
     if nonlinear_in(path, content_of(path, reading.WHOLE)) is not None:
         if infinity is not None:
-            raise ParameterError("infinity", "has no effect on a nonlinear model", "leave it out")
+            raise ParameterError(
+                "infinity", "has no effect on a nonlinear model", "leave it out"
+            )
         return asked[:1]
     problem, files = reading.read_next(asked, infinity or math.inf)
     far = changes.remark(problem) if infinity is None else ""
@@ -237,9 +302,13 @@ def problem_of(case: Case) -> Problem | NonlinearProblem:
         from lcpcli.files.inputs import nonlinear_in
         from lcpcli.verify.point import without_wrong_solutions
 
-        if (model := nonlinear_in(case.file, content_of(case.file, reading.WHOLE))) is not None:
+        if (
+            model := nonlinear_in(case.file, content_of(case.file, reading.WHOLE))
+        ) is not None:
             return model.nonlinear
-        problem = reading.read(case.file, case.q_file or None, infinity=case.infinity or math.inf)
+        problem = reading.read(
+            case.file, case.q_file or None, infinity=case.infinity or math.inf
+        )
         return without_wrong_solutions(problem)[0]
     from lcpcli.gallery import families as gallery
     from lcpcli.gallery import nonlinear
@@ -258,5 +327,7 @@ def prepare(case: Case) -> Problem | NonlinearProblem:
     problem = problem_of(case)
     if not isinstance(problem, Problem):
         return problem
-    complete = with_reference(replace(problem, verdict="") if case.file and problem.verdict else problem)
+    complete = with_reference(
+        replace(problem, verdict="") if case.file and problem.verdict else problem
+    )
     return complete if complete.solutions else problem

@@ -17,7 +17,15 @@ from typing import Any
 
 import numpy as np
 
-from lcpcli.bench.record import EXCLUDED, BenchRecord, Machine, Measurement, Settings, median_interval, summary
+from lcpcli.bench.record import (
+    EXCLUDED,
+    BenchRecord,
+    Machine,
+    Measurement,
+    Settings,
+    median_interval,
+    summary,
+)
 from lcpcli.bench.suites import Case, cases_of, prepare, problem_of
 from lcpcli.clock import seconds
 from lcpcli.errors import ParameterError
@@ -58,13 +66,21 @@ REST = 0.05  # seconds after which idle BLAS threads have stopped spinning
 
 
 def run_method(
-    name: str, problem: Problem | NonlinearProblem, tol: float, time_limit: float, with_curve: bool
+    name: str,
+    problem: Problem | NonlinearProblem,
+    tol: float,
+    time_limit: float,
+    with_curve: bool,
 ) -> Claim:
     """Run one of METHODS, with the options in its name, as in shi:p=10, and otherwise with its defaults; on a nonlinear
     problem the method for these. Raises KeyboardInterrupt if the run was interrupted."""
     known, nothing = bool(problem.solutions), np.array([], dtype=np.intp)
     trace = Trace(1, MOST_POINTS, nothing, residuals=not known) if with_curve else None
-    variant, limits, began = methods.parse(name), Limits(tol, time_limit=time_limit), seconds()
+    variant, limits, began = (
+        methods.parse(name),
+        Limits(tol, time_limit=time_limit),
+        seconds(),
+    )
     options = {**variant.options, "limits": limits, "curve": trace, "began": began}
     if isinstance(problem, Problem):
         result = driver.run(problem.anew(), variant.method, **options)
@@ -75,11 +91,17 @@ def run_method(
     rows = result.curve.rows if result.curve else ()
     curve = [(row.k, row.seconds, row.error if known else row.residual) for row in rows]
     ending = result.z, result.solved, result.seconds, result.message, result.status.word
-    return Claim(*ending, result.setup_seconds, result.iterations, result.evaluations, curve)
+    return Claim(
+        *ending, result.setup_seconds, result.iterations, result.evaluations, curve
+    )
 
 
 def run_peer(
-    name: str, problem: Problem | NonlinearProblem, tol: float, time_limit: float, _with_curve: bool = False
+    name: str,
+    problem: Problem | NonlinearProblem,
+    tol: float,
+    time_limit: float,
+    _with_curve: bool = False,
 ) -> Claim:
     """Run one of PEERS, which gives no curve. Raises KeyboardInterrupt if the run was interrupted."""
     try:
@@ -140,7 +162,9 @@ def measure(
             return _lasting(summary(times).median, first), times
         if len(times) < LEAST_REPEATS:
             continue
-        if clock() - began >= budget or (len(times) % LEAST_REPEATS == 0 and is_stable(times)):
+        if clock() - began >= budget or (
+            len(times) % LEAST_REPEATS == 0 and is_stable(times)
+        ):
             # The median is looked at seldom, as the next run finds the caches full of
             # that.
             break
@@ -154,7 +178,11 @@ def _lasting(seconds: float, run: Claim) -> Claim:
     """Return a run with its times in proportion, so that it takes so many seconds."""
     factor = seconds / run.seconds
     curve = [(k, factor * at, error) for k, at, error in run.curve or ()]
-    return replace(run, curve=curve, setup_seconds=None if run.setup_seconds is None else factor * run.setup_seconds)
+    return replace(
+        run,
+        curve=curve,
+        setup_seconds=None if run.setup_seconds is None else factor * run.setup_seconds,
+    )
 
 
 ABSOLUTE, RELATIVE, NATURAL = "absolute", "relative", "natural"
@@ -164,7 +192,9 @@ LEAST_TERMS = 1e-6
 
 
 @np.errstate(over="ignore", invalid="ignore")  # overflow counts as infinite
-def checked(problem: Problem | NonlinearProblem, answer: Claim, accept: float) -> dict[str, Any]:
+def checked(
+    problem: Problem | NonlinearProblem, answer: Claim, accept: float
+) -> dict[str, Any]:
     """Return the verified facts on an answer, by their names in a `Measurement`; None for a number that is not finite.
 
     A claimed solution is a success if its scaled residual is at most `accept`, unless it is known that there is none.
@@ -175,7 +205,11 @@ def checked(problem: Problem | NonlinearProblem, answer: Claim, accept: float) -
     claimed, none = answer.solved, answer.status in WITHOUT_SOLUTION
     if none or answer.z is None:
         false = claimed or (none and bool(problem.solutions))
-        return {"success": none and not false, "false_success": false, "optimality": optimality(problem, None)}
+        return {
+            "success": none and not false,
+            "false_success": false,
+            "optimality": optimality(problem, None),
+        }
     z = np.asarray(answer.z, dtype=np.float64)
     if isinstance(problem, NonlinearProblem):
         F = problem.values(z)
@@ -187,14 +221,30 @@ def checked(problem: Problem | NonlinearProblem, answer: Claim, accept: float) -
     point = Point(Criterion(problem), z, is_admissible=False)
     terms = matrices.absolute_product(problem.M, np.abs(z)) + np.abs(problem.q)
     success = claimed and point.scaled_residual <= accept and not hopeless
-    is_nearly_true = point.residual <= accept * float(terms.max(initial=0.0)) < np.inf and not hopeless
-    numbers = {"residual": point.residual, "scaled_residual": point.scaled_residual, "error": problem.error(z)}
-    facts = {"success": success, "false_success": claimed and not success and not is_nearly_true}
-    return {**facts, "optimality": optimality(problem, z), **{name: plain(value) for name, value in numbers.items()}}
+    is_nearly_true = (
+        point.residual <= accept * float(terms.max(initial=0.0)) < np.inf
+        and not hopeless
+    )
+    numbers = {
+        "residual": point.residual,
+        "scaled_residual": point.scaled_residual,
+        "error": problem.error(z),
+    }
+    facts = {
+        "success": success,
+        "false_success": claimed and not success and not is_nearly_true,
+    }
+    return {
+        **facts,
+        "optimality": optimality(problem, z),
+        **{name: plain(value) for name, value in numbers.items()},
+    }
 
 
 @np.errstate(over="ignore", invalid="ignore")
-def optimality(problem: Problem | NonlinearProblem, z: Vector | None) -> dict[str, float] | None:
+def optimality(
+    problem: Problem | NonlinearProblem, z: Vector | None
+) -> dict[str, float] | None:
     """Return how well an answer satisfies the optimality conditions of the problem's program.
 
     The measures are the largest violation of a constraint, component of the gradient of the Lagrangian, or duality gap,
@@ -210,23 +260,45 @@ def optimality(problem: Problem | NonlinearProblem, z: Vector | None) -> dict[st
         return {}
     M, q, lower, upper = conditions_of(problem)
     terms = matrices.absolute_product(M, np.abs(z)) + np.abs(q)
-    w = accurate_residual(M, -z, q) if all(map(are_moderate, (M.data if is_sparse(M) else M, q, z))) else problem.w(z)
+    w = (
+        accurate_residual(M, -z, q)
+        if all(map(are_moderate, (M.data if is_sparse(M) else M, q, z)))
+        else problem.w(z)
+    )
     outside = np.maximum(np.maximum(lower - z, z - upper), 0.0)
     end = np.where(w > 0, lower, upper)
-    near = np.abs(np.where(np.isfinite(end), z - end, np.inf)) <= np.maximum(np.abs(z), 1.0)
+    near = np.abs(np.where(np.isfinite(end), z - end, np.inf)) <= np.maximum(
+        np.abs(z), 1.0
+    )
     left, end = np.where(near, 0.0, w), np.where(near, end, 0.0)
-    k, ranges = problem.origin.variables, np.arange(z.size) >= z.size - problem.origin.ranges
+    k, ranges = (
+        problem.origin.variables,
+        np.arange(z.size) >= z.size - problem.origin.ranges,
+    )
     rows = (np.arange(z.size) >= k) & ~ranges
     curvature = np.abs(z[:k]) @ matrices.absolute_product(M[:k, :k], np.abs(z[:k]))
-    primal, dual = _largest(outside[:k], left[rows], outside[ranges]), _largest(left[:k], outside[rows])
+    primal, dual = (
+        _largest(outside[:k], left[rows], outside[ranges]),
+        _largest(left[:k], outside[rows]),
+    )
     gap = float(max(curvature, np.abs(q) @ np.abs(z), np.abs(w @ end)))
     residuals = primal, dual, abs(float(w @ (z - end)))
-    sizes = _largest(terms[rows], z[:k], end[:k], outside[:k]), _largest(terms[:k], z[rows]), gap
+    sizes = (
+        _largest(terms[rows], z[:k], end[:k], outside[:k]),
+        _largest(terms[:k], z[rows]),
+        gap,
+    )
     floor = LEAST_TERMS * max(sizes)
     found = {
         ABSOLUTE: max(residuals),
-        RELATIVE: max(_over(residual, max(size, floor)) for residual, size in zip(residuals, sizes, strict=True)),
-        NATURAL: _over(_largest(problem.box.gaps(z, w)), float(terms.max(initial=0.0)) or max(sizes)),
+        RELATIVE: max(
+            _over(residual, max(size, floor))
+            for residual, size in zip(residuals, sizes, strict=True)
+        ),
+        NATURAL: _over(
+            _largest(problem.box.gaps(z, w)),
+            float(terms.max(initial=0.0)) or max(sizes),
+        ),
     }
     return found if np.isfinite(list(found.values())).all() else {}
 
@@ -240,7 +312,11 @@ def _over(size: float, terms: float) -> float:
 
 
 def start(
-    asked: Sequence[str], methods: Sequence[str], wanted: Sequence[str], options: Settings, *how: Any
+    asked: Sequence[str],
+    methods: Sequence[str],
+    wanted: Sequence[str],
+    options: Settings,
+    *how: Any,
 ) -> BenchRecord:
     """Return an empty record; the wanted peers are selected by `registry.select`. Files are read once, so that errors
     in them are reported before any measurement. how : `tell` and `infinity` as for `cases_of`."""
@@ -250,13 +326,22 @@ def start(
     for name in peers.select(wanted):
         (missing if peers.load(name).version() is None else present).append(name)
     who = list(dict.fromkeys(methods)), present, missing
-    return BenchRecord(list(asked), cases, *who, options, machine(), software(present), unread=faults)
+    return BenchRecord(
+        list(asked), cases, *who, options, machine(), software(present), unread=faults
+    )
 
 
 def machine() -> Machine:
-    name, system = platform.processor() or platform.machine(), f"{platform.system()} {platform.release()}"
+    name, system = (
+        platform.processor() or platform.machine(),
+        f"{platform.system()} {platform.release()}",
+    )
     with suppress(OSError):  # on Linux only this file has the processor's name
-        found = re.search(r"^model name[^:]*:(.*)", Path("/proc/cpuinfo").read_text(encoding="utf-8"), re.MULTILINE)
+        found = re.search(
+            r"^model name[^:]*:(.*)",
+            Path("/proc/cpuinfo").read_text(encoding="utf-8"),
+            re.MULTILINE,
+        )
         name = found[1].strip() if found else name
     return Machine(name, os.cpu_count(), memory(), system, threads.in_environment())
 
@@ -265,7 +350,9 @@ def software(names: Sequence[str]) -> dict[str, str | None]:
     """Return the versions of Python, of this program, of its numerical libraries, with numba if all runs use the
     compiled kernels, and of the named peers."""
     own = {"python": platform.python_version(), "lcpcli": VERSION}
-    own |= {name: version(name) for name in ("numpy", *[NUMBA] * wants_kernels(), "scipy")}
+    own |= {
+        name: version(name) for name in ("numpy", *[NUMBA] * wants_kernels(), "scipy")
+    }
     return own | {name: peers.load(name).version() for name in names}
 
 
@@ -279,11 +366,21 @@ def refuse_elsewhere(record: BenchRecord) -> None:
     then = {**asdict(record.machine), **record.versions}
     for name in here | then:
         if here.get(name) != then.get(name):
-            hint = f"give --threads {then[name]}" if name == THREADS.name and then[name] else "start a new bench"
-            raise ParameterError("resume", f"was measured with {name} {then.get(name)}, not {here.get(name)}", hint)
+            hint = (
+                f"give --threads {then[name]}"
+                if name == THREADS.name and then[name]
+                else "start a new bench"
+            )
+            raise ParameterError(
+                "resume",
+                f"was measured with {name} {then.get(name)}, not {here.get(name)}",
+                hint,
+            )
 
 
-def run(record: BenchRecord, starting: Callable[[Case, str], None]) -> Iterator[Measurement]:
+def run(
+    record: BenchRecord, starting: Callable[[Case, str], None]
+) -> Iterator[Measurement]:
     """Make the pending measurements; each is added to the record and yielded. starting : called before each."""
     for case, names in record.pending():
         starting(case, names[0])
@@ -299,21 +396,42 @@ def _excludes(problem: Problem | NonlinearProblem, solver: str, is_peer: bool) -
     is_linear = isinstance(problem, Problem)
     if is_peer and (is_linear or solver in peers.NONLINEAR):
         return str(peers.load(solver).excludes(problem))
-    takes = not is_peer and (solver == AUTO or is_linear != (methods.parse(solver).method in methods.NONLINEAR))
+    takes = not is_peer and (
+        solver == AUTO
+        or is_linear != (methods.parse(solver).method in methods.NONLINEAR)
+    )
     return "" if takes else f"solves {'non' * is_linear}linear problems only"
 
 
-def _measure(case: Case, problem: Problem | NonlinearProblem, solver: str, record: BenchRecord) -> Measurement:
+def _measure(
+    case: Case, problem: Problem | NonlinearProblem, solver: str, record: BenchRecord
+) -> Measurement:
     options, seconds = record.options, list[float]()
-    kind, run = ("method", run_method) if solver in record.methods else ("peer", run_peer)
+    kind, run = (
+        ("method", run_method) if solver in record.methods else ("peer", run_peer)
+    )
     if reason := _excludes(problem, solver, kind == "peer"):
         answer = Claim(None, False, 0.0, reason, EXCLUDED)
     else:
-        rest = REST if problem.n >= FEWEST_SHARED_ROWS and record.machine.threads != 1 else 0.0
-        answer, seconds = measure(partial(run, solver, problem, options.tol, options.time_limit), options.budget, rest)
-    curve = [(k, at, plain(error)) for k, at, error in answer.curve] if answer.curve else None
+        rest = (
+            REST
+            if problem.n >= FEWEST_SHARED_ROWS and record.machine.threads != 1
+            else 0.0
+        )
+        answer, seconds = measure(
+            partial(run, solver, problem, options.tol, options.time_limit),
+            options.budget,
+            rest,
+        )
+    curve = (
+        [(k, at, plain(error)) for k, at, error in answer.curve]
+        if answer.curve
+        else None
+    )
     copied = ("status", "statement", "iterations", "evaluations", "setup_seconds")
-    facts = {name: getattr(answer, name) for name in copied} | checked(problem, answer, options.accept)
+    facts = {name: getattr(answer, name) for name in copied} | checked(
+        problem, answer, options.accept
+    )
     return Measurement(
         problem=case.name,
         family=case.family or None,

@@ -32,7 +32,11 @@ CODES = {  # by how a search has ended, unless it is solved
 
 
 def outcome(
-    request: Request, work: Work, output: Output, objective: str | LinearObjective | None = None, sense: str = "min"
+    request: Request,
+    work: Work,
+    output: Output,
+    objective: str | LinearObjective | None = None,
+    sense: str = "min",
 ) -> int:
     """Search for every solution of a problem, or for the best one by an objective, with decimals as written; success
     means that the list is complete or has reached --max-solutions, or that the solution is proved to be the best."""
@@ -48,11 +52,20 @@ def outcome(
         plotting.require_plane([problem.problem])
     wording.require(problem.problem, request.names)
     within(where, sets.refuse_large, problem.problem)
-    best = None if objective is None else _best(problem, where, objective, sense, request.limits.time_limit)
+    best = (
+        None
+        if objective is None
+        else _best(problem, where, objective, sense, request.limits.time_limit)
+    )
     found: Any = best or _search(request, problem, where)
     report = solutions.report(found, work.sources[0], request.exact, request.names)
-    output.show(report.render, f"{where}: {found.message(numbers.approximate) if best else found.message}")
-    output.add(request.plot, lambda path: plotting.cones(found).content(plotting.form_of(path)))
+    output.show(
+        report.render,
+        f"{where}: {found.message(numbers.approximate) if best else found.message}",
+    )
+    output.add(
+        request.plot, lambda path: plotting.cones(found).content(plotting.form_of(path))
+    )
     return CODES.get(found.status, SOLVED)
 
 
@@ -66,14 +79,28 @@ def _search(request: Request, problem: InputProblem, where: str) -> sets.Solutio
     except TimeIsUp:  # zeros, which are not searched, take the place of the numbers
         n, left = problem.problem.n, 0.0
         data = exact_problem.ExactProblem(problem.problem, [{}] * n, [Fraction(0)] * n)
-    search = within(where, partial(sets.solutions, data, time_limit=(left if left > 0 else None), max_solutions=most))
+    search = within(
+        where,
+        partial(
+            sets.solutions,
+            data,
+            time_limit=(left if left > 0 else None),
+            max_solutions=most,
+        ),
+    )
     if left <= 0:
         search.stop()
     with stopping() as signals:
         for _ in search:
             continue
         is_interrupted = bool(signals)
-    ended = sets.INTERRUPTED if is_interrupted else sets.ENOUGH if len(search.pieces) == most else sets.TIME_LIMIT
+    ended = (
+        sets.INTERRUPTED
+        if is_interrupted
+        else sets.ENOUGH
+        if len(search.pieces) == most
+        else sets.TIME_LIMIT
+    )
     return sets.SolutionSet(search, ended, clock.seconds() - began)
 
 
@@ -89,7 +116,11 @@ def objective_in(path: str) -> LinearObjective | None:
 
 
 def _best(
-    problem: InputProblem, where: str, objective: str | LinearObjective, sense: str, limit: float
+    problem: InputProblem,
+    where: str,
+    objective: str | LinearObjective,
+    sense: str,
+    limit: float,
 ) -> search.Optimum:
     began, data = clock.seconds(), problem.exactly()
     left = max(limit - (clock.seconds() - began), 1e-6)

@@ -32,7 +32,9 @@ NUMBERED = (
     "SOLVED 0, INFEASIBLE 200, UNSOLVABLE 201, ILL_POSED 202, ITERATION_LIMIT 400, TIME_LIMIT 401, INTERRUPTED 402, "
     "STALLED 403, DIVERGED 404, BREAKDOWN 405, RAY 406"
 )
-NUMBERS = {Status[name]: int(number) for name, number in map(str.split, NUMBERED.split(", "))}
+NUMBERS = {
+    Status[name]: int(number) for name, number in map(str.split, NUMBERED.split(", "))
+}
 # With an objective.
 OPTIMA = {"optimal": 0, "unsolvable": 201, "unbounded": 300, "time_limit": 401}
 # Of a run without a finite point, unless it proves that there is no solution.
@@ -50,12 +52,18 @@ def run(stub: str, words: Sequence[str]) -> int:
     given = _options([*os.environ.get(ENVIRONMENT, "").split(), *words])
     model = contents.within(path, nl_format.Model, None, path)
     told, number, z = contents.within(path, _answer, model, given)
-    message = visible(" ".join("; ".join(filter(None, [f"lcp {VERSION}: {told}", model.remark])).split()))
+    message = visible(
+        " ".join(
+            "; ".join(filter(None, [f"lcp {VERSION}: {told}", model.remark])).split()
+        )
+    )
     print(message)
     has_values = z is not None and bool(np.isfinite(z).all())
     number = number if has_values or 200 <= number < 400 else NO_POINT
     values = model.model.values(z) if z is not None and has_values else np.empty(0)
-    atomic_write.write_whole(written, nl_format.solution_text(model.model.header, message, values, number))
+    atomic_write.write_whole(
+        written, nl_format.solution_text(model.model.header, message, values, number)
+    )
     return 0
 
 
@@ -66,29 +74,49 @@ def _options(words: Sequence[str]) -> dict[str, Any]:
         name, is_there, text = word.partition("=")
         name = name.replace("-", "_")
         if name not in OPTIONS or not is_there:
-            raise OptionError(quoted(word), "unknown option", likely(name, [f"{each}=" for each in OPTIONS]))
+            raise OptionError(
+                quoted(word),
+                "unknown option",
+                likely(name, [f"{each}=" for each in OPTIONS]),
+            )
         try:
             given[name] = OPTIONS[name].kind(text)
         except ValueError:
-            raise OptionError(name, f"is {quoted(text)}", f"it must be: {OPTIONS[name].range}") from None
+            raise OptionError(
+                name, f"is {quoted(text)}", f"it must be: {OPTIONS[name].range}"
+            ) from None
     check(OPTIONS.values(), given)
     return given
 
 
-def _answer(model: nl_format.Model, given: Mapping[str, Any]) -> tuple[str, int, Vector | None]:
+def _answer(
+    model: nl_format.Model, given: Mapping[str, Any]
+) -> tuple[str, int, Vector | None]:
     """Return how a run has ended, in words and as a solve_result_num, and the unknowns; None if there are no values."""
     others = {**given}
     limits = Limits.taken_from(others)
     if isinstance(model.problem, NonlinearProblem):
-        result = solve_mcp.run_nonlinear(model.problem, limits=limits, interrupts="return", **others)
+        result = solve_mcp.run_nonlinear(
+            model.problem, limits=limits, interrupts="return", **others
+        )
     elif RESTARTS.name in others:
-        raise OptionError(RESTARTS.name, "has no effect on a linear model", "leave it out")
+        raise OptionError(
+            RESTARTS.name, "has no effect on a linear model", "leave it out"
+        )
     elif (objective := model.objective) is not None:
         from lcpcli.enumeration.optimum import best
 
         found = best(model.exactly(), *objective, limits.time_limit)
-        return found.message(approximate), OPTIMA[found.status], None if found.z is None else rounded(found.z)
+        return (
+            found.message(approximate),
+            OPTIMA[found.status],
+            None if found.z is None else rounded(found.z),
+        )
     else:
         result = driver.run(model.problem, "auto", limits=limits, **others)
     words = f"{result.message}; {count(result.iterations, 'iteration')}, residual {result.residual:.3g}"
-    return "; ".join(filter(None, [words, result.advice])), NUMBERS[result.status], result.z
+    return (
+        "; ".join(filter(None, [words, result.advice])),
+        NUMBERS[result.status],
+        result.z,
+    )

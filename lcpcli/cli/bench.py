@@ -25,12 +25,21 @@ if TYPE_CHECKING:
     from lcpcli.bench.record import BenchRecord
     from lcpcli.bench.suites import Case
 
-FORMATS = {**MEANINGS_OF_FORMATS, "json": "the record, to resume from", "csv": "one row per measurement, all digits"}
+FORMATS = {
+    **MEANINGS_OF_FORMATS,
+    "json": "the record, to resume from",
+    "csv": "one row per measurement, all digits",
+}
 DEFAULT_SUITE = "quick"
-THREADS_OF_ALL = THREADS._replace(meaning="Threads for dense linear algebra, in all solvers; by default one.")
+THREADS_OF_ALL = THREADS._replace(
+    meaning="Threads for dense linear algebra, in all solvers; by default one."
+)
 OF_EACH_RUN = TIME_LIMIT._replace(default=10.0, meaning="Time limit of each run.")
 
-MEANINGS = {**{name: suite.meaning for name, suite in SUITES.items()}, ALL: "all of these"}
+MEANINGS = {
+    **{name: suite.meaning for name, suite in SUITES.items()},
+    ALL: "all of these",
+}
 EXITS = {
     0: "measured, even if runs failed",
     1: "a solver made a false claim",
@@ -49,7 +58,15 @@ MEASURING = (TOL, OF_EACH_RUN, ACCEPT, BUDGET)
         "lcp bench --resume dense.json --format markdown",
     ),
     common=(
-        *("--method", "--sweep", "--peer", "--tol", "--time-limit", "--budget", "--resume"),
+        *(
+            "--method",
+            "--sweep",
+            "--peer",
+            "--tol",
+            "--time-limit",
+            "--budget",
+            "--resume",
+        ),
         *("--format", "--output", "--plot", "--quiet"),
     ),
     lists={"Suites": MEANINGS, "Methods": meanings(), "Other solvers": PEERS},
@@ -73,11 +90,20 @@ MEASURING = (TOL, OF_EACH_RUN, ACCEPT, BUDGET)
     f"--peer peers NAME  Another solver to measure, if it is installed; repeatable: {listed(PEERS, 'or')}. The part of "
     "a name before a dash selects all solvers whose names begin with it.  [default: none]",
     multiple=True,
-    shell_complete=Candidates({**PEERS, **{peer.partition("-")[0]: "all of these" for peer in PEERS if "-" in peer}}),
+    shell_complete=Candidates(
+        {
+            **PEERS,
+            **{peer.partition("-")[0]: "all of these" for peer in PEERS if "-" in peer},
+        }
+    ),
 )
 @option("Stopping", TOL, OF_EACH_RUN)
 @option(
-    "Measuring", ACCEPT, BUDGET, THREADS_OF_ALL, "--resume FILE  Resume the bench in this JSON file, written by -o."
+    "Measuring",
+    ACCEPT,
+    BUDGET,
+    THREADS_OF_ALL,
+    "--resume FILE  Resume the bench in this JSON file, written by -o.",
 )
 @declarations.reporting(
     FORMATS,
@@ -88,10 +114,22 @@ MEASURING = (TOL, OF_EACH_RUN, ACCEPT, BUDGET)
     file=f"{declarations.TO_FILE} JSON is saved after each measurement, to resume from.",
     quiet="Print neither results nor progress, only errors.",
 )
-def bench(suite: Sequence[str], infinity: float | None, methods: Sequence[Variant], quiet: bool, **given: Any) -> int:
+def bench(
+    suite: Sequence[str],
+    infinity: float | None,
+    methods: Sequence[Variant],
+    quiet: bool,
+    **given: Any,
+) -> int:
     """Measure methods, and other solvers, on the problems of suites or in files."""
     numbers = taken(given, [number.name for number in MEASURING])
-    request = Request(inputs=Inputs(suite, infinity=infinity), numbers=numbers, variants=methods, quiet=quiet, **given)
+    request = Request(
+        inputs=Inputs(suite, infinity=infinity),
+        numbers=numbers,
+        variants=methods,
+        quiet=quiet,
+        **given,
+    )
     settle_threads((), request.threads)
     from lcpcli.files.atomic_write import refuse_unwritable, reserve
 
@@ -100,20 +138,35 @@ def bench(suite: Sequence[str], infinity: float | None, methods: Sequence[Varian
         refuse_unwritable(path)
     output.require_plot(request.plot)
     is_resumed = request.resume is not None and bool(_read_record(request).pending())
-    with reserve(filter(None, [request.output, request.resume if is_resumed else None])):
+    with reserve(
+        filter(None, [request.output, request.resume if is_resumed else None])
+    ):
         return _run(request, destination)
 
 
 def _run(request: Request, destination: output.Destination) -> int:
     from lcpcli.bench import report, timing
 
-    saved = [path for path in [destination.path] if path is not None and destination.form == "json"]
+    saved = [
+        path
+        for path in [destination.path]
+        if path is not None and destination.form == "json"
+    ]
     if request.resume is None:
         record = _new_record(request)
     else:
         record = _read_record(request)
-        holds = not saved and destination.path is not None and same_file(destination.path, request.resume)
-        refuse(holds, str(destination.path), "holds the record to resume", "choose another file for the output")
+        holds = (
+            not saved
+            and destination.path is not None
+            and same_file(destination.path, request.resume)
+        )
+        refuse(
+            holds,
+            str(destination.path),
+            "holds the record to resume",
+            "choose another file for the output",
+        )
         saved[:0] = [request.resume] * bool(record.pending())
     files = [file for case in record.cases for file in (case.file, case.q_file) if file]
     Inputs(files).refuse({"--output": destination.path, "--plot": request.plot})
@@ -123,7 +176,10 @@ def _run(request: Request, destination: output.Destination) -> int:
         return BAD_INPUT
     if record.missing and not request.quiet:
         say(f"lcp bench: not installed, left out: {', '.join(record.missing)}")
-    rows, left = record.measurements, sum(len(solvers) for _, solvers in record.pending())
+    rows, left = (
+        record.measurements,
+        sum(len(solvers) for _, solvers in record.pending()),
+    )
     before, number, is_interrupted = len(rows), len(rows) + left, False
     files = [path for path in saved if Path(path).is_file() or not Path(path).exists()]
 
@@ -147,13 +203,26 @@ def _run(request: Request, destination: output.Destination) -> int:
     if request.plot is not None and rows:
         from lcpcli.report import plotting
 
-        destination.add(request.plot, lambda path: report.draw_figure(record, plotting.form_of(path)))
-    good, false = sum(row.success for row in rows), sum(row.false_success for row in rows)
-    told = f"{good} of {count(len(rows), 'measurement')} succeeded" + f"; {count(false, 'false claim')}" * bool(false)
+        destination.add(
+            request.plot,
+            lambda path: report.draw_figure(record, plotting.form_of(path)),
+        )
+    good, false = (
+        sum(row.success for row in rows),
+        sum(row.false_success for row in rows),
+    )
+    told = (
+        f"{good} of {count(len(rows), 'measurement')} succeeded"
+        + f"; {count(false, 'false claim')}" * bool(false)
+    )
     destination.show(partial(report.render, record), told)
     if not is_interrupted:
         return BAD_INPUT if record.unread else NOT_SOLVED if false else SOLVED
-    hint = f"resume with lcp bench --resume {saved[0]}" if saved else "with -o FILE.json it could be resumed"
+    hint = (
+        f"resume with lcp bench --resume {saved[0]}"
+        if saved
+        else "with -o FILE.json it could be resumed"
+    )
     say(f"lcp bench: interrupted after {len(rows)} of {number} measurements; {hint}")
     return INTERRUPTED
 
@@ -164,19 +233,35 @@ def _new_record(request: Request) -> BenchRecord:
 
     suites, infinity = request.inputs.files or (DEFAULT_SUITE,), request.inputs.infinity
     if request.numbers.get("time_limit") == math.inf:
-        raise OptionError("--time-limit", "is infinite", "give a number of seconds, the time counted for a failure")
+        raise OptionError(
+            "--time-limit",
+            "is infinite",
+            "give a number of seconds, the time counted for a failure",
+        )
     budget = max(SUITES.get(name, Suite).budget for name in suites)
-    numbers = {**{number.name: number.default for number in MEASURING}, "budget": budget, **request.numbers}
-    chosen = declarations.chosen_variants(request.variants, request.sweep, methods_of(suites))
+    numbers = {
+        **{number.name: number.default for number in MEASURING},
+        "budget": budget,
+        **request.numbers,
+    }
+    chosen = declarations.chosen_variants(
+        request.variants, request.sweep, methods_of(suites)
+    )
     settings = Settings(**{name: float(value) for name, value in numbers.items()})
     how = partial(tell, quiet=request.quiet), None if infinity == math.inf else infinity
-    return timing.start(suites, [str(variant) for variant in chosen], request.peers, settings, *how)
+    return timing.start(
+        suites, [str(variant) for variant in chosen], request.peers, settings, *how
+    )
 
 
 def _read_record(request: Request) -> BenchRecord:
     from lcpcli.bench import record, timing
 
-    others = {"SUITE": request.inputs.files, "--method": request.variants, "--infinity": request.inputs.infinity}
+    others = {
+        "SUITE": request.inputs.files,
+        "--method": request.variants,
+        "--infinity": request.inputs.infinity,
+    }
     refuse_beside("a bench that is resumed", {**request.given, **others})
     past = record.read(str(request.resume))
     if past.pending():
@@ -213,11 +298,16 @@ SLOWER = Option(
 @argument(
     "Runs",
     "old",
-    {"OLD": "Earlier runs: a file of lcp bench -o FILE.json, or results of lcp solve or compare in JSON."},
+    {
+        "OLD": "Earlier runs: a file of lcp bench -o FILE.json, or results of lcp solve or compare in JSON."
+    },
     shell_complete=declarations.FILES,
 )
 @argument(
-    "Runs", "new", {"NEW": "Current runs, of the same methods on the same problems."}, shell_complete=declarations.FILES
+    "Runs",
+    "new",
+    {"NEW": "Current runs, of the same methods on the same problems."},
+    shell_complete=declarations.FILES,
 )
 @option("Comparison", SLOWER)
 @declarations.reporting(FORMATS_OF_COMPARISON)
@@ -227,7 +317,10 @@ def compare_runs(old: str, new: str, slower: float | None, **given: Any) -> int:
     Inputs((old, new)).prepare({"--output": destination.path})
     from lcpcli.bench import comparison
 
-    changes, limit = comparison.changes_between((old, new)), math.inf if slower is None else slower
+    changes, limit = (
+        comparison.changes_between((old, new)),
+        math.inf if slower is None else slower,
+    )
     has_failed = any(comparison.is_failure(change, limit) for change in changes)
     destination.show(comparison.report((old, new), changes, has_failed).render)
     return NOT_SOLVED if has_failed else SOLVED

@@ -7,7 +7,15 @@ from typing import TYPE_CHECKING, Any
 
 from lcpcli.cli import declarations, main, output
 from lcpcli.cli.command import command
-from lcpcli.cli.declarations import FILES, OTHERS, argument, option, refuse, refuse_beside, reporting
+from lcpcli.cli.declarations import (
+    FILES,
+    OTHERS,
+    argument,
+    option,
+    refuse,
+    refuse_beside,
+    reporting,
+)
 from lcpcli.cli.problems import Inputs
 from lcpcli.errors import OptionError
 from lcpcli.files import contents
@@ -20,7 +28,8 @@ if TYPE_CHECKING:
     from lcpcli.verify.verification import Verification
 
 OF_INSPECTION = TIME_LIMIT._replace(
-    default=INSPECTION_SECONDS, meaning="End expensive computations after this many seconds."
+    default=INSPECTION_SECONDS,
+    meaning="End expensive computations after this many seconds.",
 )
 
 
@@ -32,7 +41,11 @@ OF_INSPECTION = TIME_LIMIT._replace(
         "lcp check bimatrix result.json --exact --format json",
     ),
     epilog="Components are counted from 1; the index of a violation in JSON, from 0.",
-    exits={0: "the answer is correct", 1: "it is not", 2: "usage or input error (one-line message)"},
+    exits={
+        0: "the answer is correct",
+        1: "it is not",
+        2: "usage or input error (one-line message)",
+    },
 )
 @argument(
     "Problem and solution",
@@ -55,22 +68,35 @@ def check(paths: tuple[str, ...], tol: float | None, exact: bool, **given: Any) 
     """Verify the proposed SOLUTION of the problem in FILE, or in FILE and Q_FILE."""
     if not 2 <= len(paths) <= 3:
         hint = "give the file of the problem, the file of q if it is separate, and the solution"
-        raise OptionError("FILE [Q_FILE] SOLUTION", f"stands for 2 or 3 files, not {len(paths)}", hint)
+        raise OptionError(
+            "FILE [Q_FILE] SOLUTION", f"stands for 2 or 3 files, not {len(paths)}", hint
+        )
     if exact:
         refuse_beside("--exact", {"--tol": tol})
-    destination, inputs = output.Destination.taken(given), Inputs.of(paths[:-1], others=paths[-1:], **given)
+    destination, inputs = (
+        output.Destination.taken(given),
+        Inputs.of(paths[:-1], others=paths[-1:], **given),
+    )
     inputs.prepare({"--output": destination.path})
     verifications = _verifications(inputs, paths[-1], tol, exact)
     accepted = sum(verification.accepted for verification in verifications)
-    told = verifications[0].message if len(verifications) == 1 else f"{accepted} of {len(verifications)} are correct"
+    told = (
+        verifications[0].message
+        if len(verifications) == 1
+        else f"{accepted} of {len(verifications)} are correct"
+    )
     if not destination.silent:
         from lcpcli.report import verification_text
 
-        destination.show(verification_text.report(verifications).render, f"{place(paths[0])}: {told}")
+        destination.show(
+            verification_text.report(verifications).render, f"{place(paths[0])}: {told}"
+        )
     return max(main.of_end(verification.accepted) for verification in verifications)
 
 
-def _verifications(inputs: Inputs, solution: str, tol: float | None, exact: bool) -> list[Verification]:
+def _verifications(
+    inputs: Inputs, solution: str, tol: float | None, exact: bool
+) -> list[Verification]:
     read = inputs.read(takes_models=True)
     from lcpcli.files import beside
     from lcpcli.model.problem import Problem
@@ -85,20 +111,35 @@ def _verifications(inputs: Inputs, solution: str, tol: float | None, exact: bool
     if solution.casefold().endswith(".sol") and first.casefold().endswith(".nl"):
         from lcpcli.files.nl_format import Model
 
-        answers = [beside.Candidate("solution", Model(None, first).solution_in(solution))]
+        answers = [
+            beside.Candidate("solution", Model(None, first).solution_in(solution))
+        ]
     else:
         named = first, problem.name
-        answers = beside.read_candidates(solution, checking.lengths(problem), named, lambda: problem.names)
-    inputs.tell([f"{where}: {answer.remark}" for answer in answers[:1] if answer.remark])
+        answers = beside.read_candidates(
+            solution, checking.lengths(problem), named, lambda: problem.names
+        )
+    inputs.tell(
+        [f"{where}: {answer.remark}" for answer in answers[:1] if answer.remark]
+    )
 
     def verified(answer: beside.Candidate) -> Verification:
         is_own, is_proof = answer.kind == "answer", answer.kind == "farkas"
         if not isinstance(problem, Problem):
-            refuse(is_proof, "SOLUTION", "is a proof, which a nonlinear model cannot have", "give z")
-            return verification.verify_nonlinear(problem, rounded(answer.values), tol or TOL.value)
+            refuse(
+                is_proof,
+                "SOLUTION",
+                "is a proof, which a nonlinear model cannot have",
+                "give z",
+            )
+            return verification.verify_nonlinear(
+                problem, rounded(answer.values), tol or TOL.value
+            )
         if is_proof:
             refuse_beside("a proof", {"--tol": tol})
-            return checking.verified_proof(problem, answer.values, data, is_rounded=not answer.exact)
+            return checking.verified_proof(
+                problem, answer.values, data, is_rounded=not answer.exact
+            )
         if answer.rows is not None:
             verification.require_strategies(problem, answer.values, answer.rows)
         if data:
@@ -107,14 +148,23 @@ def _verifications(inputs: Inputs, solution: str, tol: float | None, exact: bool
             values = rounded(answer.values)
             found = checking.verified(problem, values, tol or TOL.value, is_own)
             if larger := checking.accepting(problem, values, found, is_own):
-                found = replace(found, message=f"{found.message}; --tol {larger:g} accepts it")
-        return replace(found, message=f"{found.message}; {answer.claim}") if answer.claim else found
+                found = replace(
+                    found, message=f"{found.message}; --tol {larger:g} accepts it"
+                )
+        return (
+            replace(found, message=f"{found.message}; {answer.claim}")
+            if answer.claim
+            else found
+        )
 
     found = [contents.within(where, verified, answer) for answer in answers]
     if len(found) == 1:
         return found
     places = (f"solution {i} of {len(found)}: " for i in range(1, len(found) + 1))
-    return [replace(each, message=place + each.message) for place, each in zip(places, found, strict=True)]
+    return [
+        replace(each, message=place + each.message)
+        for place, each in zip(places, found, strict=True)
+    ]
 
 
 @command(
@@ -132,17 +182,25 @@ def _verifications(inputs: Inputs, solution: str, tol: float | None, exact: bool
 @option("Stopping", OF_INSPECTION)
 @option("Output", "--all whole  Show everything; JSON and CSV always do.")
 @reporting(RECORD_MEANINGS)
-def inspect(file: str, q_file: str | None, time_limit: float | None, whole: bool, **given: Any) -> int:
+def inspect(
+    file: str, q_file: str | None, time_limit: float | None, whole: bool, **given: Any
+) -> int:
     """Report the classes of M, its scaling, and which methods are guaranteed to solve the problem; of a nonlinear model
     the rows and operators, and what is known of F and its Jacobian at the start."""
-    destination, inputs = output.Destination.taken(given), Inputs.of(list(filter(None, [file, q_file])), **given)
+    destination, inputs = (
+        output.Destination.taken(given),
+        Inputs.of(list(filter(None, [file, q_file])), **given),
+    )
     inputs.prepare({"--output": destination.path})
     from lcpcli.inspection.inspection import inspect as inspected
     from lcpcli.inspection.inspection import inspect_nonlinear
     from lcpcli.model.problem import Problem
     from lcpcli.report import inspection_text
 
-    problem, seconds = inputs.read(takes_models=True).problem, time_limit or OF_INSPECTION.value
+    problem, seconds = (
+        inputs.read(takes_models=True).problem,
+        time_limit or OF_INSPECTION.value,
+    )
     found: Inspection | NonlinearInspection
     if isinstance(problem, Problem):
         found = inspected(problem, seconds)
@@ -150,7 +208,9 @@ def inspect(file: str, q_file: str | None, time_limit: float | None, whole: bool
         from lcpcli.files.nl_format import Model
 
         model = Model(None, file).model
-        found = inspect_nonlinear(problem, model.operators, model.header.common, len(model.fixed), seconds)
+        found = inspect_nonlinear(
+            problem, model.operators, model.header.common, len(model.fixed), seconds
+        )
     report = inspection_text.report(found, whole)
     destination.show(report.render, f"{place(file)}: {inspection_text.verdict(found)}")
     return 0

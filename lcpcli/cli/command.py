@@ -66,38 +66,71 @@ class Command(click.Command):
         **attributes: Any,
     ) -> None:
         super().__init__(*positional, **attributes)
-        self.examples, self.common, self.lists, self.exits = examples, common, lists or {}, exits or {}
+        self.examples, self.common, self.lists, self.exits = (
+            examples,
+            common,
+            lists or {},
+            exits or {},
+        )
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        given, hint, unknown = list(args), f"see {ctx.command_path} --help", f"is not an option of {ctx.command_path}"
-        if ctx.allow_interspersed_args and "--all" in args and not {"-h", "--help"}.isdisjoint(args):
+        given, hint, unknown = (
+            list(args),
+            f"see {ctx.command_path} --help",
+            f"is not an option of {ctx.command_path}",
+        )
+        if (
+            ctx.allow_interspersed_args
+            and "--all" in args
+            and not {"-h", "--help"}.isdisjoint(args)
+        ):
             ctx.meta[WHOLE], args = True, ["--help"]
         options = {flag for param in self.get_params(ctx) for flag in param.opts}
         # -max-iterations is not -m ax-iterations.
         for word in args if ctx.allow_interspersed_args else []:
-            if word[:2] != "--" and word.startswith("-") and word not in options and f"-{word}" in options:
+            if (
+                word[:2] != "--"
+                and word.startswith("-")
+                and word not in options
+                and f"-{word}" in options
+            ):
                 raise OptionError(word, unknown, f"did you mean -{word}?")
         if ctx.allow_interspersed_args:  # otherwise the words belong to another command
             # With a blank, a number is no option.
             args = [" " * bool(NEGATIVE.match(word)) + word for word in args]
         try:
-            for param, times in Counter(self.make_parser(ctx).parse_args(list(args))[2]).items():
+            for param, times in Counter(
+                self.make_parser(ctx).parse_args(list(args))[2]
+            ).items():
                 # Which may be repeated.
                 is_yes = getattr(param, "is_flag", False) and not param.secondary_opts
-                if times > 1 and isinstance(param, click.Option) and not (param.multiple or is_yes):
-                    raise OptionError(param.opts[-1], f"is given {times} times", "give it once")
+                if (
+                    times > 1
+                    and isinstance(param, click.Option)
+                    and not (param.multiple or is_yes)
+                ):
+                    raise OptionError(
+                        param.opts[-1], f"is given {times} times", "give it once"
+                    )
             return super().parse_args(ctx, args)
         except click.MissingParameter as error:
             if OPTIONAL in given[:-1]:  # it takes the next word as its file
-                hint = f"{OPTIONAL} has taken {quoted(given[given.index(OPTIONAL) + 1])}"
+                hint = (
+                    f"{OPTIONAL} has taken {quoted(given[given.index(OPTIONAL) + 1])}"
+                )
             name, _, _ = getattr(error.param, "human_readable_name", "").partition(" ")
             raise OptionError(name, "is missing", hint) from None
         except click.BadOptionUsage as error:
-            fault = error.message.removeprefix(f"Option {error.option_name!r} ").rstrip(".")
+            fault = error.message.removeprefix(f"Option {error.option_name!r} ").rstrip(
+                "."
+            )
             raise OptionError(error.option_name, fault, hint) from None
         except click.NoSuchOption as error:
             # For -tol, click's parser reports only -t.
-            name = next((word for word in given if word.startswith(error.option_name)), error.option_name)
+            name = next(
+                (word for word in given if word.startswith(error.option_name)),
+                error.option_name,
+            )
             name = name.partition("=")[0]
             raise OptionError(name, unknown, self._suggest(ctx, name) or hint) from None
 
@@ -107,23 +140,39 @@ class Command(click.Command):
         if word in GONE:
             return GONE[word]
         word = ELSEWHERE.get(word, word)
-        options = [param for param in self.get_params(ctx) if isinstance(param, click.Option)]
+        options = [
+            param for param in self.get_params(ctx) if isinstance(param, click.Option)
+        ]
         for param in options:
             if isinstance(param.type, click.Choice) and word in param.type.choices:
                 return f"did you mean {param.opts[-1]} {word}?"
-        known = [flag[2:] for param in options for flag in (*param.opts, *param.secondary_opts) if flag[:2] == "--"]
+        known = [
+            flag[2:]
+            for param in options
+            for flag in (*param.opts, *param.secondary_opts)
+            if flag[:2] == "--"
+        ]
         meant = nearest(word, known) if len(word) > 1 else None
         return f"did you mean --{meant}?" if meant else ""
 
-    def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+    def format_options(
+        self, ctx: click.Context, formatter: click.HelpFormatter
+    ) -> None:
         with formatter.section("Examples"):
             room = formatter.width - formatter.current_indent
             # A line that is too wide continues after a backslash.
             for line in self.examples:
                 parts = [line]
                 if len(line) > room:
-                    parts = wrap(line, room - 2, subsequent_indent="  ", break_on_hyphens=False)
-                formatter.write(" \\\n".join(" " * formatter.current_indent + part for part in parts) + "\n")
+                    parts = wrap(
+                        line, room - 2, subsequent_indent="  ", break_on_hyphens=False
+                    )
+                formatter.write(
+                    " \\\n".join(
+                        " " * formatter.current_indent + part for part in parts
+                    )
+                    + "\n"
+                )
         tabulate(formatter, self.tables(ctx))
 
     def format_epilog(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
@@ -133,25 +182,54 @@ class Command(click.Command):
     def tables(self, ctx: click.Context) -> dict[str, Rows]:
         """Return the tables that help shows after the examples: under each heading, terms with their meanings."""
         tables: dict[str, list[tuple[str, str]]] = {}
-        params, is_brief = self.get_params(ctx), bool(self.common) and WHOLE not in ctx.meta
+        params, is_brief = (
+            self.get_params(ctx),
+            bool(self.common) and WHOLE not in ctx.meta,
+        )
         for param in params:
-            heading, words = getattr(param, "heading", HELP), getattr(param, "words", {})
-            if is_brief and not words and heading != HELP and param.opts[-1] not in self.common:
+            heading, words = (
+                getattr(param, "heading", HELP),
+                getattr(param, "words", {}),
+            )
+            if (
+                is_brief
+                and not words
+                and heading != HELP
+                and param.opts[-1] not in self.common
+            ):
                 continue
             rows = tables.setdefault(heading, [])
             if words:
                 rows.extend(words.items())
             elif record := param.get_help_record(ctx):
-                rows.append((record[0], _brief(record[1])) if is_brief and param.name != "help" else record)
-        lists = {heading: list(meanings.items()) for heading, meanings in self.lists.items() if not is_brief}
-        codes = {code: meaning for code, meaning in self.exits.items() if not is_brief or code < SIGNALS}
+                rows.append(
+                    (record[0], _brief(record[1]))
+                    if is_brief and param.name != "help"
+                    else record
+                )
+        lists = {
+            heading: list(meanings.items())
+            for heading, meanings in self.lists.items()
+            if not is_brief
+        }
+        codes = {
+            code: meaning
+            for code, meaning in self.exits.items()
+            if not is_brief or code < SIGNALS
+        }
         if codes:
-            lists["Exit codes"] = [(str(code), meaning) for code, meaning in codes.items()]
+            lists["Exit codes"] = [
+                (str(code), meaning) for code, meaning in codes.items()
+            ]
         helps = tables.pop(HELP)
         if is_brief:
             number = sum(isinstance(param, click.Option) for param in params)
             more = f"Show this message. lcp help {ctx.info_name} --all shows all {number} options"
-            more += ", and lcp help METHOD a method and its options." if "--method" in self.common else "."
+            more += (
+                ", and lcp help METHOD a method and its options."
+                if "--method" in self.common
+                else "."
+            )
             helps = [(helps[0][0], more)]
         return {**tables, HELP: helps, **lists}
 
@@ -160,7 +238,9 @@ def _brief(meaning: str) -> str:
     """Return the first clause of what an option means, with its default if that is a single word."""
     text, _, bracket = meaning.partition("  [")
     default = re.search(r"default:? \S+\]$", bracket)
-    return re.split(r"[.;] ", text)[0].rstrip(".") + (f".  [{default[0]}" if default else ".")
+    return re.split(r"[.;] ", text)[0].rstrip(".") + (
+        f".  [{default[0]}" if default else "."
+    )
 
 
 command = partial(click.command, cls=Command)
@@ -172,10 +252,16 @@ class Candidates(NamedTuple):
     words: Mapping[str, str] = {}
     files: bool = False
 
-    def __call__(self, _: click.Context, __: click.Parameter, incomplete: str) -> list[CompletionItem]:
+    def __call__(
+        self, _: click.Context, __: click.Parameter, incomplete: str
+    ) -> list[CompletionItem]:
         from click.shell_completion import CompletionItem
 
-        words = [CompletionItem(word, help=text) for word, text in self.words.items() if word.startswith(incomplete)]
+        words = [
+            CompletionItem(word, help=text)
+            for word, text in self.words.items()
+            if word.startswith(incomplete)
+        ]
         # Bash forgets words before files.
         return [CompletionItem(incomplete, type="file")] * self.files + words
 
@@ -185,19 +271,30 @@ class Choice(click.Choice):  # type: ignore[type-arg,unused-ignore]
     else all or `otherwise`."""
 
     def __init__(
-        self, meanings: Mapping[str, str], otherwise: str = "", parse: Callable[[str], Any] | None = None
+        self,
+        meanings: Mapping[str, str],
+        otherwise: str = "",
+        parse: Callable[[str], Any] | None = None,
     ) -> None:
         super().__init__(list(meanings))
         self.meanings, self.otherwise, self.parse = meanings, otherwise, parse
 
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+    def convert(
+        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
+    ) -> Any:
         if self.parse is not None:
             return self.parse(value) if isinstance(value, str) else value
         if value not in self.meanings:
-            self.fail(f"{quoted(value)} is unknown; {likely(value, self.meanings, self.otherwise)}", param, ctx)
+            self.fail(
+                f"{quoted(value)} is unknown; {likely(value, self.meanings, self.otherwise)}",
+                param,
+                ctx,
+            )
         return value
 
-    def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
+    def shell_complete(
+        self, ctx: click.Context, param: click.Parameter, incomplete: str
+    ) -> list[CompletionItem]:
         return Candidates(self.meanings)(ctx, param, incomplete)
 
 
@@ -207,14 +304,18 @@ def tabulate(formatter: click.HelpFormatter, tables: Mapping[str, Rows]) -> None
     widest = max((width for width in terms if width <= WIDEST_TERM), default=0)
     for heading, rows in tables.items():
         with formatter.section(heading):
-            formatter.write_dl([(f"{term:{widest}}", meaning) for term, meaning in rows], widest)
+            formatter.write_dl(
+                [(f"{term:{widest}}", meaning) for term, meaning in rows], widest
+            )
 
 
 class Commands(UserDict[str, Any]):
     """Commands by name, each imported on demand. The values are the names of the commands' modules in lcpcli.cli."""
 
     def __getitem__(self, name: str) -> Any:
-        return getattr(import_module(f"lcpcli.cli.{self.data[name]}"), name.replace("-", "_"))
+        return getattr(
+            import_module(f"lcpcli.cli.{self.data[name]}"), name.replace("-", "_")
+        )
 
 
 class Group(Command, click.Group):
@@ -224,7 +325,10 @@ class Group(Command, click.Group):
         return {"Commands": list(self.meanings().items()), **super().tables(ctx)}
 
     def meanings(self) -> dict[str, str]:
-        return {name: command.get_short_help_str(WIDEST) for name, command in self.commands.items()}
+        return {
+            name: command.get_short_help_str(WIDEST)
+            for name, command in self.commands.items()
+        }
 
     def resolve_command(
         self, ctx: click.Context, args: list[str]
@@ -233,8 +337,14 @@ class Group(Command, click.Group):
             from lcpcli.files import contents
             from lcpcli.files.formats import PROBLEMS
 
-            is_problem = args[0] in ("-", *contents.shipped_problems()) or args[0].casefold().endswith(PROBLEMS)
-            hint = f"did you mean lcp solve {args[0]}?" if is_problem else likely(args[0], self.commands)
+            is_problem = args[0] in ("-", *contents.shipped_problems()) or args[
+                0
+            ].casefold().endswith(PROBLEMS)
+            hint = (
+                f"did you mean lcp solve {args[0]}?"
+                if is_problem
+                else likely(args[0], self.commands)
+            )
             raise OptionError("COMMAND", f"{quoted(args[0])} is unknown", hint)
         return super().resolve_command(ctx, args)
 
@@ -254,7 +364,10 @@ def _show_version(context: click.Context, _: click.Parameter, is_asked: bool) ->
 
 @click.group(
     cls=Group,
-    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": WIDEST},
+    context_settings={
+        "help_option_names": ["-h", "--help"],
+        "max_content_width": WIDEST,
+    },
     invoke_without_command=True,
     examples=(
         "lcp solve paper-example-1",

@@ -14,14 +14,27 @@ from lcpcli.errors import OptionError, likely, listed, quoted
 from lcpcli.files.fields import BOUNDS
 from lcpcli.files.formats import WRITTEN
 from lcpcli.methods import registry
-from lcpcli.methods.registry import ADDITIONS, METHODS, NONLINEAR, OPTIONS, SWITCHES, Variant, meanings, options_of
+from lcpcli.methods.registry import (
+    ADDITIONS,
+    METHODS,
+    NONLINEAR,
+    OPTIONS,
+    SWITCHES,
+    Variant,
+    meanings,
+    options_of,
+)
 from lcpcli.options import EVERY, INFINITY, LIMITS, THREADS, Option
 from lcpcli.report.document import MEANINGS
 from lcpcli.report.wording import CHOICES, flag
 
 STARTS = {
     "x0": "Starting point x = (z - w) / 2: numbers, a file or a result.  [default: the problem's, else 0]",
-    **{name: meaning for method in METHODS.values() for name, meaning in method.vectors.items()},
+    **{
+        name: meaning
+        for method in METHODS.values()
+        for name, meaning in method.vectors.items()
+    },
     "z0": "Starting point given as z, with w = Mz + q.  [default: see --x0]",
     "basis": "Starting point given by states: lower,basic,upper, a list in JSON, or a result.  [default: see --x0]",
 }
@@ -32,7 +45,18 @@ SWEEP = "--sweep"
 # Options of a command that solves which its help shows on one screen: the paper's,
 # limits and output.
 COMMON = (
-    *("--q", "--lower", "--upper", "--method", "--p", "--k-star", "--rho", "--sigma", "--tol", "--max-iterations"),
+    *(
+        "--q",
+        "--lower",
+        "--upper",
+        "--method",
+        "--p",
+        "--k-star",
+        "--rho",
+        "--sigma",
+        "--tol",
+        "--max-iterations",
+    ),
     *("--time-limit", "--format", "--every", "--plot", "--output", "--quiet"),
 )
 TO_FILE = "Write to a file instead, completely or not at all."
@@ -49,7 +73,9 @@ def option(heading: str, *rows: str | Option, **attributes: Any) -> Declaration:
     not given. The rest is as for `click.option`."""
     made = list[Any]()
     for row in rows:
-        text, how = _numeric(row) if isinstance(row, Option) else (row, dict(attributes))
+        text, how = (
+            _numeric(row) if isinstance(row, Option) else (row, dict(attributes))
+        )
         names, _, meaning = text.partition("  ")
         *flags, last = names.split()
         if last.isupper():
@@ -58,11 +84,16 @@ def option(heading: str, *rows: str | Option, **attributes: Any) -> Declaration:
         elif "type" not in how:
             how["is_flag"] = True
         how |= {"shell_complete": FILES} if "FILE" in last else {}
-        made.append(click.Option([*flags, *[last] * (not last.isupper())], help=meaning, **how))
+        made.append(
+            click.Option([*flags, *[last] * (not last.isupper())], help=meaning, **how)
+        )
         made[-1].heading, FLAGS[made[-1].name] = heading, made[-1].opts[-1]
 
     def declare(function: Any) -> Any:
-        function.__click_params__ = [*getattr(function, "__click_params__", []), *reversed(made)]
+        function.__click_params__ = [
+            *getattr(function, "__click_params__", []),
+            *reversed(made),
+        ]
         return function
 
     return declare
@@ -74,19 +105,35 @@ def _numeric(declared: Option) -> tuple[str, dict[str, Any]]:
             declared.check(value)
         return value
 
-    default = "" if declared.default is None else f"; default {declared.written_default}"
+    default = (
+        "" if declared.default is None else f"; default {declared.written_default}"
+    )
     number = click.INT if declared.kind is int else click.FLOAT
-    kind = (lambda v: v if v in declared.words else number.convert(v, None, None)) if declared.words else declared.kind
-    names = f"{flag(declared.name)} {'SIZE' if declared is INFINITY else declared.metavar}"
-    return f"{names}  {declared.meaning}  [{declared.range}{default}]", {"type": kind, "callback": in_range}
+    kind = (
+        (lambda v: v if v in declared.words else number.convert(v, None, None))
+        if declared.words
+        else declared.kind
+    )
+    names = (
+        f"{flag(declared.name)} {'SIZE' if declared is INFINITY else declared.metavar}"
+    )
+    return f"{names}  {declared.meaning}  [{declared.range}{default}]", {
+        "type": kind,
+        "callback": in_range,
+    }
 
 
-def argument(heading: str, name: str, words: Mapping[str, str], **attributes: Any) -> Declaration:
+def argument(
+    heading: str, name: str, words: Mapping[str, str], **attributes: Any
+) -> Declaration:
     """Declare an argument under a heading, with the meanings of its words; the rest is as for `click.argument`."""
 
     def declare(function: Any) -> Any:
         function = click.argument(name, **attributes)(function)
-        function.__click_params__[-1].heading, function.__click_params__[-1].words = heading, words
+        function.__click_params__[-1].heading, function.__click_params__[-1].words = (
+            heading,
+            words,
+        )
         return function
 
     return declare
@@ -94,7 +141,9 @@ def argument(heading: str, name: str, words: Mapping[str, str], **attributes: An
 
 def declared(*declarations: Declaration) -> Declaration:
     """Return a declaration that combines the given ones, in the order in which help shows them."""
-    return lambda command: reduce(lambda made, declare: declare(made), reversed(declarations), command)
+    return lambda command: reduce(
+        lambda made, declare: declare(made), reversed(declarations), command
+    )
 
 
 def reporting(
@@ -106,7 +155,11 @@ def reporting(
     """Declare --format, one of these formats if there are any, None leaving it to the suffix of -o; the others; -o and
     --quiet, with their meanings."""
     form = "-f --format form FORMAT  {}.  [default: by the suffix of -o, else table]"
-    choice = [option("Output", form.format(listed(formats, "or")), type=Choice(formats))] if formats else []
+    choice = (
+        [option("Output", form.format(listed(formats, "or")), type=Choice(formats))]
+        if formats
+        else []
+    )
     path_of = lambda _, __, file: None if file in NAMES_OF_OUTPUT else file  # noqa: E731
     return declared(
         *choice,
@@ -133,16 +186,34 @@ def several_methods(heading: str, purpose: str, default: Sequence[str]) -> Decla
     every = "Run the methods that have this option once for each value, as in p=1,10,100; several make a grid."
     names, axes = "-m --method methods NAME[:...]", f"{SWEEP} OPTION=VALUE,..."
     return declared(
-        option(heading, f"{names}  {one}  [default: {', '.join(default)}]", multiple=True, type=METHOD),
+        option(
+            heading,
+            f"{names}  {one}  [default: {', '.join(default)}]",
+            multiple=True,
+            type=METHOD,
+        ),
         option(heading, f"{axes}  {every}  [default: none]", multiple=True),
     )
 
 
 def files_argument(
-    heading: str, name: str, metavar: str, words: Mapping[str, str], offered: Candidates = FILES, **attributes: Any
+    heading: str,
+    name: str,
+    metavar: str,
+    words: Mapping[str, str],
+    offered: Candidates = FILES,
+    **attributes: Any,
 ) -> Declaration:
     words = {**words, "FOLDER": "All files in it that hold one problem, by name."}
-    return argument(heading, name, words, metavar=metavar, nargs=-1, shell_complete=offered, **attributes)
+    return argument(
+        heading,
+        name,
+        words,
+        metavar=metavar,
+        nargs=-1,
+        shell_complete=offered,
+        **attributes,
+    )
 
 
 def refuse(is_wrong: bool, where: str, fault: str, hint: str = "leave it out") -> None:
@@ -151,19 +222,31 @@ def refuse(is_wrong: bool, where: str, fault: str, hint: str = "leave it out") -
 
 
 def chosen_variants(
-    chosen: Sequence[Variant], axes: Sequence[str], default: Sequence[str], given: Collection[str] = ()
+    chosen: Sequence[Variant],
+    axes: Sequence[str],
+    default: Sequence[str],
+    given: Collection[str] = (),
 ) -> list[Variant]:
     """Return the requested methods, or the default ones, for all values of --sweep, which may set no given option."""
     for axis in axes:
         name = axis.partition("=")[0].strip().replace("-", "_")
-        refuse(name in given, SWEEP, f"{flag(name)} is given beside it", "leave one out")
+        refuse(
+            name in given, SWEEP, f"{flag(name)} is given beside it", "leave one out"
+        )
     return registry.sweep(list(dict.fromkeys(chosen or map(Variant, default))), axes)
 
 
-def _columns(_: click.Context, __: click.Parameter, text: str | None) -> tuple[str, ...]:
+def _columns(
+    _: click.Context, __: click.Parameter, text: str | None
+) -> tuple[str, ...]:
     names = tuple(name.strip() for name in text.split(",")) if text is not None else ()
     for name in names:
-        refuse(name not in CHOICES, "--columns", f"{quoted(name)} is not a column", likely(name, CHOICES))
+        refuse(
+            name not in CHOICES,
+            "--columns",
+            f"{quoted(name)} is not a column",
+            likely(name, CHOICES),
+        )
     return names
 
 
@@ -173,16 +256,28 @@ BESIDES_FILES = "- is standard input, and the name of a shipped problem stands f
 # That a file may hold.
 OTHERS = "Programs: .mps, .qps, .lp; models: .nl; games: .nfg, .efg."
 bounds_options = option(
-    "Problem", *(f"--{name} NUMBER|FILE  {name.capitalize()} bound of z: {BOUND}" for name in BOUNDS), INFINITY
+    "Problem",
+    *(
+        f"--{name} NUMBER|FILE  {name.capitalize()} bound of z: {BOUND}"
+        for name in BOUNDS
+    ),
+    INFINITY,
 )
 q_option = option("Problem", "--q FILE  The same as Q_FILE.  [default: none]")
-game_option = option("Problem", "--game  The two files are tables of the payoffs A and B of a game.")
+game_option = option(
+    "Problem", "--game  The two files are tables of the payoffs A and B of a game."
+)
 # The options of a command that reads problems.
 with_bounds = declared(q_option, bounds_options, game_option)
 # The problem of a command that takes one: its file, and the file of q if it is
 # separate.
 problem_file = declared(
-    argument("Problem", "file", {"FILE": f"{M_AND_Q}. {OTHERS} {BESIDES_FILES}"}, shell_complete=FILES),
+    argument(
+        "Problem",
+        "file",
+        {"FILE": f"{M_AND_Q}. {OTHERS} {BESIDES_FILES}"},
+        shell_complete=FILES,
+    ),
     argument(
         "Problem",
         "q_file",
@@ -213,7 +308,11 @@ problem_output = reporting(  # of a command that writes a problem
 
 
 def _methods(kind: str, own: Any) -> str:
-    names = [name for name, method in (METHODS | NONLINEAR).items() if own in getattr(method, kind)]
+    names = [
+        name
+        for name, method in (METHODS | NONLINEAR).items()
+        if own in getattr(method, kind)
+    ]
     return f"Method{'s' * (len(names) > 1)} {listed(names)}"
 
 
@@ -222,17 +321,34 @@ ITERATING = listed([name for name, method in METHODS.items() if method.iterates]
 solving = declared(
     *(option(_methods("options", own), own) for own in OPTIONS.values()),
     *(
-        option(f"Methods {ITERATING}", f"--{name}/--no-{name}  {meaning}  [default: --no-{name}]", default=None)
+        option(
+            f"Methods {ITERATING}",
+            f"--{name}/--no-{name}  {meaning}  [default: --no-{name}]",
+            default=None,
+        )
         for name, meaning in ADDITIONS.items()
     ),
     *(
-        option(_methods("switches", name), f"--{name}/--no-{name}  {meaning}  [default: --{name}]", default=None)
+        option(
+            _methods("switches", name),
+            f"--{name}/--no-{name}  {meaning}  [default: --{name}]",
+            default=None,
+        )
         for name, meaning in SWITCHES.items()
     ),
-    option("Start", *(f"--{n} {'STATES' if n == 'basis' else 'NUMBERS'}|FILE  {text}" for n, text in STARTS.items())),
+    option(
+        "Start",
+        *(
+            f"--{n} {'STATES' if n == 'basis' else 'NUMBERS'}|FILE  {text}"
+            for n, text in STARTS.items()
+        ),
+    ),
     option("Stopping", *LIMITS),
     option("Computing", THREADS),
-    option("Answer", "--bound  Prove a bound on the error of z; this costs more than solving."),
+    option(
+        "Answer",
+        "--bound  Prove a bound on the error of z; this costs more than solving.",
+    ),
     reporting(
         MEANINGS,
         option(
@@ -263,10 +379,28 @@ solving = declared(
 OF_ITERATES = ("--trace", "--every", "--columns")
 OWN = {flag(f"{no}{name}") for name in OF_METHODS for no in ("", "no-")}
 OF_LINEAR = OWN - {flag(name) for name in (*options_of(NONLINEAR), "z0")}
-ONE_SOLUTION = {*OWN, *OF_ITERATES[:2], "--method", "--tol", "--max-iterations", "--paths", "--bound"}
+ONE_SOLUTION = {
+    *OWN,
+    *OF_ITERATES[:2],
+    "--method",
+    "--tol",
+    "--max-iterations",
+    "--paths",
+    "--bound",
+}
 ONE_SOLUTION |= {"--jobs", "--cluster", "--resume", "--sequence"}
 FAMILY = ("FAMILY", "-n", "--seed", "--set")
-BENCH = ("SUITE", "--method", "--sweep", "--peer", "--infinity", "--tol", "--time-limit", "--accept", "--budget")
+BENCH = (
+    "SUITE",
+    "--method",
+    "--sweep",
+    "--peer",
+    "--infinity",
+    "--tol",
+    "--time-limit",
+    "--accept",
+    "--budget",
+)
 COMPARE, ONE_LEFT_OUT = "leave it out, or use lcp compare", "leave one out"
 
 
@@ -276,19 +410,31 @@ class Refusal(NamedTuple):
     hint: str = "leave it out"
 
 
-OF_SEARCH = Refusal(ONE_SOLUTION, "has no effect with {mode}, which has a method of its own")
+OF_SEARCH = Refusal(
+    ONE_SOLUTION, "has no effect with {mode}, which has a method of its own"
+)
 TABLE = {  # by what is asked for
     "--all": [Refusal(("--minimize", "--maximize"), hint=ONE_LEFT_OUT), OF_SEARCH],
-    "--minimize": [Refusal(("--maximize",), hint=ONE_LEFT_OUT), OF_SEARCH, Refusal(("--plot",))],
+    "--minimize": [
+        Refusal(("--maximize",), hint=ONE_LEFT_OUT),
+        OF_SEARCH,
+        Refusal(("--plot",)),
+    ],
     "--maximize": [OF_SEARCH, Refusal(("--plot",))],
     "the model's objective": [OF_SEARCH, Refusal(("--plot",))],
-    "one solution": [Refusal(("--max-solutions",), "has no effect without --all", "add --all")],
+    "one solution": [
+        Refusal(("--max-solutions",), "has no effect without --all", "add --all")
+    ],
     "several problems": [
         Refusal(("--plot", "--paths"), "draws one problem only", COMPARE),
         Refusal(("--show",), "chooses the unknowns of one problem only", COMPARE),
     ],
     "tables of several problems": [
-        Refusal(OF_ITERATES, "has no effect on several problems but in JSON", "give --format json")
+        Refusal(
+            OF_ITERATES,
+            "has no effect on several problems but in JSON",
+            "give --format json",
+        )
     ],
     "--sequence": [
         Refusal(
@@ -296,20 +442,44 @@ TABLE = {  # by what is asked for
             "has no effect with {mode}, where auto solves each problem from the states of the last one",
         )
     ],
-    "--resume": [Refusal(("--output", "--format"), "has no effect with {mode}, which goes on with its file")],
-    "--cluster": [Refusal(("--jobs",), "has no effect with {mode}, which has workers of its own")],
+    "--resume": [
+        Refusal(
+            ("--output", "--format"),
+            "has no effect with {mode}, which goes on with its file",
+        )
+    ],
+    "--cluster": [
+        Refusal(("--jobs",), "has no effect with {mode}, which has workers of its own")
+    ],
     "--quiet": [Refusal(("--trace", "--bound"))],
-    "json": [Refusal(("--columns", "--show"), "has no effect on {mode}, which has all")],
-    "csv": [Refusal(("--bound",), "has no effect on the format {mode}, which holds no proofs")],
-    "no iterates": [Refusal(OF_ITERATES[1:], "has no effect where no iterates are shown")],
+    "json": [
+        Refusal(("--columns", "--show"), "has no effect on {mode}, which has all")
+    ],
+    "csv": [
+        Refusal(
+            ("--bound",), "has no effect on the format {mode}, which holds no proofs"
+        )
+    ],
+    "no iterates": [
+        Refusal(OF_ITERATES[1:], "has no effect where no iterates are shown")
+    ],
     "no unknowns": [Refusal(("--show",), "has no effect where no unknowns are shown")],
     "a nonlinear model": [
-        Refusal({*OF_LINEAR, "--exact", "--paths", "--lower", "--upper", "--infinity"}, "has no effect on {mode}")
+        Refusal(
+            {*OF_LINEAR, "--exact", "--paths", "--lower", "--upper", "--infinity"},
+            "has no effect on {mode}",
+        )
     ],
     "--exact": [Refusal(("--tol",))],
     "a proof": [Refusal(("--tol",), "has no effect on {mode}")],
-    "a bench that is resumed": [Refusal(BENCH, "has no effect with --resume, which keeps the options of the bench")],
-    "--list": [Refusal((*FAMILY, "--from-qp", "--from-game", "--output"), hint=ONE_LEFT_OUT)],
+    "a bench that is resumed": [
+        Refusal(
+            BENCH, "has no effect with --resume, which keeps the options of the bench"
+        )
+    ],
+    "--list": [
+        Refusal((*FAMILY, "--from-qp", "--from-game", "--output"), hint=ONE_LEFT_OUT)
+    ],
     "--from-qp": [Refusal((*FAMILY, "--from-game"), hint=ONE_LEFT_OUT)],
     "--from-game": [Refusal(FAMILY, hint=ONE_LEFT_OUT)],
 }
@@ -319,8 +489,17 @@ def refuse_beside(modes: str | Mapping[str, bool], given: Mapping[str, Any]) -> 
     """Raise OptionError if a mode, one of TABLE, is asked for beside an option without effect in it. modes : it, or
     several and whether each is asked for. given : the values of options by flag; None, False and an empty tuple stand
     for one that is not given."""
-    for mode in [modes] if isinstance(modes, str) else [mode for mode, is_asked in modes.items() if is_asked]:
+    for mode in (
+        [modes]
+        if isinstance(modes, str)
+        else [mode for mode, is_asked in modes.items() if is_asked]
+    ):
         for options, fault, hint in TABLE[mode]:
             for name, value in given.items():
-                if name in options and value is not None and value is not False and value != ():
+                if (
+                    name in options
+                    and value is not None
+                    and value is not False
+                    and value != ()
+                ):
                     raise OptionError(name, fault.format(mode=mode), hint)

@@ -39,18 +39,34 @@ AMPL = "-AMPL"
 reading: list[threading.Thread] = []
 
 
-def of_end(solved: bool, has_no_solution: bool = False, interrupted: bool = False) -> int:
-    return INTERRUPTED if interrupted else NO_SOLUTION if has_no_solution else SOLVED if solved else NOT_SOLVED
+def of_end(
+    solved: bool, has_no_solution: bool = False, interrupted: bool = False
+) -> int:
+    return (
+        INTERRUPTED
+        if interrupted
+        else NO_SOLUTION
+        if has_no_solution
+        else SOLVED
+        if solved
+        else NOT_SOLVED
+    )
 
 
 def of_status(status: Status) -> int:
-    return of_end(status.name == "SOLVED", status.has_no_solution, status.name == "INTERRUPTED")
+    return of_end(
+        status.name == "SOLVED", status.has_no_solution, status.name == "INTERRUPTED"
+    )
 
 
 def of_result(result: Result) -> int:
     """Return the exit code of a result that Ctrl-C has not cut short: of its status, unless a requested proof fails."""
     unproved = result.exact is not None and result.exact.status is None
-    return NOT_SOLVED if unproved or result.status.name == "INTERRUPTED" else of_status(result.status)
+    return (
+        NOT_SOLVED
+        if unproved or result.status.name == "INTERRUPTED"
+        else of_status(result.status)
+    )
 
 
 def of_several(codes: Iterable[int]) -> int:
@@ -67,7 +83,11 @@ def main() -> None:
 
             # Ctrl-C ends the process silently while there is nothing to report or to
             # clean up.
-            with interrupts.handling(signal.SIGINT, lambda *_: os._exit(INTERRUPTED), signal.default_int_handler):
+            with interrupts.handling(
+                signal.SIGINT,
+                lambda *_: os._exit(INTERRUPTED),
+                signal.default_int_handler,
+            ):
                 from lcpcli.cli.command import lcp as lcp
         except (ImportError, MemoryError) as error:
             sys.exit(_complain_of_loading(error))
@@ -158,8 +178,14 @@ def _run() -> int:
         param = getattr(error, "param", None)
         if param is None:
             where = error.ctx.command_path if error.ctx else "lcp"
-            return say(f"lcp: {where.removeprefix('lcp ')}: {_one_line(error.message)}; see {where} --help")
-        name = param.opts[-1] if isinstance(param, click.Option) else param.human_readable_name.strip("[]")
+            return say(
+                f"lcp: {where.removeprefix('lcp ')}: {_one_line(error.message)}; see {where} --help"
+            )
+        name = (
+            param.opts[-1]
+            if isinstance(param, click.Option)
+            else param.human_readable_name.strip("[]")
+        )
         return say(f"lcp: {name}: {_one_line(error.message)}")
     except click.ClickException as error:
         return say(f"lcp: {_one_line(error.format_message())}")
@@ -183,7 +209,9 @@ def _run() -> int:
         if error.filename is not None:
             return say(f"lcp: {error.filename}: {error.strerror}")
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return say(f"lcp: standard output cannot be written ({error.strerror}); write to a file with -o")
+        return say(
+            f"lcp: standard output cannot be written ({error.strerror}); write to a file with -o"
+        )
 
 
 def as_written(error: LCPError) -> LCPError:
@@ -214,7 +242,9 @@ def _complain_of_loading(error: BaseException) -> int:
     while error.__cause__ or error.__context__:
         error = error.__cause__ or error.__context__ or error
     fault = _one_line(str(error) or type(error).__name__)
-    return say(f"lcp: {fault}; out of memory, or is the installation broken?", NOT_SOLVED)
+    return say(
+        f"lcp: {fault}; out of memory, or is the installation broken?", NOT_SOLVED
+    )
 
 
 def _one_line(message: str) -> str:

@@ -8,7 +8,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from lcpcli.cli.command import Choice, command
-from lcpcli.cli.declarations import argument, option, problem_file, problem_output, refuse, refuse_beside
+from lcpcli.cli.declarations import (
+    argument,
+    option,
+    problem_file,
+    problem_output,
+    refuse,
+    refuse_beside,
+)
 from lcpcli.cli.output import Destination
 from lcpcli.cli.problems import Inputs, tell, without_wrong_solutions
 from lcpcli.cli.terminal import emit
@@ -21,7 +28,14 @@ if TYPE_CHECKING:
     from lcpcli.model.problem import Problem
     from lcpcli.rational.numbers import Doubles, Written
 
-BOOLEANS = {"true": True, "yes": True, "1": True, "false": False, "no": False, "0": False}
+BOOLEANS = {
+    "true": True,
+    "yes": True,
+    "1": True,
+    "false": False,
+    "no": False,
+    "0": False,
+}
 # Of an origin, as users call them.
 PARTS = {"qp": ["objective"], "game": ["payoffs"], "efg": ["game tree"]}
 CONDITIONS = {
@@ -48,7 +62,9 @@ KINDS = {bool: "true or false", int: "a whole number", float: "a number"}
 @argument(
     "Family",
     "family",
-    {"FAMILY": "A family; lcp make --list shows all families with their parameters and the class of M."},
+    {
+        "FAMILY": "A family; lcp make --list shows all families with their parameters and the class of M."
+    },
     required=False,
     metavar="[FAMILY]",
     type=Choice(gallery.FAMILIES, "lcp make --list shows the families"),
@@ -60,34 +76,61 @@ KINDS = {bool: "true or false", int: "a whole number", float: "a number"}
     "--seed  Seed of the random numbers, if any.  [whole number >= 0; default 0]",
     type=int,
 )
-@option("Problem", "--set settings NAME=VALUE  Set a parameter of the family; repeatable.", multiple=True)
+@option(
+    "Problem",
+    "--set settings NAME=VALUE  Set a parameter of the family; repeatable.",
+    multiple=True,
+)
 @option(
     "Program or game, in place of a family",
     "--from-qp FILE  A linear or quadratic program, as in lcp help programs.",
     "--from-game FILE  A game of two players, as in lcp help programs.",
 )
 @problem_output
-def make(family: str | None, settings: tuple[str, ...], listed: bool, quiet: bool, **given: Any) -> int:
+def make(
+    family: str | None,
+    settings: tuple[str, ...],
+    listed: bool,
+    quiet: bool,
+    **given: Any,
+) -> int:
     """Write a problem of FAMILY, a family of the gallery, or the problem of a program or a game."""
     n, seed, output = (given[name] for name in ("n", "seed", "output"))
     sources = {"--from-qp": given["from_qp"], "--from-game": given["from_game"]}
-    given = {"FAMILY": family, "-n": n, "--seed": seed, "--set": settings, **sources, "--output": output}
+    given = {
+        "FAMILY": family,
+        "-n": n,
+        "--seed": seed,
+        "--set": settings,
+        **sources,
+        "--output": output,
+    }
     if listed:
         refuse_beside("--list", given)
         return _show_list()
-    prepare(Inputs([source for source in sources.values() if source is not None]), output)
+    prepare(
+        Inputs([source for source in sources.values() if source is not None]), output
+    )
     for name, source in sources.items():
         if source is not None:
             refuse_beside(name, given)
             from lcpcli.files import reading
 
-            write(reading.read_origin(name.removeprefix("--from-"), source), output, quiet)
+            write(
+                reading.read_origin(name.removeprefix("--from-"), source), output, quiet
+            )
             return 0
     if family is None:
-        raise OptionError("FAMILY", "is missing", "name a family; lcp make --list shows them")
+        raise OptionError(
+            "FAMILY", "is missing", "name a family; lcp make --list shows them"
+        )
     parameters = _parameters(family, settings)
     without_effect = seed is not None and not gallery.is_random(family)
-    refuse(without_effect, "--seed", f"has no effect on {family}, which has no random entries")
+    refuse(
+        without_effect,
+        "--seed",
+        f"has no effect on {family}, which has no random entries",
+    )
     write(gallery.make(family, n, seed or 0, **parameters), output, quiet)
     return 0
 
@@ -96,11 +139,21 @@ def _show_list() -> int:
     rows = []
     for name, meaning in gallery.FAMILIES.items():
         parameters = gallery.parameters_of(name).items()
-        texts = [f"{k}={str(v).lower() if isinstance(v, (bool, str)) else f'{v:g}'}" for k, v in parameters]
+        texts = [
+            f"{k}={str(v).lower() if isinstance(v, (bool, str)) else f'{v:g}'}"
+            for k, v in parameters
+        ]
         rows.append((name, gallery.entry(name).matrices, " ".join(texts), meaning))
-    families = Table(("family", "class of M", "parameters", "description"), [rows], range(4), range(1, 4))
+    families = Table(
+        ("family", "class of M", "parameters", "description"),
+        [rows],
+        range(4),
+        range(1, 4),
+    )
     title = "The families of the gallery"
-    Destination("table", None).show(partial(typeset, Document(title, [Section(title, tables=[families])])))
+    Destination("table", None).show(
+        partial(typeset, Document(title, [Section(title, tables=[families])]))
+    )
     return 0
 
 
@@ -109,7 +162,9 @@ def _parameters(family: str, settings: tuple[str, ...]) -> dict[str, Any]:
     values: dict[str, Any] = {}
     for setting in settings:
         name, equals, text = setting.partition("=")
-        refuse(not equals, "--set", f"{quoted(setting)} has no value", "write NAME=VALUE")
+        refuse(
+            not equals, "--set", f"{quoted(setting)} has no value", "write NAME=VALUE"
+        )
         refuse(name in values, "--set", f"{name} is set twice", "leave one out")
         try:
             gallery.refuse_unknown(family, name)
@@ -117,15 +172,26 @@ def _parameters(family: str, settings: tuple[str, ...]) -> dict[str, Any]:
             raise OptionError("--set", error.fault, error.hint) from None
         kind = type(defaults[name])
         try:
-            values[name] = BOOLEANS[text.casefold()] if kind is bool else kind(text.replace("_", "?"))  # 1_0 is none
+            values[name] = (
+                BOOLEANS[text.casefold()]
+                if kind is bool
+                else kind(text.replace("_", "?"))
+            )  # 1_0 is none
         except (KeyError, ValueError):
-            raise OptionError("--set", f"{quoted(text)} is not a value of {name}", f"give {KINDS[kind]}") from None
+            raise OptionError(
+                "--set",
+                f"{quoted(text)} is not a value of {name}",
+                f"give {KINDS[kind]}",
+            ) from None
     return values
 
 
 @command(
     short_help="Write a problem in another format.",
-    examples=("lcp convert bimatrix -o bimatrix.mat", "lcp make obstacle -n 100 | lcp convert - -o obstacle.npz"),
+    examples=(
+        "lcp convert bimatrix -o bimatrix.mat",
+        "lcp make obstacle -n 100 | lcp convert - -o obstacle.npz",
+    ),
     exits={0: "written", 2: "usage or input error (one-line message)"},
     epilog=f"Text formats keep all digits as written; .npz, .npy and .mat hold doubles. {', '.join(COMPLETE)} keep "
     "everything, .csv M, q and bounds, the others M and q; .mtx and .npy need two files for them, such as p.mtx and "
@@ -146,7 +212,9 @@ def convert(file: str, q_file: str | None, output: str | None, **given: Any) -> 
     inputs.hint_at_option(inputs.files)
     # The problem has no name of its own.
     if written.rounded.name == reading.name_of(file):
-        written = replace(written, rounded=written.rounded.named(""), own=written.own.named(""))
+        written = replace(
+            written, rounded=written.rounded.named(""), own=written.own.named("")
+        )
     written = writing.with_costs(written, output or "")
     write(written, output, inputs.quiet, as_program=True)
     if output is None:
@@ -162,7 +230,10 @@ def convert(file: str, q_file: str | None, output: str | None, **given: Any) -> 
             old, new = next(iter(names.items()))
             needed = "as MPS needs unique names without spaces or control characters"
             change = f"{count(len(names), 'name')} had to be changed, {needed}"
-            tell(f"{output}: {change}: {quoted(old)} is {quoted(new)}{', and so on' * (len(names) > 1)}", inputs.quiet)
+            tell(
+                f"{output}: {change}: {quoted(old)} is {quoted(new)}{', and so on' * (len(names) > 1)}",
+                inputs.quiet,
+            )
     if is_rounded(written, output):
         endings = " or ".join(exact_endings(written.rounded))
         change = f"some numbers have more digits than doubles and were rounded; {endings} would keep them all"
@@ -181,14 +252,21 @@ def read_written(inputs: Inputs) -> Written[Problem]:
     fetch = cache(contents.content_of)
 
     def parse(doubles: Doubles) -> Problem:
-        return beside.with_bounds(reading.problem_of(inputs.files, texts, doubles), inputs.bounds, fetch, doubles)
+        return beside.with_bounds(
+            reading.problem_of(inputs.files, texts, doubles),
+            inputs.bounds,
+            fetch,
+            doubles,
+        )
 
     with inputs.hint_at_game():
         texts = reading.contents_of(inputs.files)
         found = written(parse)
     rounded, remarks = without_wrong_solutions(found.rounded, inputs.files[0])
     inputs.tell(remarks)
-    return Written(rounded, without_wrong_solutions(found.own, inputs.files[0])[0], found.exact)
+    return Written(
+        rounded, without_wrong_solutions(found.own, inputs.files[0])[0], found.exact
+    )
 
 
 def prepare(inputs: Inputs, output: str | None) -> None:
@@ -200,17 +278,28 @@ def prepare(inputs: Inputs, output: str | None) -> None:
         inputs.refuse({"--output": writing.file_of_q(output)})
 
 
-def write(problem: Problem | Written[Problem], output: str | None, quiet: bool, as_program: bool = False) -> None:
+def write(
+    problem: Problem | Written[Problem],
+    output: str | None,
+    quiet: bool,
+    as_program: bool = False,
+) -> None:
     """Write a problem in the format of the file's suffix and say so, or as JSON to standard output."""
     from lcpcli.files import writing
     from lcpcli.rational.numbers import Written
 
     written = problem if isinstance(problem, Written) else Written(problem, problem, {})
     if output is None:
-        emit(writing.contents_of(written, "", ".json", as_program)[""].decode(), color=False)
+        emit(
+            writing.contents_of(written, "", ".json", as_program)[""].decode(),
+            color=False,
+        )
     else:
         writing.write_as(written, output, as_program)
-        tell(f"wrote {' and '.join(filter(None, (output, writing.file_of_q(output))))}", quiet)
+        tell(
+            f"wrote {' and '.join(filter(None, (output, writing.file_of_q(output))))}",
+            quiet,
+        )
 
 
 def losses(problem: Problem, output: str) -> list[str]:
@@ -220,11 +309,23 @@ def losses(problem: Problem, output: str) -> list[str]:
 
     if FORMATS[Path(output).suffix.casefold()].keeps == ALL:
         return []
-    parts = {name: getattr(problem, name) for name in ("name", "source", "note", "x0", "x1", "verdict", "origin")}
+    parts = {
+        name: getattr(problem, name)
+        for name in ("name", "source", "note", "x0", "x1", "verdict", "origin")
+    }
     if output.casefold().endswith(PROGRAM_SUFFIXES):
         del parts["name"], parts["origin"]
-    known = [name for name, value in parts.items() if (value is not None and not isinstance(value, str)) or value]
+    known = [
+        name
+        for name, value in parts.items()
+        if (value is not None and not isinstance(value, str)) or value
+    ]
     if known[-1:] == ["origin"]:
-        is_headed = output.casefold().endswith(".csv") and csv_format.can_head(problem.names)
-        known[-1:] = [*PARTS.get(kind_of(problem), []), *["names"] * (any(problem.names) and not is_headed)]
+        is_headed = output.casefold().endswith(".csv") and csv_format.can_head(
+            problem.names
+        )
+        known[-1:] = [
+            *PARTS.get(kind_of(problem), []),
+            *["names"] * (any(problem.names) and not is_headed),
+        ]
     return [*known, *(["solution"] if problem.solutions else [])]

@@ -40,7 +40,12 @@ class Destination:
         if form is None:  # it is that of the file's suffix; without a suffix, the table
             ending = os.path.splitext(path or "")[1].lower()
             suffixes = f"use {', '.join(filter(None, SUFFIXES))} or give --format"
-            refuse(ending not in SUFFIXES, str(path), f"the suffix {ending} is not a format", suffixes)
+            refuse(
+                ending not in SUFFIXES,
+                str(path),
+                f"the suffix {ending} is not a format",
+                suffixes,
+            )
             form = SUFFIXES[ending]
         self.form, self.path, self.quiet = form, path, quiet
         self.width, color = (None, False) if path else terminal()
@@ -53,7 +58,9 @@ class Destination:
         """Return the destination for the options of a command, from which --format and -o are taken away."""
         return cls(given.pop("form"), given.pop("output"), given["quiet"])
 
-    def show(self, render: Callable[[str, int | None, bool], str], verdict: str = "") -> None:
+    def show(
+        self, render: Callable[[str, int | None, bool], str], verdict: str = ""
+    ) -> None:
         """Show what `render` returns for the format, the width and whether there are colours; where it goes to a file,
         say the verdict in a line on standard error."""
         if not self.silent:
@@ -77,15 +84,23 @@ class Output(Destination):
     def __init__(self, request: Request) -> None:
         super().__init__(request.form, request.output, request.quiet)
         self.request, self.trace_path = request, request.trace or None
-        asks = request.trace == ITERATES or (bool(request.every or request.columns) and self.trace_path is None)
+        asks = request.trace == ITERATES or (
+            bool(request.every or request.columns) and self.trace_path is None
+        )
         self.with_iterates = asks and not self.silent
         in_table = self.form in TABLES and not (request.sweep and self.form != "html")
-        self._keeps_iterates = self.with_iterates or self.trace_path is not None or (in_table and not self.silent)
+        self._keeps_iterates = (
+            self.with_iterates
+            or self.trace_path is not None
+            or (in_table and not self.silent)
+        )
         modes = {
             "--quiet": self.silent,
             "no iterates": not self._keeps_iterates,
             "json": self.form == "json" and not self.silent,
-            "no unknowns": bool(request.sweep) and self.form == "csv" and not self.with_iterates,
+            "no unknowns": bool(request.sweep)
+            and self.form == "csv"
+            and not self.with_iterates,
             "csv": self.form == "csv",
         }
         # Not to a file.
@@ -95,11 +110,21 @@ class Output(Destination):
             from lcpcli.report.result_csv import OPENING
 
             hint = "name a .csv file, or put --trace last"
-            refuse(os.path.splitext(path)[1].lower() != ".csv", "--trace", f"{path} does not end in .csv", hint)
+            refuse(
+                os.path.splitext(path)[1].lower() != ".csv",
+                "--trace",
+                f"{path} does not end in .csv",
+                hint,
+            )
             if os.path.isfile(path):
                 with open(path, "rb") as file:
                     is_other = file.read(len(OPENING)) not in (b"", OPENING.encode())
-                refuse(is_other, "--trace", f"{path} exists and holds no iterates", "choose another file")
+                refuse(
+                    is_other,
+                    "--trace",
+                    f"{path} exists and holds no iterates",
+                    "choose another file",
+                )
         require_plot(request.plot)
         require_plot(request.paths, "paths")
 
@@ -107,7 +132,9 @@ class Output(Destination):
         """Return an empty trace for iterates that are shown or written, and an empty curve for the figure and for the
         levels; each keeps only what is needed."""
         request, levels = self.request, self.request.levels if problem.solutions else ()
-        draws = request.plot is not None or request.paths is not None or self.form == "html"
+        draws = (
+            request.plot is not None or request.paths is not None or self.form == "html"
+        )
         has_curve = draws or bool(levels)
         if not (self._keeps_iterates or has_curve):
             return None, None
@@ -116,14 +143,23 @@ class Output(Destination):
         from lcpcli.solving.trace import Trace
 
         trace = curve = None
-        if self._keeps_iterates and (self.form not in TABLES or self.trace_path is not None):
+        if self._keeps_iterates and (
+            self.form not in TABLES or self.trace_path is not None
+        ):
             trace = Trace(request.every or 1)
         elif self._keeps_iterates:
             trace = Trace(*self._selection(problem), residuals=not problem.solutions)
         if has_curve:
             every, most = (1, MOST_POINTS) if draws else (sys.maxsize, None)
             residuals = draws and not problem.solutions
-            curve = Trace(every, most, np.empty(0, dtype=np.intp), residuals, levels, request.paths is not None)
+            curve = Trace(
+                every,
+                most,
+                np.empty(0, dtype=np.intp),
+                residuals,
+                levels,
+                request.paths is not None,
+            )
         return trace, curve
 
     def with_visible_trace(self, result: Result) -> Result:
@@ -142,8 +178,18 @@ class Output(Destination):
         from lcpcli.report import plotting
 
         form_of = plotting.form_of
-        self.add(paths, lambda path: plotting.paths(plotting.panels(runs)).content(form_of(path, plotting.PATHS)))
-        self.add(plot, lambda path: plotting.convergence(plotting.panels(runs)).content(form_of(path)))
+        self.add(
+            paths,
+            lambda path: plotting.paths(plotting.panels(runs)).content(
+                form_of(path, plotting.PATHS)
+            ),
+        )
+        self.add(
+            plot,
+            lambda path: plotting.convergence(plotting.panels(runs)).content(
+                form_of(path)
+            ),
+        )
 
     def _selection(self, problem: AnyProblem) -> tuple[int, int | None, Indices | None]:
         """Return the selection of a table: the step and the largest number of its iterates, and their components."""

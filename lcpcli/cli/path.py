@@ -24,8 +24,14 @@ if TYPE_CHECKING:
     from lcpcli.rational.exact_problem import ExactProblem
 
 Number: TypeAlias = "float | Fraction"
-FORMATS = {**document.MEANINGS, "json": "one object, for scripts", "csv": "a row for each breakpoint, with all digits"}
-OF_POINTS = TOL._replace(meaning="A point counts as a solution if its relative residual is at most this.")
+FORMATS = {
+    **document.MEANINGS,
+    "json": "one object, for scripts",
+    "csv": "a row for each breakpoint, with all digits",
+}
+OF_POINTS = TOL._replace(
+    meaning="A point counts as a solution if its relative residual is at most this."
+)
 
 
 @command(
@@ -37,7 +43,16 @@ OF_POINTS = TOL._replace(meaning="A point counts as a solution if its relative r
         "lcp path slight.json strong.json --at 0.5 --plot torsion.svg",
     ),
     common=(
-        *("--direction", "--from", "--to", "--turns", "--exact", "--time-limit", "--at", "--show"),
+        *(
+            "--direction",
+            "--from",
+            "--to",
+            "--turns",
+            "--exact",
+            "--time-limit",
+            "--at",
+            "--show",
+        ),
         *("--format", "--plot", "--output", "--quiet"),
     ),
     epilog="lcp help paths has examples, also for programs. Components are counted from 1; indices in JSON, from 0.",
@@ -62,7 +77,10 @@ OF_POINTS = TOL._replace(meaning="A point counts as a solution if its relative r
     shell_complete=FILES,
 )
 @declarations.q_option
-@option("Problem", "--direction NUMBERS|FILE  In place of TO: q becomes q + t d, with this d.  [default: none]")
+@option(
+    "Problem",
+    "--direction NUMBERS|FILE  In place of TO: q becomes q + t d, with this d.  [default: none]",
+)
 @declarations.bounds_options
 @option(
     "Path",
@@ -75,28 +93,67 @@ OF_POINTS = TOL._replace(meaning="A point counts as a solution if its relative r
 @option("Stopping", TIME_LIMIT, MAX_BREAKPOINTS)
 @option("Output", "--at T,...  Also show the solutions at these t.  [default: none]")
 @declarations.show_option
-@reporting(FORMATS, option("Output", "--plot FILE  Draw z(t), and the objective of a program: .png, .svg or .pdf."))
+@reporting(
+    FORMATS,
+    option(
+        "Output",
+        "--plot FILE  Draw z(t), and the objective of a program: .png, .svg or .pdf.",
+    ),
+)
 def path(
-    files: Sequence[str], direction: str | None, at: str | None, names: Sequence[str], plot: str | None, **given: Any
+    files: Sequence[str],
+    direction: str | None,
+    at: str | None,
+    names: Sequence[str],
+    plot: str | None,
+    **given: Any,
 ) -> int:
     """Follow the solution z(t) as q and the bounds of one problem change to those of another."""
     from lcpcli.parametric.path import REACHED
 
     destination, exact = Destination.taken(given), given.pop("exact")
-    how = {name: given.pop(name) for name in (*fields.BOUND_OPTIONS, "q", "quiet")} | {"game": False}
-    refuse(direction is None and how["q"] is not None, "--q", "is for --direction", "name M, and the q of each problem")
-    where, means, fewest = ("FROM TO", "stands for", 2) if direction is None else ("--direction", "takes", 1)
+    how = {name: given.pop(name) for name in (*fields.BOUND_OPTIONS, "q", "quiet")} | {
+        "game": False
+    }
+    refuse(
+        direction is None and how["q"] is not None,
+        "--q",
+        "is for --direction",
+        "name M, and the q of each problem",
+    )
+    where, means, fewest = (
+        ("FROM TO", "stands for", 2)
+        if direction is None
+        else ("--direction", "takes", 1)
+    )
     hint = "give one problem: a file, or a file with M and one with q"
     if direction is None:
         hint = "give two problems, or a file with M and two with q, or a problem and --direction"
     is_wrong = len(files) not in (fewest, fewest + 1)
-    refuse(is_wrong, where, f"{means} {fewest} or {fewest + 1} files, not {len(files)}", hint)
+    refuse(
+        is_wrong,
+        where,
+        f"{means} {fewest} or {fewest + 1} files, not {len(files)}",
+        hint,
+    )
     whole = Inputs.of(files, **how, others=[direction] if direction else [])
-    inputs = [whole] if direction is not None else [Inputs.of([*files[:-2], each], **how) for each in files[-2:]]
+    inputs = (
+        [whole]
+        if direction is not None
+        else [Inputs.of([*files[:-2], each], **how) for each in files[-2:]]
+    )
     whole.prepare({"--output": destination.path, "--plot": plot})
-    refuse(direction is not None and given["stop"] is None, "--direction", "has no end", "add --to, the last t")
+    refuse(
+        direction is not None and given["stop"] is None,
+        "--direction",
+        "has no end",
+        "add --to, the last t",
+    )
     stop = given.pop("stop") or "1"
-    span = _number("--from", given.pop("start") or "0", exact), _number("--to", stop, exact)
+    span = (
+        _number("--from", given.pop("start") or "0", exact),
+        _number("--to", stop, exact),
+    )
     fault = f"is {float(span[1]):g}, and the path begins at t = {float(span[0]):g}"
     refuse(span[0] >= span[1], "--to", fault, "give a larger number")
     require_plot(plot)
@@ -105,7 +162,10 @@ def path(
     if direction is not None:
         d = _direction(direction, ends[0].problem)
         ends = [contents.within("--direction", _along, ends[0], d, t) for t in span]
-    file, files_read = contents.place(inputs[-1].files[-1]), [contents.place(each.files[-1]) for each in inputs]
+    file, files_read = (
+        contents.place(inputs[-1].files[-1]),
+        [contents.place(each.files[-1]) for each in inputs],
+    )
     if names:
         from lcpcli.report.path_formats import Ends
 
@@ -116,8 +176,13 @@ def path(
 
     if direction is not None and found.end == REACHED:  # there is no second problem
         found = replace(found, message=f"the path reaches t = {stop}")
-    destination.show(path_formats.report(found, asked, files_read, names).render, f"{file}: {found.message}")
-    destination.add(plot, lambda name: found.plot(show=names).content(plotting.form_of(name)))
+    destination.show(
+        path_formats.report(found, asked, files_read, names).render,
+        f"{file}: {found.message}",
+    )
+    destination.add(
+        plot, lambda name: found.plot(show=names).content(plotting.form_of(name))
+    )
     return code
 
 
@@ -126,7 +191,12 @@ def _number(option: str, text: str, exact: bool) -> Number:
 
     value = contents.within(option, ratio, text)
     double = float(rounded([value])[0])
-    refuse(abs(double) == math.inf, option, "is too large", "give a number in double precision")
+    refuse(
+        abs(double) == math.inf,
+        option,
+        "is too large",
+        "give a number in double precision",
+    )
     return value if exact else double
 
 
@@ -155,7 +225,11 @@ def _direction(text: str, problem: Problem) -> list[Fraction]:
         typed_vector("--direction", typed, problem.n)
         return list(map(ratio, typed))
     return contents.parsed(
-        text, LINE, lambda content: exact_vector_in("--direction", text, content, problem.n, lambda: problem.names)
+        text,
+        LINE,
+        lambda content: exact_vector_in(
+            "--direction", text, content, problem.n, lambda: problem.names
+        ),
     )
 
 
@@ -178,13 +252,18 @@ def _along(end: InputProblem, d: Sequence[Fraction], t: Number) -> InputProblem:
 
         own: ExactProblem = end.exactly()
         rows = zip(own.constants, own.scales, d, strict=True)
-        moved = [Fraction(constant, scale) + Fraction(t) * change for constant, scale, change in rows]
+        moved = [
+            Fraction(constant, scale) + Fraction(t) * change
+            for constant, scale, change in rows
+        ]
         return type(own)(problem, own.M, moved, own.lower, own.upper)
 
     return InputProblem(problem, exactly, [])
 
 
-def _followed(ends: Sequence[InputProblem], file: str, span: tuple[Any, Any], **given: Any) -> tuple[Path, int]:
+def _followed(
+    ends: Sequence[InputProblem], file: str, span: tuple[Any, Any], **given: Any
+) -> tuple[Path, int]:
     """Follow the path; return it with the exit code. file : of the last problem."""
     from lcpcli.parametric.following import follow
     from lcpcli.parametric.path import INFEASIBLE, INTERRUPTED, Family
@@ -194,12 +273,18 @@ def _followed(ends: Sequence[InputProblem], file: str, span: tuple[Any, Any], **
     def data() -> tuple[ExactProblem, ExactProblem]:
         own, other = first.exactly(), last.exactly()
         if own.M != other.M:
-            raise ProblemError("M", "differs between the two problems", "give two problems with one M")
+            raise ProblemError(
+                "M", "differs between the two problems", "give two problems with one M"
+            )
         return own, other
 
     try:
         family = Family(first.problem, last.problem, *span)
-        found = follow(family, read=data if isinstance(span[0], Fraction) else None, **given)
+        found = follow(
+            family, read=data if isinstance(span[0], Fraction) else None, **given
+        )
     except ProblemError as fault:
         raise fault.inside(file) from None
-    return found, main.of_end(found.complete, found.end == INFEASIBLE, found.end == INTERRUPTED)
+    return found, main.of_end(
+        found.complete, found.end == INFEASIBLE, found.end == INTERRUPTED
+    )

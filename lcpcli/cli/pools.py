@@ -11,7 +11,12 @@ import threading
 import time
 import warnings
 from collections.abc import Callable
-from concurrent.futures import BrokenExecutor, CancelledError, Future, ProcessPoolExecutor
+from concurrent.futures import (
+    BrokenExecutor,
+    CancelledError,
+    Future,
+    ProcessPoolExecutor,
+)
 from contextlib import suppress
 from multiprocessing import active_children, get_context, parent_process
 from typing import Any, TypeAlias
@@ -45,7 +50,9 @@ class Local:
     end = OptionError("--jobs", "no process could be started", "leave it out")
 
     def __init__(self, size: int) -> None:
-        are_safe = os.path.isdir(TASKS) and len(os.listdir(TASKS)) == 1 and size <= MOST_COPIES
+        are_safe = (
+            os.path.isdir(TASKS) and len(os.listdir(TASKS)) == 1 and size <= MOST_COPIES
+        )
         # As Windows waits for no more.
         self.size = min(size, 61) if sys.platform == "win32" else size
         try:
@@ -55,7 +62,9 @@ class Local:
             raise self.end from None
 
     def _started(self, how: str) -> ProcessPoolExecutor:
-        return ProcessPoolExecutor(self.size, get_context(how), _leave_signals_to_parent)
+        return ProcessPoolExecutor(
+            self.size, get_context(how), _leave_signals_to_parent
+        )
 
     def submit(self, function: Callable[..., Any], *arguments: Any) -> Future[Any]:
         with deferring_signals():  # until a new process is ready for them
@@ -67,7 +76,9 @@ class Local:
 
     def look(self) -> None:
         """End all processes if one was killed, as the executor does unless it waits for the rest of a result."""
-        if not all(each.is_alive() for each in list(self._executor._processes.values())):
+        if not all(
+            each.is_alive() for each in list(self._executor._processes.values())
+        ):
             self._kill()
 
     def close(self) -> None:
@@ -118,21 +129,41 @@ class Cluster:
         except ImportError:
             hint = "pip install 'linear-complementarity[cluster]'"
             raise OptionError("--cluster", "needs distributed", hint) from None
-        if address.startswith("tls:") and Security().get_connection_args("client").get("ssl_context") is None:
+        if (
+            address.startswith("tls:")
+            and Security().get_connection_args("client").get("ssl_context") is None
+        ):
             hint = "set distributed.comm.tls.ca-file, client.cert and client.key there; see Dask's documentation on TLS"
-            raise OptionError("--cluster", f"{address} needs certificates, and Dask's configuration names none", hint)
+            raise OptionError(
+                "--cluster",
+                f"{address} needs certificates, and Dask's configuration names none",
+                hint,
+            )
         try:
             # A client for an address of another form would take long to end.
             get_address_host_port(address)
-            self._client = Client(address, set_as_default=False, timeout=SECONDS_TO_CONNECT)
+            self._client = Client(
+                address, set_as_default=False, timeout=SECONDS_TO_CONNECT
+            )
         except (OSError, ValueError):
             hint = "start dask scheduler, and give its address"
-            raise OptionError("--cluster", f"{address} cannot be reached", hint) from None
+            raise OptionError(
+                "--cluster", f"{address} cannot be reached", hint
+            ) from None
         hint = "start the scheduler again; --resume continues a log that -o FILE.jsonl has begun"
-        self.end = OptionError("--cluster", f"the scheduler at {address} no longer answers", hint)
+        self.end = OptionError(
+            "--cluster", f"the scheduler at {address} no longer answers", hint
+        )
         self.size, self._address = 1, address
-        self._began, self._counted_at, self._has_warned = time.monotonic(), -math.inf, False
-        self._executor, self.kill_error = self._client.get_executor(pure=False), KilledWorker
+        self._began, self._counted_at, self._has_warned = (
+            time.monotonic(),
+            -math.inf,
+            False,
+        )
+        self._executor, self.kill_error = (
+            self._client.get_executor(pure=False),
+            KilledWorker,
+        )
 
     def submit(self, function: Callable[..., Any], *arguments: Any) -> Future[Any]:
         future: Future[Any] = self._executor.submit(function, *arguments)
@@ -148,7 +179,9 @@ class Cluster:
         if size:
             self._began = now
         elif now > self._began + SECONDS_ALONE and not self._has_warned:
-            tell(f"--cluster: the scheduler at {self._address} has no workers; start dask worker {self._address}")
+            tell(
+                f"--cluster: the scheduler at {self._address} has no workers; start dask worker {self._address}"
+            )
             self._has_warned = True
 
     def close(self) -> None:

@@ -28,7 +28,15 @@ from lcpcli.files import contents, fields, formats
 from lcpcli.files.contents import files_in, place
 from lcpcli.interrupts import within
 from lcpcli.linalg.threads import GENERAL, MANY_ROWS, VARIABLES
-from lcpcli.methods.registry import METHODS, NONLINEAR, START_OPTIONS, Variant, declared, known_options, labels
+from lcpcli.methods.registry import (
+    METHODS,
+    NONLINEAR,
+    START_OPTIONS,
+    Variant,
+    declared,
+    known_options,
+    labels,
+)
 from lcpcli.options import AUTO, LIMITS, Limits, wants_kernels
 from lcpcli.report.wording import flag
 
@@ -91,12 +99,23 @@ class Inputs(NamedTuple):
     @property
     def paths(self) -> list[str]:
         """Return the files, and the values given for bounds and the like, which are numbers or files."""
-        return [*self.files, *(bound for bound in (self.lower, self.upper) if bound is not None), *self.others]
+        return [
+            *self.files,
+            *(bound for bound in (self.lower, self.upper) if bound is not None),
+            *self.others,
+        ]
 
-    def prepare(self, outputs: Mapping[str, str | None], threads: int | None = None) -> None:
+    def prepare(
+        self, outputs: Mapping[str, str | None], threads: int | None = None
+    ) -> None:
         """Set the number of threads; refuse to read standard input twice, and refuse outputs as `refuse` does."""
         settle_threads(self.files, threads)
-        refuse(self.paths.count(STANDARD) > 1, "standard input", "can be read only once", "name a file")
+        refuse(
+            self.paths.count(STANDARD) > 1,
+            "standard input",
+            "can be read only once",
+            "name a file",
+        )
         self.refuse(outputs)
 
     def refuse(self, outputs: Mapping[str, str | None]) -> None:
@@ -105,11 +124,22 @@ class Inputs(NamedTuple):
         for option, output in outputs.items():
             if output is None:
                 continue
-            if source := next((path for path in self.paths if same_file(output, path)), None):
-                fault = "is an input of this run" if source in self.others else "holds the problem"
+            if source := next(
+                (path for path in self.paths if same_file(output, path)), None
+            ):
+                fault = (
+                    "is an input of this run"
+                    if source in self.others
+                    else "holds the problem"
+                )
                 raise OptionError(output, fault, "choose another file for the output")
             earlier = written.setdefault(os.path.abspath(output), option)
-            refuse(earlier != option, option, f"goes to the same file as {earlier}", "choose another file for one")
+            refuse(
+                earlier != option,
+                option,
+                f"goes to the same file as {earlier}",
+                "choose another file for one",
+            )
             # A log that is there is written at its end.
             if output != STANDARD and option != "--resume":
                 from lcpcli.files.atomic_write import refuse_unwritable
@@ -124,7 +154,11 @@ class Inputs(NamedTuple):
 
         with self.hint_at_game():
             paths = tuple(self.files)
-            work = game_in(self.files) if self.game else Input(paths, reading.contents_of(paths))
+            work = (
+                game_in(self.files)
+                if self.game
+                else Input(paths, reading.contents_of(paths))
+            )
             (found,) = self.problems(work, takes_models)
         self.tell(found.remarks)
         self.hint_at_option(self.files)
@@ -148,7 +182,11 @@ class Inputs(NamedTuple):
             from lcpcli.files.games import hint
 
             advice = "" if self.game else hint(self.files)
-            raise ProblemError(error.where, error.fault, f"{error.hint}; {advice}") if advice else error from None
+            raise (
+                ProblemError(error.where, error.fault, f"{error.hint}; {advice}")
+                if advice
+                else error
+            ) from None
 
     def works(self, are_many: bool = False) -> tuple[Iterator[Work], bool]:
         """Return the inputs in the files, and whether they may be several problems, as they are with `are_many`."""
@@ -158,11 +196,17 @@ class Inputs(NamedTuple):
             from lcpcli.files.games import game_in
 
             return iter([game_in(self.files)]), are_many
-        each = inputs(self.files, streams=are_many, of_folders=self.of_folders, has_q=self.has_q)
+        each = inputs(
+            self.files, streams=are_many, of_folders=self.of_folders, has_q=self.has_q
+        )
         if are_many:
             return each, True
         first = list(islice(each, 2))
-        if isinstance(first[0], QColumns) and not self.has_q and first[0].names[0] == FIRST_NAME:
+        if (
+            isinstance(first[0], QColumns)
+            and not self.has_q
+            and first[0].names[0] == FIRST_NAME
+        ):
             own, columns = first[0].sources[0].file, len(first[0].names)
             means = f"its {columns} columns are {columns} q, as --q would say; if they are M and q, name it alone"
             # It may have been meant as [M | q]
@@ -170,13 +214,19 @@ class Inputs(NamedTuple):
         self.hint_at_option(first[0].paths if len(first) == 1 else ())
         return chain(first, each), len(first) > 1 or isinstance(first[0], QColumns)
 
-    def problems(self, work: Work, takes_models: bool = False) -> Iterator[InputProblem]:
+    def problems(
+        self, work: Work, takes_models: bool = False
+    ) -> Iterator[InputProblem]:
         """Yield the problems of an input. takes_models : whether they may be nonlinear."""
         from lcpcli.files.inputs import QColumns, nonlinear_in
 
         if not isinstance(work, QColumns):
             is_file = work.line is None and work.fault is None
-            model = nonlinear_in(work.paths[0], work.contents[0]) if takes_models and is_file else None
+            model = (
+                nonlinear_in(work.paths[0], work.contents[0])
+                if takes_models and is_file
+                else None
+            )
             if model is None:
                 yield self._single(work)
                 return
@@ -184,16 +234,27 @@ class Inputs(NamedTuple):
             if others := work.paths[1:]:
                 from lcpcli.files.reading import NOT_SECOND
 
-                raise ProblemError(others[0], f"is not needed: {file} is a model", NOT_SECOND)
-            refuse_beside("a nonlinear model", {flag(name): value for name, value in self.bounds.items()})
-            yield InputProblem(model.nonlinear, None, [f"{file}: {model.remark}"] if model.remark else [])
+                raise ProblemError(
+                    others[0], f"is not needed: {file} is a model", NOT_SECOND
+                )
+            refuse_beside(
+                "a nonlinear model",
+                {flag(name): value for name, value in self.bounds.items()},
+            )
+            yield InputProblem(
+                model.nonlinear,
+                None,
+                [f"{file}: {model.remark}"] if model.remark else [],
+            )
             return
         from lcpcli.rational.exact_problem import ExactProblem
 
         first = self.first_of(work)
         for q, name in zip(work.Q.T, work.names, strict=True):
             problem = replace(first, q=q, name=name)
-            yield InputProblem(problem, cache(partial(ExactProblem.of_decimals, problem)), [])
+            yield InputProblem(
+                problem, cache(partial(ExactProblem.of_decimals, problem)), []
+            )
 
     def first_of(self, work: QColumns) -> Problem:
         from lcpcli.files import beside
@@ -262,7 +323,9 @@ def same_file(output: str, other: str) -> bool:
         two = os.fstat(0) if other == STANDARD else os.stat(other)
     except OSError:
         return False
-    return os.path.samestat(one, two) and (STANDARD not in (output, other) or stat.S_ISREG(one.st_mode))
+    return os.path.samestat(one, two) and (
+        STANDARD not in (output, other) or stat.S_ISREG(one.st_mode)
+    )
 
 
 def settle_threads(files: Iterable[str], threads: int | None = None) -> None:
@@ -274,7 +337,9 @@ def settle_threads(files: Iterable[str], threads: int | None = None) -> None:
     if threads is not None:
         os.environ.update(dict.fromkeys(VARIABLES, str(threads)))
         return
-    are_small = all(not os.path.exists(file) or os.path.getsize(file) < LARGE_FILE for file in files)
+    are_small = all(
+        not os.path.exists(file) or os.path.getsize(file) < LARGE_FILE for file in files
+    )
     if are_small and not os.environ.get(GENERAL):
         os.environ.update({name: os.environ.get(name) or "1" for name in VARIABLES})
 
@@ -306,19 +371,31 @@ class Request(SimpleNamespace):
             raise AttributeError(name)
 
     @classmethod
-    def of(cls, files: Sequence[str], default: Sequence[str] = (), **given: Any) -> Request:
+    def of(
+        cls, files: Sequence[str], default: Sequence[str] = (), **given: Any
+    ) -> Request:
         """Return the request for files and folders; set the threads, and refuse what cannot be written or compiled."""
         wants_kernels()  # or its error, before anything is read
         found = files_in(files, partial(tell, quiet=given["quiet"])) or default
         how = {name: given.pop(name) for name in ("q", *fields.BOUND_OPTIONS, "game")}
         starts = [given[name] for name in STARTS if given.get(name) is not None]
         of_folders = set(found) - {*files, *default}
-        inputs = Inputs.of(found, **how, quiet=given["quiet"], of_folders=of_folders, others=starts)
-        own, numbers = taken(given, OF_METHODS), taken(given, [limit.name for limit in LIMITS])
+        inputs = Inputs.of(
+            found, **how, quiet=given["quiet"], of_folders=of_folders, others=starts
+        )
+        own, numbers = (
+            taken(given, OF_METHODS),
+            taken(given, [limit.name for limit in LIMITS]),
+        )
         request = cls(inputs=inputs, own=own, numbers=numbers, **given)
         # With --resume there is no other output.
         path = request.output if request.resume is None else None
-        outputs = {"--output": path, "--trace": request.trace or None, "--plot": request.plot, "--paths": request.paths}
+        outputs = {
+            "--output": path,
+            "--trace": request.trace or None,
+            "--plot": request.plot,
+            "--paths": request.paths,
+        }
         inputs.prepare({**outputs, "--resume": request.resume}, request.threads)
         return request
 
@@ -326,10 +403,13 @@ class Request(SimpleNamespace):
     def given(self) -> dict[str, Any]:
         """Return the values of the options by flag; those of methods are all given, and no method stands for auto."""
         own = {
-            flag(f"no-{name}" if value is False else name): True for name, value in {**self.own, **self.numbers}.items()
+            flag(f"no-{name}" if value is False else name): True
+            for name, value in {**self.own, **self.numbers}.items()
         }
         method = None if [*self.variants] == [Variant(AUTO)] else self.variants
-        options = {FLAGS.get(name) or flag(name): value for name, value in vars(self).items()}
+        options = {
+            FLAGS.get(name) or flag(name): value for name, value in vars(self).items()
+        }
         return own | options | {"--method": method}
 
     @property
@@ -358,23 +438,42 @@ class Request(SimpleNamespace):
 
         def once(method: str, values: Values, again: bool) -> Result:
             trace, curve = traces(problem)
-            own: dict[str, Any] = {"limits": limits, "trace": trace, "curve": curve, "compiled": compiled, **values}
+            own: dict[str, Any] = {
+                "limits": limits,
+                "trace": trace,
+                "curve": curve,
+                "compiled": compiled,
+                **values,
+            }
             if not isinstance(problem, Problem):
                 from lcpcli.solving.solve_mcp import run_nonlinear
 
                 z0 = own.pop("z0", None)
                 begun = problem if z0 is None else problem.starting_at(z0)
-                own |= {"trace": trace or False, "threads": self.threads, "proof": self.bound}
+                own |= {
+                    "trace": trace or False,
+                    "threads": self.threads,
+                    "proof": self.bound,
+                }
                 return run_nonlinear(begun, interrupts="return", **own)
             with Line() as line:
-                own |= {"compiled": compiled and method == "auto", "observe": line.tell if watched else None}
-                return driver.run(problem.anew() if again else problem, method, began=seconds(), **own)
+                own |= {
+                    "compiled": compiled and method == "auto",
+                    "observe": line.tell if watched else None,
+                }
+                return driver.run(
+                    problem.anew() if again else problem, method, began=seconds(), **own
+                )
 
         is_open = self.adds_auto
-        for variant, label, values in zip(self.variants, labels(self.variants), chosen, strict=True):
+        for variant, label, values in zip(
+            self.variants, labels(self.variants), chosen, strict=True
+        ):
             is_first = variant.method not in _methods
             _methods.add(variant.method)
-            for result in driver.repeated(partial(once, variant.method, values), compared, is_first):
+            for result in driver.repeated(
+                partial(once, variant.method, values), compared, is_first
+            ):
                 is_open &= not (result.solved or result.interrupted)
                 named = label if result.method == variant.method else result.method
                 yield result if of_many else replace(result, label=named)
@@ -382,7 +481,9 @@ class Request(SimpleNamespace):
             repeated = driver.repeated(partial(once, AUTO, {}), compared, True)
             yield from (replace(result, label=AUTO) for result in repeated)
 
-    def prove(self, result: Result, exactly: Callable[[], ExactProblem] | None) -> Result:
+    def prove(
+        self, result: Result, exactly: Callable[[], ExactProblem] | None
+    ) -> Result:
         """Return the result with the requested proofs, for numbers as written, as far as its run has left time."""
         if self.exact and exactly is not None:
             from lcpcli.solving.proof import prove
@@ -409,13 +510,23 @@ class Request(SimpleNamespace):
             return [given | variant.options for variant in self.variants]
         first, *others = [name for name in START_OPTIONS if name in given] or [""]
         if others:
-            raise OptionError(flag(others[0]), f"gives the starting point, and so does {flag(first)}", "leave one out")
-        known = [known_options(variant.method) - set(variant.options) for variant in self.variants]
+            raise OptionError(
+                flag(others[0]),
+                f"gives the starting point, and so does {flag(first)}",
+                "leave one out",
+            )
+        known = [
+            known_options(variant.method) - set(variant.options)
+            for variant in self.variants
+        ]
         for name in (name for name in given if not any(name in own for own in known)):
             self._refuse(name, given[name])
         chosen = []
         for variant, own in zip(self.variants, known, strict=True):
-            chosen.append({name: value for name, value in given.items() if name in own} | variant.options)
+            chosen.append(
+                {name: value for name, value in given.items() if name in own}
+                | variant.options
+            )
             options.check(declared(variant.method).options, chosen[-1])
         return chosen
 
@@ -427,7 +538,9 @@ class Request(SimpleNamespace):
             raise OptionError(flag(name), fault, "leave it out")
         owners = [method for method in METHODS if name in known_options(method)]
         if not owners:
-            raise OptionError(flag(name), fault, "it is for nonlinear models: leave it out")
+            raise OptionError(
+                flag(name), fault, "it is for nonlinear models: leave it out"
+            )
         is_chosen = len(self.variants) == 1 and self.variants[0].method != "auto"
         cure = "leave it out, or give" if is_chosen else "add"
         hint = f"it belongs to {listed(owners)}: {cure} --method {' or '.join(owners)}"
@@ -450,8 +563,18 @@ def _value(name: str, given: Any, problem: AnyProblem) -> Any:
     if name == "basis" and isinstance(problem, Problem):
         return beside.read_states(given, problem)
     if beside.typed_numbers(given) is None and not (given and os.path.exists(given)):
-        raise OptionError(flag(name), f"{given!r} is neither a file nor numbers", "write 1,-2,0.5 or name a file")
-    return beside.read_start(flag(name), given, problem.n, None if name == "z0" else problem.box, lambda: problem.names)
+        raise OptionError(
+            flag(name),
+            f"{given!r} is neither a file nor numbers",
+            "write 1,-2,0.5 or name a file",
+        )
+    return beside.read_start(
+        flag(name),
+        given,
+        problem.n,
+        None if name == "z0" else problem.box,
+        lambda: problem.names,
+    )
 
 
 def with_references(problems: Sequence[AnyProblem], limits: Limits) -> list[AnyProblem]:
@@ -468,6 +591,8 @@ def with_references(problems: Sequence[AnyProblem], limits: Limits) -> list[AnyP
                     solved = proof.with_reference(problem)
                 found[i] = others.with_all_references(solved)
     except KeyboardInterrupt:
-        tell("interrupted while solving for the reference of the errors, before the first run")
+        tell(
+            "interrupted while solving for the reference of the errors, before the first run"
+        )
         raise
     return found

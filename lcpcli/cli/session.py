@@ -10,7 +10,14 @@ from typing import TypeAlias
 from lcpcli.cli.declarations import refuse
 from lcpcli.cli.main import BAD_INPUT, INTERRUPTED, as_written, of_result, of_several
 from lcpcli.cli.output import Output
-from lcpcli.cli.problems import InputProblem, Inputs, Request, same_file, tell, with_references
+from lcpcli.cli.problems import (
+    InputProblem,
+    Inputs,
+    Request,
+    same_file,
+    tell,
+    with_references,
+)
 from lcpcli.cli.terminal import STANDARD
 from lcpcli.enumeration import others
 from lcpcli.errors import LCPError, OptionError, ProblemError
@@ -25,7 +32,9 @@ Results: TypeAlias = "list[list[Result]]"  # by problem
 Faults: TypeAlias = "list[tuple[contents.Source, LCPError]]"
 
 
-def run(request: Request, of_one: Callable[[Request, Work, Output], int] | None = None) -> int:
+def run(
+    request: Request, of_one: Callable[[Request, Work, Output], int] | None = None
+) -> int:
     """Run the methods on the problems, or `of_one` on a single one, show the results, and return the exit code."""
     inputs, takes_many = request.inputs, not request.levels and of_one is None
     if request.exact and of_one is None:
@@ -36,28 +45,45 @@ def run(request: Request, of_one: Callable[[Request, Work, Output], int] | None 
     prints = request.output is None and request.resume is None and not output.silent
     # The run would read its own output for ever.
     if prints and any(same_file(STANDARD, path) for path in inputs.paths):
-        raise OptionError("standard output", "goes to a file of problems", "choose another file for the output")
-    are_many = request.output is not None and request.output.casefold().endswith(formats.LINES)
-    are_many |= request.sequence or any(value is not None for value in (request.jobs, request.cluster, request.resume))
+        raise OptionError(
+            "standard output",
+            "goes to a file of problems",
+            "choose another file for the output",
+        )
+    are_many = request.output is not None and request.output.casefold().endswith(
+        formats.LINES
+    )
+    are_many |= request.sequence or any(
+        value is not None for value in (request.jobs, request.cluster, request.resume)
+    )
     works, several = inputs.works(are_many and takes_many)
     if several:
         from lcpcli.files import games
 
         hint = "" if inputs.has_q else games.hint(inputs.files)
-        refuse(of_one is not None, "--all", "takes one problem", hint or "give the others to another run")
+        refuse(
+            of_one is not None,
+            "--all",
+            "takes one problem",
+            hint or "give the others to another run",
+        )
         inputs.tell([hint] if hint else [])
         if takes_many:
             from lcpcli.cli import streams
 
             return streams.run(works, output, request)
-    return of_one(request, next(works), output) if of_one else _run(request, works, output)
+    return (
+        of_one(request, next(works), output) if of_one else _run(request, works, output)
+    )
 
 
 def _run(request: Request, works: Iterator[Work], output: Output) -> int:
     problems, sources, faults = _read(request.inputs, list(works))
 
     def text_of(results: Results) -> str:
-        shown = [[output.with_visible_trace(result) for result in own] for own in results]
+        shown = [
+            [output.with_visible_trace(result) for result in own] for own in results
+        ]
         report = result_formats.report(
             shown,
             sources[: len(shown)],  # the others were not reached
@@ -69,49 +95,82 @@ def _run(request: Request, works: Iterator[Work], output: Output) -> int:
             columns=request.columns,
             names=request.names,
         )
-        return report.render(output.form, output.width, output.color) if shown or output.form == "json" else ""
+        return (
+            report.render(output.form, output.width, output.color)
+            if shown or output.form == "json"
+            else ""
+        )
 
     if not problems:
         output.show(lambda *_: text_of([]))
         return BAD_INPUT
     first = problems[0]
-    is_asked = not request.levels and first.exactly is not None and others.is_asked(first.problem)
+    is_asked = (
+        not request.levels
+        and first.exactly is not None
+        and others.is_asked(first.problem)
+    )
     results, interrupted = _results(request, problems, sources, output)
     if output.trace_path is not None:
         from lcpcli.report import result_csv
 
         runs = list(chain.from_iterable(results))
-        output.add(output.trace_path, lambda _: result_formats.written(*result_csv.iterates(runs)))
+        output.add(
+            output.trace_path,
+            lambda _: result_formats.written(*result_csv.iterates(runs)),
+        )
     text = verdict = ""
     if not output.silent:
         try:
             concluded = results
             if request.levels:
-                concluded = [[driver.verified(result) for result in own] for own in results]
+                concluded = [
+                    [driver.verified(result) for result in own] for own in results
+                ]
             elif is_asked and not interrupted:
                 ((result,),) = results
                 if result.solved and not result.interrupted:
-                    found = others.search_others(result.problem, result.z, first.exactly, first.length)
-                    concluded = [[replace(result, others=found.others, exactly_solvable=found.solvable)]]
+                    found = others.search_others(
+                        result.problem, result.z, first.exactly, first.length
+                    )
+                    concluded = [
+                        [
+                            replace(
+                                result,
+                                others=found.others,
+                                exactly_solvable=found.solvable,
+                            )
+                        ]
+                    ]
             text, results = text_of(concluded), concluded
         except KeyboardInterrupt:  # without the conclusions
-            results = [[replace(result, interrupted=True) for result in own] for own in results]
+            results = [
+                [replace(result, interrupted=True) for result in own] for own in results
+            ]
             text = text_of(results)
     made = list(chain.from_iterable(results))
     if made and output.path is not None:
         from lcpcli.report import outcome
 
         solved = f"{sum(result.solved for result in made)} of {len(made)} runs solved"
-        verdict = f"{sources[0].file}: {outcome.verdict(made[0])}" if len(made) == 1 else solved
+        verdict = (
+            f"{sources[0].file}: {outcome.verdict(made[0])}"
+            if len(made) == 1
+            else solved
+        )
     added = {AUTO} if request.adds_auto else set()
-    codes = [of_result(result) for result in made if result.label not in added] + [BAD_INPUT] * bool(faults)
+    codes = [of_result(result) for result in made if result.label not in added] + [
+        BAD_INPUT
+    ] * bool(faults)
     is_cut = interrupted or any(result.interrupted for result in made)
     output.show(lambda *_: text, verdict)
     output.draw(results)
     return INTERRUPTED if is_cut else of_several(codes)
 
 
-def _read(inputs: Inputs, works: Sequence[Work]) -> tuple[list[InputProblem], list[contents.Source], Faults]:
+def _read(
+    inputs: Inputs, works: Sequence[Work]
+) -> tuple[list[InputProblem], list[contents.Source], Faults]:
     """Return the problems, their places, and the errors of unreadable ones; the error of a single problem is raised."""
     problems: list[InputProblem] = []
     sources: list[contents.Source] = []
@@ -135,7 +194,10 @@ def _read(inputs: Inputs, works: Sequence[Work]) -> tuple[list[InputProblem], li
 
 
 def _results(
-    request: Request, inputs: list[InputProblem], sources: Sequence[contents.Source], output: Output
+    request: Request,
+    inputs: list[InputProblem],
+    sources: Sequence[contents.Source],
+    output: Output,
 ) -> tuple[Results, bool]:
     """Return the results, by problem, with their proofs, and whether Ctrl-C has cut them short.
 

@@ -59,7 +59,12 @@ AS_PUBLISHED: tuple[str, ...] = ("fixed-point", "shi")
     "--resume FILE  Continue the log that -o FILE.jsonl has begun, given the same problems.  [default: none]",
 )
 def solve(
-    files: tuple[str, ...], method: Variant, all_of_them: bool, minimize: str | None, maximize: str | None, **given: Any
+    files: tuple[str, ...],
+    method: Variant,
+    all_of_them: bool,
+    minimize: str | None,
+    maximize: str | None,
+    **given: Any,
 ) -> int:
     """Solve the problem in each FILE, or prove that it has no solution."""
     request = Request.of(files, variants=[method], **given)
@@ -68,7 +73,11 @@ def solve(
     options = {**request.given, "--minimize": minimize, "--maximize": maximize}
     sense, objective = ("min", minimize) if minimize is not None else ("max", maximize)
     own = None
-    if all_of_them or objective is not None or (len(files) == 1 and files[0].casefold().endswith(".nl")):
+    if (
+        all_of_them
+        or objective is not None
+        or (len(files) == 1 and files[0].casefold().endswith(".nl"))
+    ):
         from lcpcli.cli import all_solutions
 
         if all_of_them:
@@ -78,9 +87,13 @@ def solve(
     refuse_beside("one solution", options)
     if objective is None and own is None:
         return run(request)
-    refuse_beside(f"--{sense}imize" if own is None else "the model's objective", options)
+    refuse_beside(
+        f"--{sense}imize" if own is None else "the model's objective", options
+    )
     sought = (objective or "", sense) if own is None else (own, "min")
-    return run(request, partial(all_solutions.outcome, objective=sought[0], sense=sought[1]))
+    return run(
+        request, partial(all_solutions.outcome, objective=sought[0], sense=sought[1])
+    )
 
 
 @command(
@@ -103,12 +116,16 @@ def solve(
     "Problem",
     "files",
     "[FILE [Q_FILE]|FOLDER]...",
-    {"FILE [Q_FILE]": f"As for lcp solve. {declarations.OTHERS}  [default: the paper's two examples]"},
+    {
+        "FILE [Q_FILE]": f"As for lcp solve. {declarations.OTHERS}  [default: the paper's two examples]"
+    },
 )
 @declarations.with_bounds
 @declarations.several_methods("Method", "compare", AS_PUBLISHED)
 @declarations.solving
-def compare(files: Sequence[str], methods: Sequence[Variant], sweep: Sequence[str], **given: Any) -> int:
+def compare(
+    files: Sequence[str], methods: Sequence[Variant], sweep: Sequence[str], **given: Any
+) -> int:
     """Run methods side by side on the problem in each FILE."""
     examples = [contents.shipped_path(name) for name in contents.PAPER_EXAMPLES]
     request = Request.of(files, examples, levels=LEVELS, sweep=sweep, **given)
@@ -120,6 +137,8 @@ def compare(files: Sequence[str], methods: Sequence[Variant], sweep: Sequence[st
 
         if all(nonlinear_in(file, contents.content_of(file, "")) for file in files):
             default = tuple(NONLINEAR)
-    request.variants = declarations.chosen_variants(methods, sweep, default, request.own)
+    request.variants = declarations.chosen_variants(
+        methods, sweep, default, request.own
+    )
     request.adds_auto = not (methods or sweep or request.own)
     return run(request)

@@ -57,25 +57,47 @@ Kind = tuple[str, int]  # how a run ended: a word and an exit code
 def run(works: Iterator[Work], output: Output, request: Request) -> int:
     """Solve the problems in the inputs, write each result, and return the exit code."""
     hint = "give --trace without a file, and JSON"
-    refuse(output.trace_path is not None, "--trace", "writes the iterates of one problem only", hint)
+    refuse(
+        output.trace_path is not None,
+        "--trace",
+        "writes the iterates of one problem only",
+        hint,
+    )
     is_whole = not output.silent and output.form not in result_formats.FORMS
     refuse(is_whole, "--format", f"{output.form} is for one problem only", COMPARE)
-    modes = {"several problems": True, "tables of several problems": output.form != "json"}
-    modes |= {wording.flag(name): bool(getattr(request, name)) for name in ("resume", "cluster", "sequence")}
+    modes = {
+        "several problems": True,
+        "tables of several problems": output.form != "json",
+    }
+    modes |= {
+        wording.flag(name): bool(getattr(request, name))
+        for name in ("resume", "cluster", "sequence")
+    }
     refuse_beside(modes, request.given)
     is_log = output.form == "json" and (output.path or "").casefold().endswith(LINES)
     log_path = request.resume or (output.path if is_log else None)
     if request.resume and not Path(request.resume).exists():
         if not request.resume.casefold().endswith(LINES):
-            raise OptionError("--resume", f"there is no log {request.resume}", "name a log or a new FILE.jsonl")
+            raise OptionError(
+                "--resume",
+                f"there is no log {request.resume}",
+                "name a log or a new FILE.jsonl",
+            )
         refuse_unwritable(request.resume)
     form = "json" if request.resume else "" if output.silent else output.form
     every = (request.every or 1) if output.with_iterates else None
-    task = Task(request, form, result_formats.Layout.of(list(map(place, request.inputs.files)), output.width), every)
+    task = Task(
+        request,
+        form,
+        result_formats.Layout.of(list(map(place, request.inputs.files)), output.width),
+        every,
+    )
     if request.sequence:
         from lcpcli.solving.solver import Solver
 
-        task = task._replace(steps=Solver.of(None, {**request.numbers, "interrupts": "return"}))
+        task = task._replace(
+            steps=Solver.of(None, {**request.numbers, "interrupts": "return"})
+        )
     past_ends = Counter[Kind]()  # of problems with records, by the thread that reads
     with ExitStack() as stack:
         pool: Pool | None = None
@@ -83,14 +105,25 @@ def run(works: Iterator[Work], output: Output, request: Request) -> int:
         if request.cluster is not None or (request.jobs or 1) > 1:
             from lcpcli.cli import pools
 
-            pool = pools.Local(request.jobs or 1) if request.cluster is None else pools.Cluster(request.cluster)
+            pool = (
+                pools.Local(request.jobs or 1)
+                if request.cluster is None
+                else pools.Cluster(request.cluster)
+            )
             stack.enter_context(closing(pool))
-        left, write = works, cast(Write, len if output.silent else partial(emit, color=False))
+        left, write = (
+            works,
+            cast(Write, len if output.silent else partial(emit, color=False)),
+        )
         # Each record as soon as it is known, but for problems that have one.
         if log_path is not None:
             book = stack.enter_context(open_log(log_path, anew=not request.resume))
             given, write = options_of(request), book.add
-            past = dict(_known(record, given) for record in book.records()) if request.resume else {}
+            past = (
+                dict(_known(record, given) for record in book.records())
+                if request.resume
+                else {}
+            )
             left = missing(left, given, past, past_ends)
         elif output.path is not None and not output.silent:
             write = stack.enter_context(gradual_writing(output.path))
@@ -98,17 +131,31 @@ def run(works: Iterator[Work], output: Output, request: Request) -> int:
         if log_path is None:
             write(result_formats.heading(task.form, task.layout))
         is_to_file = log_path is not None or output.path is not None
-        ends, is_interrupted = _written(records, write, shows_progress(request.quiet) and is_to_file)
+        ends, is_interrupted = _written(
+            records, write, shows_progress(request.quiet) and is_to_file
+        )
     ends = past_ends + ends
     words = Counter(word for word, _ in ends.elements())
-    numbers = ", ".join(f"{number} {word.replace('_', ' ')}" for word, number in words.most_common())
+    numbers = ", ".join(
+        f"{number} {word.replace('_', ' ')}" for word, number in words.most_common()
+    )
     line = f"{count(words.total(), 'problem')}{': ' * bool(numbers)}{numbers}"
-    hint = f"go on with --resume {log_path}" if log_path else "with -o FILE.jsonl it could be resumed"
+    hint = (
+        f"go on with --resume {log_path}"
+        if log_path
+        else "with -o FILE.jsonl it could be resumed"
+    )
     tell(f"{line}; interrupted; {hint}" if is_interrupted else line, request.quiet)
-    return INTERRUPTED if is_interrupted else of_several({SOLVED, *(code for _, code in ends)})
+    return (
+        INTERRUPTED
+        if is_interrupted
+        else of_several({SOLVED, *(code for _, code in ends)})
+    )
 
 
-def _written(records: Iterator[TaskRecord], write: Write, with_progress: bool) -> tuple[Counter[Kind], bool]:
+def _written(
+    records: Iterator[TaskRecord], write: Write, with_progress: bool
+) -> tuple[Counter[Kind], bool]:
     """Write all records; return how many problems ended how, and whether Ctrl-C ended that. with_progress : whether
     their number is shown meanwhile."""
     ends = Counter[Kind]()
@@ -151,29 +198,50 @@ def options_of(request: Request) -> dict[str, str]:
     return texts
 
 
-def missing(works: Iterator[Work], given: Mapping[str, str], past: Past, ends: Counter[Kind]) -> Iterator[Work]:
+def missing(
+    works: Iterator[Work], given: Mapping[str, str], past: Past, ends: Counter[Kind]
+) -> Iterator[Work]:
     """Yield the inputs that a log lacks, with the marks of their records; raise OptionError if it is not a log of them.
 
     given : the options. past : what the log has. ends : counts how the runs of these problems ended.
     """
     number, places = 0, {source for _, _, source in past.values()}
     for whole in works:
-        for work in whole.parts(MARKED_TOGETHER) if isinstance(whole, QColumns) else [whole]:
+        for work in (
+            whole.parts(MARKED_TOGETHER) if isinstance(whole, QColumns) else [whole]
+        ):
             marks: list[dict[str, Any]]
-            marks = [{"number": i, "digest": own, "given": given} for i, own in enumerate(work.digests, number + 1)]
+            marks = [
+                {"number": i, "digest": own, "given": given}
+                for i, own in enumerate(work.digests, number + 1)
+            ]
             are_new = [mark["number"] not in past for mark in marks]
             for source, mark in zip(work.sources, marks, strict=True):
                 number = mark["number"]
-                is_elsewhere = number not in past and source._replace(mark=None) in places
+                is_elsewhere = (
+                    number not in past and source._replace(mark=None) in places
+                )
                 own, kind, _ = past.pop(number, (mark["digest"], None, source))
                 if is_elsewhere:
-                    raise OptionError("--resume", f"has {source} under another number than {number}", HINT)
+                    raise OptionError(
+                        "--resume",
+                        f"has {source} under another number than {number}",
+                        HINT,
+                    )
                 if own != mark["digest"]:
-                    raise OptionError("--resume", f"has a problem other than {source} as number {number}", HINT)
+                    raise OptionError(
+                        "--resume",
+                        f"has a problem other than {source} as number {number}",
+                        HINT,
+                    )
                 ends.update([kind] if kind else [])
             marked = work._replace(marks=marks)
             if isinstance(marked, QColumns):
-                stretches = [list(own) for is_new, own in groupby(range(len(marks)), are_new.__getitem__) if is_new]
+                stretches = [
+                    list(own)
+                    for is_new, own in groupby(range(len(marks)), are_new.__getitem__)
+                    if is_new
+                ]
                 yield from (marked.part(own[0], own[-1] + 1) for own in stretches)
             elif are_new[0]:
                 yield marked
@@ -182,7 +250,9 @@ def missing(works: Iterator[Work], given: Mapping[str, str], past: Past, ends: C
         raise OptionError("--resume", fault, HINT)
 
 
-def _known(record: Mapping[str, Any], given: Mapping[str, str]) -> tuple[int, tuple[str, Kind, Source]]:
+def _known(
+    record: Mapping[str, Any], given: Mapping[str, str]
+) -> tuple[int, tuple[str, Kind, Source]]:
     """Return the number of the problem of a record, its digest, how its run ended, and its place; raise OptionError if
     the record was written with other options."""
     number, word, exact = record["number"], record["status"], record["exact"]
@@ -192,12 +262,18 @@ def _known(record: Mapping[str, Any], given: Mapping[str, str]) -> tuple[int, tu
         now = {**dict.fromkeys(then, "none"), **given}
         if other := next((name for name in now if then[name] != now[name]), None):
             fault = f"was written with {other.replace('_', ' ')} {then[other]}, but here it is {now[other]}"
-            raise OptionError("--resume", fault, "give the same options, or begin a new log")
+            raise OptionError(
+                "--resume", fault, "give the same options, or begin a new log"
+            )
         if number < 1:
             raise TypeError
         code = BAD_INPUT
         if word != result_formats.BAD_INPUT:
-            code = of_status(results.Status[word.upper()]) if exact is None or exact["status"] else NOT_SOLVED
+            code = (
+                of_status(results.Status[word.upper()])
+                if exact is None or exact["status"]
+                else NOT_SOLVED
+            )
             word = results.word_of(word, (record["answer"] or {}).get("proved"))
         return number, (record["digest"], (word, code), source)
     except (KeyError, TypeError, AttributeError):
@@ -253,7 +329,11 @@ class Task(NamedTuple):
 
     def records(self, work: Work) -> Iterator[TaskRecord]:
         alone = self.request.exact or self.request.bound or self.every or self.steps
-        made = self._together(work) if isinstance(work, QColumns) and not alone else self._each(work)
+        made = (
+            self._together(work)
+            if isinstance(work, QColumns) and not alone
+            else self._each(work)
+        )
         number = 0
         try:
             for source, (result, remarks) in zip(work.sources, made, strict=False):
@@ -263,36 +343,65 @@ class Task(NamedTuple):
                 except KeyboardInterrupt:
                     result = replace(result, interrupted=True)
                     text = self._text(result, source)
-                yield TaskRecord(text, result.word, of_result(result), tuple(remarks), result.interrupted)
+                yield TaskRecord(
+                    text,
+                    result.word,
+                    of_result(result),
+                    tuple(remarks),
+                    result.interrupted,
+                )
                 number += 1
         except LCPError as error:
             fault = as_written(error)
             for source in work.sources[number:]:
-                message = str(fault) if source.file in fault.where.split(": ") else f"{source}: {fault}"
-                yield self._without_result(source, result_formats.BAD_INPUT, message, BAD_INPUT)
+                message = (
+                    str(fault)
+                    if source.file in fault.where.split(": ")
+                    else f"{source}: {fault}"
+                )
+                yield self._without_result(
+                    source, result_formats.BAD_INPUT, message, BAD_INPUT
+                )
         except MemoryError:
-            yield from self.records_of_loss(work, "there is not enough memory for this problem")[number:]
+            yield from self.records_of_loss(
+                work, "there is not enough memory for this problem"
+            )[number:]
 
     def _text(self, result: Result, source: Source) -> str:
-        return result_formats.of_result(result, source, self.form, self.layout) if self.form else ""
+        return (
+            result_formats.of_result(result, source, self.form, self.layout)
+            if self.form
+            else ""
+        )
 
     def records_of_loss(self, work: Work, message: str) -> list[TaskRecord]:
         """Return the records of an input whose results were lost."""
-        return [self._without_result(at, LOST, f"{at}: {message}", NOT_SOLVED) for at in work.sources]
+        return [
+            self._without_result(at, LOST, f"{at}: {message}", NOT_SOLVED)
+            for at in work.sources
+        ]
 
     def _each(self, work: Work) -> Iterator[tuple[Result, Sequence[str]]]:
         """Yield the results for problems that are solved one by one, with remarks on what was read."""
         from lcpcli.solving.direct_run import uses_kernels
 
-        inputs, compiled = self.request.inputs, uses_kernels(None, work.sources[0].item or 0)
+        inputs, compiled = (
+            self.request.inputs,
+            uses_kernels(None, work.sources[0].item or 0),
+        )
         traces = lambda _: (Trace(self.every) if self.every else None, None)  # noqa: E731
         for read in inputs.problems(work, takes_models=self.steps is None):
             if self.steps is not None:
                 result = self.steps.follow(read.problem, compiled)
             else:
                 chosen = self.request.options_for(read.problem)
-                (result,) = self.request.run(read.problem, chosen, traces, of_many=True, compiled=compiled)
-            yield self.request.prove(result, read.exactly), [] if inputs.quiet else read.remarks
+                (result,) = self.request.run(
+                    read.problem, chosen, traces, of_many=True, compiled=compiled
+                )
+            yield (
+                self.request.prove(result, read.exactly),
+                [] if inputs.quiet else read.remarks,
+            )
 
     def _together(self, work: QColumns) -> Iterator[tuple[Result, Sequence[str]]]:
         from lcpcli.solving.many import solve_many
@@ -304,8 +413,14 @@ class Task(NamedTuple):
         for name, result in zip(work.names, results, strict=True):
             yield replace(result, problem=result.problem.named(name, first.origin)), []
 
-    def _without_result(self, source: Source, word: str, message: str, exit_code: int) -> TaskRecord:
-        text = result_formats.without_result(source, word, message, self.form, self.layout) if self.form else ""
+    def _without_result(
+        self, source: Source, word: str, message: str, exit_code: int
+    ) -> TaskRecord:
+        text = (
+            result_formats.without_result(source, word, message, self.form, self.layout)
+            if self.form
+            else ""
+        )
         return TaskRecord(text, word, exit_code, (message,))
 
 
@@ -363,7 +478,11 @@ class Ahead:
         end = None
         try:
             for whole in self._works:
-                for work in whole.parts(COLUMNS_TOGETHER) if isinstance(whole, QColumns) else [whole]:
+                for work in (
+                    whole.parts(COLUMNS_TOGETHER)
+                    if isinstance(whole, QColumns)
+                    else [whole]
+                ):
                     for _ in range(_room_for(work)):
                         self._room.acquire()
                     self._read.append(work)
@@ -379,7 +498,9 @@ def _room_for(work: Work) -> int:
     return min(READ_AHEAD, 1 + size_of(work) * READ_AHEAD // MOST_BYTES)
 
 
-def all_records(task: Task, works: Iterable[Work], pool: Pool | None, in_order: bool) -> Iterator[TaskRecord]:
+def all_records(
+    task: Task, works: Iterable[Work], pool: Pool | None, in_order: bool
+) -> Iterator[TaskRecord]:
     """Yield the records that the pool makes, or this process without one, in order or each as soon as it is known.
 
     Only so many inputs are taken as keep the processes busy and leave room for records that wait for an earlier one.
@@ -401,7 +522,9 @@ def all_records(task: Task, works: Iterable[Work], pool: Pool | None, in_order: 
             pool.look()
             running = [piece for piece in pieces if piece.records is None]
             done = [piece for piece in running if piece.future.done()]
-            if any(isinstance(piece.future.exception(), pool.kill_error) for piece in done):
+            if any(
+                isinstance(piece.future.exception(), pool.kill_error) for piece in done
+            ):
                 # The others may have been killed with it.
                 _await([piece.future for piece in running], pool)
                 done = running
@@ -412,15 +535,33 @@ def all_records(task: Task, works: Iterable[Work], pool: Pool | None, in_order: 
                     outcomes.append(piece.future.result())
                 # The problems of a suspect get a second attempt, each alone.
                 except pool.kill_error:
-                    outcomes.append(([_alone(task, work, pool) for work in piece.works] if suspects > 0 else [], 0.0))
+                    outcomes.append(
+                        (
+                            [_alone(task, work, pool) for work in piece.works]
+                            if suspects > 0
+                            else [],
+                            0.0,
+                        )
+                    )
                     suspects -= 1
             for piece, (records, seconds) in zip(done, outcomes, strict=True):
                 left = piece.works[len(records) :]
                 piece.take(records)
-                size = max(1, min(MOST_IN_A_PIECE, 2 * size, int(PIECE_SECONDS * len(records) / max(seconds, 1e-6))))
-                for place, at in enumerate(range(0, len(left), size), pieces.index(piece) + 1):
+                size = max(
+                    1,
+                    min(
+                        MOST_IN_A_PIECE,
+                        2 * size,
+                        int(PIECE_SECONDS * len(records) / max(seconds, 1e-6)),
+                    ),
+                )
+                for place, at in enumerate(
+                    range(0, len(left), size), pieces.index(piece) + 1
+                ):
                     hand_over(left[at : at + size], place)
-            free = PIECES_EACH * pool.size - sum(piece.records is None for piece in pieces)
+            free = PIECES_EACH * pool.size - sum(
+                piece.records is None for piece in pieces
+            )
             while free > 0 and sum(piece.bytes for piece in pieces) < MOST_BYTES:
                 if not (taken := inputs.take(min(size, pool.most))):
                     break
@@ -449,7 +590,9 @@ class _Piece:
 
     def take(self, records: list[list[TaskRecord]]) -> None:
         self.works, self.records = [], records
-        self.bytes = sum(RECORD_BYTES + len(record.text) for record in chain.from_iterable(records))
+        self.bytes = sum(
+            RECORD_BYTES + len(record.text) for record in chain.from_iterable(records)
+        )
 
 
 def _alone(task: Task, work: Work, pool: Pool) -> list[TaskRecord]:

@@ -30,7 +30,9 @@ def terminal() -> tuple[int | None, bool]:
     if not sys.stdout.isatty():
         columns = os.environ.get("COLUMNS", "")
         return (int(columns[:DIGITS]) or None) if columns.isdecimal() else None, False
-    return min(size().columns, 10**DIGITS), (not os.environ.get("NO_COLOR") and os.environ.get("TERM") != "dumb")
+    return min(size().columns, 10**DIGITS), (
+        not os.environ.get("NO_COLOR") and os.environ.get("TERM") != "dumb"
+    )
 
 
 def size() -> os.terminal_size:
@@ -56,7 +58,12 @@ def emit(text: str, color: bool) -> None:
 
 def shows_progress(quiet: bool) -> bool:
     """Return whether progress is shown: on a terminal that can erase it, unless output is to be quiet."""
-    return not quiet and sys.stderr is not None and sys.stderr.isatty() and os.environ.get("TERM") != "dumb"
+    return (
+        not quiet
+        and sys.stderr is not None
+        and sys.stderr.isatty()
+        and os.environ.get("TERM") != "dumb"
+    )
 
 
 class Line:

@@ -23,7 +23,13 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from lcpcli import clock, options
-from lcpcli.enumeration.search import TIME_LIMIT, UNSOLVABLE, ExactEquilibrium, Players, in_exact_numbers
+from lcpcli.enumeration.search import (
+    TIME_LIMIT,
+    UNSOLVABLE,
+    ExactEquilibrium,
+    Players,
+    in_exact_numbers,
+)
 from lcpcli.errors import ProblemError
 from lcpcli.interrupts import TimeIsUp, remaining, within
 from lcpcli.linalg.matrices import dense
@@ -49,7 +55,13 @@ PLAYERS = ("row", "column")
 def names_of_payoffs(problem: Problem) -> Sequence[str]:
     """Return the names of the payoffs of both players of a game, none for another problem."""
     origin = problem.origin
-    players = PLAYERS if isinstance(origin, Game) else origin.tree.names() if isinstance(origin, ExtensiveGame) else ()
+    players = (
+        PLAYERS
+        if isinstance(origin, Game)
+        else origin.tree.names()
+        if isinstance(origin, ExtensiveGame)
+        else ()
+    )
     return [PREFIX + player for player in players]
 
 
@@ -67,18 +79,36 @@ def in_costs(
     if isinstance(origin, ExtensiveGame):
         one, two = origin.costs
         place = origin.sizes[0] + origin.sizes[1]
-        places, slopes = (place, place + origin.sizes[2]), (1 / one.factor, 1 / two.factor)
+        places, slopes = (
+            (place, place + origin.sizes[2]),
+            (1 / one.factor, 1 / two.factor),
+        )
         constants = one.constant, two.constant
     elif others:
         fault = f"has {next(iter(others))!r} beside payoffs, which are not linear in the unknowns"
-        raise ProblemError("objective", fault, f"use {' and '.join(map(repr, called))} alone")
+        raise ProblemError(
+            "objective", fault, f"use {' and '.join(map(repr, called))} alone"
+        )
     else:
         assert isinstance(origin, Game)
-        places, slopes, constants = (data.n, data.n + 1), (Fraction(1), Fraction(1)), origin.cost_constants()
+        places, slopes, constants = (
+            (data.n, data.n + 1),
+            (Fraction(1), Fraction(1)),
+            origin.cost_constants(),
+        )
         data = _with_costs(data, origin)
     for value, place, slope in zip(own, places, slopes, strict=True):
-        others[f"z{place + 1}"] = others.get(f"z{place + 1}", Fraction(0)) - value * slope
-    return data, others, sum((value * each for value, each in zip(own, constants, strict=True)), Fraction(0))
+        others[f"z{place + 1}"] = (
+            others.get(f"z{place + 1}", Fraction(0)) - value * slope
+        )
+    return (
+        data,
+        others,
+        sum(
+            (value * each for value, each in zip(own, constants, strict=True)),
+            Fraction(0),
+        ),
+    )
 
 
 def _with_costs(data: ExactProblem, game: Game) -> ExactProblem:
@@ -93,8 +123,16 @@ def _with_costs(data: ExactProblem, game: Game) -> ExactProblem:
     rows += [{i: one for i in range(n) if owners[i] == owner} for owner in (0, 1)]
     q: Vector = np.array([0.0] * n + [-1.0] * 2)
     lower = [Fraction(0)] * n + [None] * 2
-    problem = Problem(M, q, lower=np.array([0.0] * n + [-np.inf] * 2), upper=np.full(n + 2, np.inf))
-    return ExactProblem(problem, rows, [Fraction(value) for value in q.tolist()], lower, [None] * (n + 2))
+    problem = Problem(
+        M, q, lower=np.array([0.0] * n + [-np.inf] * 2), upper=np.full(n + 2, np.inf)
+    )
+    return ExactProblem(
+        problem,
+        rows,
+        [Fraction(value) for value in q.tolist()],
+        lower,
+        [None] * (n + 2),
+    )
 
 
 OPTIMAL, UNBOUNDED = "optimal", "unbounded"
@@ -128,7 +166,11 @@ class Optimum:
 
     @property
     def gap(self) -> Fraction | None:
-        return None if self.value is None or self.bound is None else abs(self.value - self.bound)
+        return (
+            None
+            if self.value is None or self.bound is None
+            else abs(self.value - self.bound)
+        )
 
     @property
     def w(self) -> list[Fraction] | None:
@@ -138,28 +180,51 @@ class Optimum:
     def equilibrium(self) -> ExactEquilibrium | None:
         """Return the equilibrium that z stands for; None if the problem is no game of two strategies."""
         game = self.data.problem.origin
-        return Players(self.data, game).equilibrium(self.z) if self.z and isinstance(game, Game) else None
+        return (
+            Players(self.data, game).equilibrium(self.z)
+            if self.z and isinstance(game, Game)
+            else None
+        )
 
     @property
     def outward(self) -> dict[str, int]:
         """Return the sides, 1 for upward and -1 for downward, to which value, bound and gap may be rounded so that what
         is said of them remains true: a bound outward, the objective of a solution that may not be the best inward."""
         side = int(-SENSES[self.sense])
-        return {"value": side if self.status == OPTIMAL else -side, "bound": side, "gap": 1}
+        return {
+            "value": side if self.status == OPTIMAL else -side,
+            "bound": side,
+            "gap": 1,
+        }
 
-    def message(self, cell: Callable[[Fraction, int], str] = lambda value, _: text(value)) -> str:
+    def message(
+        self, cell: Callable[[Fraction, int], str] = lambda value, _: text(value)
+    ) -> str:
         """Return the outcome in one sentence, with numbers as `cell` shows them, rounded in the given direction."""
         better, side = WORDS[self.sense]
         numbers = ((name, getattr(self, name)) for name in ("value", "bound"))
-        value, bound = ("" if own is None else cell(own, self.outward[name]) for name, own in numbers)
+        value, bound = (
+            "" if own is None else cell(own, self.outward[name])
+            for name, own in numbers
+        )
         if self.status == UNSOLVABLE:
-            return "no solution: every choice of states is excluded in rational arithmetic"
+            return (
+                "no solution: every choice of states is excluded in rational arithmetic"
+            )
         if self.status == UNBOUNDED:
             return f"solutions have {better} and {better} objectives without limit"
         if self.status == OPTIMAL:
             return f"optimal: {'least' if better == 'smaller' else 'largest'} value {value} (exact)"
-        found = "no solution was found" if self.value is None else f"the best objective found is {value}"
-        proved = "no bound is proved" if self.bound is None else f"the proved {side} bound is {bound}"
+        found = (
+            "no solution was found"
+            if self.value is None
+            else f"the best objective found is {value}"
+        )
+        proved = (
+            "no bound is proved"
+            if self.bound is None
+            else f"the proved {side} bound is {bound}"
+        )
         return f"{self.status.replace('_', ' ')}: {found}, {proved}"
 
     def __repr__(self) -> str:
@@ -167,7 +232,11 @@ class Optimum:
 
 
 def optimum(
-    problem: Problem | ExactProblem, objective: Any, *, sense: str = "min", time_limit: float | None = None
+    problem: Problem | ExactProblem,
+    objective: Any,
+    *,
+    sense: str = "min",
+    time_limit: float | None = None,
 ) -> Optimum:
     """Find the solution of a problem with the least, or the largest, objective'z, in exact arithmetic.
 
@@ -201,29 +270,54 @@ def optimum(
         is_name = objective.strip() in data.problem.names
         objective = {objective.strip(): 1} if is_name else coefficients(objective)
     if isinstance(objective, Mapping):
-        own = dict(zip(objective, _fractions(list(objective.values()), len(objective)), strict=True))
+        own = dict(
+            zip(
+                objective,
+                _fractions(list(objective.values()), len(objective)),
+                strict=True,
+            )
+        )
         searched, objective, constant = in_costs(data, own)
     began = clock.seconds()
-    search = _Search(searched, [sign * cost for cost in _costs(searched.problem, objective)])
+    search = _Search(
+        searched, [sign * cost for cost in _costs(searched.problem, objective)]
+    )
     try:
         with within(math.inf if time_limit is None else time_limit):
             search.begin()
             status = search.run()
     except TimeIsUp:
         status = TIME_LIMIT
-    value, bound = (None if each is None else each * sign + constant for each in (search.value, search.bound(status)))
+    value, bound = (
+        None if each is None else each * sign + constant
+        for each in (search.value, search.bound(status))
+    )
     z = search.z
-    if z is not None and isinstance(game := data.problem.origin, Game) and searched is not data:
+    if (
+        z is not None
+        and isinstance(game := data.problem.origin, Game)
+        and searched is not data
+    ):
         *both, u, v = z  # the strategies and the costs of both players
         z = [value / (v if i < game.A.shape[0] else u) for i, value in enumerate(both)]
         assert data.is_solution(z)
-    return Optimum(data, sense, status, z, value, bound, search.nodes, clock.seconds() - began)
+    return Optimum(
+        data, sense, status, z, value, bound, search.nodes, clock.seconds() - began
+    )
 
 
-def best(data: ExactProblem, costs: list[Fraction], sense: str, constant: Fraction, time_limit: float) -> Optimum:
+def best(
+    data: ExactProblem,
+    costs: list[Fraction],
+    sense: str,
+    constant: Fraction,
+    time_limit: float,
+) -> Optimum:
     """Return the solution with the best costs'z + constant, as `optimum` does."""
     found = optimum(data, costs, sense=sense, time_limit=time_limit)
-    value, bound = (None if each is None else each + constant for each in (found.value, found.bound))
+    value, bound = (
+        None if each is None else each + constant for each in (found.value, found.bound)
+    )
     return replace(found, value=value, bound=bound)
 
 
@@ -240,8 +334,12 @@ def _costs(problem: Problem, objective: Any) -> list[Fraction]:
 
 def _fractions(given: Any, n: int) -> list[Fraction]:
     values = as_vector("objective", given, n)
-    pairs = zip(np.asarray(given, dtype=object).ravel().tolist(), values.tolist(), strict=True)
-    return [each if isinstance(each, Fraction) else Fraction(value) for each, value in pairs]
+    pairs = zip(
+        np.asarray(given, dtype=object).ravel().tolist(), values.tolist(), strict=True
+    )
+    return [
+        each if isinstance(each, Fraction) else Fraction(value) for each, value in pairs
+    ]
 
 
 def _index(problem: Problem, name: Any) -> int:
@@ -250,9 +348,17 @@ def _index(problem: Problem, name: Any) -> int:
     own = next((each for each in (names, places) if name and name in each), None)
     if own is None:
         hint = f"use names of unknowns, or {places[0]} to {places[-1]}"
-        raise ProblemError("objective", f"names {name!r}", ", or ".join([hint, *map(repr, names_of_payoffs(problem))]))
+        raise ProblemError(
+            "objective",
+            f"names {name!r}",
+            ", or ".join([hint, *map(repr, names_of_payoffs(problem))]),
+        )
     if own.count(name) > 1:
-        raise ProblemError("objective", f"names {name!r}, as {own.count(name)} unknowns are called", "use z1, z2, ...")
+        raise ProblemError(
+            "objective",
+            f"names {name!r}, as {own.count(name)} unknowns are called",
+            "use z1, z2, ...",
+        )
     return own.index(name)
 
 
@@ -281,12 +387,21 @@ class _Search:
 
     def begin(self) -> None:
         """Take a solution that a run in doubles finds, so that there is one if the time is short."""
-        limits = Limits(max_iterations=MOST_ITERATIONS, time_limit=max(remaining() / 2, LEAST_SECONDS))
+        limits = Limits(
+            max_iterations=MOST_ITERATIONS,
+            time_limit=max(remaining() / 2, LEAST_SECONDS),
+        )
         found = driver.run(self.data.problem, "auto", limits=limits)
         if found.interrupted:
             raise KeyboardInterrupt
-        if found.solved and (z := from_point(self.data, found.z, Effort(FIRST_EFFORT))) is not None:
-            self.z, self.value = z, sum((c * v for c, v in zip(self._costs, z, strict=True)), Fraction(0))
+        if (
+            found.solved
+            and (z := from_point(self.data, found.z, Effort(FIRST_EFFORT))) is not None
+        ):
+            self.z, self.value = (
+                z,
+                sum((c * v for c, v in zip(self._costs, z, strict=True)), Fraction(0)),
+            )
 
     def run(self) -> str:
         """Search until the best solution is proved to be the best; return how the search ended."""
@@ -308,11 +423,15 @@ class _Search:
 
     def __len__(self) -> int:
         self._current = []
-        is_over = self.value is not None and self._open and self._open[0].bound >= self.value
+        is_over = (
+            self.value is not None and self._open and self._open[0].bound >= self.value
+        )
         return 0 if is_over else len(self._open)
 
     def pop(self) -> _Open:
-        self._current = [self._open.pop() if self.value is None else heappop(self._open)]
+        self._current = [
+            self._open.pop() if self.value is None else heappop(self._open)
+        ]
         return self._current[0]
 
     def extend(self, nodes: Iterable[_Open]) -> None:

@@ -55,7 +55,10 @@ def is_asked(problem: Problem) -> bool:
 
 
 def search_others(
-    problem: Problem, z: Vector, exactly: Callable[[], ExactProblem], length: Callable[[], int] = int
+    problem: Problem,
+    z: Vector,
+    exactly: Callable[[], ExactProblem],
+    length: Callable[[], int] = int,
 ) -> Findings:
     """Return what is found out at once about solutions beside z, which solves the problem up to rounding.
 
@@ -93,14 +96,25 @@ def is_only(problem: Problem, z: Vector) -> bool:
     diagonal = M.diagonal()
     if not (problem.n and problem.is_moderate and diagonal.min() > 0):
         return False
-    w, error = M @ z + problem.q, 2 * rounding * (np.abs(M) @ np.abs(z) + np.abs(problem.q))
-    low, high = (np.abs(problem.box.gaps(z, end, diagonal)) for end in (w - error, w + error))
+    w, error = (
+        M @ z + problem.q,
+        2 * rounding * (np.abs(M) @ np.abs(z) + np.abs(problem.q)),
+    )
+    low, high = (
+        np.abs(problem.box.gaps(z, end, diagonal)) for end in (w - error, w + error)
+    )
     with imports:
         from lcpcli.verify.error_theorems import definite_theorems, h_plus_theorem
     theorem, most = h_plus_theorem(problem), AGREEMENT * size(z)
-    if theorem is not None and theorem(z, np.where(low > high, w - error, w + error)) <= most:
+    if (
+        theorem is not None
+        and theorem(z, np.where(low > high, w - error, w + error)) <= most
+    ):
         return True
-    return any(theorem(z, w, error) <= most for theorem in definite_theorems(problem, has_bound=True).values())
+    return any(
+        theorem(z, w, error) <= most
+        for theorem in definite_theorems(problem, has_bound=True).values()
+    )
 
 
 def with_all_references(problem: Problem) -> Problem:
@@ -115,7 +129,9 @@ def with_all_references(problem: Problem) -> Problem:
     pieces = list(islice(search, MOST_REFERENCES + 1))
     if not pieces or not search.complete or not all(piece.is_point for piece in pieces):
         return problem
-    return replace(problem, solutions=tuple(rounded(piece.vertices[0]) for piece in pieces))
+    return replace(
+        problem, solutions=tuple(rounded(piece.vertices[0]) for piece in pieces)
+    )
 
 
 def quick_search(data: ExactProblem) -> Solutions:

@@ -75,9 +75,13 @@ class Piece:
     def __str__(self) -> str:
         """Return the piece in one line: its vertices, rays and lines, of many only the first and the last."""
         generators = (self.vertices, self.rays, self.lines)
-        vertices, rays, lines = (_elided([_short(point) for point in each]) for each in generators)
+        vertices, rays, lines = (
+            _elided([_short(point) for point in each]) for each in generators
+        )
         hull = "hull of " * (len(vertices) > 1) + ", ".join(vertices)
-        return " + ".join([hull, *(f"ray {ray}" for ray in rays), *(f"line {line}" for line in lines)])
+        return " + ".join(
+            [hull, *(f"ray {ray}" for ray in rays), *(f"line {line}" for line in lines)]
+        )
 
     @property
     def is_point(self) -> bool:
@@ -85,14 +89,23 @@ class Piece:
         return len(self.vertices) == 1 and not self.rays and not self.lines
 
     @classmethod
-    def of(cls, states: Iterable[Words], vertices: Points, rays: Points = (), lines: Points = ()) -> Piece:
+    def of(
+        cls,
+        states: Iterable[Words],
+        vertices: Points,
+        rays: Points = (),
+        lines: Points = (),
+    ) -> Piece:
         """Return the piece with these generators, whose `states_of` are given; raise ArithmeticError if it is none."""
         common = (
-            tuple(name for name in own[0] if all(name in each for each in own)) for own in zip(*states, strict=True)
+            tuple(name for name in own[0] if all(name in each for each in own))
+            for own in zip(*states, strict=True)
         )
         piece = cls(vertices, rays, lines, tuple(common))
         if not all(piece.states):
-            raise ArithmeticError("a piece that was taken for a set of solutions is not one")
+            raise ArithmeticError(
+                "a piece that was taken for a set of solutions is not one"
+            )
         return piece
 
 
@@ -103,9 +116,14 @@ def states_of(data: ExactProblem, z: Point, is_direction: bool = False) -> Words
     lower, upper, constants = data.lower, data.upper, data.constants
     if is_direction:
         constants = [0] * data.n
-        lower, upper = ([None if bound is None else Fraction(0) for bound in own] for own in (lower, upper))
+        lower, upper = (
+            [None if bound is None else Fraction(0) for bound in own]
+            for own in (lower, upper)
+        )
     states = []
-    for k, (row, value, low, high) in enumerate(zip(data.rows, z, lower, upper, strict=True)):
+    for k, (row, value, low, high) in enumerate(
+        zip(data.rows, z, lower, upper, strict=True)
+    ):
         # Up to a positive factor.
         w = sum(row.get(j, 0) * factor for j, factor in used) + constants[k] * d
         if low is not None and data.lower[k] == data.upper[k]:
@@ -113,14 +131,24 @@ def states_of(data: ExactProblem, z: Point, is_direction: bool = False) -> Words
             continue
         own = (
             (LOWER, w >= 0 and value == low),
-            (BASIC, w == 0 and (low is None or value >= low) and (high is None or value <= high)),
+            (
+                BASIC,
+                w == 0
+                and (low is None or value >= low)
+                and (high is None or value <= high),
+            ),
             (UPPER, w <= 0 and high is not None and value == high),
         )
         states.append(tuple(WORDS[state] for state, holds in own if holds))
     return tuple(states)
 
 
-def combined(pieces: Sequence[Piece], places: Sequence[Sequence[int]], n: int, check: Callable[[], None]) -> Piece:
+def combined(
+    pieces: Sequence[Piece],
+    places: Sequence[Sequence[int]],
+    n: int,
+    check: Callable[[], None],
+) -> Piece:
     """Return the product of pieces of independent blocks, with these indices among n; `check` may raise."""
     zero: list[Any] = [Fraction(0)] * n
 
@@ -134,9 +162,14 @@ def combined(pieces: Sequence[Piece], places: Sequence[Sequence[int]], n: int, c
 
     pairs = list(zip(places, pieces, strict=True))
     return Piece(
-        tuple(put(zip(places, chosen, strict=True)) for chosen in product(*(piece.vertices for piece in pieces))),
+        tuple(
+            put(zip(places, chosen, strict=True))
+            for chosen in product(*(piece.vertices for piece in pieces))
+        ),
         tuple(put([(indices, ray)]) for indices, piece in pairs for ray in piece.rays),
-        tuple(put([(indices, line)]) for indices, piece in pairs for line in piece.lines),
+        tuple(
+            put([(indices, line)]) for indices, piece in pairs for line in piece.lines
+        ),
         put((indices, piece.states) for indices, piece in pairs),
     )
 
@@ -146,17 +179,34 @@ def _short(point: Point) -> str:
 
 
 def _elided(parts: list[str]) -> list[str]:
-    return parts if len(parts) <= SHOWN_PARTS else [*parts[: SHOWN_PARTS - 1], "...", parts[-1]]
+    return (
+        parts
+        if len(parts) <= SHOWN_PARTS
+        else [*parts[: SHOWN_PARTS - 1], "...", parts[-1]]
+    )
 
 
 def restricted(data: ExactProblem, indices: Sequence[int]) -> ExactProblem:
     place = {i: k for k, i in enumerate(indices)}
-    rows = [{place[j]: Fraction(a, data.scales[i]) for j, a in data.rows[i].items()} for i in indices]
+    rows = [
+        {place[j]: Fraction(a, data.scales[i]) for j, a in data.rows[i].items()}
+        for i in indices
+    ]
     q = [Fraction(data.constants[i], data.scales[i]) for i in indices]
     whole = data.problem
-    lower, upper = (np.broadcast_to(bound, whole.n)[indices] for bound in (whole.lower, whole.upper))
-    part = Problem(whole.M[indices][:, indices], whole.q[indices], lower=lower, upper=upper)
-    return ExactProblem(part, rows, q, [data.lower[i] for i in indices], [data.upper[i] for i in indices])
+    lower, upper = (
+        np.broadcast_to(bound, whole.n)[indices] for bound in (whole.lower, whole.upper)
+    )
+    part = Problem(
+        whole.M[indices][:, indices], whole.q[indices], lower=lower, upper=upper
+    )
+    return ExactProblem(
+        part,
+        rows,
+        q,
+        [data.lower[i] for i in indices],
+        [data.upper[i] for i in indices],
+    )
 
 
 def pieces(data: ExactProblem, check: Callable[[], None]) -> Iterator[Piece]:
@@ -165,7 +215,13 @@ def pieces(data: ExactProblem, check: Callable[[], None]) -> Iterator[Piece]:
     `check` is called before each step and may raise.
     """
     shape = shape_of(data, check)
-    large = MOST_FOR_TREE if shape else MOST_FOR_TREE_OF_GAME if isinstance(data.problem.origin, Game) else math.inf
+    large = (
+        MOST_FOR_TREE
+        if shape
+        else MOST_FOR_TREE_OF_GAME
+        if isinstance(data.problem.origin, Game)
+        else math.inf
+    )
     z = _solution(data, check) if data.n > large else None
     if z is not None and shape == POINT:
         yield Piece.of([states_of(data, tuple(z))], (tuple(z),))
@@ -179,7 +235,11 @@ def pieces(data: ExactProblem, check: Callable[[], None]) -> Iterator[Piece]:
     starts = [root.copy(), root.copy()]
     if z is not None:
         states = states_of(data, tuple(z))
-        bits = sum(bit for bit, (k, state) in unknowns.meaning.items() if WORDS[state] in states[k])
+        bits = sum(
+            bit
+            for bit, (k, state) in unknowns.meaning.items()
+            if WORDS[state] in states[k]
+        )
         _choose_common(unknowns, starts[0], bits)
     late: list[Node] = []
 
@@ -188,10 +248,14 @@ def pieces(data: ExactProblem, check: Callable[[], None]) -> Iterator[Piece]:
         vertex = unknowns.vertex(values)
         return vertex, states_of(data, vertex)
 
-    for leaf in chain.from_iterable(unknowns.leaves(start) for start in starts[z is None :]):
+    for leaf in chain.from_iterable(
+        unknowns.leaves(start) for start in starts[z is None :]
+    ):
         node, common = _largest(unknowns, root, leaf)
         unknowns.cover.add(common)
-        piece = _listed(unknowns, node, states_at, math.inf if shape else MOST_BASES_AT_FIRST)
+        piece = _listed(
+            unknowns, node, states_at, math.inf if shape else MOST_BASES_AT_FIRST
+        )
         if piece is None:
             late.append(node)
             continue
@@ -202,7 +266,10 @@ def pieces(data: ExactProblem, check: Callable[[], None]) -> Iterator[Piece]:
 
 
 def _listed(
-    unknowns: Unknowns, node: Node, states_at: Callable[[Direction], tuple[Point, Words]], most: float = math.inf
+    unknowns: Unknowns,
+    node: Node,
+    states_at: Callable[[Direction], tuple[Point, Words]],
+    most: float = math.inf,
 ) -> Piece | None:
     """Return the piece of a node; None if it takes more than `most` bases."""
     listed = generators(node.dictionary, range(unknowns.n), most)
@@ -211,7 +278,10 @@ def _listed(
     points, *others = listed
     rays, lines = (tuple(map(unknowns.direction, each)) for each in others)
     directions = [*rays, *lines, *(tuple(-value for value in line) for line in lines)]
-    states, vertices = [states_of(unknowns.data, each, is_direction=True) for each in directions], []
+    states, vertices = (
+        [states_of(unknowns.data, each, is_direction=True) for each in directions],
+        [],
+    )
     for values in points:
         unknowns.check()
         vertex, own = states_at(values)
@@ -265,13 +335,23 @@ def shape_of(data: ExactProblem, check: Callable[[], None]) -> str:
     game = data.problem.origin
     if isinstance(game, Game):
         rows = zip(*game.payoffs(), strict=True)
-        return PIECE if len({a + b for own, other in rows for a, b in zip(own, other, strict=True)}) == 1 else ""
+        return (
+            PIECE
+            if len(
+                {a + b for own, other in rows for a, b in zip(own, other, strict=True)}
+            )
+            == 1
+            else ""
+        )
     common, doubles = math.lcm(*data.scales), matrices.dense(data.problem.M)
     own = zip(data.rows, (common // scale for scale in data.scales), strict=True)
     # Integers, a multiple of M.
     M = [[row.get(j, 0) * k for j in range(data.n)] for row, k in own]
     indices = _strong_parts(data) if all(M[i][i] > 0 for i in range(data.n)) else []
-    parts = [([[M[i][j] for j in part] for i in part], doubles[np.ix_(part, part)]) for part in indices]
+    parts = [
+        ([[M[i][j] for j in part] for i in part], doubles[np.ix_(part, part)])
+        for part in indices
+    ]
     if parts and all(_is_dominant(*part) for part in parts):
         return POINT
     found = elimination.definiteness(elimination.symmetrized(M), check)
@@ -279,13 +359,19 @@ def shape_of(data: ExactProblem, check: Callable[[], None]) -> str:
         return PIECE if found.zero else POINT
     if not parts or data.n <= MOST_WITHOUT_THEOREM:
         return ""
-    return POINT if all(_is_dominant(*part) or _is_definite(*part, check) for part in parts) else ""
+    return (
+        POINT
+        if all(_is_dominant(*part) or _is_definite(*part, check) for part in parts)
+        else ""
+    )
 
 
 def _is_definite(M: Rows, doubles: Vector, check: Callable[[], None]) -> bool:
     """Return whether diag(d) M is positive definite for some d > 0 (G. W. Cross, Lin. Alg. Appl. 20 (1978) 253-263)."""
     for d in filter(None, map(_whole, row_scalings(doubles))):
-        S = elimination.symmetrized([[v * a for a in row] for v, row in zip(d, M, strict=True)])
+        S = elimination.symmetrized(
+            [[v * a for a in row] for v, row in zip(d, M, strict=True)]
+        )
         found = elimination.definiteness(S, check)
         if found.zero is None and found.negative is None:
             return True
@@ -297,7 +383,10 @@ def _is_dominant(M: Rows, doubles: Vector) -> bool:
 
     def is_dominant(proposed: Vector) -> bool:
         d = _whole(proposed)
-        return all(2 * row[i] * d[i] > sum(abs(a) * v for a, v in zip(row, d, strict=True)) for i, row in enumerate(M))
+        return all(
+            2 * row[i] * d[i] > sum(abs(a) * v for a, v in zip(row, d, strict=True))
+            for i, row in enumerate(M)
+        )
 
     return scaling(doubles, is_dominant) is not None
 

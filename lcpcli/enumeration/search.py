@@ -52,7 +52,10 @@ LEAST_FURTHER_STEPS = 1000
 
 @np.errstate(all="ignore")
 def solutions(
-    problem: Problem | ExactProblem, *, time_limit: float | None = None, max_solutions: int | None = None
+    problem: Problem | ExactProblem,
+    *,
+    time_limit: float | None = None,
+    max_solutions: int | None = None,
 ) -> Solutions:
     """Find all solutions of a problem, in exact arithmetic: return an iterator over the pieces of the solution set.
 
@@ -112,7 +115,11 @@ def refuse_large(problem: Problem) -> None:
     _, part = connected_components(matrices.compressed(problem.M != 0), directed=False)
     if (unknowns := int(np.bincount(part).max())) > MOST_BLOCK_UNKNOWNS:
         fault = f"has {unknowns} unknowns that depend on each other"
-        raise ProblemError("M", fault, f"all solutions are listed up to {MOST_BLOCK_UNKNOWNS}; lcp solve finds one")
+        raise ProblemError(
+            "M",
+            fault,
+            f"all solutions are listed up to {MOST_BLOCK_UNKNOWNS}; lcp solve finds one",
+        )
 
 
 class Solutions(Iterator[Piece]):
@@ -125,7 +132,11 @@ class Solutions(Iterator[Piece]):
     """
 
     def __init__(
-        self, problem: ExactProblem, time_limit: float, most: int | None, effort: Effort | None = None
+        self,
+        problem: ExactProblem,
+        time_limit: float,
+        most: int | None,
+        effort: Effort | None = None,
     ) -> None:
         origin = problem.problem.origin
         self.problem, self._players = problem, None
@@ -139,7 +150,10 @@ class Solutions(Iterator[Piece]):
         self.others: bool | None = None
         self._time_limit, self._most, self._deadline = time_limit, most, math.inf
         self._steps, self._last = 0, math.inf
-        self._spend, self._search = (effort or Effort()).steps(self.problem), self._started()
+        self._spend, self._search = (
+            (effort or Effort()).steps(self.problem),
+            self._started(),
+        )
 
     def __getstate__(self) -> dict[str, Any]:
         return {**self.__dict__, "_search": iter(())}
@@ -152,8 +166,14 @@ class Solutions(Iterator[Piece]):
             i += 1
 
     def __repr__(self) -> str:
-        pieces = [str(piece) for piece in self.pieces[:SHOWN_PIECES]] + ["..."] * (len(self.pieces) > SHOWN_PIECES)
-        known = {False: "all of them", True: "not all", None: "as far as the search has come"}[self.others]
+        pieces = [str(piece) for piece in self.pieces[:SHOWN_PIECES]] + ["..."] * (
+            len(self.pieces) > SHOWN_PIECES
+        )
+        known = {
+            False: "all of them",
+            True: "not all",
+            None: "as far as the search has come",
+        }[self.others]
         return f"<Solutions: {count(len(self.pieces), 'piece')}, {known}{': ' * bool(pieces)}{'; '.join(pieces)}>"
 
     def __next__(self) -> Piece:
@@ -187,7 +207,9 @@ class Solutions(Iterator[Piece]):
     @property
     def points(self) -> list[Point]:
         """Return each isolated solution, and each vertex of a piece, once."""
-        return list(dict.fromkeys(vertex for piece in self.pieces for vertex in piece.vertices))
+        return list(
+            dict.fromkeys(vertex for piece in self.pieces for vertex in piece.vertices)
+        )
 
     @property
     def equilibria(self) -> Equilibria | None:
@@ -209,7 +231,11 @@ class Solutions(Iterator[Piece]):
             searches.append(tee(pieces(part, self._check), 1)[0])
         if all(next(copy(search), None) is not None for search in searches):
             for chosen in _combinations(searches):
-                piece = chosen[0] if len(parts) == 1 else combined(chosen, parts, data.n, self._check)
+                piece = (
+                    chosen[0]
+                    if len(parts) == 1
+                    else combined(chosen, parts, data.n, self._check)
+                )
                 if self._players is not None:
                     self._players.take(piece.vertices, self._check)
                 yield piece
@@ -306,32 +332,72 @@ class Players:
                 check()
                 self._found[z] = self.equilibrium(z)
 
-    def arranged(self, pieces: Sequence[Piece], complete: bool) -> tuple[Sequence[Piece], list[Point], Equilibria]:
+    def arranged(
+        self, pieces: Sequence[Piece], complete: bool
+    ) -> tuple[Sequence[Piece], list[Point], Equilibria]:
         """Return pieces and their vertices, which `take` has received, in the order of their equilibria, and the
         latter. complete : whether the pieces are proved to be all."""
         found = {z: self._found[z] for piece in pieces for z in piece.vertices}
-        points = sorted(found, key=lambda z: (found[z].row, found[z].column), reverse=True)
+        points = sorted(
+            found, key=lambda z: (found[z].row, found[z].column), reverse=True
+        )
         place = {z: k for k, z in enumerate(points)}
-        own = [replace(piece, vertices=tuple(sorted(piece.vertices, key=place.__getitem__))) for piece in pieces]
+        own = [
+            replace(
+                piece, vertices=tuple(sorted(piece.vertices, key=place.__getitem__))
+            )
+            for piece in pieces
+        ]
         own.sort(key=lambda piece: [place[z] for z in piece.vertices])
-        parts = [[(found[z].row, found[z].column, place[z]) for z in piece.vertices] for piece in own]
-        subsets = tuple(NashSubset(*(tuple(dict.fromkeys(each)) for each in zip(*part, strict=True))) for part in parts)
+        parts = [
+            [(found[z].row, found[z].column, place[z]) for z in piece.vertices]
+            for piece in own
+        ]
+        subsets = tuple(
+            NashSubset(
+                *(tuple(dict.fromkeys(each)) for each in zip(*part, strict=True))
+            )
+            for part in parts
+        )
         extreme = tuple(found[z] for z in points)
-        is_degenerate = True if any(each.index is None for each in extreme) else False if complete else None
+        is_degenerate = (
+            True
+            if any(each.index is None for each in extreme)
+            else False
+            if complete
+            else None
+        )
         first: dict[int, int] = {}
-        edges = [(first.setdefault(shared, k), k) for k, subset in enumerate(subsets) for shared in subset.extreme]
-        components = tuple(map(tuple, connected(len(subsets), edges))) if complete else None
-        return own, points, Equilibria(extreme, subsets, components, is_degenerate, complete)
+        edges = [
+            (first.setdefault(shared, k), k)
+            for k, subset in enumerate(subsets)
+            for shared in subset.extreme
+        ]
+        components = (
+            tuple(map(tuple, connected(len(subsets), edges))) if complete else None
+        )
+        return (
+            own,
+            points,
+            Equilibria(extreme, subsets, components, is_degenerate, complete),
+        )
 
     def equilibrium(self, z: Sequence[Fraction]) -> ExactEquilibrium:
         """Return the equilibrium of the strategies in z, each divided by the other's costs; best replies have w = 0."""
         m, (r, c) = self._rows, self._constants
-        x, y = (self._strategies.setdefault(own, own) for own in map(_strategy, (z[:m], z[m:])))
+        x, y = (
+            self._strategies.setdefault(own, own)
+            for own in map(_strategy, (z[:m], z[m:]))
+        )
         replies = [i for i, value in enumerate(self._data.w(z)) if not value]
         rows, columns = [i for i in replies if i < m], [j for j in replies if j >= m]
-        is_regular = replies == [i for i, value in enumerate(z) if value] and len(rows) == len(columns)
+        is_regular = replies == [i for i, value in enumerate(z) if value] and len(
+            rows
+        ) == len(columns)
         payoffs = r - 1 / sum(z[m:], Fraction(0)), c - 1 / sum(z[:m], Fraction(0))
-        return ExactEquilibrium(x, y, payoffs, self._index(rows, columns) if is_regular else None)
+        return ExactEquilibrium(
+            x, y, payoffs, self._index(rows, columns) if is_regular else None
+        )
 
     def _index(self, rows: Sequence[int], columns: Sequence[int]) -> int:
         """Return the sign of the determinants of the costs on the supports, times -1 for each strategy but one in the
@@ -354,9 +420,16 @@ class SolutionSet:
     status : COMPLETE, UNSOLVABLE, or what ended the search. seconds : the time of the search."""
 
     def __init__(self, search: Solutions, ended: str, seconds: float) -> None:
-        self.data, self.complete, self.others, self.seconds = search.problem, search.complete, search.others, seconds
+        self.data, self.complete, self.others, self.seconds = (
+            search.problem,
+            search.complete,
+            search.others,
+            seconds,
+        )
         self.pieces, self.points, self.equilibria = search.arranged()
-        self.status = (COMPLETE if self.pieces else UNSOLVABLE) if self.complete else ended
+        self.status = (
+            (COMPLETE if self.pieces else UNSOLVABLE) if self.complete else ended
+        )
         origin = self.data.problem.origin
         self.game = origin if isinstance(origin, Game) else None
 
@@ -372,7 +445,11 @@ class SolutionSet:
         elif not faces:
             words = f"{points} {'equilibrium' if points == 1 else 'equilibria'}"
         else:
-            joined = "" if found.components is None else f" in {count(len(found.components), 'component')}"
+            joined = (
+                ""
+                if found.components is None
+                else f" in {count(len(found.components), 'component')}"
+            )
             subsets = count(len(found.subsets), "maximal Nash subset")
             words = f"infinitely many equilibria: {len(found.extreme)} extreme ones, {subsets}{joined}"
         return words + " found" * (not self.complete)
@@ -383,9 +460,15 @@ class SolutionSet:
         if self.status == UNSOLVABLE:
             with imports:
                 from lcpcli.solving.no_minimum import undecided
-            sentence = "no solution: every choice of states is excluded in rational arithmetic"
+            sentence = (
+                "no solution: every choice of states is excluded in rational arithmetic"
+            )
             origin = self.data.problem.origin
-            return f"{sentence}; {undecided(origin).statement}" if isinstance(origin, Program) else sentence
+            return (
+                f"{sentence}; {undecided(origin).statement}"
+                if isinstance(origin, Program)
+                else sentence
+            )
         if not self.complete:
             others = OTHERS_WORDING[self.others] if self.pieces else "there may be some"
             return f"{self.count if self.pieces else 'no solution was found'}{UNLISTED[self.status]}; {others}"
@@ -399,6 +482,10 @@ def objective(data: ExactProblem, program: Program, z: Sequence[Fraction]) -> Fr
     """Return the exact value of the program's objective at the x of z, in its own sense and with its constant."""
     k, total = program.variables, Fraction(0)
     for i, value in enumerate(z[:k]):
-        curvature = sum((Fraction(a) * z[j] for j, a in data.rows[i].items() if j < k), Fraction(0))
+        curvature = sum(
+            (Fraction(a) * z[j] for j, a in data.rows[i].items() if j < k), Fraction(0)
+        )
         total += value * (curvature / 2 + data.constants[i]) / data.scales[i]
-    return (total if program.sense == "min" else -total) + Fraction(repr(program.constant))
+    return (total if program.sense == "min" else -total) + Fraction(
+        repr(program.constant)
+    )

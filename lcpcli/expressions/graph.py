@@ -47,12 +47,18 @@ def _around(ends: Vector) -> Vector:
 
 def _defined(found: Vector, *given: Vector) -> Vector:
     """Return the values of a function, nan where one of its arguments is."""
-    return np.where(np.logical_or.reduce([np.isnan(each).any(axis=0) for each in given]), np.nan, found)
+    return np.where(
+        np.logical_or.reduce([np.isnan(each).any(axis=0) for each in given]),
+        np.nan,
+        found,
+    )
 
 
 def _line_where(condition: Any, ends: Vector) -> Vector:
     """Return the ends of intervals, those of the whole line where a condition is true."""
-    return np.stack([np.where(condition, -np.inf, ends[0]), np.where(condition, np.inf, ends[1])])
+    return np.stack(
+        [np.where(condition, -np.inf, ends[0]), np.where(condition, np.inf, ends[1])]
+    )
 
 
 def product(a: Vector, b: Vector) -> Vector:
@@ -65,7 +71,9 @@ def quotient(a: Vector, b: Vector) -> Vector:
     """Return a / b; the whole line where b may be 0."""
     ends = np.stack([x / y for x in a for y in b])
     unbounded = ((b[0] <= 0) & (b[1] >= 0)) | np.isnan(ends).any(axis=0)
-    return _defined(_line_where(unbounded, _outward(ends.min(axis=0), ends.max(axis=0))), a, b)
+    return _defined(
+        _line_where(unbounded, _outward(ends.min(axis=0), ends.max(axis=0))), a, b
+    )
 
 
 def absolute(a: Vector) -> Vector:
@@ -86,7 +94,9 @@ def power(a: Vector, exponent: int) -> Vector:
 def _reaches(a: Vector, angle: float, period: float) -> Mask:
     """Return where an interval may contain an angle, or one that differs from it by periods."""
     turns, near = (a - angle) / period, np.abs(a).max(axis=0) < LARGEST_ANGLE
-    return np.asarray(~near | (np.floor(turns[1] + MARGIN) > np.floor(turns[0] - MARGIN)))
+    return np.asarray(
+        ~near | (np.floor(turns[1] + MARGIN) > np.floor(turns[0] - MARGIN))
+    )
 
 
 def _wave(a: Vector, greatest: float, function: Callable[..., Any]) -> Vector:
@@ -111,7 +121,9 @@ def angle(y: Vector, x: Vector) -> Vector:
 
 def _equal(a: Vector, b: Vector) -> Vector:
     sure = (a[0] == a[1]) & (b[0] == b[1]) & (a[0] == b[0])
-    return _defined(np.stack([sure, (a[0] <= b[1]) & (b[0] <= a[1])]).astype(float), a, b)
+    return _defined(
+        np.stack([sure, (a[0] <= b[1]) & (b[0] <= a[1])]).astype(float), a, b
+    )
 
 
 def _chosen(condition: Vector) -> Vector:
@@ -129,7 +141,9 @@ def _if(condition: Vector, a: Vector, b: Vector) -> Vector:
 
 def _decided(condition: Vector) -> tuple[Mask, Mask]:
     """Return where a condition, any number, is surely not 0, and where it is surely 0."""
-    return (condition[0] > 0) | (condition[1] < 0), (condition[0] == 0) & (condition[1] == 0)
+    return (condition[0] > 0) | (condition[1] < 0), (condition[0] == 0) & (
+        condition[1] == 0
+    )
 
 
 class Operator(NamedTuple):
@@ -155,7 +169,9 @@ def _monotone(
 
     def enclosed(a: Vector) -> Vector:
         found = _around(function(np.clip(a, *domain))[::sign])
-        return np.where((a[0] < domain[0]) | (a[1] > domain[1]), np.nan, np.clip(found, *image))
+        return np.where(
+            (a[0] < domain[0]) | (a[1] > domain[1]), np.nan, np.clip(found, *image)
+        )
 
     return Operator(function, enclosed, partials)
 
@@ -165,7 +181,13 @@ def _relation(relation: Callable[..., Any], step: int) -> Operator:
     all lesser first arguments, too, -1 if it does for all greater ones."""
 
     def of_intervals(a: Vector, b: Vector) -> Vector:
-        return _defined(np.stack([relation(a[1], b[0]), relation(a[0], b[1])])[::step].astype(float), a, b)
+        return _defined(
+            np.stack([relation(a[1], b[0]), relation(a[0], b[1])])[::step].astype(
+                float
+            ),
+            a,
+            b,
+        )
 
     return Operator(lambda a, b: relation(a, b).astype(float), of_intervals)
 
@@ -183,8 +205,12 @@ def _over(g: Graph, a: int, factor: float = 1.0) -> list[int]:
     return [g.apply("quotient", g.number(factor), a)]
 
 
-def _over_root(constant: int, sign: int, factor: float = 1.0) -> Callable[..., list[int]]:
-    return lambda g, a, _: _over(g, g.apply("sqrt", _quadratic(g, constant, sign, a)), factor)
+def _over_root(
+    constant: int, sign: int, factor: float = 1.0
+) -> Callable[..., list[int]]:
+    return lambda g, a, _: _over(
+        g, g.apply("sqrt", _quadratic(g, constant, sign, a)), factor
+    )
 
 
 def _of_power(g: Graph, a: int, b: int, value: int) -> list[int]:
@@ -193,7 +219,9 @@ def _of_power(g: Graph, a: int, b: int, value: int) -> list[int]:
 
 
 def _of_angle(g: Graph, a: int, b: int, _: int) -> list[int]:
-    square = g.sum([(g.apply("^", a, g.number(2.0)), 1), (g.apply("^", b, g.number(2.0)), 1)])
+    square = g.sum(
+        [(g.apply("^", a, g.number(2.0)), 1), (g.apply("^", b, g.number(2.0)), 1)]
+    )
     return [g.apply("quotient", b, square), _minus(g, g.apply("quotient", a, square))]
 
 
@@ -201,23 +229,44 @@ OPERATORS = {
     "product": Operator(np.multiply, product, lambda _, a, b, __: [b, a]),
     # Of derivatives where 0 makes it 0 whatever the second factor is.
     "times": Operator(
-        lambda a, b: np.where(a == 0, 0.0, a * b), lambda a, b: np.where(np.all(a == 0, axis=0), 0.0, product(a, b))
+        lambda a, b: np.where(a == 0, 0.0, a * b),
+        lambda a, b: np.where(np.all(a == 0, axis=0), 0.0, product(a, b)),
     ),
-    "quotient": Operator(np.divide, quotient, lambda g, _, b, v: [*_over(g, b), _minus(g, g.apply("quotient", v, b))]),
+    "quotient": Operator(
+        np.divide,
+        quotient,
+        lambda g, _, b, v: [*_over(g, b), _minus(g, g.apply("quotient", v, b))],
+    ),
     "power": Operator(np.power, power),  # with an integer as exponent
-    "^": Operator(np.power, lambda a, b: INTERVALS["exp"](product(b, INTERVALS["log"](a))), _of_power),  # for a >= 0
+    "^": Operator(
+        np.power,
+        lambda a, b: INTERVALS["exp"](product(b, INTERVALS["log"](a))),
+        _of_power,
+    ),  # for a >= 0
     "exp": _monotone(np.exp, lambda _, __, v: [v], image=POSITIVE),
     "log": _monotone(np.log, lambda g, a, _: _over(g, a), POSITIVE),
     "log10": _monotone(
-        np.log10, lambda g, a, _: _over(g, g.apply("product", a, g.apply("log", g.number(10.0)))), POSITIVE
+        np.log10,
+        lambda g, a, _: _over(g, g.apply("product", a, g.apply("log", g.number(10.0)))),
+        POSITIVE,
     ),
     "sqrt": _monotone(np.sqrt, lambda g, _, v: _over(g, v, 0.5), POSITIVE),
-    "sin": Operator(np.sin, lambda a: _wave(a, np.pi / 2, np.sin), lambda g, a, _: [g.apply("cos", a)]),
-    "cos": Operator(np.cos, lambda a: _wave(a, 0.0, np.cos), lambda g, a, _: [_minus(g, g.apply("sin", a))]),
+    "sin": Operator(
+        np.sin,
+        lambda a: _wave(a, np.pi / 2, np.sin),
+        lambda g, a, _: [g.apply("cos", a)],
+    ),
+    "cos": Operator(
+        np.cos,
+        lambda a: _wave(a, 0.0, np.cos),
+        lambda g, a, _: [_minus(g, g.apply("sin", a))],
+    ),
     "tan": Operator(np.tan, tangent, lambda g, _, v: [_quadratic(g, 1, 1, v)]),
     "sinh": _monotone(np.sinh, lambda g, a, _: [g.apply("cosh", a)]),
     "cosh": Operator(
-        np.cosh, lambda a: np.maximum(_around(np.cosh(absolute(a))), 1.0), lambda g, a, _: [g.apply("sinh", a)]
+        np.cosh,
+        lambda a: np.maximum(_around(np.cosh(absolute(a))), 1.0),
+        lambda g, a, _: [g.apply("sinh", a)],
     ),
     "tanh": _monotone(np.tanh, lambda g, _, v: [_quadratic(g, 1, -1, v)], image=UNIT),
     "asin": _monotone(np.arcsin, _over_root(1, -1), UNIT),
@@ -225,11 +274,21 @@ OPERATORS = {
     "atan": _monotone(np.arctan, lambda g, a, _: _over(g, _quadratic(g, 1, 1, a))),
     "asinh": _monotone(np.arcsinh, _over_root(1, 1)),
     "acosh": _monotone(np.arccosh, _over_root(-1, 1), (1.0, np.inf)),
-    "atanh": _monotone(np.arctanh, lambda g, a, _: _over(g, _quadratic(g, 1, -1, a)), UNIT),
+    "atanh": _monotone(
+        np.arctanh, lambda g, a, _: _over(g, _quadratic(g, 1, -1, a)), UNIT
+    ),
     "atan2": Operator(np.arctan2, angle, _of_angle),
     "abs": Operator(np.abs, absolute, lambda g, a, _: [g.apply("sign", a)]),
-    "min": Operator(np.minimum, np.minimum, lambda g, a, b, _: [g.apply("<=", a, b), g.apply(">", a, b)]),
-    "max": Operator(np.maximum, np.maximum, lambda g, a, b, _: [g.apply(">=", a, b), g.apply("<", a, b)]),
+    "min": Operator(
+        np.minimum,
+        np.minimum,
+        lambda g, a, b, _: [g.apply("<=", a, b), g.apply(">", a, b)],
+    ),
+    "max": Operator(
+        np.maximum,
+        np.maximum,
+        lambda g, a, b, _: [g.apply(">=", a, b), g.apply("<", a, b)],
+    ),
     "if": Operator(
         lambda c, a, b: np.where(c != 0, a, b),
         _if,
@@ -240,13 +299,24 @@ OPERATORS = {
     ">=": _relation(np.greater_equal, -1),
     ">": _relation(np.greater, -1),
     "=": Operator(lambda a, b: (a == b).astype(float), _equal),
-    "!=": Operator(lambda a, b: (a != b).astype(float), lambda a, b: 1.0 - _equal(a, b)[::-1]),
-    "sign": Operator(np.sign, lambda a: np.stack([np.where(a[0] > 0, 1.0, -1.0), np.where(a[1] < 0, -1.0, 1.0)])),
+    "!=": Operator(
+        lambda a, b: (a != b).astype(float), lambda a, b: 1.0 - _equal(a, b)[::-1]
+    ),
+    "sign": Operator(
+        np.sign,
+        lambda a: np.stack(
+            [np.where(a[0] > 0, 1.0, -1.0), np.where(a[1] < 0, -1.0, 1.0)]
+        ),
+    ),
     "chosen": Operator(lambda c: (c != 0).astype(float), _chosen),
-    "rejected": Operator(lambda c: (c == 0).astype(float), lambda c: 1.0 - _chosen(c)[::-1]),
+    "rejected": Operator(
+        lambda c: (c == 0).astype(float), lambda c: 1.0 - _chosen(c)[::-1]
+    ),
 }
 DOUBLES: Functions = {name: operator.doubles for name, operator in OPERATORS.items()}
-INTERVALS: Functions = {name: operator.intervals for name, operator in OPERATORS.items()}
+INTERVALS: Functions = {
+    name: operator.intervals for name, operator in OPERATORS.items()
+}
 
 
 class Arithmetic:
@@ -274,7 +344,8 @@ class Intervals(Arithmetic):
     def constants(self, values: Sequence[Any]) -> Vector:
         nearest = np.array([float(value) for value in values])
         is_exact = [
-            not np.isfinite(double) or Fraction(double) == value for double, value in zip(nearest, values, strict=True)
+            not np.isfinite(double) or Fraction(double) == value
+            for double, value in zip(nearest, values, strict=True)
         ]
         return np.where(is_exact, nearest, _outward(nearest, nearest))
 
@@ -350,17 +421,29 @@ class Graph:
         if number is None:
             number = self._known[node] = self.n + len(self._nodes)
             self._nodes.append(node)
-            self._arguments.append([part for part, _ in node.terms] if isinstance(node, Sum) else node.arguments)
-            self._has_branches |= isinstance(node, Operation) and node.operator in BRANCHES
-            self._values.append(node.constant if isinstance(node, Sum) and not node.terms else None)
-            is_restricted = isinstance(node, Operation) and (node.operator in RESTRICTED or node.exponent < 0)
+            self._arguments.append(
+                [part for part, _ in node.terms]
+                if isinstance(node, Sum)
+                else node.arguments
+            )
+            self._has_branches |= (
+                isinstance(node, Operation) and node.operator in BRANCHES
+            )
+            self._values.append(
+                node.constant if isinstance(node, Sum) and not node.terms else None
+            )
+            is_restricted = isinstance(node, Operation) and (
+                node.operator in RESTRICTED or node.exponent < 0
+            )
             if is_restricted or not self._restricted.isdisjoint(self.arguments(number)):
                 self._restricted.add(number)
         return number
 
     def share(self, number: int) -> int:
         """Return a node that is used often: one that is not linear is not copied into sums."""
-        if number >= self.n and any(part >= self.n for part, _ in self.parts(number).terms):
+        if number >= self.n and any(
+            part >= self.n for part, _ in self.parts(number).terms
+        ):
             self._shared.add(number)
         return number
 
@@ -382,11 +465,19 @@ class Graph:
             return parts[0][0]
         terms: dict[int, Constant] = {}
         for number, factor in parts:
-            flat = Sum(((number, 1),), 0) if number in self._shared else self.parts(number)
+            flat = (
+                Sum(((number, 1),), 0) if number in self._shared else self.parts(number)
+            )
             constant = constant + factor * flat.constant if flat.constant else constant
             for part, own in flat.terms:
-                terms[part] = terms[part] + factor * own if part in terms else factor * own
-        kept = tuple((part, own) for part, own in terms.items() if own or part in self._restricted)
+                terms[part] = (
+                    terms[part] + factor * own if part in terms else factor * own
+                )
+        kept = tuple(
+            (part, own)
+            for part, own in terms.items()
+            if own or part in self._restricted
+        )
         if not constant and len(kept) == 1 and kept[0][1] == 1:
             return kept[0][0]
         return self._add(Sum(kept, constant))
@@ -404,8 +495,16 @@ class Graph:
             if not values[1]:
                 raise ProblemError("", "divides by the constant 0", "correct the model")
             parts = self.parts(arguments[0])
-            return self.sum([(part, own / values[1]) for part, own in parts.terms], parts.constant / values[1])
-        if operator == "^" and values[1] is not None and abs(values[1]) < LARGEST_POWER and int(values[1]) == values[1]:
+            return self.sum(
+                [(part, own / values[1]) for part, own in parts.terms],
+                parts.constant / values[1],
+            )
+        if (
+            operator == "^"
+            and values[1] is not None
+            and abs(values[1]) < LARGEST_POWER
+            and int(values[1]) == values[1]
+        ):
             return self._power(arguments[0], int(values[1]))
         if None in values or self.is_exact:
             return self._add(Operation(operator, arguments))
@@ -423,7 +522,11 @@ class Graph:
             return self.sum([(base, 0)], Fraction(1) if self.is_exact else 1.0)
         if value is not None and not (self.is_exact and exponent < 0 and not value):
             with np.errstate(all="ignore"):
-                return self.constant(value**exponent if self.is_exact else float(np.float64(value) ** exponent))
+                return self.constant(
+                    value**exponent
+                    if self.is_exact
+                    else float(np.float64(value) ** exponent)
+                )
         return self._add(Operation("power", (base,), exponent))
 
     def gradient(self, row: int) -> dict[int, int]:
@@ -432,7 +535,9 @@ class Graph:
             return self._gradients[row]
         if all(part < self.n for part, _ in self.parts(row).terms):
             return {x: self.constant(factor) for x, factor in self.parts(row).terms}
-        terms = defaultdict[int, list[tuple[int, Constant]]](list, {row: [(self.constant(1), 1)]})
+        terms = defaultdict[int, list[tuple[int, Constant]]](
+            list, {row: [(self.constant(1), 1)]}
+        )
         # Each one behind all of which it is an argument.
         for number in sorted(self.below([row]), reverse=True):
             if number < self.n or number not in terms:
@@ -440,8 +545,13 @@ class Graph:
             adjoint = self.share(self.sum(terms.pop(number)))
             if self._has_branches and self.value(adjoint) == 0:
                 continue
-            node, product = self.node(number), "times" if self._has_branches else "product"
-            for part, partial in node.terms if isinstance(node, Sum) else self._partials(node, number):
+            node, product = (
+                self.node(number),
+                "times" if self._has_branches else "product",
+            )
+            for part, partial in (
+                node.terms if isinstance(node, Sum) else self._partials(node, number)
+            ):
                 if isinstance(node, Sum):
                     terms[part].append((adjoint, partial))
                 elif partial is not None and self.value(part) is None:
@@ -449,7 +559,9 @@ class Graph:
         found = self._gradients[row] = {x: self.sum(own) for x, own in terms.items()}
         return found
 
-    def _partials(self, node: Operation, value: int) -> Sequence[tuple[int, int | None]]:
+    def _partials(
+        self, node: Operation, value: int
+    ) -> Sequence[tuple[int, int | None]]:
         """Return the arguments of an operator with the derivatives of its value by them, None for jumps."""
         if all(self.value(argument) is not None for argument in node.arguments):
             return []  # where a graph keeps all digits, it keeps functions of constants
@@ -457,4 +569,8 @@ class Graph:
             (a,) = node.arguments
             return [(a, self.sum([(self._power(a, node.exponent - 1), node.exponent)]))]
         partials = OPERATORS[node.operator].partials
-        return [*zip(node.arguments, partials(self, *node.arguments, value), strict=True)] if partials else []
+        return (
+            [*zip(node.arguments, partials(self, *node.arguments, value), strict=True)]
+            if partials
+            else []
+        )

@@ -40,30 +40,63 @@ class Tape:
     and last the sums of the rows. places : the place of each node among the values.
     """
 
-    def __init__(self, graph: Graph, rows: Sequence[int], arithmetic: Arithmetic) -> None:
-        self.n, self.arithmetic, parts = graph.n, arithmetic, [graph.parts(row) for row in rows]
+    def __init__(
+        self, graph: Graph, rows: Sequence[int], arithmetic: Arithmetic
+    ) -> None:
+        self.n, self.arithmetic, parts = (
+            graph.n,
+            arithmetic,
+            [graph.parts(row) for row in rows],
+        )
         below = graph.below(part for own in parts for part, _ in own.terms)
         needed = sorted(number for number in below if number >= graph.n)
         fixed = [number for number in needed if graph.value(number) is not None]
         # The first one is for sums.
         self._constants = arithmetic.constants([1, *map(graph.value, fixed)])
-        self.places = {number: place for place, number in enumerate(chain(range(graph.n), [-1], fixed))}
+        self.places = {
+            number: place
+            for place, number in enumerate(chain(range(graph.n), [-1], fixed))
+        }
         self._values_known = len(self.places)
         # Of the others, with what those of a group have in common.
         levels: dict[int, tuple[int, str, int]] = {}
         for number in needed:
             if graph.value(number) is None:
-                level = 1 + max((levels[part][0] for part in graph.arguments(number) if part in levels), default=0)
+                level = 1 + max(
+                    (
+                        levels[part][0]
+                        for part in graph.arguments(number)
+                        if part in levels
+                    ),
+                    default=0,
+                )
                 node = graph.node(number)
-                levels[number] = (level, SUM, 0) if isinstance(node, Sum) else (level, node.operator, node.exponent)
+                levels[number] = (
+                    (level, SUM, 0)
+                    if isinstance(node, Sum)
+                    else (level, node.operator, node.exponent)
+                )
         self.groups: list[Group] = []
-        for (_, operator, exponent), group in groupby(sorted(levels, key=levels.__getitem__), levels.__getitem__):
+        for (_, operator, exponent), group in groupby(
+            sorted(levels, key=levels.__getitem__), levels.__getitem__
+        ):
             nodes, begin = list(group), len(self.places)
             if operator == SUM:
                 self._add_sums(nodes, [graph.parts(number) for number in nodes])
             else:
-                arguments = [self._indices(each) for each in zip(*map(graph.arguments, nodes), strict=True)]
-                self.groups.append(Group(operator, begin, nodes, arguments, (exponent,) * (operator == "power")))
+                arguments = [
+                    self._indices(each)
+                    for each in zip(*map(graph.arguments, nodes), strict=True)
+                ]
+                self.groups.append(
+                    Group(
+                        operator,
+                        begin,
+                        nodes,
+                        arguments,
+                        (exponent,) * (operator == "power"),
+                    )
+                )
             self.places |= {number: begin + i for i, number in enumerate(nodes)}
         self._add_sums(rows, parts)
 
@@ -72,10 +105,18 @@ class Tape:
 
     def _add_sums(self, nodes: Sequence[int], parts: Sequence[Sum]) -> None:
         """Add several sums; a constant is a multiple of one, also where there are no terms."""
-        terms = [[*own.terms, *[(-1, own.constant)] * bool(own.constant or not own.terms)] for own in parts]
+        terms = [
+            [*own.terms, *[(-1, own.constant)] * bool(own.constant or not own.terms)]
+            for own in parts
+        ]
         numbers, factors = zip(*chain(*terms), strict=True) if terms else ((), ())
-        starts, more = np.cumsum([0, *map(len, terms)])[:-1], (self.arithmetic.constants(factors),)
-        self.groups.append(Group(SUM, len(self.places), nodes, [self._indices(numbers)], more, starts))
+        starts, more = (
+            np.cumsum([0, *map(len, terms)])[:-1],
+            (self.arithmetic.constants(factors),),
+        )
+        self.groups.append(
+            Group(SUM, len(self.places), nodes, [self._indices(numbers)], more, starts)
+        )
 
     def values(self, x: Vector) -> Vector:
         """Return the values of the rows. x : the unknowns, numbers of the arithmetic."""
@@ -88,7 +129,9 @@ class Tape:
             if group.starts is None:
                 found = functions[group.operator](*arguments, *group.more)
             else:
-                found = self.arithmetic.sums(functions["product"](*arguments, *group.more), group.starts)
+                found = self.arithmetic.sums(
+                    functions["product"](*arguments, *group.more), group.starts
+                )
             if group is not last:
                 values[..., group.begin : group.begin + len(group.nodes)] = found
         return found
@@ -97,8 +140,14 @@ class Tape:
 class Jacobian:
     """The Jacobian of rows in an arithmetic. rows, columns : of its entries, in the order of rows, then columns."""
 
-    def __init__(self, graph: Graph, rows: Sequence[int], arithmetic: Arithmetic) -> None:
-        entries = {(i, x): node for i, row in enumerate(rows) for x, node in graph.gradient(row).items()}
+    def __init__(
+        self, graph: Graph, rows: Sequence[int], arithmetic: Arithmetic
+    ) -> None:
+        entries = {
+            (i, x): node
+            for i, row in enumerate(rows)
+            for x, node in graph.gradient(row).items()
+        }
         keys = sorted(entries)
         self.rows, self.columns = np.array(keys, np.intp).reshape(-1, 2).T
         values = [graph.value(entries[key]) for key in keys]

@@ -36,7 +36,9 @@ def refuse_unwritable(path: str) -> None:
         if target.is_dir():
             raise OptionError(path, "is a directory", "name a file")
         if not target.parent.is_dir():
-            raise OptionError(path, f"there is no folder {target.parent}", "create it first")
+            raise OptionError(
+                path, f"there is no folder {target.parent}", "create it first"
+            )
         if not _is_special(target):
             with suppress(FileNotFoundError):
                 target.lstat()
@@ -53,7 +55,9 @@ def write_together(contents: Mapping[str, Content]) -> None:
     """Write several files as `write_whole` does; none is moved into place before all are complete."""
     for path in contents:
         refuse_unwritable(path)
-    files = {path: content for path, content in contents.items() if not _is_special(path)}
+    files = {
+        path: content for path, content in contents.items() if not _is_special(path)
+    }
     for path in [path for path in contents if path not in files]:
         with naming(path), Path(path).open("wb") as file:
             _put(contents[path], file)
@@ -81,7 +85,9 @@ def gradual_writing(path: str) -> Iterator[Callable[[str], object]]:
             _put(text, file)
 
     refuse_unwritable(path)
-    collecting = partial(naming, path, f"collected in {gettempdir()}", "set TMPDIR to a folder with room")
+    collecting = partial(
+        naming, path, f"collected in {gettempdir()}", "set TMPDIR to a folder with room"
+    )
     with collecting():
         file = TemporaryFile()  # noqa: SIM115
     try:
@@ -98,7 +104,9 @@ def gradual_writing(path: str) -> Iterator[Callable[[str], object]]:
 
 
 @contextmanager
-def naming(path: str, what: str = "written", hint: str = "choose another location") -> Iterator[None]:
+def naming(
+    path: str, what: str = "written", hint: str = "choose another location"
+) -> Iterator[None]:
     try:
         yield
     except OSError as error:
@@ -108,7 +116,9 @@ def naming(path: str, what: str = "written", hint: str = "choose another locatio
 def _put(content: Content, file: IO[bytes]) -> None:
     if isinstance(content, str):
         content = content.encode("utf-8", errors="backslashreplace")
-    shutil.copyfileobj(BytesIO(content) if isinstance(content, bytes) else content, file)
+    shutil.copyfileobj(
+        BytesIO(content) if isinstance(content, bytes) else content, file
+    )
 
 
 def _target(path: str) -> Path:
@@ -132,7 +142,9 @@ def _temporary(target: Path, content: Content) -> Path:
             _put(content, file)
         mask = os.umask(0)
         os.umask(mask)
-        temporary.chmod(stat.S_IMODE(target.stat().st_mode) if target.exists() else 0o666 & ~mask)
+        temporary.chmod(
+            stat.S_IMODE(target.stat().st_mode) if target.exists() else 0o666 & ~mask
+        )
     except BaseException:
         temporary.unlink()
         raise
@@ -149,7 +161,9 @@ def open_alone(path: str | Path, name: str) -> IO[bytes]:
     while not _is_special(path):
         # Which closes the file but for the one that is returned.
         with ExitStack() as stack:
-            descriptor = os.open(path, os.O_RDWR | os.O_CREAT | getattr(os, "O_BINARY", 0), 0o666)
+            descriptor = os.open(
+                path, os.O_RDWR | os.O_CREAT | getattr(os, "O_BINARY", 0), 0o666
+            )
             file = stack.enter_context(os.fdopen(descriptor, "r+b"))
             _lock(file, name)
             # The run that had the lock may have removed or replaced the file.
@@ -165,7 +179,9 @@ def reserve(paths: Iterable[str]) -> Iterator[None]:
     """Open a context in which no other run writes these files; raise OptionError if another run writes one of them. As
     each file is replaced as a whole, the locks are on files beside them."""
     with ExitStack() as locks:
-        for target, path in {Path(path).resolve(): path for path in paths if not _is_special(path)}.items():
+        for target, path in {
+            Path(path).resolve(): path for path in paths if not _is_special(path)
+        }.items():
             beside = target.with_name(f".{target.name}.lock")
             # A folder that cannot be written, where nothing is going to be replaced.
             with suppress(OSError):
@@ -182,7 +198,11 @@ def _lock(file: IO[bytes], name: str) -> None:
 
         fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError:
-        raise OptionError(name, "is being written by another run", "wait until it ends, or name another file") from None
+        raise OptionError(
+            name,
+            "is being written by another run",
+            "wait until it ends, or name another file",
+        ) from None
     except (ImportError, OSError):  # a system or a file system without locks
         return
 
@@ -213,13 +233,17 @@ class Log:
         finished = place = 0
         for at, line in enumerate(self._file, 1):
             text = line.rstrip(b"\0")  # a power failure may leave zeros
-            if not line.endswith(b"\n") and (text.startswith(OPENING) or OPENING.startswith(text)):
+            if not line.endswith(b"\n") and (
+                text.startswith(OPENING) or OPENING.startswith(text)
+            ):
                 break  # the line is incomplete
             record = None
             with suppress(ValueError, RecursionError):
                 record = json.loads(line)
             if not isinstance(record, dict) or not record.keys() >= FIELDS:
-                raise OptionError(self._path, f"is not a log of results (line {at})", EXPECTED)
+                raise OptionError(
+                    self._path, f"is not a log of results (line {at})", EXPECTED
+                )
             place += len(line)
             if record["status"] != UNFINISHED:
                 finished = place
@@ -237,7 +261,11 @@ def open_log(path: str, anew: bool) -> Iterator[Log]:
     is_empty = Path(path).is_file() and not Path(path).stat().st_size
     try:
         if anew and Path(path).is_file() and not is_empty:
-            raise OptionError(path, "is not empty", f"go on with --resume {path}, or delete it to begin again")
+            raise OptionError(
+                path,
+                "is not empty",
+                f"go on with --resume {path}, or delete it to begin again",
+            )
         yield Log(path, file)
     except BaseException:
         with suppress(OSError):

@@ -24,7 +24,15 @@ from typing import Any, Literal, NamedTuple, cast
 import numpy as np
 
 from lcpcli.errors import ParameterError, ProblemError, count, kind, listed, quoted
-from lcpcli.files.contents import STANDARD_INPUT, Fetch, content_of, decode, parsed, place, within
+from lcpcli.files.contents import (
+    STANDARD_INPUT,
+    Fetch,
+    content_of,
+    decode,
+    parsed,
+    place,
+    within,
+)
 from lcpcli.files.csv_format import grid_of, is_number
 from lcpcli.files.fields import BOUNDS
 from lcpcli.files.formats import form_of, kind_in, load, refuse
@@ -50,7 +58,10 @@ REFUSALS = {
 
 
 def with_bounds(
-    problem: Problem, given: Mapping[str, Any], fetch: Fetch = content_of, doubles: Doubles | None = None
+    problem: Problem,
+    given: Mapping[str, Any],
+    fetch: Fetch = content_of,
+    doubles: Doubles | None = None,
 ) -> Problem:
     """Return the problem with the given bounds, lower and upper; a bound that is None stays as it is. Known solutions
     are dropped if bounds change. A bound is a number, inf, -inf or none, a list of these, or the name of a file with
@@ -58,16 +69,33 @@ def with_bounds(
     of the file. doubles : makes doubles from the numbers as written, in place of the nearest doubles."""
     number = float if doubles is None else doubles.of
     texts = {name: given[name] for name in BOUNDS if given[name] is not None}
-    values = {name: _values(name, text, fetch, number, lambda: problem.names) for name, text in texts.items()}
-    if values and problem.origin is not None and (kind := problem.origin.data()["kind"]) in REFUSALS:
+    values = {
+        name: _values(name, text, fetch, number, lambda: problem.names)
+        for name, text in texts.items()
+    }
+    if (
+        values
+        and problem.origin is not None
+        and (kind := problem.origin.data()["kind"]) in REFUSALS
+    ):
         what, hint = REFUSALS[kind]
-        raise ProblemError(f"--{next(iter(values))}", f"is for problems given by M and q, but this is {what}", hint)
+        raise ProblemError(
+            f"--{next(iter(values))}",
+            f"is for problems given by M and q, but this is {what}",
+            hint,
+        )
     try:
-        problem = replace(problem, solutions=(), verdict="", **values) if values else problem
+        problem = (
+            replace(problem, solutions=(), verdict="", **values) if values else problem
+        )
     except ProblemError as error:
         own = next((name for name in values if error.where.startswith(name)), "")
         name = own or next(iter(values))
-        before = ("--" if own else f"--{name}: ") if _is_typed(texts[name]) else f"--{name}: {place(texts[name])}: "
+        before = (
+            ("--" if own else f"--{name}: ")
+            if _is_typed(texts[name])
+            else f"--{name}: {place(texts[name])}: "
+        )
         raise ProblemError(f"{before}{error.where}", error.fault, error.hint) from None
     if given["infinity"] is None:
         return problem
@@ -76,7 +104,9 @@ def with_bounds(
     return within("--infinity", with_infinity, problem, given["infinity"])
 
 
-def with_exact_bounds(data: ExactProblem, problem: Problem, given: Mapping[str, Any], fetch: Fetch) -> ExactProblem:
+def with_exact_bounds(
+    data: ExactProblem, problem: Problem, given: Mapping[str, Any], fetch: Fetch
+) -> ExactProblem:
     """Return the exact data of the problem that `with_bounds` returned, with the bounds as written."""
     # Whose rows' sides may be in M and q.
     if problem.origin is not None and problem is not data.problem:
@@ -86,21 +116,38 @@ def with_exact_bounds(data: ExactProblem, problem: Problem, given: Mapping[str, 
         if given[name] is not None:
             values = _values(name, given[name], fetch, Fraction, lambda: problem.names)
             values = values if isinstance(values, list) else data.n * [values]
-            bounds = [None if value in (None, math.inf, -math.inf) else number_of(value) for value in values]
+            bounds = [
+                None if value in (None, math.inf, -math.inf) else number_of(value)
+                for value in values
+            ]
         ends = np.broadcast_to(getattr(problem, name), data.n)
-        setattr(data, name, [value if math.isfinite(end) else None for value, end in zip(bounds, ends, strict=True)])
+        setattr(
+            data,
+            name,
+            [
+                value if math.isfinite(end) else None
+                for value, end in zip(bounds, ends, strict=True)
+            ],
+        )
     return data
 
 
-def _values(name: str, text: str, fetch: Fetch, number: Callable[[Fraction], Any], names: Names) -> Any:
+def _values(
+    name: str, text: str, fetch: Fetch, number: Callable[[Fraction], Any], names: Names
+) -> Any:
     """Return the value of a bound, or the list of values; None stands for no bound. number : converts a number."""
     if _is_typed(text):
         words = re.split(PARTING, text.strip().strip("[]").strip())
-        values = [None if word.casefold() in ("none", "null") else _end(name, word, number) for word in words]
+        values = [
+            None if word.casefold() in ("none", "null") else _end(name, word, number)
+            for word in words
+        ]
         return values[0] if len(values) == 1 else values
     if text != STANDARD_INPUT and not os.path.exists(text):
         hint = "write -1,none,0.5 or name a file"
-        raise ParameterError(name, f"{quoted(text)} is neither a file nor numbers", hint)
+        raise ParameterError(
+            name, f"{quoted(text)} is neither a file nor numbers", hint
+        )
 
     def parse(content: bytes) -> Any:
         require_order(text, content, names)
@@ -108,14 +155,22 @@ def _values(name: str, text: str, fetch: Fetch, number: Callable[[Fraction], Any
         if form == "matrix_market_format" or kind_in(form).has_no_vector:
             return vector_in(f"--{name}", text, content).tolist()
         as_written = partial(_end, name, number=number)
-        held = load(form).values(f"--{name}", content, float if number is float else as_written)
-        return held.tolist() if number is not float and kind_in(form).has_arrays else held
+        held = load(form).values(
+            f"--{name}", content, float if number is float else as_written
+        )
+        return (
+            held.tolist() if number is not float and kind_in(form).has_arrays else held
+        )
 
-    return parsed(text, "give a number, none, or one number for each unknown", parse, fetch)
+    return parsed(
+        text, "give a number, none, or one number for each unknown", parse, fetch
+    )
 
 
 def _is_typed(text: str) -> bool:
-    return typed_numbers(re.sub("none|null|infinity", "inf", text.casefold())) is not None and not os.path.exists(text)
+    return typed_numbers(
+        re.sub("none|null|infinity", "inf", text.casefold())
+    ) is not None and not os.path.exists(text)
 
 
 def _end(name: str, text: str, number: Callable[[Fraction], Any]) -> Any:
@@ -123,19 +178,29 @@ def _end(name: str, text: str, number: Callable[[Fraction], Any]) -> Any:
         is_infinite = "inf" in text.casefold() or text.casefold() == "nan"
         return float(text) if is_infinite else number(within(f"--{name}", ratio, text))
     except OverflowError:
-        raise ProblemError(f"--{name}", f"has {text}", "give a finite number in double precision, or none") from None
+        raise ProblemError(
+            f"--{name}",
+            f"has {text}",
+            "give a finite number in double precision, or none",
+        ) from None
 
 
 def typed_numbers(text: str, may_be_file: bool = True) -> list[str] | None:
     """Return the numbers in a text, each as typed; None if the text is not a list of numbers or may name a file."""
-    return None if not LIST.fullmatch(text) or (may_be_file and os.path.lexists(text)) else re.findall(NUMBER, text)
+    return (
+        None
+        if not LIST.fullmatch(text) or (may_be_file and os.path.lexists(text))
+        else re.findall(NUMBER, text)
+    )
 
 
 def typed_vector(field: str, typed: list[str], n: int) -> Vector:
     return as_vector(field, rounded(_entries(field, typed)), n)
 
 
-def read_start(field: str, path: str, n: int, box: Box | None = None, names: Names = tuple) -> Vector:
+def read_start(
+    field: str, path: str, n: int, box: Box | None = None, names: Names = tuple
+) -> Vector:
     """Return a starting point of length n, given in numbers or in a file. The file has the vector itself, or results of
     `lcp solve -o`; then the starting point is the final iterate of the first result: x for the given bounds, or z."""
     if (numbers := typed_numbers(path)) is not None:
@@ -143,7 +208,9 @@ def read_start(field: str, path: str, n: int, box: Box | None = None, names: Nam
 
     def parse(content: bytes) -> Vector:
         form = form_of(path, content)
-        if form != "csv_format" and not (form == "json_format" and content.lstrip().startswith(b"{")):
+        if form != "csv_format" and not (
+            form == "json_format" and content.lstrip().startswith(b"{")
+        ):
             return vector_in(field, path, content, n, names=names)
         require_order(path, content, names)
         try:
@@ -155,7 +222,9 @@ def read_start(field: str, path: str, n: int, box: Box | None = None, names: Nam
     return parsed(path, LINE, parse)
 
 
-def read_candidates(path: str, lengths: Mapping[int, str], problem: Sought, names: Names = tuple) -> list[Candidate]:
+def read_candidates(
+    path: str, lengths: Mapping[int, str], problem: Sought, names: Names = tuple
+) -> list[Candidate]:
     """Return the proposed solutions, given in numbers or in a file: a result, all solutions, or a vector in any format.
 
     lengths : what a vector stands for, by its length: z and, for a program, x and y, or x. problem : the problem
@@ -177,7 +246,12 @@ def read_candidates(path: str, lengths: Mapping[int, str], problem: Sought, name
                 of_length("z", each.values, lengths)
         return found
 
-    return parsed(path, LINE, parse, None if numbers is None else lambda *_: " ".join(numbers).encode())
+    return parsed(
+        path,
+        LINE,
+        parse,
+        None if numbers is None else lambda *_: " ".join(numbers).encode(),
+    )
 
 
 def read_states(given: str, problem: Problem) -> list[str]:
@@ -186,7 +260,11 @@ def read_states(given: str, problem: Problem) -> list[str]:
     if not is_file and not set(words) & set(WORDS.values()):
         fault = f"{given!r} is neither a file nor states"
         raise ParameterError("basis", fault, "write lower,basic,upper or name a file")
-    states = parsed(given, STATES_HINT, lambda content: _states_in(given, content, problem)) if is_file else words
+    states = (
+        parsed(given, STATES_HINT, lambda content: _states_in(given, content, problem))
+        if is_file
+        else words
+    )
     try:
         basis_of_words(problem, states)
     except ProblemError as error:
@@ -205,24 +283,44 @@ def _states_in(path: str, content: bytes, problem: Problem) -> list[str]:
         states: Any = data.get("basis") if isinstance(data, dict) else data
         if isinstance(states, list):
             return states
-        is_result = states is None and isinstance(data, dict) and {"z", "w"} <= set(data)
-        refuse(not is_result, "basis", "is missing" if states is None else f"is {kind(states)}", STATES_HINT)
+        is_result = (
+            states is None and isinstance(data, dict) and {"z", "w"} <= set(data)
+        )
+        refuse(
+            not is_result,
+            "basis",
+            "is missing" if states is None else f"is {kind(states)}",
+            STATES_HINT,
+        )
     z, w = _result_in(form, content, problem.n)
     refuse(w is None, "", "has no column headed w", STATES_HINT)
     return in_words(problem.box.basis_at(z, cast(Vector, w)))
 
 
-def _result_in(form: str, content: bytes, n: int, before: str = "") -> tuple[Vector, Vector | None]:
+def _result_in(
+    form: str, content: bytes, n: int, before: str = ""
+) -> tuple[Vector, Vector | None]:
     """Return z and w of a result, the first of several; w may be None in CSV. before : the prefix of messages."""
     if form == "csv_format":
         first = of_table(content)[0]
         refuse(first.rows is not None, "", "has no column headed z", HINT)
-        both = [None if values is None else rounded(values) for values in (first.values, first.w)]
+        both = [
+            None if values is None else rounded(values)
+            for values in (first.values, first.w)
+        ]
     else:
         data = _first_in(content)
-        refuse(not {"z", "w"} <= set(data), "", "is an object without z and w", EXPECTED_RESULT)
+        refuse(
+            not {"z", "w"} <= set(data),
+            "",
+            "is an object without z and w",
+            EXPECTED_RESULT,
+        )
         both = [data["z"], data["w"]]
-    z, w = (None if own is None else as_vector(f"{before}{key}", own, n) for key, own in zip("zw", both, strict=True))
+    z, w = (
+        None if own is None else as_vector(f"{before}{key}", own, n)
+        for key, own in zip("zw", both, strict=True)
+    )
     return cast(Vector, z), w
 
 
@@ -283,10 +381,16 @@ def record_of(text: str, problem: Sought) -> tuple[str, str]:
         return *are_same, str(record.get("problem") or "") == name
 
     best = max(map(likeness, records))
-    own = [line for line, record in zip(lines, records, strict=True) if likeness(record) == best]
+    own = [
+        line
+        for line, record in zip(lines, records, strict=True)
+        if likeness(record) == best
+    ]
     if len(own) == 1:
         return own[0], ""
-    if any(best) or all(record.get("file") and record.get("digest") for record in records):
+    if any(best) or all(
+        record.get("file") and record.get("digest") for record in records
+    ):
         fault = f"has {len(own) if any(best) else 'no'} results for {name}"
         raise ProblemError("", fault, "give the line of one as a file of its own")
     first = first_of("\n".join(lines))
@@ -314,12 +418,20 @@ def of_json(content: bytes, lengths: Lengths, problem: Sought) -> list[Candidate
     lengths of a candidate, n first. problem : the problem, whose result is taken of several."""
     text, remark = record_of(decode(content), problem)
     data = load_json(text, fraction)
-    solutions = data.get("solutions") if isinstance(data, dict) and "z" not in data else None
+    solutions = (
+        data.get("solutions") if isinstance(data, dict) and "z" not in data else None
+    )
     if not isinstance(solutions, list):
         return [_candidate(data, lengths)._replace(remark=remark)]
     refuse(not solutions, "solutions", "is empty", "give a solution to check")
-    own = ((each.get("equilibrium") or each) if isinstance(each, dict) else each for each in solutions)
-    return [within(f"solutions[{i}]", _candidate, each, lengths) for i, each in enumerate(own)]
+    own = (
+        (each.get("equilibrium") or each) if isinstance(each, dict) else each
+        for each in solutions
+    )
+    return [
+        within(f"solutions[{i}]", _candidate, each, lengths)
+        for i, each in enumerate(own)
+    ]
 
 
 def _candidate(data: Any, lengths: Lengths) -> Candidate:
@@ -331,27 +443,49 @@ def _candidate(data: Any, lengths: Lengths) -> Candidate:
         row, column = (_entries(player, data[player]) for player in ("row", "column"))
         return Candidate("solution", [*row, *column], rows=len(row))
     if "z" not in data and isinstance(sets := data.get("information_sets"), list):
-        own = [each.get("probabilities") if isinstance(each, dict) else each for each in sets]
-        found = [x for i, each in enumerate(own) for x in _entries(f"information_sets[{i}].probabilities", each)]
+        own = [
+            each.get("probabilities") if isinstance(each, dict) else each
+            for each in sets
+        ]
+        found = [
+            x
+            for i, each in enumerate(own)
+            for x in _entries(f"information_sets[{i}].probabilities", each)
+        ]
         return Candidate("solution", of_length("information_sets", found, lengths))
     answer, exact, certificate = (
-        data[key] if isinstance(data.get(key), dict) else {} for key in ("answer", "exact", "certificate")
+        data[key] if isinstance(data.get(key), dict) else {}
+        for key in ("answer", "exact", "certificate")
     )
-    if "x" in lengths.values() and not (isinstance(data.get("z"), list) and len(data["z"]) == n):
+    if "x" in lengths.values() and not (
+        isinstance(data.get("z"), list) and len(data["z"]) == n
+    ):
         both, k = [*lengths, *lengths][-2:]
         for at, part in (("", data), ("answer.", answer)):
             if part.get("x") is not None:
                 sizes = {"x": k, "y": both - k}
                 given = (key for key in sizes if part.get(key) is not None)
-                values = [_numbers(f"{at}{key}", part[key], {sizes[key]: key}) for key in given]
+                values = [
+                    _numbers(f"{at}{key}", part[key], {sizes[key]: key})
+                    for key in given
+                ]
                 return Candidate("answer", [*chain.from_iterable(values)])
     refuse("z" not in data, "", "is an object without z", EXPECTED_RESULT)
     of_z = {n: "z"}
-    y, z, w = (_numbers(f"exact.{key}", exact[key], of_z) if exact.get(key) is not None else None for key in "yzw")
+    y, z, w = (
+        _numbers(f"exact.{key}", exact[key], of_z)
+        if exact.get(key) is not None
+        else None
+        for key in "yzw"
+    )
     if y or z:
-        return Candidate("farkas" if y else "solution", y or z or [], exact=True, w=None if y else w)
+        return Candidate(
+            "farkas" if y else "solution", y or z or [], exact=True, w=None if y else w
+        )
     if certificate.get("kind") == "farkas":
-        return Candidate("farkas", _numbers("certificate.vector", certificate.get("vector"), of_z))
+        return Candidate(
+            "farkas", _numbers("certificate.vector", certificate.get("vector"), of_z)
+        )
     claim = "the result says that there is none, by exhaustion, which has no certificate to check; solve it again"
     claim *= certificate.get("kind") == "exhaustion"
     return Candidate("solution", _numbers("z", data["z"], of_z), claim=claim)
@@ -362,12 +496,20 @@ def _numbers(field: str, values: Any, lengths: Lengths) -> list[Fraction]:
 
 
 def _entries(field: str, values: Any) -> list[Fraction]:
-    refuse(not isinstance(values, list), field, f"is {kind(values)}", "give a list of numbers")
+    refuse(
+        not isinstance(values, list),
+        field,
+        f"is {kind(values)}",
+        "give a list of numbers",
+    )
     for i, value in enumerate(values):
         if not isinstance(value, (Fraction, str)):
             hint = f"give a number, or a fraction as a string {FROM_0}"
             raise ProblemError(f"{field}[{i}]", f"is {kind(value)}", hint)
-    return [within(f"{field}[{i}]", ratio, x) if isinstance(x, str) else x for i, x in enumerate(values)]
+    return [
+        within(f"{field}[{i}]", ratio, x) if isinstance(x, str) else x
+        for i, x in enumerate(values)
+    ]
 
 
 def of_length(field: str, values: list[Fraction], lengths: Lengths) -> list[Fraction]:
@@ -377,7 +519,9 @@ def of_length(field: str, values: list[Fraction], lengths: Lengths) -> list[Frac
     fault = f"has {count(len(values), 'entry')} for {own if own.endswith('strategies') else count(n, 'unknown')}"
     refuse(len(lengths) == 1, field, fault, "make them agree")
     raise ProblemError(
-        field, fault, f"give {listed((f'{size} for {what}' for size, what in sorted(lengths.items())), 'or')}"
+        field,
+        fault,
+        f"give {listed((f'{size} for {what}' for size, what in sorted(lengths.items())), 'or')}",
     )
 
 
@@ -389,38 +533,69 @@ def of_table(content: bytes) -> list[Candidate]:
         number = cell.strip().replace(",", ".", 1)
         return number if is_number(number) else cell.strip()
 
-    lines = [(k, [*map(text_of if grid.commas else str.strip, row)]) for k, row in grid.lines]
+    lines = [
+        (k, [*map(text_of if grid.commas else str.strip, row)]) for k, row in grid.lines
+    ]
     width = len(lines[0][1])
     fault = f"has {count(len(header), 'name')} above {count(width, 'column')}"
-    refuse(header and len(header) != width, f"line {grid.top}", fault, "give each column one name")
+    refuse(
+        header and len(header) != width,
+        f"line {grid.top}",
+        fault,
+        "give each column one name",
+    )
     if width == 1 or (len(lines) == 1 and "z" not in header):
-        cells = [(f"line {k}, column {j}", cell) for k, row in lines for j, cell in enumerate(row, 1) if cell]
+        cells = [
+            (f"line {k}, column {j}", cell)
+            for k, row in lines
+            for j, cell in enumerate(row, 1)
+            if cell
+        ]
         return [Candidate("solution", [within(at, ratio, cell) for at, cell in cells])]
     header = header or _columns([row for _, row in lines])
     rows = [(k, dict(zip(header, row, strict=True))) for k, row in lines]
-    for columns, keys, made in ((STRATEGY, ("equilibrium",), _strategies), (VERTEX, ("piece", "number"), _solution)):
+    for columns, keys, made in (
+        (STRATEGY, ("equilibrium",), _strategies),
+        (VERTEX, ("piece", "number"), _solution),
+    ):
         if columns <= set(header):
             groups: dict[tuple[str, ...], Rows] = {}
             for k, row in rows:
                 if row.get("kind", "vertex") == "vertex":
-                    groups.setdefault(tuple(row[name] for name in keys), []).append((k, row))
+                    groups.setdefault(tuple(row[name] for name in keys), []).append(
+                        (k, row)
+                    )
             refuse(not groups, "", "has no solution", "give a solution to check")
             return [made(own) for own in groups.values()]
     runs = [(row.get("problem"), row.get("method")) for _, row in rows]
-    return [_solution([row for row, run in zip(rows, runs, strict=True) if run == runs[0]])]
+    return [
+        _solution([row for row, run in zip(rows, runs, strict=True) if run == runs[0]])
+    ]
 
 
 def _columns(rows: list[list[str]]) -> list[str]:
     width, first = len(rows[0]), [row[0] for row in rows]
-    indexed = any(first == [*map(str, range(start, start + len(rows)))] for start in (0, 1))
+    indexed = any(
+        first == [*map(str, range(start, start + len(rows)))] for start in (0, 1)
+    )
     if width in (2, 3) and (indexed or not any(map(is_number, first))):
         return ["index", "z", "w"][:width]
-    raise ProblemError("", f"has {len(rows)} rows and {width} columns without a header", HINT)
+    raise ProblemError(
+        "", f"has {len(rows)} rows and {width} columns without a header", HINT
+    )
 
 
 def _strategies(rows: Rows) -> Candidate:
-    own = [[each for each in rows if (each[1]["player"] == "row") is is_first] for is_first in (True, False)]
-    refuse(not all(own), "", "has an equilibrium with the strategy of one player alone", "give both strategies")
+    own = [
+        [each for each in rows if (each[1]["player"] == "row") is is_first]
+        for is_first in (True, False)
+    ]
+    refuse(
+        not all(own),
+        "",
+        "has an equilibrium with the strategy of one player alone",
+        "give both strategies",
+    )
     values = [_column("probability", _in_order("strategy", part)) for part in own]
     return Candidate("solution", values[0] + values[1], rows=len(values[0]))
 
@@ -428,7 +603,11 @@ def _strategies(rows: Rows) -> Candidate:
 def _solution(rows: Rows) -> Candidate:
     refuse("z" not in rows[0][1], "", "has no column headed z", HINT)
     rows = _in_order("component", rows) if "component" in rows[0][1] else rows
-    return Candidate("solution", _column("z", rows), w=_column("w", rows) if "w" in rows[0][1] else None)
+    return Candidate(
+        "solution",
+        _column("z", rows),
+        w=_column("w", rows) if "w" in rows[0][1] else None,
+    )
 
 
 def _column(name: str, rows: Rows) -> list[Fraction]:

@@ -45,7 +45,9 @@ def shipped_path(name: str) -> str:
     from pathlib import Path
 
     package = Path(__file__).parent.parent
-    installed, beside = (folder / "problems" / name for folder in (package, package.parent))
+    installed, beside = (
+        folder / "problems" / name for folder in (package, package.parent)
+    )
     return str(installed if installed.exists() else beside)
 
 
@@ -60,7 +62,11 @@ def shipped_problems() -> dict[str, Path]:
 
 def shipped_file(name: str) -> Path | None:
     """Return the file of the shipped problem with this name; None if there is none, or the user has one so named."""
-    file = None if os.path.lexists(name) else shipped_problems().get(os.path.splitext(os.path.basename(name))[0])
+    file = (
+        None
+        if os.path.lexists(name)
+        else shipped_problems().get(os.path.splitext(os.path.basename(name))[0])
+    )
     return file if file is not None and name in (file.stem, file.name) else None
 
 
@@ -69,7 +75,11 @@ def files_in(paths: Iterable[str], tell: Callable[[str], object]) -> list[str]:
     results and other entries of a folder are left out, and `tell` is called with a line about the last two. A folder
     without problems, or an unreadable one, stays: its error comes when it is read, so the other files are not affected.
     """
-    return [file for path in paths for file in (path and os.path.isdir(path) and _inside(path, tell)) or [path]]
+    return [
+        file
+        for path in paths
+        for file in (path and os.path.isdir(path) and _inside(path, tell)) or [path]
+    ]
 
 
 def _inside(folder: str, tell: Callable[[str], object]) -> list[str]:
@@ -77,21 +87,36 @@ def _inside(folder: str, tell: Callable[[str], object]) -> list[str]:
 
     inside: list[Path] = []
     with suppress(OSError):
-        inside = [entry for entry in sorted(Path(folder).iterdir()) if not entry.name.startswith(".")]
+        inside = [
+            entry
+            for entry in sorted(Path(folder).iterdir())
+            if not entry.name.startswith(".")
+        ]
     named = [entry for entry in inside if entry.name.casefold().endswith(PROBLEMS)]
     files = [file for file in named if file.is_file() or file.is_symlink()]
     # The suffixes of files that stand beside a model.
     of_models = (".row", ".col", ".sol")
-    others = [entry for entry in inside if entry not in files and entry.suffix not in of_models]
+    others = [
+        entry
+        for entry in inside
+        if entry not in files and entry.suffix not in of_models
+    ]
     results = []
     for file in files:
         # An error is reported when the file is read.
         with suppress(OSError), file.open("rb") as content:
             results += [file] * is_result(content.read(HEAD))
-    kinds = ("entry", "folders, or without the suffix of a problem"), ("file", "results of lcp, not problems")
-    for left, (noun, kind) in zip((others if files else [], results), kinds, strict=True):
+    kinds = (
+        ("entry", "folders, or without the suffix of a problem"),
+        ("file", "results of lcp, not problems"),
+    )
+    for left, (noun, kind) in zip(
+        (others if files else [], results), kinds, strict=True
+    ):
         if left:
-            names = ", ".join(file.name for file in left[:3]) + ", ..." * (len(left) > 3)
+            names = ", ".join(file.name for file in left[:3]) + ", ..." * (
+                len(left) > 3
+            )
             tell(f"{folder}: {count(len(left), noun)} left out ({kind}): {names}")
     return [str(file) for file in files if file not in results]
 
@@ -100,15 +125,24 @@ def refuse_folder(path: str) -> None:
     try:
         is_folder = os.path.isdir(path) and os.listdir(path) is not None
     except OSError as error:
-        raise ProblemError(path, f"cannot be read ({error.strerror})", "make it readable") from None
-    refuse(is_folder, path, "is a folder without problem files", f"they end in {', '.join(PROBLEMS)}")
+        raise ProblemError(
+            path, f"cannot be read ({error.strerror})", "make it readable"
+        ) from None
+    refuse(
+        is_folder,
+        path,
+        "is a folder without problem files",
+        f"they end in {', '.join(PROBLEMS)}",
+    )
 
 
 def place(path: str) -> str:
     return "standard input" if path == STANDARD_INPUT else path
 
 
-def parsed(path: str, expected: str, parse: Callable[[bytes], T], fetch: Fetch | None = None) -> T:
+def parsed(
+    path: str, expected: str, parse: Callable[[bytes], T], fetch: Fetch | None = None
+) -> T:
     content = (fetch or content_of)(path, expected)
     return within(place(path), parse, content)
 
@@ -120,7 +154,9 @@ def within(where: str, parse: Callable[..., T], *given: Any) -> T:
     except ProblemError as error:
         raise error.inside(where) from None
     except MemoryError:  # which ends no run of several files
-        raise ProblemError(where, "takes more memory than there is", "give matrices in sparse form") from None
+        raise ProblemError(
+            where, "takes more memory than there is", "give matrices in sparse form"
+        ) from None
 
 
 def content_of(path: str, expected: str) -> bytes:
@@ -143,7 +179,9 @@ def open_file(path: str) -> Iterator[IO[bytes]]:
     shipped problem. Raises ProblemError if the file cannot be read."""
     name = place(path)
     refuse(not path, "", "the name of a file is empty", "name a file")
-    refuse(path == STANDARD_INPUT and sys.stdin is None, name, "is closed", "name a file")
+    refuse(
+        path == STANDARD_INPUT and sys.stdin is None, name, "is closed", "name a file"
+    )
     try:
         if path == STANDARD_INPUT:
             yield sys.stdin.buffer
@@ -155,7 +193,9 @@ def open_file(path: str) -> Iterator[IO[bytes]]:
     except IsADirectoryError:
         raise ProblemError(name, "is a directory", "name a file in it") from None
     except OSError as error:
-        raise ProblemError(name, f"cannot be read ({error.strerror})", "make it readable") from None
+        raise ProblemError(
+            name, f"cannot be read ({error.strerror})", "make it readable"
+        ) from None
 
 
 def _likely_file(path: str) -> str:
@@ -209,10 +249,22 @@ def uncompressed(content: bytes, form: int, size: int = 0) -> tuple[bytes, bytes
     try:
         found = unpacking.decompress(content, max(most - size, 1))
     except zlib.error:
-        raise ProblemError("", "cannot be uncompressed, as it is damaged", "compress it again") from None
+        raise ProblemError(
+            "", "cannot be uncompressed, as it is damaged", "compress it again"
+        ) from None
     fault = f"is more than {most / 1e9:.3g} GB when it is uncompressed"
-    refuse(unpacking.unconsumed_tail, "", fault, "uncompress it, and leave out what is not needed")
-    refuse(not unpacking.eof, "", "cannot be uncompressed, as it is cut off", "compress it again")
+    refuse(
+        unpacking.unconsumed_tail,
+        "",
+        fault,
+        "uncompress it, and leave out what is not needed",
+    )
+    refuse(
+        not unpacking.eof,
+        "",
+        "cannot be uncompressed, as it is cut off",
+        "compress it again",
+    )
     return found, unpacking.unused_data
 
 
@@ -230,7 +282,9 @@ def refuse_beyond_memory(field: str, shape: tuple[int, ...], itemsize: int = 8) 
     refuse(size > (memory() or math.inf), field, fault, "give it in sparse form")
 
 
-def refuse_mostly_absent(field: str, shape: tuple[int, ...], size: int, given: int) -> None:
+def refuse_mostly_absent(
+    field: str, shape: tuple[int, ...], size: int, given: int
+) -> None:
     """Raise ProblemError if work on `size` numbers would be done for a shape that a file declares but hardly gives: a
     few bytes could otherwise take all memory. given : the numbers in the file."""
     fault = f"is declared as {' x '.join(map(str, shape))} with {count(given, 'entry')}"

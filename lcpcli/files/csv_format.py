@@ -62,49 +62,99 @@ def fields(content: bytes, number: Number = float) -> dict[str, Any]:
     """Return M and q in n rows of n + 1 columns, or M alone in n rows of n, and what a header names."""
     table = table_of(content, number)
     rows, places, header = table.rows, table.places, table.header
-    unknowns = [name for name in header if name not in ("q", *BOUNDS)][: len(table.labels)]  # q may be headed otherwise
+    unknowns = [name for name in header if name not in ("q", *BOUNDS)][
+        : len(table.labels)
+    ]  # q may be headed otherwise
     refuse_other_order(table.labels, unknowns)
     n, first = len(rows), [row[0] for row in rows]
-    is_long = bool(header) and 0 not in places.values() and len(rows[0]) == n + (len(places) or 1) + 1
+    is_long = (
+        bool(header)
+        and 0 not in places.values()
+        and len(rows[0]) == n + (len(places) or 1) + 1
+    )
     # The column only counts rows.
     if is_long and first in (list(range(n)), list(range(1, n + 1))):
-        rows, places = [row[1:] for row in rows], {name: i - 1 for name, i in places.items()}
+        rows, places = (
+            [row[1:] for row in rows],
+            {name: i - 1 for name, i in places.items()},
+        )
         header = header[1:]
     columns = len(rows[0])
     if not places:
-        hint = SHAPE + ", or name q, lower and upper in a header, if the last columns are these" * (1 < columns - n < 4)
+        hint = (
+            SHAPE
+            + ", or name q, lower and upper in a header, if the last columns are these"
+            * (1 < columns - n < 4)
+        )
         if columns == n + 2:
-            hint += "; is the first column an index? leave the first cell of a header empty"
-        refuse(columns not in (n, n + 1), "", f"has {count(n, 'row')} of {count(columns, 'column')}", hint)
-        return of_table(np.array(rows)) | (_names(header[:n]) if len(header) == columns == n + 1 else {})
-    M = [[value for i, value in enumerate(row) if i not in places.values()] for row in rows]
+            hint += (
+                "; is the first column an index? leave the first cell of a header empty"
+            )
+        refuse(
+            columns not in (n, n + 1),
+            "",
+            f"has {count(n, 'row')} of {count(columns, 'column')}",
+            hint,
+        )
+        return of_table(np.array(rows)) | (
+            _names(header[:n]) if len(header) == columns == n + 1 else {}
+        )
+    M = [
+        [value for i, value in enumerate(row) if i not in places.values()]
+        for row in rows
+    ]
     wanted = f"give M as many columns, beside {' and '.join(places)}"
-    refuse(len(M[0]) != n, "", f"has {count(n, 'row')} and {count(len(M[0]), 'column')} of M", wanted)
+    refuse(
+        len(M[0]) != n,
+        "",
+        f"has {count(n, 'row')} and {count(len(M[0]), 'column')} of M",
+        wanted,
+    )
     names = _names([name for i, name in enumerate(header) if i not in places.values()])
-    return {"M": M} | {name: [row[i] for row in rows] for name, i in places.items()} | names
+    return (
+        {"M": M}
+        | {name: [row[i] for row in rows] for name, i in places.items()}
+        | names
+    )
 
 
 def _names(header: list[str]) -> dict[str, list[str]]:
     """Return the names of the unknowns in a header; none if two are alike, or if they only number the columns."""
     are_numbers = all(NUMBERED.fullmatch(name) for name in header)
     if all(name.isdecimal() for name in header):  # such as years
-        are_numbers = list(map(int, header)) in ([*range(len(header))], [*range(1, len(header) + 1)])
-    return {} if are_numbers or len(set(header)) < len(header) or not all(header) else {"names": header}
+        are_numbers = list(map(int, header)) in (
+            [*range(len(header))],
+            [*range(1, len(header) + 1)],
+        )
+    return (
+        {}
+        if are_numbers or len(set(header)) < len(header) or not all(header)
+        else {"names": header}
+    )
 
 
 def values(field: str, content: bytes, number: Number = float) -> list[Any]:
     table = table_of(content, number, all_bounds=field.lstrip("-") in BOUNDS)
     rows, headed = table.rows, ", ".join(table.places)
-    refuse(headed, "", f"has columns headed {headed}", "give one row or one column of numbers")
+    refuse(
+        headed,
+        "",
+        f"has columns headed {headed}",
+        "give one row or one column of numbers",
+    )
     shape = f"has {len(rows)} rows and {len(rows[0])} columns"
-    refuse(len(rows) > 1 and len(rows[0]) > 1, field, shape, "give one row or one column")
+    refuse(
+        len(rows) > 1 and len(rows[0]) > 1, field, shape, "give one row or one column"
+    )
     return [x for row in rows for x in row]
 
 
 def refuse_two_meanings(content: bytes, of_M: bytes) -> None:
     """Raise ProblemError if M has decimal commas and each line of q may be two numbers or one with a decimal comma."""
     rows = [line for _, line in lines_of(of_M)]
-    has_commas = delimiter_of(rows[0]) != "," and any(re.search(r"\d,\d", row) for row in rows)
+    has_commas = delimiter_of(rows[0]) != "," and any(
+        re.search(r"\d,\d", row) for row in rows
+    )
     if has_commas and all(DECIMALS.fullmatch(line) for _, line in lines_of(content)):
         hint = "add a header: q if the comma is a decimal mark, else two names"
         raise ProblemError("q", "has two columns, and M has decimal commas", hint)
@@ -113,9 +163,16 @@ def refuse_two_meanings(content: bytes, of_M: bytes) -> None:
 def render(fields: Mapping[str, Any], exact: Exact) -> dict[str, bytes]:
     """Return [M | q], one row per line, with all digits; with bounds, [M | q | lower | upper]. Bounds, and names of the
     unknowns that a header can hold, stand below one."""
-    refuse(not fields["q"].size, "", "cannot hold a problem without unknowns", "write .json")
+    refuse(
+        not fields["q"].size,
+        "",
+        "cannot hold a problem without unknowns",
+        "write .json",
+    )
     given = [name for name in ("q", *BOUNDS) if name in fields]
-    table = np.column_stack((matrices.dense(fields["M"]), *(fields[name] for name in given)))
+    table = np.column_stack(
+        (matrices.dense(fields["M"]), *(fields[name] for name in given))
+    )
 
     def text(x: float) -> str:
         return decimal(exact[x]) if x in exact else "" if math.isinf(x) else repr(x)
@@ -123,7 +180,17 @@ def render(fields: Mapping[str, Any], exact: Exact) -> dict[str, bytes]:
     rows = [list(map(text, row)) for row in table.tolist()]
     names = fields.get("names", ())
     if len(given) > 1 or can_head(names):
-        rows.insert(0, [*(names if can_head(names) else (f"M{i + 1}" for i in range(len(rows)))), *given])
+        rows.insert(
+            0,
+            [
+                *(
+                    names
+                    if can_head(names)
+                    else (f"M{i + 1}" for i in range(len(rows)))
+                ),
+                *given,
+            ],
+        )
     return {"": "".join(f"{','.join(row)}\n" for row in rows).encode()}
 
 
@@ -146,7 +213,11 @@ def lines_of(content: bytes) -> list[tuple[int, str]]:
             continue
         is_open ^= line.count('"') % 2 == 1
     if is_open:
-        return [(number, line) for number, line in enumerate(lines, 1) if line.strip() and not COMMENT.match(line)]
+        return [
+            (number, line)
+            for number, line in enumerate(lines, 1)
+            if line.strip() and not COMMENT.match(line)
+        ]
     return [(number, "\n".join(parts)) for number, parts in found]
 
 
@@ -166,27 +237,55 @@ def grid_of(content: bytes, all_bounds: bool = False) -> Table:
     refuse(not lines, "", "contains no numbers", "give one row per line")
     lines = lines[_has_title(lines) :]
     delimiter = delimiter_of(lines[0][1])
-    rows = [(number, cells_of(number, line, delimiter)) for number, line in in_time(lines)]
+    rows = [
+        (number, cells_of(number, line, delimiter)) for number, line in in_time(lines)
+    ]
     if delimiter.strip() and not all_bounds:
         rows = _without_empty_ends(rows)
     top, first = rows[0]
     if is_header(first) and {len(row) for _, row in rows[1:]} == {len(first) + 1}:
         first = ["", *first]  # of a header that leaves out the index, as R writes it
     indexed = _heads_an_index(first, [row[0] for _, row in rows[1:]])
-    has_header = indexed or (is_header(first) and not (all_bounds and any(map(is_absent, first))))
+    has_header = indexed or (
+        is_header(first) and not (all_bounds and any(map(is_absent, first)))
+    )
     rows = rows[has_header:]
-    refuse(not rows, "", "contains a header and no numbers", "give one row per line below it")
-    commas = delimiter != "," and any("," in line for _, line in lines[len(lines) - len(rows) :])
+    refuse(
+        not rows,
+        "",
+        "contains a header and no numbers",
+        "give one row per line below it",
+    )
+    commas = delimiter != "," and any(
+        "," in line for _, line in lines[len(lines) - len(rows) :]
+    )
     widths = [(number, len(row)) for number, row in rows]
     # The header is asked last.
     for line, columns in [*widths[:1], *[(top, len(first))] * indexed]:
-        number, own = next((width for width in widths if width[1] != columns), (0, columns))
+        number, own = next(
+            (width for width in widths if width[1] != columns), (0, columns)
+        )
         fault = f"has {count(own, 'column')} where line {line} has {columns}"
-        refuse(own != columns, f"line {number}", fault, "give every line the same number of columns")
-    return Table(top, [cell.strip() for cell in first] if has_header else [], rows, indexed, commas, [], {})
+        refuse(
+            own != columns,
+            f"line {number}",
+            fault,
+            "give every line the same number of columns",
+        )
+    return Table(
+        top,
+        [cell.strip() for cell in first] if has_header else [],
+        rows,
+        indexed,
+        commas,
+        [],
+        {},
+    )
 
 
-def table_of(content: bytes, number_of: Callable[[str], Any] = float, all_bounds: bool = False) -> Table:
+def table_of(
+    content: bytes, number_of: Callable[[str], Any] = float, all_bounds: bool = False
+) -> Table:
     """Return the table in a text. all_bounds : whether all numbers are bounds; then a header may name anything."""
     grid = grid_of(content, all_bounds)
     top, header, below, indexed, commas, *_ = grid
@@ -194,13 +293,24 @@ def table_of(content: bytes, number_of: Callable[[str], Any] = float, all_bounds
     places = {} if all_bounds or not header else _places(top, header)
     if "q" in header[:-1] and not (places or all_bounds):
         place = f"line {top}, column {header.index('q') + indexed + 1}"
-        raise ProblemError(place, "is headed q, which must be the last column", "reorder the columns")
+        raise ProblemError(
+            place, "is headed q, which must be the last column", "reorder the columns"
+        )
     columns = len(below[0][1]) - indexed
     fault = f"has {count(len(header), 'name')} above {count(columns, 'column')}"
     # Of one more name than columns one is a title.
     one_more = len(header) == columns + 1
-    refuse((places and len(header) != columns) or one_more, f"line {top}", fault, "give each column one name")
-    bounds = {i + indexed + 1 for i in (range(columns) if all_bounds else map(places.get, BOUNDS)) if i is not None}
+    refuse(
+        (places and len(header) != columns) or one_more,
+        f"line {top}",
+        fault,
+        "give each column one name",
+    )
+    bounds = {
+        i + indexed + 1
+        for i in (range(columns) if all_bounds else map(places.get, BOUNDS))
+        if i is not None
+    }
     # Float reads 1_000.
     may_be_plain = number_of is float and not commas and b"_" not in content
     rows: list[list[Any]] = []
@@ -211,7 +321,12 @@ def table_of(content: bytes, number_of: Callable[[str], Any] = float, all_bounds
             plain = list(map(float, cells)) if may_be_plain else []
         is_plain = plain and math.isfinite(sum(map(abs, plain)))
         rows.append(
-            plain if is_plain else [value_of(cell, number, i, commas, number_of, i in bounds) for i, cell in own]
+            plain
+            if is_plain
+            else [
+                value_of(cell, number, i, commas, number_of, i in bounds)
+                for i, cell in own
+            ]
         )
     return grid._replace(header=header, rows=rows, places=places)
 
@@ -222,11 +337,18 @@ def _has_title(lines: list[tuple[int, str]]) -> bool:
         return False
     delimiter = delimiter_of(lines[1][1])
     first, *others = map(str.strip, lines[0][1].split(delimiter) if delimiter else [""])
-    is_text = bool(first) and first[0] != '"' and not NUMERIC.match(first) and not delimiter_of(first)
+    is_text = (
+        bool(first)
+        and first[0] != '"'
+        and not NUMERIC.match(first)
+        and not delimiter_of(first)
+    )
     return is_text and len(others) != 1 and not any(others)
 
 
-def _without_empty_ends(rows: list[tuple[int, list[str]]]) -> list[tuple[int, list[str]]]:
+def _without_empty_ends(
+    rows: list[tuple[int, list[str]]],
+) -> list[tuple[int, list[str]]]:
     while len(rows) > 1 and not any(map(str.strip, rows[-1][1])):
         rows = rows[:-1]
     while all(len(cells) > 2 and not cells[-1].strip() for _, cells in rows):
@@ -238,14 +360,32 @@ def _places(line: int, names: list[str]) -> dict[str, int]:
     """Return the columns of q, lower and upper if the header names a bound; else an empty dictionary."""
     for column, name in list(enumerate(names, 1))[-3:]:
         meant = OTHER_NAMES.get(name.casefold(), name)
-        hint, is_other = f"call it {meant}, if it holds bounds of z", name not in BOUNDS and meant in BOUNDS
-        refuse(is_other and "q" in names, f"line {line}, column {column}", f"is headed {quoted(name)}", hint)
+        hint, is_other = (
+            f"call it {meant}, if it holds bounds of z",
+            name not in BOUNDS and meant in BOUNDS,
+        )
+        refuse(
+            is_other and "q" in names,
+            f"line {line}, column {column}",
+            f"is headed {quoted(name)}",
+            hint,
+        )
     columns = [name for name in ("q", *BOUNDS) if name in names]
     if not set(columns) & set(BOUNDS):
         return {}
     for name in columns:
-        refuse(names.count(name) > 1, f"line {line}", f"heads {names.count(name)} columns {name}", "keep one")
-    refuse("q" not in columns, f"line {line}", "has headings of bounds, but none for q", "head the column of q with q")
+        refuse(
+            names.count(name) > 1,
+            f"line {line}",
+            f"heads {names.count(name)} columns {name}",
+            "keep one",
+        )
+    refuse(
+        "q" not in columns,
+        f"line {line}",
+        "has headings of bounds, but none for q",
+        "head the column of q with q",
+    )
     return {name: names.index(name) for name in columns}
 
 
@@ -258,7 +398,10 @@ def _heads_an_index(header: list[str], below: list[str]) -> bool:
         return False
     # As A,0 may be a label and a number.
     may_be_numbered = not is_named or len(others) > 1
-    return all((may_be_numbered and name == str(i)) or re.match(NAME, name) for i, name in enumerate(others))
+    return all(
+        (may_be_numbered and name == str(i)) or re.match(NAME, name)
+        for i, name in enumerate(others)
+    )
 
 
 def remark(problem: Problem) -> str:
@@ -275,7 +418,12 @@ def require_order(content: bytes, names: Callable[[], Sequence[str]]) -> None:
     names in another order. names : returns the names, if there are labels; a result has none."""
     first = lines_of(content[:HEAD])[:1]
     header = cells_of(*first[0], delimiter_of(first[0][1])) if first else []
-    if len(header) > 1 and is_header(header) and "component" not in header and (own := names()):
+    if (
+        len(header) > 1
+        and is_header(header)
+        and "component" not in header
+        and (own := names())
+    ):
         # A row of bounds, which is no header.
         words = any(is_absent(cell) for cell in header if cell.strip())
         grid = grid_of(content, all_bounds=words)
@@ -285,12 +433,20 @@ def require_order(content: bytes, names: Callable[[], Sequence[str]]) -> None:
 
 def refuse_other_order(labels: Sequence[str], names: Sequence[str]) -> None:
     own = [label.strip() for label in labels]
-    if own != list(names) and set(own) & set(names) - {""} and len(set(names)) == len(names):
+    if (
+        own != list(names)
+        and set(own) & set(names) - {""}
+        and len(set(names)) == len(names)
+    ):
         fault = f"has {count(len(own), 'label')} for {count(len(names), 'unknown')}"
         if len(own) == len(names):
-            label, name = next(pair for pair in zip(own, names, strict=True) if pair[0] != pair[1])
+            label, name = next(
+                pair for pair in zip(own, names, strict=True) if pair[0] != pair[1]
+            )
             fault = f"has the label {quoted(label)} in the place of {quoted(name)}"
-        raise ProblemError("", fault, "put the labels in the order of the unknowns, or leave them out")
+        raise ProblemError(
+            "", fault, "put the labels in the order of the unknowns, or leave them out"
+        )
 
 
 def cells_of(number: int, line: str, delimiter: str) -> list[str]:
@@ -299,14 +455,22 @@ def cells_of(number: int, line: str, delimiter: str) -> list[str]:
     if '"' not in line:
         return line.split(delimiter)
     try:
-        return next(csv.reader([line], delimiter=delimiter, skipinitialspace=True, strict=True))
+        return next(
+            csv.reader([line], delimiter=delimiter, skipinitialspace=True, strict=True)
+        )
     except csv.Error:
-        fault = "is not CSV (its quotation marks do not match, or an entry is very long)"
+        fault = (
+            "is not CSV (its quotation marks do not match, or an entry is very long)"
+        )
         raise ProblemError(f"line {number}", fault, "correct it there") from None
 
 
 def is_name(entry: str) -> bool:
-    return bool(re.match(NAME, entry.strip())) and not is_number(entry) and not is_absent(entry)
+    return (
+        bool(re.match(NAME, entry.strip()))
+        and not is_number(entry)
+        and not is_absent(entry)
+    )
 
 
 def is_absent(entry: str) -> bool:
@@ -320,7 +484,14 @@ def is_number(entry: str) -> bool:
     return False
 
 
-def value_of(entry: str, line: int, column: int, commas: bool, number_of: Callable[[str], Any], is_bound: bool) -> Any:
+def value_of(
+    entry: str,
+    line: int,
+    column: int,
+    commas: bool,
+    number_of: Callable[[str], Any],
+    is_bound: bool,
+) -> Any:
     """Return the number in a cell, which may be written as a fraction, with a decimal comma if the file has `commas`; a
     bound may be absent (None) or infinite."""
     if is_bound and is_absent(entry):
@@ -330,17 +501,33 @@ def value_of(entry: str, line: int, column: int, commas: bool, number_of: Callab
     is_ratio = number_of is str and RATIO.fullmatch(entry.strip())
     if is_ratio and entry.rpartition("/")[2].strip(" \t0"):
         return entry.strip()
-    number, is_mixed = entry.replace(",", ".", 1) if commas else entry, commas and "." in entry
+    number, is_mixed = (
+        entry.replace(",", ".", 1) if commas else entry,
+        commas and "." in entry,
+    )
     if is_number(number) and math.isfinite(float(number)) and not is_mixed:
         return number_of(number)
     text = quoted(entry.strip())
     if is_ratio or not entry.strip():
-        fault, hint = f"is {text}, a division by 0" if is_ratio else "is empty", "give a number"
+        fault, hint = (
+            f"is {text}, a division by 0" if is_ratio else "is empty",
+            "give a number",
+        )
     elif is_mixed:
-        fault, hint = f"is {quoted(entry)} in a file with decimal commas", "use one decimal mark, none for thousands"
+        fault, hint = (
+            f"is {quoted(entry)} in a file with decimal commas",
+            "use one decimal mark, none for thousands",
+        )
     elif is_number(number):
         fault, hint = f"is {text}", "give a finite number in double precision"
     else:
-        fault, hint = f"is {quoted(entry)}, not a number", "write the minus sign as -" if "\u2212" in entry else REAL
-        hint = "write the fraction as a decimal" if RATIO.fullmatch(entry.strip()) else hint
+        fault, hint = (
+            f"is {quoted(entry)}, not a number",
+            "write the minus sign as -" if "\u2212" in entry else REAL,
+        )
+        hint = (
+            "write the fraction as a decimal"
+            if RATIO.fullmatch(entry.strip())
+            else hint
+        )
     raise ProblemError(f"line {line}, column {column}", fault, hint)

@@ -27,15 +27,75 @@ BOUNDS = ("lower", "upper")
 BOUND_OPTIONS = (*BOUNDS, INFINITY.name)  # the options that say what the bounds are
 STARTS = ("x0", "x1")
 KEYS = (*TEXTS, "M", "q", *BOUNDS, *STARTS, "solution", "verdict", "origin", "names")
-NONLINEAR = {"F", "f", "function", "functions", "expression", "expressions", "equations", "jacobian"}
-THREE_PLAYERS = "is a game of more than two players", "its equilibria are not the solutions of an LCP"
+NONLINEAR = {
+    "F",
+    "f",
+    "function",
+    "functions",
+    "expression",
+    "expressions",
+    "equations",
+    "jacobian",
+}
+THREE_PLAYERS = (
+    "is a game of more than two players",
+    "its equilibria are not the solutions of an LCP",
+)
 PAIRS_OF_BOUNDS = {"bounds", "bnds", "bound", "box", "limits"}
-OF_LOWER = ("l", "lb", "lo", "low", "xl", "zl", "lbound", "lowerbound", "lower_bound", "min")
-OF_UPPER = ("u", "ub", "hi", "up", "high", "xu", "zu", "ubound", "upperbound", "upper_bound", "max")
-OTHER_NAMES = {"matrix": "M", "a": "M", "vector": "q", "b": "q", "solutions": "solution", "z": "solution"}
-OTHER_NAMES |= {"start": "x0"} | dict.fromkeys(OF_LOWER, "lower") | dict.fromkeys(OF_UPPER, "upper")
+OF_LOWER = (
+    "l",
+    "lb",
+    "lo",
+    "low",
+    "xl",
+    "zl",
+    "lbound",
+    "lowerbound",
+    "lower_bound",
+    "min",
+)
+OF_UPPER = (
+    "u",
+    "ub",
+    "hi",
+    "up",
+    "high",
+    "xu",
+    "zu",
+    "ubound",
+    "upperbound",
+    "upper_bound",
+    "max",
+)
+OTHER_NAMES = {
+    "matrix": "M",
+    "a": "M",
+    "vector": "q",
+    "b": "q",
+    "solutions": "solution",
+    "z": "solution",
+}
+OTHER_NAMES |= (
+    {"start": "x0"}
+    | dict.fromkeys(OF_LOWER, "lower")
+    | dict.fromkeys(OF_UPPER, "upper")
+)
 MATRICES = ("Q", "P", "A", "G", "B")  # of programs and games
-NATIVE = ("Q", "c", "A", "b", "row_lower", "row_upper", "rows", *BOUNDS, "free", "columns", "sense", "constant", *TEXTS)
+NATIVE = (
+    "Q",
+    "c",
+    "A",
+    "b",
+    "row_lower",
+    "row_upper",
+    "rows",
+    *BOUNDS,
+    "free",
+    "columns",
+    "sense",
+    "constant",
+    *TEXTS,
+)
 QPSOLVERS = ("P", "q", "G", "h", "A", "b", "lb", "ub", *TEXTS)
 OSQP = ("P", "q", "A", "l", "u", *TEXTS)
 GAME = ("A", "B", "rows", "columns", "players", "sense", *TEXTS)
@@ -44,7 +104,11 @@ READINGS = (
     "or min x'Px/2 + q'x, Gx <= h, Ax = b, lb <= x <= ub, or min x'Px/2 + q'x, l <= Ax <= u"
 )
 FOREIGN_FIELDS = dict(  # names of quadprog and linprog, with those of qpsolvers
-    zip(("H", "f", "Aeq", "beq", "A_eq", "b_eq", "A_ub", "b_ub"), "PqAbAbGh", strict=True)
+    zip(
+        ("H", "f", "Aeq", "beq", "A_eq", "b_eq", "A_ub", "b_ub"),
+        "PqAbAbGh",
+        strict=True,
+    )
 )
 KNOWN = {*NATIVE, *QPSOLVERS, *OSQP, *GAME, "efg", *FOREIGN_FIELDS}
 TELLING = {"Q", "c", "P", "G", "h", "row_lower", "row_upper", *FOREIGN_FIELDS} - {"f"}
@@ -55,19 +119,41 @@ def is_for_bounds(key: str) -> bool:
     return folded in PAIRS_OF_BOUNDS or OTHER_NAMES.get(folded, folded) in BOUNDS
 
 
-def refuse_unknown(field: str, given: Collection[str], known: tuple[str, ...], whole: str = "a problem") -> None:
+def refuse_unknown(
+    field: str, given: Collection[str], known: tuple[str, ...], whole: str = "a problem"
+) -> None:
     """Raise ProblemError for the first unknown key, suggesting the one that is likely meant."""
     keys = set(given)
     refuse({"A", "B", "C"} <= keys, "", *THREE_PLAYERS)
     hint = "give M and q of a linear one, or a .nl model (lcp help models)"
-    refuse(keys & NONLINEAR and not keys & {"M", "Q", "A"}, "", "is a nonlinear problem", hint)
-    refuse({"version", "status", "z"} <= keys, "", "is a result, not a problem", "name the file of the problem")
-    others, bounds = [key for key in given if key not in known], PAIRS_OF_BOUNDS if "lower" in known else set[str]()
+    refuse(
+        keys & NONLINEAR and not keys & {"M", "Q", "A"},
+        "",
+        "is a nonlinear problem",
+        hint,
+    )
+    refuse(
+        {"version", "status", "z"} <= keys,
+        "",
+        "is a result, not a problem",
+        "name the file of the problem",
+    )
+    others, bounds = (
+        [key for key in given if key not in known],
+        PAIRS_OF_BOUNDS if "lower" in known else set[str](),
+    )
     of_game = {"payoff", "payoffs", "payoff_matrix", "payoff_matrices", "players"}
-    meanings = (of_game, "payoffs of a game as A and B"), (bounds, "bounds as lower and upper, each a list")
+    meanings = (
+        (of_game, "payoffs of a game as A and B"),
+        (bounds, "bounds as lower and upper, each a list"),
+    )
     for (names, what), key in product(meanings, others):
-        refuse(key.casefold() in names, key, f"is not a key of {whole}", f"give the {what}")
-    errors.refuse_unknown(field, given, known, whole, {k: v for k, v in OTHER_NAMES.items() if v in known})
+        refuse(
+            key.casefold() in names, key, f"is not a key of {whole}", f"give the {what}"
+        )
+    errors.refuse_unknown(
+        field, given, known, whole, {k: v for k, v in OTHER_NAMES.items() if v in known}
+    )
 
 
 # Ways to write a program: what makes the problem, of which keys, the vector and the
@@ -108,9 +194,17 @@ def made(fields: Mapping[str, Any]) -> Problem | Matrix:
 
     if "q" not in fields:
         if any(key in fields for key in KEYS if key not in ("M", *TEXTS)):
-            raise ProblemError("q", "is missing", "add q, or name the file of q after this one")
-        return as_matrix("M", fields["M"]) if isinstance(fields["M"], list) else fields["M"]
-    arguments = {key: fields[key] for key in KEYS if key in fields and key != "solution"}
+            raise ProblemError(
+                "q", "is missing", "add q, or name the file of q after this one"
+            )
+        return (
+            as_matrix("M", fields["M"])
+            if isinstance(fields["M"], list)
+            else fields["M"]
+        )
+    arguments = {
+        key: fields[key] for key in KEYS if key in fields and key != "solution"
+    }
     if "names" in fields:
         from lcpcli.model.program import names_of
 
@@ -131,11 +225,19 @@ def _program(data: Mapping[str, Any]) -> Problem:
         raise ProblemError(other, fault, READINGS)
     known = [key for key in data if any(key in keys for keys, *_ in FORMS.values())]
     known.sort(key=lambda key: key not in NATIVE)
-    maker = next((maker for maker, (keys, *_) in FORMS.items() if set(known) <= set(keys)), "")
+    maker = next(
+        (maker for maker, (keys, *_) in FORMS.items() if set(known) <= set(keys)), ""
+    )
     if not maker:
-        pairs = (two for two in combinations(known, 2) if not any(set(two) <= set(keys) for keys, *_ in FORMS.values()))
+        pairs = (
+            two
+            for two in combinations(known, 2)
+            if not any(set(two) <= set(keys) for keys, *_ in FORMS.values())
+        )
         one, other = next(pairs)
-        raise ProblemError(other, f"and {one} belong to two ways to write a program", READINGS)
+        raise ProblemError(
+            other, f"and {one} belong to two ways to write a program", READINGS
+        )
     keys, vector, matrix = FORMS[maker]
     refuse_unknown("", data, keys, "a program")
     refuse(vector not in data, vector, "is missing", f"add the objective, {vector}'x")
@@ -149,10 +251,19 @@ def _program(data: Mapping[str, Any]) -> Problem:
 
 def _game(data: Mapping[str, Any]) -> Problem:
     if bound := next(filter(is_for_bounds, data), None):
-        raise ProblemError(bound, "is not a key of a game", "its unknowns are probabilities; leave it out")
+        raise ProblemError(
+            bound,
+            "is not a key of a game",
+            "its unknowns are probabilities; leave it out",
+        )
     refuse_unknown("", data, GAME, "a game")
     for key in ("A", "B"):
-        refuse(key not in data, key, "is missing", f"add the key {key}{', -A in a zero-sum game' * (key == 'B')}")
+        refuse(
+            key not in data,
+            key,
+            "is missing",
+            f"add the key {key}{', -A in a zero-sum game' * (key == 'B')}",
+        )
     refuse(any(_depth(data[key]) > 2 for key in ("A", "B")), "", *THREE_PLAYERS)
     from lcpcli.games.problems import from_game
 

@@ -20,7 +20,12 @@ Number: TypeAlias = "Callable[[str], float]"  # converts a number in a text to a
 # The numbers that doubles stand for, if not their shortest decimals.
 Exact: TypeAlias = "Mapping[float, Fraction]"
 
-ALL, BOUNDS, M_AND_Q, PROGRAM = "everything", "M, q and bounds", "M and q", "the program"
+ALL, BOUNDS, M_AND_Q, PROGRAM = (
+    "everything",
+    "M, q and bounds",
+    "M and q",
+    "the program",
+)
 
 
 class Kind(NamedTuple):
@@ -40,7 +45,13 @@ class Kind(NamedTuple):
     has_no_vector: str = ""  # why such a file holds no vector; "" if it may hold one
 
 
-MPS_FILE = Kind("mps_format", PROGRAM, in_decimals=True, is_packed=True, has_no_vector="is a program")
+MPS_FILE = Kind(
+    "mps_format",
+    PROGRAM,
+    in_decimals=True,
+    is_packed=True,
+    has_no_vector="is a program",
+)
 FORMATS = {
     ".json": Kind("json_format", ALL, in_decimals=True, is_packed=True),
     ".csv": Kind("csv_format", BOUNDS, in_decimals=True, is_packed=True),
@@ -51,9 +62,15 @@ FORMATS = {
     ".mps": MPS_FILE,
     ".qps": MPS_FILE,
     ".lp": MPS_FILE._replace(keeps=""),
-    ".nl": Kind("nl_format", "", in_decimals=True, is_packed=True, has_no_vector="is a model"),
-    ".nfg": Kind("games", "", is_packed=True, beginning=b"NFG ", has_no_vector="is a game"),
-    ".efg": Kind("games", "", is_packed=True, beginning=b"EFG ", has_no_vector="is a game"),
+    ".nl": Kind(
+        "nl_format", "", in_decimals=True, is_packed=True, has_no_vector="is a model"
+    ),
+    ".nfg": Kind(
+        "games", "", is_packed=True, beginning=b"NFG ", has_no_vector="is a game"
+    ),
+    ".efg": Kind(
+        "games", "", is_packed=True, beginning=b"EFG ", has_no_vector="is a game"
+    ),
 }
 
 
@@ -70,7 +87,9 @@ WITH_BOUNDS = _suffixes(ALL, BOUNDS)
 # Read as if it were not.
 COMPRESSED = tuple(f"{suffix}.gz" for suffix, kind in FORMATS.items() if kind.is_packed)
 PROBLEMS = (*FORMATS, *COMPRESSED)  # all suffixes of files with one problem
-WRITTEN = f"{', '.join(GENERAL_SUFFIXES)}, or {' or '.join(PROGRAM_SUFFIXES)} for a program"
+WRITTEN = (
+    f"{', '.join(GENERAL_SUFFIXES)}, or {' or '.join(PROGRAM_SUFFIXES)} for a program"
+)
 LINES = (".jsonl", ".ndjson")  # one problem, or one result, in each line
 
 
@@ -113,24 +132,62 @@ ZIP, GZIP = b"PK\x03\x04", b"\x1f\x8b"
 COMPRESSIBLE = tuple(ending.removesuffix(".gz") for ending in COMPRESSED)
 # The five numbers with which a MAT file of version 4 begins, in either order of bytes:
 # no text is like them.
-MAT_4 = rb"(?s)[\0-\x34]\0{3}.{8}[\0\1]\0{3}.{2}\0{2}|\0{2}[\3\4].{9}\0{3}[\0\1]\0{2}.{2}"
+MAT_4 = (
+    rb"(?s)[\0-\x34]\0{3}.{8}[\0\1]\0{3}.{2}\0{2}|\0{2}[\3\4].{9}\0{3}[\0\1]\0{2}.{2}"
+)
 MPS = rb"(?mi)(?:\*[^\n]*\n|\s*\n)*(?:NAME|ROWS|OBJSENSE)\b[^;,{\n]*\r?\n(?s:.){0,1000}?^\s*N\s+\S"
 AS_ARRAYS = "save M and q with numpy.savez"
 SPREADSHEET = ("is a spreadsheet", "save it as CSV")
 PACKED = ("is compressed", "uncompress it first")
 PICKLE = ("is a pickle, which may run any code when it is read", AS_ARRAYS)
-SCRIPT = ("is a script or a model, which lcp does not run", "have it save M and q as .mat, .npz or .csv")
+SCRIPT = (
+    "is a script or a model, which lcp does not run",
+    "have it save M and q as .mat, .npz or .csv",
+)
 # Fault, hint, suffixes and beginnings of files.
 FOREIGN: tuple[tuple[str, str, str, tuple[bytes, ...]], ...] = (
     (*SPREADSHEET, ".xlsx .xlsm .xls .ods .numbers", (b"\xd0\xcf\x11\xe0",)),
-    ("is a MATLAB file of version 7.3", "save it with -v7: save('p.mat', 'M', 'q', '-v7')", "", (b"MATLAB 7.3",)),
+    (
+        "is a MATLAB file of version 7.3",
+        "save it with -v7: save('p.mat', 'M', 'q', '-v7')",
+        "",
+        (b"MATLAB 7.3",),
+    ),
     ("is HDF5", f"{AS_ARRAYS}, or in MATLAB with -v7", ".h5 .hdf5", (b"\x89HDF",)),
-    (*PICKLE, ".pkl .pickle .joblib", (b"\x80\x02", b"\x80\x03", b"\x80\x04", b"\x80\x05")),
-    ("is a binary table", "save it as CSV", ".parquet .feather .dta .sav .rds .rdata", (b"PAR1", b"ARROW1")),
-    (*PACKED, ".zip .gz .bz2 .xz .7z .tar .tgz .zst", (GZIP, b"BZh", b"\xfd7zXZ", b"7z\xbc\xaf", b"\x28\xb5\x2f\xfd")),
-    ("is HTML or XML", "was a web page saved in its place?", "", (b"<!DOCTYPE", b"<!doctype", b"<html", b"<?xml")),
-    ("is a document", "copy M and q into a CSV file", ".pdf .docx .doc .tex", (b"%PDF",)),
-    ("is a document of Gambit's graphical interface", "save the game there as .efg or .nfg", ".gbt", ()),
+    (
+        *PICKLE,
+        ".pkl .pickle .joblib",
+        (b"\x80\x02", b"\x80\x03", b"\x80\x04", b"\x80\x05"),
+    ),
+    (
+        "is a binary table",
+        "save it as CSV",
+        ".parquet .feather .dta .sav .rds .rdata",
+        (b"PAR1", b"ARROW1"),
+    ),
+    (
+        *PACKED,
+        ".zip .gz .bz2 .xz .7z .tar .tgz .zst",
+        (GZIP, b"BZh", b"\xfd7zXZ", b"7z\xbc\xaf", b"\x28\xb5\x2f\xfd"),
+    ),
+    (
+        "is HTML or XML",
+        "was a web page saved in its place?",
+        "",
+        (b"<!DOCTYPE", b"<!doctype", b"<html", b"<?xml"),
+    ),
+    (
+        "is a document",
+        "copy M and q into a CSV file",
+        ".pdf .docx .doc .tex",
+        (b"%PDF",),
+    ),
+    (
+        "is a document of Gambit's graphical interface",
+        "save the game there as .efg or .nfg",
+        ".gbt",
+        (),
+    ),
     (*SCRIPT, ".m .py .ipynb .jl .r .mod .gms", ()),
 )
 
@@ -143,7 +200,10 @@ RESULT = re.compile(  # of this program, in JSON or CSV
     rb"problem,method,k,)"
 )
 RENDERED = rb"\blcp \d+\.\d[^\n]{0,30}, (?:tol \$?\d|in exact arithmetic)"
-AS_TABLE = ("is a result of lcp as a table, which it does not read", "write it with -o to a .json or .csv file")
+AS_TABLE = (
+    "is a result of lcp as a table, which it does not read",
+    "write it with -o to a .json or .csv file",
+)
 
 
 def form_of(path: str, content: bytes) -> str:
@@ -155,14 +215,25 @@ def form_of(path: str, content: bytes) -> str:
         refuse(b".npy" not in content, "", *(SPREADSHEET if is_spreadsheet else PACKED))
         return "npz_format"
     if not (content.startswith(GZIP) and ending in COMPRESSIBLE):
-        foreign = (advice for *advice, _, beginnings in FOREIGN if content.startswith(beginnings))
+        foreign = (
+            advice
+            for *advice, _, beginnings in FOREIGN
+            if content.startswith(beginnings)
+        )
         fault, hint = next(foreign, ("", ""))
         refuse(fault, "", fault, hint)
-    begun = (kind for kind in FORMATS.values() if kind.beginning and content.startswith(kind.beginning))
+    begun = (
+        kind
+        for kind in FORMATS.values()
+        if kind.beginning and content.startswith(kind.beginning)
+    )
     kind = next(begun, None) or kind_with(ending)
     form = kind.form if kind else "mat_format" if re.match(MAT_4, content) else None
     if form is None:
-        by_suffix = next((advice for *advice, suffixes, _ in FOREIGN if ending in suffixes.split()), ("", ""))
+        by_suffix = next(
+            (advice for *advice, suffixes, _ in FOREIGN if ending in suffixes.split()),
+            ("", ""),
+        )
         fault, hint = AS_TABLE if re.search(RENDERED, content) else by_suffix
         refuse(fault, "", fault, hint)
     if form is None and re.match(MPS, content):

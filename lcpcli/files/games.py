@@ -41,34 +41,68 @@ def fields(content: bytes, number: Number = float) -> dict[str, Any]:  # noqa: A
     parts: list[Any] = [*_nested(decode(content)), *6 * [""]]
     begin, version, _, title, players, sides, *cells = parts
     if (begin, version) != ("NFG", "1"):
-        raise ProblemError("line 1", "is not the beginning of a game", "begin the file with NFG 1 R or EFG 2 R")
+        raise ProblemError(
+            "line 1",
+            "is not the beginning of a game",
+            "begin the file with NFG 1 R or EFG 2 R",
+        )
     if not (_is_text(title) and isinstance(players, list) and isinstance(sides, list)):
-        raise ProblemError("", "has no title, players and strategies", 'write NFG 1 R "title" { "one" "two" } { 2 2 }')
+        raise ProblemError(
+            "",
+            "has no title, players and strategies",
+            'write NFG 1 R "title" { "one" "two" } { 2 2 }',
+        )
     refuse(max(len(players), len(sides)) > 2, "", *THREE_PLAYERS)
     if (fewest := min(len(players), len(sides))) < 2:
-        raise ProblemError("", f"is a game of {count(fewest, 'player')}", "give one of two players")
+        raise ProblemError(
+            "", f"is a game of {count(fewest, 'player')}", "give one of two players"
+        )
     m, k = (len(own) if isinstance(own, list) else _whole(own) for own in sides)
     refuse(not m * k, "", "has a player without strategies", "give each at least one")
     # A text here is a comment.
     pairs = _pairs([cell for cell in cells if cell and not _is_text(cell)])
     refuse(len(pairs) < m * k, "", "ends too early", "is it cut off?")
-    refuse(len(pairs) > m * k, "", f"has more than the payoffs of {m} x {k} strategies", "remove the others")
-    A, B = ([[payoff_of(pairs[j * m + i][player]) for j in range(k)] for i in range(m)] for player in (0, 1))
+    refuse(
+        len(pairs) > m * k,
+        "",
+        f"has more than the payoffs of {m} x {k} strategies",
+        "remove the others",
+    )
+    A, B = (
+        [[payoff_of(pairs[j * m + i][player]) for j in range(k)] for i in range(m)]
+        for player in (0, 1)
+    )
     labels = (list(map(_text, own)) if isinstance(own, list) else [] for own in sides)
-    rows, columns = ([] if own == [str(i) for i in range(1, len(own) + 1)] else own for own in labels)
+    rows, columns = (
+        [] if own == [str(i) for i in range(1, len(own) + 1)] else own for own in labels
+    )
     own = list(map(_text, players))
-    named = {} if own == ["Player 1", "Player 2"] or len({*own, ""}) < 3 else {"players": own}
-    return {"A": A, "B": B, "rows": rows, "columns": columns, "name": _text(title)} | named
+    named = (
+        {}
+        if own == ["Player 1", "Player 2"] or len({*own, ""}) < 3
+        else {"players": own}
+    )
+    return {
+        "A": A,
+        "B": B,
+        "rows": rows,
+        "columns": columns,
+        "name": _text(title),
+    } | named
 
 
 def _nested(text: str) -> list[Any]:
     """Return the words and the quoted texts of a file, with a list for each pair of braces."""
     braces = {"{": "[", "}": "],\n"}
-    parts = (braces.get(token) or f"{json.dumps(token)},\n" for token in TOKEN.findall(text))
+    parts = (
+        braces.get(token) or f"{json.dumps(token)},\n" for token in TOKEN.findall(text)
+    )
     try:
         found: list[Any] = json.loads(f"[{''.join(parts)}]".replace(",\n]", "]"))
     except (ValueError, RecursionError):
-        raise ProblemError("", "has braces that do not match", "is it cut off?") from None
+        raise ProblemError(
+            "", "has braces that do not match", "is it cut off?"
+        ) from None
     return found
 
 
@@ -78,19 +112,36 @@ def _pairs(cells: list[Any]) -> list[Pair]:
         return _in_pairs(cells)
     outcomes = [(Fraction(0), Fraction(0))]
     for outcome in cells[0]:
-        payoffs = _in_pairs([part for part in outcome if not _is_text(part)]) if isinstance(outcome, list) else []
+        payoffs = (
+            _in_pairs([part for part in outcome if not _is_text(part)])
+            if isinstance(outcome, list)
+            else []
+        )
         if len(payoffs) != 1:
-            raise ProblemError("", f"has {quoted(str(outcome))} in place of an outcome", "give two payoffs in braces")
+            raise ProblemError(
+                "",
+                f"has {quoted(str(outcome))} in place of an outcome",
+                "give two payoffs in braces",
+            )
         outcomes += payoffs
     numbers = list(map(_whole, cells[1:]))
     if numbers and max(numbers) >= len(outcomes):
-        raise ProblemError("", f"names outcome {max(numbers)} of {len(outcomes) - 1}", "name one that is given")
+        raise ProblemError(
+            "",
+            f"names outcome {max(numbers)} of {len(outcomes) - 1}",
+            "name one that is given",
+        )
     return [outcomes[number] for number in numbers]
 
 
 def _in_pairs(numbers: list[Any]) -> list[Pair]:
     values = [ratio(str(number)) for number in numbers]
-    refuse(len(values) % 2, "", "has an odd number of payoffs", "give two for each pair of strategies")
+    refuse(
+        len(values) % 2,
+        "",
+        "has an odd number of payoffs",
+        "give two for each pair of strategies",
+    )
     return list(zip(values[::2], values[1::2], strict=True))
 
 
@@ -99,13 +150,23 @@ def _is_text(token: Any) -> bool:
 
 
 def _text(token: Any) -> str:
-    refuse(not _is_text(token), "", f"has {quoted(str(token))} in place of a name", "put names in quotes")
+    refuse(
+        not _is_text(token),
+        "",
+        f"has {quoted(str(token))} in place of a name",
+        "put names in quotes",
+    )
     return re.sub(r"\\(.)", r"\1", token[1:-1])
 
 
 def _whole(token: Any) -> int:
     fault = f"has {quoted(str(token))} in place of a whole number"
-    refuse(not re.fullmatch(r"[0-9]{1,9}", str(token)), "", fault, "give the number of strategies or of an outcome")
+    refuse(
+        not re.fullmatch(r"[0-9]{1,9}", str(token)),
+        "",
+        fault,
+        "give the number of strategies or of an outcome",
+    )
     return int(token)
 
 
@@ -114,7 +175,10 @@ def game_in(paths: Sequence[str]) -> Input:
     if len(paths) != 2:
         raise ParameterError("game", f"takes two files, not {len(paths)}", HINT)
     (A, rows, columns), (B, own_rows, own_columns) = map(_table, paths)
-    parts = [f'"{key}": [{", ".join(map(_row, table))}]' for key, table in (("A", A), ("B", B))]
+    parts = [
+        f'"{key}": [{", ".join(map(_row, table))}]'
+        for key, table in (("A", A), ("B", B))
+    ]
     for key, *names in (("rows", rows, own_rows), ("columns", columns, own_columns)):
         parts.append(f'"{key}": {json.dumps(_shared(paths[1], key, *names))}')
     return Input((paths[0],), (f"{{{', '.join(parts)}}}".encode(),))
@@ -123,7 +187,9 @@ def game_in(paths: Sequence[str]) -> Input:
 def hint(paths: Sequence[str]) -> str:
     """Return the line that says that two files may be the payoffs of a game, as tables of the same shape that are
     square, or have labels and no q, or have a shape that no problem has; "" for other files."""
-    if len(paths) != 2 or not all(Path(path).is_file() and Path(path).stat().st_size < 100_000 for path in paths):
+    if len(paths) != 2 or not all(
+        Path(path).is_file() and Path(path).stat().st_size < 100_000 for path in paths
+    ):
         # A larger table is not read again for a mere hint, which would take long.
         return ""
     try:
@@ -143,9 +209,15 @@ def _shared(path: str, key: str, names: list[str], others: list[str]) -> list[st
     if names and others and len(names) != len(others):
         return []
     if names and others and names != others:
-        own, other = next((own, name) for own, name in zip(others, names, strict=True) if own != name)
+        own, other = next(
+            (own, name) for own, name in zip(others, names, strict=True) if own != name
+        )
         fault = f"has {quoted(own)} among the {key} where the other table has {quoted(other)}"
-        raise ProblemError(place(path), fault, "give both the same names in the same order, or one of them none")
+        raise ProblemError(
+            place(path),
+            fault,
+            "give both the same names in the same order, or one of them none",
+        )
     return names or others
 
 
@@ -158,11 +230,18 @@ def _table(path: str) -> tuple[list[list[str]], list[str], list[str]]:
 
     def parse(content: bytes) -> tuple[list[list[str]], list[str], list[str]]:
         if form_of(path, content) != "csv_format":
-            raise ProblemError("", "is not a table in CSV", "write the game as JSON, with the keys A and B")
+            raise ProblemError(
+                "",
+                "is not a table in CSV",
+                "write the game as JSON, with the keys A and B",
+            )
         table = table_of(content, str)
         refuse(table.places, "", f"has columns headed {', '.join(table.places)}", HINT)
         both = (table.labels, table.header)
-        index, header = ([] if any(not name or is_number(name) for name in own) else own for own in both)
+        index, header = (
+            [] if any(not name or is_number(name) for name in own) else own
+            for own in both
+        )
         return table.rows, index, header
 
     return parsed(path, HINT, parse)

@@ -16,7 +16,14 @@ import numpy as np
 
 from lcpcli.errors import ProblemError
 from lcpcli.files import contents, json_format, reading
-from lcpcli.files.contents import STANDARD_INPUT, Source, checked, content_of, place, within
+from lcpcli.files.contents import (
+    STANDARD_INPUT,
+    Source,
+    checked,
+    content_of,
+    place,
+    within,
+)
 from lcpcli.files.fields import BOUNDS, TEXTS, is_whole, made
 from lcpcli.files.formats import LINES, form_of, kind_in, load, refuse
 from lcpcli.files.reading import LINE, WHOLE
@@ -63,7 +70,11 @@ class Input(NamedTuple):
         except ProblemError as error:
             error.where = error.where.removeprefix("line 1, ")
             raise error.inside(f"{place(self.paths[0])}: line {self.line}") from None
-        return problem if problem.name else problem.named(f"{reading.name_of(self.paths[0])}:{self.line}")
+        return (
+            problem
+            if problem.name
+            else problem.named(f"{reading.name_of(self.paths[0])}:{self.line}")
+        )
 
     def length(self) -> int:
         """Return the number of bytes of the texts among the contents, whose numbers may have any number of digits."""
@@ -89,14 +100,25 @@ class QColumns(NamedTuple):
     @property
     def sources(self) -> list[Source]:  # the places of its problems
         file, marks = place(self.paths[1]), self.marks
-        return [Source(file, self.first + j, marks[j] if marks else None) for j in range(len(self.names))]
+        return [
+            Source(file, self.first + j, marks[j] if marks else None)
+            for j in range(len(self.names))
+        ]
 
     @property
     def digests(self) -> list[str]:  # the digests of its problems
         M = self.M.tocsr() if is_sparse(self.M) else self.M
-        parts = [part.tobytes() for part in ((M.indptr, M.indices, M.data) if is_sparse(M) else (M,))]
-        shared = {key: np.asarray(value, dtype=object).tolist() for key, value in sorted(self.shared.items())}
-        whole = digest(*parts, *([json.dumps(shared, default=str).encode()] if shared else []))
+        parts = [
+            part.tobytes()
+            for part in ((M.indptr, M.indices, M.data) if is_sparse(M) else (M,))
+        ]
+        shared = {
+            key: np.asarray(value, dtype=object).tolist()
+            for key, value in sorted(self.shared.items())
+        }
+        whole = digest(
+            *parts, *([json.dumps(shared, default=str).encode()] if shared else [])
+        )
         return [digest(whole.encode(), q.tobytes()) for q in self.Q.T]
 
     def first_problem(self) -> Problem:
@@ -106,10 +128,14 @@ class QColumns(NamedTuple):
 
     def part(self, begin: int, end: int) -> QColumns:
         names, marks = self.names[begin:end], self.marks[begin:end]
-        return self._replace(Q=self.Q[:, begin:end], names=names, first=self.first + begin, marks=marks)
+        return self._replace(
+            Q=self.Q[:, begin:end], names=names, first=self.first + begin, marks=marks
+        )
 
     def parts(self, most: int) -> Iterator[QColumns]:
-        return (self.part(begin, begin + most) for begin in range(0, len(self.names), most))
+        return (
+            self.part(begin, begin + most) for begin in range(0, len(self.names), most)
+        )
 
 
 Work: TypeAlias = Input | QColumns
@@ -121,7 +147,11 @@ def nonlinear_in(path: str, content: bytes) -> Model | None:
     from lcpcli.files.nl_format import Model
 
     model = within(place(path), Model, content, path)
-    return None if within(place(path), lambda: isinstance(model.problem, Problem)) else model
+    return (
+        None
+        if within(place(path), lambda: isinstance(model.problem, Problem))
+        else model
+    )
 
 
 def digest(*parts: bytes) -> str:
@@ -135,7 +165,10 @@ def digest(*parts: bytes) -> str:
 
 
 def inputs(
-    paths: Sequence[str], streams: bool = False, of_folders: Collection[str] = (), has_q: bool = False
+    paths: Sequence[str],
+    streams: bool = False,
+    of_folders: Collection[str] = (),
+    has_q: bool = False,
 ) -> Iterator[Work]:
     """Yield the inputs in the files, in order; "-" is standard input. A file with M alone is followed by the file of q.
 
@@ -151,10 +184,16 @@ def inputs(
             with contents.open_file(path) as file:
                 head, are_lines = _head(path, file, streams and path == STANDARD_INPUT)
                 if are_lines and has_q:
-                    raise ProblemError(left.pop(), "is not needed", f"{place(path)} has problems in its lines")
+                    raise ProblemError(
+                        left.pop(),
+                        "is not needed",
+                        f"{place(path)} has problems in its lines",
+                    )
                 if are_lines:
                     for number, line in enumerate(chain(head, file), 1):
-                        if text := (contents.without_mark(line) if number == 1 else line).strip():
+                        if text := (
+                            contents.without_mark(line) if number == 1 else line
+                        ).strip():
                             yield Input((path,), (text,), line=number)
                     continue
                 content = checked(path, b"".join([*head, file.read()]), WHOLE)
@@ -175,15 +214,24 @@ def _head(path: str, file: IO[bytes], streams: bool) -> tuple[list[bytes], bool]
         if path.casefold().endswith(LINES):
             return head, True
         with suppress(ValueError, RecursionError):
-            first = contents.without_mark(nonblank[0]) if streams and len(nonblank) == 1 else b"0"
+            first = (
+                contents.without_mark(nonblank[0])
+                if streams and len(nonblank) == 1
+                else b"0"
+            )
             if isinstance(json.loads(first, parse_int=float), dict):
                 return head, True
-        if len(nonblank) == 2 or (nonblank and not (nonblank[0].startswith(b"{") and nonblank[0].endswith(b"}"))):
+        if len(nonblank) == 2 or (
+            nonblank
+            and not (nonblank[0].startswith(b"{") and nonblank[0].endswith(b"}"))
+        ):
             return head, len(nonblank) == 2 and nonblank[1].startswith(b"{")
     return head, False
 
 
-def _with_next(path: str, content: bytes, left: list[str], of_folders: Collection[str], has_q: bool) -> Work:
+def _with_next(
+    path: str, content: bytes, left: list[str], of_folders: Collection[str], has_q: bool
+) -> Work:
     """Return the problem in a file. The next file is taken as q if it `has_q`, if this one has M alone, or if the next
     one has a vector and no problem, so that the error can name both; of a folder only if M is alone and it can only be
     q."""
@@ -191,7 +239,11 @@ def _with_next(path: str, content: bytes, left: list[str], of_folders: Collectio
         return Input((path,), (content,))
     M, shared = _without_q(path, content)
     are_named = path not in of_folders and left[0] not in of_folders
-    takes = (are_named and _is_q(left[0])) if M is None else (are_named or _is_q(left[0], M.shape[0]))
+    takes = (
+        (are_named and _is_q(left[0]))
+        if M is None
+        else (are_named or _is_q(left[0], M.shape[0]))
+    )
     if not (takes or has_q):
         if shared is None and are_named:
             _refuse_swapped(path, content, left)
@@ -203,7 +255,10 @@ def _with_next(path: str, content: bytes, left: list[str], of_folders: Collectio
         names = partial(reading.names_in, path, content, shared or {})
         within(place(q_path), reading.require_order, q_path, q_content, names)
         columns = within(place(q_path), _columns, q_path, q_content, M.shape[0])
-    if columns is not None and form_of(path, content) == form_of(q_path, q_content) == "csv_format":
+    if (
+        columns is not None
+        and form_of(path, content) == form_of(q_path, q_content) == "csv_format"
+    ):
         from lcpcli.files.csv_format import refuse_two_meanings
 
         within(place(q_path), refuse_two_meanings, q_content, content)
@@ -211,7 +266,12 @@ def _with_next(path: str, content: bytes, left: list[str], of_folders: Collectio
         return Input((path, q_path), (content, q_content))
     own = columns[0][:, : len(columns[0])]
     has_M = 1 < len(own) >= len(columns[1]) - 1 and np.array_equal(own, dense(M))
-    refuse(has_M, place(q_path), f"begins with M of {place(path)}", "if it holds M and q, name it alone")
+    refuse(
+        has_M,
+        place(q_path),
+        f"begins with M of {place(path)}",
+        "if it holds M and q, name it alone",
+    )
     return QColumns((path, q_path), M, *columns, shared or {})
 
 
@@ -220,21 +280,35 @@ def _refuse_swapped(path: str, content: bytes, left: list[str]) -> None:
     M = q = None
     with suppress(ProblemError):
         q = reading.vector_in("q", path, content)
-        M = None if left[0] == STANDARD_INPUT else _without_q(left[0], content_of(left[0], WHOLE))[0]
+        M = (
+            None
+            if left[0] == STANDARD_INPUT
+            else _without_q(left[0], content_of(left[0], WHOLE))[0]
+        )
     if q is not None and M is not None and len(q) == M.shape[0]:
         other = left.pop(0)
-        raise ProblemError(place(path), f"holds q, and {other} M", f"name M first: {other} {path}")
+        raise ProblemError(
+            place(path), f"holds q, and {other} M", f"name M first: {other} {path}"
+        )
 
 
-def _without_q(path: str, content: bytes) -> tuple[Matrix | None, Mapping[str, Any] | None]:
+def _without_q(
+    path: str, content: bytes
+) -> tuple[Matrix | None, Mapping[str, Any] | None]:
     """Return M and what several q share with it in a file; None if it has q, and None twice if it is no problem."""
     # A guess that spares reading it twice.
     has_q = content.lstrip().startswith(b"{") and b'"q"' in content
     with suppress(ProblemError):
         fields = {} if has_q else reading.fields_in(path, content)
         if not is_whole(fields) and {"M"} <= fields.keys() <= {"M", *SHARED, *TEXTS}:
-            M = as_matrix("M", fields["M"]) if isinstance(fields["M"], list) else fields["M"]
-            return (M if M.ndim == 2 else None), {key: fields[key] for key in SHARED if key in fields}
+            M = (
+                as_matrix("M", fields["M"])
+                if isinstance(fields["M"], list)
+                else fields["M"]
+            )
+            return (M if M.ndim == 2 else None), {
+                key: fields[key] for key in SHARED if key in fields
+            }
         return None, {}
     return None, None
 
@@ -248,14 +322,18 @@ def _is_q(path: str, n: int | None = None) -> bool:
     with suppress(ProblemError):
         with contents.open_file(path) as file:
             head = file.read(1024)  # few files begin with more blanks
-            is_other = head.lstrip().startswith(b"{") and not head.lstrip(b"{ \t\r\n").startswith(b'"q"')
+            is_other = head.lstrip().startswith(b"{") and not head.lstrip(
+                b"{ \t\r\n"
+            ).startswith(b'"q"')
             content = b"" if is_other else checked(path, head + file.read(), LINE)
         if not content:
             return False
         with suppress(ProblemError):
             own = within(place(path), made, reading.fields_in(path, content))
         with suppress(ProblemError):
-            return reading.vector_in("q", path, content).size == n or not isinstance(own, Problem)
+            return reading.vector_in("q", path, content).size == n or not isinstance(
+                own, Problem
+            )
         return own is None and n is not None and _columns(path, content, n) is not None
     return False
 

@@ -37,17 +37,30 @@ def fields(content: bytes, number: Number = float) -> dict[str, Any]:
     """Return the fields of the object in a JSON text; a ProblemError names the field, or the line and column."""
     data = load(decode(content), number)
     if not isinstance(data, dict):
-        raise ProblemError("", f"is {kind(data)}", "give an object with the keys M and q, or one in each line")
+        raise ProblemError(
+            "",
+            f"is {kind(data)}",
+            "give an object with the keys M and q, or one in each line",
+        )
     if of := kind_of(data):
-        data |= {key: _sparse(key, data[key]) for key in MATRICES if isinstance(data.get(key), dict)}
+        data |= {
+            key: _sparse(key, data[key])
+            for key in MATRICES
+            if isinstance(data.get(key), dict)
+        }
         return data | (_payoffs(load(decode(content), payoff)) if of == "game" else {})
     refuse_unknown("", data, KEYS)
     refuse("M" not in data, "M", "is missing", "add the key M")
     data |= {key: as_vector(key, data[key]) for key in STARTS if key in data}
     if isinstance(data["M"], dict):
-        data["M"] = _sparse("M", data["M"], as_vector("q", data["q"]).size if "q" in data else None)
+        data["M"] = _sparse(
+            "M", data["M"], as_vector("q", data["q"]).size if "q" in data else None
+        )
     if "solution" in data:
-        given, hint = data["solution"], "give a list of numbers, or a list of such lists"
+        given, hint = (
+            data["solution"],
+            "give a list of numbers, or a list of such lists",
+        )
         refuse(not isinstance(given, list), "solution", f"is {kind(given)}", hint)
         data["solution"] = given if given and isinstance(given[0], list) else [given]
     return data
@@ -62,15 +75,22 @@ def values(field: str, content: bytes, number: Number = float) -> Any:
 def payoff(text: str) -> float | Fraction:
     """Return a payoff as written: the nearest double, or a fraction if the shortest decimal of the double differs."""
     double = float(text)
-    if (len(text) <= DIGITS and "e" not in text.casefold()) or not math.isfinite(double):
+    if (len(text) <= DIGITS and "e" not in text.casefold()) or not math.isfinite(
+        double
+    ):
         return double
     from fractions import Fraction
 
     from lcpcli.rational.numbers import fraction
 
     exact = payoff_of(fraction(text))
-    if isinstance(exact, Fraction) and max(abs(exact.numerator), exact.denominator) >= 10**1000:  # as that is slow
-        raise ProblemError("", f"has the payoff {quoted(text)}", "write it with at most 1000 digits")
+    if (
+        isinstance(exact, Fraction)
+        and max(abs(exact.numerator), exact.denominator) >= 10**1000
+    ):  # as that is slow
+        raise ProblemError(
+            "", f"has the payoff {quoted(text)}", "write it with at most 1000 digits"
+        )
     return exact
 
 
@@ -91,25 +111,55 @@ def _payoffs(data: dict[str, Any]) -> dict[str, list[Any]]:
             m, k = map(int, table["shape"])
             refuse_mostly_absent(key, (m, k), m * k, len(table["values"]))
             tables[key] = [[0.0] * k for _ in range(m)]
-            for i, j, value in zip(table["rows"], table["cols"], table["values"], strict=True):
+            for i, j, value in zip(
+                table["rows"], table["cols"], table["values"], strict=True
+            ):
                 tables[key][int(i)][int(j)] = value
-        elif key in ("A", "B") and isinstance(table, list) and all(isinstance(row, list) for row in table):
+        elif (
+            key in ("A", "B")
+            and isinstance(table, list)
+            and all(isinstance(row, list) for row in table)
+        ):
             tables[key] = table
     return tables
 
 
 def load(text: str, number: Callable[[str], Any] = float) -> Any:
     try:
-        return json.loads(text, parse_int=number, parse_float=number, parse_constant=number, object_pairs_hook=_object)
+        return json.loads(
+            text,
+            parse_int=number,
+            parse_float=number,
+            parse_constant=number,
+            object_pairs_hook=_object,
+        )
     except json.JSONDecodeError as error:
-        if error.msg.startswith("Extra data") and text[error.pos] == "{" and error.lineno > 1:
-            raise ProblemError(f"line {error.lineno}", "has another object below the first one", SEVERAL) from None
+        if (
+            error.msg.startswith("Extra data")
+            and text[error.pos] == "{"
+            and error.lineno > 1
+        ):
+            raise ProblemError(
+                f"line {error.lineno}",
+                "has another object below the first one",
+                SEVERAL,
+            ) from None
         place = f"line {error.lineno}, column {error.colno}"
-        if text[error.pos :].strip() in ("", "-") or error.msg.startswith("Unterminated string"):
-            raise ProblemError(place, "ends too early", "is the file cut off?") from None
-        raise ProblemError(place, f"is not JSON ({error.msg[0].lower()}{error.msg[1:]})", "correct it there") from None
+        if text[error.pos :].strip() in ("", "-") or error.msg.startswith(
+            "Unterminated string"
+        ):
+            raise ProblemError(
+                place, "ends too early", "is the file cut off?"
+            ) from None
+        raise ProblemError(
+            place,
+            f"is not JSON ({error.msg[0].lower()}{error.msg[1:]})",
+            "correct it there",
+        ) from None
     except RecursionError:
-        raise ProblemError("", "is nested too deeply", "M needs two levels of brackets") from None
+        raise ProblemError(
+            "", "is nested too deeply", "M needs two levels of brackets"
+        ) from None
 
 
 def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
@@ -127,19 +177,44 @@ def _sparse(field: str, given: dict[str, Any], n: int | None = None) -> Matrix:
     refuse_unknown(field, given, OF_COORDINATES)
     for key in OF_COORDINATES:
         refuse(key not in given, f"{field}.{key}", "is missing", f"add the key {key}")
-    refuse(given["format"] != "coo", f"{field}.format", f"is {kind(given['format'])}", 'the only format is "coo"')
-    shape, values = (as_vector(f"{field}.{key}", given[key]) for key in ("shape", "values"))
-    rows, cols = (as_vector(f"{field}.{key}", given[key], values.size, "value") for key in ("rows", "cols"))
-    where, declared = f"{field}.shape", " x ".join(f"{side:g}" for side in shape) or "empty"
+    refuse(
+        given["format"] != "coo",
+        f"{field}.format",
+        f"is {kind(given['format'])}",
+        'the only format is "coo"',
+    )
+    shape, values = (
+        as_vector(f"{field}.{key}", given[key]) for key in ("shape", "values")
+    )
+    rows, cols = (
+        as_vector(f"{field}.{key}", given[key], values.size, "value")
+        for key in ("rows", "cols")
+    )
+    where, declared = (
+        f"{field}.shape",
+        " x ".join(f"{side:g}" for side in shape) or "empty",
+    )
     is_other = n is not None and (shape.size != 2 or (shape != n).any())
-    refuse(is_other, where, f"is {declared} but q has {count(n or 0, 'entry')}", "make them agree")
-    refuse(shape.size != 2 or outside(shape, 2**31 - 1).size, where, f"is {declared}", "give two whole numbers from 0")
+    refuse(
+        is_other,
+        where,
+        f"is {declared} but q has {count(n or 0, 'entry')}",
+        "make them agree",
+    )
+    refuse(
+        shape.size != 2 or outside(shape, 2**31 - 1).size,
+        where,
+        f"is {declared}",
+        "give two whole numbers from 0",
+    )
     m, k = map(int, shape)
     refuse_mostly_absent(field, (m, k), max(m, k), values.size)
     return of_coordinates(field, values, rows, cols, (m, k), 0).tocsr()
 
 
-def of_coordinates(field: str, values: Vector, rows: Any, cols: Any, shape: tuple[int, int], first: int) -> Matrix:
+def of_coordinates(
+    field: str, values: Vector, rows: Any, cols: Any, shape: tuple[int, int], first: int
+) -> Matrix:
     """Return the sparse matrix in scipy's coordinate form; raise ProblemError for a place outside, or one given twice.
     rows, cols : the places of the values, counted from `first`."""
     from scipy.sparse import coo_array
@@ -149,17 +224,28 @@ def of_coordinates(field: str, values: Vector, rows: Any, cols: Any, shape: tupl
     def refuse_entry(key: str, at: int, fault: str, hint: str) -> None:
         # Which Matrix Market has not.
         where = field if first else f"{field}.{key}[{at}]"
-        raise ProblemError(where, f"has the entry ({rows[at]:.15g}, {cols[at]:.15g}) {fault}", hint)
+        raise ProblemError(
+            where, f"has the entry ({rows[at]:.15g}, {cols[at]:.15g}) {fault}", hint
+        )
 
     for key, places, size in (("rows", rows, shape[0]), ("cols", cols, shape[1])):
-        hint = f"give whole numbers from {first} to {size - 1 + first}" if size else "leave it empty"
+        hint = (
+            f"give whole numbers from {first} to {size - 1 + first}"
+            if size
+            else "leave it empty"
+        )
         for at in outside(places - first, size)[:1]:
             refuse_entry(key, at, f"and is {shape[0]} x {shape[1]}", hint)
     order = np.lexsort((cols, rows))
     again = np.flatnonzero((np.diff(rows[order]) == 0) & (np.diff(cols[order]) == 0))
     for at in order[again[:1] + 1]:
-        refuse_entry("rows", at, "again", f"give every entry once (indices count from {first})")
-    return coo_array((values, (rows.astype(np.intp) - first, cols.astype(np.intp) - first)), shape=shape)
+        refuse_entry(
+            "rows", at, "again", f"give every entry once (indices count from {first})"
+        )
+    return coo_array(
+        (values, (rows.astype(np.intp) - first, cols.astype(np.intp) - first)),
+        shape=shape,
+    )
 
 
 def render(fields: Mapping[str, Any], exact: Exact) -> dict[str, bytes]:
@@ -167,8 +253,14 @@ def render(fields: Mapping[str, Any], exact: Exact) -> dict[str, bytes]:
     lines = []
     for key, value in fields.items():
         is_same = key in BOUNDS and "M" in fields and (value == value[0]).all()
-        lines.append(f'  "{key}": {_text(value[0].item() if is_same else value, number)}')
-    return {"": "\n".join(["{", ",\n".join(lines), "}", ""]).encode(errors="backslashreplace")}
+        lines.append(
+            f'  "{key}": {_text(value[0].item() if is_same else value, number)}'
+        )
+    return {
+        "": "\n".join(["{", ",\n".join(lines), "}", ""]).encode(
+            errors="backslashreplace"
+        )
+    }
 
 
 def _text(value: Any, number: Callable[[float], str]) -> str:
@@ -179,7 +271,9 @@ def _text(value: Any, number: Callable[[float], str]) -> str:
     if is_sparse(value):
         coo = value.tocoo()
         parts = {"rows": coo.row, "cols": coo.col, "values": coo.data}
-        lists = ",\n    ".join(f'"{key}": {_text(part, number)}' for key, part in parts.items())
+        lists = ",\n    ".join(
+            f'"{key}": {_text(part, number)}' for key, part in parts.items()
+        )
         return f'{{\n    "format": "coo", "shape": [{value.shape[0]}, {value.shape[1]}],\n    {lists}\n  }}'
     if not isinstance(value, np.ndarray):
         return visible_json(json.dumps(value, ensure_ascii=False))
@@ -199,4 +293,10 @@ def number_text(exact: Exact, x: float) -> str:
         from lcpcli.rational.numbers import decimal
 
         return decimal(exact[x])
-    return "null" if math.isinf(x) else f"{x:.0f}" if x == int(x) and abs(x) < 1e15 else repr(x)
+    return (
+        "null"
+        if math.isinf(x)
+        else f"{x:.0f}"
+        if x == int(x) and abs(x) < 1e15
+        else repr(x)
+    )

@@ -21,10 +21,22 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from lcpcli.errors import ProblemError
-from lcpcli.files.contents import refuse_beyond_memory, refuse_mostly_absent, uncompressed
+from lcpcli.files.contents import (
+    refuse_beyond_memory,
+    refuse_mostly_absent,
+    uncompressed,
+)
 from lcpcli.files.fields import KEYS, KNOWN, MATRICES, is_for_bounds, kind_of
 from lcpcli.files.formats import Exact, Number, refuse
-from lcpcli.files.npy_format import NAME_FIELDS, flat, named, of_arrays, texts, unless_damaged, written
+from lcpcli.files.npy_format import (
+    NAME_FIELDS,
+    flat,
+    named,
+    of_arrays,
+    texts,
+    unless_damaged,
+    written,
+)
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.linalg.patterns import are_compressed
 
@@ -35,18 +47,33 @@ def fields(content: bytes, number: Number = float) -> dict[str, Any]:  # noqa: A
     known = {name: values for name, values in variables.items() if name in KNOWN}
     if "M" not in variables and kind_of(known):
         return of_arrays(known)
-    shown = ", ".join([*variables][:6]) + ", ..." * (len(variables) > 6) or "no variables"
-    refuse("M" not in variables, "M", "is missing", f"call the matrix M and the vector q; the file holds {shown}")
+    shown = (
+        ", ".join([*variables][:6]) + ", ..." * (len(variables) > 6) or "no variables"
+    )
+    refuse(
+        "M" not in variables,
+        "M",
+        "is missing",
+        f"call the matrix M and the vector q; the file holds {shown}",
+    )
     n = math.prod(variables["q"].shape) if "q" in variables else variables["M"].shape[0]
     # Variables of the size of bounds with a name that others give bounds.
     for name, values in variables.items():
         is_end = name in ("a", "b") and {"a", "b", "q"} <= variables.keys()
-        if name not in KEYS and (is_end or is_for_bounds(name)) and math.prod(values.shape) in (1, n, 2 * n):
+        if (
+            name not in KEYS
+            and (is_end or is_for_bounds(name))
+            and math.prod(values.shape) in (1, n, 2 * n)
+        ):
             fault = "may hold bounds of z, which are called lower and upper"
             raise ProblemError(name, fault, "rename it, or leave it out")
     if "names" in variables and len(texts(variables["names"]) or ()) != n:
         del variables["names"]  # of something else in the workspace
-    if "solution" in variables and variables["solution"].ndim == 2 and len(variables["solution"]) == n:
+    if (
+        "solution" in variables
+        and variables["solution"].ndim == 2
+        and len(variables["solution"]) == n
+    ):
         variables["solution"] = variables["solution"].T
     return of_arrays(variables)
 
@@ -59,7 +86,9 @@ def render(fields: Mapping[str, Any], exact: Exact) -> dict[str, bytes]:  # noqa
     """Return the fields as a MAT file, numbers bit for bit; names are cells, and several solutions are columns."""
     from scipy.io import savemat
 
-    variables = dict(fields) | {key: np.array(fields[key], dtype=object) for key in NAME_FIELDS if key in fields}
+    variables = dict(fields) | {
+        key: np.array(fields[key], dtype=object) for key in NAME_FIELDS if key in fields
+    }
     if isinstance(variables.get("solution"), list):
         variables["solution"] = np.array(variables["solution"]).T
     return {"": written(savemat, variables, oned_as="column")}
@@ -69,11 +98,18 @@ def _variables(content: bytes) -> dict[str, Any]:
     from scipy.io import loadmat
 
     hint = "is it cut off? save it again, in MATLAB with -v7"
-    with unless_damaged("", "is not a MAT file, or is damaged", hint), warnings.catch_warnings():
+    with (
+        unless_damaged("", "is not a MAT file, or is damaged", hint),
+        warnings.catch_warnings(),
+    ):
         # About variables that cannot be represented, which are ignored.
         warnings.simplefilter("ignore")
         variables = loadmat(io.BytesIO(checked(content)))
-    return {name: _array(name, value) for name, value in variables.items() if not name.startswith("__")}
+    return {
+        name: _array(name, value)
+        for name, value in variables.items()
+        if not name.startswith("__")
+    }
 
 
 def _array(name: str, value: Any) -> Any:
@@ -117,7 +153,11 @@ def checked(content: bytes) -> bytes:
         return content
     order = {b"IM": "<", b"MI": ">"}[content[126:128]]
     _require(content[124:126] in (b"\0\1", b"\1\0"))
-    arrays = (element for element in _arrays(content[HEADER:], order) if _is_readable(element.data, order))
+    arrays = (
+        element
+        for element in _arrays(content[HEADER:], order)
+        if _is_readable(element.data, order)
+    )
     return content[:HEADER] + b"".join(element.whole for element in arrays)
 
 
@@ -128,7 +168,9 @@ def _elements(content: bytes, order: str) -> Iterator[Element]:
         small, kind = kind >> 16, kind & 0xFFFF
         begin, size = (at + 4, small) if small else (at + 8, size)
         _require(begin + size <= len(content) and small <= 4 and 1 <= kind < 19)
-        end = at + 8 if small else begin + size + (0 if kind == COMPRESSED else -size % 8)
+        end = (
+            at + 8 if small else begin + size + (0 if kind == COMPRESSED else -size % 8)
+        )
         yield Element(kind, content[begin : begin + size], content[at:end])
         at = end
     _require(not content[at:].strip(b"\0"))
@@ -148,7 +190,12 @@ def _is_readable(data: bytes, order: str) -> bool:
     if not data:
         return False
     parts = list(_elements(data, order))
-    _require(len(parts) >= 3 and parts[0].kind == UINT32 and len(parts[0].data) == 8 and parts[1].kind == INT32)
+    _require(
+        len(parts) >= 3
+        and parts[0].kind == UINT32
+        and len(parts[0].data) == 8
+        and parts[1].kind == INT32
+    )
     flags = struct.unpack(f"{order}I", parts[0].data[:4])[0]
     kind, is_complex = flags & 0xFF, bool(flags >> 11 & 1)
     if kind not in (CELL, CHAR, SPARSE, *NUMBERS):
@@ -161,12 +208,19 @@ def _is_readable(data: bytes, order: str) -> bool:
         # Each is checked.
         return {_is_readable(value.data, order) for value in values} <= {True}
     if kind == SPARSE:
-        _require(len(values) == 3 + is_complex and values[0].kind == values[1].kind == INT32 and shape.size == 2)
+        _require(
+            len(values) == 3 + is_complex
+            and values[0].kind == values[1].kind == INT32
+            and shape.size == 2
+        )
         rows, ends = (_integers(part, order) for part in values[:2])
         given = min(rows.size, *(_count(part, order) for part in values[2:]))
         _require(are_compressed(ends, rows[:given], shape[1], shape[0]))
     else:
-        _require(len(values) == 1 + is_complex and all(_count(value, order) == size for value in values))
+        _require(
+            len(values) == 1 + is_complex
+            and all(_count(value, order) == size for value in values)
+        )
     return True
 
 
@@ -180,16 +234,30 @@ def _count(element: Element, order: str) -> int:
     return len(element.data.decode(f"{ENCODINGS[element.kind]}{ending}"))
 
 
-def _integers(element: Element, order: str) -> np.ndarray[tuple[int], np.dtype[np.int64]]:
+def _integers(
+    element: Element, order: str
+) -> np.ndarray[tuple[int], np.dtype[np.int64]]:
     return np.frombuffer(element.data, f"{order}i4").astype(np.int64)
 
 
 def _check_version_4(content: bytes) -> None:
     at = 0
-    order = "<" if content[:4] == b"\0" * 4 or struct.unpack_from("<i", content)[0] in range(5000) else ">"
+    order = (
+        "<"
+        if content[:4] == b"\0" * 4
+        or struct.unpack_from("<i", content)[0] in range(5000)
+        else ">"
+    )
     while at < len(content):
-        kind, rows, columns, is_complex, name = struct.unpack_from(f"{order}5i", content, at)
+        kind, rows, columns, is_complex, name = struct.unpack_from(
+            f"{order}5i", content, at
+        )
         digit = kind // 10 % 10
-        _require(kind in range(5000) and digit < len(SIZES_OF_4) and min(rows, columns) >= 0 and 0 < name < 1000)
+        _require(
+            kind in range(5000)
+            and digit < len(SIZES_OF_4)
+            and min(rows, columns) >= 0
+            and 0 < name < 1000
+        )
         at += 20 + name + rows * columns * SIZES_OF_4[digit] * (1 + bool(is_complex))
     _require(at == len(content))

@@ -38,7 +38,12 @@ def values(field: str, content: bytes, number: Number = float) -> Any:
     matrix = _matrix(field, content, number)
     rows, columns = matrix.shape
     is_table = rows and 1 not in (rows, columns)
-    refuse(is_table, field, f"has {rows} rows and {columns} columns", "give one row or one column")
+    refuse(
+        is_table,
+        field,
+        f"has {rows} rows and {columns} columns",
+        "give one row or one column",
+    )
     if is_sparse(matrix):
         refuse_beyond_memory(field, (rows, columns))
         refuse_mostly_absent(field, (rows, columns), rows * columns, matrix.nnz)
@@ -60,8 +65,12 @@ def _text(matrix: Matrix, exact: Exact) -> bytes:
     if not exact:
         return text
     lines = [line.split() for line in text.decode().strip().split("\n")]
-    for words in lines[next(i for i, line in enumerate(lines, 1) if not line[0].startswith("%")) :]:
-        words[-1] = decimal(exact[float(words[-1])]) if float(words[-1]) in exact else words[-1]
+    for words in lines[
+        next(i for i, line in enumerate(lines, 1) if not line[0].startswith("%")) :
+    ]:
+        words[-1] = (
+            decimal(exact[float(words[-1])]) if float(words[-1]) in exact else words[-1]
+        )
     return "".join(f"{' '.join(words)}\n" for words in lines).encode()
 
 
@@ -79,16 +88,25 @@ def _matrix(field: str, content: bytes, number: Number) -> Any:
     fault = f"is declared with {count(entries, 'entry')} but has {count(len(words) // width, 'entry')}"
     refuse(len(words) != entries * width, field, fault, "make them agree")
     texts = words[width - 1 :: width]
-    doubles = map(float, texts) if number is float else (number(text.decode("ascii")) for text in texts)
+    doubles = (
+        map(float, texts)
+        if number is float
+        else (number(text.decode("ascii")) for text in texts)
+    )
     values = np.fromiter(doubles, np.float64, entries)
     if form == "array":
         return _dense(sign, shape, values)
-    rows, cols = (np.fromiter(map(int, words[i::width]), np.int64, entries) for i in range(2))
+    rows, cols = (
+        np.fromiter(map(int, words[i::width]), np.int64, entries) for i in range(2)
+    )
     if sign:
         mirrored, fault = rows != cols, "is skew-symmetric with entries on its diagonal"
         refuse(sign < 0 and not mirrored.all(), field, fault, "leave them out")
         values = np.concatenate((values, sign * values[mirrored]))
-        rows, cols = np.concatenate((rows, cols[mirrored])), np.concatenate((cols, rows[mirrored]))
+        rows, cols = (
+            np.concatenate((rows, cols[mirrored])),
+            np.concatenate((cols, rows[mirrored])),
+        )
     return of_coordinates(field, values, rows, cols, shape, 1)
 
 
@@ -109,14 +127,35 @@ def _header(content: bytes) -> tuple[list[str], tuple[int, int], int, int]:
     refuse(is_other, "line 1", "is not a Matrix Market header", f"begin with {BANNER}")
     refuse("complex" in words, "line 1", "is the header of a complex matrix", REAL)
     for word, choices in zip(words[2:], CHOICES, strict=True):
-        refuse(word not in choices, "line 1", f"{quoted(word)} cannot be read", f"use {' or '.join(choices)}")
-    of_size = (each for each in enumerate(map(bytes.strip, file), 2) if each[1] and not each[1].startswith(b"%"))
+        refuse(
+            word not in choices,
+            "line 1",
+            f"{quoted(word)} cannot be read",
+            f"use {' or '.join(choices)}",
+        )
+    of_size = (
+        each
+        for each in enumerate(map(bytes.strip, file), 2)
+        if each[1] and not each[1].startswith(b"%")
+    )
     number, line = next(of_size, (0, b""))
-    refuse(not line, "", "ends before its size", "give the numbers of rows and columns below the header")
-    sizes, names = line.split(), ("rows", "columns", "entries")[: 2 if words[2] == "array" else 3]
-    if len(sizes) != len(names) or not all(re.fullmatch(rb"\d{1,18}", size) for size in sizes):
+    refuse(
+        not line,
+        "",
+        "ends before its size",
+        "give the numbers of rows and columns below the header",
+    )
+    sizes, names = (
+        line.split(),
+        ("rows", "columns", "entries")[: 2 if words[2] == "array" else 3],
+    )
+    if len(sizes) != len(names) or not all(
+        re.fullmatch(rb"\d{1,18}", size) for size in sizes
+    ):
         shown = quoted(line.decode("latin-1"))
-        raise ProblemError(f"line {number}", f"is {shown}", f"give the numbers of {', '.join(names)}")
+        raise ProblemError(
+            f"line {number}", f"is {shown}", f"give the numbers of {', '.join(names)}"
+        )
     rows, columns, *entries = map(int, sizes)
     sign = SIGNS[words[4]]
     # Of an array, which does not say it.
@@ -125,10 +164,20 @@ def _header(content: bytes) -> tuple[list[str], tuple[int, int], int, int]:
 
 
 def _refuse_other_lines(form: str, kind: str, content: bytes, end: int) -> None:
-    number, noun = (rb"[-+]?\d+", "whole number") if kind == "integer" else (DECIMAL, "number")
+    number, noun = (
+        (rb"[-+]?\d+", "whole number") if kind == "integer" else (DECIMAL, "number")
+    )
     entry = number if form == "array" else rb"\d{1,18}[ \t]+\d{1,18}[ \t]+" + number
     other = re.compile(rb"^(?![ \t]*(?:%b[ \t]*)?\r?$)[^\n]*" % entry, re.MULTILINE)
     if found := other.search(content, end):
         line = content.count(b"\n", 0, found.start()) + 1
-        expected = f"give one {noun}" if form == "array" else f"give a row, a column and a {noun}"
-        raise ProblemError(f"line {line}", f"is {quoted(found.group().decode('latin-1').strip())}", expected)
+        expected = (
+            f"give one {noun}"
+            if form == "array"
+            else f"give a row, a column and a {noun}"
+        )
+        raise ProblemError(
+            f"line {line}",
+            f"is {quoted(found.group().decode('latin-1').strip())}",
+            expected,
+        )

@@ -28,7 +28,13 @@ from lcpcli.files.json_format import number_text
 from lcpcli.linalg.programs import solver
 from lcpcli.model.box import NO_BOUND
 from lcpcli.model.problem import Problem
-from lcpcli.rational.numbers import Doubles, decimal, fraction, rounded, shortest_decimal
+from lcpcli.rational.numbers import (
+    Doubles,
+    decimal,
+    fraction,
+    rounded,
+    shortest_decimal,
+)
 from lcpcli.typing import Matrix
 
 # Tells it from the LP format.
@@ -37,7 +43,16 @@ END = re.compile(rb"^ENDATA\b", re.MULTILINE | re.IGNORECASE)
 NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?", re.ASCII)
 INFINITE = re.compile(r"[-+]?inf(?:inity)?", re.IGNORECASE)
 SENSES = {"MIN": "min", "MINIMIZE": "min", "MAX": "max", "MAXIMIZE": "max"}
-SECTIONS = ("ROWS", "COLUMNS", "RHS", "RANGES", "BOUNDS", "QUADOBJ", "QSECTION", "QMATRIX")
+SECTIONS = (
+    "ROWS",
+    "COLUMNS",
+    "RHS",
+    "RANGES",
+    "BOUNDS",
+    "QUADOBJ",
+    "QSECTION",
+    "QMATRIX",
+)
 QUADRATIC = SECTIONS[-3:]
 # Headings that words may follow.
 WITH_WORDS = ("NAME", "OBJSENSE", "QCMATRIX", "QSECTION", "CSECTION")
@@ -46,8 +61,16 @@ LINE = "is the heading of the next section misspelt, or the first word of the li
 CONTINUOUS = "lcp solves programs with continuous variables only"
 # The ends that bounds set.
 ENDS = {"LO": (0,), "UP": (1,), "FX": (0, 1), "MI": (0,), "PL": (1,), "FR": (0, 1)}
-NOT_CONTINUOUS = {"BV": "an integer", "LI": "an integer", "UI": "an integer", "SC": "a semicontinuous"}
-NOT_NONE = "has a bound of 1e20 or more, which means no bound, where one is needed", "give a smaller one"
+NOT_CONTINUOUS = {
+    "BV": "an integer",
+    "LI": "an integer",
+    "UI": "an integer",
+    "SC": "a semicontinuous",
+}
+NOT_NONE = (
+    "has a bound of 1e20 or more, which means no bound, where one is needed",
+    "give a smaller one",
+)
 # The places of words in fixed format.
 FIXED = ((1, 3), (4, 12), (14, 22), (24, 36), (39, 47), (49, 61))
 
@@ -78,8 +101,16 @@ class _Reader:
         self._squared: set[str] = set()
 
     def program(self, text: str) -> dict[str, Any]:
-        readers = {"OBJSENSE": self._read_sense, "ROWS": self._read_row, "COLUMNS": self._read_column}
-        readers |= {"RHS": self._read_sides, "RANGES": self._read_sides, "BOUNDS": self._read_bound}
+        readers = {
+            "OBJSENSE": self._read_sense,
+            "ROWS": self._read_row,
+            "COLUMNS": self._read_column,
+        }
+        readers |= {
+            "RHS": self._read_sides,
+            "RANGES": self._read_sides,
+            "BOUNDS": self._read_bound,
+        }
         readers |= dict.fromkeys(QUADRATIC, self._read_curvature)
         lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
         self._squared = _squared(lines)
@@ -87,23 +118,37 @@ class _Reader:
             words = line.split()
             # A remark begins with an unknown name.
             for place, word in enumerate(words[2:] if "$" in line else (), 2):
-                if word.startswith("$") and word not in self._kinds and word not in self._columns:
+                if (
+                    word.startswith("$")
+                    and word not in self._kinds
+                    and word not in self._columns
+                ):
                     words = words[:place]
                     break
             if not words or line.startswith("*"):
                 continue
             is_sense = self._section == "OBJSENSE" and words[0].upper() in SENSES
-            if not line[0].isspace() and not is_sense and (len(words) == 1 or words[0].upper() in WITH_WORDS):
+            if (
+                not line[0].isspace()
+                and not is_sense
+                and (len(words) == 1 or words[0].upper() in WITH_WORDS)
+            ):
                 self._section, words = words[0].upper(), words[1:]
                 if self._section == "ENDATA":
                     break
                 if self._section == "NAME":
                     self._name = "".join(words[:1])
                 elif self._section not in readers:
-                    raise self._error(f"has the heading {quoted(self._section)}", HEADING)
+                    raise self._error(
+                        f"has the heading {quoted(self._section)}", HEADING
+                    )
                 elif self._section == "QSECTION":
                     fault = f"has a quadratic part of row {quoted(' '.join(words[:1]))}"
-                    self._require(words[:1] in ([], [self._objective()]), fault, "only an objective may have one")
+                    self._require(
+                        words[:1] in ([], [self._objective()]),
+                        fault,
+                        "only an objective may have one",
+                    )
                     words = []
             if words and self._section != "NAME":
                 read = readers.get(self._section, self._refuse)
@@ -134,11 +179,16 @@ class _Reader:
         self._sense = SENSES[" ".join(words).upper()]
 
     def _read_row(self, words: Sequence[str]) -> None:
-        self._require(len(words) < 3, "has a name with spaces", "write it without, as with _")
+        self._require(
+            len(words) < 3, "has a name with spaces", "write it without, as with _"
+        )
         if len(words) < 2 or words[0].upper() not in ("N", "L", "G", "E"):
             self._refuse(words)
         if words[1] in self._kinds:
-            raise self._error(f"declares {quoted(words[1])} a second time", "give each row a name of its own")
+            raise self._error(
+                f"declares {quoted(words[1])} a second time",
+                "give each row a name of its own",
+            )
         self._kinds[words[1]] = words[0].upper()
 
     def _read_column(self, words: Sequence[str]) -> None:
@@ -147,25 +197,41 @@ class _Reader:
             return
         name, pairs = words[0], self._pairs(words[1:], self._kinds, "ROWS")
         if name not in self._columns:
-            self._require(not self._is_integer, f"makes {quoted(name)} an integer variable", CONTINUOUS)
+            self._require(
+                not self._is_integer,
+                f"makes {quoted(name)} an integer variable",
+                CONTINUOUS,
+            )
             self._columns[name] = {}
         for row, value in pairs:
             if row in self._columns[name]:
-                raise self._error(f"gives {quoted(name)} a second entry in {quoted(row)}", "keep one")
+                raise self._error(
+                    f"gives {quoted(name)} a second entry in {quoted(row)}", "keep one"
+                )
             self._columns[name][row] = self._number(value)
 
     def _read_sides(self, words: Sequence[str]) -> None:
         sides = self._sides[self._section]
         for row, value in self._pairs(words[len(words) % 2 :], self._kinds, "ROWS"):
-            self._require(row not in sides, f"has {quoted(row)} a second time", "keep one")
+            self._require(
+                row not in sides, f"has {quoted(row)} a second time", "keep one"
+            )
             is_ranged = self._section != "RANGES" or self._kinds[row] != "N"
-            self._require(is_ranged, f"gives a range to {quoted(row)}", "only rows L, G and E have one")
+            self._require(
+                is_ranged,
+                f"gives a range to {quoted(row)}",
+                "only rows L, G and E have one",
+            )
             sides[row] = value
 
     def _read_bound(self, words: Sequence[str]) -> None:
         kind, *others = words
         is_known = kind in ENDS or kind in NOT_CONTINUOUS
-        self._require(is_known, f"has a bound of the type {quoted(kind)}", "use UP, LO, FX, FR, MI or PL")
+        self._require(
+            is_known,
+            f"has a bound of the type {quoted(kind)}",
+            "use UP, LO, FX, FR, MI or PL",
+        )
         has_number = kind in ("LO", "UP", "FX")
         if not has_number <= len(others) - 1 < 3:
             self._refuse(words)
@@ -176,8 +242,14 @@ class _Reader:
         value = others[-1] if has_number else ""
         self._require_number(value or "0", bool(INFINITE.fullmatch(value)))
         for end in ENDS[kind]:
-            self._require((column, end) not in self._bounds, f"has {quoted(column)} a second time", "keep one")
-            self._bounds[column, end] = self._end(self._number(value)) if value else (-math.inf, math.inf)[end]
+            self._require(
+                (column, end) not in self._bounds,
+                f"has {quoted(column)} a second time",
+                "keep one",
+            )
+            self._bounds[column, end] = (
+                self._end(self._number(value)) if value else (-math.inf, math.inf)[end]
+            )
             self._lines[column] = self._line
 
     def _declare(self, column: str) -> None:
@@ -188,15 +260,25 @@ class _Reader:
             self._columns[column] = {}
 
     def _read_curvature(self, words: Sequence[str]) -> None:
-        for name in (words[0], *(name for name in words[1::2] if name in self._squared)):
+        for name in (
+            words[0],
+            *(name for name in words[1::2] if name in self._squared),
+        ):
             self._declare(name)
         for name, value in self._pairs(words[1:], self._columns, "COLUMNS"):
             if (words[0], name) in self._curvature:
-                raise self._error(f"gives {quoted(words[0])} a second entry in {quoted(name)}", "keep one")
-            both = [(words[0], name), (name, words[0])][: 1 if self._section == "QMATRIX" else 2]
+                raise self._error(
+                    f"gives {quoted(words[0])} a second entry in {quoted(name)}",
+                    "keep one",
+                )
+            both = [(words[0], name), (name, words[0])][
+                : 1 if self._section == "QMATRIX" else 2
+            ]
             self._curvature |= dict.fromkeys(both, self._number(value))
 
-    def _pairs(self, words: Sequence[str], known: Collection[str], where: str) -> list[tuple[str, str]]:
+    def _pairs(
+        self, words: Sequence[str], known: Collection[str], where: str
+    ) -> list[tuple[str, str]]:
         if not words or len(words) % 2:
             self._refuse(words)
         pairs = list(zip(words[::2], words[1::2], strict=True))
@@ -208,50 +290,95 @@ class _Reader:
         return pairs
 
     def _unknown(self, name: str, where: str) -> ProblemError:
-        return self._error(f"names {quoted(name)}, which is not in {where}", "correct it, or declare it there")
+        return self._error(
+            f"names {quoted(name)}, which is not in {where}",
+            "correct it, or declare it there",
+        )
 
     def _require_number(self, text: str, is_infinite: bool = False) -> None:
         if not (is_infinite or NUMBER.fullmatch(text)):
-            raise self._error(f"has {quoted(text)} in place of a number", "give a number")
+            raise self._error(
+                f"has {quoted(text)} in place of a number", "give a number"
+            )
 
     def _objective(self) -> str:
         return next((row for row, kind in self._kinds.items() if kind == "N"), "")
 
     def _fields(self) -> dict[str, Any]:
         objective = self._objective()
-        refuse(not objective, "", "has no objective, which is a row N", "add it to ROWS")
-        refuse(not self._columns, "", "has no columns", "give a program with at least one variable")
-        columns, rows = list(self._columns), [row for row, kind in self._kinds.items() if kind != "N"]
+        refuse(
+            not objective, "", "has no objective, which is a row N", "add it to ROWS"
+        )
+        refuse(
+            not self._columns,
+            "",
+            "has no columns",
+            "give a program with at least one variable",
+        )
+        columns, rows = (
+            list(self._columns),
+            [row for row, kind in self._kinds.items() if kind != "N"],
+        )
         is_dense = len(columns) + len(rows) <= LARGEST_DENSE
         constant = self._sides["RHS"].get(objective)
-        found: dict[str, Any] = {"name": self._name, "sense": self._sense, "rows": rows, "columns": columns}
+        found: dict[str, Any] = {
+            "name": self._name,
+            "sense": self._sense,
+            "rows": rows,
+            "columns": columns,
+        }
         found["constant"] = 0.0 if constant is None else -self._number(constant)
-        found["c"] = np.array([own.get(objective, 0.0) for own in self._columns.values()])
-        found["lower"], found["upper"] = np.array([self._ends_of(column) for column in columns]).T
+        found["c"] = np.array(
+            [own.get(objective, 0.0) for own in self._columns.values()]
+        )
+        found["lower"], found["upper"] = np.array(
+            [self._ends_of(column) for column in columns]
+        ).T
         if rows:
-            entries = {(row, name): value for name, own in self._columns.items() for row, value in own.items()}
+            entries = {
+                (row, name): value
+                for name, own in self._columns.items()
+                for row, value in own.items()
+            }
             found["A"] = _matrix(entries, rows, columns, is_dense)
-            found["row_lower"], found["row_upper"] = np.array([self._sides_of(row) for row in rows]).T
+            found["row_lower"], found["row_upper"] = np.array(
+                [self._sides_of(row) for row in rows]
+            ).T
         if any(self._curvature.values()):
             found["Q"] = _matrix(self._curvature, columns, columns, is_dense)
             hint = "give both entries, or one of them in QUADOBJ"
-            refuse((found["Q"] != found["Q"].T).sum(), "", "has a QMATRIX that is not symmetric", hint)
+            refuse(
+                (found["Q"] != found["Q"].T).sum(),
+                "",
+                "has a QMATRIX that is not symmetric",
+                hint,
+            )
         return found
 
     def _ends_of(self, column: str) -> tuple[float, float]:
-        low, high = self._bounds.get((column, 0), 0.0), self._bounds.get((column, 1), math.inf)
+        low, high = (
+            self._bounds.get((column, 0), 0.0),
+            self._bounds.get((column, 1), math.inf),
+        )
         self._line = self._lines.get(column, 0)
         self._require(low < math.inf and high > -math.inf, *NOT_NONE)
         if low > high:
             fault = f"gives {quoted(column)} the upper bound {high:g}, below its lower bound {low:g}"
-            hint = "make the lower bound the smaller one" if low else "give a lower bound too: LO, or MI for none"
+            hint = (
+                "make the lower bound the smaller one"
+                if low
+                else "give a lower bound too: LO, or MI for none"
+            )
             raise self._error(fault, hint)
         return low, high
 
     def _sides_of(self, row: str) -> tuple[float, float]:
         """Return both sides of a row; a range is added before anything is rounded."""
         kind = self._kinds[row]
-        side, width = (fraction(self._sides[section].get(row, "0")) for section in ("RHS", "RANGES"))
+        side, width = (
+            fraction(self._sides[section].get(row, "0"))
+            for section in ("RHS", "RANGES")
+        )
         ends: dict[str, tuple[Any, Any]]
         ends = {"G": (side, math.inf), "L": (-math.inf, side), "E": (side, side)}
         if row in self._sides["RANGES"] and abs(width) < NO_BOUND:
@@ -264,7 +391,11 @@ class _Reader:
 
     def _end(self, value: Any) -> float:
         if isinstance(value, Fraction):
-            value = self._number.of(value) if isinstance(self._number, Doubles) else float(rounded([value])[0])
+            value = (
+                self._number.of(value)
+                if isinstance(self._number, Doubles)
+                else float(rounded([value])[0])
+            )
         return value if abs(value) < NO_BOUND else math.copysign(math.inf, value)
 
 
@@ -287,58 +418,132 @@ def _fixed(line: str) -> list[str]:
 
 
 def _matrix(
-    entries: Mapping[tuple[str, str], float], rows: Sequence[str], columns: Sequence[str], is_dense: bool
+    entries: Mapping[tuple[str, str], float],
+    rows: Sequence[str],
+    columns: Sequence[str],
+    is_dense: bool,
 ) -> Matrix:
     from scipy.sparse import csr_array
 
-    i, j = ({name: place for place, name in enumerate(names)} for names in (rows, columns))
-    own = [(value, i[row], j[column]) for (row, column), value in entries.items() if row in i and value]
+    i, j = (
+        {name: place for place, name in enumerate(names)} for names in (rows, columns)
+    )
+    own = [
+        (value, i[row], j[column])
+        for (row, column), value in entries.items()
+        if row in i and value
+    ]
     values, *places = zip(*own, strict=True) if own else ((), (), ())
-    matrix = csr_array((np.array(values, np.float64), tuple(places)), shape=(len(rows), len(columns)))
+    matrix = csr_array(
+        (np.array(values, np.float64), tuple(places)), shape=(len(rows), len(columns))
+    )
     matrix.sort_indices()
     return matrix.toarray() if is_dense else matrix
 
 
-WORDS = ("NAME", "ROWS", "COLUMNS", "RHS", "RANGES", "BOUNDS", "QUADOBJ", "QMATRIX", "OBJSENSE", "MAX", "MIN", "ENDATA")
+WORDS = (
+    "NAME",
+    "ROWS",
+    "COLUMNS",
+    "RHS",
+    "RANGES",
+    "BOUNDS",
+    "QUADOBJ",
+    "QMATRIX",
+    "OBJSENSE",
+    "MAX",
+    "MIN",
+    "ENDATA",
+)
 
 
 def render(fields: Mapping[str, Any], exact: Exact) -> dict[str, bytes]:
     """Return the program in free MPS; raise ProblemError for finite bounds that MPS takes for infinite ones."""
     number = partial(number_text, exact)
     k, m = fields["c"].size, fields["row_lower"].size if "A" in fields else 0
-    low, high = fields.get("lower", np.zeros(k)), fields.get("upper", np.full(k, np.inf))
+    low, high = (
+        fields.get("lower", np.zeros(k)),
+        fields.get("upper", np.full(k, np.inf)),
+    )
     ends = fields.get("row_lower", np.zeros(0)), fields.get("row_upper", np.zeros(0))
     fault = f"has a bound of {NO_BOUND:g} or more, which means no bound in MPS"
-    for field, values in zip(("lower", "upper", "row_lower", "row_upper"), (low, high, *ends), strict=True):
+    for field, values in zip(
+        ("lower", "upper", "row_lower", "row_upper"), (low, high, *ends), strict=True
+    ):
         is_lost = ((np.abs(values) >= NO_BOUND) & np.isfinite(values)).any()
-        refuse(is_lost, field, fault, "give --infinity 1e20 if it means that here too, or write .json")
-    columns, rows = names(fields.get("columns", [""] * k), "x"), names(fields.get("rows", [""] * m), "r")
+        refuse(
+            is_lost,
+            field,
+            fault,
+            "give --infinity 1e20 if it means that here too, or write .json",
+        )
+    columns, rows = (
+        names(fields.get("columns", [""] * k), "x"),
+        names(fields.get("rows", [""] * m), "r"),
+    )
     objective = _free("obj", rows)
-    sides = [_side(exact, *each) for each in zip(*(end.tolist() for end in ends), strict=True)]
-    ranges = [f" RNG {row} {size}" for row, (*_, size) in zip(rows, sides, strict=True) if size]
-    bounds = [
-        line for each in zip(columns, low.tolist(), high.tolist(), strict=True) for line in _bounds(number, *each)
+    sides = [
+        _side(exact, *each)
+        for each in zip(*(end.tolist() for end in ends), strict=True)
     ]
-    lines = [f"NAME {_word(fields.get('name', ''))}".rstrip(), *["OBJSENSE", "    MAX"] * ("sense" in fields)]
-    lines += ["ROWS", f" N {objective}", *(f" {kind} {row}" for row, (kind, *_) in zip(rows, sides, strict=True))]
+    ranges = [
+        f" RNG {row} {size}"
+        for row, (*_, size) in zip(rows, sides, strict=True)
+        if size
+    ]
+    bounds = [
+        line
+        for each in zip(columns, low.tolist(), high.tolist(), strict=True)
+        for line in _bounds(number, *each)
+    ]
+    lines = [
+        f"NAME {_word(fields.get('name', ''))}".rstrip(),
+        *["OBJSENSE", "    MAX"] * ("sense" in fields),
+    ]
+    lines += [
+        "ROWS",
+        f" N {objective}",
+        *(f" {kind} {row}" for row, (kind, *_) in zip(rows, sides, strict=True)),
+    ]
     lines += ["COLUMNS", *_columns(fields, columns, rows, objective, number)]
-    lines += ["RHS"] + ([f" RHS {objective} {number(-fields['constant'])}"] if "constant" in fields else [])
-    lines += [f" RHS {row} {number(side)}" for row, (_, side, _) in zip(rows, sides, strict=True) if side]
+    lines += ["RHS"] + (
+        [f" RHS {objective} {number(-fields['constant'])}"]
+        if "constant" in fields
+        else []
+    )
+    lines += [
+        f" RHS {row} {number(side)}"
+        for row, (_, side, _) in zip(rows, sides, strict=True)
+        if side
+    ]
     lines += ["RANGES", *ranges] if ranges else []
     lines += ["BOUNDS", *bounds] if bounds else []
     if "Q" in fields:
         from scipy.sparse import coo_array
 
         upper = coo_array(fields["Q"])
-        entries = zip(upper.row.tolist(), upper.col.tolist(), upper.data.tolist(), strict=True)
-        triangle = (f" {columns[j]} {columns[i]} {number(value)}" for i, j, value in entries if i <= j and value)
+        entries = zip(
+            upper.row.tolist(), upper.col.tolist(), upper.data.tolist(), strict=True
+        )
+        triangle = (
+            f" {columns[j]} {columns[i]} {number(value)}"
+            for i, j, value in entries
+            if i <= j and value
+        )
         lines += ["QUADOBJ", *triangle]
     return {"": "\n".join([*lines, "ENDATA", ""]).encode()}
 
 
 def new_names(problem: Problem) -> dict[str, str]:
-    given = ((getattr(problem.origin, key), letter) for key, letter in (("columns", "x"), ("rows", "r")))
-    both = (pair for own, letter in given for pair in zip(own, names(own, letter), strict=True))
+    given = (
+        (getattr(problem.origin, key), letter)
+        for key, letter in (("columns", "x"), ("rows", "r"))
+    )
+    both = (
+        pair
+        for own, letter in given
+        for pair in zip(own, names(own, letter), strict=True)
+    )
     return {name: other for name, other in both if name and name != other}
 
 
@@ -367,12 +572,24 @@ def _side(exact: Exact, low: float, high: float) -> tuple[str, float, str]:
         return "E", low, ""
     if math.isinf(low) or math.isinf(high):
         # a row without bounds is far beyond NO_BOUND, for every reader of MPS
-        return ("G", low, "") if math.isfinite(low) else ("L", high, "") if math.isfinite(high) else ("G", -1e30, "")
-    ends = [exact[end] if end in exact else shortest_decimal(end) for end in (low, high)]
-    return *(("L", high) if abs(low) >= abs(high) else ("G", low)), decimal(ends[1] - ends[0])
+        return (
+            ("G", low, "")
+            if math.isfinite(low)
+            else ("L", high, "")
+            if math.isfinite(high)
+            else ("G", -1e30, "")
+        )
+    ends = [
+        exact[end] if end in exact else shortest_decimal(end) for end in (low, high)
+    ]
+    return *(("L", high) if abs(low) >= abs(high) else ("G", low)), decimal(
+        ends[1] - ends[0]
+    )
 
 
-def _bounds(number: Callable[[float], str], name: str, low: float, high: float) -> Iterator[str]:
+def _bounds(
+    number: Callable[[float], str], name: str, low: float, high: float
+) -> Iterator[str]:
     if low == high or (low == -math.inf and high == math.inf):
         yield f" FX BND {name} {number(low)}" if low == high else f" FR BND {name}"
         return
@@ -383,16 +600,29 @@ def _bounds(number: Callable[[float], str], name: str, low: float, high: float) 
 
 
 def _columns(
-    given: Mapping[str, Any], columns: list[str], rows: list[str], objective: str, number: Callable[[float], str]
+    given: Mapping[str, Any],
+    columns: list[str],
+    rows: list[str],
+    objective: str,
+    number: Callable[[float], str],
 ) -> Iterator[str]:
     from scipy.sparse import csc_array
 
     A = csc_array(given["A"] if rows else (0, len(columns)))
-    entries = zip(np.split(A.indices, A.indptr[1:-1]), np.split(A.data, A.indptr[1:-1]), strict=True)
-    for name, cost, (places, values) in zip(columns, given["c"].tolist(), entries, strict=True):
+    entries = zip(
+        np.split(A.indices, A.indptr[1:-1]),
+        np.split(A.data, A.indptr[1:-1]),
+        strict=True,
+    )
+    for name, cost, (places, values) in zip(
+        columns, given["c"].tolist(), entries, strict=True
+    ):
         if cost or not places.size:
             yield f" {name} {objective} {number(cost)}"
-        yield from (f" {name} {rows[i]} {number(value)}" for i, value in zip(places, values.tolist(), strict=True))
+        yield from (
+            f" {name} {rows[i]} {number(value)}"
+            for i, value in zip(places, values.tolist(), strict=True)
+        )
 
 
 # Complaints about faults that are reported elsewhere.
@@ -405,7 +635,9 @@ def as_mps(text: bytes) -> bytes:
         import highspy
     except ModuleNotFoundError:
         hint = "pip install 'linear-complementarity[mps]'"
-        raise ProblemError("", "is read by highspy, which is not installed", hint) from None
+        raise ProblemError(
+            "", "is read by highspy, which is not installed", hint
+        ) from None
     # By default, sides of 1e20 or more would be lost.
     options = {"log_to_console": False, "infinite_bound": math.inf}
     highs, events = solver(highspy, options), list[str]()
@@ -418,15 +650,21 @@ def as_mps(text: bytes) -> bytes:
         except UnicodeDecodeError:  # a complaint that quotes bytes that are no text
             status = highspy.HighsStatus.kError
         for line in events:
-            if line.startswith(("WARNING", "ERROR")) and not any(words in line for words in TOLD):
+            if line.startswith(("WARNING", "ERROR")) and not any(
+                words in line for words in TOLD
+            ):
                 first, _, rest = line.partition(":")[2].strip().partition("\n")
                 # line and column after the name of the file, which follow since version
                 # 1.16 of HiGHS
                 place = re.search(r":(\d+):\d+$", rest, re.MULTILINE)
                 where = "" if place is None else f"line {place[1]}: "
-                raise ProblemError("", f"cannot be read ({where}{' '.join(first.split())})", HINT)
+                raise ProblemError(
+                    "", f"cannot be read ({where}{' '.join(first.split())})", HINT
+                )
         if status == highspy.HighsStatus.kError or not highs.getNumCol():
-            raise ProblemError("", "is not a program in MPS or in the LP format", "is it complete?")
+            raise ProblemError(
+                "", "is not a program in MPS or in the LP format", "is it complete?"
+            )
         highs.writeModel(str(made))
         # Without the name, which is that of the temporary file.
         return made.read_bytes().partition(b"\n")[2]

@@ -22,7 +22,14 @@ from lcpcli.files.contents import content_of, decode, parsed, place, within
 from lcpcli.files.fields import LARGEST_DENSE, made
 from lcpcli.files.formats import Number, refuse
 from lcpcli.files.nl_model import NlModel
-from lcpcli.files.nl_segments import Header, in_names, named, names_beside, segments_in, whole
+from lcpcli.files.nl_segments import (
+    Header,
+    in_names,
+    named,
+    names_beside,
+    segments_in,
+    whole,
+)
 from lcpcli.files.reading import WHOLE, exact_parts_in, name_of
 from lcpcli.model.nonlinear import Enclosure, NonlinearProblem
 from lcpcli.model.problem import Problem
@@ -42,17 +49,29 @@ def fields(content: bytes, number: Number = float) -> dict[str, Any]:
     from scipy.sparse import csr_array
 
     model = _model(content, isinstance(number, Doubles))
-    refuse(not model.is_linear, "", "is a nonlinear model", "see lcp help models for what takes it")
+    refuse(
+        not model.is_linear,
+        "",
+        "is a nonlinear model",
+        "see lcp help models for what takes it",
+    )
     order = order_of(model, Jacobian(model.graph, model.rows, Arithmetic()))
     remarks = filter(None, [model.remark, LEFT_OUT if model.objective else ""])
     n, rows = model.graph.n, [model.graph.parts(model.rows[place]) for place in order]
     entries = [(i, *term) for i, row in enumerate(rows) for term in row.terms]
     of = number.of if isinstance(number, Doubles) else float
     i, j, values = zip(*entries, strict=True) if entries else ((), (), ())
-    M = csr_array((np.array([of(value) for value in values], float), (i, j)), shape=(n, n))
-    parts = {"M": M.toarray() if n <= LARGEST_DENSE else M, "q": np.array([of(row.constant) for row in rows])}
+    M = csr_array(
+        (np.array([of(value) for value in values], float), (i, j)), shape=(n, n)
+    )
+    parts = {
+        "M": M.toarray() if n <= LARGEST_DENSE else M,
+        "q": np.array([of(row.constant) for row in rows]),
+    }
     for key, ends in (("lower", model.lower), ("upper", model.upper)):
-        parts[key] = np.array([of(end) if isfinite(end) else float(end) for end in ends])
+        parts[key] = np.array(
+            [of(end) if isfinite(end) else float(end) for end in ends]
+        )
     return {**parts, "names": model.names, "note": "; ".join(remarks)}
 
 
@@ -97,7 +116,9 @@ class Model:
     """
 
     def __init__(self, content: bytes | None, path: str) -> None:
-        self._content = content = content_of(path, WHOLE) if content is None else content
+        self._content = content = (
+            content_of(path, WHOLE) if content is None else content
+        )
         try:
             self.model = _model(content)
         except ProblemError as error:
@@ -119,16 +140,24 @@ class Model:
             first = at + 4 + duals
             found = [fraction(line) for line in lines[first : first + values]]
         except (ValueError, IndexError):
-            raise ProblemError("", "is no .sol file in text", "write it as solvers for AMPL do, in text") from None
+            raise ProblemError(
+                "",
+                "is no .sol file in text",
+                "write it as solvers for AMPL do, in text",
+            ) from None
         fault = f"has {count(len(found), 'value')} of {count(own, 'variable')} for {variables} of the model"
-        refuse(own != variables or len(found) != own, "", fault, "solve the model again")
+        refuse(
+            own != variables or len(found) != own, "", fault, "solve the model again"
+        )
         return [found[variable] for variable in self.model.unknowns]
 
     @cached_property
     def problem(self) -> Problem | NonlinearProblem:
         if not self.model.is_linear:
             return self.nonlinear
-        linear = made(fields(self._content) | {"names": self.names, "note": self.remark})
+        linear = made(
+            fields(self._content) | {"names": self.names, "note": self.remark}
+        )
         assert isinstance(linear, Problem)
         return linear.named(self.name)
 
@@ -142,9 +171,14 @@ class Model:
         sense, node = exact.objective
         terms, constant = exact.graph.parts(node)
         costs, n = dict(terms), exact.graph.n
-        fault, hint = "has an objective that is not linear", "write a linear one, or take it out to find one solution"
+        fault, hint = (
+            "has an objective that is not linear",
+            "write a linear one, or take it out to find one solution",
+        )
         refuse(any(part >= n for part in costs), "", fault, hint)
-        return LinearObjective([Fraction(costs.get(i, 0)) for i in range(n)], sense, Fraction(constant))
+        return LinearObjective(
+            [Fraction(costs.get(i, 0)) for i in range(n)], sense, Fraction(constant)
+        )
 
     def exactly(self) -> ExactProblem:
         assert isinstance(self.problem, Problem)
@@ -152,11 +186,26 @@ class Model:
 
     @cached_property
     def nonlinear(self) -> NonlinearProblem:
-        refuse(self.model.objective is not None, "", "has an objective, and is not linear", NO_OBJECTIVE)
-        ends: dict[str, Any] = {"lower": np.array(self.model.lower, float), "upper": np.array(self.model.upper, float)}
-        texts: dict[str, Any] = {"name": self.name, "note": self.remark, "names": self.names}
+        refuse(
+            self.model.objective is not None,
+            "",
+            "has an objective, and is not linear",
+            NO_OBJECTIVE,
+        )
+        ends: dict[str, Any] = {
+            "lower": np.array(self.model.lower, float),
+            "upper": np.array(self.model.upper, float),
+        }
+        texts: dict[str, Any] = {
+            "name": self.name,
+            "note": self.remark,
+            "names": self.names,
+        }
         F, J = self._functions.F, self._functions.J
-        options: dict[str, Any] = {"x0": self.model.start, "interval": lambda *box: self._intervals.enclosure(*box)}
+        options: dict[str, Any] = {
+            "x0": self.model.start,
+            "interval": lambda *box: self._intervals.enclosure(*box),
+        }
         return NonlinearProblem(F, J, **options, **ends, **texts)
 
     @cached_property
@@ -165,7 +214,9 @@ class Model:
 
     @cached_property
     def _intervals(self) -> Functions:
-        return Functions(_model(self._content, is_exact=True), Intervals(), self._functions.order)
+        return Functions(
+            _model(self._content, is_exact=True), Intervals(), self._functions.order
+        )
 
 
 class Functions:
@@ -175,10 +226,17 @@ class Functions:
     are left by the entries of the Jacobian at the start.
     """
 
-    def __init__(self, model: NlModel, arithmetic: Arithmetic, order: Indices | None = None) -> None:
-        self.n, self._jacobian = model.graph.n, Jacobian(model.graph, model.rows, arithmetic)
+    def __init__(
+        self, model: NlModel, arithmetic: Arithmetic, order: Indices | None = None
+    ) -> None:
+        self.n, self._jacobian = (
+            model.graph.n,
+            Jacobian(model.graph, model.rows, arithmetic),
+        )
         self.order = order_of(model, self._jacobian) if order is None else order
-        self.F = Tape(model.graph, [model.rows[place] for place in self.order], arithmetic).values
+        self.F = Tape(
+            model.graph, [model.rows[place] for place in self.order], arithmetic
+        ).values
         rows = np.argsort(self.order)[self._jacobian.rows]
         self._entries = np.lexsort((self._jacobian.columns, rows))
         self._places = rows[self._entries], self._jacobian.columns[self._entries]
@@ -195,7 +253,9 @@ class Functions:
         from scipy.sparse import csr_array
 
         ends = np.searchsorted(rows, np.arange(self.n + 1))
-        return csr_array((entries[self._entries], columns, ends), shape=(self.n, self.n))
+        return csr_array(
+            (entries[self._entries], columns, ends), shape=(self.n, self.n)
+        )
 
     @np.errstate(all="ignore")
     def enclosure(self, lower: Vector, upper: Vector) -> Enclosure:
@@ -213,7 +273,9 @@ def order_of(model: NlModel, jacobian: Jacobian) -> Indices:
     own = (rows >= 0) & (columns >= 0)
     order = np.empty(model.graph.n, np.intp)
     order[sorted(model.complements)] = np.arange(first)
-    order[free] = first + paired(free.size, rows[own], columns[own], jacobian.entries(model.start)[own])
+    order[free] = first + paired(
+        free.size, rows[own], columns[own], jacobian.entries(model.start)[own]
+    )
     return order
 
 
@@ -233,7 +295,9 @@ def paired(n: int, rows: Indices, columns: Indices, values: Vector) -> Indices:
         from scipy.sparse.csgraph import min_weight_full_bipartite_matching
 
     # Integers, as with rounding errors in the costs the matching may not end.
-    sizes = np.rint(np.log2(np.clip(np.nan_to_num(np.abs(values), nan=LEAST), LEAST, 1 / LEAST)))
+    sizes = np.rint(
+        np.log2(np.clip(np.nan_to_num(np.abs(values), nan=LEAST), LEAST, 1 / LEAST))
+    )
     largest, own = np.full(n, np.log2(LEAST)), np.arange(n)
     np.maximum.at(largest, rows, sizes)
     costs = 1.0 + largest[rows] - sizes
@@ -242,7 +306,9 @@ def paired(n: int, rows: Indices, columns: Indices, values: Vector) -> Indices:
     i = np.concatenate([rows, own, n + own, n + columns])
     j = np.concatenate([columns, n + own, own, n + rows])
     weights = np.concatenate([costs, np.full(2 * n, unpaired), np.ones(len(rows))])
-    _, found = min_weight_full_bipartite_matching(csr_array((weights, (i, j)), shape=(2 * n, 2 * n)))
+    _, found = min_weight_full_bipartite_matching(
+        csr_array((weights, (i, j)), shape=(2 * n, 2 * n))
+    )
     equations, is_paired = np.full(n, -1), found[:n] < n
     equations[found[:n][is_paired]] = own[is_paired]
     equations[equations < 0] = own[~is_paired]
@@ -257,5 +323,15 @@ def solution_text(header: Header, message: str, values: Vector, number: int) -> 
     size, *own = header.options
     # Which counts two more if a tolerance follows.
     size = str(int(size) + 2 * (own[1:2] == [WITH_TOLERANCE]))
-    lines = [message, "", "Options", size, *own, header.rows, 0, header.variables, len(values)]
+    lines = [
+        message,
+        "",
+        "Options",
+        size,
+        *own,
+        header.rows,
+        0,
+        header.variables,
+        len(values),
+    ]
     return "\n".join(map(str, [*lines, *values.tolist(), f"objno 0 {number}", ""]))

@@ -28,7 +28,21 @@ from lcpcli.typing import Vector
 
 _Parts = list[tuple[int, Any]]  # the nodes of a sum with their coefficients
 
-COMPARING = {"min", "max", "<", "<=", "=", ">=", ">", "!=", "if", "and", "or", "not", "<==>"}  # with infinity, too
+COMPARING = {
+    "min",
+    "max",
+    "<",
+    "<=",
+    "=",
+    ">=",
+    ">",
+    "!=",
+    "if",
+    "and",
+    "or",
+    "not",
+    "<==>",
+}  # with infinity, too
 # Of operators in a graph.
 NAMES = {"*": "product", "/": "quotient", "and": "min", "or": "max", "<==>": "="}
 NAMES |= {"square": "^", "less": "max", "not": "="}
@@ -56,34 +70,60 @@ class NlModel:
     def __init__(self, segments: Segments, is_exact: bool = False) -> None:
         self.header: Header = segments.header
         bounds = [_ends(f"v{i}", *side) for i, side in enumerate(segments.bounds)]
-        fixed = {i: low for i, (low, high) in enumerate(bounds) if low == high and i not in segments.complements}
+        fixed = {
+            i: low
+            for i, (low, high) in enumerate(bounds)
+            if low == high and i not in segments.complements
+        }
         self.fixed = {variable: float(value) for variable, value in fixed.items()}
         self.unknowns = [i for i in range(len(bounds)) if i not in fixed]
         self.graph = graph = Graph(len(self.unknowns), is_exact)
         place = {variable: i for i, variable in enumerate(self.unknowns)}
-        self._nodes = {i: place[i] if i in place else graph.constant(fixed[i]) for i in range(len(bounds))}
+        self._nodes = {
+            i: place[i] if i in place else graph.constant(fixed[i])
+            for i in range(len(bounds))
+        }
         for number, (linear, terms) in segments.common.items():
-            self._nodes[len(bounds) + number] = graph.share(self._node(linear, terms, 0))
+            self._nodes[len(bounds) + number] = graph.share(
+                self._node(linear, terms, 0)
+            )
         self.equations, self.complements = list[int](), dict[int, int]()
         row_of = {row: variable for variable, (row, _) in segments.complements.items()}
         for row, (low, high) in enumerate(segments.sides):
             parts = segments.linear.get(row, {}), segments.rows[row]
             if row in row_of:
-                self.complements[place[row_of[row]]] = within(f"C{row}", self._node, *parts, 0)
+                self.complements[place[row_of[row]]] = within(
+                    f"C{row}", self._node, *parts, 0
+                )
             elif low is not None or high is not None:
-                refuse(low != high, f"C{row}", "is an inequality that complements no variable", UNCOMPLEMENTED)
+                refuse(
+                    low != high,
+                    f"C{row}",
+                    "is an inequality that complements no variable",
+                    UNCOMPLEMENTED,
+                )
                 self.equations.append(within(f"C{row}", self._node, *parts, -low))
-        stated = {place[variable]: kind for variable, (_, kind) in segments.complements.items()}
+        stated = {
+            place[variable]: kind
+            for variable, (_, kind) in segments.complements.items()
+        }
         conditions = Conditions(self, stated, [bounds[i] for i in self.unknowns])
-        self.lower, self.upper = ([ends[k] for ends in conditions.bounds] for k in (0, 1))
+        self.lower, self.upper = (
+            [ends[k] for ends in conditions.bounds] for k in (0, 1)
+        )
         self.free = [i for i in range(graph.n) if i not in self.complements]
         conditions.refuse_others(self.free)
-        self.start = np.array([float(segments.start.get(variable, 0)) for variable in self.unknowns])
+        self.start = np.array(
+            [float(segments.start.get(variable, 0)) for variable in self.unknowns]
+        )
         self.objective, self.remark = self._objective(segments), conditions.remark()
 
     @cached_property
     def rows(self) -> list[int]:
-        return [*(self.complements[i] for i in sorted(self.complements)), *self.equations]
+        return [
+            *(self.complements[i] for i in sorted(self.complements)),
+            *self.equations,
+        ]
 
     @property
     def names(self) -> list[str]:
@@ -92,7 +132,9 @@ class NlModel:
     @property
     def is_linear(self) -> bool:
         n = self.graph.n
-        return all(part < n for row in self.rows for part, _ in self.graph.parts(row).terms)
+        return all(
+            part < n for row in self.rows for part, _ in self.graph.parts(row).terms
+        )
 
     @property
     def operators(self) -> dict[str, int]:
@@ -109,7 +151,10 @@ class NlModel:
 
     def _objective(self, segments: Segments) -> tuple[str, int] | None:
         found = [
-            ("max" if is_maximized else "min", self._node(segments.slopes.get(number, {}), terms, 0))
+            (
+                "max" if is_maximized else "min",
+                self._node(segments.slopes.get(number, {}), terms, 0),
+            )
             for number, (is_maximized, terms) in segments.objectives.items()
         ]
         found = [each for each in found if self.graph.value(each[1]) is None]
@@ -124,24 +169,59 @@ class NlModel:
         found: list[_Parts] = []
         for letter, value, size in reversed(terms):
             if letter == "o":
-                found.append(self._apply(MEANINGS[value][0], [found.pop() for _ in range(size)]))
+                found.append(
+                    self._apply(MEANINGS[value][0], [found.pop() for _ in range(size)])
+                )
             elif letter == "p":
-                found.append([(self._piecewise_linear(value[::2], value[1::2], self.graph.sum(found.pop())), 1)])
+                found.append(
+                    [
+                        (
+                            self._piecewise_linear(
+                                value[::2], value[1::2], self.graph.sum(found.pop())
+                            ),
+                            1,
+                        )
+                    ]
+                )
             else:
-                found.append([(self._nodes[value] if letter == "v" else self.graph.constant(value), 1)])
+                found.append(
+                    [
+                        (
+                            self._nodes[value]
+                            if letter == "v"
+                            else self.graph.constant(value),
+                            1,
+                        )
+                    ]
+                )
         return self.graph.sum(found.pop())
 
     def _apply(self, name: str, arguments: Sequence[_Parts]) -> _Parts:
         """Return the value of an operator as a sum, so that sums of sums become nodes only once."""
         graph = self.graph
-        constants = map(graph.value, () if name in COMPARING else (node for part in arguments for node, _ in part))
-        if lost := next((value for value in constants if value and not isfinite(value)), None):
+        constants = map(
+            graph.value,
+            ()
+            if name in COMPARING
+            else (node for part in arguments for node, _ in part),
+        )
+        if lost := next(
+            (value for value in constants if value and not isfinite(value)), None
+        ):
             fault = f"computes with the constant {float(lost):g}, so that it is finite nowhere"
-            raise ProblemError("", fault, "correct it; the program that wrote the file may have divided by 0")
+            raise ProblemError(
+                "",
+                fault,
+                "correct it; the program that wrote the file may have divided by 0",
+            )
         if name in ("+", "-", "sum", "negative"):
             first, *others = ([], *arguments) if name == "negative" else arguments
             for part in others:  # added in place, as sums may have many terms
-                first += [(node, -factor) for node, factor in part] if name in ("-", "negative") else part
+                first += (
+                    [(node, -factor) for node, factor in part]
+                    if name in ("-", "negative")
+                    else part
+                )
             return first
         nodes = [graph.sum(part) for part in arguments]
         if name == "less":  # max(a - b, 0)
@@ -151,7 +231,9 @@ class NlModel:
         apply = partial(graph.apply, name := NAMES.get(name, name))
         return [(reduce(apply, nodes) if name in ("min", "max") else apply(*nodes), 1)]
 
-    def _piecewise_linear(self, slopes: Sequence[Any], breakpoints: Sequence[Any], argument: int) -> int:
+    def _piecewise_linear(
+        self, slopes: Sequence[Any], breakpoints: Sequence[Any], argument: int
+    ) -> int:
         """Return the function with these slopes between the breakpoints that is 0 at 0: a sum of kinks."""
         graph, zero = self.graph, self.graph.constant(0)
         parts, constant = [(argument, slopes[0])], 0
@@ -165,12 +247,19 @@ class NlModel:
 def _ends(where: str, low: Any, high: Any) -> Side:
     low, high = -inf if low is None else low, inf if high is None else high
     if not low <= high or low == inf or high == -inf:
-        raise ProblemError(where, f"has the bounds {float(low):g} and {float(high):g}", "correct them")
+        raise ProblemError(
+            where, f"has the bounds {float(low):g} and {float(high):g}", "correct them"
+        )
     return low, high
 
 
 LOWER, UPPER, BOTH = 1, 2, 3
-WORDS = {0: "no bounds", LOWER: "a lower bound", UPPER: "an upper bound", BOTH: "both bounds"}
+WORDS = {
+    0: "no bounds",
+    LOWER: "a lower bound",
+    UPPER: "an upper bound",
+    BOTH: "both bounds",
+}
 Ends = tuple[Any, Any]  # bounds: Fractions, or infinite
 NONE: Ends = (-inf, inf)
 LOST_ENDS = (
@@ -193,7 +282,10 @@ class Affine(NamedTuple):
 
     def range(self, ends: Ends) -> Ends:
         sign = 1 if self.slope > 0 else -1
-        found = [self.slope * end + self.constant if _is_finite(end) else sign * end for end in ends]
+        found = [
+            self.slope * end + self.constant if _is_finite(end) else sign * end
+            for end in ends
+        ]
         return min(found), max(found)
 
     def domain(self, ends: Ends) -> Ends:
@@ -214,11 +306,25 @@ class Conditions:
     bounds that its condition does not state the bounds that count.
     """
 
-    def __init__(self, model: NlModel, stated: dict[int, int], bounds: list[Ends]) -> None:
-        self.graph, self.equations, self.names = model.graph, model.equations, model.names
-        self.complements, self.bounds, self.read = model.complements, bounds, dict[int, Ends]()
+    def __init__(
+        self, model: NlModel, stated: dict[int, int], bounds: list[Ends]
+    ) -> None:
+        self.graph, self.equations, self.names = (
+            model.graph,
+            model.equations,
+            model.names,
+        )
+        self.complements, self.bounds, self.read = (
+            model.complements,
+            bounds,
+            dict[int, Ends](),
+        )
         self._stated, self._owners = stated, dict[int, int]()
-        bounded = [x for x, ends in enumerate(bounds) if x not in self.complements and kinds_of(*ends)]
+        bounded = [
+            x
+            for x, ends in enumerate(bounds)
+            if x not in self.complements and kinds_of(*ends)
+        ]
         for x in [x for x in bounded if not self._drop_implied(x)]:
             self._give_bounds(x)
         for x, kind in self._stated.items():
@@ -235,25 +341,45 @@ class Conditions:
         if len(free) != len(self.equations):
             fault = f"has {count(len(self.equations), 'equation')} for {count(len(free), 'variable')}"
             is_lost = BOTH in kinds.values() and len(self.equations) < len(free)
-            raise ProblemError("", f"{fault} that no row complements", f"{SQUARE}; {LOST}" if is_lost else SQUARE)
+            raise ProblemError(
+                "",
+                f"{fault} that no row complements",
+                f"{SQUARE}; {LOST}" if is_lost else SQUARE,
+            )
         hint = "complement it with a row, or take its bounds out: equations do not keep them"
-        refuse(kinds, "".join(self.names[i] for i in [*kinds][:1]), "has bounds but no row that it complements", hint)
+        refuse(
+            kinds,
+            "".join(self.names[i] for i in [*kinds][:1]),
+            "has bounds but no row that it complements",
+            hint,
+        )
 
     def remark(self) -> str:
         if not self.read:
             return ""
         (x, (low, high)), *others = self.read.items()
-        lower, upper = f"{_double(low):g} <= " if low > -inf else "", f" <= {_double(high):g}" if high < inf else ""
+        lower, upper = (
+            f"{_double(low):g} <= " if low > -inf else "",
+            f" <= {_double(high):g}" if high < inf else "",
+        )
         text = f"{lower}{self.names[x]}{upper} is complementary to the expression of its condition, which states "
-        more = f", and likewise for {count(len(others), 'other variable')}" if others else ""
+        more = (
+            f", and likewise for {count(len(others), 'other variable')}"
+            if others
+            else ""
+        )
         return f"{text}fewer bounds than the variable has{more}"
 
     def _settle(self, x: int, stated: int, own: int) -> None:
         """Drop the bounds of x that are not stated if other conditions imply them, else let them count."""
         if stated & ~own or stated not in WORDS:
-            said, has = (WORDS.get(each, f"the kind {each} of bounds") for each in (stated, own))
+            said, has = (
+                WORDS.get(each, f"the kind {each} of bounds") for each in (stated, own)
+            )
             hint = "state the bounds of the variable in its complementarity condition"
-            raise ProblemError(self.names[x], f"is complemented with {said}, but has {has}", hint)
+            raise ProblemError(
+                self.names[x], f"is complemented with {said}, but has {has}", hint
+            )
         if not self._drop_implied(x, stated):
             owner = self._owners.get(x, x)
             self.read[owner] = self._tied(x)[owner].range(self._ends(x))
@@ -263,11 +389,20 @@ class Conditions:
         only in an equation that defines it, which is what Pyomo leaves of the bounds of an expression."""
         terms, constant = self.graph.parts(self.complements[x])
         u = terms[0][0] if len(terms) == 1 and not constant else x
-        if u == x or u >= self.graph.n or u in self.complements or kinds_of(*self.bounds[u]):
+        if (
+            u == x
+            or u >= self.graph.n
+            or u in self.complements
+            or kinds_of(*self.bounds[u])
+        ):
             return
         own, other = self._definition(x), self._definition(u, self.complements[x])
         if own is not None and other is not None and own != other:
-            raise ProblemError(self.names[x], f"is complementary to {self.names[u]}, and neither has bounds", LOST_ENDS)
+            raise ProblemError(
+                self.names[x],
+                f"is complementary to {self.names[u]}, and neither has bounds",
+                LOST_ENDS,
+            )
 
     def _definition(self, x: int, condition: int | None = None) -> int | None:
         """Return the equation that is x or -x plus other terms, if only this condition has x too; else None."""
@@ -276,7 +411,12 @@ class Conditions:
             return None
         terms = self.graph.parts(rows[0]).terms
         is_plain = any(part == x and abs(factor) == 1 for part, factor in terms)
-        return rows[0] if is_plain and x not in self.graph.below(part for part, _ in terms if part != x) else None
+        return (
+            rows[0]
+            if is_plain
+            and x not in self.graph.below(part for part, _ in terms if part != x)
+            else None
+        )
 
     @cached_property
     def _rows_with(self) -> dict[int, list[int]]:
@@ -292,9 +432,14 @@ class Conditions:
         of their functions; return whether none is left."""
         (low, high), own = self.bounds[x], self._ends(x)
         domains = [value.domain(ends) for y, value, ends, _ in self._sides(x) if y != x]
-        if not stated & LOWER and own[0] <= max((end for end, _ in domains), default=-inf):
+        if not stated & LOWER and own[0] <= max(
+            (end for end, _ in domains), default=-inf
+        ):
             low = -inf
-        if not stated & UPPER and min((end for _, end in domains), default=inf) <= own[1]:
+        if (
+            not stated & UPPER
+            and min((end for _, end in domains), default=inf) <= own[1]
+        ):
             high = inf
         self.bounds[x] = low, high
         return kinds_of(low, high) == stated
@@ -317,7 +462,10 @@ class Conditions:
         fit = [
             (own.isdisjoint(value.domain(ends)), y, value)
             for y, value, ends, is_function in self._sides(x)
-            if abs(value.slope) == 1 and (not is_function or kinds_of(*self.bounds[y]) == self._stated[y] in SIGNS)
+            if abs(value.slope) == 1
+            and (
+                not is_function or kinds_of(*self.bounds[y]) == self._stated[y] in SIGNS
+            )
         ]
         return min(fit, key=lambda side: side[0])[1:] if fit else None
 
@@ -325,9 +473,18 @@ class Conditions:
         """Return the sides of conditions that are affine functions of x, unknowns before functions: the condition's
         unknown, the function, the bounds that it implies for the side, and whether this is its function."""
         tied = self._tied(x)
-        sides = [(y, value, self._ends(y), False) for y, value in tied.items() if y in self.complements]
+        sides = [
+            (y, value, self._ends(y), False)
+            for y, value in tied.items()
+            if y in self.complements
+        ]
         return sides + [
-            (y, value.of(slope, constant), SIGNS.get(kinds_of(*self.bounds[y]), NONE), True)
+            (
+                y,
+                value.of(slope, constant),
+                SIGNS.get(kinds_of(*self.bounds[y]), NONE),
+                True,
+            )
             for u, value in tied.items()
             for y, slope, constant in self._single.get(u, ())
             if y in self.complements
@@ -336,7 +493,9 @@ class Conditions:
     def _exchange(self, x: int, y: int, function: Affine) -> None:
         low, high = self.bounds[y]
         sign = 1 if function.slope > 0 else -1
-        self.complements[x] = self.graph.sum([(y, sign)], -sign * (low if low > -inf else high))
+        self.complements[x] = self.graph.sum(
+            [(y, sign)], -sign * (low if low > -inf else high)
+        )
         implied, own = function.domain(SIGNS[self._stated[y]]), self._ends(x)
         self._set(x, (max(implied[0], own[0]), min(implied[1], own[1])))
         self.bounds[y] = NONE
@@ -349,8 +508,15 @@ class Conditions:
         found = dict[int, list[tuple[int, Fraction, Fraction]]]()
         for y, node in self.complements.items():
             terms, constant = self.graph.parts(node)
-            if len(terms) == 1 and terms[0][0] < self.graph.n and isfinite(terms[0][1]) and isfinite(constant):
-                found.setdefault(terms[0][0], []).append((y, _fraction(terms[0][1]), _fraction(constant)))
+            if (
+                len(terms) == 1
+                and terms[0][0] < self.graph.n
+                and isfinite(terms[0][1])
+                and isfinite(constant)
+            ):
+                found.setdefault(terms[0][0], []).append(
+                    (y, _fraction(terms[0][1]), _fraction(constant))
+                )
         return found
 
     def _tied(self, x: int) -> dict[int, Affine]:
@@ -369,10 +535,15 @@ class Conditions:
         found = dict[int, list[tuple[int, Fraction, Fraction]]]()
         for node in self.equations:
             terms, constant = self.graph.parts(node)
-            if len(terms) == 2 and all(u < self.graph.n and isfinite(factor) for u, factor in (*terms, (0, constant))):
+            if len(terms) == 2 and all(
+                u < self.graph.n and isfinite(factor)
+                for u, factor in (*terms, (0, constant))
+            ):
                 for (u, a), (v, b) in (terms, terms[::-1]):
                     ratio = -_fraction(a) / _fraction(b)
-                    found.setdefault(u, []).append((v, ratio, -_fraction(constant) / _fraction(b)))
+                    found.setdefault(u, []).append(
+                        (v, ratio, -_fraction(constant) / _fraction(b))
+                    )
         return found
 
     def _ends(self, x: int) -> Ends:
@@ -383,7 +554,10 @@ class Conditions:
         fault = f"has the bounds {_double(ends[0]):g} and {_double(ends[1]):g} by its complementarity condition"
         refuse(ends[0] > ends[1], self.names[x], fault, "correct them")
         low, high = map(_double, ends)
-        exact = tuple(end if isfinite(double) else double for end, double in zip(ends, (low, high), strict=True))
+        exact = tuple(
+            end if isfinite(double) else double
+            for end, double in zip(ends, (low, high), strict=True)
+        )
         self.bounds[x] = (exact[0], exact[1]) if self.graph.is_exact else (low, high)
 
 
@@ -397,4 +571,8 @@ def _double(value: Any) -> float:
 
 def _fraction(value: Any) -> Any:
     """Return the decimals of a number as a Fraction; infinity as it is."""
-    return Fraction(repr(value) if isinstance(value, float) else value) if isfinite(value) else value
+    return (
+        Fraction(repr(value) if isinstance(value, float) else value)
+        if isfinite(value)
+        else value
+    )

@@ -37,7 +37,10 @@ class TextTokens:
     def __init__(self, text: str, constant: Constant) -> None:
         self._words: list[str] = []
         self._lines: list[int] = []
-        for line, words in enumerate((line.partition("#")[0].split() for line in text.split("\n")), HEADER_LINES + 1):
+        for line, words in enumerate(
+            (line.partition("#")[0].split() for line in text.split("\n")),
+            HEADER_LINES + 1,
+        ):
             self._words += words
             self._lines += [line] * len(words)
         # The next word, and what is left of the last one behind its letter.
@@ -45,7 +48,9 @@ class TextTokens:
         self._constant = constant
 
     def error(self, fault: str, hint: str = "") -> ProblemError:
-        return ProblemError(f"line {self._lines[self._next - 1]}" if self._next else "", fault, hint)
+        return ProblemError(
+            f"line {self._lines[self._next - 1]}" if self._next else "", fault, hint
+        )
 
     def code(self) -> str:
         """Return the letter with which a segment or a term of an expression begins; "" at the end of the file."""
@@ -85,8 +90,15 @@ class BinaryTokens:
     """The tokens of a binary file: letters, integers of four bytes, and doubles. begin : the first byte behind the
     header. constant : returns the number for the decimals of a double."""
 
-    def __init__(self, content: bytes, begin: int, order: str, constant: Constant) -> None:
-        self._content, self._next, self._order, self._constant = content, begin, order, constant
+    def __init__(
+        self, content: bytes, begin: int, order: str, constant: Constant
+    ) -> None:
+        self._content, self._next, self._order, self._constant = (
+            content,
+            begin,
+            order,
+            constant,
+        )
 
     def error(self, fault: str, hint: str = "") -> ProblemError:
         return ProblemError(f"byte {self._next}", fault, hint)
@@ -111,14 +123,35 @@ class BinaryTokens:
         return bytes(self._unpack("c")).decode("latin-1")
 
     def name(self) -> str:
-        return bytes(self._unpack(f"{max(self.integer(), 0)}s")).decode("utf-8", "replace")
+        return bytes(self._unpack(f"{max(self.integer(), 0)}s")).decode(
+            "utf-8", "replace"
+        )
 
 
 Tokens: TypeAlias = "TextTokens | BinaryTokens"
 
 PIECEWISE_LINEAR = 64
-REFUSED = {"mod", "floor", "ceil", "div", "precision", "round", "trunc", "count", "numberof", "atleast", "atmost"}
-REFUSED |= {"exactly", "not atleast", "not atmost", "not exactly", "alldiff", "if of texts"}
+REFUSED = {
+    "mod",
+    "floor",
+    "ceil",
+    "div",
+    "precision",
+    "round",
+    "trunc",
+    "count",
+    "numberof",
+    "atleast",
+    "atmost",
+}
+REFUSED |= {
+    "exactly",
+    "not atleast",
+    "not atmost",
+    "not exactly",
+    "alldiff",
+    "if of texts",
+}
 
 # The name in AMPL, and the number of arguments, 0 if it is in the file.
 MEANINGS = {
@@ -141,17 +174,24 @@ def names_beside(path: str, variables: Sequence[str]) -> Sequence[str]:
     names, numbers = _names(path, ".col"), [int(variable[1:]) for variable in variables]
     last = max(numbers, default=-1)
     fault = f"has {count(len(names), 'name')}, but {path} has the variable v{last}"
-    refuse(names and last >= len(names), _beside(path, ".col"), fault, "write both again")
+    refuse(
+        names and last >= len(names), _beside(path, ".col"), fault, "write both again"
+    )
     return [names[number] for number in numbers] if names else variables
 
 
 def named(path: str, error: ProblemError) -> ProblemError:
-    return ProblemError(in_names(path, error.where), in_names(path, error.fault), error.hint)
+    return ProblemError(
+        in_names(path, error.where), in_names(path, error.fault), error.hint
+    )
 
 
 def in_names(path: str, text: str) -> str:
     def name(found: re.Match[str]) -> str:
-        names, number = _names(path, ".col" if found[1] == "v" else ".row"), int(found[2])
+        names, number = (
+            _names(path, ".col" if found[1] == "v" else ".row"),
+            int(found[2]),
+        )
         return names[number] if number < len(names) else found[0]
 
     return re.sub(r"\b([vC])(\d+)\b", name, text)
@@ -195,19 +235,28 @@ class Header(NamedTuple):
 
 
 def segments_in(content: bytes, constant: Constant) -> Segments:
-    *lines, rest = [*content.split(b"\n", HEADER_LINES), *[b""] * HEADER_LINES][: HEADER_LINES + 1]
+    *lines, rest = [*content.split(b"\n", HEADER_LINES), *[b""] * HEADER_LINES][
+        : HEADER_LINES + 1
+    ]
     header = _header(lines)
     if header.order:
-        return Segments(header, BinaryTokens(content, len(content) - len(rest), header.order, constant))
+        return Segments(
+            header,
+            BinaryTokens(content, len(content) - len(rest), header.order, constant),
+        )
     return Segments(header, TextTokens(rest.decode("utf-8", "replace"), constant))
 
 
 def _header(lines: list[bytes]) -> Header:
     first = OPTIONS.match(_line(lines[0]))
     if first is None:
-        raise ProblemError("line 1", "is not the beginning of an .nl file", "begin it with g3 or b3")
+        raise ProblemError(
+            "line 1", "is not the beginning of an .nl file", "begin it with g3 or b3"
+        )
     counts = list[list[int]]()
-    for number, line, fewest in zip(range(2, HEADER_LINES + 1), lines[1:], FEWEST, strict=True):
+    for number, line, fewest in zip(
+        range(2, HEADER_LINES + 1), lines[1:], FEWEST, strict=True
+    ):
         own = list[int]()
         with suppress(ValueError):
             own = list(map(whole, _line(line).split()))
@@ -215,8 +264,14 @@ def _header(lines: list[bytes]) -> Header:
         refuse(len(own) < fewest or min(own) < 0, f"line {number}", fault, CUT_OFF)
         counts.append([*own, 0, 0])
     (n, m, *_), (integers, logical) = counts[0], (sum(counts[5]), counts[0][5])
-    for number, noun in ((integers, "integer variable"), (logical, "logical constraint")):
-        fault, hint = f"has {count(number, noun)}", "lcp solves complementarity problems of continuous variables"
+    for number, noun in (
+        (integers, "integer variable"),
+        (logical, "logical constraint"),
+    ):
+        fault, hint = (
+            f"has {count(number, noun)}",
+            "lcp solves complementarity problems of continuous variables",
+        )
         refuse(number, "", fault, hint)
     # Of bytes, the highest one first.
     order = "" if lines[0].startswith(b"g") else ">" if counts[4][2] == 2 else "<"
@@ -264,7 +319,11 @@ class Segments:
             number = self._index(inf, "objective")
             self.slopes[number] = self._linear(integer())
         elif code == "V":
-            number, size, _ = self._index(header.common, "common expression", header.variables), integer(), integer()
+            number, size, _ = (
+                self._index(header.common, "common expression", header.variables),
+                integer(),
+                integer(),
+            )
             self.common[number] = self._linear(size), self._expression()
         elif code == "x":
             self.start = self._linear(integer())
@@ -288,7 +347,9 @@ class Segments:
 
     def _index(self, end: float, noun: str, first: int = 0) -> int:
         if not 0 <= (number := self._tokens.integer() - first) < end:
-            raise self._tokens.error(f"names {noun} {number}, counted from 0, of {end}", COUNTS)
+            raise self._tokens.error(
+                f"names {noun} {number}, counted from 0, of {end}", COUNTS
+            )
         return number
 
     def _linear(self, size: int) -> Linear:
@@ -296,7 +357,9 @@ class Segments:
         for _ in range(size):
             number = self._index(self.header.variables, "variable")
             if number in found:
-                raise tokens.error(f"gives variable {number} a second coefficient here", "keep one")
+                raise tokens.error(
+                    f"gives variable {number} a second coefficient here", "keep one"
+                )
             found[number] = tokens.number()
         return found
 
@@ -305,18 +368,31 @@ class Segments:
         tokens = self._tokens
         kind = tokens.kind()
         if kind == "5" and row is not None:
-            bounds, variable = tokens.integer(), self._index(self.header.variables, "variable", 1)
+            bounds, variable = (
+                tokens.integer(),
+                self._index(self.header.variables, "variable", 1),
+            )
             other, _ = self.complements.setdefault(variable, (row, bounds))
             fault = f"complements v{variable}, and so does C{other}"
-            refuse(other != row, f"C{row}", fault, "give each row a variable of its own")
+            refuse(
+                other != row, f"C{row}", fault, "give each row a variable of its own"
+            )
             return 0, 0
         if kind not in SIDES:
-            raise tokens.error(f"has {quoted(kind)} in place of the kind of a bound", "the kinds are 0 to 5")
+            raise tokens.error(
+                f"has {quoted(kind)} in place of the kind of a bound",
+                "the kinds are 0 to 5",
+            )
         low, high = (tokens.number() if given else None for given in SIDES[kind])
         return (low, low) if kind == "4" else (low, high)
 
     def _expression(self) -> list[Term]:
-        tokens, n, terms, open_terms = self._tokens, self.header.variables, list[Term](), 1
+        tokens, n, terms, open_terms = (
+            self._tokens,
+            self.header.variables,
+            list[Term](),
+            1,
+        )
         while open_terms:
             letter, size = tokens.code(), 0
             value: Any
@@ -324,14 +400,21 @@ class Segments:
                 value = tokens.integer()
                 size = self._arguments(value)
                 if value == PIECEWISE_LINEAR:
-                    value = tuple(self._constant(tokens.code()) for _ in range(2 * size - 1))
+                    value = tuple(
+                        self._constant(tokens.code()) for _ in range(2 * size - 1)
+                    )
                     letter, size = "p", 1
             elif letter == "v":
                 value = tokens.integer()
                 if not 0 <= value < n and value - n not in self.common:
-                    raise tokens.error(f"names v{value}, which is not defined before it", COUNTS)
+                    raise tokens.error(
+                        f"names v{value}, which is not defined before it", COUNTS
+                    )
             elif letter in ("f", "h"):
-                raise tokens.error("has an imported function or a text", "write it with the operators of AMPL")
+                raise tokens.error(
+                    "has an imported function or a text",
+                    "write it with the operators of AMPL",
+                )
             else:
                 value = self._constant(letter, "an expression")
             terms.append((letter, value, size))
@@ -340,7 +423,9 @@ class Segments:
 
     def _constant(self, letter: str, what: str = "a number") -> Any:
         if letter not in STORED:
-            raise self._tokens.error(f"has {quoted(letter)} in place of {what}" if letter else ENDS, CUT_OFF)
+            raise self._tokens.error(
+                f"has {quoted(letter)} in place of {what}" if letter else ENDS, CUT_OFF
+            )
         return self._tokens.number(letter)
 
     def _arguments(self, operator: int) -> int:
@@ -354,7 +439,9 @@ class Segments:
             return size
         size = self._tokens.integer()
         if size < 1:
-            raise self._tokens.error(f"gives {name} (o{operator}) {count(size, 'argument')}", COUNTS)
+            raise self._tokens.error(
+                f"gives {name} (o{operator}) {count(size, 'argument')}", COUNTS
+            )
         return size
 
     def _refuse_incomplete(self) -> None:
@@ -365,6 +452,15 @@ class Segments:
             ("bounds of variables (b)", len(self.bounds), header.variables),
             ("entries of rows (J)", self._entries, header.entries),
             ("common expressions (V)", len(self.common), header.common),
-            ("expressions of objectives (O) with linear parts (G)", both, len(self.slopes)),
+            (
+                "expressions of objectives (O) with linear parts (G)",
+                both,
+                len(self.slopes),
+            ),
         ):
-            refuse(given != declared, "", f"has {given} {what}, but its header says {declared}", CUT_OFF)
+            refuse(
+                given != declared,
+                "",
+                f"has {given} {what}, but its header says {declared}",
+                CUT_OFF,
+            )

@@ -35,7 +35,10 @@ def values(field: str, content: bytes, number: Number = float) -> Any:  # noqa: 
 
 
 def render(fields: Mapping[str, Any], exact: Exact) -> dict[str, bytes]:  # noqa: ARG001
-    return {"": written(np.save, matrices.dense(fields["M"])), ".q": written(np.save, fields["q"])}
+    return {
+        "": written(np.save, matrices.dense(fields["M"])),
+        ".q": written(np.save, fields["q"]),
+    }
 
 
 def written(save: Callable[..., object], *given: Any, **options: Any) -> bytes:
@@ -45,7 +48,11 @@ def written(save: Callable[..., object], *given: Any, **options: Any) -> bytes:
 
 def flat(array: Any) -> Any:
     """Return an array of one row or one column, or MATLAB's [] of neither, as a vector, any other array as it is."""
-    return array.ravel() if array.ndim == 2 and (1 in array.shape or array.shape == (0, 0)) else array
+    return (
+        array.ravel()
+        if array.ndim == 2 and (1 in array.shape or array.shape == (0, 0))
+        else array
+    )
 
 
 def array_in(file: IO[bytes]) -> Any:
@@ -75,7 +82,11 @@ def unless_damaged(name: str, fault: str, hint: str) -> Iterator[None]:
 
 
 def _array(content: bytes) -> Any:
-    with unless_damaged("", f"is not an NPY file {UNREAD}", "save it again with numpy.save, and not as objects"):
+    with unless_damaged(
+        "",
+        f"is not an NPY file {UNREAD}",
+        "save it again with numpy.save, and not as objects",
+    ):
         return array_in(io.BytesIO(content))
 
 
@@ -87,14 +98,23 @@ def of_arrays(arrays: Mapping[str, Any]) -> dict[str, Any]:
     keys = KEYS if "q" in arrays else ("M", *BOUNDS, "names")
     fields = {key: _plain(key, arrays[key]) for key in keys if key in arrays}
     if "solution" in fields:
-        fields["solution"] = list(arrays["solution"]) if arrays["solution"].ndim > 1 else [arrays["solution"]]
+        fields["solution"] = (
+            list(arrays["solution"])
+            if arrays["solution"].ndim > 1
+            else [arrays["solution"]]
+        )
     return fields
 
 
 def named(field: str, arrays: Mapping[str, Any]) -> Any:
     """Return the array for a field or an option: the one of its name, or the only one; a bound may be one number."""
     name = field.lstrip("-")
-    refuse(name not in arrays and len(arrays) != 1, name, "is missing", f"add the key {name}, or keep a single array")
+    refuse(
+        name not in arrays and len(arrays) != 1,
+        name,
+        "is missing",
+        f"add the key {name}, or keep a single array",
+    )
     return _plain(name, arrays.get(name, next(iter(arrays.values()))))
 
 
@@ -121,9 +141,19 @@ def _plain(key: str, array: Any) -> Any:
 def texts(array: Any) -> list[str] | None:
     """Return the texts in an array of texts, or of cells with one text each; None for any other array."""
     if array.dtype.kind != "O":
-        return [str(name) for name in array.ravel().tolist()] if array.dtype.kind in "US" else None
-    cells: list[list[Any]] = [np.atleast_1d(name).tolist() for name in array.ravel().tolist()]
-    return ["".join(cell) for cell in cells] if all(isinstance(text, str) for cell in cells for text in cell) else None
+        return (
+            [str(name) for name in array.ravel().tolist()]
+            if array.dtype.kind in "US"
+            else None
+        )
+    cells: list[list[Any]] = [
+        np.atleast_1d(name).tolist() for name in array.ravel().tolist()
+    ]
+    return (
+        ["".join(cell) for cell in cells]
+        if all(isinstance(text, str) for cell in cells for text in cell)
+        else None
+    )
 
 
 def text(key: str, array: Any) -> str:

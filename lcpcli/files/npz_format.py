@@ -18,21 +18,46 @@ from lcpcli.errors import ProblemError, quoted
 from lcpcli.files.contents import refuse_beyond_memory, refuse_mostly_absent, within
 from lcpcli.files.fields import KEYS, MATRICES, kind_of, refuse_unknown
 from lcpcli.files.formats import Exact, Number, refuse
-from lcpcli.files.npy_format import UNREAD, array_in, named, of_arrays, text, unless_damaged, written
+from lcpcli.files.npy_format import (
+    UNREAD,
+    array_in,
+    named,
+    of_arrays,
+    text,
+    unless_damaged,
+    written,
+)
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.linalg.patterns import fit
 from lcpcli.typing import Matrix
 
 COMPRESSED = ("data", "indices", "indptr")
-PARTS = dict.fromkeys(("csr", "csc", "bsr"), COMPRESSED) | {"coo": ("data", "row", "col"), "dia": ("data", "offsets")}
-SPARSE_FIELDS = ("data", "indices", "indptr", "row", "col", "offsets", "shape", "format", "_is_array")
+PARTS = dict.fromkeys(("csr", "csc", "bsr"), COMPRESSED) | {
+    "coo": ("data", "row", "col"),
+    "dia": ("data", "offsets"),
+}
+SPARSE_FIELDS = (
+    "data",
+    "indices",
+    "indptr",
+    "row",
+    "col",
+    "offsets",
+    "shape",
+    "format",
+    "_is_array",
+)
 
 
 # As in every format.
 def fields(content: bytes, number: Number = float) -> dict[str, Any]:  # noqa: ARG001
     data = _arrays(content)
     for key in ("M", *MATRICES):  # such as A.data
-        names = {part: f"{key}.{part}" for part in (*COMPRESSED, "shape") if f"{key}.{part}" in data}
+        names = {
+            part: f"{key}.{part}"
+            for part in (*COMPRESSED, "shape")
+            if f"{key}.{part}" in data
+        }
         if parts := {part: data.pop(name) for part, name in names.items()}:
             data[key] = within(key, _matrix, parts)
     if not kind_of(data):
@@ -56,8 +81,12 @@ def render(fields: Mapping[str, Any], exact: Exact) -> dict[str, bytes]:  # noqa
             arrays[key] = value
             continue
         prefix = "" if key == "M" else f"{key}."
-        arrays |= {f"{prefix}{part}": getattr(value, part) for part in (*COMPRESSED, "shape")}
-        arrays |= {"format": value.format.encode(), "_is_array": True} if key == "M" else {}
+        arrays |= {
+            f"{prefix}{part}": getattr(value, part) for part in (*COMPRESSED, "shape")
+        }
+        arrays |= (
+            {"format": value.format.encode(), "_is_array": True} if key == "M" else {}
+        )
     return {"": written(np.savez, **arrays)}
 
 
@@ -65,12 +94,18 @@ def _arrays(content: bytes) -> dict[str, Any]:
     """Return the arrays of an archive by name; an array larger than the data stored for it is refused."""
     arrays = dict[str, Any]()
     hint = "is it cut off? save it again with numpy.savez, and not as objects"
-    with unless_damaged("", "is not NPZ", hint), zipfile.ZipFile(io.BytesIO(content)) as archive:
+    with (
+        unless_damaged("", "is not NPZ", hint),
+        zipfile.ZipFile(io.BytesIO(content)) as archive,
+    ):
         for member in archive.infolist():
             name = member.filename.removesuffix(".npy")
             refuse(name in arrays, name, "occurs twice", "keep one")
             refuse_beyond_memory(name, (member.file_size,), 1)
-            with unless_damaged(name, f"is not an array {UNREAD}", hint), archive.open(member) as file:
+            with (
+                unless_damaged(name, f"is not an array {UNREAD}", hint),
+                archive.open(member) as file,
+            ):
                 arrays[name] = array_in(file)
     return arrays
 
@@ -78,11 +113,26 @@ def _arrays(content: bytes) -> dict[str, Any]:
 def _matrix(arrays: dict[str, Any]) -> Matrix:
     stored = [key for key in SPARSE_FIELDS if key in arrays]
     if "M" in arrays:
-        refuse(stored, "".join(stored[:1]), "is part of a sparse M next to a dense M", "keep one of them")
+        refuse(
+            stored,
+            "".join(stored[:1]),
+            "is part of a sparse M next to a dense M",
+            "keep one of them",
+        )
         return arrays["M"]
-    refuse(not stored, "M", "is missing", "add the key M, or data, indices, indptr and shape of a sparse M")
+    refuse(
+        not stored,
+        "M",
+        "is missing",
+        "add the key M, or data, indices, indptr and shape of a sparse M",
+    )
     form = text("format", arrays["format"]) if "format" in arrays else "csr"
-    refuse(form not in PARTS, "format", f"{quoted(form)} is unknown", f"use one of {', '.join(PARTS)}")
+    refuse(
+        form not in PARTS,
+        "format",
+        f"{quoted(form)} is unknown",
+        f"use one of {', '.join(PARTS)}",
+    )
     from scipy import sparse
 
     parts = f"{', '.join(PARTS[form])} (whole numbers but for data) and shape, of two numbers"

@@ -13,7 +13,15 @@ import numpy as np
 from lcpcli.errors import LCPError, ProblemError, raised
 from lcpcli.files.contents import STANDARD_INPUT, content_of, place, within
 from lcpcli.files.fields import BOUNDS, is_whole, kind_of, made
-from lcpcli.files.formats import Number, form_of, is_result, kind_in, load, refuse, uncompressed
+from lcpcli.files.formats import (
+    Number,
+    form_of,
+    is_result,
+    kind_in,
+    load,
+    refuse,
+    uncompressed,
+)
 from lcpcli.model.arrays import as_vector
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Vector
@@ -31,7 +39,10 @@ WHOLE, LINE = "give M and q, as JSON or CSV", "give one row or one column of num
 
 
 def read(
-    path: str | os.PathLike[str], q_path: str | os.PathLike[str] | None = None, *, infinity: float = math.inf
+    path: str | os.PathLike[str],
+    q_path: str | os.PathLike[str] | None = None,
+    *,
+    infinity: float = math.inf,
 ) -> Problem:
     """Read the problem in one file, or with M in one file and q in another, of any formats; "-" is standard input.
 
@@ -59,14 +70,26 @@ def read(
 def read_origin(kind: str, path: str) -> Problem:
     """Read the problem of the program ("qp") or the game of two players ("game") in a file."""
     problem = read(path)
-    is_other = problem.origin is None or problem.origin.data()["kind"] not in (kind, "efg" if kind == "game" else kind)
-    refuse(is_other and kind == "qp", place(path), "is not a program", "give Q and c, or an MPS file")
+    is_other = problem.origin is None or problem.origin.data()["kind"] not in (
+        kind,
+        "efg" if kind == "game" else kind,
+    )
+    refuse(
+        is_other and kind == "qp",
+        place(path),
+        "is not a program",
+        "give Q and c, or an MPS file",
+    )
     refuse(is_other, place(path), "is not a game", "give the payoffs A and B")
     return problem
 
 
-def read_next(paths: Sequence[str], infinity: float = math.inf) -> tuple[Problem, Sequence[str]]:
-    used = paths[: 1 if is_whole(fields_in(paths[0], content_of(paths[0], WHOLE))) else 2]
+def read_next(
+    paths: Sequence[str], infinity: float = math.inf
+) -> tuple[Problem, Sequence[str]]:
+    used = paths[
+        : 1 if is_whole(fields_in(paths[0], content_of(paths[0], WHOLE))) else 2
+    ]
     return read(*used, infinity=infinity), used
 
 
@@ -74,31 +97,57 @@ def contents_of(paths: Sequence[str]) -> tuple[bytes, ...]:
     return tuple(map(content_of, paths, (WHOLE, LINE)))
 
 
-def problem_of(paths: Sequence[str], contents: Sequence[bytes], number: Number = float) -> Problem:
+def problem_of(
+    paths: Sequence[str], contents: Sequence[bytes], number: Number = float
+) -> Problem:
     """Return the problem in the contents of one file, or of two. number : converts the numbers in texts to doubles."""
     (path, *q_paths), fields = paths, fields_in(paths[0], contents[0], number)
     if q_paths:
-        refuse(is_whole(fields), q_paths[0], f"is not needed: {place(path)} contains M and q", NOT_SECOND)
+        refuse(
+            is_whole(fields),
+            q_paths[0],
+            f"is not needed: {place(path)} contains M and q",
+            NOT_SECOND,
+        )
         names = partial(names_in, path, contents[0], dict(fields))
-        fields["q"] = within(place(q_paths[0]), lambda: vector_in("q", q_paths[0], contents[1], None, number, names))
+        fields["q"] = within(
+            place(q_paths[0]),
+            lambda: vector_in("q", q_paths[0], contents[1], None, number, names),
+        )
     problem = within(place(path), made, fields)
     if not isinstance(problem, Problem):
         shape = " x ".join(map(str, problem.shape)) or "one number"
-        raise ProblemError(place(path), f"contains M, {shape}, but no q", "add q, or name the file of q after it")
+        raise ProblemError(
+            place(path),
+            f"contains M, {shape}, but no q",
+            "add q, or name the file of q after it",
+        )
     return problem if problem.name else problem.named(name_of(path))
 
 
 def fields_in(path: str, content: bytes, number: Number = float) -> dict[str, Any]:
-    refuse(is_result(content), place(path), "is a result, not a problem", "name the file of the problem")
+    refuse(
+        is_result(content),
+        place(path),
+        "is a result, not a problem",
+        "name the file of the problem",
+    )
     form = within(place(path), form_of, path, content)
     fields = within(place(path), _called, form, "fields", content, number)
     if form == "nl_format":
         from lcpcli.files.nl_segments import in_names, names_beside
 
-        fields |= {"names": names_beside(path, fields["names"]), "note": in_names(path, fields["note"])}
+        fields |= {
+            "names": names_beside(path, fields["names"]),
+            "note": in_names(path, fields["note"]),
+        }
     if isinstance(fields, dict) and (kind_of(fields) or "M" in fields):
         return fields
-    raise ProblemError(place(path), "has no M by the package of its format", "correct the file, or that package")
+    raise ProblemError(
+        place(path),
+        "has no M by the package of its format",
+        "correct the file, or that package",
+    )
 
 
 def _called(form: str, function: str, *given: Any) -> Any:
@@ -108,7 +157,9 @@ def _called(form: str, function: str, *given: Any) -> Any:
     except Exception as error:
         if isinstance(error, LCPError) or "." not in form:
             raise
-        fault = f"cannot be read by the package {form.partition('.')[0]}: {raised(error)}"
+        fault = (
+            f"cannot be read by the package {form.partition('.')[0]}: {raised(error)}"
+        )
         raise ProblemError("", fault, "correct the file, or that package") from None
 
 
@@ -129,12 +180,22 @@ def require_order(path: str, content: bytes, names: Names) -> None:
 
 
 def vector_in(
-    field: str, path: str, content: bytes, n: int | None = None, number: Number = float, names: Names = tuple
+    field: str,
+    path: str,
+    content: bytes,
+    n: int | None = None,
+    number: Number = float,
+    names: Names = tuple,
 ) -> Vector:
     """Return the vector in a file's content. n : its length; None for any. names : of its entries, as labels may be."""
     require_order(path, content, names)
     form = form_of(path, content)
-    refuse(fault := kind_in(form).has_no_vector, "", fault, "name a file that holds a vector")
+    refuse(
+        fault := kind_in(form).has_no_vector,
+        "",
+        fault,
+        "name a file that holds a vector",
+    )
     return as_vector(field, _called(form, "values", field, content, number), n)
 
 
@@ -153,7 +214,9 @@ def exact_vector_in(
 def exact_parts_of(paths: Sequence[str], contents: Sequence[bytes]) -> ExactParts:
     """Return the numbers, as written, of contents that `problem_of` has accepted."""
     form = form_of(paths[0], contents[0])
-    M, q, lower, upper = within(place(paths[0]), exact_parts_in, form, contents[0], len(paths) == 2)
+    M, q, lower, upper = within(
+        place(paths[0]), exact_parts_in, form, contents[0], len(paths) == 2
+    )
     if len(paths) == 2:
         q = within(place(paths[1]), exact_vector_in, "q", paths[1], contents[1])
     return M, q, lower, upper
@@ -162,7 +225,13 @@ def exact_parts_of(paths: Sequence[str], contents: Sequence[bytes]) -> ExactPart
 def exact_parts_in(form: str, content: bytes, lacks_q: bool = False) -> ExactParts:
     """Return the numbers in the content of a file as written: arrays in their own type, texts with all decimals.
     lacks_q : whether q is in another file; zeros then take its place."""
-    from lcpcli.rational.exact_problem import bounds_of, exact_parts, fractions_of, parts_of, rows_of
+    from lcpcli.rational.exact_problem import (
+        bounds_of,
+        exact_parts,
+        fractions_of,
+        parts_of,
+        rows_of,
+    )
 
     def parse(number: Number = float) -> dict[str, Any]:
         fields = load(form).fields(content, number)
@@ -174,9 +243,16 @@ def exact_parts_in(form: str, content: bytes, lacks_q: bool = False) -> ExactPar
     if kind_of(fields):
         return parts_of(made(fields))
     rows = rows_of(fields["M"])
-    low, high = (bounds_of(np.broadcast_to(fields[key], len(rows))) if key in fields else None for key in BOUNDS)
+    low, high = (
+        bounds_of(np.broadcast_to(fields[key], len(rows))) if key in fields else None
+        for key in BOUNDS
+    )
     return rows, fractions_of(fields["q"]) if "q" in fields else None, low, high
 
 
 def name_of(path: str) -> str:
-    return place(path) if path == STANDARD_INPUT else os.path.splitext(os.path.basename(uncompressed(path)))[0]
+    return (
+        place(path)
+        if path == STANDARD_INPUT
+        else os.path.splitext(os.path.basename(uncompressed(path)))[0]
+    )

@@ -22,7 +22,9 @@ from lcpcli.model.program import SENSES, Program
 from lcpcli.rational.numbers import Doubles, Written, places, written
 
 
-def write(problem: Problem, path: str | os.PathLike[str], *, as_program: bool = False) -> None:
+def write(
+    problem: Problem, path: str | os.PathLike[str], *, as_program: bool = False
+) -> None:
     """Write a problem in the format given by the suffix of the file, completely or not at all.
 
     .json, .npz and .mat keep everything, .csv keeps M, q and the bounds, the other formats only M and q: p.mtx or p.npy
@@ -41,32 +43,58 @@ def write(problem: Problem, path: str | os.PathLike[str], *, as_program: bool = 
 
 def write_as(found: Written[Problem], path: str, as_program: bool) -> None:
     ending = ending_of(path)
-    if found.rounded.bounds and formats.FORMATS[ending.casefold()].keeps == formats.M_AND_Q:
-        raise ProblemError(path, "cannot hold the bounds of z", f"use {', '.join(formats.COMPLETE)} or .csv")
+    if (
+        found.rounded.bounds
+        and formats.FORMATS[ending.casefold()].keeps == formats.M_AND_Q
+    ):
+        raise ProblemError(
+            path,
+            "cannot hold the bounds of z",
+            f"use {', '.join(formats.COMPLETE)} or .csv",
+        )
     contents = contents_of(found, path, ending, as_program)
-    write_together({path.removesuffix(ending) + part + ending: content for part, content in contents.items()})
+    write_together(
+        {
+            path.removesuffix(ending) + part + ending: content
+            for part, content in contents.items()
+        }
+    )
 
 
-def contents_of(found: Written[Problem], path: str, ending: str, as_program: bool) -> dict[str, bytes]:
+def contents_of(
+    found: Written[Problem], path: str, ending: str, as_program: bool
+) -> dict[str, bytes]:
     kind = formats.FORMATS[ending.casefold()]
     in_text, is_for_programs = kind.in_decimals, kind.keeps == formats.PROGRAM
     problem, exact = (found.own, found.exact) if in_text else (found.rounded, {})
-    fault, hint = "is for programs, and the problem is not made from one", f"use {listed(formats.COMPLETE, 'or')}"
+    fault, hint = (
+        "is for programs, and the problem is not made from one",
+        f"use {listed(formats.COMPLETE, 'or')}",
+    )
     refuse(is_for_programs and kind_of(problem) != "qp", path, fault, hint)
-    others = problem.solutions or problem.verdict or problem.x0 is not None or problem.x1 is not None
+    others = (
+        problem.solutions
+        or problem.verdict
+        or problem.x0 is not None
+        or problem.x1 is not None
+    )
     # Its origin has a key for all that it holds.
     is_whole = as_program and kind.keeps == formats.ALL and not others
     # An array holds no text of a game tree.
     kinds = (Program, Game, ExtensiveGame)[: 3 if in_text else 2]
     is_origin = is_for_programs or (is_whole and isinstance(problem.origin, kinds))
-    fields: dict[str, Any] = {key: getattr(problem, key) for key in TEXTS if getattr(problem, key)}
+    fields: dict[str, Any] = {
+        key: getattr(problem, key) for key in TEXTS if getattr(problem, key)
+    }
     fields |= (_fields_of_origin if is_origin else _fields)(problem, in_text)
     try:
         return formats.load(kind.form).render(fields, exact)
     except AttributeError as error:
         if "." not in kind.form:
             raise
-        fault = f"cannot be written by the package {kind.form.partition('.')[0]}: {error}"
+        fault = (
+            f"cannot be written by the package {kind.form.partition('.')[0]}: {error}"
+        )
         raise ProblemError(path, fault, hint) from None
     except UnicodeEncodeError:
         fault = "cannot hold half a character, which a text of the problem has"
@@ -78,15 +106,25 @@ def contents_of(found: Written[Problem], path: str, ending: str, as_program: boo
 def _fields(problem: Problem, in_text: bool) -> dict[str, Any]:
     """Return all fields of a problem but the texts. An origin is an object in a format of text, else JSON."""
     fields: dict[str, Any] = {"M": problem.M, "q": problem.q, **problem.bounds}
-    fields |= {key: getattr(problem, key) for key in STARTS if getattr(problem, key) is not None}
+    fields |= {
+        key: getattr(problem, key)
+        for key in STARTS
+        if getattr(problem, key) is not None
+    }
     if problem.solutions:
-        fields["solution"] = list(problem.solutions) if len(problem.solutions) > 1 else problem.solutions[0]
+        fields["solution"] = (
+            list(problem.solutions)
+            if len(problem.solutions) > 1
+            else problem.solutions[0]
+        )
     if problem.verdict:
         fields["verdict"] = problem.verdict
     if isinstance(problem.origin, OwnNames):
         fields["names"] = list(problem.names)
     elif problem.origin is not None:
-        fields["origin"] = problem.origin.data() if in_text else json.dumps(problem.origin.data())
+        fields["origin"] = (
+            problem.origin.data() if in_text else json.dumps(problem.origin.data())
+        )
     return fields
 
 
@@ -99,9 +137,16 @@ def _fields_of_origin(problem: Problem, in_text: bool) -> dict[str, Any]:
     fields: dict[str, Any] = {}
     if isinstance(origin, Game):
         exact = origin.written if in_text else None
-        payoffs = (origin.A, origin.B) if exact is None else (np.array(each, dtype=object) for each in exact)
+        payoffs = (
+            (origin.A, origin.B)
+            if exact is None
+            else (np.array(each, dtype=object) for each in exact)
+        )
         fields = dict(zip("AB", payoffs, strict=True))
-    elif isinstance(origin, Program) and (data := origin.program(conditions_of(problem))) is not None:
+    elif (
+        isinstance(origin, Program)
+        and (data := origin.program(conditions_of(problem))) is not None
+    ):
         sign = SENSES[origin.sense]
         fields |= {"sense": origin.sense} if sign < 0 else {}
         if (data.Q != 0).sum():
@@ -115,7 +160,9 @@ def _fields_of_origin(problem: Problem, in_text: bool) -> dict[str, Any]:
         fields |= {"upper": data.upper} if np.isfinite(data.upper).any() else {}
         fields |= {"constant": origin.constant} if origin.constant else {}
     lists = ("rows", "columns", "players")
-    return fields | {key: list(own) for key in lists if (own := getattr(origin, key, ()))}
+    return fields | {
+        key: list(own) for key in lists if (own := getattr(origin, key, ()))
+    }
 
 
 def with_costs(found: Written[Problem], path: str) -> Written[Problem]:
@@ -154,9 +201,15 @@ def kind_of(problem: Problem) -> str:
 
 
 def exact_endings(problem: Problem) -> list[str]:
-    of_origin = {"qp": [".json", *formats.PROGRAM_SUFFIXES], "game": [".json"], "efg": [".json"]}
+    of_origin = {
+        "qp": [".json", *formats.PROGRAM_SUFFIXES],
+        "game": [".json"],
+        "efg": [".json"],
+    }
     holding = formats.WITH_BOUNDS if problem.bounds else formats.GENERAL_SUFFIXES
-    return of_origin.get(kind_of(problem)) or [ending for ending in holding if formats.FORMATS[ending].in_decimals]
+    return of_origin.get(kind_of(problem)) or [
+        ending for ending in holding if formats.FORMATS[ending].in_decimals
+    ]
 
 
 def ending_of(path: str) -> str:

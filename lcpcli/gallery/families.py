@@ -99,11 +99,18 @@ RANGES = """
 1e-12 <= epsilon <= 1; 0 <= decades <= 150; -1e15 <= t <= 1e15; 1 < alpha <= 1e6; 0 <= entries <= 1000; 0 < most <= 1
 0 <= target <= 1; 0 <= weight <= 1e6; 0 <= penalty <= 2; 1 <= samples <= 1e5; 1 <= masses <= 100; 0 < strength <= 1e6
 """  # of the parameters of these names, in all families
-RANGE_OF = {text.split()[2]: text for text in RANGES.strip().replace("\n", "; ").split("; ")}
+RANGE_OF = {
+    text.split()[2]: text for text in RANGES.strip().replace("\n", "; ").split("; ")
+}
 
 
 def _entries() -> Iterator[tuple[str, Entry]]:
-    text, file = TABLE.replace(" PSD", " positive semidefinite").replace(" SPD", " symmetric positive definite"), ""
+    text, file = (
+        TABLE.replace(" PSD", " positive semidefinite").replace(
+            " SPD", " symmetric positive definite"
+        ),
+        "",
+    )
     for name, *texts in (line.split(" | ") for line in text.strip().split("\n")):
         if texts:
             yield name, Entry(file, texts[0], texts[1], texts[2], *map(int, texts[3:]))
@@ -134,7 +141,11 @@ def is_random(name: str) -> bool:
 
 
 def parameters_of(name: str) -> dict[str, Any]:
-    return {p.name: p.default for p in inspect.signature(load(name)).parameters.values() if p.kind is p.KEYWORD_ONLY}
+    return {
+        p.name: p.default
+        for p in inspect.signature(load(name)).parameters.values()
+        if p.kind is p.KEYWORD_ONLY
+    }
 
 
 def make(name: str, n: int | None = None, seed: int = 0, **parameters: Any) -> Problem:
@@ -146,27 +157,44 @@ def make(name: str, n: int | None = None, seed: int = 0, **parameters: Any) -> P
         refuse_unknown(name, parameter)
         if admissible := RANGE_OF.get(parameter):
             low, above, _, below, high = admissible.split()
-            require(parameter, value, LESS[above](float(low), value) and LESS[below](value, float(high)), admissible)
+            require(
+                parameter,
+                value,
+                LESS[above](float(low), value) and LESS[below](value, float(high)),
+                admissible,
+            )
     size = entry(name).size
     n = size or DEFAULT_SIZE if n is None else n
     if not 1 <= n <= LARGEST_SIZE:
-        raise ParameterError("n", "is out of range", f"give a whole number from 1 to {LARGEST_SIZE}")
+        raise ParameterError(
+            "n", "is out of range", f"give a whole number from 1 to {LARGEST_SIZE}"
+        )
     if size and n != size:
-        raise ParameterError("n", f"is {n}, and {name} has {size} unknowns", "leave it out")
+        raise ParameterError(
+            "n", f"is {n}, and {name} has {size} unknowns", "leave it out"
+        )
     if seed < 0:
         raise ParameterError("seed", "is negative", "give a whole number >= 0")
     problem = load(name)(n, seed, **parameters)
-    return problem.knowing(name=name if size else f"{name}-{problem.n}", source=entry(name).source)
+    return problem.knowing(
+        name=name if size else f"{name}-{problem.n}", source=entry(name).source
+    )
 
 
 def refuse_unknown(name: str, parameter: str) -> None:
     known = parameters_of(name)
     if parameter not in known:
         hint = likely(parameter, known) if known else "leave it out"
-        raise OptionError("parameters", f"{quoted(parameter)} is not a parameter of {name}", hint)
+        raise OptionError(
+            "parameters", f"{quoted(parameter)} is not a parameter of {name}", hint
+        )
 
 
 def require(parameter: str, value: float, fits: bool, admissible: str) -> None:
     """Raise OptionError for the parameter unless its value fits; `admissible` is the range as shown to the user."""
     if not fits:
-        raise OptionError(parameter, f"{str(value)[:LONGEST_QUOTE]} is out of range", f"it must be: {admissible}")
+        raise OptionError(
+            parameter,
+            f"{str(value)[:LONGEST_QUOTE]} is out of range",
+            f"it must be: {admissible}",
+        )

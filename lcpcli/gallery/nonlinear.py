@@ -20,7 +20,11 @@ def kojima_shindo() -> NonlinearProblem:
 
     M. Kojima, S. Shindo, Journal of the Operations Research Society of Japan 29 (1986) 352-374.
     """
-    return _polynomials("kojima-shindo", (10.0, 9.0, 9.0), [[1.5**0.5, 0.0, 0.0, 0.5], [1.0, 0.0, 3.0, 0.0]])
+    return _polynomials(
+        "kojima-shindo",
+        (10.0, 9.0, 9.0),
+        [[1.5**0.5, 0.0, 0.0, 0.5], [1.0, 0.0, 3.0, 0.0]],
+    )
 
 
 def josephy() -> NonlinearProblem:
@@ -31,17 +35,24 @@ def josephy() -> NonlinearProblem:
     return _polynomials("josephy", (3.0, 3.0, 1.0), [[1.5**0.5, 0.0, 0.0, 0.5]])
 
 
-def _polynomials(name: str, numbers: tuple[float, float, float], solutions: list[list[float]]) -> NonlinearProblem:
+def _polynomials(
+    name: str, numbers: tuple[float, float, float], solutions: list[list[float]]
+) -> NonlinearProblem:
     a, b, c = numbers
     # The coefficients of z_1^2, z_1 z_2 and z_2^2.
     squares = _rows("3 2 2; 2 0 1; 3 1 2; 1 0 3")
     linear = _rows(f"0 0 1 3; 1 0 {a} 2; 0 0 2 {b}; 0 0 2 3")
 
     def F(z: Vector) -> Vector:
-        return np.asarray(squares @ [z[0] ** 2, z[0] * z[1], z[1] ** 2] + linear @ z - [6, 2, c, 3])
+        return np.asarray(
+            squares @ [z[0] ** 2, z[0] * z[1], z[1] ** 2] + linear @ z - [6, 2, c, 3]
+        )
 
     def J(z: Vector) -> Vector:
-        return np.asarray(squares @ [[2 * z[0], 0, 0, 0], [z[1], z[0], 0, 0], [0, 2 * z[1], 0, 0]] + linear)
+        return np.asarray(
+            squares @ [[2 * z[0], 0, 0, 0], [z[1], z[0], 0, 0], [0, 2 * z[1], 0, 0]]
+            + linear
+        )
 
     return NonlinearProblem(F, J, x0=np.zeros(4), name=name, solutions=solutions)
 
@@ -52,7 +63,9 @@ def billups() -> NonlinearProblem:
     S. C. Billups, Algorithms for complementarity problems, thesis, University of Wisconsin (1995).
     """
     functions = (lambda z: (z - 1) ** 2 - 1.01), (lambda z: [2 * (z - 1)])
-    return NonlinearProblem(*functions, x0=[0.0], name="billups", solutions=[[1 + 1.01**0.5]])
+    return NonlinearProblem(
+        *functions, x0=[0.0], name="billups", solutions=[[1 + 1.01**0.5]]
+    )
 
 
 def mathiesen() -> NonlinearProblem:
@@ -83,14 +96,24 @@ def nash_cournot(firms: int = 10) -> NonlinearProblem:
         costs, capacities, elasticity = np.arange(10.0, 0, -2), 0.2, 1.1
         powers = 1 / np.array([1.2, 1.1, 1.0, 0.9, 0.8])
     else:
-        costs, capacities, elasticity = np.array([5.0, 3, 8, 5, 1, 3, 7, 4, 6, 3]), 10.0, 1.2
+        costs, capacities, elasticity = (
+            np.array([5.0, 3, 8, 5, 1, 3, 7, 4, 6, 3]),
+            10.0,
+            1.2,
+        )
         powers = 1 / np.array([1.2, 1.0, 0.9, 0.6, 1.5, 1.0, 0.7, 1.1, 0.95, 0.75])
 
     def F(z: Vector) -> Vector:
         price = (5000 / z.sum()) ** (1 / elasticity)
-        return np.asarray(costs + (capacities * z) ** powers - price * (1 - z / (elasticity * z.sum())))
+        return np.asarray(
+            costs
+            + (capacities * z) ** powers
+            - price * (1 - z / (elasticity * z.sum()))
+        )
 
-    return NonlinearProblem(F, x0=np.ones(costs.size), name=f"nash-cournot-{costs.size}")
+    return NonlinearProblem(
+        F, x0=np.ones(costs.size), name=f"nash-cournot-{costs.size}"
+    )
 
 
 def scarf() -> NonlinearProblem:
@@ -98,8 +121,12 @@ def scarf() -> NonlinearProblem:
 
     H. Scarf with T. Hansen, The Computation of Economic Equilibria, Yale University Press (1973).
     """
-    endowments = _rows("0 0 0 0 0; 0 0 0 0 0; 1 2 1.5 1 2; 3 .1 2 1 6; 5 .1 6 .1 .1; .1 7 .1 8 .5")
-    demands = _rows("4 .4 2 5 3; 2 4 2 5 4; 3.2 1 1.5 4.5 2; 0 0 0 0 0; .2 0 .5 0 0; 0 .6 0 .2 .2")
+    endowments = _rows(
+        "0 0 0 0 0; 0 0 0 0 0; 1 2 1.5 1 2; 3 .1 2 1 6; 5 .1 6 .1 .1; .1 7 .1 8 .5"
+    )
+    demands = _rows(
+        "4 .4 2 5 3; 2 4 2 5 4; 3.2 1 1.5 4.5 2; 0 0 0 0 0; .2 0 .5 0 0; 0 .6 0 .2 .2"
+    )
     elasticities = np.array([1.2, 1.6, 0.8, 0.5, 0.6])
     activities = _rows(
         "4 4 1.6 1.6 1.6 .9 7 8; 0 0 6 8 7 0 0 0; 4 3.5 0 0 0 0 0 0;"
@@ -113,7 +140,9 @@ def scarf() -> NonlinearProblem:
         index = (shares * prices ** (1 - elasticities)).sum(axis=0)
         bought = (income / index * shares * prices**-elasticities).sum(axis=1)
         supplied = activities @ y + endowments.sum(axis=1)
-        return np.concatenate([supplied - bought, -activities.T @ p, income - endowments.T @ p])
+        return np.concatenate(
+            [supplied - bought, -activities.T @ p, income - endowments.T @ p]
+        )
 
     start = np.concatenate([np.ones(14), endowments.sum(axis=0)])
     lower, upper = np.zeros(19), np.full(19, np.inf)
@@ -140,7 +169,9 @@ def bratu(m: int = 75, load: float = 6.0) -> NonlinearProblem:
         lambda u: laplacian @ u - h**2 * load * np.exp(u),
         lambda u: (laplacian - diags_array(h**2 * load * np.exp(u))).tocsr(),
     )
-    return NonlinearProblem(*functions, lower=lower, upper=np.full(m * m, 1.2), name=f"bratu-{m}x{m}")
+    return NonlinearProblem(
+        *functions, lower=lower, upper=np.full(m * m, 1.2), name=f"bratu-{m}x{m}"
+    )
 
 
 def elastohydrodynamic(n: int = 100) -> NonlinearProblem:
@@ -160,16 +191,35 @@ def elastohydrodynamic(n: int = 100) -> NonlinearProblem:
         gap = parabola + k + kernel @ (p[1:] - np.concatenate([[0.0], p[:-2]]))
         means, slopes = (p[1:] + p[:-1]) / 2, np.diff(p)
         flow = speed * gap / dx - gap**3 * slopes * np.exp(-viscosity * means) / dx**2
-        return np.concatenate([[1 - 2 * dx / np.pi * (weights[1:] @ z[1:])], np.diff(flow)])
+        return np.concatenate(
+            [[1 - 2 * dx / np.pi * (weights[1:] @ z[1:])], np.diff(flow)]
+        )
 
-    start, lower = np.maximum(0.0, 1 - np.abs(begin + 1 + grid[1:] * dx) / 2), np.zeros(n + 1)
+    start, lower = (
+        np.maximum(0.0, 1 - np.abs(begin + 1 + grid[1:] * dx) / 2),
+        np.zeros(n + 1),
+    )
     lower[0] = -np.inf
-    return NonlinearProblem(F, lower=lower, x0=np.concatenate([[1.6], start]), name=f"elastohydrodynamic-{n}")
+    return NonlinearProblem(
+        F,
+        lower=lower,
+        x0=np.concatenate([[1.6], start]),
+        name=f"elastohydrodynamic-{n}",
+    )
 
 
 FAMILIES: dict[str, Callable[..., NonlinearProblem]] = {
     family.__name__.replace("_", "-"): family
-    for family in (kojima_shindo, josephy, billups, mathiesen, nash_cournot, scarf, bratu, elastohydrodynamic)
+    for family in (
+        kojima_shindo,
+        josephy,
+        billups,
+        mathiesen,
+        nash_cournot,
+        scarf,
+        bratu,
+        elastohydrodynamic,
+    )
 }
 
 

@@ -24,7 +24,12 @@ def lp(n: int, seed: int) -> Problem:
     strictly complementary, so the solution is unique, and exact. The data are original to lcp.
     G. B. Dantzig, R. W. Cottle, in: Nonlinear Programming, North-Holland (1967) 55-73.
     """
-    return _program("lp", n, seed, note="The diagonal of M is zero; x solves the program and y its dual.")
+    return _program(
+        "lp",
+        n,
+        seed,
+        note="The diagonal of M is zero; x solves the program and y its dual.",
+    )
 
 
 def qp(n: int, seed: int) -> Problem:
@@ -34,7 +39,12 @@ def qp(n: int, seed: int) -> Problem:
     strictly complementary with independent active constraints, hence unique, and exact.
     R. W. Cottle, G. B. Dantzig, Linear Algebra Appl. 1 (1968) 103-125. The random data are original to lcp.
     """
-    return _program("qp", n, seed, note="x solves the program, and y holds the multipliers of its constraints.")
+    return _program(
+        "qp",
+        n,
+        seed,
+        note="x solves the program, and y holds the multipliers of its constraints.",
+    )
 
 
 def _program(kind: str, n: int, seed: int, note: str) -> Problem:
@@ -50,11 +60,19 @@ def _program(kind: str, n: int, seed: int, note: str) -> Problem:
     values = random.integers(-2, 3, m * count).astype(np.float64)
     sums = np.bincount(rows, abs(values), m) + 1
     corner = np.arange(m)
-    A = csr_array((np.concatenate((values, sums)), (np.concatenate((rows, corner)), np.concatenate((columns, corner)))))
+    A = csr_array(
+        (
+            np.concatenate((values, sums)),
+            (np.concatenate((rows, corner)), np.concatenate((columns, corner))),
+        )
+    )
     A.resize(m, k)
     Q = None if kind == "lp" else integer_matrix(random, k)
     (x, r), (y, s) = (
-        complementary(random.integers(1, 10, length).astype(np.float64), np.arange(length) < (m + 1) // 2)
+        complementary(
+            random.integers(1, 10, length).astype(np.float64),
+            np.arange(length) < (m + 1) // 2,
+        )
         for length in (k, m)
     )
     c = A.T @ y + r if Q is None else A.T @ y + r - Q @ x
@@ -74,16 +92,22 @@ def portfolio(n: int, seed: int, *, most: float = 0.2) -> Problem:
 
     k = max(3, round((n - 5) / 1.2))
     factors, random = k // 10 + 1, np.random.default_rng([seed, k])
-    F = random_array((k, factors), density=0.5, rng=random, data_sampler=random.standard_normal)
+    F = random_array(
+        (k, factors), density=0.5, rng=random, data_sampler=random.standard_normal
+    )
     risk = random.uniform(0.0, np.sqrt(factors), k)
     returns = random.integers(0, 16, k) / 100
     returns[:2] = 0.03, 0.12  # so that there is a portfolio with any return between
     none, share = np.zeros(factors), max(most, 2.0 / k)
-    sums = np.stack([np.concatenate((np.ones(k), none)), np.concatenate((returns, none))])
+    sums = np.stack(
+        [np.concatenate((np.ones(k), none)), np.concatenate((returns, none))]
+    )
     return reductions.from_qp(
         2.0 * diags_array(np.concatenate((risk, np.ones(factors)))),
         np.zeros(k + factors),
-        vstack([csr_array(sums), csr_array(np.block([[F.T.toarray(), -np.eye(factors)]]))]),
+        vstack(
+            [csr_array(sums), csr_array(np.block([[F.T.toarray(), -np.eye(factors)]]))]
+        ),
         row_lower=np.concatenate(([1.0, 0.03], none)),
         row_upper=np.concatenate(([1.0, 0.12], none)),
         lower=np.concatenate((np.zeros(k), none - np.inf)),
@@ -92,7 +116,9 @@ def portfolio(n: int, seed: int, *, most: float = 0.2) -> Problem:
     )
 
 
-def frontier(n: int, seed: int, *, target: float = 0.0, weight: float = 0.0, most: float = 0.2) -> Problem:
+def frontier(
+    n: int, seed: int, *, target: float = 0.0, weight: float = 0.0, most: float = 0.2
+) -> Problem:
     """Minimize x'Sx / 2 - weight r'x for shares x of n - 2 assets that add up to 1, with 0 <= x <= most and a return
     r'x of at least `target`. n is at least 4.
 
@@ -146,7 +172,9 @@ def regression(k: int, seed: int, samples: int) -> tuple[Vector, Vector]:
     random = np.random.default_rng([seed, k, samples])
     X = np.rint(UNITS * random.standard_normal((samples, k))) / UNITS
     noise = np.rint(UNITS * random.standard_normal(samples)) / UNITS
-    return X, X @ np.where(np.arange(k) < max(1, k // 10), random.integers(1, 4, k), 0) + noise
+    return X, X @ np.where(
+        np.arange(k) < max(1, k // 10), random.integers(1, 4, k), 0
+    ) + noise
 
 
 def control(n: int, seed: int, *, masses: int = 4, strength: float = 0.5) -> Problem:
@@ -157,21 +185,38 @@ def control(n: int, seed: int, *, masses: int = 4, strength: float = 0.5) -> Pro
     of 0.1 times those of the inputs. The start is random.
     F. Borrelli, A. Bemporad, M. Morari, Predictive Control for Linear and Hybrid Systems (2017), chapter 11.
     """
-    from scipy.sparse import block_array, csr_array, diags_array, eye_array, hstack, kron
+    from scipy.sparse import (
+        block_array,
+        csr_array,
+        diags_array,
+        eye_array,
+        hstack,
+        kron,
+    )
 
     steps, size = max(1, round(n / (5 * masses))), 2 * masses
     random = np.random.default_rng([seed, steps, masses])
     start = np.concatenate((random.uniform(-2.0, 2.0, masses), np.zeros(masses)))
-    springs = diags_array([np.ones(masses - 1), np.full(masses, -2.0), np.ones(masses - 1)], offsets=[-1, 0, 1])
+    springs = diags_array(
+        [np.ones(masses - 1), np.full(masses, -2.0), np.ones(masses - 1)],
+        offsets=[-1, 0, 1],
+    )
     one = eye_array(masses)
     # Of a state over one step.
     drift = block_array([[one + STEP**2 * springs, STEP * one], [STEP * springs, one]])
     push = block_array([[STEP**2 * one], [STEP * one]])
-    now, before = eye_array(steps), diags_array([np.ones(steps - 1)], offsets=[-1], shape=(steps, steps))
-    state = kron(now, hstack([eye_array(size), -push])) - kron(before, hstack([drift, csr_array((size, masses))]))
+    now, before = (
+        eye_array(steps),
+        diags_array([np.ones(steps - 1)], offsets=[-1], shape=(steps, steps)),
+    )
+    state = kron(now, hstack([eye_array(size), -push])) - kron(
+        before, hstack([drift, csr_array((size, masses))])
+    )
     first = np.zeros(steps * size)
     first[:size] = drift @ start
-    bound = np.tile(np.concatenate((np.full(size, np.inf), np.full(masses, strength))), steps)
+    bound = np.tile(
+        np.concatenate((np.full(size, np.inf), np.full(masses, strength))), steps
+    )
     weights = np.tile(np.concatenate((np.ones(size), np.full(masses, 0.1))), steps)
     return reductions.from_qp(
         diags_array(weights),
@@ -195,7 +240,10 @@ def transport(n: int, seed: int) -> Problem:
 
     m = max(1, round(math.sqrt(n + 1) - 1))
     random = np.random.default_rng([seed, m])
-    supply, demand = random.integers(10, 21, m).astype(float), random.integers(5, 11, m).astype(float)
+    supply, demand = (
+        random.integers(10, 21, m).astype(float),
+        random.integers(5, 11, m).astype(float),
+    )
     costs = random.integers(1, 101, m * m).astype(float)
     one, ones, none = eye_array(m), np.ones((1, m)), np.full(m, np.inf)
     return reductions.from_qp(

@@ -37,8 +37,12 @@ def ill_scaled(n: int, seed: int, *, decades: int = 6) -> Problem:
     """
     require("decades", decades, 0 <= decades <= 50, "0 <= decades <= 50")
     base, powers = harker_pang(n, seed), int(decades * math.log2(10))
-    R, C = np.exp2(np.random.default_rng([seed, n, powers]).integers(-powers, powers + 1, (2, n)))
-    note = "Rescaled exactly, by powers of two: the original problem has the solution C z."
+    R, C = np.exp2(
+        np.random.default_rng([seed, n, powers]).integers(-powers, powers + 1, (2, n))
+    )
+    note = (
+        "Rescaled exactly, by powers of two: the original problem has the solution C z."
+    )
     return Problem(R[:, None] * base.M * C, R * base.q, note=note)
 
 
@@ -48,7 +52,9 @@ def tridiagonal(n: int, seed: int) -> Problem:
     M is from Example 1 of Y. El foutayeni, M. Khaladi, J. Comput. Appl. Math. 236 (2012) 1919-1925.
     """
     q = np.random.default_rng([seed, n]).standard_normal(n)
-    return Problem(three_diagonals(np.full(n, 4.0)), q, note="Well conditioned for every n.")
+    return Problem(
+        three_diagonals(np.full(n, 4.0)), q, note="Well conditioned for every n."
+    )
 
 
 def dominant(n: int, seed: int) -> Problem:
@@ -61,7 +67,9 @@ def dominant(n: int, seed: int) -> Problem:
     off = csr_array((values, (rows, columns)), shape=(n, n))
     off.eliminate_zeros()
     M = csr_array(off + diags_array(1.1 * abs(off).sum(axis=1) + 0.1))
-    return Problem(M, random.standard_normal(n), note="A sparse factorization of M fills in.")
+    return Problem(
+        M, random.standard_normal(n), note="A sparse factorization of M fills in."
+    )
 
 
 def near_singular(n: int, seed: int, *, epsilon: float = 1e-8) -> Problem:
@@ -74,9 +82,15 @@ def near_singular(n: int, seed: int, *, epsilon: float = 1e-8) -> Problem:
     v /= np.sqrt(np.sum(v * v))
     eigenvalues = np.append(epsilon, np.linspace(1, 2, n)[1:])
     scaled = eigenvalues * v
-    M = 4 * np.sum(scaled * v) * np.outer(v, v) - 2 * (np.outer(v, scaled) + np.outer(scaled, v))
+    M = 4 * np.sum(scaled * v) * np.outer(v, v) - 2 * (
+        np.outer(v, scaled) + np.outer(scaled, v)
+    )
     M[np.diag_indices(n)] += eigenvalues
-    return Problem(M, np.maximum(-size, 0) - M @ np.maximum(size, 0), note=f"The condition of M is {2 / epsilon:.3g}.")
+    return Problem(
+        M,
+        np.maximum(-size, 0) - M @ np.maximum(size, 0),
+        note=f"The condition of M is {2 / epsilon:.3g}.",
+    )
 
 
 def boxes(n: int, seed: int) -> Problem:
@@ -90,10 +104,15 @@ def boxes(n: int, seed: int) -> Problem:
     high = low + random.integers(2, 9, n)
     lower = np.where((kind == 2) | (kind == 3), -np.inf, low)
     upper = np.where((kind == 1) | (kind == 3), np.inf, np.where(kind == 4, low, high))
-    at_lower, at_upper = (state == 0) & np.isfinite(lower), (state == 1) & np.isfinite(upper)
+    at_lower, at_upper = (
+        (state == 0) & np.isfinite(lower),
+        (state == 1) & np.isfinite(upper),
+    )
     z = np.where(at_lower | (kind == 4), lower, np.where(at_upper, upper, low + 1))
     size = random.integers(1, 10, n).astype(float)
-    w = np.where(kind == 4, size - 5, np.where(at_lower, size, np.where(at_upper, -size, 0.0)))
+    w = np.where(
+        kind == 4, size - 5, np.where(at_lower, size, np.where(at_upper, -size, 0.0))
+    )
     note = f"{np.count_nonzero(at_lower)} variables at a lower bound, {np.count_nonzero(at_upper)} at an upper one."
     return Problem(M, w - M @ z, solutions=(z,), note=note, lower=lower, upper=upper)
 
@@ -102,9 +121,17 @@ def diagonal(n: int, _seed: int, *, decades: int = 6) -> Problem:
     """Let M be diag(10^-decades, ..., 10^decades), sparse, with z = (1, 0, 1, 0, ...) and w = M (e - z)."""
     from scipy.sparse import csr_array, diags_array
 
-    entries, z = 10.0 ** np.linspace(-decades, decades, n), (np.arange(n) % 2 == 0).astype(float)
+    entries, z = (
+        10.0 ** np.linspace(-decades, decades, n),
+        (np.arange(n) % 2 == 0).astype(float),
+    )
     M, q = csr_array(diags_array(entries)), np.where(z > 0, -entries, entries)
-    return Problem(M, q, solutions=[z], note="The unknowns are decoupled; only their scaling differs.")
+    return Problem(
+        M,
+        q,
+        solutions=[z],
+        note="The unknowns are decoupled; only their scaling differs.",
+    )
 
 
 def degenerate(n: int, seed: int) -> Problem:
@@ -153,8 +180,14 @@ def unsolvable(n: int, seed: int) -> Problem:
     random, M = np.random.default_rng([seed, n]), np.zeros((n, n))
     q = random.integers(-5, 6, n).astype(np.float64)
     M[:2, :2], q[:2] = [[0, 1], [1, 0]], [-1, 1]
-    M[2:, :2], M[2:, 2:] = random.integers(-2, 3, (n - 2, 2)), integer_matrix(random, n - 2)
-    order, note = random.permutation(n), "Feasible, but no complementary set yields a solution."
+    M[2:, :2], M[2:, 2:] = (
+        random.integers(-2, 3, (n - 2, 2)),
+        integer_matrix(random, n - 2),
+    )
+    order, note = (
+        random.permutation(n),
+        "Feasible, but no complementary set yields a solution.",
+    )
     return Problem(M[np.ix_(order, order)], q[order], verdict="unsolvable", note=note)
 
 
@@ -167,7 +200,9 @@ def ray(n: int, seed: int) -> Problem:
     n = max(2, n)
     random = np.random.default_rng([seed, n])
     M, q = np.zeros((n, n)), np.zeros(n)
-    z, w = complementary(random.integers(1, 10, n).astype(np.float64), random.integers(0, 2, n) == 1)
+    z, w = complementary(
+        random.integers(1, 10, n).astype(np.float64), random.integers(0, 2, n) == 1
+    )
     M[2:, 2:] = integer_matrix(random, n - 2)
     q[2:] = w[2:] - M[2:, 2:] @ z[2:]
     M[0, 1], q[0] = 1, q.min() - 1
@@ -217,7 +252,10 @@ def fathi(n: int, _seed: int) -> Problem:
 
     Y. Fathi, Computational complexity of LCPs, Math. Programming 17 (1979) 335-344.
     """
-    U, note = _triangle(n), f"Lemke's method needs 2^{n} pivots; the condition of M grows like n^4."
+    U, note = (
+        _triangle(n),
+        f"Lemke's method needs 2^{n} pivots; the condition of M grows like n^4.",
+    )
     return Problem(U.T @ U, -np.ones(n), solutions=[np.eye(n)[0]], note=note)
 
 
@@ -270,7 +308,10 @@ def growth(n: int, _seed: int) -> Problem:
     """Let M have 1 on the diagonal and -1 below it, and q = -e; the solution is z_i = 2^(i-1), like the pivots in J. H.
     Wilkinson, Error analysis of direct methods of matrix inversion, J. ACM 8 (1961) 281-330. n is at most 1024.
     """
-    n, note = min(n, 1024), "The components of the solution grow by the factor 2 from one to the next."
+    n, note = (
+        min(n, 1024),
+        "The components of the solution grow by the factor 2 from one to the next.",
+    )
     M = 2 * np.eye(n) - np.tril(np.ones((n, n)))
     return Problem(M, -np.ones(n), solutions=[np.exp2(np.arange(n))], note=note)
 
@@ -320,7 +361,9 @@ def gaussian(n: int, seed: int) -> Problem:
     return Problem(M, q[0], note="Whether there is a solution is not known.")
 
 
-def indefinite(n: int, seed: int, *, symmetric: bool = False, strict: bool = False) -> Problem:
+def indefinite(
+    n: int, seed: int, *, symmetric: bool = False, strict: bool = False
+) -> Problem:
     """Draw M from the normal distribution, over sqrt(n), and z > 0 at two fifths of the indices; q = -Mz, so w = 0.
 
     One solve with M finds z, as in the problems `sid` and `asym` of the repository dominicflocco/DCA-BL (INFORMS J.

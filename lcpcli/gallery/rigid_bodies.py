@@ -55,17 +55,31 @@ class Scene:
     """
 
     def __init__(
-        self, centres: Vector, angles: Vector, velocities: Vector, friction: float = 0.5, ceiling: float | None = None
+        self,
+        centres: Vector,
+        angles: Vector,
+        velocities: Vector,
+        friction: float = 0.5,
+        ceiling: float | None = None,
     ) -> None:
         ends = (1, int(ceiling is not None))
-        self.centres, self.velocities = (np.pad(rows, (ends, (0, 0))) for rows in (centres, velocities))
+        self.centres, self.velocities = (
+            np.pad(rows, (ends, (0, 0))) for rows in (centres, velocities)
+        )
         self.angles, self.friction = np.pad(angles, ends), friction
         self.centres[0, 1] = -GROUND[1]
         fixed = [0] * ends[0] + [-1] * ends[1]
         if ceiling is not None:
             self.centres[-1, 1], self.velocities[-1, 1] = ceiling + GROUND[1], -DESCENT
-        self._half, self._inverse_masses = np.tile(HALF, (self.angles.size, 1)), np.ones(self.velocities.shape)
-        self._half[fixed], self._inverse_masses[:, 2], self._inverse_masses[fixed] = GROUND, INVERSE_INERTIA, 0.0
+        self._half, self._inverse_masses = (
+            np.tile(HALF, (self.angles.size, 1)),
+            np.ones(self.velocities.shape),
+        )
+        self._half[fixed], self._inverse_masses[:, 2], self._inverse_masses[fixed] = (
+            GROUND,
+            INVERSE_INERTIA,
+            0.0,
+        )
         self._look()
 
     def problem(self) -> Problem:
@@ -78,10 +92,15 @@ class Scene:
         k = len(self.contacts)
         rows = self._rows * np.sqrt(self._inverse_masses.ravel())
         S, speeds = rows @ rows.T, self._rows @ self._free().ravel()
-        places, signs = np.concatenate((np.arange(2 * k), np.arange(k, 2 * k))), np.repeat([1.0, 1.0, -1.0], k)
+        places, signs = (
+            np.concatenate((np.arange(2 * k), np.arange(k, 2 * k))),
+            np.repeat([1.0, 1.0, -1.0], k),
+        )
         speeds[:k] += np.array([contact.gap for contact in self.contacts]) / STEP
         return Problem(
-            systems.with_friction(np.outer(signs, signs) * S[np.ix_(places, places)], self.friction),
+            systems.with_friction(
+                np.outer(signs, signs) * S[np.ix_(places, places)], self.friction
+            ),
             np.concatenate((signs * speeds[places], np.zeros(k))),
             name=f"rigid-boxes-{4 * k}",
             source="Stewart and Trinkle 1996, a time step of boxes in the plane",
@@ -94,22 +113,30 @@ class Scene:
         if z is not None:
             k = len(self.contacts)
             impulses = np.concatenate((z[:k], z[k : 2 * k] - z[2 * k : 3 * k]))
-            self.velocities += self._inverse_masses * (self._rows.T @ impulses).reshape(-1, 3)
+            self.velocities += self._inverse_masses * (self._rows.T @ impulses).reshape(
+                -1, 3
+            )
         self.centres = self.centres + STEP * self.velocities[:, :2]
         self.angles = self.angles + STEP * self.velocities[:, 2]
         self._look()
 
     def _free(self) -> Vector:
-        return self.velocities - STEP * GRAVITY * np.array([0.0, 1.0, 0.0]) * (self._inverse_masses > 0)
+        return self.velocities - STEP * GRAVITY * np.array([0.0, 1.0, 0.0]) * (
+            self._inverse_masses > 0
+        )
 
     def _look(self) -> None:
         """Find the contacts and the rows N and T, which map the velocities of all bodies to those at the contacts."""
         c, s = np.cos(self.angles), np.sin(self.angles)
-        self._axes = np.stack((np.stack((c, s), axis=1), np.stack((-s, c), axis=1)), axis=1)  # rows for each body
+        self._axes = np.stack(
+            (np.stack((c, s), axis=1), np.stack((-s, c), axis=1)), axis=1
+        )  # rows for each body
         self._margins = NEAR + STEP * _distances(self.velocities[:, :2])
         reach, moves = np.hypot(*self._half.T), self._inverse_masses[:, 0] > 0
         near = _distances(self.centres) <= np.add.outer(reach, reach) + self._margins
-        pairs = np.argwhere(np.triu(near & np.logical_or.outer(moves, moves), 1)).tolist()
+        pairs = np.argwhere(
+            np.triu(near & np.logical_or.outer(moves, moves), 1)
+        ).tolist()
         self.contacts = [contact for i, j in pairs for contact in self._between(i, j)]
         k = len(self.contacts)
         rows = np.zeros((2 * k, self.angles.size, 3))
@@ -128,18 +155,32 @@ class Scene:
             between = self.centres[second] - self.centres[first]
             for axis, direction in enumerate(self._axes[first]):
                 normal = direction if direction @ between >= 0 else -direction
-                reach = self._half[first, axis] + self._half[second] @ abs(self._axes[second] @ normal)
+                reach = self._half[first, axis] + self._half[second] @ abs(
+                    self._axes[second] @ normal
+                )
                 apart = normal @ between - reach
                 if apart > best[0] + 1e-9:  # in ties the first one, also after rounding
                     best = apart, first, second, axis, normal
         apart, first, second, axis, normal = best
-        return self._at_side(first, second, axis, normal) if apart <= self._margins[i, j] else []
+        return (
+            self._at_side(first, second, axis, normal)
+            if apart <= self._margins[i, j]
+            else []
+        )
 
-    def _at_side(self, first: int, second: int, axis: int, normal: Vector) -> list[Contact]:
+    def _at_side(
+        self, first: int, second: int, axis: int, normal: Vector
+    ) -> list[Contact]:
         facing = self._axes[second] @ normal
         k = int(abs(facing).argmax())
-        middle = self.centres[second] - np.sign(facing[k]) * self._half[second, k] * self._axes[second, k]
-        along, width = self._half[second, 1 - k] * self._axes[second, 1 - k], self._half[first, 1 - axis]
+        middle = (
+            self.centres[second]
+            - np.sign(facing[k]) * self._half[second, k] * self._axes[second, k]
+        )
+        along, width = (
+            self._half[second, 1 - k] * self._axes[second, 1 - k],
+            self._half[first, 1 - axis],
+        )
         side, ends = self._axes[first, 1 - axis], np.array([-1.0, 1.0])
         at, per = side @ (middle - self.centres[first]), side @ along
         # The points middle + t along above the side of the first body.
@@ -147,9 +188,18 @@ class Scene:
             low, high = sorted(((-width - at) / per, (width - at) / per))
             ends = np.array([max(low, -1.0), min(high, 1.0)])
         points = middle + np.outer(ends, along)
-        gaps = ((points - self.centres[first]) @ normal - self._half[first, axis]).tolist()
-        contacts = [Contact(first, second, normal, *each) for each in zip(points, gaps, strict=True)]
-        return [each for each in contacts if each.gap <= self._margins[first, second] and ends[0] < ends[1]]
+        gaps = (
+            (points - self.centres[first]) @ normal - self._half[first, axis]
+        ).tolist()
+        contacts = [
+            Contact(first, second, normal, *each)
+            for each in zip(points, gaps, strict=True)
+        ]
+        return [
+            each
+            for each in contacts
+            if each.gap <= self._margins[first, second] and ends[0] < ends[1]
+        ]
 
 
 def _distances(points: Vector) -> Vector:
@@ -157,7 +207,9 @@ def _distances(points: Vector) -> Vector:
     return np.asarray(np.hypot(np.subtract.outer(x, x), np.subtract.outer(y, y)))
 
 
-def contact_in_time(kind: str, boxes: int, seed: int = 0, friction: float = 0.5) -> Scene:
+def contact_in_time(
+    kind: str, boxes: int, seed: int = 0, friction: float = 0.5
+) -> Scene:
     """Return a scene at its beginning.
 
     kind : one of KINDS. boxes : their number, at least 1; of a pyramid the number in its lowest row.
@@ -174,29 +226,52 @@ def contact_in_time(kind: str, boxes: int, seed: int = 0, friction: float = 0.5)
         raise OptionError("kind", f"{quoted(kind)} is unknown", likely(kind, KINDS))
     families.require("boxes", boxes, boxes >= 1, "boxes >= 1")
     families.require("friction", friction, 0 <= friction <= 10, "0 <= friction <= 10")
-    random, (width, height) = np.random.default_rng([seed, boxes, *kind.encode()]), 2 * HALF
+    random, (width, height) = (
+        np.random.default_rng([seed, boxes, *kind.encode()]),
+        2 * HALF,
+    )
     if kind == "pyramid":
-        places = [(column + row / 2, row + 0.5) for row in range(boxes) for column in range(boxes - row)]
+        places = [
+            (column + row / 2, row + 0.5)
+            for row in range(boxes)
+            for column in range(boxes - row)
+        ]
         centres = np.array(places) * (1.1 * width, height)
     else:
         spacing = 1.2 * width if kind == "heap" else height
-        centres = np.stack((random.uniform(-0.15, 0.15, boxes), spacing * (np.arange(boxes) + 0.5)), axis=1)
+        centres = np.stack(
+            (random.uniform(-0.15, 0.15, boxes), spacing * (np.arange(boxes) + 0.5)),
+            axis=1,
+        )
     angles, velocities = np.zeros(len(centres)), np.zeros((len(centres), 3))
     if kind == "heap":
         centres[:, 0] *= 4
         angles = random.uniform(-1.0, 1.0, boxes)
     else:
         velocities[:, 0] = random.uniform(-SLIDING, SLIDING, len(centres))
-    return Scene(centres, angles, velocities, friction, boxes * height + 2.75 * NEAR if kind == "crushed" else None)
+    return Scene(
+        centres,
+        angles,
+        velocities,
+        friction,
+        boxes * height + 2.75 * NEAR if kind == "crushed" else None,
+    )
 
 
-def rigid_boxes(n: int, seed: int, *, kind: str = "tower", friction: float = 0.5) -> Problem:
+def rigid_boxes(
+    n: int, seed: int, *, kind: str = "tower", friction: float = 0.5
+) -> Problem:
     """Model the first time step with contacts of rigid boxes in the plane, as `Scene.problem` does.
 
     kind : as in KINDS. A tower of k boxes has n = 8 k unknowns, a pyramid on k boxes 8 k^2; a heap of n / 8 boxes
         begins with one contact or two. friction : Coulomb's coefficient.
     """
-    scene = contact_in_time(kind, max(1, round(math.sqrt(n / 8) if kind == "pyramid" else n / 8)), seed, friction)
+    scene = contact_in_time(
+        kind,
+        max(1, round(math.sqrt(n / 8) if kind == "pyramid" else n / 8)),
+        seed,
+        friction,
+    )
     while not scene.contacts:
         scene.advance()
     return scene.problem()

@@ -28,7 +28,9 @@ NODES, DIODES = 4, ((0, 2), (1, 2), (3, 0), (3, 1))
 INNER, LOAD, LEAK, COUPLING = 1.0, 0.25, 0.0625, 0.5
 
 
-def contact(n: int, seed: int, *, friction: float = 0.5, compliance: float = 0.0) -> Problem:
+def contact(
+    n: int, seed: int, *, friction: float = 0.5, compliance: float = 0.0
+) -> Problem:
     """Model the impulses in k = n / 4 contacts, rounded, between (k + 1) // 2 bodies in the plane and the ground.
 
     z = (normal impulses, tangential impulses in both directions, sliding speeds), of lengths k, 2k and k. With the
@@ -53,7 +55,9 @@ def with_friction(A: Vector, friction: float) -> Matrix:
     """Return [A B; C 0] with B = [0; E'] and C = [friction I, -E] for A of shape (3 k, 3 k), as in `contact`."""
     one, none = np.eye(len(A) // 3), np.zeros((len(A) // 3, len(A) // 3))
     E = np.hstack((one, one))
-    return np.block([[A, np.vstack((none, E.T))], [np.hstack((friction * one, -E)), none]])
+    return np.block(
+        [[A, np.vstack((none, E.T))], [np.hstack((friction * one, -E)), none]]
+    )
 
 
 def _rows(random: Generator, k: int) -> tuple[Vector, Vector]:
@@ -65,7 +69,11 @@ def _rows(random: Generator, k: int) -> tuple[Vector, Vector]:
         angle, arms = random.uniform(0, 2 * np.pi), random.uniform(-1, 1, (2, 2))
         for body, sign, (x, y) in zip(pair, (1, -1), arms, strict=True):
             if body < bodies:
-                place, c, s = slice(3 * body, 3 * body + 3), sign * np.cos(angle), sign * np.sin(angle)
+                place, c, s = (
+                    slice(3 * body, 3 * body + 3),
+                    sign * np.cos(angle),
+                    sign * np.sin(angle),
+                )
                 normal[i, place] = c, s, x * s - y * c
                 tangential[i, place] = -s, c, x * c + y * s
     return np.rint(UNITS * normal) / UNITS, np.rint(UNITS * tangential) / UNITS
@@ -83,16 +91,30 @@ def circuit(n: int, _seed: int) -> Problem:
 
     k = max(1, round(n / 8))
     size, nodes = NODES * k, NODES * np.arange(k)
-    conductances = np.concatenate((np.full(k, INNER), np.full(k, LOAD), np.full(k - 1, COUPLING)))
-    at_branches = [(nodes, nodes + 1), (nodes + 2, nodes + 3), (nodes[:-1] + 2, nodes[1:] + 2)]
-    branches, D = _incidence(size, at_branches), _incidence(size, [(nodes + i, nodes + j) for i, j in DIODES])
+    conductances = np.concatenate(
+        (np.full(k, INNER), np.full(k, LOAD), np.full(k - 1, COUPLING))
+    )
+    at_branches = [
+        (nodes, nodes + 1),
+        (nodes + 2, nodes + 3),
+        (nodes[:-1] + 2, nodes[1:] + 2),
+    ]
+    branches, D = (
+        _incidence(size, at_branches),
+        _incidence(size, [(nodes + i, nodes + j) for i, j in DIODES]),
+    )
     G = branches @ diags_array(conductances) @ branches.T + LEAK * eye_array(size)
     M = csr_array(block_array([[G, D], [-D.T, None]]))
     current = (7 * np.arange(k) % 11) - 5.5
     q = np.zeros(2 * size)
     q[nodes], q[nodes + 1] = -current, current
     lower = np.where(np.arange(q.size) < size, -np.inf, 0.0)
-    return Problem(M, q, note=f"{k} bridges: potentials of {size} nodes, then currents of {size} diodes.", lower=lower)
+    return Problem(
+        M,
+        q,
+        note=f"{k} bridges: potentials of {size} nodes, then currents of {size} diodes.",
+        lower=lower,
+    )
 
 
 def _incidence(nodes: int, ends: Sequence[tuple[Indices, Indices]]) -> Any:
@@ -101,7 +123,10 @@ def _incidence(nodes: int, ends: Sequence[tuple[Indices, Indices]]) -> Any:
 
     first, second = map(np.concatenate, zip(*ends, strict=True))
     places, one = np.tile(np.arange(first.size), 2), np.ones(first.size)
-    return csr_array((np.concatenate((one, -one)), (np.concatenate((first, second)), places)), (nodes, first.size))
+    return csr_array(
+        (np.concatenate((one, -one)), (np.concatenate((first, second)), places)),
+        (nodes, first.size),
+    )
 
 
 def relays(n: int, seed: int, *, step: float = 0.125) -> Problem:
@@ -117,7 +142,13 @@ def relays(n: int, seed: int, *, step: float = 0.125) -> Problem:
     state = np.rint(UNITS * random.standard_normal(n)) / UNITS
     inverse = np.linalg.inv(np.eye(n) - step * A)
     M, q, end = step * (C @ inverse @ C.T), C @ (inverse @ state), np.ones(n)
-    return Problem(M, q, note=f"Step {step:g}. Relays with -1 < z < 1 slide.", lower=-end, upper=end)
+    return Problem(
+        M,
+        q,
+        note=f"Step {step:g}. Relays with -1 < z < 1 slide.",
+        lower=-end,
+        upper=end,
+    )
 
 
 def bimatrix(n: int, seed: int) -> Problem:
@@ -134,7 +165,9 @@ def bimatrix(n: int, seed: int) -> Problem:
     return Problem(M, -np.ones(n), note=note)
 
 
-def spatial_prices(n: int, seed: int, *, capacity: float = 3.0, tax: float = 0.0) -> Problem:
+def spatial_prices(
+    n: int, seed: int, *, capacity: float = 3.0, tax: float = 0.0
+) -> Problem:
     """Model prices of one good in m regions of supply and m of demand, and flows, with about n = 2 m + m^2 unknowns.
 
     z = (supply prices, demand prices, flows by region of supply); prices are free. Region i supplies s_i = b_i (p_i -
@@ -145,11 +178,21 @@ def spatial_prices(n: int, seed: int, *, capacity: float = 3.0, tax: float = 0.0
     capacity : of each flow; it moves bounds alone.
     tax : on a unit of trade, a subsidy if negative; it moves q alone. From 18 on there is no trade.
     """
-    from scipy.sparse import block_array, csr_array, diags_array, eye_array, kron, vstack
+    from scipy.sparse import (
+        block_array,
+        csr_array,
+        diags_array,
+        eye_array,
+        kron,
+        vstack,
+    )
 
     m = max(1, round(math.sqrt(n + 1) - 1))
     random = np.random.default_rng([seed, m])
-    a, b, d, e = (random.integers(low, high, m).astype(float) for low, high in ((1, 6), (1, 4), (10, 21), (1, 4)))
+    a, b, d, e = (
+        random.integers(low, high, m).astype(float)
+        for low, high in ((1, 6), (1, 4), (10, 21), (1, 4))
+    )
     costs = random.integers(1, 10, m * m).astype(float)
     one, ones = eye_array(m), np.ones((1, m))
     # Minus what leaves a region, plus what arrives.
@@ -163,7 +206,11 @@ def spatial_prices(n: int, seed: int, *, capacity: float = 3.0, tax: float = 0.0
         note=f"{m} regions of supply, {m} of demand, capacity {capacity:g}.",
         lower=np.concatenate((-prices, np.zeros(m * m))),
         upper=np.concatenate((prices, np.full(m * m, capacity))),
-        names=[*(f"supply{i}" for i in regions), *(f"demand{j}" for j in regions), *flows],
+        names=[
+            *(f"supply{i}" for i in regions),
+            *(f"demand{j}" for j in regions),
+            *flows,
+        ],
     )
 
 
@@ -182,9 +229,16 @@ def poker(n: int, seed: int, *, perturbation: float = 0.25) -> Problem:
     ranks = max(2, round((n - 4) / 12))
     pairs = [(i, j) for i, j in product(range(1, ranks + 1), repeat=2) if i != j]
     most = int(perturbation * GRID)
-    noise = np.random.default_rng([seed, ranks]).integers(-most, most + 1, (5 * len(pairs), 2)).tolist()
+    noise = (
+        np.random.default_rng([seed, ranks])
+        .integers(-most, most + 1, (5 * len(pairs), 2))
+        .tolist()
+    )
     deals = " ".join(f'"{i} against {j}" 1/{len(pairs)}' for i, j in pairs)
-    lines = [f'EFG 2 R "poker-{12 * ranks + 4}" {{ "first" "second" }}', f'c "" 1 "deal" {{ {deals} }} 0']
+    lines = [
+        f'EFG 2 R "poker-{12 * ranks + 4}" {{ "first" "second" }}',
+        f'c "" 1 "deal" {{ {deals} }} 0',
+    ]
     of_end = iter(enumerate(noise, 1))
     for i, j in pairs:
         sign = 1 if i > j else -1
@@ -201,7 +255,10 @@ def poker(n: int, seed: int, *, perturbation: float = 0.25) -> Problem:
             f'p "" 1 {ranks + i} "{i} checked, bet" {{ "call" "fold" }} 0',
             *map(end, (2 * sign, -1, sign)),
         ]
-    return from_efg("\n".join(lines), note=f"{ranks} ranks, payoffs perturbed by up to {perturbation:g}.")
+    return from_efg(
+        "\n".join(lines),
+        note=f"{ranks} ranks, payoffs perturbed by up to {perturbation:g}.",
+    )
 
 
 def bargaining(n: int, _seed: int, *, discount: float = 0.75) -> Problem:
@@ -214,11 +271,19 @@ def bargaining(n: int, _seed: int, *, discount: float = 0.75) -> Problem:
     Econometrica 50 (1982) 97-109, for alternating ones.
     """
     k = next(k for k in range(1, n + 2) if unknowns_of(k + 1) > n)
-    types = " ".join(f'"cost {i - 1}, value {j}" 1/{k * k}' for i, j in product(range(1, k + 1), repeat=2))
-    lines = [f'EFG 2 R "bargaining-{unknowns_of(k)}" {{ "seller" "buyer" }}', f'c "" 1 "types" {{ {types} }} 0']
+    types = " ".join(
+        f'"cost {i - 1}, value {j}" 1/{k * k}'
+        for i, j in product(range(1, k + 1), repeat=2)
+    )
+    lines = [
+        f'EFG 2 R "bargaining-{unknowns_of(k)}" {{ "seller" "buyer" }}',
+        f'c "" 1 "types" {{ {types} }} 0',
+    ]
     for i, j in product(range(1, k + 1), repeat=2):
         lines += _offers(k, i, j, Fraction(str(discount)))
-    return from_efg("\n".join(lines), note=f"{k} costs, values and prices, discount {discount:g}.")
+    return from_efg(
+        "\n".join(lines), note=f"{k} costs, values and prices, discount {discount:g}."
+    )
 
 
 def unknowns_of(k: int) -> int:
@@ -227,7 +292,9 @@ def unknowns_of(k: int) -> int:
 
 def _offers(k: int, i: int, j: int, discount: Fraction) -> Iterator[str]:
     prices = range(1, k + 1)
-    asked, offered = (" ".join(f'"{verb} {price}"' for price in prices) for verb in ("ask", "offer"))
+    asked, offered = (
+        " ".join(f'"{verb} {price}"' for price in prices) for verb in ("ask", "offer")
+    )
     # Of outcomes: larger than those before.
     numbers = count_from(2 * k * k * k * (k * (i - 1) + j - 1) + 1)
 
@@ -254,13 +321,18 @@ def obstacle(n: int, _seed: int) -> Problem:
     return Problem(*_membrane(n), note="The membrane touches the obstacle where z = 0.")
 
 
-def two_obstacles(n: int, _seed: int, *, gap: float = 0.3, load: float = 1.0) -> Problem:
+def two_obstacles(
+    n: int, _seed: int, *, gap: float = 0.3, load: float = 1.0
+) -> Problem:
     """Discretize -Laplace z = load f where -gap / 2 < z < gap / 2, with the square, f and differences of `obstacle`.
 
     J. F. Rodrigues, Obstacle Problems in Mathematical Physics, North-Holland (1987).
     """
     M, q = _membrane(n)
-    end, note = np.full(q.size, gap / 2), f"The membrane touches an obstacle where |z| = {gap / 2:g}."
+    end, note = (
+        np.full(q.size, gap / 2),
+        f"The membrane touches an obstacle where |z| = {gap / 2:g}.",
+    )
     return Problem(M, load * q, note=note, lower=-end, upper=end)
 
 
@@ -274,8 +346,17 @@ def torsion(n: int, _seed: int, *, angle: float = 4.0) -> Problem:
     angle : twist per unit length, which moves q alone; the bar is plastic where z is at a bound.
     """
     m, h, X, Y = grid(n)
-    distance, q = np.minimum(np.minimum(X, 1 - X), np.minimum(Y, 1 - Y)).ravel(), np.full(m * m, -2 * angle * h * h)
-    return Problem(laplacian_of(m), q, note=f"Twist per unit length {angle:g}.", lower=-distance, upper=distance)
+    distance, q = (
+        np.minimum(np.minimum(X, 1 - X), np.minimum(Y, 1 - Y)).ravel(),
+        np.full(m * m, -2 * angle * h * h),
+    )
+    return Problem(
+        laplacian_of(m),
+        q,
+        note=f"Twist per unit length {angle:g}.",
+        lower=-distance,
+        upper=distance,
+    )
 
 
 def _membrane(n: int) -> tuple[Matrix, Vector]:
@@ -303,7 +384,11 @@ def three_diagonals(diagonal: Vector, off: Vector | None = None) -> Matrix:
     from scipy.sparse import csr_array, diags_array
 
     off = -np.ones(diagonal.size - 1) if off is None else off
-    return csr_array(diags_array([off, diagonal, off], offsets=[-1, 0, 1], shape=2 * (diagonal.size,)))
+    return csr_array(
+        diags_array(
+            [off, diagonal, off], offsets=[-1, 0, 1], shape=2 * (diagonal.size,)
+        )
+    )
 
 
 def journal_bearing(n: int, _seed: int, *, eccentricity: float = 0.8) -> Problem:
@@ -318,12 +403,23 @@ def journal_bearing(n: int, _seed: int, *, eccentricity: float = 0.8) -> Problem
     step = 2 * np.pi / (n + 1)
     film = 1 + eccentricity * np.cos(step * (np.arange(n + 1) + 0.5))
     cubes = film**3
-    M, q = three_diagonals(cubes[:-1] + cubes[1:], -(film[1:-1] ** 3)), step * np.diff(film)
-    return Problem(M, q, note="The oil film is intact where z > 0 and ruptured where z = 0.")
+    M, q = (
+        three_diagonals(cubes[:-1] + cubes[1:], -(film[1:-1] ** 3)),
+        step * np.diff(film),
+    )
+    return Problem(
+        M, q, note="The oil film is intact where z > 0 and ruptured where z = 0."
+    )
 
 
 def american_put(
-    n: int, _seed: int, *, volatility: float = 0.4, rate: float = 0.1, years: float = 0.5, strike: float = 1.0
+    n: int,
+    _seed: int,
+    *,
+    volatility: float = 0.4,
+    rate: float = 0.1,
+    years: float = 0.5,
+    strike: float = 1.0,
 ) -> Problem:
     """Model an American put by one fully implicit step of `years` before expiry, in the variables of the heat equation.
 
@@ -339,10 +435,17 @@ def american_put(
     # Prices so far from a strike of 1 that z is 0 at both ends.
     x = np.linspace(-2.0, 2.0, n + 2)
     growth = (k + 1) ** 2 * t / 4
-    require("rate", rate, k <= 100 and growth <= 500, "small compared with the square of the volatility")
+    require(
+        "rate",
+        rate,
+        k <= 100 and growth <= 500,
+        "small compared with the square of the volatility",
+    )
     expiry = np.maximum(strike * np.exp((k - 1) * x / 2) - np.exp((k + 1) * x / 2), 0)
     payoff = math.exp(growth) * expiry
     alpha = t / (x[1] - x[0]) ** 2
     M = alpha * three_diagonals(np.full(n, 2 + 1 / alpha))
     q = payoff[1:-1] - alpha * np.diff(payoff, 2) - expiry[1:-1]
-    return Problem(M, q, note="The option is held where z > 0 and exercised where z = 0.")
+    return Problem(
+        M, q, note="The option is held where z > 0 and exercised where z = 0."
+    )

@@ -34,7 +34,9 @@ class _Statement:
     def statement(self, are_equilibrium: bool) -> str:
         """Return a sentence on whether the strategies are an equilibrium, and on what a player would gain."""
         tolerance = "" if isinstance(self.gains[0], Fraction) else " to the tolerance"
-        found = "an equilibrium" if are_equilibrium else f"not an equilibrium{tolerance}"
+        found = (
+            "an equilibrium" if are_equilibrium else f"not an equilibrium{tolerance}"
+        )
         one, other = map(float, self.gains)
         return f"{found}: by a best response {self.players[0]} would gain {one:.1g}, {self.players[1]} {other:.1g}"
 
@@ -75,33 +77,59 @@ class Behavior(_Statement):
         for player, (own, other) in enumerate(((one, two), (two, one))):
             best = _best_plan(players[player], ends, player, other)
             now, then = (_expected(ends, player, plan, other) for plan in (own, best))
-            gain, rounding = then[0] - now[0], 0 if exact else ROW_ROUNDING * (now[1] + then[1])
+            gain, rounding = (
+                then[0] - now[0],
+                0 if exact else ROW_ROUNDING * (now[1] + then[1]),
+            )
             payoffs.append(now[0])
             gains.append(gain if gain > rounding else 0 * abs(gain))
-        names, reached = tree.names(), [[number(0)] * len(player.sets) for player in players]
+        names, reached = (
+            tree.names(),
+            [[number(0)] * len(player.sets) for player in players],
+        )
         for node in tree.nodes:
             if node.owner >= 0:
                 i, j = node.sequences
                 reached[node.owner][node.where] += number(node.chance) * one[i] * two[j]
         sets = [
             InformationSetStrategy(name, label, distinct_labels(own.actions), *values)
-            for name, player, *both in zip(names, players, strategies, reached, strict=True)
-            for label, own, *values in zip(player.labels(), player.sets, *both, strict=True)
+            for name, player, *both in zip(
+                names, players, strategies, reached, strict=True
+            )
+            for label, own, *values in zip(
+                player.labels(), player.sets, *both, strict=True
+            )
         ]
-        return cls(names, sets, (one, two), (payoffs[0], payoffs[1]), (gains[0], gains[1]))
+        return cls(
+            names, sets, (one, two), (payoffs[0], payoffs[1]), (gains[0], gains[1])
+        )
 
     @classmethod
     def of_plans(cls, game: ExtensiveGame, x: Plan, y: Plan) -> Behavior:
-        return cls.of(game, [strategy_of(*each) for each in zip(game.tree.players, (x, y), strict=True)])
+        return cls.of(
+            game,
+            [
+                strategy_of(*each)
+                for each in zip(game.tree.players, (x, y), strict=True)
+            ],
+        )
 
     def are_best(self, game: ExtensiveGame, tol: float) -> bool:
         """Return whether no player gains more than is allowed of the terms of its gain, counted from what it gets."""
         allowed = PER_UNKNOWN * sum(game.sizes) * tol
-        ends, plans = _ends(game.tree, float), [list(map(float, plan)) for plan in self.plans]
+        ends, plans = (
+            _ends(game.tree, float),
+            [list(map(float, plan)) for plan in self.plans],
+        )
         for player, gain in enumerate(self.gains):
             centre, other = float(self.payoffs[player]), plans[1 - player]
-            both = plans[player], _best_plan(game.tree.players[player], ends, player, other)
-            if not gain <= allowed * sum(_expected(ends, player, plan, other, centre)[1] for plan in both):
+            both = (
+                plans[player],
+                _best_plan(game.tree.players[player], ends, player, other),
+            )
+            if not gain <= allowed * sum(
+                _expected(ends, player, plan, other, centre)[1] for plan in both
+            ):
                 return False
         return True
 
@@ -110,10 +138,15 @@ def point_of(game: ExtensiveGame, x: Plan, y: Plan) -> list[Any]:
     """Return the z with these plans, and with the costs of best responses to them, in the numbers that they have."""
     z = [*x, *y]
     for player, other in ((0, y), (1, x)):
-        own, exact = game.tree.players[player], not any(isinstance(value, float) for value in other)
+        own, exact = (
+            game.tree.players[player],
+            not any(isinstance(value, float) for value in other),
+        )
         behind: Plan = [0] * own.sequences
         for pair, cost in game.costs[player].at.items():
-            behind[pair[player]] -= (cost if exact else float(cost)) * other[pair[1 - player]]
+            behind[pair[player]] -= (cost if exact else float(cost)) * other[
+                pair[1 - player]
+            ]
         z += [0 - value for value in _best_response(own, behind)[1]]
     return z
 
@@ -138,13 +171,23 @@ def strategy_of(player: Player, plan: Plan) -> Strategy:
 
 def _ends(tree: GameTree, number: Any) -> list[tuple[tuple[int, int], Any, list[Any]]]:
     """Return the ends of a tree with their numbers as doubles or fractions."""
-    return [(at, number(chance), list(map(number, payoffs))) for at, chance, payoffs in tree.ends]
+    return [
+        (at, number(chance), list(map(number, payoffs)))
+        for at, chance, payoffs in tree.ends
+    ]
 
 
-def _expected(ends: Sequence[Any], player: int, own: Plan, other: Plan, centre: Any = 0) -> tuple[Any, Any]:
+def _expected(
+    ends: Sequence[Any], player: int, own: Plan, other: Plan, centre: Any = 0
+) -> tuple[Any, Any]:
     """Return the expected payoff of a player less the centre, and the sum of the sizes of its terms."""
-    weights = ((chance * own[at[player]] * other[at[1 - player]], payoffs) for at, chance, payoffs in ends)
-    terms = [weight * (payoffs[player] - centre) for weight, payoffs in weights if weight]
+    weights = (
+        (chance * own[at[player]] * other[at[1 - player]], payoffs)
+        for at, chance, payoffs in ends
+    )
+    terms = [
+        weight * (payoffs[player] - centre) for weight, payoffs in weights if weight
+    ]
     zero = 0 * ends[0][1]
     return sum(terms, zero), sum(map(abs, terms), zero)
 
@@ -188,25 +231,45 @@ class Strategies(_Statement):
         """Return the strategies x, y of a game: doubles, or fractions in arrays of objects, with payoffs as written."""
         exact = x.dtype == object
         number: Any = Fraction if exact else float
-        A, B = (np.array(own, dtype=object) for own in game.payoffs()) if exact else (game.A, game.B)
+        A, B = (
+            (np.array(own, dtype=object) for own in game.payoffs())
+            if exact
+            else (game.A, game.B)
+        )
         by_row, by_column = A @ y, x @ B
         row, column = number(x @ by_row), number(by_column @ y)
         gains = number(by_row.max()) - row, number(by_column.max()) - column
-        rounding = (0.0, 0.0) if exact else tuple(ROW_ROUNDING * terms for terms in _terms(game, x, y, (0.0, 0.0)))
-        by_best = (gain if gain > least else number(0) for gain, least in zip(gains, rounding, strict=True))
+        rounding = (
+            (0.0, 0.0)
+            if exact
+            else tuple(ROW_ROUNDING * terms for terms in _terms(game, x, y, (0.0, 0.0)))
+        )
+        by_best = (
+            gain if gain > least else number(0)
+            for gain, least in zip(gains, rounding, strict=True)
+        )
         return cls(x, y, (row, column), tuple(by_best), game.players or cls.players)
 
     def are_best(self, game: Game, tol: float) -> bool:
         """Return whether no player gains more than is allowed of the terms of its gain, of payoffs that are met."""
         allowed = PER_UNKNOWN * sum(game.A.shape) * tol
-        terms = _terms(game, self.row.astype(float), self.column.astype(float), self.payoffs)
-        return all(gain <= allowed * size for gain, size in zip(self.gains, terms, strict=True))
+        terms = _terms(
+            game, self.row.astype(float), self.column.astype(float), self.payoffs
+        )
+        return all(
+            gain <= allowed * size for gain, size in zip(self.gains, terms, strict=True)
+        )
 
 
-def _terms(game: Game, x: Vector, y: Vector, centres: Sequence[Any]) -> tuple[float, float]:
+def _terms(
+    game: Game, x: Vector, y: Vector, centres: Sequence[Any]
+) -> tuple[float, float]:
     """Return each player's terms of its gain: sizes of payoffs less a centre, in its mixture and its best response."""
     found = []
-    for A, own, other, centre in ((game.A, x, y, centres[0]), (game.B.T, y, x, centres[1])):
+    for A, own, other, centre in (
+        (game.A, x, y, centres[0]),
+        (game.B.T, y, x, centres[1]),
+    ):
         sizes = np.abs(A - float(centre)) @ other
         found.append(float(own @ sizes + sizes[np.argmax(A @ other)]))
     return found[0], found[1]

@@ -42,7 +42,11 @@ def from_game(
     ([0.6, 0.4], [0.4, 0.6])
     """
     if B is None:
-        raise ProblemError("B", "is missing", "give the payoffs of the column player; in a zero-sum game B = -A")
+        raise ProblemError(
+            "B",
+            "is missing",
+            "give the payoffs of the column player; in a zero-sum game B = -A",
+        )
     if hasattr(A, "columns"):
         (B,) = by_label(A, "the columns of A", "columns", B=B)
         (B,) = by_label(A, "the rows of A", B=B)
@@ -51,7 +55,11 @@ def from_game(
     if sense == "min":
         game = game.negated()
     elif sense != "max":
-        raise ProblemError("sense", f"is {quoted(str(sense))}", 'give "max" for payoffs or "min" for costs')
+        raise ProblemError(
+            "sense",
+            f"is {quoted(str(sense))}",
+            'give "max" for payoffs or "min" for costs',
+        )
     return Problem(*game.conditions(), name=name, source=source, note=note, origin=game)
 
 
@@ -77,6 +85,14 @@ def from_efg(text: str, *, name: str = "", source: str = "", note: str = "") -> 
     """
     game = ExtensiveGame.of(text)
     M, q, lower, upper = game.conditions()
-    problem = Problem(M, q, name=name or game.tree.title, source=source, note=note, lower=lower, upper=upper)
+    problem = Problem(
+        M,
+        q,
+        name=name or game.tree.title,
+        source=source,
+        note=note,
+        lower=lower,
+        upper=upper,
+    )
     # `Problem` would check whether it fits, but it has just made them.
     return problem.knowing(origin=game)

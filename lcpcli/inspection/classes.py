@@ -42,7 +42,16 @@ import numpy as np
 
 from lcpcli.clock import imports
 from lcpcli.inspection import verdict
-from lcpcli.inspection.verdict import NO, UNDECIDED, YES, Context, Verdict, entry, index_set, text_of
+from lcpcli.inspection.verdict import (
+    NO,
+    UNDECIDED,
+    YES,
+    Context,
+    Verdict,
+    entry,
+    index_set,
+    text_of,
+)
 from lcpcli.linalg import matrices
 from lcpcli.linalg.patterns import affordable
 from lcpcli.rational import elimination, numbers
@@ -67,8 +76,16 @@ def m_matrix(context: Context) -> Verdict:
     """Decide whether M is a nonsingular M-matrix: a Z-matrix that is an H+-matrix."""
     if not context.yes("z_matrix"):
         return Verdict(NO, "it is not a Z-matrix")
-    word, undecided = context.verdicts["h_plus"].word, "whether it is an H+-matrix is not decided"
-    return Verdict(word, {YES: "it is a Z-matrix and an H+-matrix", NO: "it is not an H+-matrix"}.get(word, undecided))
+    word, undecided = (
+        context.verdicts["h_plus"].word,
+        "whether it is an H+-matrix is not decided",
+    )
+    return Verdict(
+        word,
+        {YES: "it is a Z-matrix and an H+-matrix", NO: "it is not an H+-matrix"}.get(
+            word, undecided
+        ),
+    )
 
 
 def scaled_dominance(M: Matrix, check: verdict.Check) -> Verdict:
@@ -76,10 +93,14 @@ def scaled_dominance(M: Matrix, check: verdict.Check) -> Verdict:
     C, e = matrices.comparison(M), np.ones(M.shape[0])
     row = verdict.signs(C, e, check)
     if (row > 0).all():
-        return Verdict(YES, "it is strictly diagonally dominant: d = (1, ..., 1)", vector=e)
+        return Verdict(
+            YES, "it is strictly diagonally dominant: d = (1, ..., 1)", vector=e
+        )
     if (row <= 0).all():
         return _not_dominant(e)
-    if (d := scaling(M, lambda d: bool((verdict.signs(C, d, check) > 0).all()), check)) is not None:
+    if (
+        d := scaling(M, lambda d: bool((verdict.signs(C, d, check) > 0).all()), check)
+    ) is not None:
         evidence = f"scaling the columns of M by d = {text_of(d)} makes it strictly diagonally dominant"
         return Verdict(YES, evidence, vector=d)
     v, diagonal = e, C.diagonal()
@@ -96,16 +117,29 @@ def scaled_dominance(M: Matrix, check: verdict.Check) -> Verdict:
     if v.any() and (verdict.signs(C, v, check) <= 0).all():
         return _not_dominant(v)
     if e.size > EXACT_MINORS:
-        return Verdict(UNDECIDED, "neither a scaling d nor a vector that rules one out was found")
+        return Verdict(
+            UNDECIDED, "neither a scaling d nor a vector that rules one out was found"
+        )
     first = elimination.definiteness(numbers.integers(matrices.dense(C)), check)
     indices = first.zero or first.negative
     if indices is None:
-        return Verdict(YES, "all leading minors of its comparison matrix are positive, in exact arithmetic")
-    return Verdict(NO, f"the minor {index_set(indices)} of its comparison matrix is not positive", indices)
+        return Verdict(
+            YES,
+            "all leading minors of its comparison matrix are positive, in exact arithmetic",
+        )
+    return Verdict(
+        NO,
+        f"the minor {index_set(indices)} of its comparison matrix is not positive",
+        indices,
+    )
 
 
 def _not_dominant(v: Vector) -> Verdict:
-    return Verdict(NO, f"M_ii v_i <= sum of |M_ij| v_j, j != i, in every row for v = {text_of(v)}", vector=v)
+    return Verdict(
+        NO,
+        f"M_ii v_i <= sum of |M_ij| v_j, j != i, in every row for v = {text_of(v)}",
+        vector=v,
+    )
 
 
 # n up to which all 2^n - 1 = 16383 minors are computed, in half a second.
@@ -125,19 +159,27 @@ NOISE = 1e-13
 
 def p_matrix(context: Context) -> Verdict:
     """Decide whether every principal minor is positive."""
-    found = context.implied("positive_definite", "h_plus") or _by_symmetry(context, "positive_definite")
+    found = context.implied("positive_definite", "h_plus") or _by_symmetry(
+        context, "positive_definite"
+    )
     return found or _by_minors(context, strict=True)
 
 
 def p0_matrix(context: Context) -> Verdict:
     """Decide whether no principal minor is negative."""
-    found = context.implied("p_matrix", "positive_semidefinite") or _by_symmetry(context, "positive_semidefinite")
+    found = context.implied("p_matrix", "positive_semidefinite") or _by_symmetry(
+        context, "positive_semidefinite"
+    )
     return found or _by_minors(context, strict=False)
 
 
 def _by_symmetry(context: Context, name: str) -> Verdict | None:
     """Decide for symmetric M, which is P if and only if it is definite, and P0 if and only if it is semidefinite."""
-    return context.excluded(name, "it is symmetric and not") if context.yes("symmetric") else None
+    return (
+        context.excluded(name, "it is symmetric and not")
+        if context.yes("symmetric")
+        else None
+    )
 
 
 def _by_minors(context: Context, strict: bool) -> Verdict:
@@ -148,13 +190,24 @@ def _by_minors(context: Context, strict: bool) -> Verdict:
     if (pair := _pair(context, strict)) is not None:
         return Verdict(NO, f"the principal minor {index_set(pair)} is {size}", pair)
     if context.n <= ALL_MINORS:
-        for indices, minor in elimination.principal_minors(context.whole(), context.check):
+        for indices, minor in elimination.principal_minors(
+            context.whole(), context.check
+        ):
             if minor < 0 or (strict and minor == 0):
-                return Verdict(NO, f"the principal minor {index_set(indices)} is {size}", indices)
-        return Verdict(YES, f"none of its {2**context.n - 1} principal minors is {size}, in exact arithmetic")
+                return Verdict(
+                    NO, f"the principal minor {index_set(indices)} is {size}", indices
+                )
+        return Verdict(
+            YES,
+            f"none of its {2**context.n - 1} principal minors is {size}, in exact arithmetic",
+        )
     if (v := _sign_reversal(context, strict)) is not None:
         bound = "<= 0" if strict else "< 0"
-        return Verdict(NO, f"v_i (Mv)_i {bound} wherever v_i is not 0, for v = {text_of(v)}", vector=v)
+        return Verdict(
+            NO,
+            f"v_i (Mv)_i {bound} wherever v_i is not 0, for v = {text_of(v)}",
+            vector=v,
+        )
     return _undecided(context, "principal minors")
 
 
@@ -175,7 +228,9 @@ def _pair(context: Context, strict: bool) -> tuple[int, int] | None:
     likely = np.flatnonzero(excess >= 1 - 1e-15)
     for k in likely[np.argsort(-excess[likely], kind="stable")][:CANDIDATES]:
         pair = int(rows[k]), int(columns[k])
-        minor = elimination.determinant(numbers.integers(matrices.dense(M[list(pair)][:, list(pair)])))
+        minor = elimination.determinant(
+            numbers.integers(matrices.dense(M[list(pair)][:, list(pair)]))
+        )
         if minor < 0 or (strict and minor == 0):
             return pair
     return None
@@ -202,17 +257,27 @@ def row_sufficient(context: Context) -> Verdict:
     """Decide whether z_i (M'z)_i <= 0 for all i implies that all of these are 0."""
     if context.yes("symmetric"):
         own = context.verdicts["column_sufficient"]
-        return Verdict(own.word, "it is symmetric, so this is column sufficiency", own.indices, own.vector)
+        return Verdict(
+            own.word,
+            "it is symmetric, so this is column sufficiency",
+            own.indices,
+            own.vector,
+        )
     return column_sufficient(context, "M'z")
 
 
 def column_sufficient(context: Context, product: str = "Mz") -> Verdict:
     """Decide whether z_i (Mz)_i <= 0 for all i, or the same for another product, implies that all of these are 0."""
-    found = context.implied("p_matrix", "positive_semidefinite") or context.excluded("p0_matrix")
+    found = context.implied("p_matrix", "positive_semidefinite") or context.excluded(
+        "p0_matrix"
+    )
     if found is not None:
         return found
     if context.n > ALL_PAIRS:
-        return Verdict(UNDECIDED, f"3^{context.n} pairs of index sets are too many; no sufficient condition was found")
+        return Verdict(
+            UNDECIDED,
+            f"3^{context.n} pairs of index sets are too many; no sufficient condition was found",
+        )
     if not context.yes("p0_matrix"):
         return Verdict(UNDECIDED, "whether it is a P0-matrix is not decided")
     M = context.whole()
@@ -225,15 +290,26 @@ def column_sufficient(context: Context, product: str = "Mz") -> Verdict:
             context.check()
             # z, not 0 on I, with (A + t diag(1_I)) z = 0: z_i (Az)_i = -t z_i^2 on I, 0
             # elsewhere
-            shifted = [[v + t * (i == j and i in inside) for j, v in enumerate(row)] for i, row in enumerate(part)]
+            shifted = [
+                [v + t * (i == j and i in inside) for j, v in enumerate(row)]
+                for i, row in enumerate(part)
+            ]
             _, free = elimination.solve(shifted, [0] * len(part))
             u = next((z for z in free if any(z[i] for i in inside)), None)
             if u is not None:
                 claim = f"z_i ({product})_i <= 0 for all i and < 0 for one"
                 z = context.vector(P, u)
                 support = f"for a z with support {index_set(P)}, in exact arithmetic"
-                return Verdict(NO, f"{claim}, {support if z is None else f'z = {text_of(z)}'}", P, z)
-    return Verdict(YES, f"no z on any of {2**context.n - 1} index sets is a counterexample, in exact arithmetic")
+                return Verdict(
+                    NO,
+                    f"{claim}, {support if z is None else f'z = {text_of(z)}'}",
+                    P,
+                    z,
+                )
+    return Verdict(
+        YES,
+        f"no z on any of {2**context.n - 1} index sets is a counterexample, in exact arithmetic",
+    )
 
 
 # n up to which exact elimination, in milliseconds, precedes floating-point arithmetic.
@@ -271,7 +347,9 @@ def positive_semidefinite(context: Context) -> Verdict:
     if context.yes("skew_symmetric"):
         return Verdict(YES, "v'Mv = 0 for every v, as M' = -M")
     witness = context.verdicts["positive_definite"]
-    found = context.implied("positive_definite") or _by_vector(context, witness.vector, False, witness.indices)
+    found = context.implied("positive_definite") or _by_vector(
+        context, witness.vector, False, witness.indices
+    )
     found = found or _by_diagonal(context, strict=False)
     if found is None and context.n > EXACT_FIRST:
         found = _by_support(context)
@@ -281,10 +359,14 @@ def positive_semidefinite(context: Context) -> Verdict:
             return Verdict(YES, "exact elimination of M + M' gives no negative pivot")
         found = _by_index_set(context, sets.negative, strict=False)
     unseen = "neither a v with v'Mv < 0 nor a proof that there is none was found"
-    return found or Verdict(UNDECIDED, witness.evidence if witness.word == UNDECIDED else unseen)
+    return found or Verdict(
+        UNDECIDED, witness.evidence if witness.word == UNDECIDED else unseen
+    )
 
 
-def _by_vector(context: Context, v: Vector | None, strict: bool, P: tuple[int, ...] | None = None) -> Verdict | None:
+def _by_vector(
+    context: Context, v: Vector | None, strict: bool, P: tuple[int, ...] | None = None
+) -> Verdict | None:
     """Return NO if v'Mv is proved to be negative, or, if strict, not to be positive; else None."""
     if v is None or not context.form_is_low(v, strict):
         return None
@@ -302,8 +384,12 @@ def _by_diagonal(context: Context, strict: bool) -> Verdict | None:
 
 def _by_rounded_arithmetic(context: Context) -> Verdict:
     """Find a proof or a counterexample by floating-point factorizations, both verified."""
-    scaling = context.verdicts["h_plus"].vector if "h_plus" in context.verdicts else None
-    found = _by_vector(context, np.ones(context.n), True) or _by_vector(context, scaling, True)
+    scaling = (
+        context.verdicts["h_plus"].vector if "h_plus" in context.verdicts else None
+    )
+    found = _by_vector(context, np.ones(context.n), True) or _by_vector(
+        context, scaling, True
+    )
     if found is not None:
         return found
     if context.yes("symmetric", "h_plus"):
@@ -312,15 +398,27 @@ def _by_rounded_arithmetic(context: Context) -> Verdict:
     S = context.symmetric_part
     if not np.isfinite(abs(S).max()):
         return Verdict(UNDECIDED, "M + M' overflows")
-    if matrices.is_sparse(S) and _is_exact(context, S) and scaled_dominance(S, context.check).word == YES:
-        return Verdict(YES, "M + M' is an H+-matrix: its diagonal is positive and dominant after scaling the columns")
+    if (
+        matrices.is_sparse(S)
+        and _is_exact(context, S)
+        and scaled_dominance(S, context.check).word == YES
+    ):
+        return Verdict(
+            YES,
+            "M + M' is an H+-matrix: its diagonal is positive and dominant after scaling the columns",
+        )
     context.check()
     if not affordable(S):
         return Verdict(UNDECIDED, "a factorization of M + M' may be too expensive")
     proved, v = proof_of_definiteness(S)
     if proved:
-        return Verdict(YES, "Cholesky's factorization of (M + M') / 2 shifted by more than its rounding error succeeds")
-    undecided = Verdict(UNDECIDED, "rounding errors prevent a proof, and no counterexample was found")
+        return Verdict(
+            YES,
+            "Cholesky's factorization of (M + M') / 2 shifted by more than its rounding error succeeds",
+        )
+    undecided = Verdict(
+        UNDECIDED, "rounding errors prevent a proof, and no counterexample was found"
+    )
     return _by_vector(context, v, True) or undecided
 
 
@@ -336,16 +434,31 @@ def _by_support(context: Context) -> Verdict | None:
     support = np.flatnonzero(abs(S).sum(axis=1))
     if pair := _loose(context):
         (i, j), v = pair, np.zeros(context.n)
-        v[i], v[j] = -np.sign(S[i, j]) * (abs(context.diagonal[j]) / abs(S[i, j]) + 1.0), 1.0
+        v[i], v[j] = (
+            -np.sign(S[i, j]) * (abs(context.diagonal[j]) / abs(S[i, j]) + 1.0),
+            1.0,
+        )
         found = f"v'Mv < 0 for v with entries {v[i]:.6g} at {i + 1} and 1 at {j + 1}"
-        return Verdict(NO, found, (i, j), v) if context.form_is_low(v, strict=False) else None
+        return (
+            Verdict(NO, found, (i, j), v)
+            if context.form_is_low(v, strict=False)
+            else None
+        )
     if support.size < context.n:
         part = Context(context.M[support][:, support], context.check)
         if positive_definite(part).word == YES:
             zero_rows = f"M + M' has {context.n - support.size} zero rows"
             return Verdict(YES, f"{zero_rows}, and is positive definite without them")
-    if _is_exact(context, S) and (verdict.signs(matrices.comparison(S), np.ones(context.n), context.check) >= 0).all():
-        return Verdict(YES, "M + M' is weakly diagonally dominant with a nonnegative diagonal")
+    if (
+        _is_exact(context, S)
+        and (
+            verdict.signs(matrices.comparison(S), np.ones(context.n), context.check)
+            >= 0
+        ).all()
+    ):
+        return Verdict(
+            YES, "M + M' is weakly diagonally dominant with a nonnegative diagonal"
+        )
     return None
 
 
@@ -354,7 +467,11 @@ def _loose(context: Context) -> tuple[int, int] | None:
     zero = np.flatnonzero(context.diagonal == 0)
     rows = abs(context.symmetric_part[zero])
     loose = np.flatnonzero(rows.sum(axis=1))
-    return (int(zero[loose[0]]), int(matrices.dense(rows[loose[:1]])[0].argmax())) if loose.size else None
+    return (
+        (int(zero[loose[0]]), int(matrices.dense(rows[loose[:1]])[0].argmax()))
+        if loose.size
+        else None
+    )
 
 
 def _by_index_set(context: Context, indices: tuple[int, ...], strict: bool) -> Verdict:
@@ -365,11 +482,15 @@ def _by_index_set(context: Context, indices: tuple[int, ...], strict: bool) -> V
     if len(indices) <= RATIONAL:
         whole = elimination.symmetrized(context.whole())
         *S, last = [[whole[i][j] for j in indices] for i in indices]
-        x, free = elimination.solve([row[:-1] for row in S], [-value for value in last[:-1]])
+        x, free = elimination.solve(
+            [row[:-1] for row in S], [-value for value in last[:-1]]
+        )
         v = None if x is None or free else context.vector(indices, [*x, Fraction(1)])
     if v is None:
         with suppress(np.linalg.LinAlgError):
-            least = np.linalg.eigh(matrices.dense(context.symmetric_part[rows][:, rows]))[1][:, 0]
+            least = np.linalg.eigh(
+                matrices.dense(context.symmetric_part[rows][:, rows])
+            )[1][:, 0]
             v = np.zeros(context.n)
             v[rows] = least
     minor = f"the minor {index_set(indices)} of M + M' is {'not positive' if strict else 'negative'}"
@@ -399,7 +520,10 @@ def semidefinite_rank(S: Matrix) -> int | None:
     whole = np.rint(DENOMINATOR * solve_triangular(R[:rank, :rank], R[:rank, rank:]))
     null_space = np.vstack((whole, -DENOMINATOR * np.eye(P.size - rank)))
     A = A[order][:, order]
-    if not verdict.sums_exactly(A, float((np.abs(A) @ np.abs(null_space)).max())) or (A @ null_space).any():
+    if (
+        not verdict.sums_exactly(A, float((np.abs(A) @ np.abs(null_space)).max()))
+        or (A @ null_space).any()
+    ):
         return None
     return int(rank) if proof_of_definiteness(A[:rank, :rank])[0] else None
 
@@ -418,33 +542,48 @@ def copositive(context: Context) -> Verdict:
     S, n = context.symmetric_part, context.n
     # E, and a sum of one or two unit vectors.
     vectors = [np.ones(n), np.zeros(n), np.zeros(n)]
-    vectors[1][int(context.diagonal.argmin())] = vectors[2][list(np.unravel_index(int(S.argmin()), S.shape))] = 1.0
+    vectors[1][int(context.diagonal.argmin())] = vectors[2][
+        list(np.unravel_index(int(S.argmin()), S.shape))
+    ] = 1.0
     for v in vectors:
         if context.form_is_low(v, strict=False):
             return Verdict(NO, f"v'Mv < 0 for v = {text_of(v)} >= 0", vector=v)
     found = _beside_zeros_on_diagonal(context)
     if found is not None or context.n > ALL_SETS:
         return found or _undecided(context)
-    for P, S_PP in verdict.blocks(elimination.symmetrized(context.whole()), context.check):
+    for P, S_PP in verdict.blocks(
+        elimination.symmetrized(context.whole()), context.check
+    ):
         u, free = elimination.solve(S_PP, [-1] * len(P))
         if u is not None and not free and min(u) >= 0:  # then u'Su < 0
             return _excluded(context, P, u, "v'Mv < 0")
-    return Verdict(YES, f"none of {2**context.n - 1} index sets supports a v >= 0 with v'Mv < 0, in exact arithmetic")
+    return Verdict(
+        YES,
+        f"none of {2**context.n - 1} index sets supports a v >= 0 with v'Mv < 0, in exact arithmetic",
+    )
 
 
 def strictly_copositive(context: Context) -> Verdict:
     """Decide whether v'Mv > 0 for every v >= 0, v != 0."""
-    found = context.implied("positive_definite") or context.low_diagonal() or context.excluded("copositive")
+    found = (
+        context.implied("positive_definite")
+        or context.low_diagonal()
+        or context.excluded("copositive")
+    )
     if found is not None:
         return found
     if context.symmetric_part.min() >= 0:
-        return Verdict(YES, "no entry of M + M' is negative, and its diagonal is positive")
+        return Verdict(
+            YES, "no entry of M + M' is negative, and its diagonal is positive"
+        )
     return _by_zeros(context, plus=False)
 
 
 def copositive_plus(context: Context) -> Verdict:
     """Decide whether M is copositive, and (M + M')v = 0 for every v >= 0 with v'Mv = 0."""
-    found = context.implied("positive_semidefinite", "strictly_copositive") or context.excluded("copositive")
+    found = context.implied(
+        "positive_semidefinite", "strictly_copositive"
+    ) or context.excluded("copositive")
     if found is None and (pair := _loose(context)):
         i, j = pair
         wrong = f"{entry(i, i)} = 0, but {entry(i, j)} + {entry(j, i)} is not"
@@ -463,7 +602,10 @@ def _beside_zeros_on_diagonal(context: Context) -> Verdict | None:
     if positive_semidefinite(part).word != YES:
         return None
     where = f"{'the row' if rows.size == 1 else f'the {rows.size} rows'} where its diagonal is 0"
-    return Verdict(YES, f"M + M' has no negative entry in {where}, and is positive semidefinite without them")
+    return Verdict(
+        YES,
+        f"M + M' has no negative entry in {where}, and is positive semidefinite without them",
+    )
 
 
 def _undecided(context: Context, what: str = "index sets") -> Verdict:
@@ -471,11 +613,17 @@ def _undecided(context: Context, what: str = "index sets") -> Verdict:
     return Verdict(UNDECIDED, f"2^{context.n} - 1 {what} are too many; {unseen}")
 
 
-def _excluded(context: Context, P: tuple[int, ...], u: list[Fraction], claim: str) -> Verdict:
+def _excluded(
+    context: Context, P: tuple[int, ...], u: list[Fraction], claim: str
+) -> Verdict:
     """Return NO by the v with v_P = u, which is given in doubles if they represent it exactly."""
     v = context.vector(P, u)
     if v is None:
-        return Verdict(NO, f"{claim} for some v >= 0 with support {index_set(P)}, in exact arithmetic", P)
+        return Verdict(
+            NO,
+            f"{claim} for some v >= 0 with support {index_set(P)}, in exact arithmetic",
+            P,
+        )
     return Verdict(NO, f"{claim} for v = {text_of(v)} >= 0", P, v)
 
 
@@ -483,7 +631,11 @@ def _by_zeros(context: Context, plus: bool) -> Verdict:
     """Decide whether a copositive M is strictly copositive, or copositive-plus, by the zeros v >= 0 of minimal support
     of its form, for which some v_P > 0 spans the null space of S_PP."""
     if context.n > ALL_SETS or not context.yes("copositive"):
-        return _undecided(context) if context.n > ALL_SETS else Verdict(UNDECIDED, "copositivity is not decided")
+        return (
+            _undecided(context)
+            if context.n > ALL_SETS
+            else Verdict(UNDECIDED, "copositivity is not decided")
+        )
     whole = elimination.symmetrized(context.whole())
     for P, S in verdict.blocks(whole, context.check):
         _, free = elimination.solve(S, [0] * len(P))
@@ -491,7 +643,13 @@ def _by_zeros(context: Context, plus: bool) -> Verdict:
         u = [-value for value in u] if sum(u) < 0 else u
         if min(u) > 0 and not plus:
             return _excluded(context, P, u, "v'Mv = 0")
-        if min(u) > 0 and any(sum(row[i] * value for i, value in zip(P, u, strict=True)) for row in whole):
+        if min(u) > 0 and any(
+            sum(row[i] * value for i, value in zip(P, u, strict=True)) for row in whole
+        ):
             return _excluded(context, P, u, "v'Mv = 0 but (M + M')v is not")
-    zero = "(M + M')v = 0 whenever v'Mv = 0 and v >= 0" if plus else "v'Mv = 0 for v >= 0 only if v = 0"
+    zero = (
+        "(M + M')v = 0 whenever v'Mv = 0 and v >= 0"
+        if plus
+        else "v'Mv = 0 for v >= 0 only if v = 0"
+    )
     return Verdict(YES, f"it is copositive, and {zero}, in exact arithmetic")

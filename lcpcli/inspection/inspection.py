@@ -54,8 +54,18 @@ class Attempt(NamedTuple):
     reason: str
 
 
-PRESOLVE = Attempt("presolve", "", None, "rows with one entry may decide variables: what is left is tried first")
-EXACT = Attempt("exact", "", None, f"there are at most {FEW_UNKNOWNS} unknowns, whose states can be searched")
+PRESOLVE = Attempt(
+    "presolve",
+    "",
+    None,
+    "rows with one entry may decide variables: what is left is tried first",
+)
+EXACT = Attempt(
+    "exact",
+    "",
+    None,
+    f"there are at most {FEW_UNKNOWNS} unknowns, whose states can be searched",
+)
 MILP = Attempt("milp", "", None, "it needs no property of M")
 
 
@@ -75,16 +85,31 @@ def plan(problem: Problem) -> list[Attempt]:
     structure = Structure(problem, problem.q)
 
     def attempts(rows: tuple[Row, ...]) -> list[Attempt]:
-        applying = sorted((row for row in rows if row.applies(structure)), key=lambda row: row.first_round)
+        applying = sorted(
+            (row for row in rows if row.applies(structure)),
+            key=lambda row: row.first_round,
+        )
         shares = ((row, row.share(structure)) for row in applying)
-        return [Attempt(row.method, row.part, None if n == math.inf else int(n), row.reason) for row, n in shares]
+        return [
+            Attempt(row.method, row.part, None if n == math.inf else int(n), row.reason)
+            for row, n in shares
+        ]
 
     first, brief, others = map(attempts, (FIRST, BRIEF, LATER))
-    presolve = [PRESOLVE] if problem.is_mixed and may_gain_by_presolve(structure) else []
+    presolve = (
+        [PRESOLVE] if problem.is_mixed and may_gain_by_presolve(structure) else []
+    )
     if structure.is_large_and_sparse:
         return [*presolve, *first, *others, MILP]
     if problem.n <= FEW_UNKNOWNS:
-        return [*first, *brief, EXACT, *presolve, *(attempt for attempt in others if attempt not in brief), MILP]
+        return [
+            *first,
+            *brief,
+            EXACT,
+            *presolve,
+            *(attempt for attempt in others if attempt not in brief),
+            MILP,
+        ]
     return [*first, *presolve, *others, MILP]
 
 
@@ -134,7 +159,9 @@ def inspect(problem: Problem, time_limit: float = INSPECTION_SECONDS) -> Inspect
 
 
 @overload
-def inspect(problem: NonlinearProblem, time_limit: float = INSPECTION_SECONDS) -> NonlinearInspection: ...
+def inspect(
+    problem: NonlinearProblem, time_limit: float = INSPECTION_SECONDS
+) -> NonlinearInspection: ...
 
 
 @np.errstate(all="ignore")
@@ -189,7 +216,9 @@ def inspect(
             found.spectrum = theory.eigenvalues(M, definite)
         check()
         if problem.n:
-            found.published, found.best = theory.rates(M, found.spectrum if definite else None)
+            found.published, found.best = theory.rates(
+                M, found.spectrum if definite else None
+            )
     with suppress(TimeIsUp), within(end - clock.seconds()):
         check()
         left = presolved(problem) if problem.is_mixed else None
@@ -212,9 +241,15 @@ def _obvious(problem: Problem, classes: dict[str, Verdict]) -> str:
     box, kinds, unique = problem.box, problem.box.kinds, classes["p_matrix"].word == YES
     if not box.gaps(box.project(np.zeros(problem.n)), problem.q_ref).any():
         nearest = "the z within the bounds nearest to 0" if kinds else "q >= 0: z = 0"
-        return f"{nearest} is a solution{', the unique one, as M is a P-matrix' * unique}"
+        return (
+            f"{nearest} is a solution{', the unique one, as M is a P-matrix' * unique}"
+        )
     if unique:
-        every = "these and all other bounds and every q" if kinds else "this and every other q"
+        every = (
+            "these and all other bounds and every q"
+            if kinds
+            else "this and every other q"
+        )
         return f"there is exactly one solution, for {every}, as M is a P-matrix"
     if kinds:
         finite = not {"free", "lower bound", "upper bound"} & kinds.keys()
@@ -237,18 +272,33 @@ def _hints(own: Inspection) -> list[str]:
         )
     if condition is not None and theory.BAD_CONDITION < condition < math.inf:
         digits = f"{min(math.log10(condition), 16.0):.0f}"
-        found.append(f"ill-conditioned, even after equilibration: about {digits} digits of z may be lost")
-    rounding = ends is not None and abs(ends.smallest) <= 4 * own.problem.n * EPS * ends.largest
+        found.append(
+            f"ill-conditioned, even after equilibration: about {digits} digits of z may be lost"
+        )
+    rounding = (
+        ends is not None
+        and abs(ends.smallest) <= 4 * own.problem.n * EPS * ends.largest
+    )
     if rounding and own.classes["positive_semidefinite"].word == NO:
-        found.append("M fails to be positive semidefinite only by rounding errors: perhaps it was meant to be")
+        found.append(
+            "M fails to be positive semidefinite only by rounding errors: perhaps it was meant to be"
+        )
     M = own.problem.M
     if own.classes["symmetric"].word != NO:
         return found
     if abs(M - M.T).max() <= ASYMMETRY * abs(M).max():
-        return [*found, "M is symmetric up to rounding: if it should be, symmetrize it, which halves the work"]
+        return [
+            *found,
+            "M is symmetric up to rounding: if it should be, symmetrize it, which halves the work",
+        ]
     transpose = M.T.tocsr() if matrices.is_sparse(M) else np.ascontiguousarray(M.T)
-    if own.classes["strictly_diagonally_dominant"].word == NO and weak_row(transpose, check) is None:
-        found.append("strictly diagonally dominant by columns, not by rows: if rows were intended, M is transposed")
+    if (
+        own.classes["strictly_diagonally_dominant"].word == NO
+        and weak_row(transpose, check) is None
+    ):
+        found.append(
+            "strictly diagonally dominant by columns, not by rows: if rows were intended, M is transposed"
+        )
     return found
 
 
@@ -313,7 +363,10 @@ def inspect_nonlinear(
     samples = list(_samples(evaluations))
     pattern, varying = _pattern(problem.n, samples)
     free = np.isneginf(problem.lower) & np.isposinf(problem.upper)
-    J, undefined = evaluations.finite_jacobian(problem.x0), (~np.isfinite(F)).nonzero()[0].tolist()
+    J, undefined = (
+        evaluations.finite_jacobian(problem.x0),
+        (~np.isfinite(F)).nonzero()[0].tolist(),
+    )
     condition, classes = None, dict[str, Verdict]()
     with suppress(TimeIsUp), within(time_limit):
         if J is not None and problem.n and affordable(J):
@@ -347,9 +400,16 @@ def _samples(evaluations: Evaluations) -> Iterator[Matrix]:
     problem = evaluations.problem
     yield evaluations.jacobian(problem.x0)
     for seed in range(SAMPLES):
-        move = generator(seed).uniform(-1.0, 1.0, problem.n) * np.maximum(1.0, np.abs(problem.x0))
-        points = (problem.box.project(problem.x0 + NEARER**k * move) for k in range(MOST_MOVES))
-        yield from islice(filter(lambda J: J is not None, map(evaluations.finite_jacobian, points)), 1)
+        move = generator(seed).uniform(-1.0, 1.0, problem.n) * np.maximum(
+            1.0, np.abs(problem.x0)
+        )
+        points = (
+            problem.box.project(problem.x0 + NEARER**k * move)
+            for k in range(MOST_MOVES)
+        )
+        yield from islice(
+            filter(lambda J: J is not None, map(evaluations.finite_jacobian, points)), 1
+        )
 
 
 def _pattern(n: int, samples: Sequence[Matrix]) -> tuple[Matrix, Vector]:
@@ -377,13 +437,20 @@ def _nonlinear_hints(found: NonlinearInspection, is_undefined: bool) -> Iterator
         yield f"F is not finite at the start in {_named(problem, found.undefined_rows)}: start inside its domain"
     elif is_undefined:
         yield "J is not finite at the start: start inside the domain of F"
-    k, of_rows, of_free = found.equations, found.structural_rank_of_equations, found.structural_rank_of_free
+    k, of_rows, of_free = (
+        found.equations,
+        found.structural_rank_of_equations,
+        found.structural_rank_of_free,
+    )
     if of_rows < k:
         few = f"the {k} equations can be solved for at most {of_rows} unknowns, whatever the values"
         yield f"{few}: some are redundant, or contradict each other"
     if of_free < k:
         yield f"at most {of_free} of the {k} unknowns without bounds are determined by the rows in which they occur"
-    if spread is not None and (decades := max(spread.rows, spread.columns)) > theory.BAD_SPREAD:
+    if (
+        spread is not None
+        and (decades := max(spread.rows, spread.columns)) > theory.BAD_SPREAD
+    ):
         yield f"badly scaled: the largest entries of rows or columns of J at the start vary by {decades:.1f} decades"
     is_singular = found.condition is not None and found.condition > theory.BAD_CONDITION
     if is_singular and found.structural_rank == problem.n:
@@ -392,4 +459,7 @@ def _nonlinear_hints(found: NonlinearInspection, is_undefined: bool) -> Iterator
 
 def _named(problem: NonlinearProblem, rows: Sequence[int]) -> str:
     named = ", ".join(f"{i + 1} {problem.names[i]}".rstrip() for i in rows[:MOST_NAMED])
-    return f"row{'s' * (len(rows) > 1)} {named}" + f" and {len(rows) - MOST_NAMED} more" * (len(rows) > MOST_NAMED)
+    return (
+        f"row{'s' * (len(rows) > 1)} {named}"
+        + f" and {len(rows) - MOST_NAMED} more" * (len(rows) > MOST_NAMED)
+    )

@@ -68,27 +68,39 @@ class Rate:
     iterations: int | None
 
 
-def guarantees(classes: Mapping[str, Verdict], problem: Problem) -> dict[str, Guarantee]:
+def guarantees(
+    classes: Mapping[str, Verdict], problem: Problem
+) -> dict[str, Guarantee]:
     """Return for each of `methods.registry.METHODS` whether its success is guaranteed by the known classes of M."""
-    found = {name: _guarantee(method, classes, problem) for name, method in METHODS.items()}
+    found = {
+        name: _guarantee(method, classes, problem) for name, method in METHODS.items()
+    }
     # Whose turn alone has no limit.
     if problem.n > SETTLED and found["interior"].word == YES:
         found[AUTO] = Guarantee(YES, f"as interior: {found['interior'].reason}")
     elif problem.n > SETTLED:
-        named = " and ".join(name for name in ("newton", "lemke") if found[name].word == YES)
+        named = " and ".join(
+            name for name in ("newton", "lemke") if found[name].word == YES
+        )
         own = f"; without limits {named} would do" if named else ""
-        found[AUTO] = Guarantee(NO, f"above {SETTLED} unknowns its attempts have limits{own}")
+        found[AUTO] = Guarantee(
+            NO, f"above {SETTLED} unknowns its attempts have limits{own}"
+        )
     return found
 
 
-def _guarantee(method: Method, classes: Mapping[str, Verdict], problem: Problem) -> Guarantee:
+def _guarantee(
+    method: Method, classes: Mapping[str, Verdict], problem: Problem
+) -> Guarantee:
     n, largest = problem.n, float(problem.M.diagonal().max(initial=0.0))
     if method.max_unknowns is not None and n > method.max_unknowns:
         return Guarantee(NO, f"it is limited to {method.max_unknowns} unknowns")
     if ANY in method.guaranteed:
         large = Guarantee(NO, f"above {SETTLED} unknowns its tree may be too large")
         return large if n > SETTLED else Guarantee(YES, method.guaranteed[ANY])
-    only_h_plus = classes["h_plus"].word == YES and classes["positive_definite"].word != YES
+    only_h_plus = (
+        classes["h_plus"].word == YES and classes["positive_definite"].word != YES
+    )
     if method is METHODS["fixed-point"] and only_h_plus:
         above = f"M is H+, guaranteed with --omega auto: {largest:.6g}, the largest diagonal entry"
         below = "M is an H+-matrix with no diagonal entry above 1"
@@ -99,15 +111,24 @@ def _guarantee(method: Method, classes: Mapping[str, Verdict], problem: Problem)
         gains = {"positive_semidefinite": gain} if gain else {}
     elif method is METHODS["lemke"] and "upper bound" in problem.box.kinds:
         # the classes that changes of the signs of variables keep
-        gains = {name: gain for name, gain in gains.items() if name in ("p_matrix", "row_sufficient")}
+        gains = {
+            name: gain
+            for name, gain in gains.items()
+            if name in ("p_matrix", "row_sufficient")
+        }
     if not gains:
         return Guarantee(UNDECIDED, "no theorem about it is known here")
     for name, gain in gains.items():  # the first class to which M belongs decides
         if classes[name].word == YES:
             return Guarantee(YES, f"M is {called(name)}: {gain}")
     if undecided := [called(name) for name in gains if classes[name].word == UNDECIDED]:
-        return Guarantee(UNDECIDED, f"whether M is {' or '.join(undecided)} is not decided")
-    return Guarantee(NO, f"M is {'not' if len(gains) == 1 else 'neither'} {' nor '.join(map(called, gains))}")
+        return Guarantee(
+            UNDECIDED, f"whether M is {' or '.join(undecided)} is not decided"
+        )
+    return Guarantee(
+        NO,
+        f"M is {'not' if len(gains) == 1 else 'neither'} {' nor '.join(map(called, gains))}",
+    )
 
 
 def rates(M: Matrix, ends: Spectrum | None) -> tuple[Rate, Rate | None]:
@@ -116,22 +137,35 @@ def rates(M: Matrix, ends: Spectrum | None) -> tuple[Rate, Rate | None]:
     ends : the ends of a positive definite spectrum; if they are not known, the rates are known only for small M.
     """
     omega = best_omega(M) if affordable(M) or not matrices.is_symmetric(M) else math.inf
-    return _rate(M, OMEGA.value, ends), _rate(M, omega, ends) if omega < math.inf else None
+    return _rate(M, OMEGA.value, ends), _rate(
+        M, omega, ends
+    ) if omega < math.inf else None
 
 
 def _rate(M: Matrix, omega: float, ends: Spectrum | None) -> Rate:
     """Return the rate for one omega; unknown if omega I + M is singular or T overflows."""
     factor: float | None = None
     if ends is not None and ends.smallest > 0:
-        factor = max(abs(omega - end) / (omega + end) for end in (ends.smallest, ends.largest))
+        factor = max(
+            abs(omega - end) / (omega + end) for end in (ends.smallest, ends.largest)
+        )
     elif M.shape[0] <= MOST_WITH_NORM:
         dense, shift = matrices.dense(M), omega * np.eye(M.shape[0])
-        with suppress(np.linalg.LinAlgError), np.errstate(over="ignore", invalid="ignore"):
-            factor = float(np.linalg.norm(finite(np.linalg.solve(shift + dense, shift - dense)), 2))
+        with (
+            suppress(np.linalg.LinAlgError),
+            np.errstate(over="ignore", invalid="ignore"),
+        ):
+            factor = float(
+                np.linalg.norm(finite(np.linalg.solve(shift + dense, shift - dense)), 2)
+            )
     if factor is None or not factor < 1:
         return Rate(omega, factor, None)
     tol = TOL.value
-    return Rate(omega, factor, 1 if factor <= tol else math.ceil(math.log(tol) / math.log(factor)))
+    return Rate(
+        omega,
+        factor,
+        1 if factor <= tol else math.ceil(math.log(tol) / math.log(factor)),
+    )
 
 
 def smoothing(problem: Problem) -> tuple[float, float]:
@@ -177,8 +211,16 @@ class Cost:
 
 
 def spread(M: Matrix) -> Spread:
-    used = [sizes[sizes > 0] for sizes in (matrices.row_maxima(M), matrices.column_maxima(M))]
-    return Spread(*(float(np.log10(sizes.max()) - np.log10(sizes.min())) if sizes.size else 0.0 for sizes in used))
+    used = [
+        sizes[sizes > 0]
+        for sizes in (matrices.row_maxima(M), matrices.column_maxima(M))
+    ]
+    return Spread(
+        *(
+            float(np.log10(sizes.max()) - np.log10(sizes.min())) if sizes.size else 0.0
+            for sizes in used
+        )
+    )
 
 
 def condition(M: Matrix) -> float:
@@ -203,7 +245,9 @@ def _estimated_condition(M: Matrix) -> float:
         transposed = partial(solve, transposed=True)
     if not np.isfinite(solve(np.ones(M.shape[0]))).all():
         return math.inf
-    inverse = LinearOperator(M.shape, matvec=solve, rmatvec=transposed, dtype=np.float64)
+    inverse = LinearOperator(
+        M.shape, matvec=solve, rmatvec=transposed, dtype=np.float64
+    )
     # with one column it uses no random vector, so that the result is reproducible
     return float(onenormest(inverse, t=1)) * float(abs(M).sum(axis=0).max())
 
@@ -214,7 +258,11 @@ def eigenvalues(M: Matrix, definite: bool) -> Spectrum | None:
         values = np.linalg.eigvalsh(matrices.dense(M))
         return Spectrum(float(values[0]), float(values[-1]), estimated=False)
     found = krylov.ends(M) if definite and affordable(M) else None
-    return None if found is None or not np.isfinite(found).all() else Spectrum(*found, estimated=True)
+    return (
+        None
+        if found is None or not np.isfinite(found).all()
+        else Spectrum(*found, estimated=True)
+    )
 
 
 def cost(M: Matrix, definite: bool) -> Cost:
@@ -222,5 +270,10 @@ def cost(M: Matrix, definite: bool) -> Cost:
     n = int(M.shape[0])
     if matrices.is_sparse(M):
         band, size = Band(M), M.data.nbytes + M.indices.nbytes + M.indptr.nbytes
-        return Cost(size, band.width, min(band.entries, n * n), min(band.operations, 2 * n**3 // 3))
+        return Cost(
+            size,
+            band.width,
+            min(band.entries, n * n),
+            min(band.operations, 2 * n**3 // 3),
+        )
     return Cost(M.nbytes, None, n * n, n**3 // 3 if definite else 2 * n**3 // 3)

@@ -30,13 +30,19 @@ MOST_ENTRIES = 6  # of a vector or index set in a sentence, about half a line
 # integers.
 EXACT_SUPPORT = 500
 
-TITLES = {"h_plus": "H+-matrix", "skew_symmetric": "skew-symmetric", "copositive_plus": "copositive-plus"}
+TITLES = {
+    "h_plus": "H+-matrix",
+    "skew_symmetric": "skew-symmetric",
+    "copositive_plus": "copositive-plus",
+}
 
 
 def title(name: str) -> str:
     """Return the name of a class in words: "P-matrix" for p_matrix."""
     letter, is_matrix, _ = name.partition("_matrix")
-    return TITLES.get(name) or (f"{letter.upper()}-matrix" if is_matrix else name.replace("_", " "))
+    return TITLES.get(name) or (
+        f"{letter.upper()}-matrix" if is_matrix else name.replace("_", " ")
+    )
 
 
 def called(name: str) -> str:
@@ -67,7 +73,9 @@ class Verdict:
 
 def text_of(numbers: Sequence[float] | Vector) -> str:
     """Return a vector or index set for a sentence: complete if it is short, else its beginning."""
-    texts = [f"{number:.6g}" for number in numbers[:MOST_ENTRIES]] + ["..."] * (len(numbers) > MOST_ENTRIES)
+    texts = [f"{number:.6g}" for number in numbers[:MOST_ENTRIES]] + ["..."] * (
+        len(numbers) > MOST_ENTRIES
+    )
     return f"({', '.join(texts)})"
 
 
@@ -83,10 +91,14 @@ def entry(i: int, j: int) -> str:
 
 def index_sets(n: int) -> Iterator[tuple[int, ...]]:
     """Yield all nonempty subsets of n indices, the smallest first."""
-    return (subset for size in range(1, n + 1) for subset in combinations(range(n), size))
+    return (
+        subset for size in range(1, n + 1) for subset in combinations(range(n), size)
+    )
 
 
-def blocks(A: elimination.Rows, check: Check) -> Iterator[tuple[tuple[int, ...], elimination.Rows]]:
+def blocks(
+    A: elimination.Rows, check: Check
+) -> Iterator[tuple[tuple[int, ...], elimination.Rows]]:
     """Yield every index set P with the rows and columns of A in it, the smallest first."""
     for P in index_sets(len(A)):
         check()
@@ -102,11 +114,16 @@ class Context:
 
     def yes(self, *names: str) -> bool:
         """Return whether M is known to belong to all of these classes."""
-        return all(name in self.verdicts and self.verdicts[name].word == YES for name in names)
+        return all(
+            name in self.verdicts and self.verdicts[name].word == YES for name in names
+        )
 
     def implied(self, *names: str) -> Verdict | None:
         """Return YES by the first of these smaller classes to which M is known to belong; else None."""
-        return next((Verdict(YES, f"it is {called(name)}") for name in names if self.yes(name)), None)
+        return next(
+            (Verdict(YES, f"it is {called(name)}") for name in names if self.yes(name)),
+            None,
+        )
 
     def excluded(self, name: str, because: str = "it is not") -> Verdict | None:
         """Return NO, with its evidence, by a larger class to which M is known not to belong; else None."""
@@ -139,7 +156,9 @@ class Context:
     @cached_property
     def definiteness(self) -> elimination.Definiteness:
         """Return the result of exact elimination of M + M', for a small M. May raise TimeIsUp."""
-        return elimination.definiteness(elimination.symmetrized(self.whole()), self.check)
+        return elimination.definiteness(
+            elimination.symmetrized(self.whole()), self.check
+        )
 
     def vector(self, P: Sequence[int], u: Sequence[Fraction | int]) -> Vector | None:
         """Return a positive integer multiple of the v with v_P = u, 0 elsewhere; None if floats do not represent it."""
@@ -156,7 +175,9 @@ class Context:
             return False
         value = float(v @ matrices.product(self.M, v))
         size = float(np.abs(v) @ matrices.absolute_product(self.M, np.abs(v)))
-        underflow = (self.n * self.n + 1) * SMALLEST_NORMAL * max(1.0, float(np.abs(v).max()))
+        underflow = (
+            (self.n * self.n + 1) * SMALLEST_NORMAL * max(1.0, float(np.abs(v).max()))
+        )
         if abs(value) > (2 * self.n + 4) * EPS * size + underflow:
             return value < 0
         support = np.flatnonzero(v)
@@ -179,8 +200,14 @@ def signs(A: Matrix, d: Vector, check: Check) -> Vector:
         return sign
     for i in np.flatnonzero(~(np.abs(value) > bound)):
         check()
-        part = slice(A.indptr[i], A.indptr[i + 1]) if matrices.is_sparse(A) else slice(None)
-        row, own = (A.data[part], d[A.indices[part]]) if matrices.is_sparse(A) else (A[i], d)
+        part = (
+            slice(A.indptr[i], A.indptr[i + 1])
+            if matrices.is_sparse(A)
+            else slice(None)
+        )
+        row, own = (
+            (A.data[part], d[A.indices[part]]) if matrices.is_sparse(A) else (A[i], d)
+        )
         total = numbers.dot(numbers.in_integers(row)[0], numbers.in_integers(own)[0])
         sign[i] = (total > 0) - (total < 0)
     return sign
@@ -198,12 +225,16 @@ def sums_exactly(A: Matrix, largest: float) -> bool:
 
 def symmetric(context: Context) -> Verdict:
     """Decide whether M' = M."""
-    return _nonzero_entry(context, context.M - context.M.T) or Verdict(YES, "M' = M, entrywise")
+    return _nonzero_entry(context, context.M - context.M.T) or Verdict(
+        YES, "M' = M, entrywise"
+    )
 
 
 def skew_symmetric(context: Context) -> Verdict:
     """Decide whether M' = -M."""
-    return _nonzero_entry(context, context.symmetric_part) or Verdict(YES, "M' = -M, entrywise")
+    return _nonzero_entry(context, context.symmetric_part) or Verdict(
+        YES, "M' = -M, entrywise"
+    )
 
 
 def _nonzero_entry(context: Context, difference: Matrix) -> Verdict | None:
@@ -211,8 +242,14 @@ def _nonzero_entry(context: Context, difference: Matrix) -> Verdict | None:
     if (place := _first(difference)) is None:
         return None
     i, j = place
-    own, other = (f"{entry(*pair)} = {context.M[pair]:.6g}" for pair in ((i, j), (j, i)))
-    return Verdict(NO, f"{own} is not 0", (i,)) if i == j else Verdict(NO, f"{own}, {other}", place)
+    own, other = (
+        f"{entry(*pair)} = {context.M[pair]:.6g}" for pair in ((i, j), (j, i))
+    )
+    return (
+        Verdict(NO, f"{own} is not 0", (i,))
+        if i == j
+        else Verdict(NO, f"{own}, {other}", place)
+    )
 
 
 def z_matrix(context: Context) -> Verdict:
@@ -235,12 +272,16 @@ def strictly_diagonally_dominant(context: Context) -> Verdict:
     """Decide whether |M_ii| > sum of |M_ij|, j != i, for every row i."""
     if (i := weak_row(context.M, context.check)) is None:
         return Verdict(YES, "in every row |M_ii| exceeds the sum of the other |M_ij|")
-    return Verdict(NO, f"row {i + 1}: |M_ii| does not exceed the sum of the other |M_ij|", (i,))
+    return Verdict(
+        NO, f"row {i + 1}: |M_ii| does not exceed the sum of the other |M_ij|", (i,)
+    )
 
 
 def weak_row(M: Matrix, check: Check) -> int | None:
     """Return the first row that is not strictly diagonally dominant, or None. `check` may raise TimeIsUp."""
-    weak = np.flatnonzero(signs(matrices.comparison(M), np.ones(M.shape[0]), check) <= 0)
+    weak = np.flatnonzero(
+        signs(matrices.comparison(M), np.ones(M.shape[0]), check) <= 0
+    )
     return int(weak[0]) if weak.size else None
 
 
@@ -249,7 +290,10 @@ copositive strictly_copositive copositive_plus"""
 # The file of each, in which a function of that name decides it; each relies on those
 # before it.
 CLASSES = {
-    **dict.fromkeys(("symmetric", "skew_symmetric", "z_matrix", "strictly_diagonally_dominant"), "verdict"),
+    **dict.fromkeys(
+        ("symmetric", "skew_symmetric", "z_matrix", "strictly_diagonally_dominant"),
+        "verdict",
+    ),
     **dict.fromkeys(LARGER.split(), "classes"),
 }
 
@@ -279,7 +323,11 @@ def classify(M: Matrix, last: str = "", steps: float = math.inf) -> dict[str, Ve
         try:
             context.verdicts[name] = decide(context)
         except TimeIsUp:
-            why = "the time was used up" if steps == math.inf else "it takes too many steps"
+            why = (
+                "the time was used up"
+                if steps == math.inf
+                else "it takes too many steps"
+            )
             context.verdicts[name] = Verdict(UNDECIDED, why)
         if name == last:
             break

@@ -20,7 +20,14 @@ ROOMS = ("kernels", "basis", "verify")  # with files of functions that are compi
 # Files with functions that kernels of other files use, and with what counts as
 # rounding, which compiled kernels keep: numba's cache knows of changes in the file of a
 # kernel alone.
-USED = ("basis/exchanges", "methods/direct", "linalg/units", "linalg/doubles", "verify/enclosure", "kernels/overloads")
+USED = (
+    "basis/exchanges",
+    "methods/direct",
+    "linalg/units",
+    "linalg/doubles",
+    "verify/enclosure",
+    "kernels/overloads",
+)
 
 
 class Announcement(event.Listener):
@@ -53,10 +60,16 @@ def announced() -> AbstractContextManager[None]:
     the first kernel that is compiled is announced."""
     with suppress(OSError):
         newest = max((PACKAGE / f"{name}.py").stat().st_mtime for name in USED)
-        for index in (index for room in ROOMS for index in (PACKAGE / room / "__pycache__").glob("*.nbi")):
+        for index in (
+            index
+            for room in ROOMS
+            for index in (PACKAGE / room / "__pycache__").glob("*.nbi")
+        ):
             if index.stat().st_mtime < newest:
                 index.unlink()
-    manager: AbstractContextManager[None] = event.install_listener("numba:compile", ONCE)
+    manager: AbstractContextManager[None] = event.install_listener(
+        "numba:compile", ONCE
+    )
     return manager
 
 
@@ -64,8 +77,19 @@ def compile_all(tell: Callable[[str], None]) -> tuple[int, int, str]:
     """Load all kernels, which compiles those that the cache lacks; `tell` is called with the name of each as that
     begins. Return how many were compiled, how many were there, and the folder with the cache, "" without any."""
     ONCE.tell = tell
-    ways = map(import_module, ("lcpcli.kernels.compiled", "lcpcli.kernels.mixed_kernels"))
-    made = {id(each): each for way in ways for each in vars(way).values() if isinstance(each, Dispatcher)}.values()
+    ways = map(
+        import_module, ("lcpcli.kernels.compiled", "lcpcli.kernels.mixed_kernels")
+    )
+    made = {
+        id(each): each
+        for way in ways
+        for each in vars(way).values()
+        if isinstance(each, Dispatcher)
+    }.values()
     now = sum(bool(kernel.stats.cache_misses) for kernel in made)
-    folder = os.path.commonpath([str(kernel.stats.cache_path) for kernel in made]) if made else ""
+    folder = (
+        os.path.commonpath([str(kernel.stats.cache_path) for kernel in made])
+        if made
+        else ""
+    )
     return now, len(made) - now, folder

@@ -33,21 +33,34 @@ MOST_JUDGED_ENTRIES = 1_000_000
 
 with announced():
     from lcpcli.kernels.kernels import pivot_blocks, solve_one, solve_rows
-    from lcpcli.kernels.measure_kernels import FAILS, SOLVES, compressed, judgement, on_bounds, reference_of
+    from lcpcli.kernels.measure_kernels import (
+        FAILS,
+        SOLVES,
+        compressed,
+        judgement,
+        on_bounds,
+        reference_of,
+    )
     from lcpcli.kernels.measure_kernels import surely_solves as surely_solves
     from lcpcli.kernels.pivoting_kernels import basic_solution, exponents, path
     from lcpcli.kernels.pivoting_kernels import follow as follow
 
 
-def direct(problem: Problem, tol: float, basic: Mask | None = None) -> DirectAnswer | None:
+def direct(
+    problem: Problem, tol: float, basic: Mask | None = None
+) -> DirectAnswer | None:
     """Return the answer of the kernels, as `direct.direct` returns that of numpy."""
     start = problem.q < 0 if basic is None else basic
     M = np.ascontiguousarray(problem.M)
-    found, steps, z = solve_one(M, problem.q, start, basic is not None, problem.largest, tol)
+    found, steps, z = solve_one(
+        M, problem.q, start, basic is not None, problem.largest, tol
+    )
     return DirectAnswer(z, found == CERTAIN, steps) if found else None
 
 
-def lemke(problem: Problem, tol: float, basic: Mask | None = None) -> DirectAnswer | None:
+def lemke(
+    problem: Problem, tol: float, basic: Mask | None = None
+) -> DirectAnswer | None:
     """Return the solution of an LCP at a basis, if it is one, or else at the end of Lemke's path; None where neither is
     one beyond doubt, or M is in units that `Reduction` would change."""
     M, q = np.ascontiguousarray(problem.M), problem.q
@@ -60,8 +73,14 @@ def lemke(problem: Problem, tol: float, basic: Mask | None = None) -> DirectAnsw
             return found
     if not (q < 0).any():
         return None
-    end, pivots, states = path(M, q, HIGHEST[: q.size], COVER[: q.size], max(LEAST_REFRESHED, q.size))
-    return _at(problem, M, box, tol, states, "lemke", pivots) if end == tableau.SOLVED else None
+    end, pivots, states = path(
+        M, q, HIGHEST[: q.size], COVER[: q.size], max(LEAST_REFRESHED, q.size)
+    )
+    return (
+        _at(problem, M, box, tol, states, "lemke", pivots)
+        if end == tableau.SOLVED
+        else None
+    )
 
 
 @cache
@@ -76,7 +95,10 @@ def mixed(problem: Problem, tol: float) -> DirectAnswer | None:
     """Return the solution of a mixed problem of few unknowns at which newton or Lemke's path ends; None where neither
     is one beyond doubt, or a bound is far from 0."""
     rows, q, kernels = rows_of(problem), problem.q, _of_mixed()
-    box = lower, upper = np.ascontiguousarray(problem.lower), np.ascontiguousarray(problem.upper)
+    box = lower, upper = (
+        np.ascontiguousarray(problem.lower),
+        np.ascontiguousarray(problem.upper),
+    )
     is_solution, reference, t = reference_of(*rows, q, lower, upper)
     if not t.size:
         return None
@@ -89,23 +111,45 @@ def mixed(problem: Problem, tol: float) -> DirectAnswer | None:
     M = np.ascontiguousarray(dense(problem.M))
     own = kernels.kept(M, lower, upper)
     try:
-        K, k, d = kernels.reduced(M, q, lower, upper, own, *free_variables.scaled(own.A, exponents(own.A)))
+        K, k, d = kernels.reduced(
+            M, q, lower, upper, own, *free_variables.scaled(own.A, exponents(own.A))
+        )
     except np.linalg.LinAlgError:
         return None
     made = max(-steps, 0)
     end, pivots, states = path(K, k, d, COVER[: k.size], max(LEAST_REFRESHED, k.size))
     if end != tableau.SOLVED:
         return None
-    return _at(problem, M, box, tol, kernels.given_states(own, q.size, states), "lemke", pivots + made, made)
+    return _at(
+        problem,
+        M,
+        box,
+        tol,
+        kernels.given_states(own, q.size, states),
+        "lemke",
+        pivots + made,
+        made,
+    )
 
 
 def _at(
-    problem: Problem, M: Vector, box: Vectors, tol: float, states: States, method: str, evaluations: int, made: int = 0
+    problem: Problem,
+    M: Vector,
+    box: Vectors,
+    tol: float,
+    states: States,
+    method: str,
+    evaluations: int,
+    made: int = 0,
 ) -> DirectAnswer | None:
     """Return the basic solution of these states, after `made` others, if it is a solution beyond doubt."""
     z = basic_solution(M, problem.q, *box, states)
     found = judged(problem, rows_of(problem), box, z, tol, states)
-    return None if found is None else DirectAnswer(found.z, True, 1 + made, method, evaluations, found.basis)
+    return (
+        None
+        if found is None
+        else DirectAnswer(found.z, True, 1 + made, method, evaluations, found.basis)
+    )
 
 
 def rows_of(problem: Problem) -> Vectors:
@@ -117,7 +161,12 @@ def rows_of(problem: Problem) -> Vectors:
 
 
 def judged(
-    problem: Problem, rows: Vectors, box: Vectors, z: Vector, tol: float, states: States | None = None
+    problem: Problem,
+    rows: Vectors,
+    box: Vectors,
+    z: Vector,
+    tol: float,
+    states: States | None = None,
 ) -> Confirmed | None:
     """Return a z within the box, or the exact solution near it, if it is a solution beyond doubt, or if it is one but
     for numbers and distances from bounds that may be rounding of 0; else None. rows : those of M."""
@@ -126,7 +175,13 @@ def judged(
         if not surely_solves(*rows, problem.q, *box, tol, z):
             return None
     found = confirmed(problem, z, states)
-    return found if found is None or found.z is z or surely_solves(*rows, problem.q, *box, tol, found.z) else None
+    return (
+        found
+        if found is None
+        or found.z is z
+        or surely_solves(*rows, problem.q, *box, tol, found.z)
+        else None
+    )
 
 
 def solves(problem: Problem, z: Vector, tol: float) -> bool:
@@ -134,25 +189,41 @@ def solves(problem: Problem, z: Vector, tol: float) -> bool:
     if is_sparse(problem.M) and problem.M.nnz > MOST_JUDGED_ENTRIES:
         return False
     lower, upper = conditions_of(problem)[2:]
-    return bool(surely_solves(*rows_of(problem), problem.q, lower, upper, tol, np.ascontiguousarray(z)))
+    return bool(
+        surely_solves(
+            *rows_of(problem), problem.q, lower, upper, tol, np.ascontiguousarray(z)
+        )
+    )
 
 
-def judged_by_entries(problem: Problem, z: Vector, tol: float) -> tuple[bool | None, Rows | None]:
+def judged_by_entries(
+    problem: Problem, z: Vector, tol: float
+) -> tuple[bool | None, Rows | None]:
     """Return whether a z within its bounds solves a problem with sparse M and moderate numbers, None if that is in
     doubt; and the rows of z, if they are known."""
     if problem.M.nnz > MOST_JUDGED_ENTRIES:
         return None, None
     ends = conditions_of(problem)[2:]
-    answer, rows, found = judgement(*rows_of(problem), problem.q, *ends, tol, np.ascontiguousarray(z))
+    answer, rows, found = judgement(
+        *rows_of(problem), problem.q, *ends, tol, np.ascontiguousarray(z)
+    )
     if found[-1]:
         rho, gamma, parts, count = found
-        problem.knowing(units=Units(rho, gamma, parts[: problem.n], parts[problem.n :], count))
+        problem.knowing(
+            units=Units(rho, gamma, parts[: problem.n], parts[problem.n :], count)
+        )
     return {SOLVES: True, FAILS: False}.get(answer), Rows(*rows) if len(rows) else None
 
 
-def direct_many(M: Vector, Q: Vector, largest: Vector, tol: float) -> tuple[Vector, Indices]:
+def direct_many(
+    M: Vector, Q: Vector, largest: Vector, tol: float
+) -> tuple[Vector, Indices]:
     """Return for LCPs what `direct.direct_many` returns; M and `largest` may have one row for all problems."""
-    M, Z, found = np.ascontiguousarray(M), np.empty(Q.shape), np.empty((len(Q), 2), dtype=np.int64)
+    M, Z, found = (
+        np.ascontiguousarray(M),
+        np.empty(Q.shape),
+        np.empty((len(Q), 2), dtype=np.int64),
+    )
     size = max(NUMBERS_AT_ONCE // max(Q.shape[1] ** 2, 1), 1)
     for rows in (slice(first, first + size) for first in range(0, len(Q), size)):
         own = rows if len(M) == len(Q) else slice(1)

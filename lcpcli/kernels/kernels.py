@@ -25,13 +25,22 @@ from lcpcli.model.box import BASIC, LOWER, UPPER
 from lcpcli.verify.enclosure import regular_change
 from lcpcli.verify.measure import FEW_UNKNOWNS
 
-OPTIONS = {"cache": True, "nogil": True, "error_model": "numpy", "fastmath": {"contract", "reassoc"}}
+OPTIONS = {
+    "cache": True,
+    "nogil": True,
+    "error_model": "numpy",
+    "fastmath": {"contract", "reassoc"},
+}
 compiled = njit(**OPTIONS)
 # What one kernel calls once: numba takes half as long.
 inlined = njit(inline="always", **OPTIONS)
-_safeguarded, _is_hopeless, _regular_change = map(compiled, (direct.safeguarded, direct.is_hopeless, regular_change))
+_safeguarded, _is_hopeless, _regular_change = map(
+    compiled, (direct.safeguarded, direct.is_hopeless, regular_change)
+)
 NUMBER, COUNT = types.float64, types.int64
-VECTOR, MATRIX, MATRICES = (types.Array(NUMBER, d, "C", readonly=True) for d in (1, 2, 3))
+VECTOR, MATRIX, MATRICES = (
+    types.Array(NUMBER, d, "C", readonly=True) for d in (1, 2, 3)
+)
 NUMBERS = types.Array(NUMBER, 1, "C")
 BASIC_ONES = types.Array(types.boolean, 1, "C", readonly=True)
 FOUND = types.Tuple((COUNT, COUNT, NUMBERS))
@@ -88,7 +97,9 @@ def _solve(A: Any, rows: Any, k: int, b: Any) -> None:
 
 
 @inlined
-def _basic_solution(M: Any, q: Any, basic: Any, A: Any, rows: Any, P: Any, z: Any, b: Any) -> int:
+def _basic_solution(
+    M: Any, q: Any, basic: Any, A: Any, rows: Any, P: Any, z: Any, b: Any
+) -> int:
     """Write the z of a basis into z, and factors of M_PP into A; return the order of M_PP, -1 if it is singular."""
     k = 0
     for i in range(q.size):
@@ -123,7 +134,15 @@ def _repeats(M: Any, q: Any, i: int, k: int, P: Any) -> bool:
 
 @inlined
 def _block_pivoting(
-    M: Any, q: Any, basic: Any, is_start: bool, A: Any, rows: Any, P: Any, z: Any, b: Any
+    M: Any,
+    q: Any,
+    basic: Any,
+    is_start: bool,
+    A: Any,
+    rows: Any,
+    P: Any,
+    z: Any,
+    b: Any,
 ) -> tuple[int, int]:
     """Exchange wrong signs, from a basis, as `newton` does with its safeguard; return the order of the last M_PP, -1 if
     there is no solution, and the number of steps.
@@ -161,7 +180,9 @@ def _block_pivoting(
         is_start = False
         if not count:
             return k, steps
-        fewest, waiting, left, single = _safeguarded(fewest, waiting, left, single, count)
+        fewest, waiting, left, single = _safeguarded(
+            fewest, waiting, left, single, count
+        )
         if left < 0 or _is_hopeless(fewest, waiting, n):
             return -1, steps
         for i in range(n):
@@ -170,7 +191,9 @@ def _block_pivoting(
 
 
 @inlined
-def _judged(M: Any, q: Any, tol: float, k: int, A: Any, rows: Any, P: Any, z: Any, b: Any) -> int:
+def _judged(
+    M: Any, q: Any, tol: float, k: int, A: Any, rows: Any, P: Any, z: Any, b: Any
+) -> int:
     """Refine z by its residual, with the factors of M_PP; return what it is, as the kernel does."""
     n = q.size
     for a in range(k):
@@ -206,7 +229,9 @@ def _hides_terms(q: Any, largest: float, z: Any) -> bool:
             least_z, largest_z = min(least_z, z[i]), max(largest_z, z[i])
         if q[i] != 0.0:
             least_q, largest_q = min(least_q, abs(q[i])), max(largest_q, abs(q[i]))
-    return min(largest * least_z, least_q) < HIDDEN_TERM * max(largest * largest_z, largest_q)
+    return min(largest * least_z, least_q) < HIDDEN_TERM * max(
+        largest * largest_z, largest_q
+    )
 
 
 @inlined
@@ -216,7 +241,11 @@ def _is_sure(M: Any, q: Any, k: int, P: Any, z: Any) -> bool:
     y, columns = z[B], M[:, B]
     sizes, w = np.abs(columns), columns @ y + q
     terms = sizes @ y + np.abs(q)
-    if not ((y > 0.0).all() and ((terms > TINY_TERMS) | (terms == 0.0)).all() and np.isfinite(terms).all()):
+    if not (
+        (y > 0.0).all()
+        and ((terms > TINY_TERMS) | (terms == 0.0)).all()
+        and np.isfinite(terms).all()
+    ):
         return False
     error = ROW_ROUNDING * terms
     if k:
@@ -231,25 +260,47 @@ def _is_sure(M: Any, q: Any, k: int, P: Any, z: Any) -> bool:
 
 
 @njit(FOUND(MATRIX, VECTOR, BASIC_ONES, types.boolean, NUMBER, NUMBER), **OPTIONS)
-def solve_one(M: Any, q: Any, basic: Any, is_start: bool, largest: float, tol: float) -> Any:
+def solve_one(
+    M: Any, q: Any, basic: Any, is_start: bool, largest: float, tol: float
+) -> Any:
     """Return what was found for one problem from a basis, the steps of `newton`, and z of shape (n,)."""
     n = q.size
-    A, rows, P, z, b = np.empty((n, n)), np.empty(n, np.int64), np.empty(n, np.int64), np.empty(n), np.empty(n)
+    A, rows, P, z, b = (
+        np.empty((n, n)),
+        np.empty(n, np.int64),
+        np.empty(n, np.int64),
+        np.empty(n),
+        np.empty(n),
+    )
     k, steps = _block_pivoting(M, q, basic.copy(), is_start, A, rows, P, z, b)
     if k < 0:
         return direct.NOTHING, steps, z
     found = _judged(M, q, tol, k, A, rows, P, z, b) if k else direct.CERTAIN
     is_long = n > 0 and max(largest, np.abs(q).max()) > LONG_NUMBER
-    is_open = n <= FEW_UNKNOWNS and (is_long or (_hides_terms(q, largest, z) and not _is_sure(M, q, k, P, z)))
+    is_open = n <= FEW_UNKNOWNS and (
+        is_long or (_hides_terms(q, largest, z) and not _is_sure(M, q, k, P, z))
+    )
     return direct.NOTHING if is_open else found, steps, z
 
 
-@njit(types.void(MATRICES, MATRIX, VECTOR, NUMBER, types.Array(NUMBER, 2, "C"), types.Array(COUNT, 2, "C")), **OPTIONS)
+@njit(
+    types.void(
+        MATRICES,
+        MATRIX,
+        VECTOR,
+        NUMBER,
+        types.Array(NUMBER, 2, "C"),
+        types.Array(COUNT, 2, "C"),
+    ),
+    **OPTIONS,
+)
 def solve_rows(M: Any, Q: Any, largest: Any, tol: float, Z: Any, found: Any) -> None:
     """Solve the problems with the rows of Q, each with its M or all with one; write their z and the rest into rows."""
     for i in range(Q.shape[0]):
         own = min(i, M.shape[0] - 1)
-        found[i, 0], found[i, 1], z = solve_one(M[own], Q[i], Q[i] < 0.0, False, largest[own], tol)
+        found[i, 0], found[i, 1], z = solve_one(
+            M[own], Q[i], Q[i] < 0.0, False, largest[own], tol
+        )
         for j in range(z.size):
             Z[i, j] = z[j]
 
@@ -315,7 +366,9 @@ def _system(entries: Any, lower: Any, upper: Any, states: Any, order: Any) -> An
     starts, columns, values = entries
     n, k, place, z = states.size, 0, np.full(states.size, -1), np.empty(states.size)
     for i in order:
-        z[i] = 0.0 if states[i] == BASIC else lower[i] if states[i] == LOWER else upper[i]
+        z[i] = (
+            0.0 if states[i] == BASIC else lower[i] if states[i] == LOWER else upper[i]
+        )
         if states[i] == BASIC:
             place[i], k = k, k + 1
     A, rows, used = np.zeros((k, k)), np.empty(k, np.int64), 0
@@ -351,10 +404,25 @@ def _correct(entries: Any, q: Any, system: Any, z: Any, w: Any) -> Any:
 
 
 @inlined
-def _is_wrong(entries: Any, q: Any, lower: float, upper: float, state: int, z: Any, w: float, i: int) -> bool:
+def _is_wrong(
+    entries: Any,
+    q: Any,
+    lower: float,
+    upper: float,
+    state: int,
+    z: Any,
+    w: float,
+    i: int,
+) -> bool:
     """Return whether a component violates the condition of its state by more than rounding."""
     starts, columns, values = entries
-    violation = max(lower - z[i], z[i] - upper) if state == BASIC else -w if state == LOWER else w
+    violation = (
+        max(lower - z[i], z[i] - upper)
+        if state == BASIC
+        else -w
+        if state == LOWER
+        else w
+    )
     if not violation > 0.0 or lower == upper:
         return violation != violation
     terms, largest = abs(q[i]), 0.0
@@ -365,7 +433,9 @@ def _is_wrong(entries: Any, q: Any, lower: float, upper: float, state: int, z: A
 
 
 @njit(types.Tuple((COUNT, NUMBERS))(PLACES, PLACES, *(VECTOR,) * 5), **OPTIONS)
-def pivot_blocks(begin: Any, columns: Any, values: Any, q: Any, lower: Any, upper: Any, t: Any) -> Any:
+def pivot_blocks(
+    begin: Any, columns: Any, values: Any, q: Any, lower: Any, upper: Any, t: Any
+) -> Any:
     """Exchange wrong signs, from the states of t = z - w, as `auto` lets `newton` do; return the number of steps and z
     of the solution; if there is none, minus the number of basic solutions, and 0."""
     entries = begin, columns, values
@@ -373,15 +443,25 @@ def pivot_blocks(begin: Any, columns: Any, values: Any, q: Any, lower: Any, uppe
     order = np.argsort(np.bincount(columns, minlength=q.size), kind="mergesort")
     diagonal = np.zeros(q.size)
     n, steps, waiting, most, is_single = q.size, 0, direct.BLOCK_PATIENCE, np.inf, False
-    states, last, wrong = np.empty(n, np.int8), np.empty(n, np.int8), np.zeros(n, np.bool_)
-    is_hasty, left = False, direct.FEW_INDEX_STEPS if n <= direct.MOST_PIVOTED else LEAST_INDEX_STEPS
+    states, last, wrong = (
+        np.empty(n, np.int8),
+        np.empty(n, np.int8),
+        np.zeros(n, np.bool_),
+    )
+    is_hasty, left = (
+        False,
+        direct.FEW_INDEX_STEPS if n <= direct.MOST_PIVOTED else LEAST_INDEX_STEPS,
+    )
     for i in range(n):
         for at in range(begin[i], begin[i + 1]):
             if columns[at] == i:
                 diagonal[i] = values[at]
         is_hasty |= diagonal[i] == 0.0
         left = left if diagonal[i] > 0.0 else 0
-        states[i], last[i] = _state(t[i], lower[i], upper[i]), _state(0.0, lower[i], upper[i])
+        states[i], last[i] = (
+            _state(t[i], lower[i], upper[i]),
+            _state(0.0, lower[i], upper[i]),
+        )
     fewest = n + 1
     while True:
         is_regular, z, system = _system(entries, lower, upper, states, order)
@@ -406,7 +486,9 @@ def pivot_blocks(begin: Any, columns: Any, values: Any, q: Any, lower: Any, uppe
         if is_hasty and changes > most:
             return -steps, np.zeros(0)
         most = max(NEWTON_SETTLING_FACTOR * changes, float(SETTLED_CHANGES))
-        fewest, waiting, left, is_single = _safeguarded(fewest, waiting, left, is_single, count)
+        fewest, waiting, left, is_single = _safeguarded(
+            fewest, waiting, left, is_single, count
+        )
         if left < 0 or (n <= direct.MOST_PIVOTED and _is_hopeless(fewest, waiting, n)):
             return -steps, np.zeros(0)
         for i in range(n):

@@ -23,7 +23,9 @@ compiled = njit(**OPTIONS)
 # Unsigned, as numba tests each signed index for its sign.
 INDICES = types.Array(types.uint32, 1, "C", readonly=True)
 VECTOR = types.Array(types.float64, 1, "C", readonly=True)
-NUMBERS, PARTS, PLACES = (types.Array(each, 1, "C") for each in (types.float64, types.int64, types.uint32))
+NUMBERS, PARTS, PLACES = (
+    types.Array(each, 1, "C") for each in (types.float64, types.int64, types.uint32)
+)
 ROWS = INDICES, INDICES, VECTOR
 SOLVES, FAILS, UNDECIDED = 1, -1, 0
 
@@ -63,29 +65,48 @@ def _largest_gap(z: Any, w: Any, lower: Any, upper: Any) -> float:
 
 
 @compiled
-def _reference(begin: Any, columns: Any, values: Any, q: Any, lower: Any, upper: Any) -> Any:
+def _reference(
+    begin: Any, columns: Any, values: Any, q: Any, lower: Any, upper: Any
+) -> Any:
     """Return the reference point and its M z + q and |M| |z| + |q|, and whether these are sure as those of `_rows`."""
     n = q.size
     near, corner = np.empty(n), np.empty(n)
     for i in range(n):
         near[i] = min(max(0.0, lower[i]), upper[i])
-        corner[i] = lower[i] if lower[i] > -np.inf else upper[i] if upper[i] < np.inf else 0.0
+        corner[i] = (
+            lower[i] if lower[i] > -np.inf else upper[i] if upper[i] < np.inf else 0.0
+        )
     w, terms, is_sure = q.copy(), np.abs(q), True
     if near.any():
         w, terms, is_sure = _rows(begin, columns, values, q, near)
     if (near != corner).any():
         other, other_terms, other_is_sure = _rows(begin, columns, values, q, corner)
         is_sure &= other_is_sure
-        if _largest_gap(corner, other, lower, upper) < _largest_gap(near, w, lower, upper):
+        if _largest_gap(corner, other, lower, upper) < _largest_gap(
+            near, w, lower, upper
+        ):
             return corner, other, other_terms, is_sure
     return near, w, terms, is_sure
 
 
 @compiled
-def _sizes(units: Any, lower: Any, upper: Any, z: Any, reference: Any, q_ref: Any, least: Any, is_rough: Any) -> Any:
+def _sizes(
+    units: Any,
+    lower: Any,
+    upper: Any,
+    z: Any,
+    reference: Any,
+    q_ref: Any,
+    least: Any,
+    is_rough: Any,
+) -> Any:
     """Return `Measure.component_sizes`, but NaN where q_ref is too rough. least : bounds on |q_ref|, from below."""
     n, (rho, gamma, parts, count) = z.size, units
-    sizes, of_reference, rough = np.full(count, -np.inf), np.full(count, -np.inf), np.zeros(count, np.bool_)
+    sizes, of_reference, rough = (
+        np.full(count, -np.inf),
+        np.full(count, -np.inf),
+        np.zeros(count, np.bool_),
+    )
     for i in range(n):
         part = parts[i]
         rough[part] |= is_rough[i] and least[i] == 0.0
@@ -94,12 +115,22 @@ def _sizes(units: Any, lower: Any, upper: Any, z: Any, reference: Any, q_ref: An
             of_reference[part] = max(of_reference[part], size)
             if _excess(reference[i], q_ref[i], lower[i], upper[i]) > 0.0:
                 sizes[part] = max(sizes[part], size)
-        if z[i] != reference[i] and lower[i] < upper[i] and (z[i] == lower[i] or z[i] == upper[i]):
+        if (
+            z[i] != reference[i]
+            and lower[i] < upper[i]
+            and (z[i] == lower[i] or z[i] == upper[i])
+        ):
             part = parts[n + i]
             sizes[part] = max(sizes[part], np.log2(abs(z[i] - reference[i])) - gamma[i])
     for part in range(count):
         if sizes[part] == -np.inf:
-            sizes[part] = np.nan if rough[part] else of_reference[part] if of_reference[part] > -np.inf else np.inf
+            sizes[part] = (
+                np.nan
+                if rough[part]
+                else of_reference[part]
+                if of_reference[part] > -np.inf
+                else np.inf
+            )
     return sizes
 
 
@@ -116,7 +147,12 @@ def _root(parents: Any, i: int) -> int:
 def _components(begin: Any, columns: Any, values: Any) -> Any:
     """Return the components of the rows and, after them, of the columns, shape (2 n,), and their number."""
     n = begin.size - 1
-    parents, numbers, parts, count = np.arange(2 * n), np.full(2 * n, -1), np.empty(2 * n, np.int64), 0
+    parents, numbers, parts, count = (
+        np.arange(2 * n),
+        np.full(2 * n, -1),
+        np.empty(2 * n, np.int64),
+        0,
+    )
     for i in range(n):
         a = _root(parents, i)
         for at in range(begin[i], begin[i + 1]):
@@ -145,7 +181,13 @@ def units_of(begin: Any, columns: Any, values: Any) -> Any:
             for node in (i, n + columns[at]):
                 sums[node] += logarithm
                 counts[node] += used[at]
-    x, residual, step, direction, image = np.zeros(2 * n), -sums, np.empty(2 * n), np.zeros(2 * n), np.empty(2 * n)
+    x, residual, step, direction, image = (
+        np.zeros(2 * n),
+        -sums,
+        np.empty(2 * n),
+        np.zeros(2 * n),
+        np.empty(2 * n),
+    )
     before, settled, is_settled = 0.0, SETTLED_ERROR, False
     for k in range(FEW_CG_STEPS):
         largest = size = total = 0.0
@@ -176,7 +218,9 @@ def units_of(begin: Any, columns: Any, values: Any) -> Any:
 
 
 @njit(types.Tuple((types.boolean, NUMBERS, NUMBERS))(*ROWS, *(VECTOR,) * 3), **OPTIONS)
-def reference_of(begin: Any, columns: Any, values: Any, q: Any, lower: Any, upper: Any) -> Any:
+def reference_of(
+    begin: Any, columns: Any, values: Any, q: Any, lower: Any, upper: Any
+) -> Any:
     """Return whether the reference point z of a mixed problem seems to solve it, z, and z - w, empty for far bounds."""
     z, w, _, _ = _reference(begin, columns, values, q, lower, upper)
     t, solves = z - w, True
@@ -189,12 +233,32 @@ def reference_of(begin: Any, columns: Any, values: Any, q: Any, lower: Any, uppe
 
 
 @compiled
-def _judgement(begin: Any, columns: Any, values: Any, q: Any, lower: Any, upper: Any, tol: float, z: Any) -> Any:
+def _judgement(
+    begin: Any,
+    columns: Any,
+    values: Any,
+    q: Any,
+    lower: Any,
+    upper: Any,
+    tol: float,
+    z: Any,
+) -> Any:
     n, units = q.size, (np.empty(0), np.empty(0), np.empty(0, np.int64), 0)
-    reference, q_ref, at_reference, is_sure = _reference(begin, columns, values, q, lower, upper)
+    reference, q_ref, at_reference, is_sure = _reference(
+        begin, columns, values, q, lower, upper
+    )
     w, given, is_sure_too = _rows(begin, columns, values, q, z)
-    terms, error, least, q_error = given.copy(), ROW_ROUNDING * given, np.abs(q_ref), np.zeros(n)
-    is_moved, is_rough, is_sure = reference.any(), np.zeros(n, np.bool_), is_sure and is_sure_too
+    terms, error, least, q_error = (
+        given.copy(),
+        ROW_ROUNDING * given,
+        np.abs(q_ref),
+        np.zeros(n),
+    )
+    is_moved, is_rough, is_sure = (
+        reference.any(),
+        np.zeros(n, np.bool_),
+        is_sure and is_sure_too,
+    )
     if is_moved:
         q_error = ROW_ROUNDING * at_reference
         far_w, far, is_sure_too = _rows(begin, columns, values, q_ref, z - reference)
@@ -211,7 +275,10 @@ def _judgement(begin: Any, columns: Any, values: Any, q: Any, lower: Any, upper:
     is_closed = is_solution = is_small = True
     fails, worst, is_reference = False, np.empty(n), not (z != reference).any()
     for i in range(n):
-        excess, most = _excess(z[i], w[i], lower[i], upper[i]), max(tol * terms[i], ROUNDING * given[i])
+        excess, most = (
+            _excess(z[i], w[i], lower[i], upper[i]),
+            max(tol * terms[i], ROUNDING * given[i]),
+        )
         is_solution &= _excess(z[i], q_ref[i], lower[i], upper[i]) + q_error[i] <= 0.0
         worst[i] = excess + error[i]
         is_closed &= worst[i] <= tol * min(least[i], terms[i])
@@ -229,32 +296,65 @@ def _judgement(begin: Any, columns: Any, values: Any, q: Any, lower: Any, upper:
         sizes = _sizes(units, lower, upper, z, reference, q_ref, least, is_rough)
         for i in range(n if count else 0):
             cap = max(2.0 ** (sizes[parts[i]] - rho[i]), least[i])
-            if not worst[i] <= max(tol * min(terms[i], cap), ROUNDING * min(given[i], DROWNED * cap)):
+            if not worst[i] <= max(
+                tol * min(terms[i], cap), ROUNDING * min(given[i], DROWNED * cap)
+            ):
                 answer = UNDECIDED
     return answer, is_known, (w, terms, given, error), units
 
 
 @njit(types.boolean(*ROWS, *(VECTOR,) * 3, types.float64, VECTOR), **OPTIONS)
-def surely_solves(begin: Any, columns: Any, values: Any, q: Any, lower: Any, upper: Any, tol: float, z: Any) -> bool:
+def surely_solves(
+    begin: Any,
+    columns: Any,
+    values: Any,
+    q: Any,
+    lower: Any,
+    upper: Any,
+    tol: float,
+    z: Any,
+) -> bool:
     """Return whether an admissible z solves the problem, whatever the rounding errors in w are."""
-    return bool(_judgement(begin, columns, values, q, lower, upper, tol, z)[0] == SOLVES)
+    return bool(
+        _judgement(begin, columns, values, q, lower, upper, tol, z)[0] == SOLVES
+    )
 
 
 @njit((*ROWS, *(VECTOR,) * 3, types.float64, VECTOR), **OPTIONS)
-def judgement(begin: Any, columns: Any, values: Any, q: Any, lower: Any, upper: Any, tol: float, z: Any) -> Any:
+def judgement(
+    begin: Any,
+    columns: Any,
+    values: Any,
+    q: Any,
+    lower: Any,
+    upper: Any,
+    tol: float,
+    z: Any,
+) -> Any:
     """Return whether an admissible z surely SOLVES the problem, surely FAILS to, or neither; `measure.Rows`, shape
     (4, n), if these are known and the z does not; and what `units_of` does, without components if it was not needed."""
-    answer, is_known, own, units = _judgement(begin, columns, values, q, lower, upper, tol, z)
+    answer, is_known, own, units = _judgement(
+        begin, columns, values, q, lower, upper, tol, z
+    )
     rows = np.empty((4 if is_known and answer != SOLVES else 0, z.size))
     for k in range(len(rows)):
         rows[k] = own[k]
     return answer, rows, units
 
 
-@njit(types.Tuple((PLACES, PLACES, NUMBERS))(types.Array(types.float64, 2, "C", readonly=True)), **OPTIONS)
+@njit(
+    types.Tuple((PLACES, PLACES, NUMBERS))(
+        types.Array(types.float64, 2, "C", readonly=True)
+    ),
+    **OPTIONS,
+)
 def compressed(M: Any) -> Any:
     n, used = M.shape[0], 0
-    begin, columns, values = np.zeros(n + 1, np.uint32), np.empty(n * n, np.uint32), np.empty(n * n)
+    begin, columns, values = (
+        np.zeros(n + 1, np.uint32),
+        np.empty(n * n, np.uint32),
+        np.empty(n * n),
+    )
     for i in range(n):
         row = M[i]
         for j in range(n):
@@ -270,5 +370,11 @@ def on_bounds(lower: Any, upper: Any, z: Any) -> Any:
     most, found = SMALL_DISTANCE * np.abs(z).max(), np.empty(z.size)
     for i in range(z.size):
         inside = 0.0 if abs(z[i]) <= most else z[i]
-        found[i] = lower[i] if z[i] - lower[i] <= most else upper[i] if upper[i] - z[i] <= most else inside
+        found[i] = (
+            lower[i]
+            if z[i] - lower[i] <= most
+            else upper[i]
+            if upper[i] - z[i] <= most
+            else inside
+        )
     return found

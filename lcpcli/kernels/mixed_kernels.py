@@ -8,8 +8,16 @@ from lcpcli.basis import free_variables
 from lcpcli.kernels.overloads import MATRIX, OPTIONS, VECTOR
 
 OWN_MATRIX = types.Array(types.float64, 2, "C")
-NUMBERS, INDICES, STATES = (types.Array(each, 1, "C") for each in (types.float64, types.int64, types.int8))
-KEPT = types.NamedTuple((OWN_MATRIX, INDICES, NUMBERS, INDICES, INDICES), free_variables.Kept)
+NUMBERS, INDICES, STATES = (
+    types.Array(each, 1, "C") for each in (types.float64, types.int64, types.int8)
+)
+KEPT = types.NamedTuple(
+    (OWN_MATRIX, INDICES, NUMBERS, INDICES, INDICES), free_variables.Kept
+)
 kept = njit((MATRIX, VECTOR, VECTOR), cache=True, **OPTIONS)(free_variables.kept)
-reduced = njit((MATRIX, *3 * (VECTOR,), KEPT, NUMBERS, NUMBERS), cache=True, **OPTIONS)(free_variables.reduced)
-given_states = njit((KEPT, types.int64, STATES), cache=True, **OPTIONS)(free_variables.given_states)
+reduced = njit((MATRIX, *3 * (VECTOR,), KEPT, NUMBERS, NUMBERS), cache=True, **OPTIONS)(
+    free_variables.reduced
+)
+given_states = njit((KEPT, types.int64, STATES), cache=True, **OPTIONS)(
+    free_variables.given_states
+)

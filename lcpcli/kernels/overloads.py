@@ -10,7 +10,14 @@ from numba import types
 from numba.extending import overload, register_jitable
 
 from lcpcli.basis import exchanges, free_variables, tableau
-from lcpcli.basis.tableau import NO_ROW, NOISE, SMALL, UNBOUNDED, ZERO, lexicographic_minimum
+from lcpcli.basis.tableau import (
+    NO_ROW,
+    NOISE,
+    SMALL,
+    UNBOUNDED,
+    ZERO,
+    lexicographic_minimum,
+)
 from lcpcli.linalg import factors, matrices, units
 
 OPTIONS = {"nogil": True, "error_model": "numpy"}
@@ -57,17 +64,31 @@ def _shift(tableau: Any, entering: Any, way: Any, step: Any) -> Any:  # noqa: AR
 
 
 @overload(tableau.choose, jit_options=OPTIONS)
-def _choose(tableau: Any, d: Any, entering: Any, way: Any, cover_row: Any, lexicographic: Any) -> Any:  # noqa: ARG001
+def _choose(
+    tableau: Any, d: Any, entering: Any, way: Any, cover_row: Any, lexicographic: Any
+) -> Any:  # noqa: ARG001
     """Return the body of `tableau.choose` that is compiled: two passes."""
 
-    def choose(tableau: Any, d: Any, entering: Any, way: Any, cover_row: Any, lexicographic: Any) -> Any:
+    def choose(
+        tableau: Any,
+        d: Any,
+        entering: Any,
+        way: Any,
+        cover_row: Any,
+        lexicographic: Any,
+    ) -> Any:
         n, noise, values = tableau.values.size, tableau.noise, tableau.values
         variable, most = tableau.nonbasic[entering], SMALL * tableau.growth[0]
         own = d[variable - n] if n <= variable < 2 * n else np.inf
         rooms, least = np.empty(n), own
         for i in range(n):
             change = tableau.T[i, entering] * way
-            room = max(values[i] - tableau.lower[i] if change < 0.0 else tableau.upper[i] - values[i], 0.0)
+            room = max(
+                values[i] - tableau.lower[i]
+                if change < 0.0
+                else tableau.upper[i] - values[i],
+                0.0,
+            )
             rooms[i] = room
             if abs(change) > most:
                 least = min(least, room / abs(change))
@@ -85,7 +106,9 @@ def _choose(tableau: Any, d: Any, entering: Any, way: Any, cover_row: Any, lexic
             if tied[i] and rate > fastest:
                 row, fastest = i, rate
         if lexicographic:
-            row = lexicographic_minimum(tableau, np.nonzero(tied)[0], tableau.T[:, entering] * way)
+            row = lexicographic_minimum(
+                tableau, np.nonzero(tied)[0], tableau.T[:, entering] * way
+            )
         return row, rooms[row] / abs(tableau.T[row, entering])
 
     return choose
@@ -111,9 +134,24 @@ def _maxima(M: Any, R: Any, C: Any) -> Any:  # noqa: ARG001
 for function in (
     *(tableau.lexicographic_minimum, tableau.move, tableau.tableau_of, tableau.begin),
     *(factors.finite, exchanges.reciprocals, exchanges.solve_basic),
-    *(units.half_power, units.common_power, units.are_far_apart, units.sizes_in_units, units.swept),
+    *(
+        units.half_power,
+        units.common_power,
+        units.are_far_apart,
+        units.sizes_in_units,
+        units.swept,
+    ),
     *(units.moderate_powers, free_variables.constants, free_variables.widths),
-    *(free_variables.largest, free_variables.cleaned, free_variables.solved, free_variables.combinations),
-    *(free_variables.may_be_monotone, free_variables.same_units, free_variables.eliminated),
+    *(
+        free_variables.largest,
+        free_variables.cleaned,
+        free_variables.solved,
+        free_variables.combinations,
+    ),
+    *(
+        free_variables.may_be_monotone,
+        free_variables.same_units,
+        free_variables.eliminated,
+    ),
 ):
     register_jitable(**OPTIONS)(function)

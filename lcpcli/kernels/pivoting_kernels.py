@@ -15,10 +15,20 @@ from lcpcli.model.box import BASIC, LOWER
 STATES = types.Array(types.int8, 1, "C", readonly=True)
 
 TABLEAU = typeof(tableau.tableau_of(np.eye(1), np.ones(1), np.ones(1)))
-FOLLOWED = TABLEAU, VECTOR, types.int64, types.float64, types.int64, types.boolean, types.int64
+FOLLOWED = (
+    TABLEAU,
+    VECTOR,
+    types.int64,
+    types.float64,
+    types.int64,
+    types.boolean,
+    types.int64,
+)
 follow = njit(FOLLOWED, cache=True, **OPTIONS)(tableau.follow)
 overload(tableau.follow, strict=False)(lambda *_: lambda *arguments: follow(*arguments))
-path = njit((MATRIX, VECTOR, VECTOR, VECTOR, types.int64), cache=True, **OPTIONS)(tableau.path)
+path = njit((MATRIX, VECTOR, VECTOR, VECTOR, types.int64), cache=True, **OPTIONS)(
+    tableau.path
+)
 exponents = njit((MATRIX,), cache=True, **OPTIONS)(free_variables.exponents)
 
 

@@ -27,7 +27,9 @@ LARGEST_INT32 = 2**31 - 1
 EMPTY = {form: form((1, 1)) for form in (csr_array, csc_matrix)}
 
 
-def of_arrays(shape: Shape, indptr: Indices, indices: Indices, data: Vector, form: Any = csr_array) -> Matrix:
+def of_arrays(
+    shape: Shape, indptr: Indices, indices: Indices, data: Vector, form: Any = csr_array
+) -> Matrix:
     """Return the matrix with these arrays, which it shares, as a csr_array or a csc_matrix."""
     if not hasattr(EMPTY.get(form), "_shape"):
         return form((data, indices, indptr), shape=shape)
@@ -41,7 +43,11 @@ def transposed(shape: Shape, indptr: Indices, indices: Indices, data: Vector) ->
     if unchecked is None:
         T = csr_array((data, indices, indptr), shape=shape).T.tocsr()
         return T.indptr, T.indices, T.data
-    turned = np.empty(shape[1] + 1, dtype=indptr.dtype), np.empty_like(indices), np.empty_like(data)
+    turned = (
+        np.empty(shape[1] + 1, dtype=indptr.dtype),
+        np.empty_like(indices),
+        np.empty_like(data),
+    )
     unchecked.csr_tocsc(*shape, indptr, indices, data, *turned)
     return turned
 
@@ -55,7 +61,12 @@ def of_columns(M: Matrix) -> Matrix:
 
 def block(M: Matrix, rows: Indices, columns: Indices) -> Arrays:
     """Return the arrays of the block of M with these rows and columns, both ascending, faster than scipy does."""
-    places, indptr, indices, data = np.full(M.shape[1], -1, dtype=M.indices.dtype), M.indptr, M.indices, M.data
+    places, indptr, indices, data = (
+        np.full(M.shape[1], -1, dtype=M.indices.dtype),
+        M.indptr,
+        M.indices,
+        M.data,
+    )
     places[columns] = np.arange(columns.size, dtype=indices.dtype)
     is_row: Any = True
     if rows.size > 0 and rows[-1] - rows[0] == rows.size - 1:
@@ -63,14 +74,23 @@ def block(M: Matrix, rows: Indices, columns: Indices) -> Arrays:
         part = slice(begins[0], begins[-1])
         begins, indices, data = begins - begins[0], indices[part], data[part]
     elif 2 * rows.size < M.shape[0]:
-        first, counts, begins = indptr[rows], np.diff(indptr)[rows], np.zeros(rows.size + 1, dtype=indptr.dtype)
+        first, counts, begins = (
+            indptr[rows],
+            np.diff(indptr)[rows],
+            np.zeros(rows.size + 1, dtype=indptr.dtype),
+        )
         np.cumsum(counts, out=begins[1:])
-        chosen = np.arange(begins[-1], dtype=indptr.dtype) + np.repeat(first - begins[:-1], counts)
+        chosen = np.arange(begins[-1], dtype=indptr.dtype) + np.repeat(
+            first - begins[:-1], counts
+        )
         indices, data = indices[chosen], data[chosen]
     else:
         is_row = np.zeros(M.shape[0], dtype=bool)
         is_row[rows] = True
-        is_row, begins = np.repeat(is_row, np.diff(indptr)), np.append(0, indptr[rows + 1])
+        is_row, begins = (
+            np.repeat(is_row, np.diff(indptr)),
+            np.append(0, indptr[rows + 1]),
+        )
     kept = places[indices]
     inside = (kept >= 0) & is_row
     ends = np.zeros(data.size + 1, dtype=indptr.dtype)
@@ -78,14 +98,25 @@ def block(M: Matrix, rows: Indices, columns: Indices) -> Arrays:
     return ends[begins], kept[inside], data[inside]
 
 
-def of_entries(shape: Shape, rows: Sequence[Indices], columns: Sequence[Indices], values: Sequence[Vector]) -> Matrix:
+def of_entries(
+    shape: Shape,
+    rows: Sequence[Indices],
+    columns: Sequence[Indices],
+    values: Sequence[Vector],
+) -> Matrix:
     """Return the matrix with the entries in these arrays, one after another; those at the same place are summed."""
     entries = np.concatenate(values)
     index = np.int32 if max(*shape, entries.size) <= LARGEST_INT32 else np.int64
-    places = [np.concatenate(each).astype(index, copy=False) for each in (rows, columns)]
+    places = [
+        np.concatenate(each).astype(index, copy=False) for each in (rows, columns)
+    ]
     if unchecked is None:
         return csr_array((entries, tuple(places)), shape=shape)
-    arrays: Arrays = (np.empty(shape[0] + 1, index), np.empty(entries.size, index), np.empty(entries.size))
+    arrays: Arrays = (
+        np.empty(shape[0] + 1, index),
+        np.empty(entries.size, index),
+        np.empty(entries.size),
+    )
     unchecked.coo_tocsr(*shape, entries.size, *places, entries, *arrays)
     M = of_arrays(shape, *arrays)
     if not M.has_canonical_format:

@@ -50,9 +50,17 @@ MOST_LOOPED_ENTRIES = 32
 def largest(v: Vector) -> float:
     """Return the largest |v_i| of a vector, without warnings; 0 if it is empty, NaN or infinity if an entry is NaN."""
     if v.size > MOST_LOOPED_ENTRIES:
-        return float(np.abs(v).max()) if v.size <= MOST_COPIED_ENTRIES else float(np.maximum(v.max(), -v.min()))
+        return (
+            float(np.abs(v).max())
+            if v.size <= MOST_COPIED_ENTRIES
+            else float(np.maximum(v.max(), -v.min()))
+        )
     values = v.tolist()
-    return max(map(abs, values), default=0.0) if math.isfinite(sum(values)) else float(np.abs(v).max(initial=0.0))
+    return (
+        max(map(abs, values), default=0.0)
+        if math.isfinite(sum(values))
+        else float(np.abs(v).max(initial=0.0))
+    )
 
 
 def size(v: Vector) -> float:
@@ -70,7 +78,9 @@ def least(v: Vector) -> float:
     if v.size > MOST_LOOPED_ENTRIES:
         return float(v.min())
     values = v.tolist()
-    return min(values, default=math.inf) if math.isfinite(sum(values)) else float(v.min())
+    return (
+        min(values, default=math.inf) if math.isfinite(sum(values)) else float(v.min())
+    )
 
 
 def are_moderate(values: Vector) -> bool:
@@ -97,7 +107,9 @@ def sizes(values: Vector) -> tuple[float, float]:
 def row_sizes(values: Vector) -> tuple[Vector, Vector]:
     """Return `sizes` of each row of an array of shape (m, n)."""
     positive = np.abs(values)
-    return positive.min(axis=1, where=positive > 0, initial=math.inf), positive.max(axis=1, initial=0.0)
+    return positive.min(axis=1, where=positive > 0, initial=math.inf), positive.max(
+        axis=1, initial=0.0
+    )
 
 
 def each_step(**faults: Any) -> Callable[[Steps[Item, End]], Steps[Item, End]]:
@@ -131,7 +143,9 @@ def generator(seed: int) -> Generator:
 def distinct(indices: Indices) -> Indices:
     """Return the different indices in increasing order; np.unique would load the masked arrays of numpy."""
     ordered = np.sort(indices)
-    found: Indices = ordered[np.append(True, ordered[1:] != ordered[:-1])[: ordered.size]]
+    found: Indices = ordered[
+        np.append(True, ordered[1:] != ordered[:-1])[: ordered.size]
+    ]
     return found
 
 
@@ -146,6 +160,10 @@ def in_range(y: Vector, R: Vector | float = 1.0) -> Vector:
     if not used.size:
         return y
     highest, lowest = int(used.max()), int(used.min())
-    middle = highest - 1 if highest - lowest < WIDEST else max((highest + lowest) // 2, highest - WIDEST)
+    middle = (
+        highest - 1
+        if highest - lowest < WIDEST
+        else max((highest + lowest) // 2, highest - WIDEST)
+    )
     with np.errstate(all="ignore"):
         return np.asarray(np.ldexp(mantissas, powers - middle) + 0.0)

@@ -22,7 +22,15 @@ import numpy as np
 from lcpcli.clock import imports
 from lcpcli.interrupts import interruptibly
 from lcpcli.linalg import matrices
-from lcpcli.linalg.matrices import column_maxima, is_sparse, is_symmetric, norm_inf, plus_diagonal, product, width
+from lcpcli.linalg.matrices import (
+    column_maxima,
+    is_sparse,
+    is_symmetric,
+    norm_inf,
+    plus_diagonal,
+    product,
+    width,
+)
 from lcpcli.typing import Indices, Mask, Matrix, Vector
 
 FEWEST_ROWS = 3  # that scipy's gttrs takes
@@ -58,7 +66,12 @@ class Tridiagonal:
         first, beside = indices[:-1], np.diff(indices) == 1
         below, above = (side[first] * beside for side in (self._below, self._above))
         if indices.size < FEWEST_ROWS:
-            return partial(np.linalg.solve, np.diag(self._diagonal[indices]) + np.diag(below, -1) + np.diag(above, 1))
+            return partial(
+                np.linalg.solve,
+                np.diag(self._diagonal[indices])
+                + np.diag(below, -1)
+                + np.diag(above, 1),
+            )
         *factors, info = self._factorize(below, self._diagonal[indices], above)
         if info > 0:
             raise np.linalg.LinAlgError
@@ -83,7 +96,10 @@ def checked_solver(M: Matrix, shift: float = 0.0) -> Solve:
     solve = solver(plus_diagonal(M, shift, order="F"))
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
         known = 1 / np.maximum(column_maxima(M), shift)
-        if not np.max(np.abs(solve(product(M, known) + shift * known) / known - 1)) < 0.5:
+        if (
+            not np.max(np.abs(solve(product(M, known) + shift * known) / known - 1))
+            < 0.5
+        ):
             raise SingularMatrix
     return solve
 
@@ -100,14 +116,20 @@ def sparse_lu(symmetric: bool) -> Callable[[Matrix], Any]:
         from scipy.sparse.linalg import splu
 
         from lcpcli.linalg.patterns import is_structurally_singular, order_of
-    chosen: dict[str, Any] = {"diag_pivot_thresh": 0.0, "options": {"SymmetricMode": True}} if symmetric else {}
+    chosen: dict[str, Any] = (
+        {"diag_pivot_thresh": 0.0, "options": {"SymmetricMode": True}}
+        if symmetric
+        else {}
+    )
 
     def lu(A: Matrix) -> Any:
         if not A.diagonal().all() and is_structurally_singular(A):
             raise SingularMatrix
         # a symmetric csr_array is a csc_array with the same three arrays
         columns = A.T if symmetric else A.tocsc()
-        factors = partial(splu, columns, permc_spec=order_of(A) if symmetric else "COLAMD", **chosen)
+        factors = partial(
+            splu, columns, permc_spec=order_of(A) if symmetric else "COLAMD", **chosen
+        )
         return factorized(factors, A.nnz)
 
     return lu
@@ -132,7 +154,9 @@ class _DenseFactors:
     def __init__(self) -> None:
         with imports:
             from scipy.linalg import get_lapack_funcs
-        self._potrf, self._potrs, self._getrf, self._getrs = get_lapack_funcs(("potrf", "potrs", "getrf", "getrs"))
+        self._potrf, self._potrs, self._getrf, self._getrs = get_lapack_funcs(
+            ("potrf", "potrs", "getrf", "getrs")
+        )
 
     def cholesky(self, A: Matrix) -> TwoWay:
         """Return a solver, as `lu` does, from the Cholesky factors of A. scipy's potrf holds the interpreter's lock, so
@@ -150,11 +174,17 @@ class _DenseFactors:
     def lu(self, A: Matrix, overwrite: bool = True) -> TwoWay:
         """Return a solver solve(b, transposed=False) from the LU factors of A, of systems with A or its transpose."""
         by_columns = A.flags.f_contiguous
-        factorize = partial(self._getrf, A if by_columns else A.T, overwrite_a=overwrite)
-        factor, pivots, info = interruptibly(factorize) if A.shape[0] >= LONG_LU else factorize()
+        factorize = partial(
+            self._getrf, A if by_columns else A.T, overwrite_a=overwrite
+        )
+        factor, pivots, info = (
+            interruptibly(factorize) if A.shape[0] >= LONG_LU else factorize()
+        )
         if info > 0:
             raise SingularMatrix
-        return lambda b, transposed=False: self._getrs(factor, pivots, b, trans=by_columns == transposed)[0]
+        return lambda b, transposed=False: self._getrs(
+            factor, pivots, b, trans=by_columns == transposed
+        )[0]
 
 
 dense_factors = cache(_DenseFactors)
@@ -189,7 +219,9 @@ class Latest:
         return Latest, ()
 
 
-def well_conditioned_inverse(M: Matrix, largest: float = MODEST_CONDITION) -> Matrix | None:
+def well_conditioned_inverse(
+    M: Matrix, largest: float = MODEST_CONDITION
+) -> Matrix | None:
     """Return the inverse of a dense M, or None if its condition number exceeds `largest`."""
     with suppress(SingularMatrix), np.errstate(over="ignore", invalid="ignore"):
         inverse = np.linalg.inv(M)
@@ -224,10 +256,23 @@ class PrincipalSolver:
     def __init__(self, M: Matrix, latest: Latest | None = None) -> None:
         self._M, self._latest = M, latest
         self._small = not is_sparse(M) and M.shape[0] <= MOST_NUMPY_ROWS
-        self._dense = None if is_sparse(M) or (self._small and LAPACK not in sys.modules) else dense_factors()
-        self._definite = not self._small and bool((M.diagonal() > 0).all()) and (not is_sparse(M) or is_symmetric(M))
+        self._dense = (
+            None
+            if is_sparse(M) or (self._small and LAPACK not in sys.modules)
+            else dense_factors()
+        )
+        self._definite = (
+            not self._small
+            and bool((M.diagonal() > 0).all())
+            and (not is_sparse(M) or is_symmetric(M))
+        )
         self._kept: tuple[Indices, Solve] | None = None
-        is_tridiagonal = is_sparse(M) and M.shape[0] >= 2 and M.nnz <= 3 * M.shape[0] and width(M) <= 1
+        is_tridiagonal = (
+            is_sparse(M)
+            and M.shape[0] >= 2
+            and M.nnz <= 3 * M.shape[0]
+            and width(M) <= 1
+        )
         self._tridiagonal = Tridiagonal(M) if is_tridiagonal else None
 
     def solve(self, indices: Indices, b: Vector) -> Vector:
@@ -263,7 +308,11 @@ class PrincipalSolver:
 
     def block(self, indices: Indices) -> Matrix:
         """Return M_PP for the indices of P, stored by columns if it is small, so that its rows can be exchanged."""
-        return self._M.T.take(indices, 0).take(indices, 1).T if self._small else matrices.principal(self._M, indices)
+        return (
+            self._M.T.take(indices, 0).take(indices, 1).T
+            if self._small
+            else matrices.principal(self._M, indices)
+        )
 
     def factorized(self, block: Matrix, overwrite: bool = False) -> Solve:
         """Return a solver of systems with M_PP, without refinement; raise SingularMatrix if M_PP is singular."""
@@ -271,10 +320,18 @@ class PrincipalSolver:
             return partial(np.linalg.solve, block)
         if self._definite and (is_sparse(block) or is_symmetric(block)):
             try:
-                return self._dense.cholesky(block) if self._dense else sparse_lu(symmetric=True)(block).solve
+                return (
+                    self._dense.cholesky(block)
+                    if self._dense
+                    else sparse_lu(symmetric=True)(block).solve
+                )
             except SingularMatrix:
                 self._definite = False
-        return self._dense.lu(block, overwrite) if self._dense else sparse_lu(False)(block).solve
+        return (
+            self._dense.lu(block, overwrite)
+            if self._dense
+            else sparse_lu(False)(block).solve
+        )
 
     def _factorized(self, indices: Indices) -> Solve:
         block = self.block(indices)
@@ -311,7 +368,9 @@ class PrincipalSolver:
             right = np.zeros(kept.size)
             right[stays] = b[old]
             first = solve(right)
-            outer = solve_small(np.concatenate([b[~old] - product(rows, first), -first[dropped]]))
+            outer = solve_small(
+                np.concatenate([b[~old] - product(rows, first), -first[dropped]])
+            )
             x = np.empty(indices.size)
             x[old] = (first - product(inner, outer))[stays]
             x[~old] = outer[: added.size]
@@ -329,7 +388,9 @@ WORD = 64  # bits of a machine word
 LARGE_SHARE = 0.55
 
 
-def solve_principal(M: Matrix, sets: Mask, B: Vector, inverse: Matrix | None = None) -> Vector:
+def solve_principal(
+    M: Matrix, sets: Mask, B: Vector, inverse: Matrix | None = None
+) -> Vector:
     """Return x with M_PP x_P = b_P and zeros elsewhere for each row of B; NaN if M_PP is singular, or for overflow.
 
     M, sets, B : shapes (n, n), (m, n), (m, n); row i of sets is the mask of the index set P for row i of B.
@@ -366,7 +427,10 @@ def principal_inverses(M: Vector, sets: Mask) -> Vector:
         rows = (sizes == size).nonzero()[0]
         if rows.size:
             P = sets[rows].nonzero()[1].reshape(rows.size, size)
-            places = n * (n * rows[:, np.newaxis] + P)[:, :, np.newaxis] + P[:, np.newaxis, :]
+            places = (
+                n * (n * rows[:, np.newaxis] + P)[:, :, np.newaxis]
+                + P[:, np.newaxis, :]
+            )
             G[places] = _solved(entries[places])
     return G.reshape(M.shape)
 
@@ -384,7 +448,9 @@ def _batches(sets: Mask) -> Iterator[tuple[Indices, Indices]]:
     packed = np.zeros((m, -(-n // WORD) * 8), dtype=np.uint8)  # as one key for each set
     packed[:, : -(-n // 8)] = np.packbits(sets, axis=1)
     words = packed.view(np.uint64)
-    keys = words[:, 0] if words.shape[1] == 1 else packed.view(f"V{packed.shape[1]}")[:, 0]
+    keys = (
+        words[:, 0] if words.shape[1] == 1 else packed.view(f"V{packed.shape[1]}")[:, 0]
+    )
     _, first, numbers = np.unique(keys, return_index=True, return_inverse=True)
     inverse = numbers.reshape(-1)
     counts = np.bincount(inverse)
@@ -399,16 +465,26 @@ def _batches(sets: Mask) -> Iterator[tuple[Indices, Indices]]:
         together = max(1, BATCH // (size * (size + most)))
         for part in np.split(group, range(together, group.size, together)):
             indices = sets[first[part]].nonzero()[1].reshape(part.size, size)
-            yield indices, order[begin[part, np.newaxis] + np.minimum(np.arange(most), counts[part, np.newaxis] - 1)]
+            yield (
+                indices,
+                order[
+                    begin[part, np.newaxis]
+                    + np.minimum(np.arange(most), counts[part, np.newaxis] - 1)
+                ],
+            )
 
 
 def _solved(A: Vector, B: Vector | None = None) -> Vector:
     """Return X with A X = B for A and B of shapes (g, s, s) and (g, s, r), or the inverse of A; NaN if singular."""
     try:
-        return (np.linalg.inv(A) if B is None else np.linalg.solve(A, B)).astype(np.float64, copy=False)
+        return (np.linalg.inv(A) if B is None else np.linalg.solve(A, B)).astype(
+            np.float64, copy=False
+        )
     except np.linalg.LinAlgError:
         if A.shape[0] == 1:
             return np.full((A if B is None else B).shape, np.nan)
         half = A.shape[0] // 2
         parts = (slice(half), slice(half, None))
-        return np.concatenate([_solved(A[part], None if B is None else B[part]) for part in parts])
+        return np.concatenate(
+            [_solved(A[part], None if B is None else B[part]) for part in parts]
+        )

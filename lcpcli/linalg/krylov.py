@@ -17,7 +17,15 @@ import numpy as np
 
 from lcpcli.linalg.doubles import EPS, generator
 from lcpcli.linalg.factors import MOST_NUMPY_ROWS, SingularMatrix, definite_solver
-from lcpcli.linalg.matrices import absolute_product, dense, is_symmetric, plus_diagonal, row_maxima, row_parts, scaled
+from lcpcli.linalg.matrices import (
+    absolute_product,
+    dense,
+    is_symmetric,
+    plus_diagonal,
+    row_maxima,
+    row_parts,
+    scaled,
+)
 from lcpcli.typing import Matrix, Vector
 
 # Of power or inverse iteration from a random vector: enough for a factor 3 in an
@@ -42,7 +50,13 @@ def norm(v: Vector) -> float:
     return float(np.sqrt(dot(v, v)))
 
 
-def gmres(A: Operator, b: Vector, steps: int, precondition: Operator = np.copy, enough: float = 0.0) -> Vector:
+def gmres(
+    A: Operator,
+    b: Vector,
+    steps: int,
+    precondition: Operator = np.copy,
+    enough: float = 0.0,
+) -> Vector:
     """Return a rough solution of A x = b, shape (n,), after a few steps, each of which takes one product with A and
     leaves the least |b - A x|_2 in its Krylov space; fewer once that is at most `enough`.
 
@@ -73,7 +87,13 @@ def gmres(A: Operator, b: Vector, steps: int, precondition: Operator = np.copy, 
 
 
 def conjugate_gradients(
-    A: Operator, b: Vector, x: Vector, most: float, max_iterations: int, precondition: Operator, measure: Measure = norm
+    A: Operator,
+    b: Vector,
+    x: Vector,
+    most: float,
+    max_iterations: int,
+    precondition: Operator,
+    measure: Measure = norm,
 ) -> tuple[Vector, float]:
     """Solve A x = b for symmetric positive definite A from x, shape (n,), until the residual b - A x is at most `most`
     by this measure; return the last x, and the size of its residual by the recursion.
@@ -109,11 +129,19 @@ def conjugate_gradients(
 def relative_to(target: Vector) -> Measure:
     """Return the measure of a residual by its largest component relative to this target."""
     parts = [*row_parts(target.size)]
-    return lambda r: float(np.max([(np.abs(r[part]) / target[part]).max() for part in parts], initial=0.0))
+    return lambda r: float(
+        np.max([(np.abs(r[part]) / target[part]).max() for part in parts], initial=0.0)
+    )
 
 
 def bicgstab(
-    A: Operator, b: Vector, x: Vector, most: float, max_iterations: int, precondition: Operator, measure: Measure = norm
+    A: Operator,
+    b: Vector,
+    x: Vector,
+    most: float,
+    max_iterations: int,
+    precondition: Operator,
+    measure: Measure = norm,
 ) -> tuple[Vector, float]:
     """Solve A x = b for any nonsingular A, as `conjugate_gradients` does, with two products with A per iteration."""
     x = x.copy()
@@ -157,7 +185,9 @@ def ends(M: Matrix) -> tuple[float, float] | None:
     solve = definite_solver(M)
     if solve is None:
         return None
-    return float(1 / _rayleigh(solve, M.shape[0])), _rayleigh(lambda v: M @ v, M.shape[0])
+    return float(1 / _rayleigh(solve, M.shape[0])), _rayleigh(
+        lambda v: M @ v, M.shape[0]
+    )
 
 
 def _rayleigh(product: Operator, n: int) -> float:

@@ -25,7 +25,13 @@ import numpy as np
 
 from lcpcli.clock import imports
 from lcpcli.interrupts import check
-from lcpcli.linalg.doubles import LARGEST_DOUBLE, MOST_COPIED_ENTRIES, ROW_ROUNDING, SMALLEST_NORMAL, sizes
+from lcpcli.linalg.doubles import (
+    LARGEST_DOUBLE,
+    MOST_COPIED_ENTRIES,
+    ROW_ROUNDING,
+    SMALLEST_NORMAL,
+    sizes,
+)
 from lcpcli.typing import Indices, Mask, Matrix, Vector
 
 BLOCK_NUMBERS = 1 << 17  # in a block of rows: it stays in the cache
@@ -40,7 +46,11 @@ MODERATE_FACTOR = 2.0**100
 
 def is_sparse(M: Any) -> bool:
     """Return whether M is a scipy sparse matrix or array, not a linear operator, without importing scipy."""
-    return type(M) is not np.ndarray and type(M).__module__.startswith("scipy.sparse") and hasattr(M, "tocsr")
+    return (
+        type(M) is not np.ndarray
+        and type(M).__module__.startswith("scipy.sparse")
+        and hasattr(M, "tocsr")
+    )
 
 
 def are_equal(A: Matrix, B: Matrix) -> bool:
@@ -51,10 +61,14 @@ def norm_inf(M: Matrix) -> float:
     """Return the largest row sum of |M|."""
     if is_sparse(M):
         return float(abs(M).sum(axis=1).max(initial=0.0))
-    return max((float(block.sum(axis=1).max()) for _, block in row_blocks(M)), default=0.0)
+    return max(
+        (float(block.sum(axis=1).max()) for _, block in row_blocks(M)), default=0.0
+    )
 
 
-def row_and_column_maxima(M: Matrix, R: Vector, C: Vector, symmetric: bool = False) -> tuple[Vector, Vector]:
+def row_and_column_maxima(
+    M: Matrix, R: Vector, C: Vector, symmetric: bool = False
+) -> tuple[Vector, Vector]:
     """Return the largest entry of every row and of every column of R |M| C for diagonals R, C of shape (n,).
 
     symmetric : whether R |M| C is; it then saves time to know that of a sparse M.
@@ -154,7 +168,9 @@ def principal(M: Matrix, indices: Indices) -> Matrix:
     return of_arrays((indices.size, indices.size), *block(M, indices, indices))
 
 
-def plus_diagonal(M: Matrix, d: Vector | float, order: Literal["C", "F"] = "C") -> Matrix:
+def plus_diagonal(
+    M: Matrix, d: Vector | float, order: Literal["C", "F"] = "C"
+) -> Matrix:
     """Return M + diag(d), or M + d I for a number d, as a new matrix; a dense one is stored in `order`, C or F."""
     if not is_sparse(M):
         A = M.copy(order)
@@ -181,7 +197,11 @@ def thinned(M: Matrix, most: float) -> Matrix:
     with imports:
         from scipy.sparse import csr_array
     indptr = np.searchsorted(places, np.arange(0, M.size + 1, columns))
-    parts = (M.reshape(-1)[places], (places % columns).astype(np.int32), indptr.astype(np.int32))
+    parts = (
+        M.reshape(-1)[places],
+        (places % columns).astype(np.int32),
+        indptr.astype(np.int32),
+    )
     for part in parts:
         part.setflags(write=False)
     return csr_array(parts, shape=M.shape)
@@ -192,14 +212,19 @@ def _scaler(R: Vector, C: Vector) -> Callable[[Vector, Vector, Vector], Vector]:
 
     Where the product itself overflows, the result is the largest finite number.
     """
-    least, largest = min(R.min(initial=1.0), C.min(initial=1.0)), max(R.max(initial=1.0), C.max(initial=1.0))
+    least, largest = (
+        min(R.min(initial=1.0), C.min(initial=1.0)),
+        max(R.max(initial=1.0), C.max(initial=1.0)),
+    )
     if least >= 1 / MODERATE_FACTOR and largest <= MODERATE_FACTOR:
         return lambda entries, left, right: left * entries * right
 
     def multiply(entries: Vector, left: Vector, right: Vector) -> Vector:
         (left, left_power), (right, right_power) = np.frexp(left), np.frexp(right)
         with np.errstate(over="ignore"):
-            result: Vector = np.ldexp(2 * left * entries * (2 * right), left_power + right_power - 2)
+            result: Vector = np.ldexp(
+                2 * left * entries * (2 * right), left_power + right_power - 2
+            )
         return np.clip(result, -LARGEST_DOUBLE, LARGEST_DOUBLE, out=result)
 
     return multiply
@@ -242,7 +267,9 @@ def column_reader(M: Matrix) -> Callable[[int], Vector]:
 
     def column(j: int) -> Vector:
         part = slice(*by_columns.indptr[j : j + 2])
-        return np.bincount(by_columns.indices[part], by_columns.data[part], M.shape[0]).astype(np.float64, copy=False)
+        return np.bincount(
+            by_columns.indices[part], by_columns.data[part], M.shape[0]
+        ).astype(np.float64, copy=False)
 
     return column
 
@@ -251,7 +278,9 @@ def is_symmetric(M: Matrix) -> bool:
     """Return whether M equals its transpose exactly."""
     if not is_sparse(M):
         parts = row_parts(*M.shape)
-        return np.array_equal(M[:1], M[:, :1].T) and all(np.array_equal(M[part], M[:, part].T) for part in parts)
+        return np.array_equal(M[:1], M[:, :1].T) and all(
+            np.array_equal(M[part], M[:, part].T) for part in parts
+        )
     pair = mirrored(M)
     return pair is not None and np.array_equal(pair[0].data, pair[1])
 
@@ -265,7 +294,11 @@ def mirrored(M: Matrix) -> tuple[Matrix, Vector] | None:
     with imports:
         from lcpcli.linalg.compressed_rows import transposed
     indptr, indices, data = transposed(M.shape, M.indptr, M.indices, M.data)
-    return (M, data) if np.array_equal(M.indptr, indptr) and np.array_equal(M.indices, indices) else None
+    return (
+        (M, data)
+        if np.array_equal(M.indptr, indptr) and np.array_equal(M.indices, indices)
+        else None
+    )
 
 
 def is_narrow(M: Matrix, most: float = MOST_NARROW_ENTRIES) -> bool:
@@ -275,7 +308,11 @@ def is_narrow(M: Matrix, most: float = MOST_NARROW_ENTRIES) -> bool:
 
 
 def width(M: Matrix) -> int:
-    return int(np.abs(np.repeat(np.arange(M.shape[0]), np.diff(M.indptr)) - M.indices).max(initial=0))
+    return int(
+        np.abs(np.repeat(np.arange(M.shape[0]), np.diff(M.indptr)) - M.indices).max(
+            initial=0
+        )
+    )
 
 
 def stack(blocks: list[list[Matrix]]) -> Matrix:
@@ -284,12 +321,17 @@ def stack(blocks: list[list[Matrix]]) -> Matrix:
         return np.block(blocks)
     with imports:
         from scipy.sparse import block_array, csr_array
-    return block_array([[csr_array(block) for block in row] for row in blocks], format="csr")
+    return block_array(
+        [[csr_array(block) for block in row] for row in blocks], format="csr"
+    )
 
 
 def unit_columns(n: int, selected: Indices, sparse: bool) -> Matrix:
     """Return columns of the identity of order n, as a sparse or a dense matrix."""
-    shape, places = (n, selected.size), (selected.astype(np.int32), np.arange(selected.size, dtype=np.int32))
+    shape, places = (
+        (n, selected.size),
+        (selected.astype(np.int32), np.arange(selected.size, dtype=np.int32)),
+    )
     if sparse:
         with imports:
             from scipy.sparse import csr_array
@@ -309,7 +351,11 @@ def product(M: Matrix, v: Vector) -> Vector:
     if not isinstance(M, np.ndarray):
         return _product_with(M, M.data, v) if is_sparse(M) else np.asarray(M @ v)
     flags = M.flags if M.shape[0] >= FEWEST_SHARED_ROWS else None
-    blas = None if flags is None or not flags.forc else sys.modules.get("scipy.linalg.blas")
+    blas = (
+        None
+        if flags is None or not flags.forc
+        else sys.modules.get("scipy.linalg.blas")
+    )
     if blas is None or flags is None:
         return np.asarray(M @ v)
     by_columns, prefix = flags.f_contiguous, "s" if M.dtype == np.float32 else "d"
@@ -320,9 +366,17 @@ def product(M: Matrix, v: Vector) -> Vector:
 
 def _product_with(M: Matrix, data: Vector, v: Vector) -> Vector:
     """Return the product of a sparse M, with these entries, and v."""
-    if M.format == "csr" and v.shape == M.shape[1:] and v.dtype == data.dtype and v.flags.c_contiguous:
+    if (
+        M.format == "csr"
+        and v.shape == M.shape[1:]
+        and v.dtype == data.dtype
+        and v.flags.c_contiguous
+    ):
         return compressed_multiplier(M.shape, M.indptr, M.indices, data)(v)
-    return np.asarray((M if data is M.data else type(M)((data, M.indices, M.indptr), shape=M.shape)) @ v)
+    return np.asarray(
+        (M if data is M.data else type(M)((data, M.indices, M.indptr), shape=M.shape))
+        @ v
+    )
 
 
 def absolute_product(M: Matrix, z: Vector) -> Vector:
@@ -339,15 +393,23 @@ Shape: TypeAlias = tuple[int, int]
 
 def multiplier(M: Matrix) -> Callable[[Vector], Vector]:
     """Return a function that returns M v for a contiguous v of shape (n,), to be called many times."""
-    return compressed_multiplier(M.shape, M.indptr, M.indices, M.data) if is_sparse(M) else partial(product, M)
+    return (
+        compressed_multiplier(M.shape, M.indptr, M.indices, M.data)
+        if is_sparse(M)
+        else partial(product, M)
+    )
 
 
-def compressed_multiplier(shape: Shape, indptr: Indices, indices: Indices, data: Vector) -> Callable[[Vector], Vector]:
+def compressed_multiplier(
+    shape: Shape, indptr: Indices, indices: Indices, data: Vector
+) -> Callable[[Vector], Vector]:
     """Return a function as `multiplier` does for the arrays of a matrix in compressed sparse rows."""
     return partial(row_multiplier(shape, indptr, indices, data), slice(0, shape[0]))
 
 
-def row_multiplier(shape: Shape, indptr: Indices, indices: Indices, data: Vector) -> Callable[[slice, Vector], Vector]:
+def row_multiplier(
+    shape: Shape, indptr: Indices, indices: Indices, data: Vector
+) -> Callable[[slice, Vector], Vector]:
     """Return a function that returns some rows of M v, a slice with both ends, for the arrays of M in compressed sparse
     rows and a contiguous v of its type, to be called many times.
 
@@ -365,7 +427,9 @@ def row_multiplier(shape: Shape, indptr: Indices, indices: Indices, data: Vector
 
     def times(rows: slice, v: Vector) -> Vector:
         w = np.zeros(rows.stop - rows.start, dtype=data.dtype)
-        csr_matvec(w.size, shape[1], indptr[rows.start : rows.stop + 1], indices, data, v, w)
+        csr_matvec(
+            w.size, shape[1], indptr[rows.start : rows.stop + 1], indices, data, v, w
+        )
         return w
 
     return times
@@ -415,12 +479,17 @@ def accurate_residual(A: Matrix, x: Vector, b: Vector) -> Vector:
     """Return b - A x for A dense or in compressed sparse rows, rounded once (except for over- and underflow)."""
     if not is_sparse(A):
         pairs = zip(b.tolist(), A, strict=True)
-        return np.array([math.fsum(chain((value,), *_products(row, x))) for value, row in pairs])
+        return np.array(
+            [math.fsum(chain((value,), *_products(row, x))) for value, row in pairs]
+        )
     w = np.empty(b.size)
     for part in row_parts(b.size):
         rows = A if w.size <= part.stop - part.start else A[part]
         longest = int(np.diff(rows.indptr).max())
-        together = rows.shape[0] >= FEWEST_ROWS and longest * rows.shape[0] <= MOST_PADDED * rows.nnz
+        together = (
+            rows.shape[0] >= FEWEST_ROWS
+            and longest * rows.shape[0] <= MOST_PADDED * rows.nnz
+        )
         w[part] = (_distilled if together else _summed)(rows, x, b[part])
     return w
 
@@ -428,7 +497,9 @@ def accurate_residual(A: Matrix, x: Vector, b: Vector) -> Vector:
 def _summed(A: Matrix, x: Vector, b: Vector) -> Vector:
     terms, errors = _products(A.data, x[A.indices])
     rows = zip(b.tolist(), starmap(slice, pairwise(A.indptr.tolist())), strict=True)
-    return np.array([math.fsum(chain((value,), terms[row], errors[row])) for value, row in rows])
+    return np.array(
+        [math.fsum(chain((value,), terms[row], errors[row])) for value, row in rows]
+    )
 
 
 def _distilled(A: Matrix, x: Vector, b: Vector) -> Vector:
@@ -437,7 +508,9 @@ def _distilled(A: Matrix, x: Vector, b: Vector) -> Vector:
     entries = np.arange(lengths.max())[:, np.newaxis]
     places = np.minimum(A.indptr[:-1] + entries, A.nnz - 1)
     used = np.where(entries < lengths, A.data[places], 0.0)
-    terms = np.concatenate((b[np.newaxis], *_split_products(used, x[A.indices[places]])))
+    terms = np.concatenate(
+        (b[np.newaxis], *_split_products(used, x[A.indices[places]]))
+    )
     sizes = np.abs(terms).sum(axis=0)
     for _ in range(2):
         for low, high in pairwise(terms):  # to their rounded sum, and its error
@@ -465,7 +538,9 @@ def _split_products(a: Vector, x: Vector) -> tuple[Vector, Vector]:
     terms = a * x
     a_high, a_low = _split(a)
     x_high, x_low = _split(x)
-    errors = a_low * x_low - (((terms - a_high * x_high) - a_low * x_high) - a_high * x_low)
+    errors = a_low * x_low - (
+        ((terms - a_high * x_high) - a_low * x_high) - a_high * x_low
+    )
     return -terms, -errors
 
 

@@ -80,9 +80,15 @@ class Band:
             order = np.argsort(degrees, kind="stable")
             symmetric = symmetric[order][:, order]
             symmetric.sort_indices()
-        position = np.argsort(reverse_cuthill_mckee(symmetric, symmetric_mode=True)) if n else degrees
+        position = (
+            np.argsort(reverse_cuthill_mckee(symmetric, symmetric_mode=True))
+            if n
+            else degrees
+        )
         entries = symmetric.tocoo()
-        self.width = int(np.abs(position[entries.row] - position[entries.col]).max(initial=0))
+        self.width = int(
+            np.abs(position[entries.row] - position[entries.col]).max(initial=0)
+        )
         self.entries = n * (2 * self.width + 1)
         self.operations = 2 * n * self.width * (self.width + 1) + n
 
@@ -158,7 +164,9 @@ def signs(M: Matrix) -> Vector | None:
         return None
     M, n = pair[0], M.shape[0]
     turned = M.data != pair[1]
-    indices = np.concatenate((M.indices + n * turned, M.indices + n * ~turned)).astype(M.indptr.dtype, copy=False)
+    indices = np.concatenate((M.indices + n * turned, M.indices + n * ~turned)).astype(
+        M.indptr.dtype, copy=False
+    )
     indptr = np.concatenate((M.indptr, M.indptr[1:] + M.nnz))
     graph = of_arrays((2 * n, 2 * n), indptr, indices, np.ones(indices.size))
     plus, minus = np.split(connected_components(graph, directed=False)[1], 2)
@@ -170,15 +178,23 @@ def is_structurally_singular(A: Matrix) -> bool:
     share neither rows nor columns. The largest number is that of a flow from rows to columns, found in polynomial time,
     which `scipy.sparse.csgraph.structural_rank` may not be: for some matrices of 1000 rows it does not end."""
     n = A.shape[0]
-    if np.count_nonzero(np.diff(A.indptr)) < n or np.count_nonzero(np.bincount(A.indices, minlength=n)) < n:
+    if (
+        np.count_nonzero(np.diff(A.indptr)) < n
+        or np.count_nonzero(np.bincount(A.indices, minlength=n)) < n
+    ):
         return True
     row, column = A.nonzero()
     own, source, sink = np.arange(n), np.full(n, 2 * n), np.full(n, 2 * n + 1)
-    places = np.concatenate([source, row, n + own]), np.concatenate([own, n + column, sink])
+    places = (
+        np.concatenate([source, row, n + own]),
+        np.concatenate([own, n + column, sink]),
+    )
     with imports:
         from scipy.sparse import csr_array
         from scipy.sparse.csgraph import maximum_flow
-    graph = csr_array((np.ones(places[0].size, dtype=np.int32), places), shape=(2 * n + 2, 2 * n + 2))
+    graph = csr_array(
+        (np.ones(places[0].size, dtype=np.int32), places), shape=(2 * n + 2, 2 * n + 2)
+    )
     return bool(maximum_flow(graph, 2 * n, 2 * n + 1, method="dinic").flow_value < n)
 
 
@@ -189,11 +205,18 @@ def outside(indices: Any, size: int) -> Indices:
 
 def are_compressed(ends: Any, indices: Any, lines: int, across: int) -> bool:
     """Return whether indices below `across` belong to this number of compressed rows or columns with these ends."""
-    are_ends = ends.size == lines + 1 and ends[0] == 0 and ends[-1] <= indices.size and (ends[1:] >= ends[:-1]).all()
+    are_ends = (
+        ends.size == lines + 1
+        and ends[0] == 0
+        and ends[-1] <= indices.size
+        and (ends[1:] >= ends[:-1]).all()
+    )
     return bool(are_ends) and not outside(indices[: ends[-1]], across).size
 
 
-def fit(form: str, places: Sequence[Any], data: Sequence[int], shape: Sequence[int]) -> bool:
+def fit(
+    form: str, places: Sequence[Any], data: Sequence[int], shape: Sequence[int]
+) -> bool:
     """Return whether the arrays of places in one of scipy's sparse forms fit the matrix that they belong to.
 
     data, shape : the shapes of the array of values and of the matrix.
@@ -201,15 +224,34 @@ def fit(form: str, places: Sequence[Any], data: Sequence[int], shape: Sequence[i
     first, last = places[0], places[-1]
     are_integers = all(part.ndim == 1 and part.dtype.kind in "iu" for part in places)
     blocks = data[1:] if form == "bsr" else [2] if form == "dia" else []
-    if not are_integers or len(shape) != 2 or min(shape) < 0 or len(data) != 1 + len(blocks) or data[0] != first.size:
+    if (
+        not are_integers
+        or len(shape) != 2
+        or min(shape) < 0
+        or len(data) != 1 + len(blocks)
+        or data[0] != first.size
+    ):
         return False
     if form == "coo":
-        return last.size == first.size and not outside(first, shape[0]).size and not outside(last, shape[1]).size
+        return (
+            last.size == first.size
+            and not outside(first, shape[0]).size
+            and not outside(last, shape[1]).size
+        )
     if form == "dia":
-        return len(set(first.tolist())) == first.size and bool((first > -shape[0]).all() and (first < shape[1]).all())
+        return len(set(first.tolist())) == first.size and bool(
+            (first > -shape[0]).all() and (first < shape[1]).all()
+        )
     rows, columns = shape
     if form == "bsr":
-        if len(blocks) != 2 or min(blocks) < 1 or rows % blocks[0] or columns % blocks[1]:
+        if (
+            len(blocks) != 2
+            or min(blocks) < 1
+            or rows % blocks[0]
+            or columns % blocks[1]
+        ):
             return False
         rows, columns = rows // blocks[0], columns // blocks[1]
-    return are_compressed(last, first, *((columns, rows) if form == "csc" else (rows, columns)))
+    return are_compressed(
+        last, first, *((columns, rows) if form == "csc" else (rows, columns))
+    )

@@ -31,7 +31,10 @@ EARLIER = 0.9
 # entry and each row and column.
 OF_ITERATION, OF_ENTRY, OF_LINE = 1e-5, 5e-9, 4e-8
 Pair = tuple[Vector, Vector]
-TOLERANCES = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10}
+TOLERANCES = {
+    "primal_feasibility_tolerance": 1e-10,
+    "dual_feasibility_tolerance": 1e-10,
+}
 
 
 def _limits(A: Matrix, effort: float, name: str) -> dict[str, float]:
@@ -40,7 +43,9 @@ def _limits(A: Matrix, effort: float, name: str) -> dict[str, float]:
     if seconds < math.inf:
         limits["time_limit"] = seconds
     if effort < math.inf:
-        limits[name] = 1 + int(effort / (OF_ITERATION + OF_ENTRY * _entries(A) + OF_LINE * sum(A.shape)))
+        limits[name] = 1 + int(
+            effort / (OF_ITERATION + OF_ENTRY * _entries(A) + OF_LINE * sum(A.shape))
+        )
     return limits
 
 
@@ -56,7 +61,9 @@ class Optimum(NamedTuple):
     value: float
 
 
-def minimized(objective: Vector, A: Matrix, ends: Pair, bounds: Pair, effort: float = math.inf) -> Optimum | None:
+def minimized(
+    objective: Vector, A: Matrix, ends: Pair, bounds: Pair, effort: float = math.inf
+) -> Optimum | None:
     """Return the minimum of objective'x with row_lower <= A x <= row_upper and lower <= x <= upper, if one is found.
     The solver takes no longer than remains for the run.
 
@@ -65,17 +72,38 @@ def minimized(objective: Vector, A: Matrix, ends: Pair, bounds: Pair, effort: fl
     """
     with imports:
         highspy = import_module("highspy") if find_spec("highspy") else None
-    run = interruptibly if max(A.shape[0], FEW_ROWS) * _entries(A) > MOST_BRIEF else lambda call: call()
+    run = (
+        interruptibly
+        if max(A.shape[0], FEW_ROWS) * _entries(A) > MOST_BRIEF
+        else lambda call: call()
+    )
     if highspy is None:
-        found, is_late = _by_scipy(run, objective, A, ends, bounds, _limits(A, effort, "maxiter"))
+        found, is_late = _by_scipy(
+            run, objective, A, ends, bounds, _limits(A, effort, "maxiter")
+        )
     else:
         limits = _limits(A, effort, "simplex_iteration_limit")
-        if (highs := highs_with(highspy, objective, A, ends, bounds, TOLERANCES | limits)) is None:
+        if (
+            highs := highs_with(
+                highspy, objective, A, ends, bounds, TOLERANCES | limits
+            )
+        ) is None:
             return None
         run(highs.run)
-        status, known, solution = highs.getModelStatus(), highspy.HighsModelStatus, highs.getSolution()
-        optimum = Optimum(np.array(solution.col_value), np.array(solution.row_dual), highs.getObjectiveValue())
-        found, is_late = optimum if status == known.kOptimal else None, status == known.kTimeLimit
+        status, known, solution = (
+            highs.getModelStatus(),
+            highspy.HighsModelStatus,
+            highs.getSolution(),
+        )
+        optimum = Optimum(
+            np.array(solution.col_value),
+            np.array(solution.row_dual),
+            highs.getObjectiveValue(),
+        )
+        found, is_late = (
+            optimum if status == known.kOptimal else None,
+            status == known.kTimeLimit,
+        )
     # Where calls are direct, the solver's limit is the only one.
     if is_late and remaining() <= 0:
         raise TimeIsUp
@@ -83,7 +111,12 @@ def minimized(objective: Vector, A: Matrix, ends: Pair, bounds: Pair, effort: fl
 
 
 def _by_scipy(
-    run: Callable[[Callable[[], Any]], Any], objective: Vector, A: Matrix, ends: Pair, bounds: Pair, limits: Any
+    run: Callable[[Callable[[], Any]], Any],
+    objective: Vector,
+    A: Matrix,
+    ends: Pair,
+    bounds: Pair,
+    limits: Any,
 ) -> tuple[Optimum | None, bool]:
     """Return the minimum by the HiGHS of scipy, or None, and whether one of these limits has ended it."""
     with imports:
@@ -92,7 +125,11 @@ def _by_scipy(
     equal = np.flatnonzero(low == high)
     below, above = (np.flatnonzero(np.isfinite(end) & (low != high)) for end in ends)
     rows = stack([[-A[below]], [A[above]]]), np.concatenate((-low[below], high[above]))
-    how = {"bounds": np.column_stack(bounds), "method": "highs-ds", "options": TOLERANCES | limits}
+    how = {
+        "bounds": np.column_stack(bounds),
+        "method": "highs-ds",
+        "options": TOLERANCES | limits,
+    }
     with np.errstate(all="ignore"):
         found = run(partial(linprog, objective, *rows, A[equal], low[equal], **how))
     if found.status != 0:
@@ -105,21 +142,42 @@ def _by_scipy(
 
 
 def highs_with(
-    highspy: Any, c: Vector, A: Matrix, ends: Pair, bounds: Pair, options: Mapping[str, Any], lower_triangle: Any = None
+    highspy: Any,
+    c: Vector,
+    A: Matrix,
+    ends: Pair,
+    bounds: Pair,
+    options: Mapping[str, Any],
+    lower_triangle: Any = None,
 ) -> Any:
     """Return HiGHS with a program, the lower triangle of whose Hessian is sparse or None; None if it is refused."""
     with imports:
         from scipy.sparse import csc_array
-    highs, model = solver(highspy, {"output_flag": False} | dict(options)), highspy.HighsModel()
+    highs, model = (
+        solver(highspy, {"output_flag": False} | dict(options)),
+        highspy.HighsModel(),
+    )
     lp, hessian, columns = model.lp_, model.hessian_, csc_array(A)
     lp.num_row_, lp.num_col_ = columns.shape
-    lp.col_cost_, (lp.col_lower_, lp.col_upper_), (lp.row_lower_, lp.row_upper_) = c, bounds, ends
+    lp.col_cost_, (lp.col_lower_, lp.col_upper_), (lp.row_lower_, lp.row_upper_) = (
+        c,
+        bounds,
+        ends,
+    )
     lp.a_matrix_.format_ = highspy.MatrixFormat.kColwise
-    lp.a_matrix_.start_, lp.a_matrix_.index_, lp.a_matrix_.value_ = columns.indptr, columns.indices, columns.data
+    lp.a_matrix_.start_, lp.a_matrix_.index_, lp.a_matrix_.value_ = (
+        columns.indptr,
+        columns.indices,
+        columns.data,
+    )
     if lower_triangle is not None:
         triangle = csc_array(lower_triangle)
         hessian.dim_, hessian.format_ = c.size, highspy.HessianFormat.kTriangular
-        hessian.start_, hessian.index_, hessian.value_ = triangle.indptr, triangle.indices, triangle.data
+        hessian.start_, hessian.index_, hessian.value_ = (
+            triangle.indptr,
+            triangle.indices,
+            triangle.data,
+        )
     return None if highs.passModel(model) == highspy.HighsStatus.kError else highs
 
 
@@ -178,13 +236,23 @@ def convex_minimum(
     solver = piqp.DenseSolver() if isinstance(Q, np.ndarray) else piqp.SparseSolver()
     settings = solver.settings
     ends = [v[np.isfinite(v)] for v in (c, b, low, high)]
-    largest, gap = max(float(np.abs(v).max(initial=0.0)) for v in ends) or 1.0, tol if most_gap is None else most_gap
+    largest, gap = (
+        max(float(np.abs(v).max(initial=0.0)) for v in ends) or 1.0,
+        tol if most_gap is None else most_gap,
+    )
     settings.eps_rel, settings.eps_abs = tol, tol * largest
     settings.eps_duality_gap_rel, settings.eps_duality_gap_abs = gap, gap * largest
     settings.max_iter = most_steps
-    constraints: dict[str, Any] = {"x_l": lower} | ({"x_u": upper} if np.isfinite(upper).any() else {})
+    constraints: dict[str, Any] = {"x_l": lower} | (
+        {"x_u": upper} if np.isfinite(upper).any() else {}
+    )
     constraints |= {"A": A, "b": b} if b.size else {}
     constraints |= {"G": G, "h_l": low, "h_u": high} if low.size else {}
     solver.setup(Q, c, **constraints)
     status, result = solver.solve(), solver.result
-    return Ended(np.array(result.x), -np.array(result.y), np.array(result.z_l) - np.array(result.z_u), str(status.name))
+    return Ended(
+        np.array(result.x),
+        -np.array(result.y),
+        np.array(result.z_l) - np.array(result.z_u),
+        str(status.name),
+    )

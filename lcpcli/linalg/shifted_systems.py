@@ -46,7 +46,9 @@ def systems(M: Matrix, S: Vector | None, once: bool = False) -> Systems:
         return Bordered(M, dense) if dense.size else SuperLU(M)
     if once and M.nnz > factors.MOST_QUICK_ENTRIES:
         counts, owners = np.diff(M.indptr), np.repeat(S, np.diff(M.indptr))
-        is_last = (S < 0) | (np.bincount(M.indices[owners > 0], minlength=S.size) > (M.diagonal() != 0))
+        is_last = (S < 0) | (
+            np.bincount(M.indices[owners > 0], minlength=S.size) > (M.diagonal() != 0)
+        )
         last = is_last.nonzero()[0]
         if np.square(counts[~is_last]).sum() + last.size**3 <= MOST_AT_ONCE * M.nnz:
             if last.size * (S.size - last.size) <= MOST_FILLED * M.nnz:
@@ -75,7 +77,9 @@ class _Dense:
         self._M = M
 
     def factorize(self, d: Vector) -> None:
-        self.solve = factors.dense_factors().lu(matrices.plus_diagonal(self._M, d, order="F"))
+        self.solve = factors.dense_factors().lu(
+            matrices.plus_diagonal(self._M, d, order="F")
+        )
 
 
 class SuperLU:
@@ -84,15 +88,24 @@ class SuperLU:
 
     def __init__(self, M: Matrix, order: Indices | None = None) -> None:
         self._M, self._diagonal = M, M.diagonal()
-        self._keep(np.arange(M.shape[0]) if order is None else order, "NATURAL" if order is not None else order_of(M))
+        self._keep(
+            np.arange(M.shape[0]) if order is None else order,
+            "NATURAL" if order is not None else order_of(M),
+        )
 
     def factorize(self, d: Vector) -> None:
         with imports:
             from scipy.sparse.linalg import splu
         self._columns.data[self._places] = (self._diagonal + d)[self._inverse]
-        how: dict[str, Any] = {"diag_pivot_thresh": 0.0, "options": {"SymmetricMode": True, "Equil": False}}
+        how: dict[str, Any] = {
+            "diag_pivot_thresh": 0.0,
+            "options": {"SymmetricMode": True, "Equil": False},
+        }
         factorize = partial(splu, self._columns, permc_spec=self._search, **how)
-        self._lu, self._solving = factors.factorized(factorize, self._columns.nnz), self._order
+        self._lu, self._solving = (
+            factors.factorized(factorize, self._columns.nnz),
+            self._order,
+        )
         if self._search != "NATURAL":
             self._keep(self._lu.perm_c, "NATURAL")
 
@@ -105,13 +118,25 @@ class SuperLU:
         """Permute rows and columns to these places, the whole diagonal among them; search : for an order from there."""
         with imports:
             from scipy.sparse import csc_array
-        coo, n, self._order, self._search, self._inverse = self._M.tocoo(), order.size, order, search, np.argsort(order)
+        coo, n, self._order, self._search, self._inverse = (
+            self._M.tocoo(),
+            order.size,
+            order,
+            search,
+            np.argsort(order),
+        )
         off = coo.row != coo.col
-        rows, columns = (order[np.concatenate((places[off], np.arange(n)))] for places in (coo.row, coo.col))
+        rows, columns = (
+            order[np.concatenate((places[off], np.arange(n)))]
+            for places in (coo.row, coo.col)
+        )
         values = np.concatenate((coo.data[off], np.zeros(n)))
         self._columns = csc_array((values, (rows, columns)), shape=(n, n))
         self._columns.sort_indices()
-        self._places = np.flatnonzero(self._columns.indices == np.repeat(np.arange(n), np.diff(self._columns.indptr)))
+        self._places = np.flatnonzero(
+            self._columns.indices
+            == np.repeat(np.arange(n), np.diff(self._columns.indptr))
+        )
 
 
 class LDL:
@@ -128,7 +153,11 @@ class LDL:
         below = M.indices < owners
         ends = np.cumsum(np.bincount(owners[below], minlength=S.size) + 1)
         self._places = ends - 1
-        data, indices, is_off = np.empty(ends[-1]), np.empty(ends[-1], M.indices.dtype), np.ones(ends[-1], dtype=bool)
+        data, indices, is_off = (
+            np.empty(ends[-1]),
+            np.empty(ends[-1], M.indices.dtype),
+            np.ones(ends[-1], dtype=bool),
+        )
         is_off[self._places], indices[self._places] = False, np.arange(S.size)
         indices[is_off], data[is_off] = M.indices[below], (S[owners] * M.data)[below]
         indptr = np.concatenate(([0], ends)).astype(indices.dtype)
@@ -144,17 +173,25 @@ class LDL:
         if self._solver is not None and self._are_first:
             self._are_first = False
             if self.operations()[1] > MOST_PER_ENTRY:
-                self._in_blocks = SuperLU(self._M, order=np.argsort(self._solver.factors()[2]))
+                self._in_blocks = SuperLU(
+                    self._M, order=np.argsort(self._solver.factors()[2])
+                )
         if self._in_blocks is not None:
             self._in_blocks.factorize(d)
             return
         self._upper.data[self._places] = self.S * (self._diagonal + d)
         again = qdldl.Solver if self._solver is None else self._solver.update
-        made = factors.factorized(partial(again, self._upper, upper=True), self._upper.nnz)
+        made = factors.factorized(
+            partial(again, self._upper, upper=True), self._upper.nnz
+        )
         self._solver = self._solver or made
 
     def solve(self, b: Vector) -> Vector:
-        return self._in_blocks.solve(b) if self._in_blocks is not None else np.asarray(self._solver.solve(self.S * b))
+        return (
+            self._in_blocks.solve(b)
+            if self._in_blocks is not None
+            else np.asarray(self._solver.solve(self.S * b))
+        )
 
     def operations(self) -> tuple[float, float]:
         """Return the number of operations for the factors, and its mean for an entry of these."""
@@ -196,7 +233,9 @@ class Bordered:
         def part(rows: Indices, columns: Indices) -> Matrix:
             return of_arrays((rows.size, columns.size), *block(M, rows, columns))
 
-        self._inner = _Diagonal(M.diagonal()[rest]) if is_diagonal else SuperLU(part(rest, rest))
+        self._inner = (
+            _Diagonal(M.diagonal()[rest]) if is_diagonal else SuperLU(part(rest, rest))
+        )
         self._C = part(places, rest).toarray() if is_diagonal else part(places, rest)
         self._B, self._E = part(rest, places).toarray(), part(places, places).toarray()
 
@@ -205,7 +244,9 @@ class Bordered:
         # SuperLU solves for one at a time.
         columns = [self._B] if isinstance(self._inner, _Diagonal) else self._B.T
         self._W = np.column_stack([self._inner.solve(each) for each in columns])
-        self._inverse = np.linalg.inv(self._E + np.diag(d[self._places]) - self._C @ self._W)
+        self._inverse = np.linalg.inv(
+            self._E + np.diag(d[self._places]) - self._C @ self._W
+        )
 
     def solve(self, b: Vector) -> Vector:
         y = self._inner.solve(b[self._rest])

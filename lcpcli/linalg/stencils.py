@@ -29,13 +29,17 @@ class Operator:
     def __init__(self, M: Matrix) -> None:
         n = M.shape[0]
         self.parts = list(row_parts(n))
-        self._stencil = _stencil(M) if n >= FEWEST_ROWS and M.nnz <= MOST_ENTRIES * n else None
+        self._stencil = (
+            _stencil(M) if n >= FEWEST_ROWS and M.nnz <= MOST_ENTRIES * n else None
+        )
         self._use(M if self._stencil is None else M[self._stencil.others])
 
     def _use(self, entries: Matrix) -> None:
         """Take these rows of M, those that differ from the stencil or all of them."""
         self._entries, self.dtype = entries, entries.dtype
-        self._rows = row_multiplier(entries.shape, entries.indptr, entries.indices, entries.data)
+        self._rows = row_multiplier(
+            entries.shape, entries.indptr, entries.indices, entries.data
+        )
 
     def in_single_precision(self) -> Operator:
         single = copy(self)
@@ -70,7 +74,9 @@ class Operator:
             out[part] *= factors[part]
         return out
 
-    def relaxed(self, x: Any, b: Any, weights: Any, factor: float = 1.0, out: Any = None) -> Any:
+    def relaxed(
+        self, x: Any, b: Any, weights: Any, factor: float = 1.0, out: Any = None
+    ) -> Any:
         """Return x + factor * weights * (b - M x), in `out` if that is given."""
         better = np.empty_like(x) if out is None else out
         for k, part in enumerate(self.parts):
@@ -135,6 +141,9 @@ def _stencil(M: Matrix) -> _Stencil | None:
         starts.append(starts[-1] + others[-1].size)
         if starts[-1] > MOST_OTHERS * n:
             return None
-    terms = {value: [int(shift) for shift in shifts[values == value]] for value in dict.fromkeys(values.tolist())}
+    terms = {
+        value: [int(shift) for shift in shifts[values == value]]
+        for value in dict.fromkeys(values.tolist())
+    }
     first, last = max(0, -int(shifts.min())), n - max(0, int(shifts.max()))
     return _Stencil(list(terms.items()), first, last, np.concatenate(others), starts)

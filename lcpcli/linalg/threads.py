@@ -23,7 +23,13 @@ from lcpcli.clock import imports
 from lcpcli.errors import ParameterError
 
 GENERAL = "OMP_NUM_THREADS"  # what a library goes by if its own variable is not set
-VARIABLES = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "BLIS_NUM_THREADS", "VECLIB_MAXIMUM_THREADS", GENERAL)
+VARIABLES = (
+    "OPENBLAS_NUM_THREADS",
+    "MKL_NUM_THREADS",
+    "BLIS_NUM_THREADS",
+    "VECLIB_MAXIMUM_THREADS",
+    GENERAL,
+)
 MOST_DIGITS = 9  # of a number in the environment that is read
 # With fewer than 9216 entries OpenBLAS multiplies by vectors in one thread anyway.
 FEWEST_THREADED_ROWS = 100
@@ -41,7 +47,9 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 def in_environment() -> int | None:
     """Return the number of threads that the environment sets; None if it sets none."""
     values = [os.environ.get(name, "") for name in VARIABLES]
-    return next((int(value[:MOST_DIGITS]) for value in values if value.isdecimal()), None)
+    return next(
+        (int(value[:MOST_DIGITS]) for value in values if value.isdecimal()), None
+    )
 
 
 def with_limited_threads(function: Function) -> Function:
@@ -53,7 +61,9 @@ def with_limited_threads(function: Function) -> Function:
 
     @wraps(function)
     def limited_function(problem: Any, *given: Any, **named: Any) -> Any:
-        is_small = 2 * problem.n < FEWEST_THREADED_ROWS and options.THREADS.name not in named
+        is_small = (
+            2 * problem.n < FEWEST_THREADED_ROWS and options.THREADS.name not in named
+        )
         number = None if is_small else _number(problem, named.get(options.THREADS.name))
         if number is None:
             return function(problem, *given, **named)
@@ -137,4 +147,8 @@ def _libraries() -> list[Any] | None:
             return None
         import scipy.linalg  # noqa: F401 (so that its BLAS is among them)
 
-        return [each for each in ThreadpoolController().lib_controllers if each.user_api == "blas"]
+        return [
+            each
+            for each in ThreadpoolController().lib_controllers
+            if each.user_api == "blas"
+        ]

@@ -30,7 +30,13 @@ from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import FAR_FROM_ONE, ROW_ROUNDING, largest
 from lcpcli.linalg.factors import finite
 from lcpcli.linalg.krylov import Operator, conjugate_gradients, identity, norm
-from lcpcli.linalg.matrices import Shape, compressed_multiplier, is_sparse, row_parts, width
+from lcpcli.linalg.matrices import (
+    Shape,
+    compressed_multiplier,
+    is_sparse,
+    row_parts,
+    width,
+)
 from lcpcli.typing import Indices, Mask, Matrix, Vector
 
 if TYPE_CHECKING:
@@ -109,7 +115,11 @@ def units(M: Matrix, S: Vector | None = None) -> Units:
         rows, columns = _sums(M) / max(n, 1)
         middle = float(rows.sum()) / max(2 * n, 1)
         return Units(middle - rows, middle - columns, nothing, nothing, 1)
-    fitted = _dense(M) if M.shape[0] <= FEW_ROWS or np.count_nonzero(M) > DENSE * M.size else None
+    fitted = (
+        _dense(M)
+        if M.shape[0] <= FEW_ROWS or np.count_nonzero(M) > DENSE * M.size
+        else None
+    )
     if fitted is not None:
         return fitted
     with imports:
@@ -134,8 +144,13 @@ def _dense(M: Vector) -> Units | None:
     columns of a component.
     """
     n, used = M.shape[0], M != 0
-    entries, logarithms = used.astype(np.float64), np.log2(np.abs(M), where=used, out=np.zeros(M.shape))
-    sums, counts = (np.array([each.sum(axis=1), each.sum(axis=0)]) for each in (logarithms, entries))
+    entries, logarithms = (
+        used.astype(np.float64),
+        np.log2(np.abs(M), where=used, out=np.zeros(M.shape)),
+    )
+    sums, counts = (
+        np.array([each.sum(axis=1), each.sum(axis=0)]) for each in (logarithms, entries)
+    )
     if n > MOST_DENSE:
         scaled = entries / np.multiply.outer(*map(_roots, counts))
         times = [scaled.__matmul__, scaled.T.__matmul__]
@@ -146,11 +161,18 @@ def _dense(M: Vector) -> Units | None:
     part = np.concatenate((row_part, column_part))
     if n <= MOST_DENSE:
         signs = np.repeat((1.0, -1.0), n)
-        N = (part[:, np.newaxis] == part) * np.outer(signs, signs) + np.diag(counts.ravel())
+        N = (part[:, np.newaxis] == part) * np.outer(signs, signs) + np.diag(
+            counts.ravel()
+        )
         N[:n, n:] += entries
         N[n:, :n] += entries.T
         found = [np.linalg.solve(N, -sums.ravel())]
-    return Units(*_centred(np.concatenate(found), counts, part, parts), row_part, column_part, parts)
+    return Units(
+        *_centred(np.concatenate(found), counts, part, parts),
+        row_part,
+        column_part,
+        parts,
+    )
 
 
 def _sparse(M: Matrix, S: Vector | None = None) -> Units:
@@ -169,31 +191,48 @@ def _sparse(M: Matrix, S: Vector | None = None) -> Units:
     columns = rows if S is not None else transposed(M.shape, *rows)
     is_symmetric = S is not None or all(map(np.array_equal, rows, columns))
     if M.diagonal().all():  # it couples row i and column i: half of the graph will do
-        parts, half = connected_components(of_arrays(M.shape, indptr, indices, ones), directed=False)
+        parts, half = connected_components(
+            of_arrays(M.shape, indptr, indices, ones), directed=False
+        )
         part = np.concatenate((half, half))
     else:
         whole = np.concatenate((indptr, np.full(n, M.nnz, dtype=index)))
-        parts, part = connected_components(of_arrays((2 * n, 2 * n), whole, indices + n, ones), directed=False)
+        parts, part = connected_components(
+            of_arrays((2 * n, 2 * n), whole, indices + n, ones), directed=False
+        )
     counts = np.array([np.diff(indptr), np.diff(columns[0])], dtype=np.float64)
     ones = np.ones(n)
-    sums = [compressed_multiplier(M.shape, *places)(ones) for places in ((rows,) if is_symmetric else (rows, columns))]
+    sums = [
+        compressed_multiplier(M.shape, *places)(ones)
+        for places in ((rows,) if is_symmetric else (rows, columns))
+    ]
     sums = [sums[0], sums[-1]]
     if M.nnz == 2 * n - parts:
         x = _forest(*rows, part, parts)
     elif counts.max(initial=0.0) <= 2 * BAND + 1 and (farthest := width(M)) <= BAND:
         times = [_product((*each[:2], np.ones(M.nnz)), n) for each in (rows, columns)]
-        x = _banded(M, farthest, np.array(sums), counts, times, _first_of_parts(part, parts))
+        x = _banded(
+            M, farthest, np.array(sums), counts, times, _first_of_parts(part, parts)
+        )
     else:
-        is_brief, is_settled = n > LARGEST_ELIMINATED or (is_symmetric and n <= FEW_SYMMETRIC), False
+        is_brief, is_settled = (
+            n > LARGEST_ELIMINATED or (is_symmetric and n <= FEW_SYMMETRIC),
+            False,
+        )
         most = MOST_CG_STEPS if is_brief else FEW_CG_STEPS
         if not is_symmetric:
-            times = [_product(_scaled(*each), n) for each in ((rows, *counts), (columns, *counts[::-1]))]
+            times = [
+                _product(_scaled(*each), n)
+                for each in ((rows, *counts), (columns, *counts[::-1]))
+            ]
             *both, is_settled = _by_gradients(sums, [*counts], times, most)
             x = np.concatenate(both)
         elif n > FEW_SYMMETRIC or M.nnz > THIN * n:
             chosen = np.zeros(n, dtype=bool) if S is None else S < 0
             error = SETTLED_PROGRAM if chosen.any() else SETTLED_ERROR
-            found, is_settled = _symmetric(M.shape, rows, sums[0], counts[0], chosen, most, error)
+            found, is_settled = _symmetric(
+                M.shape, rows, sums[0], counts[0], chosen, most, error
+            )
             x = np.concatenate((found, found))
         if not is_settled and n <= LARGEST_ELIMINATED:
             E = of_arrays(M.shape, indptr, indices, np.ones(M.nnz))
@@ -205,48 +244,75 @@ def _sparse(M: Matrix, S: Vector | None = None) -> Units:
 
 
 def _symmetric(
-    shape: Shape, rows: Arrays, sums: Vector, counts: Vector, chosen: Mask, most: int, error: float
+    shape: Shape,
+    rows: Arrays,
+    sums: Vector,
+    counts: Vector,
+    chosen: Mask,
+    most: int,
+    error: float,
 ) -> tuple[Vector, bool]:
     """Return rho = gamma for a symmetric matrix, and whether conjugate gradients have settled them. chosen : the rows
     that are eliminated, if there are no entries between them."""
     with imports:
         from lcpcli.linalg.compressed_rows import block, of_arrays, transposed
-    first, other, M = chosen.nonzero()[0], (~chosen).nonzero()[0], of_arrays(shape, *rows)
+    first, other, M = (
+        chosen.nonzero()[0],
+        (~chosen).nonzero()[0],
+        of_arrays(shape, *rows),
+    )
     places = block(M, first, other)
     if places[1].size < counts[first].sum():
         return _symmetric(shape, rows, sums, counts, np.zeros_like(chosen), most, error)
     of_logarithms, of_entries = ([v[first], v[other]] for v in (sums, counts))
     scaled = _scaled(places, *of_entries)
-    times = [_product(scaled, other.size), _product(transposed((first.size, other.size), *scaled), first.size)]
+    times = [
+        _product(scaled, other.size),
+        _product(transposed((first.size, other.size), *scaled), first.size),
+    ]
     inner = block(M, other, other) if first.size else rows
     if inner[1].size:
         times.append(_product(_scaled(inner, of_entries[1], of_entries[1]), other.size))
     x = np.empty(counts.size)
-    x[first], x[other], is_settled = _by_gradients(of_logarithms, of_entries, times, most, error)
+    x[first], x[other], is_settled = _by_gradients(
+        of_logarithms, of_entries, times, most, error
+    )
     return x, is_settled
 
 
 def _scaled(places: Arrays, of_rows: Vector, of_columns: Vector) -> Arrays:
     """Return the entries of a matrix as 1 / root(r c), where r and c are the counts of their rows and columns."""
     indptr, indices, _ = places
-    return indptr, indices, np.repeat(1 / _roots(of_rows), np.diff(indptr)) / _roots(of_columns)[indices]
+    return (
+        indptr,
+        indices,
+        np.repeat(1 / _roots(of_rows), np.diff(indptr)) / _roots(of_columns)[indices],
+    )
 
 
 def _product(matrix: Arrays, columns: int) -> Operator:
     return compressed_multiplier((matrix[0].size - 1, columns), *matrix)
 
 
-def _centred(x: Vector, counts: Vector, part: Indices, parts: int) -> tuple[Vector, Vector]:
+def _centred(
+    x: Vector, counts: Vector, part: Indices, parts: int
+) -> tuple[Vector, Vector]:
     """Return rho and gamma with equal means in each component, over as many entries as rows and columns have."""
     (rows, columns), n = counts, counts.shape[1]
     entries = np.maximum(np.bincount(part[:n], rows, parts), 1.0)
-    totals = np.bincount(part[:n], rows * x[:n], parts) - np.bincount(part[n:], columns * x[n:], parts)
+    totals = np.bincount(part[:n], rows * x[:n], parts) - np.bincount(
+        part[n:], columns * x[n:], parts
+    )
     change = totals / (2 * entries)
     return x[:n] - change[part[:n]], x[n:] + change[part[n:]]
 
 
 def _by_gradients(
-    sums: Sequence[Vector], counts: Sequence[Vector], times: Sequence[Operator], most: int, error: float = SETTLED_ERROR
+    sums: Sequence[Vector],
+    counts: Sequence[Vector],
+    times: Sequence[Operator],
+    most: int,
+    error: float = SETTLED_ERROR,
 ) -> tuple[Vector, Vector, bool]:
     """Return rho and gamma by conjugate gradients on the normal equations, with 1 on their diagonal, after rho is
     eliminated, which halves the steps; and whether at most so many of these settled them.
@@ -271,7 +337,9 @@ def _by_gradients(
         mean = norm(r) / root
         return mean if mean > settled else largest(r / of_columns)
 
-    gamma, left = conjugate_gradients(product, b, np.zeros(b.size), settled, most, identity, measure)
+    gamma, left = conjugate_gradients(
+        product, b, np.zeros(b.size), settled, most, identity, measure
+    )
     return -(means + forth(gamma)) / of_rows, gamma / of_columns, left <= settled
 
 
@@ -279,7 +347,9 @@ def _roots(counts: Vector) -> Vector:
     return np.sqrt(np.maximum(counts, 1.0))
 
 
-def _forest(indptr: Indices, indices: Indices, logarithms: Vector, part: Indices, parts: int) -> Vector:
+def _forest(
+    indptr: Indices, indices: Indices, logarithms: Vector, part: Indices, parts: int
+) -> Vector:
     """Return rho and gamma, one after another, of a forest: 0 at the root of each tree, and else x_v = a_v - x_above.
     Each step of the loop puts twice as many steps up the tree in one."""
     with imports:
@@ -288,8 +358,12 @@ def _forest(indptr: Indices, indices: Indices, logarithms: Vector, part: Indices
     n = indptr.size - 1
     roots = _first_of_parts(part, parts)
     places = np.concatenate((indices + n, roots.astype(indices.dtype)))
-    begins = np.concatenate((indptr, np.full(n, indices.size), [places.size])).astype(indptr.dtype)
-    graph = csr_array((np.ones(places.size), places, begins), shape=(2 * n + 1, 2 * n + 1))
+    begins = np.concatenate((indptr, np.full(n, indices.size), [places.size])).astype(
+        indptr.dtype
+    )
+    graph = csr_array(
+        (np.ones(places.size), places, begins), shape=(2 * n + 1, 2 * n + 1)
+    )
     above = breadth_first_order(graph, 2 * n, directed=False)[1]
     above[2 * n] = 2 * n
     owners = np.repeat(np.arange(n), np.diff(indptr))
@@ -311,7 +385,12 @@ def _first_of_parts(part: Indices, parts: int) -> Indices:
 
 
 def _eliminated(
-    E: Matrix, sums: Sequence[Vector], counts: Vector, part: Indices, parts: int, is_symmetric: bool
+    E: Matrix,
+    sums: Sequence[Vector],
+    counts: Vector,
+    part: Indices,
+    parts: int,
+    is_symmetric: bool,
 ) -> Vector:
     """Return rho and gamma, one after another, by elimination and one step of refinement, with one of them 0 in each
     component; the two are equal for a symmetric matrix, whose equations are singular only where a row and its column
@@ -326,7 +405,10 @@ def _eliminated(
         roots = roots[part[roots] != part[n + roots]]
         b, d, factors = -sums[0], counts[0].copy(), systems(E, np.ones(n))
     else:
-        E, roots = block_array([[None, E], [E.T, None]], format="csr"), _first_of_parts(part, parts)
+        E, roots = (
+            block_array([[None, E], [E.T, None]], format="csr"),
+            _first_of_parts(part, parts),
+        )
         b, d, factors = -np.concatenate(sums), counts.flatten(), systems(E, None)
     d[roots] += 1.0
     factors.factorize(d)
@@ -336,7 +418,12 @@ def _eliminated(
 
 
 def _banded(
-    M: Matrix, farthest: int, sums: Vector, counts: Vector, times: list[Callable[[Vector], Vector]], roots: Indices
+    M: Matrix,
+    farthest: int,
+    sums: Vector,
+    counts: Vector,
+    times: list[Callable[[Vector], Vector]],
+    roots: Indices,
 ) -> Vector:
     """Return rho and gamma, one after another, of a band by Cholesky factors, with 0 at the roots, and one step of
     refinement. Row i of M has place 2 i, and column j place 2 j + 1. times : as in `_by_gradients`."""
@@ -348,10 +435,17 @@ def _banded(
     N[last - np.abs(rows - columns), np.maximum(rows, columns)] = 1.0
     N[last] = counts.T.ravel()
     N[last, 2 * (roots % n) + roots // n] += 1.0
-    factors, x = cholesky_banded(N, overwrite_ab=True, check_finite=False), np.zeros((2, n))
+    factors, x = (
+        cholesky_banded(N, overwrite_ab=True, check_finite=False),
+        np.zeros((2, n)),
+    )
     for _ in range(2):
         residual = sums + counts * x + [times[0](x[1]), times[1](x[0])]
-        x -= cho_solve_banded((factors, False), residual.T.ravel(), check_finite=False).reshape(n, 2).T
+        x -= (
+            cho_solve_banded((factors, False), residual.T.ravel(), check_finite=False)
+            .reshape(n, 2)
+            .T
+        )
     return x.ravel()
 
 
@@ -383,7 +477,9 @@ def _components(used: Mask, entries: Vector) -> tuple[Indices, Indices, int]:
     return rows, columns, count + alone.size
 
 
-def equilibrate(M: Matrix, q: Vector, rows: Vector | None = None) -> tuple[Vector, Vector]:
+def equilibrate(
+    M: Matrix, q: Vector, rows: Vector | None = None
+) -> tuple[Vector, Vector]:
     """Return diagonals R, C of shape (n,) for which the rows and columns of R |M| C have largest entries near 1.
 
     Rows and columns are divided simultaneously by the square roots of their largest entries (D. Ruiz, A scaling
@@ -396,7 +492,10 @@ def equilibrate(M: Matrix, q: Vector, rows: Vector | None = None) -> tuple[Vecto
     rows : the largest |entry| of each row of M, if they are known: M need then not be read if its diagonal is nearly as
         large.
     """
-    rows, diagonal = matrices.row_maxima(M) if rows is None else rows, np.abs(M.diagonal())
+    rows, diagonal = (
+        matrices.row_maxima(M) if rows is None else rows,
+        np.abs(M.diagonal()),
+    )
     power = common_power(float(diagonal.min()), float(rows.max())) if q.size else 0.0
     if not math.isnan(power):
         common = np.full(q.size, 2.0**power)
@@ -405,7 +504,11 @@ def equilibrate(M: Matrix, q: Vector, rows: Vector | None = None) -> tuple[Vecto
     powers = moderate_powers(M, sizes, diagonal)
     if not powers.size:
         far = units(M)
-        powers = np.clip(np.rint(np.concatenate((far.rows, far.columns))), -LARGEST_POWER, LARGEST_POWER)
+        powers = np.clip(
+            np.rint(np.concatenate((far.rows, far.columns))),
+            -LARGEST_POWER,
+            LARGEST_POWER,
+        )
         powers = swept(M, sizes_in_units(M, powers), diagonal, powers, False)
     row_power, column_power = powers[: q.size], powers[q.size :]
     empty = (rows == 0) & (q != 0)
@@ -413,7 +516,11 @@ def equilibrate(M: Matrix, q: Vector, rows: Vector | None = None) -> tuple[Vecto
         sizes = row_power[~empty] + 2 * half_power(np.abs(q[~empty]))
         size = sizes[q[~empty] != 0].max(initial=-LARGEST_POWER)
         own = 2 * half_power(np.abs(q[empty]))
-        row_power[empty] = np.clip((size if size > -LARGEST_POWER else 0.0) - own, -LARGEST_POWER, LARGEST_POWER)
+        row_power[empty] = np.clip(
+            (size if size > -LARGEST_POWER else 0.0) - own,
+            -LARGEST_POWER,
+            LARGEST_POWER,
+        )
     return np.exp2(row_power), np.exp2(column_power)
 
 
@@ -430,7 +537,9 @@ def moderate_powers(M: Matrix, sizes: Vector, diagonal: Vector) -> Vector:
     return swept(M, sizes, diagonal, np.zeros(2 * n), True)
 
 
-def swept(M: Matrix, sizes: Vector, diagonal: Vector, powers: Vector, is_limited: bool) -> Vector:
+def swept(
+    M: Matrix, sizes: Vector, diagonal: Vector, powers: Vector, is_limited: bool
+) -> Vector:
     """Return the exponents after at most MOST_SWEEPS from some with which the largest entries have these sizes; limited
     ones leave the range of those of the first sweep by EXPONENT_MARGIN at most, if these are near each other."""
     n, changes = diagonal.size, half_power(sizes)
@@ -468,7 +577,9 @@ def common_power(least: float, largest: float) -> float:
 def are_far_apart(sizes: Vector) -> bool:
     """Return whether sizes differ by more than units in common use do."""
     used = sizes[sizes > 0.0]
-    return bool(used.size > 0 and np.log2(used.max()) - np.log2(used.min()) > UNITS_FAR_APART)
+    return bool(
+        used.size > 0 and np.log2(used.max()) - np.log2(used.min()) > UNITS_FAR_APART
+    )
 
 
 def half_power(sizes: Vector) -> Vector:
@@ -492,10 +603,17 @@ class PseudoInverse:
         R, C = units(A).diagonals()
         left, sizes, right = np.linalg.svd(finite(R[:, np.newaxis] * A * C))
         rank = int(np.count_nonzero(sizes > LEAST_SINGULAR_VALUE * sizes[0]))
-        self._inverse = (C[:, np.newaxis] * right[:rank].T / sizes[:rank]) @ (left[:, :rank].T * R)
-        self._null, self._left_null = C[:, np.newaxis] * right[rank:].T, left[:, rank:].T * R
+        self._inverse = (C[:, np.newaxis] * right[:rank].T / sizes[:rank]) @ (
+            left[:, :rank].T * R
+        )
+        self._null, self._left_null = (
+            C[:, np.newaxis] * right[rank:].T,
+            left[:, rank:].T * R,
+        )
         self.is_singular = rank < len(A)
-        self._rounding = len(A) * ROW_ROUNDING * (sizes[0] / sizes[rank - 1] if rank else 1.0)  # of the null spaces
+        self._rounding = (
+            len(A) * ROW_ROUNDING * (sizes[0] / sizes[rank - 1] if rank else 1.0)
+        )  # of the null spaces
 
     def __call__(self, b: Vector, transposed: bool = False) -> Vector:
         """Return G b or G'b."""
@@ -504,8 +622,15 @@ class PseudoInverse:
     def determines(self, J: Vector) -> Mask:
         """Return for which rows of J, shape (m, k), J x is the same for all solutions x, up to rounding."""
         sizes = np.abs(J) @ np.abs(self._null)
-        return np.asarray((np.abs(J @ self._null) <= self._rounding * sizes).all(axis=1))
+        return np.asarray(
+            (np.abs(J @ self._null) <= self._rounding * sizes).all(axis=1)
+        )
 
     def is_consistent(self, b: Vector, terms: Vector) -> bool:
         """Return whether A x = b has a solution, up to rounding of the terms that b is the sum of."""
-        return bool((np.abs(self._left_null @ b) <= self._rounding * (np.abs(self._left_null) @ terms)).all())
+        return bool(
+            (
+                np.abs(self._left_null @ b)
+                <= self._rounding * (np.abs(self._left_null) @ terms)
+            ).all()
+        )

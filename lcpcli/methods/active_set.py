@@ -21,7 +21,14 @@ from lcpcli.basis.exchanges import BasicSolution, exchanging
 from lcpcli.interrupts import check
 from lcpcli.linalg.doubles import EPS, ROUNDING, SMALLEST_NORMAL
 from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix, Solve
-from lcpcli.linalg.krylov import Measure, bicgstab, conjugate_gradients, identity, norm, relative_to
+from lcpcli.linalg.krylov import (
+    Measure,
+    bicgstab,
+    conjugate_gradients,
+    identity,
+    norm,
+    relative_to,
+)
 from lcpcli.linalg.matrices import absolute_product, is_narrow, is_symmetric
 from lcpcli.linalg.stencils import Operator
 from lcpcli.linalg.units import equilibrate
@@ -70,13 +77,21 @@ def krylov(problem: Problem, x0: Vector, symmetric: bool) -> Stage:
         if own.size:
             next(pivoting)
         x = box.x_within(own.z, own.w, own.basis)
-        F = own.w - (box.reflected(x) - x) if (own.z == box.project(own.z)).all() else None
+        F = (
+            own.w - (box.reflected(x) - x)
+            if (own.z == box.project(own.z)).all()
+            else None
+        )
         yield Iterate(x, F, "", own.products, signs_final=F is not None)
         if not own.size:
             return Finished()
         stagnant = 0 if own.size < least else stagnant + 1
         least = min(own.size, least)
-    return Stalled(ROUNDING_REACHED) if least <= STAGNATION * norm(own.terms()) else Breakdown(NO_PROGRESS)
+    return (
+        Stalled(ROUNDING_REACHED)
+        if least <= STAGNATION * norm(own.terms())
+        else Breakdown(NO_PROGRESS)
+    )
 
 
 class Inexact:
@@ -98,7 +113,9 @@ class Inexact:
         self.M, self.q, self.box, self.z, self.diagonal = M, q, box, z, M.diagonal()
         self._operator = operator or Operator(M)
         self.is_symmetric = symmetric
-        self._method, self._cost = (conjugate_gradients, 1) if symmetric else (bicgstab, 2)
+        self._method, self._cost = (
+            (conjugate_gradients, 1) if symmetric else (bicgstab, 2)
+        )
         # Of the last product, if one at a time is needed.
         self._image = np.empty(q.size) if symmetric else None
         self._precondition, self.products = precondition, 0
@@ -126,14 +143,20 @@ class Inexact:
         most = int(PATIENCE_PRODUCTS * -np.log10(reduction)) // self._cost
         size = self.size
         if not self.approach(basis, reduction * size, most) <= REDUCTION * size:
-            raise SingularMatrix(f"{PATIENCE_PRODUCTS} products with M did not gain a digit")
+            raise SingularMatrix(
+                f"{PATIENCE_PRODUCTS} products with M did not gain a digit"
+            )
         return self.found(basis)
 
-    def approach(self, basis: States, target: float, most: int, measure: Measure = norm) -> float:
+    def approach(
+        self, basis: States, target: float, most: int, measure: Measure = norm
+    ) -> float:
         """Move z towards the basic solution of a basis in at most so many steps; return the measure of its residual."""
         z, basic = self.box.nonbasic(basis), basis == BASIC
         mask = basic.astype(float)
-        if self._precondition is not None and (self._solve is identity or not np.array_equal(basis, self.basis)):
+        if self._precondition is not None and (
+            self._solve is identity or not np.array_equal(basis, self.basis)
+        ):
             self._solve = self._precondition(basic)
         b = -(self.q + self._operator(z) if np.count_nonzero(z) else self.q) * mask
 
@@ -143,7 +166,9 @@ class Inexact:
             return np.asarray(self._operator(v, mask, self._image))
 
         with np.errstate(all="ignore"):
-            y, left = self._method(product, b, self.z * mask, target, most, self._solve, measure)
+            y, left = self._method(
+                product, b, self.z * mask, target, most, self._solve, measure
+            )
         z += y
         self.z, self.basis = z, basis
         self._measure()
@@ -180,13 +205,20 @@ def multilevel(problem: Problem, symmetric: bool) -> Stage:
     if hierarchy.is_stuck:
         return Breakdown("coarsening M does not make it much smaller")
     z = FullApproximation(hierarchy, problem.q, problem.box).solution()
-    cycles, operator = VCycles(hierarchy), hierarchy.levels[0].operator if hierarchy.levels else None
+    cycles, operator = (
+        VCycles(hierarchy),
+        hierarchy.levels[0].operator if hierarchy.levels else None,
+    )
     del hierarchy  # in double precision
     return (yield from active_set(problem, z, cycles, symmetric, operator))
 
 
 def active_set(
-    problem: Problem, z: Vector, precondition: Preconditioners, symmetric: bool, operator: Operator | None = None
+    problem: Problem,
+    z: Vector,
+    precondition: Preconditioners,
+    symmetric: bool,
+    operator: Operator | None = None,
 ) -> Stage:
     """Pivot on all violated signs, with a few preconditioned products a step; in between, pivot near these signs only,
     which moves the edge of the active set by several rings at a small cost.
@@ -196,16 +228,25 @@ def active_set(
     Yields x = (z - w) / 2 for each step; evaluations are products with M. Stalled : after the last one, whose residual
     is at rounding level. Raises SingularMatrix where a system is.
     """
-    own = Inexact(problem.M, problem.q, problem.box, z, symmetric, precondition, operator)
+    own = Inexact(
+        problem.M, problem.q, problem.box, z, symmetric, precondition, operator
+    )
     basis, fewest, waiting = own.basis, problem.n + 1, ROUNDS_PATIENCE
     while waiting:
         own.approach(basis, 0.0, ROUGH_STEPS)
         found = own.found(basis)
         if not np.count_nonzero(found.wrong):
             terms = own.terms()
-            most = np.maximum(ROUNDING * terms, ACCURACY * np.minimum(terms, np.abs(own.q).max())) + SMALLEST_NORMAL
+            most = (
+                np.maximum(
+                    ROUNDING * terms, ACCURACY * np.minimum(terms, np.abs(own.q).max())
+                )
+                + SMALLEST_NORMAL
+            )
             if not own.approach(basis, 1.0, FINAL_STEPS, relative_to(most)) <= 1:
-                return Breakdown(f"{FINAL_STEPS} steps with a preconditioner did not solve a system")
+                return Breakdown(
+                    f"{FINAL_STEPS} steps with a preconditioner did not solve a system"
+                )
             found = own.found(basis)
         count = int(np.count_nonzero(found.wrong))
         x = problem.box.x_within(own.z, own.w, own.basis)
@@ -234,7 +275,10 @@ def _pivoted_near(own: Inexact, found: BasicSolution) -> States:
     try:
         for now in islice(exchanging(part, part.basis), MOST_LOCAL_STEPS):
             basis[places] = part.box.exchanged(now.basis, now.wrong, now.z)
-            if np.count_nonzero(now.wrong) <= SETTLED_CHANGES * q.size and part.size <= SETTLED_SIZE * start:
+            if (
+                np.count_nonzero(now.wrong) <= SETTLED_CHANGES * q.size
+                and part.size <= SETTLED_SIZE * start
+            ):
                 break
     except SingularMatrix:
         basis[places] = part.basis
@@ -252,9 +296,15 @@ class Factors:
         self._factors: Solve = identity
 
     def __call__(self, basic: Mask) -> Solve:
-        if np.count_nonzero(basic != self._basic) > self._change * np.count_nonzero(basic):
+        if np.count_nonzero(basic != self._basic) > self._change * np.count_nonzero(
+            basic
+        ):
             self._basic, self._factors = basic, self._solver.at(basic.nonzero()[0])
-        own, factors, both = self._basic.nonzero()[0], self._factors, basic & self._basic
+        own, factors, both = (
+            self._basic.nonzero()[0],
+            self._factors,
+            basic & self._basic,
+        )
 
         def solve(b: Vector) -> Vector:
             inner = np.zeros(b.size)
@@ -300,7 +350,13 @@ def _parts(problem: Problem, x: Vector, symmetric: bool) -> Stage:
     ending = yield from turns.take("multilevel", multilevel(problem, symmetric))
     if isinstance(ending, Breakdown):
         z = problem.box.z_of(turns.last.x)
-        ending = yield from turns.take("multilevel", active_set(problem, z, Factors(M), symmetric))
+        ending = yield from turns.take(
+            "multilevel", active_set(problem, z, Factors(M), symmetric)
+        )
     if isinstance(ending, Stalled):
-        return (yield from turns.take("multilevel", finish(problem, turns.last.x, stages.ended(ending))))
+        return (
+            yield from turns.take(
+                "multilevel", finish(problem, turns.last.x, stages.ended(ending))
+            )
+        )
     return ending

@@ -44,7 +44,14 @@ class Costs(NamedTuple):
 def costs(problem: Problem) -> Costs | None:
     """Return the costs of the game whose equilibria solve a dense LCP; None if it has no such form."""
     M, q = problem.M, problem.q
-    if is_sparse(M) or not problem.box.is_orthant or problem.n < 2 or M[0, 0] or not M[0, -1] > 0.0 or q.max() >= 0.0:
+    if (
+        is_sparse(M)
+        or not problem.box.is_orthant
+        or problem.n < 2
+        or M[0, 0]
+        or not M[0, -1] > 0.0
+        or q.max() >= 0.0
+    ):
         return None
     m = int((M[0] > 0.0).argmax())
     R, C = M[:m, m:], M[m:, :m].T
@@ -64,7 +71,10 @@ def pure(problem: Problem, game: Costs | None) -> Vector | None:
     if not both[i, j]:
         return None
     z, m = np.zeros(problem.n), R.shape[0]
-    z[i], z[m + j] = -problem.q[m + j] / problem.M[m + j, i], -problem.q[i] / problem.M[i, m + j]
+    z[i], z[m + j] = (
+        -problem.q[m + j] / problem.M[m + j, i],
+        -problem.q[i] / problem.M[i, m + j],
+    )
     return z
 
 
@@ -147,13 +157,19 @@ class _Dictionary:
     Each variable has a label of its own: those of v are a range.
     """
 
-    def __init__(self, A: Vector, slacks: Indices, variables: Indices, weights: Vector) -> None:
+    def __init__(
+        self, A: Vector, slacks: Indices, variables: Indices, weights: Vector
+    ) -> None:
         with imports:
             from scipy.linalg.blas import dger
         rows, columns = A.shape
         self._subtract = dger
         self.T = np.empty((rows, columns + 2))
-        self.T[:, :columns], self.T[:, columns], self.T[:, columns + 1] = A, 1.0, weights
+        self.T[:, :columns], self.T[:, columns], self.T[:, columns + 1] = (
+            A,
+            1.0,
+            weights,
+        )
         self.basic, self.others = slacks.copy(), variables.copy()
         self._first = variables[0]
 

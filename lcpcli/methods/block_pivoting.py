@@ -52,7 +52,11 @@ class Frame:
     box: Box
 
     def part(self, rows: Indices) -> Frame:
-        return self if rows.size == len(self.q) else replace(self, q=self.q[rows], box=self.box.part(rows))
+        return (
+            self
+            if rows.size == len(self.q)
+            else replace(self, q=self.q[rows], box=self.box.part(rows))
+        )
 
     def at(self, basis: States) -> BasicSolution:
         """Return the basic solutions of the states; they are not finite where M_PP is singular or numbers overflow."""
@@ -66,11 +70,16 @@ class Frame:
         wrong = violations > 0.0
         solved: Any = np.logical_not(wrong.any(axis=1))
         largest = np.where(basis == BASIC, like.row_maxima, 1.0) * violations
-        most = ROW_ROUNDING * (np.abs(self.q).max(axis=1, initial=0.0) + like.largest * np.abs(z).sum(axis=1))
+        most = ROW_ROUNDING * (
+            np.abs(self.q).max(axis=1, initial=0.0)
+            + like.largest * np.abs(z).sum(axis=1)
+        )
         near = (~solved & (largest.max(axis=1, initial=0.0) <= most)).nonzero()[0]
         if near.size:
             terms = ROW_ROUNDING * (self.block.sizes(z[near]) + np.abs(self.q[near]))
-            by_rounding = in_units_of_state(terms, like.row_maxima, basis[near] == BASIC)
+            by_rounding = in_units_of_state(
+                terms, like.row_maxima, basis[near] == BASIC
+            )
             solved[near] = (violations[near] <= by_rounding).all(axis=1)
         return BasicSolution(basis, z, w, wrong, solved)
 
@@ -85,7 +94,11 @@ def in_given_variables(frame: Frame, z: Vector) -> Vector:
     """Return the admissible z of the block for z of its frame; a z at a bound stays at that bound."""
     given, reference_z = frame.block.box, frame.block.references.z
     z = frame.box.project(z)
-    return z if reference_z is None else given.project(given.moved_back(z, frame.box, reference_z))
+    return (
+        z
+        if reference_z is None
+        else given.project(given.moved_back(z, frame.box, reference_z))
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,7 +117,14 @@ class Pivoted:
     by_gradient: Mask
 
 
-def pivoted(frame: Frame, wanted: Mask, R: Vector, C: Vector, most_steps: int, is_late: Callable[[], bool]) -> Pivoted:
+def pivoted(
+    frame: Frame,
+    wanted: Mask,
+    R: Vector,
+    C: Vector,
+    most_steps: int,
+    is_late: Callable[[], bool],
+) -> Pivoted:
     """Pivot the wanted problems, shape (m,), by blocks in at most `most_steps`, stopping early once `is_late()`.
 
     R, C : units in which sizes are compared, shape (n,).
@@ -112,7 +132,10 @@ def pivoted(frame: Frame, wanted: Mask, R: Vector, C: Vector, most_steps: int, i
 
     def pivot(rows: Indices, basis: States) -> None:
         """Pivot some rows of the frame from their states, and write the solutions into `found`."""
-        guard, pivoting = Safeguard(shape[1], LEAST_INDEX_STEPS), exchanging(frame.part(rows), basis)
+        guard, pivoting = (
+            Safeguard(shape[1], LEAST_INDEX_STEPS),
+            exchanging(frame.part(rows), basis),
+        )
         going: Indices | None = None
         for step in range(1, most_steps + 1 if rows.size else 0):
             if is_late():
@@ -132,7 +155,12 @@ def pivoted(frame: Frame, wanted: Mask, R: Vector, C: Vector, most_steps: int, i
 
     rows, shape = wanted.nonzero()[0], frame.q.shape
     masks = np.zeros((2, wanted.size), dtype=bool)
-    found = Pivoted(np.zeros(shape), np.full(shape, LOWER, np.int8), np.zeros(wanted.size, dtype=np.intp), *masks)
+    found = Pivoted(
+        np.zeros(shape),
+        np.full(shape, LOWER, np.int8),
+        np.zeros(wanted.size, dtype=np.intp),
+        *masks,
+    )
     leaders, near = _neighbours(frame.q[rows] * R)
     cold, warm, leaders = rows[~near], rows[near], rows[leaders[near]]
     start, found.by_gradient[cold] = _start(frame.part(cold), R, C)
@@ -146,7 +174,9 @@ def pivoted(frame: Frame, wanted: Mask, R: Vector, C: Vector, most_steps: int, i
 def refined(frame: Frame, found: Pivoted, rows: Indices, w: Vector) -> Vector:
     """Return the z of some rows after a step of iterative refinement, for their w."""
     basic = found.basis[rows] == BASIC
-    return np.asarray(found.z[rows] - solve_principal(frame.block.M, basic, np.where(basic, w, 0.0)))
+    return np.asarray(
+        found.z[rows] - solve_principal(frame.block.M, basic, np.where(basic, w, 0.0))
+    )
 
 
 def _neighbours(q: Vector) -> tuple[Indices, Mask]:
@@ -162,7 +192,9 @@ def _neighbours(q: Vector) -> tuple[Indices, Mask]:
 
 def _are_near(q: Vector, rows: Indices, others: Indices) -> Mask:
     distances, sizes = q[rows] - q[others], q[rows]
-    return np.asarray((distances**2).sum(axis=1) < NEIGHBOUR_DISTANCE**2 * (sizes**2).sum(axis=1))
+    return np.asarray(
+        (distances**2).sum(axis=1) < NEIGHBOUR_DISTANCE**2 * (sizes**2).sum(axis=1)
+    )
 
 
 def _start(frame: Frame, R: Vector, C: Vector) -> tuple[States, Mask]:
@@ -183,7 +215,10 @@ def _start(frame: Frame, R: Vector, C: Vector) -> tuple[States, Mask]:
 
     most = np.inf
     for look in gradient_steps(frame.box.in_units(C), w_of, np.zeros(q.shape), q):
-        if look.changes <= SETTLED_CHANGES * q.shape[0] or look.changes > SETTLING_FACTOR * most:
+        if (
+            look.changes <= SETTLED_CHANGES * q.shape[0]
+            or look.changes > SETTLING_FACTOR * most
+        ):
             break
         most = look.changes
     start[look.bounded] = look.basis[look.bounded]

@@ -17,7 +17,14 @@ from lcpcli.linalg.matrices import compressed
 from lcpcli.linalg.programs import convex_minimum
 from lcpcli.linalg.shifted_systems import operations, systems
 from lcpcli.methods.direct import as_sparse
-from lcpcli.methods.interior import CLOSE_MERIT, EXCHANGE_ROUNDS, FAR_RESIDUAL, LARGER_SHIFT, PROXIMAL_SHIFT, Run
+from lcpcli.methods.interior import (
+    CLOSE_MERIT,
+    EXCHANGE_ROUNDS,
+    FAR_RESIDUAL,
+    LARGER_SHIFT,
+    PROXIMAL_SHIFT,
+    Run,
+)
 from lcpcli.methods.stages import Breakdown, Stage
 from lcpcli.model.problem import Problem, conditions_of
 from lcpcli.typing import Indices, Mask, Matrix, Vector
@@ -53,7 +60,11 @@ def convex_program(problem: Problem) -> Stage:
     try:
         run = Run(problem, by_units=True)
         most = _most_operations(problem.M, S < 0)
-        if most > MOST_OPERATIONS and operations(systems(run.within.problem.M, run.within.S)) > MOST_OPERATIONS:
+        if (
+            most > MOST_OPERATIONS
+            and operations(systems(run.within.problem.M, run.within.S))
+            > MOST_OPERATIONS
+        ):
             return Breakdown("a factorization takes long")
     except (ProblemError, SingularMatrix):
         return Breakdown("no factorization succeeded")
@@ -97,13 +108,18 @@ def _most_operations(M: Matrix, is_row: Mask) -> float:
 
     nearest = least_of_rows(np.where(first, least_of_rows(places), places))
     widths = np.maximum(places - nearest, 0)[order] + 1
-    return float(np.square(np.concatenate((widths, counts[first])), dtype=np.float64).sum())
+    return float(
+        np.square(np.concatenate((widths, counts[first])), dtype=np.float64).sum()
+    )
 
 
 def _has_others(problem: Problem, is_row: Mask) -> bool:
     """Return whether M has entries in rows and columns of constraints, which no program has."""
     multipliers = is_row.nonzero()[0]
-    return problem.program_origin is None and block(problem.M, multipliers, multipliers)[1].size > 0
+    return (
+        problem.program_origin is None
+        and block(problem.M, multipliers, multipliers)[1].size > 0
+    )
 
 
 def _minimizer(problem: Problem, S: Vector) -> tuple[Vector, bool] | None:
@@ -129,13 +145,19 @@ def _minimizer(problem: Problem, S: Vector) -> tuple[Vector, bool] | None:
     parts = [block(M, x, each) for each in (x, equations, rows)]
     Q, A, G = (
         of_arrays((each.size, x.size), ends, indices, sign * data, csc_matrix)
-        for sign, each, (ends, indices, data) in zip((1, -1, -1), (x, equations, rows), parts, strict=True)
+        for sign, each, (ends, indices, data) in zip(
+            (1, -1, -1), (x, equations, rows), parts, strict=True
+        )
     )
-    if (x.size + rows.size + equations.size) * x.size <= MOST_PER_ENTRY * (Q.nnz + A.nnz + G.nnz):
+    if (x.size + rows.size + equations.size) * x.size <= MOST_PER_ENTRY * (
+        Q.nnz + A.nnz + G.nnz
+    ):
         Q, A, G = (each.toarray() for each in (Q, A, G))
     of_rows, is_linear = (G, low[rows], high[rows]), not parts[0][1].size
     limits = TOLERANCE, MOST_LINEAR_STEPS if is_linear else MOST_STEPS, MOST_GAP
-    ended = convex_minimum(Q, q[x], (A, -q[equations]), of_rows, (lower[x], upper[x]), *limits)
+    ended = convex_minimum(
+        Q, q[x], (A, -q[equations]), of_rows, (lower[x], upper[x]), *limits
+    )
     z[x], z[equations], z[rows] = ended[:3]
     is_found = "INFEASIBLE" not in ended.status and bool(np.isfinite(z).all())
     return (z, ended.status == "PIQP_SOLVED") if is_found else None

@@ -91,7 +91,9 @@ class DirectAnswer(NamedTuple):
     end: States | None = None
 
 
-def safeguarded(fewest: Any, waiting: Any, left: Any, single: Any, count: Any) -> tuple[Any, Any, Any, Any]:
+def safeguarded(
+    fewest: Any, waiting: Any, left: Any, single: Any, count: Any
+) -> tuple[Any, Any, Any, Any]:
     """Return the state of the safeguard after a step with so many wrong signs: the fewest so far, the steps without
     fewer that are left before a single exchange, and the fields of `Safeguard`. For one problem or, in arrays, for m;
     it is compiled as well."""
@@ -99,7 +101,12 @@ def safeguarded(fewest: Any, waiting: Any, left: Any, single: Any, count: Any) -
     others = fewer ^ True
     waiting = fewer * BLOCK_PATIENCE + others * (waiting - 1)
     spent = waiting < 1
-    return fewer * count + others * fewest, waiting + spent, left - spent, (single | spent) & others
+    return (
+        fewer * count + others * fewest,
+        waiting + spent,
+        left - spent,
+        (single | spent) & others,
+    )
 
 
 def is_hopeless(fewest: int, waiting: int, n: int) -> bool:
@@ -130,7 +137,9 @@ class Safeguard:
             self._fewest, self._waiting, self.single = count, BLOCK_PATIENCE, False
             return True
         before = self._fewest, self._waiting, self.left, self.single
-        self._fewest, self._waiting, self.left, self.single = safeguarded(*before, count)
+        self._fewest, self._waiting, self.left, self.single = safeguarded(
+            *before, count
+        )
         if wrong.ndim == 2:
             rows = self.single.nonzero()[0]
             first = wrong[rows].argmax(axis=1)
@@ -168,7 +177,9 @@ def as_sparse(problem: Problem, M: Matrix) -> Problem:
     if M is problem.M:
         return problem
     kept = FIELDS_OF_LCP if problem.box.is_orthant else FIELDS
-    return Problem.of_fields({name: value for name, value in vars(problem).items() if name in kept}, M=M)
+    return Problem.of_fields(
+        {name: value for name, value in vars(problem).items() if name in kept}, M=M
+    )
 
 
 def may_be_program(problem: Problem) -> bool:
@@ -194,7 +205,12 @@ def stored(M: Matrix) -> Matrix:
         return M
     if n > MOST_AS_DENSE:
         return matrices.thinned(M, MOST_FILLED_LARGE * n**2)
-    if M[0, far:].any() or M[-1, :-far].any() or M[n // 2, : n // 2 - far].any() or M[n // 2, n // 2 + far :].any():
+    if (
+        M[0, far:].any()
+        or M[-1, :-far].any()
+        or M[n // 2, : n // 2 - far].any()
+        or M[n // 2, n // 2 + far :].any()
+    ):
         return M  # most matrices that are no bands take microseconds
     thin = matrices.thinned(M, MOST_FILLED * n**2)
     return thin if is_full_band(thin) else M
@@ -202,7 +218,11 @@ def stored(M: Matrix) -> Matrix:
 
 def is_full_band(M: Matrix) -> bool:
     """Return whether M is a full band, sparse and narrow, of so many unknowns that its sparse factors are used."""
-    return is_sparse(M) and M.shape[0] > MOST_NARROW_AS_DENSE and is_narrow(M, MOST_OF_BAND)
+    return (
+        is_sparse(M)
+        and M.shape[0] > MOST_NARROW_AS_DENSE
+        and is_narrow(M, MOST_OF_BAND)
+    )
 
 
 def applies(problem: Problem) -> bool:
@@ -224,7 +244,10 @@ def basic_zeros(problem: Problem) -> Mask | None:
 
 @np.errstate(all="ignore")
 def direct(
-    problem: Problem, tol: float, basic: Mask | None = None, made: list[Made] | None = None
+    problem: Problem,
+    tol: float,
+    basic: Mask | None = None,
+    made: list[Made] | None = None,
 ) -> DirectAnswer | None:
     """Return the answer of block pivoting from a basis, or, if none is given or it is not near a solution's, from
     q < 0, as by `newton` in `auto`; None if it meets a singular M_PP, takes too many steps, or may have to be replaced
@@ -241,7 +264,9 @@ def direct(
     return answer._replace(z=found.z, is_certain=False, end=found.basis)
 
 
-def _exchanged(problem: Problem, tol: float, basic: Mask | None, made: list[Made] | None) -> DirectAnswer | None:
+def _exchanged(
+    problem: Problem, tol: float, basic: Mask | None, made: list[Made] | None
+) -> DirectAnswer | None:
     M, q, n, minus_q = problem.M, problem.q, problem.n, -problem.q
     is_start, basic = basic is not None, q < 0.0 if basic is None else basic.copy()
     guard: Safeguard | None = None
@@ -281,10 +306,20 @@ def _exchanged(problem: Problem, tol: float, basic: Mask | None, made: list[Made
             return _judged(problem, z, P, block, own, w, tol, steps)
         if guard is None and count < fewest:
             fewest = count
-        elif not (guard := guard or Safeguard(fewest - 1, FEW_INDEX_STEPS)).choose(wrong, count):
-            if last is not None and np.array_equal(wrong, last) and is_rounding(problem, z, w):
+        elif not (guard := guard or Safeguard(fewest - 1, FEW_INDEX_STEPS)).choose(
+            wrong, count
+        ):
+            if (
+                last is not None
+                and np.array_equal(wrong, last)
+                and is_rounding(problem, z, w)
+            ):
                 return DirectAnswer(np.maximum(z, 0.0), False, steps)
-            if guard.left < 0 or guard.is_hopeless(n) or (guard.single and M.diagonal().min() <= 0.0):
+            if (
+                guard.left < 0
+                or guard.is_hopeless(n)
+                or (guard.single and M.diagonal().min() <= 0.0)
+            ):
                 return None
         is_single, last = guard is not None and guard.single, wrong
         basic ^= wrong
@@ -296,7 +331,14 @@ def number_of(mask: Mask) -> int:
 
 
 def _judged(
-    problem: Problem, z: Vector, P: Indices, block: Vector, own: Vector, w: Vector, tol: float, steps: int
+    problem: Problem,
+    z: Vector,
+    P: Indices,
+    block: Vector,
+    own: Vector,
+    w: Vector,
+    tol: float,
+    steps: int,
 ) -> DirectAnswer:
     """Return the answer z, refined once if its residual `own`, w_P, is more than rounding; w has zeros in its place."""
     M, q = problem.M, problem.q
@@ -314,7 +356,10 @@ def _judged(
         terms += size
     else:
         least = min(size.tolist())
-        if least > TINY_TERMS and max(errors.tolist()) + max(violations.tolist()) <= tol * least:
+        if (
+            least > TINY_TERMS
+            and max(errors.tolist()) + max(violations.tolist()) <= tol * least
+        ):
             return DirectAnswer(z, True, steps)
     np.negative(w, out=w)
     w[P] = np.abs(own)
@@ -325,13 +370,19 @@ def _judged(
 def is_rounding(problem: Problem, z: Vector, w: Vector) -> bool:
     """Return whether the negative entries of z and w may be rounding of 0, and no row of few unknowns hides a term."""
     terms = np.abs(problem.M) @ np.abs(z) + np.abs(problem.q)
-    if (np.maximum(-w, 0.0) > ROW_ROUNDING * terms).any() or -z.min() > ROUNDED_ZERO * z.max():
+    if (
+        np.maximum(-w, 0.0) > ROW_ROUNDING * terms
+    ).any() or -z.min() > ROUNDED_ZERO * z.max():
         return False
-    return problem.n > FEW_UNKNOWNS or not hides_term_of_row(problem, without_rounding(z))
+    return problem.n > FEW_UNKNOWNS or not hides_term_of_row(
+        problem, without_rounding(z)
+    )
 
 
 @np.errstate(all="ignore")
-def direct_many(M: Vector, q: Vector, largest: Vector, tol: float, box: Box) -> tuple[Vector, Indices]:
+def direct_many(
+    M: Vector, q: Vector, largest: Vector, tol: float, box: Box
+) -> tuple[Vector, Indices]:
     """Solve m problems at once by block pivoting, as `direct.direct` does one. Return z for each, shape (m, n), and
     what it is, NOTHING, CANDIDATE or CERTAIN, with the number of steps, shape (m, 2).
 
@@ -351,8 +402,12 @@ def direct_many(M: Vector, q: Vector, largest: Vector, tol: float, box: Box) -> 
         done = regular & ~wrong.any(axis=1)
         if done.any():
             own = M[done], q[done], box.part(done)
-            refined = z[done] - each_product(inverse[done], each_product(own[0], z[done]) + own[1])
-            found[rows[done], 0], Z[rows[done]] = _judged_rows(*own, refined, largest[rows[done]], tol)
+            refined = z[done] - each_product(
+                inverse[done], each_product(own[0], z[done]) + own[1]
+            )
+            found[rows[done], 0], Z[rows[done]] = _judged_rows(
+                *own, refined, largest[rows[done]], tol
+            )
             found[rows[done], 1] = steps - ~basic[done].any(axis=1)
         going = (regular & ~done).nonzero()[0]
         if not going.size:
@@ -362,18 +417,24 @@ def direct_many(M: Vector, q: Vector, largest: Vector, tol: float, box: Box) -> 
     return Z, found
 
 
-def _judged_rows(M: Vector, q: Vector, box: Box, z: Vector, largest: Vector, tol: float) -> tuple[Indices, Vector]:
+def _judged_rows(
+    M: Vector, q: Vector, box: Box, z: Vector, largest: Vector, tol: float
+) -> tuple[Indices, Vector]:
     """Return what each z, a basic solution, is once it is within its bounds, shape (m,), and this z."""
     z, absolute, sizes = box.project(z), np.abs(M), np.abs(q)
     w, terms = each_product(M, z) + q, each_product(absolute, np.abs(z)) + sizes
     least = terms
-    for reference in (0.0,) if box.is_orthant else (box.project(np.zeros(q.shape)), box.corner):  # whichever it is
+    for reference in (
+        (0.0,) if box.is_orthant else (box.project(np.zeros(q.shape)), box.corner)
+    ):  # whichever it is
         at = np.broadcast_to(reference, q.shape)
         rounding = ROW_ROUNDING * (each_product(absolute, np.abs(at)) + sizes)
         least = np.minimum(least, np.abs(each_product(M, at) + q) - rounding)
     surely = box.excess(z, w) + ROW_ROUNDING * terms <= tol * least
     is_zero = ~z.any(axis=1) & box.is_orthant
-    kinds = np.where(is_zero | (surely & (terms > TINY_TERMS)).all(axis=1), CERTAIN, CANDIDATE)
+    kinds = np.where(
+        is_zero | (surely & (terms > TINY_TERMS)).all(axis=1), CERTAIN, CANDIDATE
+    )
     if q.shape[1] <= FEW_UNKNOWNS:  # as in `final_states.is_doubtful`
         (least_z, largest_z), (least_q, largest_q) = row_sizes(z), row_sizes(q)
         largest_term = np.maximum(largest * largest_z, largest_q)

@@ -15,7 +15,13 @@ import numpy as np
 
 from lcpcli.clock import imports
 from lcpcli.linalg import matrices
-from lcpcli.linalg.doubles import ROUNDED_ZERO, ROW_ROUNDING, SIGN_ROUNDING, is_finite, sizes
+from lcpcli.linalg.doubles import (
+    ROUNDED_ZERO,
+    ROW_ROUNDING,
+    SIGN_ROUNDING,
+    is_finite,
+    sizes,
+)
 from lcpcli.model.box import BASIC
 from lcpcli.model.problem import Problem
 from lcpcli.typing import States, Vector
@@ -40,7 +46,9 @@ def is_doubtful(problem: Problem, z: Vector) -> bool:
     if problem.n > FEW_UNKNOWNS:
         return False
     (least_z, largest_z), (least_q, largest_q) = sizes(z), problem.sizes_of_q
-    if min(problem.largest * least_z, least_q) < HIDDEN_TERM * max(problem.largest * largest_z, largest_q):
+    if min(problem.largest * least_z, least_q) < HIDDEN_TERM * max(
+        problem.largest * largest_z, largest_q
+    ):
         return hides_term_of_row(problem, z)
     return max(problem.largest, largest_q) > LONG_NUMBER
 
@@ -50,11 +58,15 @@ def hides_term_of_row(problem: Problem, z: Vector) -> bool:
     if max(problem.largest, problem.sizes_of_q[1]) > LONG_NUMBER:
         return True
     terms = np.abs(np.column_stack((matrices.dense(problem.M) * z, problem.q)))
-    hidden = terms.min(axis=1, where=terms > 0, initial=np.inf) < HIDDEN_TERM * terms.max(axis=1)
+    hidden = terms.min(
+        axis=1, where=terms > 0, initial=np.inf
+    ) < HIDDEN_TERM * terms.max(axis=1)
     return bool(hidden.any())
 
 
-def without_rounding(z: Vector, units: Vector | float = 1.0, most: float = ROUNDED_ZERO) -> Vector:
+def without_rounding(
+    z: Vector, units: Vector | float = 1.0, most: float = ROUNDED_ZERO
+) -> Vector:
     """Return z with 0 in place of components that may be rounding of 0: up to `most` of the largest, in these units."""
     size = np.abs(z) * units
     return np.where(size <= most * size.max(), 0.0, z)
@@ -68,7 +80,9 @@ class Confirmed(NamedTuple):
 
 
 @np.errstate(all="ignore")
-def confirmed(problem: Problem, z: Vector, basis: States | None = None) -> Confirmed | None:
+def confirmed(
+    problem: Problem, z: Vector, basis: States | None = None
+) -> Confirmed | None:
     """Return a z that solves a problem to the tolerance, or the exact solution near it; None if more has to be decided:
     where rounding hides terms, and there is no exact solution with the states of z or a few others.
 
@@ -86,10 +100,17 @@ def confirmed(problem: Problem, z: Vector, basis: States | None = None) -> Confi
         return given
     shown = problem.box.basis_at(z)
     near = problem.box.project(without_rounding(z))
-    allowed = ROW_ROUNDING * (np.abs(matrices.dense(problem.M)) @ np.abs(near) + np.abs(problem.q))
-    if not hides_term_of_row(problem, near) and (problem.box.excess(near, problem.w(near)) <= allowed).all():
+    allowed = ROW_ROUNDING * (
+        np.abs(matrices.dense(problem.M)) @ np.abs(near) + np.abs(problem.q)
+    )
+    if (
+        not hides_term_of_row(problem, near)
+        and (problem.box.excess(near, problem.w(near)) <= allowed).all()
+    ):
         return Confirmed(near, basis)
-    if basis is None or not np.array_equal(basis[shown == BASIC], shown[shown == BASIC]):
+    if basis is None or not np.array_equal(
+        basis[shown == BASIC], shown[shown == BASIC]
+    ):
         basis = shown
     with imports:
         from lcpcli.rational.exact_problem import ExactProblem
@@ -102,15 +123,26 @@ def confirmed(problem: Problem, z: Vector, basis: States | None = None) -> Confi
             return given if problem.n > MOST_DECIDED else None
         near = rounded(found.z)
         if found.solves:
-            return Confirmed(near, basis) if is_finite(near) and is_finite(problem.w(near)) else None
+            return (
+                Confirmed(near, basis)
+                if is_finite(near) and is_finite(problem.w(near))
+                else None
+            )
         # Only rounding: of the largest z_j where a violation is by a basic z_i, else of
         # the terms of the row, or of the numbers of its part of the problem, beside
         # which rows may be filled by rounding alone.
-        is_basic, terms = basis == BASIC, np.abs(matrices.dense(problem.M)) @ np.abs(near) + np.abs(problem.q)
+        is_basic, terms = (
+            basis == BASIC,
+            np.abs(matrices.dense(problem.M)) @ np.abs(near) + np.abs(problem.q),
+        )
         most = SIGN_ROUNDING * np.where(is_basic, np.abs(near).max(), terms)
         if problem.is_moderate and problem.n > MOST_DECIDED:
             measure = Measure(problem)
-            most = np.maximum(most, ROW_ROUNDING * np.where(is_basic, measure.natural_sizes(near), measure.caps(near)))
+            most = np.maximum(
+                most,
+                ROW_ROUNDING
+                * np.where(is_basic, measure.natural_sizes(near), measure.caps(near)),
+            )
         if not (rounded(list(found.gaps.values())) <= most[list(found.gaps)]).all():
             return None
         if problem.n > MOST_DECIDED:

@@ -23,7 +23,11 @@ from lcpcli.typing import Matrix, Vector
 
 
 def fixed_point(
-    problem: Problem, x0: Vector, *, omega: float | str = OMEGA.value, anderson: int = int(ANDERSON.value)
+    problem: Problem,
+    x0: Vector,
+    *,
+    omega: float | str = OMEGA.value,
+    anderson: int = int(ANDERSON.value),
 ) -> Stage:
     """Iterate (omega I + M) x_(k+1) = (omega I - M) |x_k| - q, with z = |x| + x and w = omega (|x| - x).
 
@@ -48,10 +52,22 @@ def fixed_point(
         name = "I + M" if omega == 1 else f"{omega:g} I + M"
         reason = f"{name} is singular to working precision, so the iteration is not defined; try another --omega"
         return ended(Breakdown(reason))
-    return _iterates(problem, x0, omega, Anderson(int(anderson), problem.n) if anderson else None, solve)
+    return _iterates(
+        problem,
+        x0,
+        omega,
+        Anderson(int(anderson), problem.n) if anderson else None,
+        solve,
+    )
 
 
-def _iterates(problem: Problem, x: Vector, omega: float, accelerator: Anderson | None, solve: factors.Solve) -> Stage:
+def _iterates(
+    problem: Problem,
+    x: Vector,
+    omega: float,
+    accelerator: Anderson | None,
+    solve: factors.Solve,
+) -> Stage:
     M, q, box, evaluations = problem.M, problem.q, problem.box, 1
     image = _image(M, omega, box.reflected(x))
     while True:
@@ -137,5 +153,7 @@ class Anderson:
         df, dg = (np.array(changes) for changes in zip(*self._changes, strict=True))
         gram = np.einsum("ij,kj->ik", df, df)
         ridge = GRAM_RIDGE * float(np.trace(gram)) * np.eye(len(gram))
-        gamma = np.linalg.lstsq(factors.finite(gram + ridge), np.einsum("ij,j->i", df, f), rcond=None)[0]
+        gamma = np.linalg.lstsq(
+            factors.finite(gram + ridge), np.einsum("ij,j->i", df, f), rcond=None
+        )[0]
         return np.asarray(g - np.einsum("i,ij->j", gamma, dg))

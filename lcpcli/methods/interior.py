@@ -24,8 +24,24 @@ from lcpcli.linalg.factors import SingularMatrix
 from lcpcli.linalg.matrices import is_sparse, multiplier, plus_diagonal, principal
 from lcpcli.linalg.shifted_systems import systems
 from lcpcli.methods.direct import MOST_AS_DENSE
-from lcpcli.methods.interior_steps import AccurateSystems, PrimalDualPoint, SlackForm, Steps, proof_of, slack_form
-from lcpcli.methods.stages import Breakdown, Ending, Finished, Iterate, NoSolution, Stage, Stalled, Tried
+from lcpcli.methods.interior_steps import (
+    AccurateSystems,
+    PrimalDualPoint,
+    SlackForm,
+    Steps,
+    proof_of,
+    slack_form,
+)
+from lcpcli.methods.stages import (
+    Breakdown,
+    Ending,
+    Finished,
+    Iterate,
+    NoSolution,
+    Stage,
+    Stalled,
+    Tried,
+)
 from lcpcli.model.box import BASIC, of_masks
 from lcpcli.model.problem import Problem
 from lcpcli.typing import States, Vector
@@ -82,12 +98,25 @@ class InteriorAttempt:
     gives_up: bool = False
 
 
-FIRST_ATTEMPTS = (InteriorAttempt(1.0, gives_up=True), InteriorAttempt(1.0, shift=1e-6, gives_up=True))
-FURTHER_ATTEMPTS = InteriorAttempt(1e4, (1e-3, 1e-6, 1e1)), InteriorAttempt(1e2), InteriorAttempt(1.0, (1.0, 1.0, 1.0))
+FIRST_ATTEMPTS = (
+    InteriorAttempt(1.0, gives_up=True),
+    InteriorAttempt(1.0, shift=1e-6, gives_up=True),
+)
+FURTHER_ATTEMPTS = (
+    InteriorAttempt(1e4, (1e-3, 1e-6, 1e1)),
+    InteriorAttempt(1e2),
+    InteriorAttempt(1.0, (1.0, 1.0, 1.0)),
+)
 ATTEMPTS = FIRST_ATTEMPTS + FURTHER_ATTEMPTS
 
 
-def interior(problem: Problem, x0: Vector, *, start_slack: float = 1.0, regularization: float = 1e-8) -> Stage:  # noqa: ARG001
+def interior(
+    problem: Problem,
+    x0: Vector,
+    *,
+    start_slack: float = 1.0,
+    regularization: float = 1e-8,
+) -> Stage:  # noqa: ARG001
     """Follow the central path from one start after another until the solution, or a proof that there is none, is found.
 
     It is meant for M + M' positive semidefinite and then takes some tens of steps, each with one factorization of
@@ -101,7 +130,10 @@ def interior(problem: Problem, x0: Vector, *, start_slack: float = 1.0, regulari
 
 
 def attempts(
-    problem: Problem, settings: Sequence[InteriorAttempt], start_slack: float = 1.0, regularization: float = 1e-8
+    problem: Problem,
+    settings: Sequence[InteriorAttempt],
+    start_slack: float = 1.0,
+    regularization: float = 1e-8,
 ) -> Stage:
     """Make some of the attempts of `interior`, as it does."""
     try:
@@ -126,7 +158,12 @@ def at_point(problem: Problem, x: Vector, tried: Tried | None = None) -> Stage:
     except ProblemError:
         return Breakdown("numbers overflow in scaled units")
     ending = yield from run.at_point(x)
-    if tried is not None and not isinstance(ending, Finished) and is_sparse(problem.M) and problem.n > MOST_AS_DENSE:
+    if (
+        tried is not None
+        and not isinstance(ending, Finished)
+        and is_sparse(problem.M)
+        and problem.n > MOST_AS_DENSE
+    ):
         tried["interior"] = [run.attempts(FIRST_ATTEMPTS)]
     return ending
 
@@ -135,11 +172,18 @@ class Run:
     """The attempts on one problem, in the units of `slack_form`; ProblemError is raised if these overflow."""
 
     def __init__(self, problem: Problem, by_units: bool = False) -> None:
-        self._given, self.within, self._count = problem, slack_form(problem, by_units), 0
+        self._given, self.within, self._count = (
+            problem,
+            slack_form(problem, by_units),
+            0,
+        )
         self._is_solved = False  # by the last basic solution
 
     def attempts(
-        self, settings: Sequence[InteriorAttempt], start_slack: float = 1.0, regularization: float = 1e-8
+        self,
+        settings: Sequence[InteriorAttempt],
+        start_slack: float = 1.0,
+        regularization: float = 1e-8,
     ) -> Stage:
         ending: Ending = Breakdown("no factorization succeeded")
         self._count = 0
@@ -150,10 +194,14 @@ class Run:
                 break
         return ending
 
-    def _attempt(self, attempt: InteriorAttempt, slack: float, rho: Sequence[float]) -> Stage:
+    def _attempt(
+        self, attempt: InteriorAttempt, slack: float, rho: Sequence[float]
+    ) -> Stage:
         within = self.within
         if attempt.shift:
-            inner = replace(within.problem, M=plus_diagonal(within.problem.M, attempt.shift))
+            inner = replace(
+                within.problem, M=plus_diagonal(within.problem.M, attempt.shift)
+            )
             within = replace(within, problem=inner)
         M = within.problem.M
         try:
@@ -179,8 +227,17 @@ class Run:
             due = k % PROOF_EVERY == PROOF_EVERY - 1 and merit > CLOSE_MERIT
             if due and (proof := proof_of(self._given, self.within, (at.z, along.z))):
                 return NoSolution(proof)
-            too_short = attempt.gives_up and k >= WARM_UP_STEPS and np.mean(lengths[-RECENT_STEPS:]) < SLOW_LENGTH
-            if mu < VANISHED_MU or too_short or idle_steps > (PATIENT_STEPS if least > NEAR_MERIT else IMPATIENT_STEPS):
+            too_short = (
+                attempt.gives_up
+                and k >= WARM_UP_STEPS
+                and np.mean(lengths[-RECENT_STEPS:]) < SLOW_LENGTH
+            )
+            if (
+                mu < VANISHED_MU
+                or too_short
+                or idle_steps
+                > (PATIENT_STEPS if least > NEAR_MERIT else IMPATIENT_STEPS)
+            ):
                 break
             try:
                 at, length, along = steps.next(at)
@@ -213,15 +270,28 @@ class Run:
         rounds : of exchanges, at most. far : the residual, in scaled units, up to which they go on if it has grown.
         near : where they start, by default at the z of x. shift : eps of the proximal iteration.
         """
-        within, inner, times = self.within, self.within.problem, multiplier(self.within.problem.M)
+        within, inner, times = (
+            self.within,
+            self.within.problem,
+            multiplier(self.within.problem.M),
+        )
         z = self._given.box.z_of(x)
-        start, z = (v[within.kept] / within.units for v in (z if near is None else near, z))
+        start, z = (
+            v[within.kept] / within.units for v in (z if near is None else near, z)
+        )
         states = inner.box.basis_of((z - times(z) - inner.q) / 2)
-        z = np.where(states == BASIC, inner.box.project(start), inner.box.nonbasic(states))
-        if not self._count and largest(inner.box.gaps(z, times(z) + inner.q)) <= SOLVED_RESIDUAL:
+        z = np.where(
+            states == BASIC, inner.box.project(start), inner.box.nonbasic(states)
+        )
+        if (
+            not self._count
+            and largest(inner.box.gaps(z, times(z) + inner.q)) <= SOLVED_RESIDUAL
+        ):
             self._count += 1
             yield self._shown(z, FINISH)._replace(signs_final=False)
-        for point in islice(self._exchanged(start, states, far=far, shift=shift), rounds):
+        for point in islice(
+            self._exchanged(start, states, far=far, shift=shift), rounds
+        ):
             yield point._replace(signs_final=point.signs_final or self._is_solved)
             if self._is_solved:
                 return Finished()
@@ -248,7 +318,9 @@ class Run:
                     return  # of a wrong basis, nearly singular
                 least = min(size, least)
                 self._count, self._is_solved = self._count + 1, found.is_solution
-                yield self._shown(own.z, FINISH)._replace(signs_final=size <= EXACT_RESIDUAL or last)
+                yield self._shown(own.z, FINISH)._replace(
+                    signs_final=size <= EXACT_RESIDUAL or last
+                )
                 if found.is_solution:
                     return
 
@@ -259,19 +331,35 @@ class Run:
 class _ProximalSolutions:
     """Basic solutions of a problem with signs S, each by proximal steps from the last z, moved within the bounds."""
 
-    def __init__(self, problem: Problem, S: Vector | None, z: Vector, shift: float) -> None:
-        self._problem, self._S, self.box, self.z, self._shift = problem, S, problem.box, problem.box.project(z), shift
+    def __init__(
+        self, problem: Problem, S: Vector | None, z: Vector, shift: float
+    ) -> None:
+        self._problem, self._S, self.box, self.z, self._shift = (
+            problem,
+            S,
+            problem.box,
+            problem.box.project(z),
+            shift,
+        )
 
     @np.errstate(all="ignore")
     def at(self, basis: States) -> BasicSolution:
         """Return the basic solution of a basis; raise SingularMatrix if z is not finite."""
-        basic, times, q = (basis == BASIC).nonzero()[0], multiplier(self._problem.M), self._problem.q
+        basic, times, q = (
+            (basis == BASIC).nonzero()[0],
+            multiplier(self._problem.M),
+            self._problem.q,
+        )
         z = np.where(basis == BASIC, self.z, self.box.nonbasic(basis))
         w = times(z) + q
         last = least = float(np.abs(w[basic]).max(initial=0.0))
         best = z, w
         if basic.size:
-            own = systems(principal(self._problem.M, basic), None if self._S is None else self._S[basic], once=True)
+            own = systems(
+                principal(self._problem.M, basic),
+                None if self._S is None else self._S[basic],
+                once=True,
+            )
             try:
                 own.factorize(np.full(basic.size, self._shift))
             except SingularMatrix:  # rounding has made a pivot 0

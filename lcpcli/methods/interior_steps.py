@@ -91,7 +91,11 @@ def slack_form(problem: Problem, by_units: bool = False) -> SlackForm:
         q, M = (problem.q + M @ fixed)[kept], matrices.principal(M, kept)
         lower, upper = lower[kept], upper[kept]
     has_units = by_units and problem.signs is not None
-    d = problem.units.diagonals()[0][kept] if has_units else _ruiz(M, problem.signs is not None)
+    d = (
+        problem.units.diagonals()[0][kept]
+        if has_units
+        else _ruiz(M, problem.signs is not None)
+    )
     M = matrices.scaled(M, d, d)
     q, lower, upper = q * d, lower / d, upper / d
     finite = [v[np.isfinite(v)] for v in (lower, upper)]
@@ -124,11 +128,18 @@ def _ruiz(M: Matrix, symmetric: bool) -> Vector:
     return np.exp2(np.rint(np.log2(d)))
 
 
-def proof_of(problem: Problem, within: SlackForm, directions: Sequence[Vector]) -> Certificate | None:
+def proof_of(
+    problem: Problem, within: SlackForm, directions: Sequence[Vector]
+) -> Certificate | None:
     """Return the certificate from one of the directions, or from its part with one of the signs S; or None."""
     given, S = conditions_of(problem), within.S
-    least, most = np.where(np.isfinite(given.lower), 0.0, -np.inf), np.where(np.isfinite(given.upper), 0.0, np.inf)
-    for direction in (each for each in directions if np.abs(each).max() > DIVERGED_SIZE):
+    least, most = (
+        np.where(np.isfinite(given.lower), 0.0, -np.inf),
+        np.where(np.isfinite(given.upper), 0.0, np.inf),
+    )
+    for direction in (
+        each for each in directions if np.abs(each).max() > DIVERGED_SIZE
+    ):
         parts = [] if S is None else [np.where(s == S, direction, 0.0) for s in (1, -1)]
         for part in (*parts, direction):
             y = np.clip(within.multipliers(part), least, most)
@@ -137,8 +148,13 @@ def proof_of(problem: Problem, within: SlackForm, directions: Sequence[Vector]) 
             # Integers and fractions near y, and y, first without small entries.
             candidates = list[Vector]()
             for small in (COARSE_ENTRY * float(np.abs(y).max()), 0.0):
-                candidates += reversed(list(simplest(np.where(np.abs(y) < small, 0.0, y))))
-            found = first_proof(problem, [each for each in candidates if _is_clear(within, each, NEARLY_ZERO)])
+                candidates += reversed(
+                    list(simplest(np.where(np.abs(y) < small, 0.0, y)))
+                )
+            found = first_proof(
+                problem,
+                [each for each in candidates if _is_clear(within, each, NEARLY_ZERO)],
+            )
             if found is not None:
                 return found
     return None
@@ -148,7 +164,9 @@ def _is_clear(within: SlackForm, y: Vector, nearly: float) -> bool:
     """Return whether y is nearly a proof in scaled units and floats, whatever the last digits of the data are."""
     y, inner = y[within.kept] / within.units, within.problem
     of, size = Multiplied(inner.M, inner.q, y, inner.box), float(np.abs(y).sum())
-    return bool(of.excess.max(initial=0.0) <= nearly * size and of.total < -CLEAR_MARGIN * size)
+    return bool(
+        of.excess.max(initial=0.0) <= nearly * size and of.total < -CLEAR_MARGIN * size
+    )
 
 
 SYSTEM_REFINEMENTS = 8  # each costs a solve; GMRES takes over if they are not enough
@@ -165,8 +183,16 @@ GMRES_STEPS = 8  # at most
 class AccurateSystems:
     """Systems with one M and its regularization rho, within a range; `solve` also returns the residual that is left."""
 
-    def __init__(self, M: Matrix, systems: Systems, rho: float, least: float, most: float) -> None:
-        self._times, self._systems, self.rho, self._least, self._most = multiplier(M), systems, rho, least, most
+    def __init__(
+        self, M: Matrix, systems: Systems, rho: float, least: float, most: float
+    ) -> None:
+        self._times, self._systems, self.rho, self._least, self._most = (
+            multiplier(M),
+            systems,
+            rho,
+            least,
+            most,
+        )
         self._of_factors, self._left, self._used_gmres = 0.0, 0.0, False
 
     def factorize(self, D: Vector) -> None:
@@ -198,7 +224,10 @@ class AccurateSystems:
             weights, by_factors = self._weights, self._systems.solve
 
             def by_gmres(r: Vector) -> Vector:
-                A, inverse = lambda v: weights * self._product(v), lambda v: by_factors(v / weights)
+                A, inverse = (
+                    lambda v: weights * self._product(v),
+                    lambda v: by_factors(v / weights),
+                )
                 return gmres(A, weights * r, GMRES_STEPS, inverse, 0.1 * goal)
 
             x, r, left = self._refined(x, r, b, goal, by_gmres, 1)
@@ -213,7 +242,13 @@ class AccurateSystems:
         return x, r, self._norm(r - self.rho * x)
 
     def _refined(
-        self, x: Vector, r: Vector, b: Vector, goal: float, solve: Solve, most: int = SYSTEM_REFINEMENTS
+        self,
+        x: Vector,
+        r: Vector,
+        b: Vector,
+        goal: float,
+        solve: Solve,
+        most: int = SYSTEM_REFINEMENTS,
     ) -> tuple[Vector, Vector, float]:
         """Return x, its residual and the norm of the residual after at most so many refinements, while fast."""
         left = self._norm(r)
@@ -273,7 +308,11 @@ class Steps:
     """The steps on one scaled problem. pairs : the number of its finite bounds."""
 
     def __init__(self, within: SlackForm, systems: AccurateSystems) -> None:
-        self.problem, self._systems, self._times = within.problem, systems, multiplier(within.problem.M)
+        self.problem, self._systems, self._times = (
+            within.problem,
+            systems,
+            multiplier(within.problem.M),
+        )
         self._index = np.concatenate((within.low, within.high))
         self.pairs = self._index.size
         self._sign = np.where(np.arange(self.pairs) < within.low.size, 1.0, -1.0)
@@ -282,7 +321,9 @@ class Steps:
         _, low, high = np.intersect1d(within.low, within.high, return_indices=True)
         # The places of both bounds of each variable with two.
         self._partners = low, high + within.low.size
-        self._measured: tuple[PrimalDualPoint, tuple[Vector, Vector, float]] | None = None
+        self._measured: tuple[PrimalDualPoint, tuple[Vector, Vector, float]] | None = (
+            None
+        )
 
     @np.errstate(all="ignore")
     def start(self, slack: float) -> PrimalDualPoint:
@@ -328,7 +369,9 @@ class Steps:
         return max(1e-10, *parts, abs(float((self._sign * self._bound) @ at.w)))
 
     @np.errstate(all="ignore")
-    def next(self, at: PrimalDualPoint) -> tuple[PrimalDualPoint, float, PrimalDualPoint]:
+    def next(
+        self, at: PrimalDualPoint
+    ) -> tuple[PrimalDualPoint, float, PrimalDualPoint]:
         """Return the next point, the step length and the direction."""
         ratio, pairs, mu = at.w / at.s, self.pairs, self.mu(at)
         self._systems.factorize(self._spread(ratio))
@@ -340,7 +383,12 @@ class Steps:
             aimed at."""
             change = products / at.s
             b = self._spread(self._sign * (change - ratio * primal)) - dual
-            z, left = self._systems.solve(b, max(SYSTEM_ACCURACY * largest, min(MU_ACCURACY * mu, AIM_ACCURACY * aim)))
+            z, left = self._systems.solve(
+                b,
+                max(
+                    SYSTEM_ACCURACY * largest, min(MU_ACCURACY * mu, AIM_ACCURACY * aim)
+                ),
+            )
             ds = self._sign * z[self._index] + primal
             change -= ratio * ds
             change += absorbing * left[self._index]
@@ -362,7 +410,10 @@ class Steps:
                 break
             goal = min(1.0, step + ASPIRED_GAIN)
             products = (at.s + goal * found.s) * (at.w + goal * found.w)
-            correction = np.clip(products, target / PRODUCT_SPREAD, target * PRODUCT_SPREAD) - products
+            correction = (
+                np.clip(products, target / PRODUCT_SPREAD, target * PRODUCT_SPREAD)
+                - products
+            )
             more = wanted + np.maximum(correction, -PRODUCT_SPREAD * target)
             other = direction(target, more)
             if longest(at, other) < step + WORTH_GAIN:
@@ -376,15 +427,24 @@ class Steps:
         step = min(1.0, max(BOUNDARY_SHARE, 1.0 - mu) * step) if step < 1.0 else 1.0
         return self._moved(at, found, step), step, found
 
-    def _moved(self, at: PrimalDualPoint, along: PrimalDualPoint, step: float) -> PrimalDualPoint:
-        s, w = (np.maximum(v + step * d, TINY) for v, d in ((at.s, along.s), (at.w, along.w)))
+    def _moved(
+        self, at: PrimalDualPoint, along: PrimalDualPoint, step: float
+    ) -> PrimalDualPoint:
+        s, w = (
+            np.maximum(v + step * d, TINY)
+            for v, d in ((at.s, along.s), (at.w, along.w))
+        )
         if not (np.isfinite(s).all() and np.isfinite(w).all()):
             raise SingularMatrix
         return PrimalDualPoint(at.z + step * along.z, s, w)
 
     def _spread(self, values: Vector) -> Vector:
         """Return the sum, for each variable, of values that belong to its bounds."""
-        return np.asarray(np.bincount(self._index, values, self.problem.q.size).astype(float, copy=False))
+        return np.asarray(
+            np.bincount(self._index, values, self.problem.q.size).astype(
+                float, copy=False
+            )
+        )
 
     def _absorbing(self, ratio: Vector) -> Vector:
         """Return minus the sign of each nearer bound whose multiplier absorbs what a system leaves; else 0."""
@@ -397,5 +457,7 @@ class Steps:
 
 def longest(at: PrimalDualPoint, along: PrimalDualPoint) -> float:
     """Return the longest step, at most 1, that keeps s and w nonnegative."""
-    fastest = min(float((d / v).min(initial=-1.0)) for v, d in ((at.s, along.s), (at.w, along.w)))
+    fastest = min(
+        float((d / v).min(initial=-1.0)) for v, d in ((at.s, along.s), (at.w, along.w))
+    )
     return -1.0 / fastest

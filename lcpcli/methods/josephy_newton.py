@@ -66,7 +66,9 @@ SLOW = "the merit function decreases too slowly"
 NO_FURTHER = "no step decreases the residual further"
 LONG = "it is given up after the work of about a second; with restarts it goes on"
 
-Linear = Callable[[Matrix, Vector, Box, "States | None", bool], "tuple[Vector, States] | None"]
+Linear = Callable[
+    [Matrix, Vector, Box, "States | None", bool], "tuple[Vector, States] | None"
+]
 """What solves a linearization: called with M, q, the bounds, the states to try first, and whether to try longer than
 before, it returns the solution and its states, or None."""
 
@@ -80,11 +82,21 @@ class _Attempt(NamedTuple):
     seed: int = 0
 
 
-ATTEMPTS = _Attempt("crash"), _Attempt("smoothed"), _Attempt(), _Attempt(is_perturbed=True)  # then those two in turn
+ATTEMPTS = (
+    _Attempt("crash"),
+    _Attempt("smoothed"),
+    _Attempt(),
+    _Attempt(is_perturbed=True),
+)  # then those two in turn
 
 
 def josephy_newton(
-    evaluations: Evaluations, start: Vector, linear: Linear, *, restarts: int = 12, is_brief: bool = False
+    evaluations: Evaluations,
+    start: Vector,
+    linear: Linear,
+    *,
+    restarts: int = 12,
+    is_brief: bool = False,
 ) -> Stage:
     """Solve a nonlinear problem by the solutions of its linearizations F(z) + J(z) d, for d with z + d in the bounds.
 
@@ -112,7 +124,11 @@ def josephy_newton(
     for number in range(restarts + 1):
         if search.is_long:
             break
-        attempt = ATTEMPTS[number] if number < len(ATTEMPTS) else _Attempt(ATTEMPTS[number % 2].first, seed=number)
+        attempt = (
+            ATTEMPTS[number]
+            if number < len(ATTEMPTS)
+            else _Attempt(ATTEMPTS[number % 2].first, seed=number)
+        )
         place = search.start(attempt, start)
         if place is None:
             continue
@@ -192,7 +208,11 @@ class _Steps:
     """
 
     def __init__(self, evaluations: Evaluations, linear: Linear) -> None:
-        self.evaluations, self._linear, self.box = evaluations, linear, evaluations.problem.box
+        self.evaluations, self._linear, self.box = (
+            evaluations,
+            linear,
+            evaluations.problem.box,
+        )
         self.reference = self._share = 0.0
         self.basis: States | None = None
         self.undefined: int | None = None
@@ -207,7 +227,11 @@ class _Steps:
             return None
         values = phi(self.box, z, F)
         merit = 0.5 * float(values @ values)
-        return Place(z, F, values, merit, self.box.gaps(z, F)) if np.isfinite(merit) else None
+        return (
+            Place(z, F, values, merit, self.box.gaps(z, F))
+            if np.isfinite(merit)
+            else None
+        )
 
     def along(
         self, z: Vector, d: Vector, shortest: float, most: float, decrease: float
@@ -235,7 +259,9 @@ class _Steps:
     def _crashed(self, place: Place) -> tuple[float, Place]:
         """Return the length of such a step, 0 if there is none, and where it leads."""
         J, box = self.evaluations.finite_jacobian(place.z), self.box
-        held = ((place.z <= box.lower) & (place.F >= 0)) | ((place.z >= box.upper) & (place.F <= 0))
+        held = ((place.z <= box.lower) & (place.F >= 0)) | (
+            (place.z >= box.upper) & (place.F <= 0)
+        )
         moving, d = (~(held | box.fixed)).nonzero()[0], np.zeros(place.z.size)
         if J is None or not moving.size or not place.merit:
             return 0.0, place
@@ -243,7 +269,10 @@ class _Steps:
             d[moving] = PrincipalSolver(J).solve(moving, -place.F[moving])
         except SingularMatrix:
             return 0.0, place
-        t, reached = next(self.along(place.z, d, SHORTEST_CRASH, place.merit, CRASH_DECREASE), (0.0, place))
+        t, reached = next(
+            self.along(place.z, d, SHORTEST_CRASH, place.merit, CRASH_DECREASE),
+            (0.0, place),
+        )
         return t, self._farther(place, d, reached) if t == 1 else reached
 
     def smoothed(self, place: Place) -> Iterator[Place]:
@@ -262,7 +291,9 @@ class _Steps:
                 mu = max(min(SMOOTHER * mu, size(place.gaps) ** 2), LEAST_MU)
 
     @np.errstate(all="ignore")
-    def step(self, place: Place, J: Matrix, most: float, loosely: float) -> tuple[str, Place] | None:
+    def step(
+        self, place: Place, J: Matrix, most: float, loosely: float
+    ) -> tuple[str, Place] | None:
         """Return the step from a place and where it leads; None if there is none. most, loosely : what the merit must
         get below by a step of a linearization, and by one that is not perturbed."""
         left = size(place.gaps) / self.reference if self.reference else 0.0
@@ -300,17 +331,26 @@ class _Steps:
         if self._fruitless < MOST_FRUITLESS:
             yield own, True
 
-    def _solved(self, place: Place, J: Matrix, most: float, share: float, is_longer: bool) -> _Solved | None:
+    def _solved(
+        self, place: Place, J: Matrix, most: float, share: float, is_longer: bool
+    ) -> _Solved | None:
         """Return the step to the solution of the linearization with a share of the perturbation, or a part of it."""
         sizes = row_maxima(J)
         M = plus_diagonal(J, share * np.where(sizes > 0, sizes, 1.0)) if share else J
         self.linearizations += 1
-        answer = self._linear(M, place.F, self.box.moved_by(place.z), self.basis, is_longer)
+        answer = self._linear(
+            M, place.F, self.box.moved_by(place.z), self.basis, is_longer
+        )
         if answer is not None:
             d, self.basis = answer
             for t, reached in self.along(place.z, d, SHORTEST, most, DECREASE):
                 if self._is_differentiable(reached):
-                    return share, t, self._farther(place, d, reached) if t == 1 else reached, self.basis
+                    return (
+                        share,
+                        t,
+                        self._farther(place, d, reached) if t == 1 else reached,
+                        self.basis,
+                    )
         self._fruitless += is_longer
         return None
 
@@ -319,7 +359,11 @@ class _Steps:
         singular J, Newton's method goes half of the way (D. W. Decker, H. B. Keller and C. T. Kelley 1983)."""
         if HALF_WAY * place.merit <= reached.merit < place.merit:
             twice = self.at(self.box.project(place.z + 2 * d))
-            if twice is not None and twice.merit <= FASTER * reached.merit and self._is_differentiable(twice):
+            if (
+                twice is not None
+                and twice.merit <= FASTER * reached.merit
+                and self._is_differentiable(twice)
+            ):
                 return twice
         return reached
 
@@ -330,34 +374,57 @@ class _Steps:
             return None
         lower, upper = self.box.moved_by(place.z).vectors(place.z.size)
         low, high = lower >= -place.F, upper <= -place.F
-        d, moving = np.where(low, lower, np.where(high, upper, 0.0)), (~(low | high)).nonzero()[0]
+        d, moving = (
+            np.where(low, lower, np.where(high, upper, 0.0)),
+            (~(low | high)).nonzero()[0],
+        )
         with suppress(SingularMatrix):
             rows = dense(J[moving])
-            d[moving] = np.linalg.lstsq(rows[:, moving], -(place.F[moving] + rows @ d), rcond=DEPENDENT)[0]
-            return next(self.along(place.z, d, SHORTEST_CRASH, place.merit, CRASH_DECREASE), (0.0, None))[1]
+            d[moving] = np.linalg.lstsq(
+                rows[:, moving], -(place.F[moving] + rows @ d), rcond=DEPENDENT
+            )[0]
+            return next(
+                self.along(place.z, d, SHORTEST_CRASH, place.merit, CRASH_DECREASE),
+                (0.0, None),
+            )[1]
         return None
 
     def _is_differentiable(self, place: Place) -> bool:
         return not place.merit or self.evaluations.finite_jacobian(place.z) is not None
 
     @np.errstate(all="ignore")
-    def downhill(self, place: Place, J: Matrix, mu: float = 0.0) -> tuple[str, Place] | None:
+    def downhill(
+        self, place: Place, J: Matrix, mu: float = 0.0
+    ) -> tuple[str, Place] | None:
         """Return a semismooth step, or one down the gradient of the merit function, projected on the bounds."""
         values = phi(self.box, place.z, place.F, mu) if mu else place.phi
-        G, merit = slopes(self.box, place.z, place.F, J, mu), 0.5 * float(values @ values)
+        G, merit = (
+            slopes(self.box, place.z, place.F, J, mu),
+            0.5 * float(values @ values),
+        )
         gradient = product(G.T, values)
         square = float(gradient @ gradient)
         if not 0 < square < np.inf:
             return None
         downhill = -2 * merit / square * gradient
-        for step, d in (("semismooth", newton_direction(G, values, gradient)), ("gradient", downhill)):
+        for step, d in (
+            ("semismooth", newton_direction(G, values, gradient)),
+            ("gradient", downhill),
+        ):
             t = 1.0
             while d is not None and t >= SHORTEST**2:
                 y = self.box.project(place.z + t * d)
                 if (reached := self.at(y)) is not None:
                     values = phi(self.box, y, reached.F, mu) if mu else reached.phi
-                    now, below = 0.5 * float(values @ values), DECREASE * min(float(gradient @ (y - place.z)), 0.0)
-                    if now <= merit + below and now < merit and self._is_differentiable(reached):
+                    now, below = (
+                        0.5 * float(values @ values),
+                        DECREASE * min(float(gradient @ (y - place.z)), 0.0),
+                    )
+                    if (
+                        now <= merit + below
+                        and now < merit
+                        and self._is_differentiable(reached)
+                    ):
                         return step, reached
                 t /= 2
         return None
@@ -366,15 +433,24 @@ class _Steps:
 class _Search(_Steps):
     """The attempts of a run. is_rounding : whether the last one has ended where the residual is rounding, or noise."""
 
-    def __init__(self, evaluations: Evaluations, linear: Linear, is_brief: bool) -> None:
+    def __init__(
+        self, evaluations: Evaluations, linear: Linear, is_brief: bool
+    ) -> None:
         super().__init__(evaluations, linear)
-        self._is_brief, self._last_size, self.is_rounding, self._left = is_brief, np.inf, False, MOST_TRIED
+        self._is_brief, self._last_size, self.is_rounding, self._left = (
+            is_brief,
+            np.inf,
+            False,
+            MOST_TRIED,
+        )
         self._tried: Place | None = None
 
     @property
     def is_long(self) -> bool:
         n, own = self.evaluations.problem.n, self.evaluations
-        work = self.linearizations * (1 + (n / CUBIC) ** 3) + own.pivots / PIVOTS * (1 + (n / QUADRATIC) ** 2)
+        work = self.linearizations * (1 + (n / CUBIC) ** 3) + own.pivots / PIVOTS * (
+            1 + (n / QUADRATIC) ** 2
+        )
         return self._is_brief and work + own.functions / FUNCTIONS > MOST_LINEARIZATIONS
 
     def iterate(self, place: Place, step: str) -> Iterate:
@@ -382,20 +458,41 @@ class _Search(_Steps):
         now, before = size(place.gaps), self._last_size
         self._last_size = now
         is_final = now <= FINE or now > 0.5 * before
-        return Iterate(place.z / 2, place.gaps, step, self.evaluations.functions, signs_final=is_final)
+        return Iterate(
+            place.z / 2,
+            place.gaps,
+            step,
+            self.evaluations.functions,
+            signs_final=is_final,
+        )
 
     def start(self, attempt: _Attempt, first: Vector) -> Place | None:
         """Return the start of an attempt, further from the first one with each seed; None if it has no merit."""
         self._last_size = np.inf
         start, seed = first, attempt.seed
         if seed:
-            moves = 2.0 ** (seed - len(ATTEMPTS)) * generator(seed).uniform(-1.0, 1.0, first.size)
+            moves = 2.0 ** (seed - len(ATTEMPTS)) * generator(seed).uniform(
+                -1.0, 1.0, first.size
+            )
             moves *= np.maximum(1.0, np.abs(first))
-            starts = (self.box.project(first + 0.5**halvings * moves) for halvings in range(MOST_HALVINGS))
-            start = next((start for start in starts if is_finite(self.evaluations.values(start))), first)
+            starts = (
+                self.box.project(first + 0.5**halvings * moves)
+                for halvings in range(MOST_HALVINGS)
+            )
+            start = next(
+                (
+                    start
+                    for start in starts
+                    if is_finite(self.evaluations.values(start))
+                ),
+                first,
+            )
         place = self.at(start)
         if place is not None:
-            self.basis, self._share = None, PERTURBATIONS[-1] if attempt.is_perturbed else 0.0
+            self.basis, self._share = (
+                None,
+                PERTURBATIONS[-1] if attempt.is_perturbed else 0.0,
+            )
             self.reference = self.reference or size(place.gaps)
         return place
 
@@ -405,7 +502,10 @@ class _Search(_Steps):
         while True:
             merits, first = [place.merit], SLACK * place.merit if memory > 1 else 0.0
             while place.merit and not (is_slow(merits) or self.is_long):
-                most, J = max(merits[-memory:]), self.evaluations.finite_jacobian(place.z)
+                most, J = (
+                    max(merits[-memory:]),
+                    self.evaluations.finite_jacobian(place.z),
+                )
                 loosely = max(most, first) if len(merits) <= memory else most
                 found = None if J is None else self.step(place, J, most, loosely)
                 if found is None:
@@ -426,7 +526,9 @@ class _Search(_Steps):
                 return Finished(NO_FURTHER)
             if self.is_long:
                 return self._ending(best, merits)
-            if size(place.z) <= FAR * max(1.0, size(self.evaluations.problem.x0)) and self.evaluations.adapt(place.z):
+            if size(place.z) <= FAR * max(
+                1.0, size(self.evaluations.problem.x0)
+            ) and self.evaluations.adapt(place.z):
                 continue
             if place is best or memory == 1:
                 return self._ending(best, merits)
@@ -441,15 +543,23 @@ class _Search(_Steps):
             reason = LONG if self.is_long else SLOW if is_slow(merits) else STATIONARY
             if (i := self.undefined) is not None:
                 name = self.evaluations.problem.names[i] or str(i + 1)
-                reason += f"; steps to where F is undefined, in row {name}, were cut back"
+                reason += (
+                    f"; steps to where F is undefined, in row {name}, were cut back"
+                )
             return Stalled(reason)
-        terms = product(abs(self.evaluations.jacobian(best.z)), np.abs(best.z)) + np.abs(best.F)
-        self.is_rounding = bool((np.abs(best.gaps) <= FEW_ROUNDINGS * EPS * terms).all())
+        terms = product(
+            abs(self.evaluations.jacobian(best.z)), np.abs(best.z)
+        ) + np.abs(best.F)
+        self.is_rounding = bool(
+            (np.abs(best.gaps) <= FEW_ROUNDINGS * EPS * terms).all()
+        )
         return Finished(NO_FURTHER)
 
     def _is_noise(self, best: Place) -> bool:
         """Return whether the noise of F may be all that the residual is."""
-        is_small = size(best.gaps) <= MOST_NOISY * self.reference or self._is_within_noise(best)
+        is_small = size(
+            best.gaps
+        ) <= MOST_NOISY * self.reference or self._is_within_noise(best)
         if self._tried is not best and self._left and is_small:
             self._tried, self._left = best, self._left - 1
             self.evaluations.noise_at(best.z)
@@ -478,7 +588,8 @@ def slopes(box: Box, z: Vector, F: Vector, J: Matrix, mu: float = 0.0) -> Matrix
     gap = np.where(above, box.upper - z, 0.0)
     upper = np.where(above, -_phi(gap, -F, mu), F)
     by_gap, by_F = (
-        np.where(above, slope, other) for slope, other in zip(_slopes(gap, -F, mu), (0.0, 1.0), strict=True)
+        np.where(above, slope, other)
+        for slope, other in zip(_slopes(gap, -F, mu), (0.0, 1.0), strict=True)
     )
     by_z, by_upper = _slopes(np.where(below, z - box.lower, 0.0), upper, mu)
     by_z, by_upper = np.where(below, by_z, 0.0), np.where(below, by_upper, 1.0)
@@ -524,6 +635,8 @@ def newton_direction(G: Matrix, values: Vector, gradient: Vector) -> Vector | No
     H = G.T @ G
     shift = DAMPING * float(row_maxima(H).max(initial=0.0))
     with suppress(SingularMatrix):
-        d = PrincipalSolver(plus_diagonal(H.tocsr() if is_sparse(H) else H, shift)).solve(everything, -gradient)
+        d = PrincipalSolver(
+            plus_diagonal(H.tocsr() if is_sparse(H) else H, shift)
+        ).solve(everything, -gradient)
         return d if is_finite(d) and float(gradient @ d) < 0 else None
     return None

@@ -33,12 +33,24 @@ from lcpcli.linalg.factors import SingularMatrix
 from lcpcli.linalg.matrices import absolute_product
 from lcpcli.methods.direct import as_dense
 from lcpcli.methods.registry import LARGEST, LEXICOGRAPHIC, ONES
-from lcpcli.methods.stages import Breakdown, Finished, Iterate, NoSolution, Stage, Stalled
+from lcpcli.methods.stages import (
+    Breakdown,
+    Finished,
+    Iterate,
+    NoSolution,
+    Stage,
+    Stalled,
+)
 from lcpcli.model.problem import Problem
 from lcpcli.rational.pivoting import IntegerTableau
 from lcpcli.typing import Mask, States, Vector
 from lcpcli.verify.certificate import RAY as PROVES_NOTHING
-from lcpcli.verify.certificate import Certificate, infeasible, is_clear, proves_infeasible
+from lcpcli.verify.certificate import (
+    Certificate,
+    infeasible,
+    is_clear,
+    proves_infeasible,
+)
 
 # Largest n for integer pivoting: 2^14 pivots exceed the usual limit.
 MAX_INTEGER_UNKNOWNS = 13
@@ -52,7 +64,9 @@ VANISHED = 1e-9
 SINGULAR_BASIS = "a basis is singular"
 
 
-def lemke(problem: Problem, x0: Vector, *, cover: int | str = 0, ties: str = LARGEST) -> Stage:  # noqa: ARG001
+def lemke(
+    problem: Problem, x0: Vector, *, cover: int | str = 0, ties: str = LARGEST
+) -> Stage:  # noqa: ARG001
     """Follow the path of almost complementary basic solutions of w = M z + c z_0 + q from a large z_0 down to z_0 = 0.
 
     For every M it ends after finitely many pivots, unless ties make it cycle, at a solution or on a ray. If M is
@@ -78,7 +92,11 @@ def lemke(problem: Problem, x0: Vector, *, cover: int | str = 0, ties: str = LAR
         return Finished()
 
     is_published = cover == ONES
-    is_small = n <= MAX_INTEGER_UNKNOWNS and problem.box.is_orthant and problem.has_small_integers
+    is_small = (
+        n <= MAX_INTEGER_UNKNOWNS
+        and problem.box.is_orthant
+        and problem.has_small_integers
+    )
     if is_published and is_lexicographic and is_small:
         return (yield from _integer_path(problem))
     problem = as_dense(problem)
@@ -91,7 +109,12 @@ def reduced(problem: Problem) -> Reduction:
     return Reduction(matrices.dense(problem.M), problem.box)
 
 
-def pivoted(problem: Problem, follow: Follow, reduction: Reduction | None, is_sure: Callable[[], bool]) -> Stage:
+def pivoted(
+    problem: Problem,
+    follow: Follow,
+    reduction: Reduction | None,
+    is_sure: Callable[[], bool],
+) -> Stage:
     """Follow the path to its end, at most FEW_PIVOTS per unknown; yield only the solution at which it ends, or the
     point where z_0 is all but 0. A ray may prove that there is no solution, also for slightly different data.
 
@@ -111,7 +134,10 @@ def pivoted(problem: Problem, follow: Follow, reduction: Reduction | None, is_su
 
 
 def path_to_end(
-    problem: Problem, follow: Follow, reduction: Reduction, is_sure: Callable[[], bool] = lambda: True
+    problem: Problem,
+    follow: Follow,
+    reduction: Reduction,
+    is_sure: Callable[[], bool] = lambda: True,
 ) -> LemkePath:
     """Return the path at its end, or where a basis is singular or it has taken too many pivots."""
     path = LemkePath(reduction, problem.q, 0, False, follow)
@@ -123,7 +149,9 @@ def path_to_end(
     return path
 
 
-def _last(problem: Problem, path: LemkePath, step: str = "", z0: float | None = None) -> Stage:
+def _last(
+    problem: Problem, path: LemkePath, step: str = "", z0: float | None = None
+) -> Stage:
     """Yield the solution at which the path ends."""
     near, _, basis = path.point()
     z, is_settled = solution_at(problem, path.reduction.M, near, basis)
@@ -134,14 +162,24 @@ def _last(problem: Problem, path: LemkePath, step: str = "", z0: float | None = 
 
 
 def _integer_path(problem: Problem) -> Stage:
-    n, M = problem.n, [{j: int(a) for j, a in enumerate(row) if a} for row in matrices.dense(problem.M).tolist()]
+    n, M = (
+        problem.n,
+        [
+            {j: int(a) for j, a in enumerate(row) if a}
+            for row in matrices.dense(problem.M).tolist()
+        ],
+    )
     integers = IntegerTableau(M, list(map(int, problem.q.tolist())))
     for pivots, pivot in enumerate(integers.path(), 1):
         cover = float(integers.value_of(integers.parameter))
-        step = _pivot_of(n, *(form - n if form >= n else form + n for form in pivot[:2]))
+        step = _pivot_of(
+            n, *(form - n if form >= n else form + n for form in pivot[:2])
+        )
         yield Iterate(integers.x(), np.full(n, -cover), step, pivots, z0=cover)
     if integers.ray is not None:
-        return NoSolution(_certificate(problem, integers.direction(), integers.multipliers(), True))
+        return NoSolution(
+            _certificate(problem, integers.direction(), integers.multipliers(), True)
+        )
     return Finished()
 
 
@@ -152,7 +190,13 @@ def _along(problem: Problem, path: LemkePath, is_published: bool) -> Stage:
     step = _pivot_of(n, 2 * n, path.row) if is_named else ""
     while path.end == PAUSED:
         z, w, _ = path.point()
-        yield Iterate(problem.box.x_of(z, w), problem.w(z) - w, step, path.pivots, z0=path.cover_value)
+        yield Iterate(
+            problem.box.x_of(z, w),
+            problem.w(z) - w,
+            step,
+            path.pivots,
+            z0=path.cover_value,
+        )
         before = basic.copy()
         try:
             path.advance(1)
@@ -161,7 +205,11 @@ def _along(problem: Problem, path: LemkePath, is_published: bool) -> Stage:
         if not np.isfinite(path.tableau.values).all():
             return Breakdown("the basic solution has overflowed")
         rows = (before != basic).nonzero()[0]
-        step = _pivot_of(n, int(basic[rows[0]]), int(before[rows[0]])) if is_named and rows.size else ""
+        step = (
+            _pivot_of(n, int(basic[rows[0]]), int(before[rows[0]]))
+            if is_named and rows.size
+            else ""
+        )
     if path.end == RAY:
         return NoSolution(_certificate(problem, *path.ray(), is_published))
     return (yield from _last(problem, path, step, 0.0))
@@ -169,23 +217,37 @@ def _along(problem: Problem, path: LemkePath, is_published: bool) -> Stage:
 
 def _pivot_of(n: int, entering: int, leaving: int) -> str:
     """Return which variable enters the basis for which one, by their numbers in `tableau`."""
-    enters, leaves = (f"w{k + 1}" if k < n else f"z{(k - n + 1) % (n + 1)}" for k in (entering, leaving))
+    enters, leaves = (
+        f"w{k + 1}" if k < n else f"z{(k - n + 1) % (n + 1)}"
+        for k in (entering, leaving)
+    )
     return f"{enters} for {leaves}"
 
 
-def _certificate(problem: Problem, z: Vector, multipliers: Vector, is_published: bool) -> Certificate:
+def _certificate(
+    problem: Problem, z: Vector, multipliers: Vector, is_published: bool
+) -> Certificate:
     """Return what a ray with z_0 basic proves; z is the direction of the ray in z.
 
     Candidates for Farkas' y are this z, which is a proof if M is copositive-plus, and the multipliers of the row of
     z_0, which are a proof if z_0 is at its minimum over all z, w, z_0 within their bounds. That z is the direction of a
     ray can be verified if the covering vector is e.
     """
-    for own in (z, np.maximum(multipliers, 0.0) if problem.box.is_orthant else multipliers):
+    for own in (
+        z,
+        np.maximum(multipliers, 0.0) if problem.box.is_orthant else multipliers,
+    ):
         y = np.where(np.abs(own) <= CANCELLED * np.abs(own).max(), 0.0, own)
         if proves_infeasible(problem, y):
             how = "as M'y <= 0 and q'y < 0 for a y >= 0 from Lemke's method"
-            return infeasible(problem, y, f"no z >= 0 has Mz + q >= 0, {how}" if problem.box.is_orthant else "")
-    return Certificate("ray", PROVES_NOTHING, z if is_published and problem.box.is_orthant else None)
+            return infeasible(
+                problem,
+                y,
+                f"no z >= 0 has Mz + q >= 0, {how}" if problem.box.is_orthant else "",
+            )
+    return Certificate(
+        "ray", PROVES_NOTHING, z if is_published and problem.box.is_orthant else None
+    )
 
 
 Follow: TypeAlias = Callable[..., tuple[int, int, int, float]]
@@ -209,15 +271,26 @@ class LemkePath:
     """
 
     def __init__(
-        self, reduction: Reduction, q: Vector, cover: int | str, lexicographic: bool, follow: Follow = tableau.follow
+        self,
+        reduction: Reduction,
+        q: Vector,
+        cover: int | str,
+        lexicographic: bool,
+        follow: Follow = tableau.follow,
     ) -> None:
         self.reduction, self.k, self.follow = reduction, reduction.constants(q), follow
-        self.cover = reduction.units if cover == ONES else seeded_cover(int(cover), reduction.units.size)
+        self.cover = (
+            reduction.units
+            if cover == ONES
+            else seeded_cover(int(cover), reduction.units.size)
+        )
         self.lexicographic = lexicographic
         self.tableau = tableau_of(reduction.K, self.k, self.cover)
         self.pivots, self.age, self.row, self.end = 0, 0, 0, SOLVED
         if (self.k < 0).any():
-            self.row, self.entering, self.way = begin(self.tableau, reduction.d, self.cover, lexicographic)
+            self.row, self.entering, self.way = begin(
+                self.tableau, reduction.d, self.cover, lexicographic
+            )
             self.pivots, self.age, self.end = 1, 1, PAUSED
 
     def advance(self, most: int) -> None:
@@ -228,8 +301,13 @@ class LemkePath:
             if young <= 0:
                 self._refresh()
                 continue
-            place, most = (self.entering, self.way, self.row), min(young, last - self.pivots)
-            found = self.follow(self.tableau, self.reduction.d, *place, self.lexicographic, most)
+            place, most = (
+                (self.entering, self.way, self.row),
+                min(young, last - self.pivots),
+            )
+            found = self.follow(
+                self.tableau, self.reduction.d, *place, self.lexicographic, most
+            )
             self.end, pivots, self.entering, self.way = found
             self.pivots, self.age = self.pivots + pivots, self.age + pivots
             if self.end == RAY and self.age:
@@ -237,7 +315,12 @@ class LemkePath:
                 self._refresh()
 
     def _refresh(self) -> None:
-        refactorize(self.tableau, np.column_stack((self.reduction.K, self.cover)), self.k, self.reduction.d)
+        refactorize(
+            self.tableau,
+            np.column_stack((self.reduction.K, self.cover)),
+            self.k,
+            self.reduction.d,
+        )
         self.age = 0
 
     def point(self) -> tuple[Vector, Vector, States]:
@@ -253,7 +336,11 @@ class LemkePath:
 
     @property
     def cover_value(self) -> float:
-        return float(self.tableau.values[self.row]) if self.tableau.basic[self.row] == 2 * self.k.size else 0.0
+        return (
+            float(self.tableau.values[self.row])
+            if self.tableau.basic[self.row] == 2 * self.k.size
+            else 0.0
+        )
 
     def ray(self) -> tuple[Vector, Vector]:
         """Return the direction of z on the ray, and the multipliers of the rows of the problem in the row of z_0."""
@@ -268,7 +355,9 @@ class LemkePath:
 LITERAL_STEPS = 8  # exchanges of wrong signs at the end of a path
 
 
-def solution_at(problem: Problem, M: Vector, near: Vector, basis: States) -> tuple[Vector, bool]:
+def solution_at(
+    problem: Problem, M: Vector, near: Vector, basis: States
+) -> tuple[Vector, bool]:
     """Return z of the basis at which a path has ended near a z, for M as a dense array, and whether it violates no row
     beyond rounding.
 
@@ -290,12 +379,20 @@ def solution_at(problem: Problem, M: Vector, near: Vector, basis: States) -> tup
 def confirmed(problem: Problem, basis: States) -> Stage:
     """Yield the basic solution of a basis, such as the last one of a path for another q, if it violates no row."""
     try:
-        z = problem.box.project(CorrectedSolutions(problem, matrices.dense(problem.M)).at(basis).z)
+        z = problem.box.project(
+            CorrectedSolutions(problem, matrices.dense(problem.M)).at(basis).z
+        )
     except SingularMatrix:
         return Breakdown("the principal submatrix of the given states is singular")
     if violations(problem, z)[2].any():
         return Stalled("the given states are not those of a solution")
-    yield Iterate(problem.box.x_within(z, problem.w(z), problem.box.basis_at(z)), None, "block", 1, basis=basis)
+    yield Iterate(
+        problem.box.x_within(z, problem.w(z), problem.box.basis_at(z)),
+        None,
+        "block",
+        1,
+        basis=basis,
+    )
     return Finished()
 
 
@@ -313,7 +410,9 @@ def violations(problem: Problem, z: Vector) -> tuple[Vector, Vector, Mask]:
     the natural residuals of the rows, and in which rows these are more than rounding."""
     w = problem.w(z)
     gaps = np.abs(problem.box.gaps(z, w))
-    rounding = SIGN_ROUNDING * (absolute_product(problem.M, np.abs(z)) + np.abs(problem.q))
+    rounding = SIGN_ROUNDING * (
+        absolute_product(problem.M, np.abs(z)) + np.abs(problem.q)
+    )
     return np.where(np.abs(w) <= rounding, 0.0, w), gaps, gaps > rounding
 
 
@@ -326,15 +425,32 @@ def settled(problem: Problem, z: Vector, follow: Follow) -> Vector:
         if not 0.0 < size <= SMALL * np.abs(problem.q_ref).max():
             break
         lower, upper = ((bound - z) / size for bound in problem.box.vectors(problem.n))
-        stays = ((lower >= 0.0) & (w > FAR * size)) | ((upper <= 0.0) & (w < -FAR * size))
-        lower, upper = np.where(lower < -FAR, -np.inf, lower), np.where(upper > FAR, np.inf, upper)
-        is_settled = (np.isinf(lower) & np.isinf(upper) & ~violated) | stays | (np.abs(w) <= NOISE * size)
-        q, lower, upper = np.where(is_settled, 0.0, w / size), np.where(stays, 0.0, lower), np.where(stays, 0.0, upper)
+        stays = ((lower >= 0.0) & (w > FAR * size)) | (
+            (upper <= 0.0) & (w < -FAR * size)
+        )
+        lower, upper = (
+            np.where(lower < -FAR, -np.inf, lower),
+            np.where(upper > FAR, np.inf, upper),
+        )
+        is_settled = (
+            (np.isinf(lower) & np.isinf(upper) & ~violated)
+            | stays
+            | (np.abs(w) <= NOISE * size)
+        )
+        q, lower, upper = (
+            np.where(is_settled, 0.0, w / size),
+            np.where(stays, 0.0, lower),
+            np.where(stays, 0.0, upper),
+        )
         try:
             left = Problem(problem.M, q, lower=lower, upper=upper)
             path = path_to_end(left, follow, reduced(left))
             near, _, basis = path.point()
-            d = solution_at(left, path.reduction.M, near, basis)[0] if path.end == SOLVED else None
+            d = (
+                solution_at(left, path.reduction.M, near, basis)[0]
+                if path.end == SOLVED
+                else None
+            )
         except ProblemError:
             break
         if d is None or not np.isfinite(d).all():

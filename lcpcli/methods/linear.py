@@ -15,7 +15,16 @@ import numpy as np
 from lcpcli.linalg.matrices import is_sparse, mirrored
 from lcpcli.linalg.programs import minimized
 from lcpcli.methods.newton import finish
-from lcpcli.methods.stages import Breakdown, Finished, Iterate, NoSolution, Stage, Stalled, ended, in_given_variables
+from lcpcli.methods.stages import (
+    Breakdown,
+    Finished,
+    Iterate,
+    NoSolution,
+    Stage,
+    Stalled,
+    ended,
+    in_given_variables,
+)
 from lcpcli.model import changes
 from lcpcli.model.problem import Problem, conditions_of
 from lcpcli.typing import Matrix, Vector
@@ -46,7 +55,11 @@ def _finished(units: changes.Scaled, z: Vector | None) -> Stage:
     if z is None:
         return Breakdown("no linear program solves this problem")
     end = Iterate(problem.box.x_of(z, problem.w(z)), None, "", 1)
-    return (yield from in_given_variables(units, finish(problem, None, ended(Finished(), end))))
+    return (
+        yield from in_given_variables(
+            units, finish(problem, None, ended(Finished(), end))
+        )
+    )
 
 
 def is_skew(M: Matrix) -> bool:
@@ -60,9 +73,15 @@ def is_skew(M: Matrix) -> bool:
 def _saddle_point(problem: Problem, effort: float) -> Vector | None:
     """Return the minimizer and the multipliers of the linear program, if M = [0 -A'; A 0] with y >= 0, <= 0 or free."""
     given = conditions_of(problem)
-    on_sides = np.isin(given.lower, (0.0, -np.inf)) & np.isin(given.upper, (0.0, np.inf))
+    on_sides = np.isin(given.lower, (0.0, -np.inf)) & np.isin(
+        given.upper, (0.0, np.inf)
+    )
     S = problem.signs
-    dual = None if S is None else next((dual for dual in (S < 0, S > 0) if on_sides[dual].all()), None)
+    dual = (
+        None
+        if S is None
+        else next((dual for dual in (S < 0, S > 0) if on_sides[dual].all()), None)
+    )
     if dual is None:
         return None
     q, low, high = problem.q[dual], given.lower[dual], given.upper[dual]

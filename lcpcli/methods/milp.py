@@ -36,7 +36,16 @@ from lcpcli.linalg.matrices import dense, is_sparse, stack, unit_columns
 from lcpcli.linalg.programs import minimized
 from lcpcli.methods import stages
 from lcpcli.methods.direct import MOST_AS_DENSE, as_dense
-from lcpcli.methods.stages import TIME_LIMIT_REACHED, Finished, Iterate, NoSolution, OutOfTime, Stage, Stalled, advance
+from lcpcli.methods.stages import (
+    TIME_LIMIT_REACHED,
+    Finished,
+    Iterate,
+    NoSolution,
+    OutOfTime,
+    Stage,
+    Stalled,
+    advance,
+)
 from lcpcli.model.box import of_masks
 from lcpcli.model.changes import StandardForm, scale
 from lcpcli.model.problem import Problem
@@ -64,7 +73,9 @@ class _Node:
     suggested: Mask | None = None
     is_w_larger: Mask
 
-    def __init__(self, decided: Vector, simplex: DualSimplex | None, form: int | None = None) -> None:
+    def __init__(
+        self, decided: Vector, simplex: DualSimplex | None, form: int | None = None
+    ) -> None:
         self.decided, self.simplex, self.form = decided, simplex, form
 
 
@@ -86,11 +97,17 @@ class ComplementarySystem:
 
     def refutes(self, decided: Vector, y: Vector) -> bool:
         """Return whether y, but for wrong signs, proves that no solution of the given problem fits the decisions."""
-        given, boxes = self.form.original, self.form.restricted(decided == ACTIVE, decided == INACTIVE)
+        given, boxes = (
+            self.form.original,
+            self.form.restricted(decided == ACTIVE, decided == INACTIVE),
+        )
         if boxes is None:
             return True
         (columns, rows), own = boxes, self.multipliers(y)
-        own[(np.isfinite(rows.lower) & (own < 0)) | (np.isfinite(rows.upper) & (own > 0))] = 0.0
+        own[
+            (np.isfinite(rows.lower) & (own < 0))
+            | (np.isfinite(rows.upper) & (own > 0))
+        ] = 0.0
         used = np.flatnonzero((columns.lower != 0) | (columns.upper != 0))
         return farkas.refutes(given.M[:, used], given.q, own, columns.part(used), rows)
 
@@ -99,7 +116,10 @@ class ComplementarySystem:
         given, boxes = self.form.original, self.form.restricted(P, ~P)
         if boxes is None:
             return True
-        basic, at_lower = boxes[0].lower < boxes[0].upper, boxes[0].lower == given.box.lower
+        basic, at_lower = (
+            boxes[0].lower < boxes[0].upper,
+            boxes[0].lower == given.box.lower,
+        )
         if np.count_nonzero(basic) > farkas.LARGEST_EXACT:
             return False
         with imports:
@@ -113,7 +133,9 @@ Sets: TypeAlias = Generator[tuple[str, Mask], None, Finished | Stalled | OutOfTi
 """Complementary sets to try, each with the step that suggested it; Finished if no other can have a solution."""
 
 
-def candidates(system: ComplementarySystem, root: DualSimplex | None = None, nodes: int = MAX_NODES) -> Sets:
+def candidates(
+    system: ComplementarySystem, root: DualSimplex | None = None, nodes: int = MAX_NODES
+) -> Sets:
     """Yield the sets P, as masks of shape (n,), that appear to have a solution; a set may be yielded more than once.
 
     root : the system of M z + q, if it has been made before. nodes : the largest number of nodes to examine; one that
@@ -126,7 +148,9 @@ def candidates(system: ComplementarySystem, root: DualSimplex | None = None, nod
     whole = None if is_sparse(M) or q.size > MOST_DENSE else root or DualSimplex(M, q)
     pending = [_Node(np.full(q.size, OPEN, np.int8), whole)]
     for node, is_leaf in explored(tree, pending):
-        if is_leaf and not system.excluded(P := (node.decided == ACTIVE) | ~system.is_choice):
+        if is_leaf and not system.excluded(
+            P := (node.decided == ACTIVE) | ~system.is_choice
+        ):
             yield "tree", P
             unresolved = True
         elif not is_leaf and node.suggested is not None:
@@ -135,7 +159,11 @@ def candidates(system: ComplementarySystem, root: DualSimplex | None = None, nod
             return OutOfTime(TIME_LIMIT_REACHED)
         if pending and tree.cost >= nodes:
             return Stalled(f"{tree.examined} systems have been examined")
-    return Stalled("one complementary set is too close to having a solution") if unresolved else Finished()
+    return (
+        Stalled("one complementary set is too close to having a solution")
+        if unresolved
+        else Finished()
+    )
 
 
 class _Nodes:
@@ -150,9 +178,15 @@ class _Nodes:
             return None
         (z, w), undecided = found, (node.decided == OPEN) & self.system.is_choice
         overlap, node.is_w_larger = np.minimum(z, w)[undecided], z < w
-        if overlap.max(initial=-np.inf) <= farkas.ACTIVE_COLUMN * max(float(z.max()), 1.0):
-            node.suggested = (node.decided == ACTIVE) | ((node.decided == OPEN) & (z > w))
-        return dict(zip(np.flatnonzero(undecided).tolist(), overlap.tolist(), strict=True))
+        if overlap.max(initial=-np.inf) <= farkas.ACTIVE_COLUMN * max(
+            float(z.max()), 1.0
+        ):
+            node.suggested = (node.decided == ACTIVE) | (
+                (node.decided == OPEN) & (z > w)
+            )
+        return dict(
+            zip(np.flatnonzero(undecided).tolist(), overlap.tolist(), strict=True)
+        )
 
     def _point(self, node: _Node) -> tuple[Vector, Vector] | None:
         """Return z and w of a point that fits the decisions of a node; None if a proof excludes that there is one."""
@@ -167,7 +201,10 @@ class _Nodes:
         if y is not None and self.system.refutes(decided, y):
             return None
         self.cost += 0 if simplex is None else DOUBTFUL - 1
-        rows, columns = np.flatnonzero(decided == ACTIVE), np.flatnonzero(decided != INACTIVE)
+        rows, columns = (
+            np.flatnonzero(decided == ACTIVE),
+            np.flatnonzero(decided != INACTIVE),
+        )
 
         def holds(y: Vector) -> bool:
             own = y[: q.size].copy()
@@ -176,7 +213,9 @@ class _Nodes:
 
         # M z + q >= 0, for the columns with z_j not 0, and its negative where w_i = 0.
         kept = M[:, columns]
-        found = alternative(stack([[kept], [-kept[rows]]]), np.append(q, -q[rows]), holds)
+        found = alternative(
+            stack([[kept], [-kept[rows]]]), np.append(q, -q[rows]), holds
+        )
         if found.proof is not None:
             return None
         z = np.zeros(q.size)
@@ -189,10 +228,14 @@ class _Nodes:
 
     def children(self, node: _Node, branch: int) -> Iterator[_Node]:
         """Yield a node with each decision on an index, the likelier one last."""
-        for decision in (ACTIVE, INACTIVE) if node.is_w_larger[branch] else (INACTIVE, ACTIVE):
+        for decision in (
+            (ACTIVE, INACTIVE) if node.is_w_larger[branch] else (INACTIVE, ACTIVE)
+        ):
             decided = node.decided.copy()
             decided[branch] = decision
-            yield _Node(decided, node.simplex, branch + decided.size * (decision == ACTIVE))
+            yield _Node(
+                decided, node.simplex, branch + decided.size * (decision == ACTIVE)
+            )
 
 
 GAP = 1e3  # any alpha > 0 suffices: the solver may stop at 1 / GAP of the maximum
@@ -227,36 +270,54 @@ def milp(problem: Problem, x0: Vector) -> Stage:  # noqa: ARG001 (every method h
 
 def first_nodes(problem: Problem, entries: int = FIRST_ENTRIES) -> Stage:
     """Examine the first nodes of the tree alone, of so many entries of M in all; yield and return as `milp`."""
-    return (yield from _decided(problem, partial(candidates, nodes=entries // problem.n**2 + 1), FIRST_EFFORT))
+    return (
+        yield from _decided(
+            problem,
+            partial(candidates, nodes=entries // problem.n**2 + 1),
+            FIRST_EFFORT,
+        )
+    )
 
 
 few_nodes = partial(first_nodes, entries=FEW_ENTRIES)
 
 
 def _decided(
-    problem: Problem, sets_of: Callable[[ComplementarySystem, DualSimplex | None], Sets], effort: float = math.inf
+    problem: Problem,
+    sets_of: Callable[[ComplementarySystem, DualSimplex | None], Sets],
+    effort: float = math.inf,
 ) -> Stage:
     problem = as_dense(problem) if problem.n <= MOST_AS_DENSE else problem
     form = stages.standard_form_of(problem)
     if form is None:
         return stages.Breakdown(stages.NO_STANDARD_FORM)
     stage = _tried(form, sets_of, effort)
-    return (yield from stage if form.is_identity else stages.moved_back(form, stage, BasicSolutions(problem)))
+    return (
+        yield from stage
+        if form.is_identity
+        else stages.moved_back(form, stage, BasicSolutions(problem))
+    )
 
 
 def _tried(
-    form: StandardForm, sets_of: Callable[[ComplementarySystem, DualSimplex | None], Sets], effort: float
+    form: StandardForm,
+    sets_of: Callable[[ComplementarySystem, DualSimplex | None], Sets],
+    effort: float,
 ) -> Stage:
     """Try complementary sets after a proof that the problem is infeasible; yield iterates of the standard form."""
     problem = form.original
     with np.errstate(all="ignore"):
         system = ComplementarySystem(form)
         units, M, q = system.units, system.M, system.q
-        finite = bool(np.isfinite(M.sum()) and np.isfinite(units.w_outside(np.ones(q.size))).all())
+        finite = bool(
+            np.isfinite(M.sum()) and np.isfinite(units.w_outside(np.ones(q.size))).all()
+        )
     if not finite:
         return Stalled("the problem overflows when it is equilibrated")
     found = alternative(M, q, partial(system.refutes, np.full(q.size, OPEN)), effort)
-    multipliers = [system.multipliers(y) for y in (found.proof, found.rounded) if y is not None]
+    multipliers = [
+        system.multipliers(y) for y in (found.proof, found.rounded) if y is not None
+    ]
     certificate = first_proof(problem, multipliers)
     if certificate is not None:
         return NoSolution(certificate)
@@ -290,7 +351,9 @@ def _all_sets(system: ComplementarySystem, root: DualSimplex | None) -> Sets:
     if remaining() <= 0:
         return OutOfTime(TIME_LIMIT_REACHED)
     try:
-        ending = yield from candidates(system, root, MOST_ENTRIES // system.q.size**2 + 1)
+        ending = yield from candidates(
+            system, root, MOST_ENTRIES // system.q.size**2 + 1
+        )
         if not isinstance(ending, Stalled):
             return ending
         for P in _program(system.M, system.q):
@@ -320,7 +383,8 @@ def _program(M: Matrix, q: Vector) -> list[Mask]:
                 integrality=np.concatenate((np.zeros(n), np.ones(n), np.zeros(1))),
                 bounds=(0.0, 1.0),
                 constraints=LinearConstraint(A, low, high),
-                options={"mip_rel_gap": GAP} | ({"time_limit": seconds} if seconds < math.inf else {}),
+                options={"mip_rel_gap": GAP}
+                | ({"time_limit": seconds} if seconds < math.inf else {}),
             )
 
     with silent():
@@ -340,7 +404,9 @@ def _basic_solution(M: Matrix, q: Vector, P: Mask) -> tuple[Vector | None, bool]
             z = np.zeros(q.size)
             z[active] = np.maximum(z_P, 0.0)
             w = M @ z + q
-            if min(z_P.min(initial=0.0), w.min()) < -farkas.ACTIVE_COLUMN * max(z.max(), 1.0):
+            if min(z_P.min(initial=0.0), w.min()) < -farkas.ACTIVE_COLUMN * max(
+                z.max(), 1.0
+            ):
                 continue
             best = z
             violation = np.where(P, np.abs(w), -w)
@@ -350,7 +416,9 @@ def _basic_solution(M: Matrix, q: Vector, P: Mask) -> tuple[Vector | None, bool]
     return best, False
 
 
-def _solutions(M: Matrix, q: Vector, active: Indices, inactive: Indices) -> Iterator[Vector]:
+def _solutions(
+    M: Matrix, q: Vector, active: Indices, inactive: Indices
+) -> Iterator[Vector]:
     """Yield z_P with M_PP z_P = -q_P: first by factors; then, if M_PP may be singular, one with z_P >= 0 and M_NP z_P +
     q_N >= 0: a vertex by an LP, then least squares on its support, if there is room for dense columns."""
     with suppress(SingularMatrix):

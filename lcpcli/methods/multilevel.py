@@ -33,7 +33,14 @@ from lcpcli.interrupts import check
 from lcpcli.linalg.doubles import SMALLEST_NORMAL, generator, largest
 from lcpcli.linalg.factors import Solve
 from lcpcli.linalg.krylov import dot
-from lcpcli.linalg.matrices import absolute_product, dense, entries, plus_diagonal, row_parts, with_data
+from lcpcli.linalg.matrices import (
+    absolute_product,
+    dense,
+    entries,
+    plus_diagonal,
+    row_parts,
+    with_data,
+)
 from lcpcli.linalg.stencils import Operator
 from lcpcli.model.box import Box
 from lcpcli.model.problem import Problem
@@ -84,9 +91,15 @@ class Hierarchy:
         self.levels, self.n, most = list[Level](), A.shape[0], MAX_ENTRIES_RATIO * A.nnz
         candidate, strength, self.is_stuck = np.ones(self.n), STRENGTH, False
         while A.shape[0] > COARSEST:
-            diagonal, operator, nothing = A.diagonal(), Operator(A), np.zeros(A.shape[0])
+            diagonal, operator, nothing = (
+                A.diagonal(),
+                Operator(A),
+                np.zeros(A.shape[0]),
+            )
             inverse = np.where(diagonal > 0, 1 / np.where(diagonal > 0, diagonal, 1), 0)
-            radius = float((inverse * absolute_product(A, np.ones(A.shape[0]))).max()) or 1.0
+            radius = (
+                float((inverse * absolute_product(A, np.ones(A.shape[0]))).max()) or 1.0
+            )
             # Of damped Jacobi relaxation x += weights * (b - A x)
             weights = np.asarray(4 / 3 / radius * inverse)
             for _ in range(RELAXATIONS):
@@ -95,7 +108,11 @@ class Hierarchy:
             strong = _strong(A, strength, candidate)
             aggregate = _aggregates(strong)
             sizes = np.sqrt(np.bincount(aggregate, weights=candidate**2))
-            places = candidate / sizes[aggregate], aggregate, np.arange(aggregate.size + 1, dtype=np.int32)
+            places = (
+                candidate / sizes[aggregate],
+                aggregate,
+                np.arange(aggregate.size + 1, dtype=np.int32),
+            )
             T, candidate = csr_array(places, shape=(aggregate.size, sizes.size)), sizes
             change = (strong @ T).tocsr()
             change.data *= np.repeat(weights, np.diff(change.indptr))
@@ -134,7 +151,9 @@ def _largest_near(A: Matrix) -> Callable[[Any], Any]:
         return lambda values: np.maximum.reduceat(values[indices], indptr[:-1])
     # The k-th neighbours of all nodes are in row k; nodes with fewer are their own.
     table = np.tile(np.arange(n, dtype=indices.dtype), (degrees.max(), 1))
-    places = np.arange(indices.size, dtype=indptr.dtype) - np.repeat(indptr[:-1], degrees)
+    places = np.arange(indices.size, dtype=indptr.dtype) - np.repeat(
+        indptr[:-1], degrees
+    )
     table[places, np.repeat(table[0], degrees)] = indices
 
     def largest_near(values: Any) -> Any:
@@ -160,7 +179,9 @@ def _strong(A: Matrix, strength: float, candidate: Vector) -> Matrix:
         change[rows] = np.bincount(owners, weak, rows.stop - first) / candidate[rows]
     if keep.all():
         return A
-    kept = np.concatenate(([0], np.cumsum(keep, dtype=A.indptr.dtype)), dtype=A.indptr.dtype)
+    kept = np.concatenate(
+        ([0], np.cumsum(keep, dtype=A.indptr.dtype)), dtype=A.indptr.dtype
+    )
     strong = csr_array((A.data[keep], A.indices[keep], kept[A.indptr]), shape=A.shape)
     return plus_diagonal(strong, change)
 
@@ -181,9 +202,28 @@ class VCycles:
     def __init__(self, hierarchy: Hierarchy) -> None:
         self._levels, self._coarsest = list[tuple[Level, Any]](), hierarchy.coarsest
         for level in hierarchy.levels:
-            R, T, work = _single(level.R), level.T, np.empty((2, level.weights.size), dtype=np.float32)
-            operator, weights = level.operator.in_single_precision(), _single(level.weights)
-            self._levels.append((Level(operator, weights, R, R.T, with_data(T, _single(T.data**2)), None), work))
+            R, T, work = (
+                _single(level.R),
+                level.T,
+                np.empty((2, level.weights.size), dtype=np.float32),
+            )
+            operator, weights = (
+                level.operator.in_single_precision(),
+                _single(level.weights),
+            )
+            self._levels.append(
+                (
+                    Level(
+                        operator,
+                        weights,
+                        R,
+                        R.T,
+                        with_data(T, _single(T.data**2)),
+                        None,
+                    ),
+                    work,
+                )
+            )
         self._ends = np.empty(hierarchy.n, dtype=np.float32), np.empty(hierarchy.n)
         self._last: tuple[Mask, Solve] | None = None
 
@@ -194,20 +234,30 @@ class VCycles:
         versions of the whole matrix serve for every submatrix. It raises SingularMatrix."""
         masks = [basic]
         for level, _ in self._levels:
-            shares = np.bincount(level.T.indices, level.T.data * masks[-1], level.R.shape[0])
+            shares = np.bincount(
+                level.T.indices, level.T.data * masks[-1], level.R.shape[0]
+            )
             masks.append(shares > MOSTLY_BASIC)
         basic = masks.pop()
         if self._last is None or not np.array_equal(basic, self._last[0]):
             self._last = basic, _inverse(self._coarsest, basic)
         solve = self._last[1]
-        for (level, work), mask in reversed(list(zip(self._levels, masks, strict=True))):
-            solve = partial(_v_cycle, level, work, level.weights * mask, _single(mask), solve)
+        for (level, work), mask in reversed(
+            list(zip(self._levels, masks, strict=True))
+        ):
+            solve = partial(
+                _v_cycle, level, work, level.weights * mask, _single(mask), solve
+            )
         return partial(_in_range, solve, *self._ends)
 
 
 def _single(values: Any) -> Any:
     """Return an array, or a sparse matrix, in single precision."""
-    return values.astype(np.float32) if isinstance(values, np.ndarray) else with_data(values, _single(values.data))
+    return (
+        values.astype(np.float32)
+        if isinstance(values, np.ndarray)
+        else with_data(values, _single(values.data))
+    )
 
 
 def _in_range(solve: Solve, single: Any, image: Vector, b: Vector) -> Vector:
@@ -226,11 +276,15 @@ def _inverse(A: Vector, basic: Mask) -> Solve:
     diagonal = A.diagonal() * basic
     size = diagonal.max(initial=0.0) or 1.0
     regular = np.diag(np.where(diagonal <= REGULAR * size, size, REGULAR * size))
-    inverse = _single(np.linalg.inv(np.where(np.outer(basic, basic), A, 0.0) + regular) * basic)
+    inverse = _single(
+        np.linalg.inv(np.where(np.outer(basic, basic), A, 0.0) + regular) * basic
+    )
     return partial(np.matmul, inverse)
 
 
-def _v_cycle(level: Level, work: Any, weights: Any, mask: Any, coarse: Solve, b: Any) -> Any:
+def _v_cycle(
+    level: Level, work: Any, weights: Any, mask: Any, coarse: Solve, b: Any
+) -> Any:
     """Return what a cycle from this level on makes of b, in `work`, which has two vectors."""
     A, (x, y), (first, second) = level.operator, work, SWEEPS
     np.multiply(weights, b, out=x)
@@ -255,7 +309,9 @@ class FullApproximation:
 
     def __init__(self, hierarchy: Hierarchy, q: Vector, box: Box) -> None:
         self._levels, self._q, self._boxes = hierarchy.levels, [q], [box]
-        self._coarsest_like = Problem(hierarchy.coarsest, np.zeros(len(hierarchy.coarsest)))
+        self._coarsest_like = Problem(
+            hierarchy.coarsest, np.zeros(len(hierarchy.coarsest))
+        )
         for level in self._levels:
             self._q.append(level.R @ self._q[-1])
             self._boxes.append(self._boxes[-1].mapped(level.T.T.__matmul__))
@@ -307,14 +363,21 @@ class FullApproximation:
     def _relaxed(self, level: int, z: Vector, q: Vector) -> Vector:
         load = -q
         for _ in range(SWEEPS_OF_LEVEL):
-            z = self._boxes[level].project(self._levels[level].operator.relaxed(z, load, self._levels[level].weights))
+            z = self._boxes[level].project(
+                self._levels[level].operator.relaxed(
+                    z, load, self._levels[level].weights
+                )
+            )
         return z
 
     def _coarsest(self, z: Vector, q: Vector) -> Vector:
         """Return the solution on the coarsest level by block pivoting from z, or where that cycles."""
         box = self._boxes[-1]
         basis = box.basis_at(z, self._coarsest_like.M @ z + q)
-        for found in islice(BasicSolutions(like_with(self._coarsest_like, q, box)).exchanging(basis), COARSEST_PIVOTS):
+        for found in islice(
+            BasicSolutions(like_with(self._coarsest_like, q, box)).exchanging(basis),
+            COARSEST_PIVOTS,
+        ):
             if found.is_solution:
                 break
         return box.project(found.z)

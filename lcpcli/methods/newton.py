@@ -29,7 +29,15 @@ from lcpcli.linalg.factors import MOST_NUMPY_ROWS, SingularMatrix
 from lcpcli.linalg.krylov import gmres
 from lcpcli.linalg.matrices import is_narrow, is_sparse, product
 from lcpcli.methods.direct import Safeguard
-from lcpcli.methods.stages import Breakdown, Finished, Iterate, Stage, Stalled, Turns, advance
+from lcpcli.methods.stages import (
+    Breakdown,
+    Finished,
+    Iterate,
+    Stage,
+    Stalled,
+    Turns,
+    advance,
+)
 from lcpcli.model.box import BASIC, Box
 from lcpcli.model.problem import Problem
 from lcpcli.typing import States, Vector
@@ -64,7 +72,11 @@ MAX_CHANGE = 0.004
 
 
 def newton(
-    problem: Problem | System, x0: Vector, patience: float = math.inf, hasty: bool = False, growing: bool = False
+    problem: Problem | System,
+    x0: Vector,
+    patience: float = math.inf,
+    hasty: bool = False,
+    growing: bool = False,
 ) -> Stage:
     """Exchange all indices whose z_i or w_i is negative; after BLOCK_PATIENCE steps without a new minimum of their
     number, exchange only the least index.
@@ -81,8 +93,12 @@ def newton(
     system = problem if isinstance(problem, System) else BasicSolutions(problem)
     guard, step = Safeguard(x0.size, patience), "block"
     try:
-        for evaluations, found in enumerate(system.exchanging(system.box.basis_of(x0)), 1):
-            yield Iterate(found.x, None, step, evaluations, signs_final=found.is_solution)
+        for evaluations, found in enumerate(
+            system.exchanging(system.box.basis_of(x0)), 1
+        ):
+            yield Iterate(
+                found.x, None, step, evaluations, signs_final=found.is_solution
+            )
             infeasible = int(np.count_nonzero(found.wrong))
             if not infeasible:
                 break
@@ -110,7 +126,11 @@ def without_w(problem: Problem) -> Stage:
         found = BasicSolutions(problem).at(np.full(problem.n, BASIC, dtype=np.int8))
     except SingularMatrix as error:
         return Breakdown(str(error))
-    if not (found.is_solution or largest(problem.box.project(found.z) - found.z) <= NEAR_BOUND * largest(found.z)):
+    if not (
+        found.is_solution
+        or largest(problem.box.project(found.z) - found.z)
+        <= NEAR_BOUND * largest(found.z)
+    ):
         return Stalled("components of z are beyond their bounds where w = 0")
     yield Iterate(problem.box.x_within(found.z, found.w, found.basis), None, "block", 1)
     return Finished()
@@ -123,7 +143,12 @@ def iterates_of(made: Iterable[Made]) -> Iterator[Iterate]:
         yield Iterate((z - w) / 2, None, step, evaluations, "newton", signs_final=False)
 
 
-def dense_route(problem: Problem, x0: Vector, patience: float = LEAST_INDEX_STEPS, hasty: bool = False) -> Stage:
+def dense_route(
+    problem: Problem,
+    x0: Vector,
+    patience: float = LEAST_INDEX_STEPS,
+    hasty: bool = False,
+) -> Stage:
     """Run newton from x0 or, if x0 = 0, from the reference point and its w (z = 0 and w = q for an LCP); for large n,
     from the active set at which projected gradients arrive.
 
@@ -140,7 +165,9 @@ def dense_route(problem: Problem, x0: Vector, patience: float = LEAST_INDEX_STEP
     return (yield from turns.take("newton", newton(problem, start, patience, hasty)))
 
 
-def from_states(problem: Problem, basis: States, solutions: BasicSolutions | None = None) -> Stage:
+def from_states(
+    problem: Problem, basis: States, solutions: BasicSolutions | None = None
+) -> Stage:
     """Pivot by blocks from nearly right states, while most steps leave at most FAST_STEP of the violations.
 
     The states of a solution take one factorization, even where many components are 0 up to rounding. Finished : no sign
@@ -148,12 +175,21 @@ def from_states(problem: Problem, basis: States, solutions: BasicSolutions | Non
     if they have been made before.
     """
     solutions, before = solutions or BasicSolutions(problem), problem.n
-    slow = SLOW_STEPS_NARROW if is_sparse(problem.M) and is_narrow(problem.M) else SLOW_STEPS
+    slow = (
+        SLOW_STEPS_NARROW
+        if is_sparse(problem.M) and is_narrow(problem.M)
+        else SLOW_STEPS
+    )
     try:
         for evaluations, found in enumerate(solutions.exchanging(basis), 1):
             violations = solutions.count_violations(found)
             if not violations:
-                yield Iterate(problem.box.x_within(found.z, found.w, found.basis), None, "block", evaluations)
+                yield Iterate(
+                    problem.box.x_within(found.z, found.w, found.basis),
+                    None,
+                    "block",
+                    evaluations,
+                )
                 return Finished()
             yield Iterate(found.x, None, "block", evaluations, signs_final=False)
             slow, before = slow - (violations > FAST_STEP * before), violations
@@ -174,7 +210,10 @@ def from_start(problem: Problem, basis: States) -> Stage:
     M, diagonal = problem.M, problem.M.diagonal()
     if problem.n > MOST_NUMPY_ROWS and diagonal.min() > 0.0:
         with np.errstate(all="ignore"):
-            z, factors = problem.box.nonbasic(basis), np.where(basis == BASIC, 1.0 / diagonal, 0.0)
+            z, factors = (
+                problem.box.nonbasic(basis),
+                np.where(basis == BASIC, 1.0 / diagonal, 0.0),
+            )
             w = problem.w(z) if np.count_nonzero(z) else problem.q.copy()
             step = gmres(lambda v: factors * product(M, v), -factors * w, GLANCES)
             w += product(M, step)
@@ -194,7 +233,11 @@ def finish(problem: Problem, x0: Vector | None, stage: Stage) -> Stage:
 
     x0 : the start of the stage, whose active set counts too; None if it has none.
     """
-    box, solutions, basis = problem.box, BasicSolutions(problem), None if x0 is None else problem.box.basis_of(x0)
+    box, solutions, basis = (
+        problem.box,
+        BasicSolutions(problem),
+        None if x0 is None else problem.box.basis_of(x0),
+    )
     tried, spent, stable, evaluations = b"", 0.0, 0, 0
     while True:
         step = advance(stage)
@@ -202,16 +245,24 @@ def finish(problem: Problem, x0: Vector | None, stage: Stage) -> Stage:
         if isinstance(step, Iterate):
             yield step
             before, basis, evaluations = basis, box.basis_of(step.x), step.evaluations
-            near = before is not None and np.count_nonzero(basis != before) <= MAX_CHANGE * problem.n
+            near = (
+                before is not None
+                and np.count_nonzero(basis != before) <= MAX_CHANGE * problem.n
+            )
             stable = stable + 1 if near else 0
-            is_due = stable >= STABLE_ITERATES and spent + _products(problem, basis) <= evaluations
+            is_due = (
+                stable >= STABLE_ITERATES
+                and spent + _products(problem, basis) <= evaluations
+            )
         if basis is not None and is_due and basis.tobytes() != tried:
             tried, attempt = basis.tobytes(), from_states(problem, basis, solutions)
             with np.errstate(over="ignore", invalid="ignore"):
                 while isinstance(found := advance(attempt), Iterate):
                     last, spent = found, spent + _products(problem, basis)
             if isinstance(found, Finished):
-                yield last._replace(step=FINISH, evaluations=evaluations + last.evaluations)
+                yield last._replace(
+                    step=FINISH, evaluations=evaluations + last.evaluations
+                )
                 return Finished()
         if not isinstance(step, Iterate):
             return step
@@ -253,12 +304,31 @@ def projected_gradient(problem: Problem, x0: Vector) -> Stage:
     if not diagonal.min() > 0:
         return Breakdown("a diagonal entry of M is not positive")
     units, start = 1 / np.sqrt(diagonal), box.z_of(x0)
-    w_start = problem.w(start) if np.count_nonzero(problem.from_reference(start)) else problem.q_ref
-    few, history = max(SETTLED_INDICES, x0.size // SETTLED_ONE_IN), [x0.size] * LOOKS_TO_ADVANCE
-    box, z, w, w_of = box.in_units(units), start / units, units * w_start, lambda z: units * problem.w(units * z)
+    w_start = (
+        problem.w(start)
+        if np.count_nonzero(problem.from_reference(start))
+        else problem.q_ref
+    )
+    few, history = (
+        max(SETTLED_INDICES, x0.size // SETTLED_ONE_IN),
+        [x0.size] * LOOKS_TO_ADVANCE,
+    )
+    box, z, w, w_of = (
+        box.in_units(units),
+        start / units,
+        units * w_start,
+        lambda z: units * problem.w(units * z),
+    )
     sizes = (problem.largest, largest(z), largest(w), units.max(), 1 / units.min())
-    if not is_sparse(problem.M) and max(sizes) <= SINGLE_RANGE and largest(w) >= 1 / SINGLE_RANGE:
-        M, scale, q, z, w = (given.astype(np.float32) for given in (problem.M, units, units * problem.q, z, w))
+    if (
+        not is_sparse(problem.M)
+        and max(sizes) <= SINGLE_RANGE
+        and largest(w) >= 1 / SINGLE_RANGE
+    ):
+        M, scale, q, z, w = (
+            given.astype(np.float32)
+            for given in (problem.M, units, units * problem.q, z, w)
+        )
         box = box.in_single_precision()
 
         def w_of(z: Vector) -> Vector:
@@ -270,7 +340,11 @@ def projected_gradient(problem: Problem, x0: Vector) -> Stage:
     for last in gradient_steps(box, w_of, z, w):
         history.append(last.changes)
         settled = max(history[-2:]) <= few
-        if settled or not last.bounded or history[-1] >= max(few, *history[-1 - LOOKS_TO_ADVANCE : -1]):
+        if (
+            settled
+            or not last.bounded
+            or history[-1] >= max(few, *history[-1 - LOOKS_TO_ADVANCE : -1])
+        ):
             break
     if not last.bounded:
         return Breakdown("the projected gradient iteration diverges")
@@ -290,20 +364,26 @@ class Glance(NamedTuple):
     bounded: Any
 
 
-def gradient_steps(box: Box, w_of: Callable[[Vector], Vector], z: Vector, w: Vector) -> Iterator[Glance]:
+def gradient_steps(
+    box: Box, w_of: Callable[[Vector], Vector], z: Vector, w: Vector
+) -> Iterator[Glance]:
     """Iterate in units with a unit diagonal, for one problem or many, and yield every GRADIENT_BLOCK steps.
 
     w_of : M z + q, as a new array. z, w : the start, shape (n,), or (m, n) for m problems.
     """
     basis, start, t = box.basis_of(0.5 * (z - w)), _dots(w, w), z.dtype.type(0.5)
-    for step in range(1, max(MOST_GRADIENT_STEPS, round(MOST_PER_UNKNOWN * z.shape[-1])) + 1):
+    for step in range(
+        1, max(MOST_GRADIENT_STEPS, round(MOST_PER_UNKNOWN * z.shape[-1])) + 1
+    ):
         change = t * w
         former, z = z, box.project(np.subtract(z, change, out=change))
         before, w = w, w_of(z)
         moved, bent = z - former, w - before
         along = _dots(moved, bent)
         with np.errstate(divide="ignore", invalid="ignore"):
-            lengths = _dots(moved, moved) / along if step % 2 else along / _dots(bent, bent)
+            lengths = (
+                _dots(moved, moved) / along if step % 2 else along / _dots(bent, bent)
+            )
         t = np.where(along > 0, lengths, t)  # else M shows no positive curvature
         if step % GRADIENT_BLOCK == 0:
             last, basis = basis, box.basis_of(0.5 * (z - w))

@@ -27,7 +27,15 @@ from lcpcli.linalg.doubles import each_step, generator, is_finite
 from lcpcli.linalg.matrices import dense
 from lcpcli.methods import stages
 from lcpcli.methods.newton import FINISH, from_states
-from lcpcli.methods.stages import Breakdown, Finished, Iterate, Stage, Stalled, Turns, advance
+from lcpcli.methods.stages import (
+    Breakdown,
+    Finished,
+    Iterate,
+    Stage,
+    Stalled,
+    Turns,
+    advance,
+)
 from lcpcli.model.box import Box
 from lcpcli.model.changes import in_units, scale
 from lcpcli.model.problem import Problem
@@ -44,7 +52,9 @@ SCALES = 3.0, 2.0, 4.0
 ROUND_STEPS, ROUND_STEPS_PER_UNKNOWN = 2000, 4
 
 
-def reflections(problem: Problem, x0: Vector, *, beta: float = 0.7, walkers: int = 16, seed: int = 0) -> Stage:
+def reflections(
+    problem: Problem, x0: Vector, *, beta: float = 0.7, walkers: int = 16, seed: int = 0
+) -> Stage:
     """Search for a common point of A and B until it is found; x0 has no influence.
 
     It works in units in which M is equilibrated and the violations at the reference point are of size 1.
@@ -55,17 +65,25 @@ def reflections(problem: Problem, x0: Vector, *, beta: float = 0.7, walkers: int
     a solution, which block pivoting finds from the states of a walker, with step "finish". Breakdown : numbers
     overflow, or there are too many unknowns.
     """
-    return (yield from stages.from_reference(problem, x0, partial(_search, beta=beta, walkers=walkers, seed=seed)))
+    return (
+        yield from stages.from_reference(
+            problem, x0, partial(_search, beta=beta, walkers=walkers, seed=seed)
+        )
+    )
 
 
-def _search(problem: Problem, turns: Turns, beta: float, walkers: int, seed: int) -> Stage:
+def _search(
+    problem: Problem, turns: Turns, beta: float, walkers: int, seed: int
+) -> Stage:
     change = scale(problem)
     R, C = _balance(change.problem.M)
     gaps = R * change.problem.box.gaps(np.zeros(problem.n), change.problem.q)
     size = float(np.linalg.norm(gaps)) / math.sqrt(np.count_nonzero(gaps) or 1)
     if not math.isfinite(size):
         return Breakdown("the violations overflow")
-    units = in_units(problem, R * change.R / (size or 1.0), C * change.C * (size or 1.0))
+    units = in_units(
+        problem, R * change.R / (size or 1.0), C * change.C * (size or 1.0)
+    )
     walk = partial(_walk, beta=beta, walkers=walkers, seed=seed)
     return (yield from stages.changed(units, turns.last.x, walk))
 
@@ -113,8 +131,13 @@ def _walk(problem: Problem, x0: Vector, beta: float, walkers: int, seed: int) ->
                     tried.add(states)
                     pivoting = from_states(problem, problem.box.basis_of(x))
                     while isinstance(step := advance(pivoting), Iterate):
-                        if step.signs_final or Point(criterion, problem.box.z_of(step.x)).solves():
-                            yield step._replace(step=FINISH, evaluations=steps, signs_final=True)
+                        if (
+                            step.signs_final
+                            or Point(criterion, problem.box.z_of(step.x)).solves()
+                        ):
+                            yield step._replace(
+                                step=FINISH, evaluations=steps, signs_final=True
+                            )
                             return Finished()
                     break
     return Stalled()
@@ -127,16 +150,30 @@ class _Iteration:
         n = g.size
         H = np.linalg.inv(np.eye(n) + G @ G.T)
         K = G.T @ H
-        self._P = np.block([[np.eye(n) - K @ G, K], [K.T, np.eye(n) - H]]).astype(np.float32)
+        self._P = np.block([[np.eye(n) - K @ G, K], [K.T, np.eye(n) - H]]).astype(
+            np.float32
+        )
         self._c = np.concatenate((-K @ g, H @ g)).astype(np.float32)[:, np.newaxis]
-        self._lower, self._upper = (bound.astype(np.float32)[:, np.newaxis] for bound in box.vectors(n))
-        self._has_upper, self._fixed = bool(np.isfinite(self._upper).any()), self._lower == self._upper
-        self.nearest, self._reflected, self._change = np.empty((3, 2 * n, walkers), np.float32)
+        self._lower, self._upper = (
+            bound.astype(np.float32)[:, np.newaxis] for bound in box.vectors(n)
+        )
+        self._has_upper, self._fixed = (
+            bool(np.isfinite(self._upper).any()),
+            self._lower == self._upper,
+        )
+        self.nearest, self._reflected, self._change = np.empty(
+            (3, 2 * n, walkers), np.float32
+        )
 
     def step(self, X: Single) -> Single:
         """Return P_A(2 P_B X - X) - P_B X, in an array that the next step overwrites, as it does P_B X in `nearest`: z
         within the bounds and w with the signs that they ask for."""
-        nearest, reflected, change, n = self.nearest, self._reflected, self._change, self._lower.size
+        nearest, reflected, change, n = (
+            self.nearest,
+            self._reflected,
+            self._change,
+            self._lower.size,
+        )
         Z, W, z, w = X[:n], X[n:], nearest[:n], nearest[n:]
         np.maximum(Z, self._lower, out=z)
         if self._has_upper:
@@ -145,9 +182,14 @@ class _Iteration:
             inside = (Z - z) ** 2 + W**2
             below = (Z - self._lower) ** 2 + np.minimum(W, 0) ** 2
             above = (Z - self._upper) ** 2 + np.maximum(W, 0) ** 2
-            at_lower, at_upper = below < np.minimum(inside, above), above < np.minimum(inside, below)
+            at_lower, at_upper = (
+                below < np.minimum(inside, above),
+                above < np.minimum(inside, below),
+            )
             np.copyto(z, self._upper, where=at_upper)
-            signed = np.where(at_lower, np.maximum(W, 0), np.where(at_upper, np.minimum(W, 0), 0))
+            signed = np.where(
+                at_lower, np.maximum(W, 0), np.where(at_upper, np.minimum(W, 0), 0)
+            )
             w[:] = np.where(self._fixed, W, signed)
         else:
             at_lower = Z - self._lower < W

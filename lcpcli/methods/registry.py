@@ -18,7 +18,15 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from lcpcli import options
 from lcpcli.clock import imports
-from lcpcli.errors import OptionError, ParameterError, likely, listed, meant, quoted, raised
+from lcpcli.errors import (
+    OptionError,
+    ParameterError,
+    likely,
+    listed,
+    meant,
+    quoted,
+    raised,
+)
 from lcpcli.options import AUTO, Option
 
 if TYPE_CHECKING:
@@ -39,13 +47,34 @@ P = Option(
     "Smoothing parameter; by default so large that the smoothing error is below rounding.",
     derived="default_p",
 )
-K_STAR = Option("k_star", int, 100, *options.POSITIVE, "Steepest descent every k* iterates.")
-RHO = Option("rho", float, 1e-4, "0 < rho < 1/2", lambda rho: 0 < rho < 0.5, "Line search: sufficient decrease.")
+K_STAR = Option(
+    "k_star", int, 100, *options.POSITIVE, "Steepest descent every k* iterates."
+)
+RHO = Option(
+    "rho",
+    float,
+    1e-4,
+    "0 < rho < 1/2",
+    lambda rho: 0 < rho < 0.5,
+    "Line search: sufficient decrease.",
+)
 SIGMA = Option(
-    "sigma", float, 0.9, "rho < sigma < 1", lambda sigma: 0 < sigma < 1, "Line search: curvature.", above="rho"
+    "sigma",
+    float,
+    0.9,
+    "rho < sigma < 1",
+    lambda sigma: 0 < sigma < 1,
+    "Line search: curvature.",
+    above="rho",
 )
 OMEGA = Option(
-    *("omega", float, 1.0, "0 < omega < infinity, or auto", lambda omega: 0 < omega < math.inf),
+    *(
+        "omega",
+        float,
+        1.0,
+        "0 < omega < infinity, or auto",
+        lambda omega: 0 < omega < math.inf,
+    ),
     "Modulus parameter; 1 is the published method, auto estimates it from the spectrum of M.",
     words=(AUTO,),
 )
@@ -54,7 +83,13 @@ ANDERSON = Option(
     "Anderson acceleration with this many previous steps; 0 is the published method.",
 )
 START_SLACK = Option(
-    *("start_slack", float, 1.0, "0 < slack < infinity", lambda slack: 0 < slack < math.inf),
+    *(
+        "start_slack",
+        float,
+        1.0,
+        "0 < slack < infinity",
+        lambda slack: 0 < slack < math.inf,
+    ),
     "Least slack and multiplier at the start, in scaled units; later attempts use multiples of it.",
 )
 REGULARIZATION = Option(
@@ -65,7 +100,13 @@ BETA = Option(
     *("beta", float, 0.7, "0 < beta < 2", lambda beta: 0 < beta < 2),
     "Relaxation: the fraction of each step that is taken; 1 is the method of Douglas and Rachford.",
 )
-WALKERS = Option("walkers", int, 16, *options.up_to(10**6), "Number of iterations that share the matrix products.")
+WALKERS = Option(
+    "walkers",
+    int,
+    16,
+    *options.up_to(10**6),
+    "Number of iterations that share the matrix products.",
+)
 SEED = Option("seed", int, 0, *options.NATURAL, "Seed of the random starts.")
 ONES, LARGEST, LEXICOGRAPHIC = "ones", "largest", "lexicographic"
 COVER = Option(
@@ -78,7 +119,13 @@ TIES = Option(
     "Which of the rows that block simultaneously leaves: the one with the largest pivot, or the lexicographic minimum.",
     words=(LARGEST, LEXICOGRAPHIC),
 )
-RESTARTS = Option("restarts", int, 12, *options.NATURAL, "Other starts, where the first one leads to no solution.")
+RESTARTS = Option(
+    "restarts",
+    int,
+    12,
+    *options.NATURAL,
+    "Other starts, where the first one leads to no solution.",
+)
 
 
 class Method(NamedTuple):
@@ -121,17 +168,23 @@ METHODS = {
         uses_start=True,
         takes_bounds=True,
         excludes_exactly=True,
-        guaranteed={ANY: "it falls back on milp, which needs no property of M; exponential in n at worst"},
+        guaranteed={
+            ANY: "it falls back on milp, which needs no property of M; exponential in n at worst"
+        },
         location=("lcpcli.auto.policy", "auto"),
     ),
     "shi": Method(
         "smoothed vector divisions (El foutayeni and Khaladi 2012, after Shi 2008)",
         options=(P, K_STAR, RHO, SIGMA),
-        vectors={"x1": "Second point of shi.  [default: the problem's, else a steepest-descent step]"},
+        vectors={
+            "x1": "Second point of shi.  [default: the problem's, else a steepest-descent step]"
+        },
         iterates=True,
         uses_start=True,
         takes_bounds=True,
-        guaranteed={"p_matrix": "steepest descent finds the solution, unless rounding stalls it"},
+        guaranteed={
+            "p_matrix": "steepest descent finds the solution, unless rounding stalls it"
+        },
     ),
     "fixed-point": Method(
         "modulus iteration (Schäfer 2004)",
@@ -139,7 +192,10 @@ METHODS = {
         iterates=True,
         uses_start=True,
         takes_bounds=True,
-        guaranteed={"positive_definite": "each step reduces the error, for every omega", "h_plus": ""},
+        guaranteed={
+            "positive_definite": "each step reduces the error, for every omega",
+            "h_plus": "",
+        },
     ),
     "newton": Method(
         "generalized Newton, safeguarded block principal pivoting (Kostreva 1978; Júdice and Pires 1994)",
@@ -151,7 +207,9 @@ METHODS = {
         "interior point method (Mehrotra 1992; Gondzio 1996)",
         options=(START_SLACK, REGULARIZATION),
         takes_bounds=True,
-        guaranteed={"positive_definite": "it follows the central path to the solution, unless rounding stalls it"},
+        guaranteed={
+            "positive_definite": "it follows the central path to the solution, unless rounding stalls it"
+        },
     ),
     "lemke": Method(
         "complementary pivoting (Lemke 1965; Sargent 1978)",
@@ -181,13 +239,20 @@ METHODS = {
 
 # Methods for nonlinear problems, which `METHODS` for linear ones does not list.
 NONLINEAR = {
-    "josephy-newton": Method("Newton's method (Josephy 1979; Dirkse and Ferris 1995)", (RESTARTS,), uses_start=True)
+    "josephy-newton": Method(
+        "Newton's method (Josephy 1979; Dirkse and Ferris 1995)",
+        (RESTARTS,),
+        uses_start=True,
+    )
 }
 
 
 # Of methods, which `meant` does not find: the one of the same kind here.
 OTHER_NAMES = {
-    **dict.fromkeys(("schafer", "psor", "sor", "jacobi", "gauss-seidel", "projection"), "fixed-point"),
+    **dict.fromkeys(
+        ("schafer", "psor", "sor", "jacobi", "gauss-seidel", "projection"),
+        "fixed-point",
+    ),
     **dict.fromkeys(("simplex", "pivoting"), "lemke"),
     **dict.fromkeys(("ipm", "barrier"), "interior"),
     **dict.fromkeys(("semismooth", "active-set"), "newton"),
@@ -199,7 +264,11 @@ OTHER_NAMES = {
 def suggestion(name: str, known: Iterable[str], otherwise: str = "") -> str:
     """Return the hint for an unknown word: the method that it may stand for, one that resembles it, or `otherwise`."""
     other = OTHER_NAMES.get(name.casefold().replace("_", "-"))
-    return f"did you mean {other}?" if other else meant(name, meanings()) or likely(name, known, otherwise)
+    return (
+        f"did you mean {other}?"
+        if other
+        else meant(name, meanings()) or likely(name, known, otherwise)
+    )
 
 
 def options_of(methods: Mapping[str, Method]) -> dict[str, Option]:
@@ -208,8 +277,14 @@ def options_of(methods: Mapping[str, Method]) -> dict[str, Option]:
     for name, method in methods.items():
         for option in method.options:
             if found.setdefault(option.name, option) is not option:
-                owner = next(other for other in methods if found[option.name] in methods[other].options)
-                raise ValueError(f"{owner} and {name} have two options {option.name}: share it, or rename one")
+                owner = next(
+                    other
+                    for other in methods
+                    if found[option.name] in methods[other].options
+                )
+                raise ValueError(
+                    f"{owner} and {name} have two options {option.name}: share it, or rename one"
+                )
     return found
 
 
@@ -230,9 +305,19 @@ def declared(name: str) -> Method:
                 fault = f"{name} of another package is no Method with a location"
                 raise ParameterError("method", fault, "see lcp help development")
             METHODS[name] = method._replace(package=package("methods", name))
-            OPTIONS.update({option.name: option for option in method.options if option.name not in OPTIONS})
+            OPTIONS.update(
+                {
+                    option.name: option
+                    for option in method.options
+                    if option.name not in OPTIONS
+                }
+            )
             return METHODS[name]
-        raise ParameterError("method", f"{name!r} is unknown", suggestion(str(name), [*METHODS, *names("methods")]))
+        raise ParameterError(
+            "method",
+            f"{name!r} is unknown",
+            suggestion(str(name), [*METHODS, *names("methods")]),
+        )
     return METHODS.get(name) or NONLINEAR[name]
 
 
@@ -247,19 +332,29 @@ def load(name: str) -> Any:
             if place.startswith("lcpcli."):
                 raise
             fault = f"{name} of another package cannot be loaded from {place}: {raised(error)}"
-            raise ParameterError("method", fault, "correct its location, or install that package again") from None
+            raise ParameterError(
+                "method", fault, "correct its location, or install that package again"
+            ) from None
 
 
 def parameters_of(name: str) -> list[str]:
     """Return all parameters of a method's function besides the problem and the start."""
     method = declared(name)
-    return [*method.vectors, *(option.name for option in method.options), *method.switches]
+    return [
+        *method.vectors,
+        *(option.name for option in method.options),
+        *method.switches,
+    ]
 
 
 def known_options(name: str) -> set[str]:
     """Return all options of the command line that have an effect on a method: its own, the additions and the starts."""
     method = declared(name)
-    return {*parameters_of(name), *(START_OPTIONS * method.uses_start), *(ADDITIONS if method.iterates else ())}
+    return {
+        *parameters_of(name),
+        *(START_OPTIONS * method.uses_start),
+        *(ADDITIONS if method.iterates else ()),
+    }
 
 
 def check(name: str, chosen: Mapping[str, Any]) -> None:
@@ -267,15 +362,25 @@ def check(name: str, chosen: Mapping[str, Any]) -> None:
     known, method = parameters_of(name), declared(name)
     for given, value in chosen.items():
         if given not in {*OPTIONS, *SWITCHES, *known}:
-            raise OptionError(given, "is not an option of any method", f"the options are {', '.join(known)}")
+            raise OptionError(
+                given,
+                "is not an option of any method",
+                f"the options are {', '.join(known)}",
+            )
         if given not in known:
-            raise ParameterError(given, f"has no effect with the method {name}", "leave it out")
+            raise ParameterError(
+                given, f"has no effect with the method {name}", "leave it out"
+            )
         if given in method.switches and not isinstance(value, bool):
-            raise ParameterError(given, f"{value!r} is neither True nor False", "give one of them")
+            raise ParameterError(
+                given, f"{value!r} is neither True nor False", "give one of them"
+            )
     options.check(method.options, chosen)
 
 
-def options_in_force(name: str, problem: Problem, chosen: Mapping[str, Any]) -> dict[str, Any]:
+def options_in_force(
+    name: str, problem: Problem, chosen: Mapping[str, Any]
+) -> dict[str, Any]:
     """Return all of a method's parameters with their values: chosen, default, or derived from the problem.
 
     Raises OptionError as `check` does, whether or not the method will have anything to do.
@@ -313,7 +418,10 @@ class Variant(NamedTuple):
     def __str__(self) -> str:
         """Return the variant as it is written: shi:p=10,k-star=5."""
         alone = {(name, "true") for name in FLAGS}
-        parts = [_dashed(each[0]) + ("" if each in alone else f"={each[1]}") for each in self.settings]
+        parts = [
+            _dashed(each[0]) + ("" if each in alone else f"={each[1]}")
+            for each in self.settings
+        ]
         return f"{self.method}:{','.join(parts)}" if parts else self.method
 
 
@@ -323,7 +431,10 @@ def parse(text: str) -> Variant:
     Raises OptionError for an unknown method, for an option that it does not have, and for a value out of range.
     """
     method, _, rest = text.partition(":")
-    return _checked(Variant(method, tuple(_setting(part) for part in rest.split(",") if rest)), "method")
+    return _checked(
+        Variant(method, tuple(_setting(part) for part in rest.split(",") if rest)),
+        "method",
+    )
 
 
 def sweep(variants: Sequence[Variant], axes: Sequence[str]) -> list[Variant]:
@@ -334,7 +445,10 @@ def sweep(variants: Sequence[Variant], axes: Sequence[str]) -> list[Variant]:
     """
     for axis in axes:
         name, _, text = axis.partition("=")
-        name, values = name.strip().replace("-", "_"), [value.strip() for value in text.split(",")]
+        name, values = (
+            name.strip().replace("-", "_"),
+            [value.strip() for value in text.split(",")],
+        )
         if not all(values):
             hint = "write OPTION=VALUE,VALUE,..., as in p=1,10,100"
             raise ParameterError("sweep", f"{quoted(axis)} lacks a value", hint)
@@ -342,14 +456,27 @@ def sweep(variants: Sequence[Variant], axes: Sequence[str]) -> list[Variant]:
             if owners := _owners(name):
                 fault = f"{_dashed(name)} has no effect with {' and '.join(dict.fromkeys(v.method for v in variants))}"
                 raise ParameterError("sweep", fault, f"add --method {owners[0]}")
-            fault, words = f"{quoted(_dashed(name))} is not an option of any method", map(_dashed, (*OPTIONS, *FLAGS))
+            fault, words = (
+                f"{quoted(_dashed(name))} is not an option of any method",
+                map(_dashed, (*OPTIONS, *FLAGS)),
+            )
             raise ParameterError("sweep", fault, likely(_dashed(name), [*words]))
         swept = list[Variant]()
         for variant in variants:
             if name in dict(variant.settings):
-                raise ParameterError("sweep", f"{_dashed(name)} is also set by {variant}", "leave one out")
-            more = [((name, value),) for value in values] if name in _known(variant.method) else [()]
-            swept += [Variant(variant.method, variant.settings + setting) for setting in more]
+                raise ParameterError(
+                    "sweep",
+                    f"{_dashed(name)} is also set by {variant}",
+                    "leave one out",
+                )
+            more = (
+                [((name, value),) for value in values]
+                if name in _known(variant.method)
+                else [()]
+            )
+            swept += [
+                Variant(variant.method, variant.settings + setting) for setting in more
+            ]
         variants = [_checked(variant, "sweep") for variant in swept]
     return list(dict.fromkeys(variants))
 
@@ -358,9 +485,13 @@ def labels(variants: Sequence[Variant]) -> list[str]:
     """Return a name for each variant: its method, with the settings in which the variants of that method differ."""
     names = []
     for variant in variants:
-        alike = [set(each.settings) for each in variants if each.method == variant.method]
+        alike = [
+            set(each.settings) for each in variants if each.method == variant.method
+        ]
         shared = set.intersection(*alike) if len(alike) > 1 else set()
-        settings = tuple(setting for setting in variant.settings if setting not in shared)
+        settings = tuple(
+            setting for setting in variant.settings if setting not in shared
+        )
         names.append(str(Variant(variant.method, settings)))
     return names
 
@@ -376,14 +507,22 @@ def _setting(part: str) -> tuple[str, str]:
     if not equals and name in FLAGS:
         return name, "true"
     if not value:
-        raise ParameterError("method", f"{quoted(part)} has no value", "write METHOD:OPTION=VALUE, as in shi:p=10")
+        raise ParameterError(
+            "method",
+            f"{quoted(part)} has no value",
+            "write METHOD:OPTION=VALUE, as in shi:p=10",
+        )
     return name, value
 
 
 def _known(method: str) -> list[str]:
     """Return the options that a variant of the method may set."""
     found = declared(method)
-    return [*(option.name for option in found.options), *found.switches, *(ADDITIONS if found.iterates else ())]
+    return [
+        *(option.name for option in found.options),
+        *found.switches,
+        *(ADDITIONS if found.iterates else ()),
+    ]
 
 
 def _checked(variant: Variant, where: str) -> Variant:
@@ -395,16 +534,26 @@ def _checked(variant: Variant, where: str) -> Variant:
     for i, (name, _) in enumerate(variant.settings):
         if name not in known:
             words = [_dashed(one) for one in known]
-            hint = likely(_dashed(name), words, f"it has {', '.join(words)}") if words else "it has none"
+            hint = (
+                likely(_dashed(name), words, f"it has {', '.join(words)}")
+                if words
+                else "it has none"
+            )
             if owners := _owners(name):
                 hint = f"it belongs to {listed(owners)}"
-            raise ParameterError("method", f"{variant.method} has no option {_dashed(name)}", hint)
+            raise ParameterError(
+                "method", f"{variant.method} has no option {_dashed(name)}", hint
+            )
         if name in dict(variant.settings[:i]):
-            raise ParameterError("method", f"{_dashed(name)} is set twice in {variant}", "leave one out")
+            raise ParameterError(
+                "method", f"{_dashed(name)} is set twice in {variant}", "leave one out"
+            )
     try:
         options.check(declared(variant.method).options, variant.options)
     except ParameterError as error:
-        raise ParameterError(where, f"{_dashed(error.where)}: {error.fault}", error.hint) from None
+        raise ParameterError(
+            where, f"{_dashed(error.where)}: {error.fault}", error.hint
+        ) from None
     return variant
 
 
@@ -412,7 +561,9 @@ def _value(name: str, text: str) -> Any:
     """Return the value of an option from its text: a number, one of its words, or true or false for one of FLAGS."""
     if name in FLAGS:
         if text not in TRUTHS:
-            raise ParameterError(name, f"{quoted(text)} is neither true nor false", "write true or false")
+            raise ParameterError(
+                name, f"{quoted(text)} is neither true nor false", "write true or false"
+            )
         return TRUTHS[text]
     option = OPTIONS[name]
     if text in option.words:

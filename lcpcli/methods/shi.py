@@ -33,7 +33,13 @@ from lcpcli.model.box import BASIC
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Vector
 
-SELECTED, STEEPEST_AT_MULTIPLE, PLANE, AVERAGE, STEEPEST = "1", "2.2", "2.4", "2.5", "2.6"
+SELECTED, STEEPEST_AT_MULTIPLE, PLANE, AVERAGE, STEEPEST = (
+    "1",
+    "2.2",
+    "2.4",
+    "2.5",
+    "2.6",
+)
 SMOOTHED = 1e-3  # times the smoothing error: |F~| at a zero of F~, up to rounding
 SMOOTHING = "its smoothed equation is solved up to rounding; what is left is the smoothing error"
 DESCENT = (SELECTED, STEEPEST_AT_MULTIPLE, STEEPEST)
@@ -81,7 +87,9 @@ def shi(
         if not (math.isfinite(here.f) and math.isfinite(slope)):
             return Breakdown("|F~|^2 overflows; divide q and the start by their size")
         if slope == 0:
-            return Breakdown("f = |F~|^2 / 2 is stationary at a point that is not a zero of F~: J is singular there")
+            return Breakdown(
+                "f = |F~|^2 / 2 is stationary at a point that is not a zero of F~: J is singular there"
+            )
         last = here
         # Where a parabola with that slope has its minimum 0.
         first_trial = -2 * here.f / slope
@@ -100,7 +108,9 @@ def shi(
         yield Iterate(here.x, here.F, step, evaluations)
         step, s = _select(k, k_star, here.F, s, here.F - last.F, g)
     if here.F.any():
-        return Breakdown("|F~|^2 underflows; multiply q and the start by the same large number")
+        return Breakdown(
+            "|F~|^2 underflows; multiply q and the start by the same large number"
+        )
     return _smoothed_solution(problem, p, here.F) or Finished()
 
 
@@ -119,7 +129,9 @@ def _smoothed_solution(problem: Problem, p: float, F: Vector) -> Stalled | None:
     return Stalled(f"{SMOOTHING}, in F at most {at_most}")
 
 
-def _select(k: int, k_star: int, F: Vector, v: Vector, y: Vector, g: Vector) -> tuple[str, Vector]:
+def _select(
+    k: int, k_star: int, F: Vector, v: Vector, y: Vector, g: Vector
+) -> tuple[str, Vector]:
     return (STEEPEST_AT_MULTIPLE, -g) if k % k_star == 0 else direction(F, v, y, g)
 
 
@@ -133,7 +145,11 @@ def direction(F: Vector, v: Vector, y: Vector, g: Vector) -> tuple[str, Vector]:
     makes the length of s irrelevant, both may be divided by the same positive number, so that neither can overflow: up
     to this, they are mu F / |F| and nu v / |v| with mu = -sign <v, y> and nu = -cos(y, F) |cos(v, y)|.
     """
-    size_F, size_v, size_y = math.sqrt(float(F @ F)), math.sqrt(float(v @ v)), math.sqrt(float(y @ y))
+    size_F, size_v, size_y = (
+        math.sqrt(float(F @ F)),
+        math.sqrt(float(v @ v)),
+        math.sqrt(float(y @ y)),
+    )
     if 0 in (size_F, size_v, size_y):
         return STEEPEST, -g
     cos_vy, cos_yF = float(v @ y) / size_v / size_y, float(y @ F) / size_y / size_F
@@ -148,7 +164,9 @@ def direction(F: Vector, v: Vector, y: Vector, g: Vector) -> tuple[str, Vector]:
     return (step, s) if float(s @ g) < 0 else (STEEPEST, -g)
 
 
-def combine(mu: float, nu: float, cosine: float, F_d: float, v_d: float) -> tuple[str, float, float]:
+def combine(
+    mu: float, nu: float, cosine: float, F_d: float, v_d: float
+) -> tuple[str, float, float]:
     """Take steps 2.4 to 2.6 for unit vectors F and v with that cosine: return the step, and a, b of s = a F + b v.
 
     u = mu F and nu v span the candidates alpha u + (1 - alpha) nu v; F_d and v_d are <F, d> and <v, d>. The projection
@@ -182,7 +200,9 @@ SHORT_STEP = 1e-6
 def error(problem: Problem, p: float) -> float:
     """Return the bound (ln 3 / p) |M - I|_inf of |F~ - F|, in units of q."""
     with np.errstate(over="ignore"):
-        return math.log(3) / p * matrices.norm_inf(matrices.plus_diagonal(problem.M, -1.0))
+        return (
+            math.log(3) / p * matrices.norm_inf(matrices.plus_diagonal(problem.M, -1.0))
+        )
 
 
 def excess(p: float, t: Vector) -> Vector:
@@ -213,7 +233,11 @@ class Smoothed:
     def __init__(self, problem: Problem, p: float) -> None:
         self._problem, self._p = problem, p
         self._ends = [end / 2 for end in problem.box.vectors(problem.n)]
-        self._kinks = [(s, end) for s, end in zip((1.0, -1.0), self._ends, strict=True) if np.isfinite(end).any()]
+        self._kinks = [
+            (s, end)
+            for s, end in zip((1.0, -1.0), self._ends, strict=True)
+            if np.isfinite(end).any()
+        ]
 
     def split(self, x: Vector) -> tuple[Vector, Vector, Indices]:
         """Return z~ and w~, each of shape (n,), and the indices for which p |x_i - l_i / 2| or p |x_i - u_i / 2| is
@@ -222,10 +246,19 @@ class Smoothed:
         z: Vector = self._problem.box.project(t)
         w = np.subtract(z, t, out=t)
         near = [np.abs(x - kink) for _, kink in self._kinks]
-        distance = near[0] if len(near) == 1 else np.minimum.reduce(near, initial=np.inf)
-        window = np.flatnonzero(distance <= half_width) if distance.min() <= half_width else NO_INDICES
+        distance = (
+            near[0] if len(near) == 1 else np.minimum.reduce(near, initial=np.inf)
+        )
+        window = (
+            np.flatnonzero(distance <= half_width)
+            if distance.min() <= half_width
+            else NO_INDICES
+        )
         if window.size:
-            delta = sum(s * excess(self._p, t[window]) for (s, _), t in zip(self._kinks, near, strict=True))
+            delta = sum(
+                s * excess(self._p, t[window])
+                for (s, _), t in zip(self._kinks, near, strict=True)
+            )
             z[window] += delta
             w[window] += delta
         return z, w, window
@@ -248,7 +281,9 @@ class Smoothed:
         y = matrices.product(self._problem.M.T, point.F)
         y -= point.F
         window = point.window
-        low, high = (slope(self._p, point.x[window] - end[window]) for end in self._ends)
+        low, high = (
+            slope(self._p, point.x[window] - end[window]) for end in self._ends
+        )
         inner = 0.5 * (low - high) * y[window]
         y *= self._problem.box.basis_of(point.x) == BASIC
         y[window] = inner
@@ -258,7 +293,13 @@ class Smoothed:
 
 
 def search(
-    smoothed: Smoothed, start: SmoothedPoint, s: Vector, slope: float, gamma: float, rho: float, sigma: float
+    smoothed: Smoothed,
+    start: SmoothedPoint,
+    s: Vector,
+    slope: float,
+    gamma: float,
+    rho: float,
+    sigma: float,
 ) -> tuple[SmoothedPoint, Vector, int] | int:
     """Return the end of the step from start along s, where f has the slope <grad f, s> < 0, with first trial length
     gamma > 0, the gradient of f there, and the number of lengths tried; only that number if they become
@@ -274,7 +315,14 @@ def search(
     the minimizer of a parabola that interpolates f is tried, which is exact if f is quadratic (Nocedal and Wright 2006,
     section 3.5). Gradients are computed only where the decrease holds.
     """
-    low, f_low, slope_low, high, f_high, first = 0.0, start.f, slope, math.inf, math.inf, gamma
+    low, f_low, slope_low, high, f_high, first = (
+        0.0,
+        start.f,
+        slope,
+        math.inf,
+        math.inf,
+        gamma,
+    )
     for trial in range(1, MAX_TRIALS + 1):
         x = gamma * s
         x += start.x
@@ -293,10 +341,16 @@ def search(
             low, f_low, slope_low = gamma, point.f, slope_here
         if high == math.inf:
             flattening = slope_low / slope
-            gamma = low * (min(max(1 / (1 - flattening), 2.0), 10.0) if flattening < 1 else 10.0)
+            gamma = low * (
+                min(max(1 / (1 - flattening), 2.0), 10.0) if flattening < 1 else 10.0
+            )
             continue
         width = high - low
         bend = f_high - f_low - slope_low * width
-        inner = low - 0.5 * slope_low * width * (width / bend) if 0 < bend < math.inf else low
+        inner = (
+            low - 0.5 * slope_low * width * (width / bend)
+            if 0 < bend < math.inf
+            else low
+        )
         gamma = low + 0.5 * width if halve or not low < inner < high else inner
     return trial

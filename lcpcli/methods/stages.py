@@ -135,8 +135,17 @@ def clause_on(fault: Exception) -> str:
     if isinstance(fault, SingularMatrix):
         # numpy's begins with a capital.
         ours = str(fault) if not str(fault)[:1].isupper() else ""
-        return ours or "a linear system that is singular or not finite in double precision"
-    return next((kind for message, kind in FAULT_KINDS.items() if str(fault).startswith(message)), str(fault))
+        return (
+            ours or "a linear system that is singular or not finite in double precision"
+        )
+    return next(
+        (
+            kind
+            for message, kind in FAULT_KINDS.items()
+            if str(fault).startswith(message)
+        ),
+        str(fault),
+    )
 
 
 def ended(ending: Ending, *iterates: Iterate) -> Stage:
@@ -178,7 +187,11 @@ def begin(method: str, problem: Problem, x0: Vector, **options: Any) -> Stage:
     """Start a method on a problem, through its standard form if the method knows only z >= 0."""
     declared, function = methods.declared(method), methods.load(method)
     if declared.max_unknowns is not None and problem.n > declared.max_unknowns:
-        return ended(Breakdown(f"it takes at most {declared.max_unknowns} unknowns; this problem has {problem.n}"))
+        return ended(
+            Breakdown(
+                f"it takes at most {declared.max_unknowns} unknowns; this problem has {problem.n}"
+            )
+        )
     own = function if declared.takes_bounds else partial(as_lcp, function)
     package = function.__module__.partition(".")[0]
     if package == "lcpcli":
@@ -204,26 +217,40 @@ def _guarded(stage: Stage, n: int, package: str) -> Stage:
         while isinstance(step := advance(stage), Iterate):
             x, evaluations = step.x, step.evaluations
             if not isinstance(x, np.ndarray) or x.dtype.kind not in "fiu":
-                raise PackageFault(f"the package {package} yields an x that is not an array of numbers")
+                raise PackageFault(
+                    f"the package {package} yields an x that is not an array of numbers"
+                )
             if x.shape != (n,):
-                raise PackageFault(f"the package {package} yields an x of shape {x.shape} for {n} unknowns")
+                raise PackageFault(
+                    f"the package {package} yields an x of shape {x.shape} for {n} unknowns"
+                )
             if np.isnan(x).any():
                 raise PackageFault(f"the package {package} yields an x with nan")
             if not isinstance(evaluations, int | np.integer):
-                raise PackageFault(f"the package {package} counts {evaluations!r} evaluations")
+                raise PackageFault(
+                    f"the package {package} counts {evaluations!r} evaluations"
+                )
             yield step
     if not isinstance(step, Ending):
         raise PackageFault(f"the package {package} yields or returns {step!r}")
     return step
 
 
-def as_lcp(function: Callable[..., Stage], problem: Problem, x0: Vector, **options: Any) -> Stage:
+def as_lcp(
+    function: Callable[..., Stage], problem: Problem, x0: Vector, **options: Any
+) -> Stage:
     """Return the stage of an LCP, or for a mixed problem the stage of its standard form."""
     form = standard_form_of(problem)
     if form is None:
         return ended(Breakdown(NO_STANDARD_FORM))
-    stage = function(form.problem, x0 if form.is_identity else form.start(x0), **options)
-    return stage if form.is_identity else in_given_variables(form, stage, BasicSolutions(problem))
+    stage = function(
+        form.problem, x0 if form.is_identity else form.start(x0), **options
+    )
+    return (
+        stage
+        if form.is_identity
+        else in_given_variables(form, stage, BasicSolutions(problem))
+    )
 
 
 def standard_form_of(problem: Problem) -> StandardForm | None:
@@ -236,14 +263,18 @@ def standard_form_of(problem: Problem) -> StandardForm | None:
         return None
 
 
-def changed(change: Change, x0: Vector, run: Callable[[Problem, Vector], Stage]) -> Stage:
+def changed(
+    change: Change, x0: Vector, run: Callable[[Problem, Vector], Stage]
+) -> Stage:
     """Return what `run` does with the problem in other variables, from x0, as a stage in the original variables."""
     if change.is_identity:
         return run(change.problem, x0)
     return in_given_variables(change, run(change.problem, change.start(x0)))
 
 
-def in_given_variables(change: Change, stage: Stage, polishing: BasicSolutions | None = None) -> Stage:
+def in_given_variables(
+    change: Change, stage: Stage, polishing: BasicSolutions | None = None
+) -> Stage:
     """Pass on the stage with x, F and the final proof, if any, of the original problem.
 
     polishing : the basic solutions of a mixed problem, which replace the basic solutions of its standard form, as the
@@ -253,20 +284,34 @@ def in_given_variables(change: Change, stage: Stage, polishing: BasicSolutions |
     if not isinstance(step, NoSolution):
         return step
     with imports:
-        from lcpcli.verify.certificate import UNVERIFIED, proves_infeasible, rounded_proof
+        from lcpcli.verify.certificate import (
+            UNVERIFIED,
+            proves_infeasible,
+            rounded_proof,
+        )
     proof = step.certificate
     if proof.kind == "exhaustion":
         return step if change.is_exact else Undecided(INEXACT)
-    y = None if proof.vector is None or proof.kind == "ray" else change.multipliers(proof.vector)
+    y = (
+        None
+        if proof.vector is None or proof.kind == "ray"
+        else change.multipliers(proof.vector)
+    )
     if y is not None and not proves_infeasible(change.original, y):
         rounded = rounded_proof(change.original, y)
-        return Stalled(UNVERIFIED[proof.kind]) if rounded is None else replace(step, certificate=rounded)
+        return (
+            Stalled(UNVERIFIED[proof.kind])
+            if rounded is None
+            else replace(step, certificate=rounded)
+        )
     other_bounds = y is not None and change.original.box is not change.problem.box
     statement = change.original.box.wording.farkas if other_bounds else proof.statement
     return replace(step, certificate=replace(proof, statement=statement, vector=y))
 
 
-def moved_back(change: Change, stage: Stage, polishing: BasicSolutions | None = None) -> Stage:
+def moved_back(
+    change: Change, stage: Stage, polishing: BasicSolutions | None = None
+) -> Stage:
     """Pass on the stage with x and F of the original problem, as `in_given_variables`, and its ending as it is."""
     small = NEARLY_SOLVED * largest(change.problem.q)
     while isinstance(step := advance(stage), Iterate):
@@ -299,7 +344,9 @@ class Turns:
                 return Breakdown(clause_on(fault), method)
             if not isinstance(step, Iterate):
                 return replace(step, method=step.method or method)
-            self.last = step._replace(evaluations=done + step.evaluations, method=step.method or method)
+            self.last = step._replace(
+                evaluations=done + step.evaluations, method=step.method or method
+            )
             yield self.last
 
 
@@ -309,4 +356,6 @@ Search: TypeAlias = Callable[..., Stage]
 
 def from_reference(problem: Problem, x0: Vector, search: Search) -> Stage:
     """Search in the variables in which the reference point of the problem is 0."""
-    return changed(shifted(problem), x0, lambda within, start: search(within, Turns(start)))
+    return changed(
+        shifted(problem), x0, lambda within, start: search(within, Turns(start))
+    )

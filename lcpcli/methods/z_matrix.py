@@ -33,7 +33,14 @@ from lcpcli.linalg.doubles import each_step
 from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix
 from lcpcli.linalg.matrices import dense, is_sparse, width
 from lcpcli.methods.newton import from_states
-from lcpcli.methods.stages import Breakdown, Finished, Iterate, NoSolution, Stage, Stalled
+from lcpcli.methods.stages import (
+    Breakdown,
+    Finished,
+    Iterate,
+    NoSolution,
+    Stage,
+    Stalled,
+)
 from lcpcli.model.box import of_masks
 from lcpcli.model.problem import Problem
 from lcpcli.rational import elimination
@@ -50,7 +57,9 @@ from lcpcli.verify.point import Criterion, Point
 EXACT_EFFORT = 30.0
 
 
-def _exchanged(system: _InDoubles | _InFractions, basic: list[int]) -> tuple[list[int], Any]:
+def _exchanged(
+    system: _InDoubles | _InFractions, basic: list[int]
+) -> tuple[list[int], Any]:
     """Return the last basis, in the order of exchanges from a first one, and multipliers if a pivot is not positive."""
     known = 0
     while negative := system.negative(basic):
@@ -61,7 +70,9 @@ def _exchanged(system: _InDoubles | _InFractions, basic: list[int]) -> tuple[lis
     last = len(basic)  # the first `known` are those of an M-matrix, and these are not
     while last - known > 1:
         middle = (known + last) // 2
-        known, last = (middle, last) if system.is_m_matrix(basic[:middle]) else (known, middle)
+        known, last = (
+            (middle, last) if system.is_m_matrix(basic[:middle]) else (known, middle)
+        )
     return basic, system.multipliers(basic[:known], basic[known])
 
 
@@ -76,7 +87,9 @@ class _InDoubles:
 
     def negative(self, basic: Sequence[int]) -> list[int] | None:
         """Return the other i with w_i < 0 in the basic solution; None if that is not unique, or has a z_i < 0."""
-        self.found = self._solutions.at(of_masks(np.isin(np.arange(self._M.shape[0]), basic)))
+        self.found = self._solutions.at(
+            of_masks(np.isin(np.arange(self._M.shape[0]), basic))
+        )
         negative: list[int] = np.flatnonzero(self.found.w < 0.0).tolist()
         return negative if self.found.z.min(initial=0.0) >= 0.0 else None
 
@@ -93,8 +106,14 @@ class _InDoubles:
         y, own = np.zeros(self._M.shape[0]), np.sort(np.array(basic, dtype=np.intp))
         y[i] = 1.0
         if own.size:
-            T = self._M.T.tocsr() if is_sparse(self._M) else np.ascontiguousarray(self._M.T)
-            y[own] = np.maximum(PrincipalSolver(T).solve(own, -dense(self._M[[i]])[0, own]), 0.0)
+            T = (
+                self._M.T.tocsr()
+                if is_sparse(self._M)
+                else np.ascontiguousarray(self._M.T)
+            )
+            y[own] = np.maximum(
+                PrincipalSolver(T).solve(own, -dense(self._M[[i]])[0, own]), 0.0
+            )
         return y
 
 
@@ -108,14 +127,20 @@ class _InFractions:
 
     def negative(self, basic: Sequence[int]) -> list[int] | None:
         self._block(basic)
-        self.found = exact_basis(self._data, of_masks(np.isin(np.arange(self._data.n), basic)))
-        if self.found is None or not (self.found.unique and self.found.gaps.keys().isdisjoint(basic)):
+        self.found = exact_basis(
+            self._data, of_masks(np.isin(np.arange(self._data.n), basic))
+        )
+        if self.found is None or not (
+            self.found.unique and self.found.gaps.keys().isdisjoint(basic)
+        ):
             return None
         return sorted(self.found.gaps)
 
     def is_m_matrix(self, basic: Sequence[int]) -> bool:
         own = sorted(basic)
-        x, free = elimination.solve(self._block(own), [self._data.scales[i] for i in own])
+        x, free = elimination.solve(
+            self._block(own), [self._data.scales[i] for i in own]
+        )
         return x is not None and not free and min(x) > 0
 
     def multipliers(self, basic: Sequence[int], i: int) -> list[Fraction]:
@@ -181,7 +206,9 @@ def z_matrix(problem: Problem) -> Stage:
     if multipliers is not None:
         if (simple := proof(problem, rounded_direction(multipliers))) is not None:
             return NoSolution(infeasible(problem, simple))
-        return NoSolution(exact_certificate(data, problem.box.wording.farkas, multipliers))
+        return NoSolution(
+            exact_certificate(data, problem.box.wording.farkas, multipliers)
+        )
     if z is None:
         return Breakdown("exact arithmetic takes too long")
     yield Iterate(problem.box.x_of(rounded(z), rounded(data.w(z))), None, "exact", 1)
@@ -201,20 +228,29 @@ class Elimination:
         with imports:
             from scipy.linalg.lapack import dpttrf, dtbtrs
         self._factorize, self._solve = dpttrf, dtbtrs
-        self._below, self._diagonal, self._above = (M.diagonal(side) for side in (-1, 0, 1))
+        self._below, self._diagonal, self._above = (
+            M.diagonal(side) for side in (-1, 0, 1)
+        )
         with np.errstate(invalid="ignore"):
             # Of a symmetric matrix with the same pivots.
             self._link = np.sqrt(-self._below) * np.sqrt(-self._above)
         has_signs = max(self._below.max(), self._above.max()) <= 0.0
         self._known = dict[int, tuple[Vector, Vector]]()
-        self.is_of_m_matrix = bool(has_signs and not dpttrf(self._diagonal, self._link)[2])
+        self.is_of_m_matrix = bool(
+            has_signs and not dpttrf(self._diagonal, self._link)[2]
+        )
 
     def _whole(self, turn: int) -> tuple[Vector, Vector]:
         """Return the factors L and U without cuts, in the order of rows (1) or in the opposite order (-1)."""
         if turn not in self._known:
             below, above = (self._below, self._above)[::turn]
-            L, pivots = self._factors(below[::turn], self._diagonal[::turn], self._link[::turn])
-            self._known[turn] = L, np.asfortranarray([np.append(0.0, above[::turn]), pivots])
+            L, pivots = self._factors(
+                below[::turn], self._diagonal[::turn], self._link[::turn]
+            )
+            self._known[turn] = (
+                L,
+                np.asfortranarray([np.append(0.0, above[::turn]), pivots]),
+            )
         return self._known[turn]
 
     @np.errstate(all="ignore")
@@ -228,7 +264,9 @@ class Elimination:
             count = n - int(is_basic[::-1].argmax()) if is_basic.any() else 0
             if not (own[count + 1 :] < 0.0).any():  # as y = -w in row `count`
                 z = np.zeros(n)
-                z[:count] = self._solve(U[:, :count], y[:count], uplo="U")[0] if count else 0.0
+                z[:count] = (
+                    self._solve(U[:, :count], y[:count], uplo="U")[0] if count else 0.0
+                )
                 if z.min() >= 0.0:
                     return z[::turn].copy(), (np.arange(n) < count)[::turn]
             basic |= is_basic[::turn]
@@ -238,8 +276,14 @@ class Elimination:
         """Return z and which variables are basic, among them those that are known to be."""
         for _ in range(MOST_PASSES):
             begins, ends = ~basic[:-1] & basic[1:], basic[:-1] & ~basic[1:]
-            L, pivots = self._factors(self._below, self._diagonal, np.where(begins, 0.0, self._link))
-            back = self._factors(self._above[::-1], self._diagonal[::-1], np.where(ends, 0.0, self._link)[::-1])
+            L, pivots = self._factors(
+                self._below, self._diagonal, np.where(begins, 0.0, self._link)
+            )
+            back = self._factors(
+                self._above[::-1],
+                self._diagonal[::-1],
+                np.where(ends, 0.0, self._link)[::-1],
+            )
             y = self._solve(L, -q, uplo="L", diag="U")[0]
             y_back = self._solve(back[0], -q[::-1], uplo="L", diag="U")[0]
             w = q.copy()
@@ -250,10 +294,16 @@ class Elimination:
                 break
             basic = found
             check()
-        U = np.asfortranarray([np.append(0.0, np.where(ends, 0.0, self._above)), pivots])
-        return np.maximum(self._solve(U, np.where(basic, y, 0.0), uplo="U")[0], 0.0), basic
+        U = np.asfortranarray(
+            [np.append(0.0, np.where(ends, 0.0, self._above)), pivots]
+        )
+        return np.maximum(
+            self._solve(U, np.where(basic, y, 0.0), uplo="U")[0], 0.0
+        ), basic
 
-    def _factors(self, below: Vector, diagonal: Vector, link: Vector) -> tuple[Vector, Vector]:
+    def _factors(
+        self, below: Vector, diagonal: Vector, link: Vector
+    ) -> tuple[Vector, Vector]:
         """Return the factor L, which begins anew at a link of 0, and the pivots. With y = -L^-1 q, y_i / pivots_i is
         the last component of the solution of the rows up to i."""
         pivots = self._factorize(diagonal, link)[0]
@@ -264,7 +314,9 @@ class Elimination:
 
 def of_tridiagonal(M: Matrix) -> Elimination | None:
     """Return the elimination of a sparse tridiagonal M-matrix; None for any other M."""
-    if not (is_sparse(M) and M.shape[0] > 1 and M.nnz <= 3 * M.shape[0] and width(M) <= 1):
+    if not (
+        is_sparse(M) and M.shape[0] > 1 and M.nnz <= 3 * M.shape[0] and width(M) <= 1
+    ):
         return None
     own = Elimination(M)
     return own if own.is_of_m_matrix else None

@@ -16,14 +16,27 @@ import numpy as np
 
 from lcpcli.clock import imports
 from lcpcli.errors import REAL, ProblemError, count, kind
-from lcpcli.linalg.doubles import FAR_FROM_ONE, MOST_LOOPED_ENTRIES, is_finite, largest, sizes
+from lcpcli.linalg.doubles import (
+    FAR_FROM_ONE,
+    MOST_LOOPED_ENTRIES,
+    is_finite,
+    largest,
+    sizes,
+)
 from lcpcli.linalg.matrices import is_sparse, row_maxima
 from lcpcli.typing import Matrix, Vector
 
 FROM_0 = "(indices count from 0)"  # what the index of a field in a message is
-NUMBERS, ROWS, ROW = "a list of numbers", "a list of rows of numbers", "a row, a list of numbers"
+NUMBERS, ROWS, ROW = (
+    "a list of numbers",
+    "a list of rows of numbers",
+    "a row, a list of numbers",
+)
 SOLUTIONS = "a list of solutions, each a list of numbers"
-NOT_FINITE = ("is not a finite number in double precision", f"give a finite number {FROM_0}")
+NOT_FINITE = (
+    "is not a finite number in double precision",
+    f"give a finite number {FROM_0}",
+)
 DENSE_HINT = "give a dense array, as by toarray()"
 UNLABELLED = "give them the same labels, or arrays, as by to_numpy()"
 TEXTS = (str, bytes, bytearray)
@@ -45,14 +58,22 @@ def plain(field: str, values: Any, expected: str) -> Any:
     try:
         if hasattr(values, "to_numpy"):
             return plain(field, np.asarray(values.to_numpy()), expected)
-        if hasattr(values, "__array__") or isinstance(values, memoryview) or type(values).__name__ == "array":
+        if (
+            hasattr(values, "__array__")
+            or isinstance(values, memoryview)
+            or type(values).__name__ == "array"
+        ):
             return plain(field, np.asarray(values), expected)
         return list(values) if isinstance(values, Sequence) else values
     except Exception:
-        raise ProblemError(field, f"is {kind(values)}, and gives no array", f"give {expected}") from None
+        raise ProblemError(
+            field, f"is {kind(values)}, and gives no array", f"give {expected}"
+        ) from None
 
 
-def as_vector(field: str, values: Any, n: int | None = None, of: str = "unknown") -> Vector:
+def as_vector(
+    field: str, values: Any, n: int | None = None, of: str = "unknown"
+) -> Vector:
     """Return values as a float64 vector in memory of its `own`, one entry for each of n things of a kind (of any length
     if n is None), or raise ProblemError. An array of a single row or column counts as a vector."""
     return as_sized_vector(field, values, n, of)[0]
@@ -62,7 +83,12 @@ def as_sized_vector(
     field: str, values: Any, n: int | None = None, of: str = "unknown"
 ) -> tuple[Vector, tuple[float, float]]:
     """Return `as_vector` of values, with the `sizes` of its entries."""
-    if type(values) is np.ndarray and values.ndim == 1 and values.dtype == np.float64 and n in (None, values.size):
+    if (
+        type(values) is np.ndarray
+        and values.ndim == 1
+        and values.dtype == np.float64
+        and n in (None, values.size)
+    ):
         v = own(values)  # in a fraction of the time
     else:
         values = plain(field, values, NUMBERS)
@@ -73,16 +99,29 @@ def as_sized_vector(
     return v, found
 
 
-def as_flat(field: str, values: Any, n: int | None, of: str, expected: str = NUMBERS, either: str = "") -> Vector:
+def as_flat(
+    field: str,
+    values: Any,
+    n: int | None,
+    of: str,
+    expected: str = NUMBERS,
+    either: str = "",
+) -> Vector:
     """Return `plain` values as a vector as `as_vector` does, though not in memory of its own, and of any numbers."""
     if isinstance(values, (list, tuple)):
         refuse_other_than_numbers(field, values)
     v = as_floats(field, values, expected)
     v = v.reshape(-1) if v.ndim == 2 and 1 in v.shape else v
     if v.ndim != 1:
-        raise ProblemError(field, f"has {count(v.ndim, 'dimension')}", f"give {either}a flat list of numbers")
+        raise ProblemError(
+            field,
+            f"has {count(v.ndim, 'dimension')}",
+            f"give {either}a flat list of numbers",
+        )
     if n is not None and v.size != n:
-        raise ProblemError(field, f"has {count(v.size, 'entry')} for {count(n, of)}", "make them agree")
+        raise ProblemError(
+            field, f"has {count(v.size, 'entry')} for {count(n, of)}", "make them agree"
+        )
     return v
 
 
@@ -114,22 +153,33 @@ def _is_writeable(array: Any) -> bool:
 
 def as_columns(field: str, values: Any, finite: bool = True) -> Vector:
     """Return values as an array of shape (n, k) of real numbers, a vector in each column, or raise ProblemError."""
-    per_column, columns = "give one vector in each column, shape (n, k)", as_nested(field, values, 2, ROWS)
+    per_column, columns = (
+        "give one vector in each column, shape (n, k)",
+        as_nested(field, values, 2, ROWS),
+    )
     if columns.ndim != 2:
-        single = f"; for a single one, np.reshape({field}, (-1, 1))" * (columns.ndim == 1)
-        raise ProblemError(field, f"has {count(columns.ndim, 'dimension')}", f"{per_column}{single}")
+        single = f"; for a single one, np.reshape({field}, (-1, 1))" * (
+            columns.ndim == 1
+        )
+        raise ProblemError(
+            field, f"has {count(columns.ndim, 'dimension')}", f"{per_column}{single}"
+        )
     if finite:
         refuse_infinite(field, columns)
     return columns
 
 
-def as_square(field: str, values: Any, n: int, other: str = "q") -> tuple[Matrix, tuple[float, float]]:
+def as_square(
+    field: str, values: Any, n: int, other: str = "q"
+) -> tuple[Matrix, tuple[float, float]]:
     """Return `as_matrix` of values, of shape (n, n) to fit a vector called `other`, and bounds as of `_as_finite`."""
     M = _as_rows(field, values)
     if M.shape != (n, n):
         shape, is_square = f"is {M.shape[0]} x {M.shape[1]}", M.shape[0] == M.shape[1]
         fault = f"{shape} but {other} has {count(n, 'entry')}" if is_square else shape
-        raise ProblemError(field, fault, "make them agree" if is_square else "make it square")
+        raise ProblemError(
+            field, fault, "make them agree" if is_square else "make it square"
+        )
     return _as_finite(field, M)
 
 
@@ -146,7 +196,9 @@ def _as_rows(field: str, values: Any) -> Matrix:
     """Return values as a two-dimensional dense array, or unchanged if they are a sparse matrix."""
     if type(values) is np.ndarray and values.ndim == 2 and values.dtype == np.float64:
         return values
-    M: Matrix = values if is_sparse(values) else as_nested(field, values, 2, ROWS, exactly=True)
+    M: Matrix = (
+        values if is_sparse(values) else as_nested(field, values, 2, ROWS, exactly=True)
+    )
     if M.shape == (0,):  # of a list without rows
         M = M.reshape(0, 0)
     if M.ndim != 2:
@@ -172,7 +224,9 @@ def _as_finite(field: str, M: Matrix) -> tuple[Matrix, tuple[float, float]]:
     maxima = row_maxima(M)
     if not largest(maxima) < math.inf:
         if is_sparse(M):
-            refuse_infinite(field, M.data, lambda: np.column_stack((M.tocoo().row, M.tocoo().col)))
+            refuse_infinite(
+                field, M.data, lambda: np.column_stack((M.tocoo().row, M.tocoo().col))
+            )
         else:
             refuse_infinite(field, M)
     return M, sizes(maxima)
@@ -199,9 +253,15 @@ def _as_sparse(field: str, M: Any) -> Matrix:
 def as_solutions(solutions: Any, n: int) -> tuple[Vector, ...]:
     """Return known solutions as vectors of shape (n,), or raise ProblemError."""
     given = plain("solutions", solutions, SOLUTIONS)
-    if not isinstance(given, (list, tuple)) and not (isinstance(given, np.ndarray) and given.ndim):
+    if not isinstance(given, (list, tuple)) and not (
+        isinstance(given, np.ndarray) and given.ndim
+    ):
         raise ProblemError("solutions", f"is {kind(given)}", f"give {SOLUTIONS}")
-    names = ("solution",) if len(given) == 1 else (f"solution[{i}]" for i in range(len(given)))
+    names = (
+        ("solution",)
+        if len(given) == 1
+        else (f"solution[{i}]" for i in range(len(given)))
+    )
     return tuple(as_vector(name, z, n) for name, z in zip(names, given, strict=False))
 
 
@@ -226,7 +286,11 @@ def as_floats(field: str, values: Any, expected: str = NUMBERS) -> Vector:
         with np.errstate(over="ignore"):
             return np.asarray(values, dtype=np.float64)
     except OverflowError:
-        place = next(i for i, value in enumerate(values) if BEYOND_DOUBLES <= abs(value) < math.inf)
+        place = next(
+            i
+            for i, value in enumerate(values)
+            if BEYOND_DOUBLES <= abs(value) < math.inf
+        )
         raise ProblemError(f"{field}[{place}]", *NOT_FINITE) from None
 
 
@@ -235,19 +299,30 @@ def _refuse_other_types(field: str, values: Any) -> None:
     if values.dtype.kind == "c":
         raise ProblemError(field, f"is complex ({values.dtype.name})", REAL)
     if values.dtype.kind not in "fiu":
-        raise ProblemError(field, f"contains {values.dtype.name} values", "give real numbers")
+        raise ProblemError(
+            field, f"contains {values.dtype.name} values", "give real numbers"
+        )
 
 
-def as_nested(field: str, values: Any, most: int, expected: str = NUMBERS, exactly: bool = False) -> Vector:
+def as_nested(
+    field: str, values: Any, most: int, expected: str = NUMBERS, exactly: bool = False
+) -> Vector:
     """Return an array, or lists of up to `most` dimensions, or of exactly so many, as floats; else raise ProblemError.
     A row in a list may be an array of shape (1, n)."""
     values = plain(field, values, expected)
     if not isinstance(values, (list, tuple)):
         return as_floats(field, values, expected)
-    if most == 1 or not (exactly or any(isinstance(part, (list, tuple)) or np.ndim(part) for part in values)):
+    if most == 1 or not (
+        exactly
+        or any(isinstance(part, (list, tuple)) or np.ndim(part) for part in values)
+    ):
         refuse_other_than_numbers(field, values)
         return as_floats(field, values)
-    are_lists = most == 2 and {*map(type, values)} <= {list, tuple} and len({*map(len, values)}) == 1
+    are_lists = (
+        most == 2
+        and {*map(type, values)} <= {list, tuple}
+        and len({*map(len, values)}) == 1
+    )
     # As most are; numpy takes them at once.
     if are_lists and {*map(type, chain.from_iterable(values))} <= {int, float}:
         with suppress(OverflowError):  # whose place is looked for below
@@ -257,33 +332,51 @@ def as_nested(field: str, values: Any, most: int, expected: str = NUMBERS, exact
         own = as_nested(f"{field}[{i}]", part, most - 1, f"{ROW} {FROM_0}", exactly)
         parts.append(own[0] if own.ndim == most == 2 and len(own) == 1 else own)
         if parts[i].ndim == most:
-            raise ProblemError(f"{field}[{i}]", f"has {count(most, 'dimension')}", f"give {ROW} {FROM_0}")
+            raise ProblemError(
+                f"{field}[{i}]",
+                f"has {count(most, 'dimension')}",
+                f"give {ROW} {FROM_0}",
+            )
         have, first = parts[i].shape, parts[0].shape
         if have != first:
             are_rows = len(have) == len(first) == 1
-            size, other = (count(have[0], "entry"), first[0]) if are_rows else (f"shape {have}", first)
+            size, other = (
+                (count(have[0], "entry"), first[0])
+                if are_rows
+                else (f"shape {have}", first)
+            )
             same = "rows the same length" if are_rows else "of them the same"
-            raise ProblemError(f"{field}[{i}]", f"has {size} where {field}[0] has {other}", f"make all {same} {FROM_0}")
+            raise ProblemError(
+                f"{field}[{i}]",
+                f"has {size} where {field}[0] has {other}",
+                f"make all {same} {FROM_0}",
+            )
     return np.array(parts)
 
 
 def is_number_in_array(value: Any) -> bool:
     """Return whether a value is an array without dimensions that holds a real number."""
-    return isinstance(value, np.ndarray) and not value.ndim and value.dtype.kind in "fiu"
+    return (
+        isinstance(value, np.ndarray) and not value.ndim and value.dtype.kind in "fiu"
+    )
 
 
 def refuse_other_than_numbers(field: str, values: Sequence[Any]) -> None:
     if {type(v) for v in values} <= {int, float}:
         return
     for i, v in enumerate(values):
-        if isinstance(v, (int, float, np.integer, np.floating, Rational)) and not isinstance(v, bool):
+        if isinstance(
+            v, (int, float, np.integer, np.floating, Rational)
+        ) and not isinstance(v, bool):
             continue
         if not is_number_in_array(v):
             named = f"of type {type(v).__name__}" if kind(v) == "a number" else kind(v)
             raise ProblemError(f"{field}[{i}]", f"is {named}", f"{REAL} {FROM_0}")
 
 
-def refuse_infinite(field: str, values: Vector, places: Callable[[], Any] | None = None) -> None:
+def refuse_infinite(
+    field: str, values: Vector, places: Callable[[], Any] | None = None
+) -> None:
     """Raise ProblemError for an entry that is not finite. places : returns the places of the values in a matrix."""
     if is_finite(values.ravel(order="K")):
         return
@@ -292,12 +385,20 @@ def refuse_infinite(field: str, values: Vector, places: Callable[[], Any] | None
     raise ProblemError(f"{field}{place}", *NOT_FINITE)
 
 
-def by_label(table: Any, /, of: str = "the columns of M", axis: str = "index", **fields: Any) -> list[Any]:
+def by_label(
+    table: Any, /, of: str = "the columns of M", axis: str = "index", **fields: Any
+) -> list[Any]:
     """Return the values of fields with their rows, or columns, in the order of the columns, or the rows, of a table, if
     both have labels; else return the values unchanged."""
     is_table = hasattr(table, "columns") and _has_index(table)
-    labels = list(table.index if of.startswith("the rows") else table.columns) if is_table else []
-    return [_in_order(field, values, labels, of, axis) for field, values in fields.items()]
+    labels = (
+        list(table.index if of.startswith("the rows") else table.columns)
+        if is_table
+        else []
+    )
+    return [
+        _in_order(field, values, labels, of, axis) for field, values in fields.items()
+    ]
 
 
 def by_names(names: Callable[[], Sequence[str]], **fields: Any) -> list[Any]:
@@ -305,19 +406,32 @@ def by_names(names: Callable[[], Sequence[str]], **fields: Any) -> list[Any]:
     else return the values unchanged. names : returns the names, and is called only if a value has labels."""
     labels = list(names()) if any(map(_has_index, fields.values())) else []
     labels = labels if all(labels) else []
-    return [_in_order(field, values, labels, "the names of the unknowns") for field, values in fields.items()]
+    return [
+        _in_order(field, values, labels, "the names of the unknowns")
+        for field, values in fields.items()
+    ]
 
 
 def texts(labels: Any) -> tuple[str, ...]:
     """Return the labels if all of them are texts and all are different; else an empty tuple."""
     own = list(labels)
-    return tuple(own) if all(isinstance(label, str) for label in own) and len(set(own)) == len(own) else ()
+    return (
+        tuple(own)
+        if all(isinstance(label, str) for label in own) and len(set(own)) == len(own)
+        else ()
+    )
 
 
-def _in_order(field: str, values: Any, labels: list[Any], of: str, axis: str = "index") -> Any:
+def _in_order(
+    field: str, values: Any, labels: list[Any], of: str, axis: str = "index"
+) -> Any:
     """Return values with rows, or columns, in the order of these labels, if they have the same in another order; the
     values, so that positions count, if one of the two has no labels, or only counts from 0; or raise ProblemError."""
-    own = list(getattr(values, axis)) if labels and _has_index(values) and hasattr(values, axis) else labels
+    own = (
+        list(getattr(values, axis))
+        if labels and _has_index(values) and hasattr(values, axis)
+        else labels
+    )
     if own == labels:
         return values
     if len(own) == len(labels) == len(set(own)) and set(own) == set(labels):

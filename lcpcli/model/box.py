@@ -22,7 +22,13 @@ import numpy as np
 
 from lcpcli.errors import ProblemError, kind
 from lcpcli.linalg.doubles import LARGEST_DOUBLE, are_moderate, largest
-from lcpcli.linalg.matrices import absolute_product, accurate_residual, is_sparse, product, row_errors
+from lcpcli.linalg.matrices import (
+    absolute_product,
+    accurate_residual,
+    is_sparse,
+    product,
+    row_errors,
+)
 from lcpcli.model import arrays
 from lcpcli.model.arrays import FROM_0, as_floats, own, plain
 from lcpcli.options import INFINITY
@@ -77,7 +83,9 @@ def in_range(x: Vector) -> bool:
 
 def moved(bound: Vector, given: Vector | float) -> Vector:
     """Return a bound in other variables, kept finite where the given bound is finite."""
-    return np.where(np.isfinite(given), np.clip(bound, -LARGEST_DOUBLE, LARGEST_DOUBLE), bound)
+    return np.where(
+        np.isfinite(given), np.clip(bound, -LARGEST_DOUBLE, LARGEST_DOUBLE), bound
+    )
 
 
 def of_masks(basic: Mask, upper: Mask | None = None) -> States:
@@ -112,7 +120,10 @@ class Box:
     def is_far(self) -> bool:
         """Return whether a finite bound is so large that it may stand for an infinite one."""
         sizes = (np.abs(ends) for ends in (self.lower, self.upper))
-        return any(np.count_nonzero(own >= NO_BOUND) > np.count_nonzero(np.isinf(own)) for own in sizes)
+        return any(
+            np.count_nonzero(own >= NO_BOUND) > np.count_nonzero(np.isinf(own))
+            for own in sizes
+        )
 
     def mapped(self, change: Callable[[Vector], Vector]) -> Box:
         """Return the box with changed bounds; the bounds of a linear complementarity problem stay."""
@@ -142,14 +153,22 @@ class Box:
     def _t_of(self, z: Vector, w: Vector) -> Vector:
         with np.errstate(invalid="ignore"):
             t: Vector = np.where((w > 0) & (w >= z - self.lower), self.lower - w, z)
-            return np.where((w < 0) & (-w >= self.upper - z), self.upper - w, t) if self._has_upper else t
+            return (
+                np.where((w < 0) & (-w >= self.upper - z), self.upper - w, t)
+                if self._has_upper
+                else t
+            )
 
     def x_within(self, z: Vector, w: Vector, basis: States) -> Vector:
         """Return the x of a basic solution, with basic z_i moved within bounds and w_i of the wrong sign set to 0."""
         signed = np.maximum(w, 0.0)
         if self._has_upper:
-            signed = np.where(self.fixed, w, np.where(basis == UPPER, np.minimum(w, 0.0), signed))
-        return 0.5 * np.where(basis == BASIC, self.project(z), self.nonbasic(basis) - signed)
+            signed = np.where(
+                self.fixed, w, np.where(basis == UPPER, np.minimum(w, 0.0), signed)
+            )
+        return 0.5 * np.where(
+            basis == BASIC, self.project(z), self.nonbasic(basis) - signed
+        )
 
     def gaps(self, z: Vector, w: Vector, factor: Vector | float = 1.0) -> Vector:
         """Return the natural residual z - mid(l, u, z - w) = max(z - u, min(z - l, w)), without cancellation; with z in
@@ -167,11 +186,17 @@ class Box:
         above = t > self.lower
         if not self._has_upper:
             return of_masks(above)
-        return of_masks(above & (t < self.upper), (t >= self.upper) & (self.lower < self.upper))
+        return of_masks(
+            above & (t < self.upper), (t >= self.upper) & (self.lower < self.upper)
+        )
 
     def nonbasic(self, basis: States) -> Vector:
         """Return the z of a basis: a bound where nonbasic, 0 in place of basic variables."""
-        bound = np.where(basis == _UPPER, self.upper, self.lower) if self._has_upper else self.lower
+        bound = (
+            np.where(basis == _UPPER, self.upper, self.lower)
+            if self._has_upper
+            else self.lower
+        )
         return np.where(basis, bound, 0.0)
 
     def violations(self, z: Vector, w: Vector, basis: States) -> Vector:
@@ -189,32 +214,50 @@ class Box:
         """Return by how much w has the wrong sign for an admissible z; minus infinity where w may have any sign."""
         if not self._has_upper:
             return np.where(z > self.lower, np.abs(w), -w)
-        return np.maximum(np.where(z > self.lower, w, -np.inf), np.where(z < self.upper, -w, -np.inf))
+        return np.maximum(
+            np.where(z > self.lower, w, -np.inf), np.where(z < self.upper, -w, -np.inf)
+        )
 
     def exchanged(self, basis: States, violated: Mask, z: Vector) -> States:
         """Return the states with violated components exchanged: a basic one goes to its bound, others become basic."""
         basic = np.logical_not(basis)
         if not self._has_upper:
             return of_masks(basic ^ violated)
-        return of_masks(basic ^ violated, np.where(violated, basic & (z > self.upper), basis == _UPPER))
+        return of_masks(
+            basic ^ violated,
+            np.where(violated, basic & (z > self.upper), basis == _UPPER),
+        )
 
     def project(self, z: Vector) -> Vector:
         """Return the nearest admissible z."""
         nearest: Vector = np.maximum(z, self.lower)
-        return np.minimum(nearest, self.upper, out=nearest) if self._has_upper else nearest
+        return (
+            np.minimum(nearest, self.upper, out=nearest) if self._has_upper else nearest
+        )
 
     def on_bounds(self, z: Vector, w: Vector, factor: Vector) -> tuple[Vector, Vector]:
         """Return the nearest admissible z, on a bound where factor times its distance is less than a w of its sign; and
         the sigma for which w - sigma has the signs that it asks for."""
-        at_lower, at_upper = factor * (z - self.lower) < w, factor * (z - self.upper) > w
-        sigma = np.where(at_lower, np.minimum(w, 0.0), np.where(at_upper, np.maximum(w, 0.0), w))
-        near = np.where(at_lower, self.lower, np.where(at_upper, self.upper, self.project(z)))
+        at_lower, at_upper = (
+            factor * (z - self.lower) < w,
+            factor * (z - self.upper) > w,
+        )
+        sigma = np.where(
+            at_lower, np.minimum(w, 0.0), np.where(at_upper, np.maximum(w, 0.0), w)
+        )
+        near = np.where(
+            at_lower, self.lower, np.where(at_upper, self.upper, self.project(z))
+        )
         return near, np.where(self.fixed, 0.0, sigma)
 
     @property
     def corner(self) -> Vector:
         """Return the z at the lower bounds, at upper ones where there are no lower ones, and 0 where there are none."""
-        return np.where(np.isfinite(self.lower), self.lower, np.where(np.isfinite(self.upper), self.upper, 0.0))
+        return np.where(
+            np.isfinite(self.lower),
+            self.lower,
+            np.where(np.isfinite(self.upper), self.upper, 0.0),
+        )
 
     @cached_property
     def fixed(self) -> Mask:
@@ -230,9 +273,17 @@ class Box:
     def kinds(self) -> dict[str, int]:
         """Return how many variables are free, have one bound or both, or are fixed, if any; nothing for an LCP."""
         low, high, boxed = np.isfinite(self.lower), np.isfinite(self.upper), ~self.fixed
-        masks = {"free": ~low & ~high, "lower bound": low & ~high, "upper bound": ~low & high}
+        masks = {
+            "free": ~low & ~high,
+            "lower bound": low & ~high,
+            "upper bound": ~low & high,
+        }
         masks |= {"boxed": low & high & boxed, "fixed": self.fixed}
-        counts = {kind: int(np.count_nonzero(mask)) for kind, mask in masks.items() if mask.any()}
+        counts = {
+            kind: int(np.count_nonzero(mask))
+            for kind, mask in masks.items()
+            if mask.any()
+        }
         return {} if self.is_orthant else counts
 
     def in_single_precision(self) -> Box:
@@ -295,7 +346,9 @@ def reference(M: Matrix, q: Vector, box: Box) -> Reference:
         if not rows.size:
             continue
         part = M[rows]
-        if all(map(are_moderate, (part.data if is_sparse(M) else part, q_i[rows], z_i))):
+        if all(
+            map(are_moderate, (part.data if is_sparse(M) else part, q_i[rows], z_i))
+        ):
             w_i[rows] = 0.0 - accurate_residual(part, z_i, -q_i[rows])
             errors_i[rows] = 0.0
     return Reference(z, w, errors)
@@ -307,9 +360,15 @@ def _largest(gaps: Vector) -> Vector:
     return np.where(np.isfinite(sizes), sizes, np.inf)
 
 
-def bounds_of(lower: Any, upper: Any, n: int, infinity: float) -> tuple[Vector, Vector] | None:
+def bounds_of(
+    lower: Any, upper: Any, n: int, infinity: float
+) -> tuple[Vector, Vector] | None:
     """Return l and u, of shape (n,), None if they are the bounds 0 and infinity of an LCP; or raise ProblemError."""
-    if type(lower) in (int, float) and lower == 0 and (upper is None or (type(upper) is float and upper == math.inf)):
+    if (
+        type(lower) in (int, float)
+        and lower == 0
+        and (upper is None or (type(upper) is float and upper == math.inf))
+    ):
         return None
     low, high = as_intervals(("lower", "upper"), lower, upper, n, infinity=infinity)
     is_orthant = not np.count_nonzero(low) and np.count_nonzero(high == math.inf) == n
@@ -325,27 +384,53 @@ def has_columns(field: str, bound: Any) -> bool:
 
 
 def as_intervals(
-    fields: tuple[str, str], lower: Any, upper: Any, n: int, of: str = "unknown", infinity: float = math.inf
+    fields: tuple[str, str],
+    lower: Any,
+    upper: Any,
+    n: int,
+    of: str = "unknown",
+    infinity: float = math.inf,
 ) -> tuple[Vector, Vector]:
     """Return lower and upper bounds for each of n things of a kind, infinite if absent or if they have at least the
     size `infinity`, or raise ProblemError."""
-    are_plain = all(type(v) is np.ndarray and v.dtype == np.float64 and v.shape == (n,) for v in (lower, upper))
+    are_plain = all(
+        type(v) is np.ndarray and v.dtype == np.float64 and v.shape == (n,)
+        for v in (lower, upper)
+    )
     if infinity == math.inf and are_plain:
         valid = (lower <= upper) & (lower < math.inf) & (upper > -math.inf)
         if np.count_nonzero(valid) == n:
             return lower, upper
     below, above = fields
-    ends = as_bound(below, lower, n, of, -math.inf), as_bound(above, upper, n, of, math.inf)
+    ends = (
+        as_bound(below, lower, n, of, -math.inf),
+        as_bound(above, upper, n, of, math.inf),
+    )
     low, high = (with_infinity(end, infinity) for end in ends)
-    sides = (below, ends[0], low == math.inf, "", "-"), (above, ends[1], high == -math.inf, "minus ", "")
+    sides = (
+        (below, ends[0], low == math.inf, "", "-"),
+        (above, ends[1], high == -math.inf, "minus ", ""),
+    )
     for field, end, wrong, minus, none in sides:
         for i in np.flatnonzero(wrong)[:1].tolist():
-            size = "" if math.isinf(end[i]) else f", as it is {end[i]:g} and infinity begins at {infinity:g}"
+            size = (
+                ""
+                if math.isinf(end[i])
+                else f", as it is {end[i]:g} and infinity begins at {infinity:g}"
+            )
             fault = f"is {minus}infinity{size}" if minus else f"is infinite{size}"
-            raise ProblemError(f"{field}[{i}]", fault, f"give a number, or {none}inf for no bound {FROM_0}")
+            raise ProblemError(
+                f"{field}[{i}]",
+                fault,
+                f"give a number, or {none}inf for no bound {FROM_0}",
+            )
     for i in np.flatnonzero(low > high)[:1].tolist():
         fault = f"is {low[i]:g}, above {above}[{i}] = {high[i]:g}"
-        raise ProblemError(f"{below}[{i}]", fault, f"make every lower bound at most the upper one {FROM_0}")
+        raise ProblemError(
+            f"{below}[{i}]",
+            fault,
+            f"make every lower bound at most the upper one {FROM_0}",
+        )
     return low, high
 
 
@@ -372,17 +457,28 @@ def as_bound(field: str, values: Any, n: int, of: str, absent: float) -> Vector:
         values = [absent if value is None else value for value in values]
     v = arrays.as_flat(field, values, n, of, expected, "a number, or ")
     if (wrong := np.flatnonzero(np.isnan(v))).size:
-        raise ProblemError(f"{field}[{wrong[0]}]", "is not a number", f"give inf for no bound {FROM_0}")
+        raise ProblemError(
+            f"{field}[{wrong[0]}]", "is not a number", f"give inf for no bound {FROM_0}"
+        )
     return v
 
 
 def bounds_of_each(
-    rows_of: Callable[[str, Any], Vector | None], lower: Any, upper: Any, m: int, n: int, infinity: float, of: str
+    rows_of: Callable[[str, Any], Vector | None],
+    lower: Any,
+    upper: Any,
+    m: int,
+    n: int,
+    infinity: float,
+    of: str,
 ) -> tuple[Vector, Vector] | None:
     """Return both bounds of m problems, of shape (m, n); None if they are 0 and infinity, as of an LCP. rows_of :
     returns those of each problem, or None for a bound that is the same for all. of : what a problem is in messages."""
     ends = []
-    for field, bound, absent in (("lower", lower, -math.inf), ("upper", upper, math.inf)):
+    for field, bound, absent in (
+        ("lower", lower, -math.inf),
+        ("upper", upper, math.inf),
+    ):
         rows = rows_of(field, bound)
         rows = as_bound(field, bound, n, "unknown", absent) if rows is None else rows
         ends.append(np.broadcast_to(with_infinity(rows, infinity), (m, n)))
@@ -393,7 +489,9 @@ def bounds_of_each(
 
 def refuse_crossed(low: Vector, high: Vector, name: str, first: int = 0) -> None:
     """Raise ProblemError if bounds of shape (m, n), for columns or others, numbered from `first`, leave no number."""
-    for j in np.flatnonzero(~((low <= high) & (low < np.inf) & (high > -np.inf)).all(axis=1))[:1]:
+    for j in np.flatnonzero(
+        ~((low <= high) & (low < np.inf) & (high > -np.inf)).all(axis=1)
+    )[:1]:
         try:
             as_intervals(("lower", "upper"), low[j], high[j], low.shape[1])
         except ProblemError as error:

@@ -126,9 +126,14 @@ class Scaled(Change):
         if self.is_identity:
             return True
         with np.errstate(all="ignore"):
-            back = matrices.scaled(self.problem.M, 1 / self.R, 1 / self.C) - self.original.M
+            back = (
+                matrices.scaled(self.problem.M, 1 / self.R, 1 / self.C)
+                - self.original.M
+            )
             box, own = self.original.box, self.problem.box
-            keeps_bounds = np.all(own.lower * self.C == box.lower) and np.all(own.upper * self.C == box.upper)
+            keeps_bounds = np.all(own.lower * self.C == box.lower) and np.all(
+                own.upper * self.C == box.upper
+            )
             keeps_q = np.array_equal(self.problem.q / self.R, self.original.q)
             return bool(keeps_q and keeps_bounds and abs(back).max() == 0)
 
@@ -140,7 +145,9 @@ class Scaled(Change):
     def back(self, x: Vector) -> Vector:
         """Return x in the original units: infinite where z overflows, and where w does the most negative number."""
         z = self.problem.box.z_of(x)
-        return np.maximum(0.5 * (self.z_outside(z) - self.w_outside(z - 2 * x)), -LARGEST_X)
+        return np.maximum(
+            0.5 * (self.z_outside(z) - self.w_outside(z - 2 * x)), -LARGEST_X
+        )
 
 
 def scale(problem: Problem, moderate: int = MODERATE_POWER) -> Scaled:
@@ -148,7 +155,9 @@ def scale(problem: Problem, moderate: int = MODERATE_POWER) -> Scaled:
     `moderate` is scaled to size about 1. Where no powers of two in range achieve that, nothing changes."""
     R, C = equilibrate(problem.M, problem.q, problem.row_maxima)
     rows, columns = np.log2(R), np.log2(C)
-    size = float((np.frexp(problem.q)[1] + rows).max(where=problem.q != 0, initial=-np.inf))
+    size = float(
+        (np.frexp(problem.q)[1] + rows).max(where=problem.q != 0, initial=-np.inf)
+    )
     with np.errstate(over="ignore"):
         # R q comes into range as far as R and C allow.
         if abs(size) > moderate and size != -np.inf:
@@ -157,7 +166,11 @@ def scale(problem: Problem, moderate: int = MODERATE_POWER) -> Scaled:
             t = np.exp2(np.clip(-size, low, high) if low <= high else 0.0)
             R, C = R * t, C / t
         is_in_range = np.isfinite(R * problem.q).all()
-    return in_units(problem, R, C) if is_in_range else Scaled(problem, problem, np.ones(R.size), np.ones(R.size))
+    return (
+        in_units(problem, R, C)
+        if is_in_range
+        else Scaled(problem, problem, np.ones(R.size), np.ones(R.size))
+    )
 
 
 def in_units(problem: Problem, R: Vector, C: Vector) -> Scaled:
@@ -168,13 +181,20 @@ def in_units(problem: Problem, R: Vector, C: Vector) -> Scaled:
     # So that it is not copied again.
     (M.data if is_sparse(M) else M).setflags(write=False)
     with np.errstate(over="ignore"):
-        lower, upper = (moved(bound / C, bound) for bound in (problem.lower, problem.upper))
+        lower, upper = (
+            moved(bound / C, bound) for bound in (problem.lower, problem.upper)
+        )
     return Scaled(Problem(M, q, lower=lower, upper=upper), problem, R, C)
 
 
 def is_far_from_one(problem: Problem) -> bool:
     """Return whether numbers of the problem are so large or small that products of a few over- or underflow."""
-    return not all(map(are_moderate, (problem.M.data if is_sparse(problem.M) else problem.M, problem.q)))
+    return not all(
+        map(
+            are_moderate,
+            (problem.M.data if is_sparse(problem.M) else problem.M, problem.q),
+        )
+    )
 
 
 class Shifted(Change):
@@ -186,7 +206,9 @@ class Shifted(Change):
     def back(self, x: Vector) -> Vector:
         """Return the x of the original problem; a z at a bound stays at that bound."""
         z = self.problem.box.z_of(x)
-        at = self.original.box.moved_back(z, self.problem.box, self.original.reference_point)
+        at = self.original.box.moved_back(
+            z, self.problem.box, self.original.reference_point
+        )
         return np.clip(0.5 * (at - (z - 2 * x)), -LARGEST_X, LARGEST_X)
 
     @property
@@ -231,7 +253,9 @@ class StandardForm(Change):
         w = np.zeros(self.original.n)
         w[self.kept] = own[: self.kept.size]
         w[self.boxed] -= unknowns[unknowns.size - self.boxed.size :]
-        z = self.original.box.project(self.original.box.corner + self.multipliers(unknowns))
+        z = self.original.box.project(
+            self.original.box.corner + self.multipliers(unknowns)
+        )
         return self.original.box.x_of(z, self.sign * w)
 
     def multipliers(self, y: Vector) -> Vector:
@@ -259,7 +283,11 @@ class StandardForm(Change):
         basic, at_corner, at_upper, below, has_v = np.zeros((5, n), dtype=bool)
         own, v = slice(self.kept.size), slice(self.problem.n - self.boxed.size, None)
         basic[self.kept], at_corner[self.kept] = active[own], inactive[own]
-        at_upper[self.boxed], below[self.boxed], has_v[self.boxed] = active[v], inactive[v], True
+        at_upper[self.boxed], below[self.boxed], has_v[self.boxed] = (
+            active[v],
+            inactive[v],
+            True,
+        )
         at_corner &= ~box.free
         low, high = (np.where(at_corner, box.corner, bound) for bound in (lower, upper))
         low = np.where(at_upper, upper, low)
@@ -268,28 +296,45 @@ class StandardForm(Change):
         # Where w >= 0 is asked for, and where w <= 0 is.
         rises = np.where(has_v, below, basic | np.isinf(upper))
         falls = basic | np.isinf(lower)
-        return Box(low, high), Box(np.where(falls, -np.inf, 0.0), np.where(rises, np.inf, 0.0))
+        return Box(low, high), Box(
+            np.where(falls, -np.inf, 0.0), np.where(rises, np.inf, 0.0)
+        )
 
 
 def standard_form(given: Problem) -> StandardForm:
     """Return the LCP of a problem, itself if it is one, else with M copied. If all are fixed, they count as boxed."""
     if not given.is_mixed:
-        return StandardForm(given, given, np.arange(given.n), np.arange(0), np.ones(given.n))
+        return StandardForm(
+            given, given, np.arange(given.n), np.arange(0), np.ones(given.n)
+        )
     box = given.box
     kept = np.flatnonzero(~box.fixed) if not box.fixed.all() else np.arange(given.n)
     low, high = np.isfinite(box.lower), np.isfinite(box.upper)
     boxed, sign = kept[(low & high)[kept]], np.where(high & ~low, -1.0, 1.0)
     q = given.w(box.corner) if box.corner.any() else given.q
-    M, q = matrices.scaled(given.M[kept][:, kept], sign[kept], sign[kept]), sign[kept] * q[kept]
+    M, q = (
+        matrices.scaled(given.M[kept][:, kept], sign[kept], sign[kept]),
+        sign[kept] * q[kept],
+    )
     if box.free.any():  # E'ME and E'q for E = [I, -e_F]
         free = box.free[kept]
         column, row = -(M @ free.astype(float)), -(free.astype(float) @ M)
         corner = np.array([[-float(column[free].sum())]])
-        M, q = matrices.stack([[M, column[:, np.newaxis]], [row[np.newaxis], corner]]), np.append(q, -q[free].sum())
+        M, q = (
+            matrices.stack([[M, column[:, np.newaxis]], [row[np.newaxis], corner]]),
+            np.append(q, -q[free].sum()),
+        )
     if boxed.size:
         E = unit_columns(q.size, np.searchsorted(kept, boxed), is_sparse(M))
-        zero = matrices.compressed((boxed.size, boxed.size)) if is_sparse(M) else np.zeros((boxed.size, boxed.size))
-        M, q = matrices.stack([[M, E], [-E.T, zero]]), np.append(q, box.upper[boxed] - box.lower[boxed])
+        zero = (
+            matrices.compressed((boxed.size, boxed.size))
+            if is_sparse(M)
+            else np.zeros((boxed.size, boxed.size))
+        )
+        M, q = (
+            matrices.stack([[M, E], [-E.T, zero]]),
+            np.append(q, box.upper[boxed] - box.lower[boxed]),
+        )
     return StandardForm(Problem(M, q, name=given.name), given, kept, boxed, sign)
 
 
@@ -299,19 +344,36 @@ def with_infinity(problem: Problem, infinity: float) -> Problem:
     Raises ProblemError for a lower bound of at least `infinity`, or an upper bound of at most minus that.
     """
     origin, before, kept = problem.origin, conditions_of(problem), np.arange(problem.n)
-    if (own := problem.program_origin) is not None and (program := own.program(before)) is not None:
+    if (own := problem.program_origin) is not None and (
+        program := own.program(before)
+    ) is not None:
         changed, first = program.with_infinity(infinity), problem.n - own.ranges
         after = changed.conditions()
-        kept = np.append(kept[:first], first + np.flatnonzero(changed.ranges[program.ranges]))
+        kept = np.append(
+            kept[:first], first + np.flatnonzero(changed.ranges[program.ranges])
+        )
         origin = replace(own, ranges=kept.size - first)
     else:
-        low, high = as_intervals(("lower", "upper"), before.lower, before.upper, problem.n, infinity=infinity)
+        low, high = as_intervals(
+            ("lower", "upper"), before.lower, before.upper, problem.n, infinity=infinity
+        )
         after = before._replace(lower=low, upper=high)
     if all(map(np.array_equal, after[1:], before[1:])):
         return problem
-    starts = {name: start[kept] for name in ("x0", "x1") if (start := getattr(problem, name)) is not None}
+    starts = {
+        name: start[kept]
+        for name in ("x0", "x1")
+        if (start := getattr(problem, name)) is not None
+    }
     solutions = tuple(z[kept] for z in problem.solutions)
-    return replace(problem, **after._asdict(), origin=origin, verdict="", solutions=solutions, **starts)
+    return replace(
+        problem,
+        **after._asdict(),
+        origin=origin,
+        verdict="",
+        solutions=solutions,
+        **starts,
+    )
 
 
 def remark(problem: Problem) -> str:
@@ -319,7 +381,9 @@ def remark(problem: Problem) -> str:
     if (sides := _far_sides(problem)) is None:
         return ""
     number = sum(int(np.count_nonzero(side)) for side in sides)
-    return f"{count(number, 'bound')} of 1e20 or more; --infinity 1e20 makes them infinite"
+    return (
+        f"{count(number, 'bound')} of 1e20 or more; --infinity 1e20 makes them infinite"
+    )
 
 
 def _far_sides(problem: Problem) -> tuple[Mask, Mask, Mask] | None:
@@ -330,9 +394,16 @@ def _far_sides(problem: Problem) -> tuple[Mask, Mask, Mask] | None:
     (_, q, low, high), rows = conditions_of(problem), np.zeros(problem.n, dtype=bool)
     if (origin := problem.program_origin) is not None:
         y = slice(origin.variables, problem.n - origin.ranges)
-        from_below, from_above = (low == 0) & (high == np.inf), (low == -np.inf) & (high == 0)
+        from_below, from_above = (
+            (low == 0) & (high == np.inf),
+            (low == -np.inf) & (high == 0),
+        )
         rows[y] = ((from_below & (q >= NO_BOUND)) | (from_above & (q <= -NO_BOUND)))[y]
-    sides = (low <= -NO_BOUND) & (low > -np.inf), (high >= NO_BOUND) & (high < np.inf), rows
+    sides = (
+        (low <= -NO_BOUND) & (low > -np.inf),
+        (high >= NO_BOUND) & (high < np.inf),
+        rows,
+    )
     return sides if any(side.any() for side in sides) else None
 
 
@@ -358,4 +429,6 @@ def relaxed(problem: Problem) -> Change:
     lower, upper, rows = sides
     low[lower], high[upper] = -np.inf, np.inf
     low[rows], high[rows] = 0.0, 0.0
-    return Relaxed(Problem(problem.M, np.where(rows, 0.0, q), lower=low, upper=high), problem, rows)
+    return Relaxed(
+        Problem(problem.M, np.where(rows, 0.0, q), lower=low, upper=high), problem, rows
+    )

@@ -98,15 +98,24 @@ class Evaluations:
     """
 
     def __init__(
-        self, problem: NonlinearProblem, pattern: Matrix | None = None, difference_step: float | None = None
+        self,
+        problem: NonlinearProblem,
+        pattern: Matrix | None = None,
+        difference_step: float | None = None,
     ) -> None:
-        if pattern is not None and (shape := getattr(pattern, "shape", np.shape(pattern))) != (problem.n, problem.n):
+        if pattern is not None and (
+            shape := getattr(pattern, "shape", np.shape(pattern))
+        ) != (problem.n, problem.n):
             fault = f"has shape {shape} for {count(problem.n, 'unknown')}"
-            raise ParameterError("pattern", fault, f"give shape ({problem.n}, {problem.n})")
+            raise ParameterError(
+                "pattern", fault, f"give shape ({problem.n}, {problem.n})"
+            )
         self.problem, self._given = problem, pattern
         self.functions = self.jacobians = self.pivots = 0
         self._is_given, self._left = difference_step is not None, MOST_ADAPTED
-        self._shares = np.full(problem.n, STEP if difference_step is None else difference_step)
+        self._shares = np.full(
+            problem.n, STEP if difference_step is None else difference_step
+        )
         self.noise = self.sizes = np.zeros(problem.n)
         self._noise_of: Vector | None = None
         self._last: tuple[Vector, Matrix] | None = None
@@ -133,8 +142,18 @@ class Evaluations:
         if self._last is None or not np.array_equal(self._last[0], z):
             self.jacobians += 1
             is_first, by_differences = self._last is None, self.problem.J is None
-            self._last = z, self._differences(z, self._steps(z)) if by_differences else self.problem.jacobian(z)
-            if is_first and by_differences and not self._is_given and self._is_doubtful(*self._last):
+            self._last = (
+                z,
+                self._differences(z, self._steps(z))
+                if by_differences
+                else self.problem.jacobian(z),
+            )
+            if (
+                is_first
+                and by_differences
+                and not self._is_given
+                and self._is_doubtful(*self._last)
+            ):
                 self.adapt(z)
                 return self.jacobian(z)
         return self._last[1]
@@ -167,8 +186,14 @@ class Evaluations:
         ranges = np.abs(self.values(z + move) - F) / LONG_STEP
         noisy = (noise > 0) & np.isfinite(ranges)
         if noisy.any():
-            shares = BEST * np.sqrt(np.median(noise[noisy] / np.maximum(ranges, noise)[noisy]))
-            self._shares = np.clip(shares, self._shares, LONGEST) if shares > STEP else self._shares
+            shares = BEST * np.sqrt(
+                np.median(noise[noisy] / np.maximum(ranges, noise)[noisy])
+            )
+            self._shares = (
+                np.clip(shares, self._shares, LONGEST)
+                if shares > STEP
+                else self._shares
+            )
         if (self._shares == before).all():
             for group in self._groups:
                 self._shorten(z, F, group)
@@ -181,7 +206,9 @@ class Evaluations:
         """Return the noise of each row of F near z."""
         if self._noise_of is None or not np.array_equal(self._noise_of, z):
             self._noise_of = z
-            self.noise, self.sizes = noise(self.values, self.problem.box, z, self.noise > 0)
+            self.noise, self.sizes = noise(
+                self.values, self.problem.box, z, self.noise > 0
+            )
         return self.noise
 
     def _shorten(self, z: Vector, F: Vector, group: Indices) -> None:
@@ -192,7 +219,9 @@ class Evaluations:
             steps = self._steps(z)
             shorter = self._quotient(z, F, steps, group)
             changes = np.abs(shorter * self._divisors(steps, group))
-            counts = (changes > 10 * self.noise) & (changes > ROUNDINGS * EPS * np.abs(F)) | ~np.isfinite(shorter)
+            counts = (changes > 10 * self.noise) & (
+                changes > ROUNDINGS * EPS * np.abs(F)
+            ) | ~np.isfinite(shorter)
             apart = np.abs(longer - shorter) > SAME * np.abs(shorter)
             if not (counts & (apart | ~np.isfinite(longer))).any():
                 self._shares[group] *= RATIO
@@ -211,17 +240,30 @@ class Evaluations:
         J = self.jacobian(z)
         if self.problem.J is None or (self.problem.n > MOST_DENSE and not is_sparse(J)):
             return ""
-        other = Evaluations(copy(self.problem), J if self.problem.n > MOST_DENSE else None)
+        other = Evaluations(
+            copy(self.problem), J if self.problem.n > MOST_DENSE else None
+        )
         other.problem.J = None
         other.adapt(z)
         steps, F = other._steps(z), self.known_values(z)
-        ways = [dense(other._differences(z, way)) for way in (steps, self.problem.box.project(z - steps) - z)]
+        ways = [
+            dense(other._differences(z, way))
+            for way in (steps, self.problem.box.project(z - steps) - z)
+        ]
         J, low, high = dense(J), np.fmin(*ways), np.fmax(*ways)
-        gaps, sizes = np.fmax(low - J, J - high), np.fmax(np.abs(J), np.fmax(np.abs(low), np.abs(high)))
+        gaps, sizes = (
+            np.fmax(low - J, J - high),
+            np.fmax(np.abs(J), np.fmax(np.abs(low), np.abs(high))),
+        )
         gaps = np.where(np.isfinite(J), gaps, np.where(np.isfinite(low), np.inf, 0.0))
-        scales, noise = np.maximum(np.abs(z), 1.0), np.maximum(other.noise, EPS * np.abs(F))
+        scales, noise = (
+            np.maximum(np.abs(z), 1.0),
+            np.maximum(other.noise, EPS * np.abs(F)),
+        )
         notable = NOTABLE * (sizes * scales).max(axis=1, initial=0.0)[:, np.newaxis]
-        least = np.maximum(notable / scales, ROUNDINGS * noise[:, np.newaxis] / np.abs(steps))
+        least = np.maximum(
+            notable / scales, ROUNDINGS * noise[:, np.newaxis] / np.abs(steps)
+        )
         excess = np.where(gaps > np.maximum(WRONG * sizes, least), gaps / sizes, 0.0)
         excess = np.where(gaps == np.inf, np.inf, excess)
         if not excess.any():
@@ -245,7 +287,11 @@ class Evaluations:
         for j in range(n):
             moved, undefined = z.copy(), z.copy()
             moved[j], undefined[j] = z[j] + self._steps(z)[j], np.nan
-            rows.append(((self.values(moved) != F) | np.isnan(self.values(undefined))).nonzero()[0])
+            rows.append(
+                (
+                    (self.values(moved) != F) | np.isnan(self.values(undefined))
+                ).nonzero()[0]
+            )
         return rows
 
     @cached_property
@@ -258,7 +304,10 @@ class Evaluations:
         for j, own in enumerate(self._rows):
             free = (~last[own].any(axis=0)).nonzero()[0]
             if not free.size:
-                last, free = np.hstack([last, np.full((n, 1), False)]), np.array([last.shape[1]])
+                last, free = (
+                    np.hstack([last, np.full((n, 1), False)]),
+                    np.array([last.shape[1]]),
+                )
             color[j] = free[0]
             last[own, free[0]] = True
         return [(color == k).nonzero()[0] for k in range(last.shape[1])]
@@ -276,14 +325,24 @@ class Evaluations:
     def _differences(self, z: Vector, steps: Vector) -> Matrix:
         """Return J by forward differences, by backward ones where those are undefined."""
         F = self.known_values(z)
-        quotients, rows, n = [self._quotient(z, F, steps, group) for group in self._groups], self._rows, self.problem.n
+        quotients, rows, n = (
+            [self._quotient(z, F, steps, group) for group in self._groups],
+            self._rows,
+            self.problem.n,
+        )
         if rows is None:
             return np.array(quotients).T
         with imports:
             from scipy.sparse import csc_array
-        of_column = {j: own for group, own in zip(self._groups, quotients, strict=True) for j in group.tolist()}
+        of_column = {
+            j: own
+            for group, own in zip(self._groups, quotients, strict=True)
+            for j in group.tolist()
+        }
         data = np.concatenate([of_column[j][own] for j, own in enumerate(rows)])
-        return csc_array((data, np.concatenate(rows), np.cumsum([0, *map(len, rows)])), shape=(n, n)).tocsr()
+        return csc_array(
+            (data, np.concatenate(rows), np.cumsum([0, *map(len, rows)])), shape=(n, n)
+        ).tocsr()
 
     def _quotient(self, z: Vector, F: Vector, steps: Vector, group: Indices) -> Vector:
         """Return the change of F with the components of a group, each row divided by the step of its component."""
@@ -293,7 +352,9 @@ class Evaluations:
                 moved = z.copy()
                 moved[group] += sign * steps[group]
                 self.functions += 1
-                own = (self.problem.values(moved) - F) / self._divisors(moved - z, group)
+                own = (self.problem.values(moved) - F) / self._divisors(
+                    moved - z, group
+                )
                 quotient = np.where(np.isfinite(quotient), quotient, own)
         return quotient
 
@@ -301,7 +362,9 @@ class Evaluations:
         """Return for each row the move of the component of the group that it depends on; 1 without one."""
         divisors = np.ones(self.problem.n)
         for j in group.tolist():
-            divisors[slice(None) if self._rows is None else self._rows[j]] = moves[j] or 1.0
+            divisors[slice(None) if self._rows is None else self._rows[j]] = (
+                moves[j] or 1.0
+            )
         return divisors
 
 
@@ -324,15 +387,26 @@ class Slopes:
     least : lower bounds on these terms. refuting : how many pairs of quotients of each row agree, but not with J.
     """
 
-    def __init__(self, problem: NonlinearProblem, z: Vector, F: Vector, J: Matrix) -> None:
+    def __init__(
+        self, problem: NonlinearProblem, z: Vector, F: Vector, J: Matrix
+    ) -> None:
         self._problem, self._z, self._F, self._J = problem, z, F, J
-        self._terms, self._random, self._first = absolute_product(J, np.abs(z)), generator(0), list[_Quotient]()
-        self.least, (self._confirmed, self.refuting) = np.zeros(z.size), np.zeros((2, z.size), dtype=int)
+        self._terms, self._random, self._first = (
+            absolute_product(J, np.abs(z)),
+            generator(0),
+            list[_Quotient](),
+        )
+        self.least, (self._confirmed, self.refuting) = (
+            np.zeros(z.size),
+            np.zeros((2, z.size), dtype=int),
+        )
 
     @property
     def is_uneven(self) -> bool:
         """Return whether the quotients by the first two steps differ from J by more than those of a smooth F do."""
-        first = self._first or [self._quotient(step * self._direction()) for step in STEPS[:2]]
+        first = self._first or [
+            self._quotient(step * self._direction()) for step in STEPS[:2]
+        ]
         return any((own.gap > UNEVEN * own.terms).any() for own in first)
 
     @property
@@ -346,13 +420,21 @@ class Slopes:
         for _ in range(DIRECTIONS):
             self._confirmed += self._along(self._direction(), needed)
             is_open = self.least < needed
-            if not is_open.any() or (is_open & (self.refuted | (self._confirmed == 0))).any():
+            if (
+                not is_open.any()
+                or (is_open & (self.refuted | (self._confirmed == 0))).any()
+            ):
                 break
-        return np.asarray((self.least < needed) & (self.refuted | (self._confirmed < DIRECTIONS)))
+        return np.asarray(
+            (self.least < needed) & (self.refuted | (self._confirmed < DIRECTIONS))
+        )
 
     def _direction(self) -> Vector:
         """Return a direction at random, but towards the farther bound where there is little room to the other one."""
-        z, sizes = self._z, np.abs(self._z) * self._random.uniform(0.5, 1.0, self._z.size)
+        z, sizes = (
+            self._z,
+            np.abs(self._z) * self._random.uniform(0.5, 1.0, self._z.size),
+        )
         above, below = self._problem.upper - z, z - self._problem.lower
         is_close = np.minimum(above, below) < STEPS[-1] * sizes
         up = np.where(is_close, above >= below, self._random.random(z.size) < 0.5)
@@ -365,15 +447,25 @@ class Slopes:
         for step in STEPS:
             known[step] = own = self._quotient(step * d)
             self._first += [own] * (len(self._first) < 2)
-            if (other := known.get(RATIO * step) or known.get(step / RATIO)) is not None:
+            if (
+                other := known.get(RATIO * step) or known.get(step / RATIO)
+            ) is not None:
                 apart = np.abs(own.change - other.change)
                 low = np.fmin(np.abs(own.change), np.abs(other.change)) - APART * apart
                 if step > STEPS[0]:  # longer than those before
-                    sizes = np.array([np.abs(each.change) for length, each in known.items() if length < step])
+                    sizes = np.array(
+                        [
+                            np.abs(each.change)
+                            for length, each in known.items()
+                            if length < step
+                        ]
+                    )
                     most = np.where(sizes > 0, sizes, np.inf).min(axis=0)
                 self.least = np.fmax(self.least, np.fmin(low, most))
                 covered = own.terms >= COVERED * self._terms
-                confirmed |= (np.maximum(own.gap, other.gap) <= MATCH * own.terms) & covered
+                confirmed |= (
+                    np.maximum(own.gap, other.gap) <= MATCH * own.terms
+                ) & covered
                 differs = np.minimum(own.gap, other.gap) > 2 * apart + MATCH * own.terms
                 self.refuting += (low > 0) & (low <= most) & differs
             is_open = self.least < needed
@@ -384,15 +476,28 @@ class Slopes:
     @np.errstate(all="ignore")
     def unsmooth(self, noise: Vector) -> tuple[Mask, Mask]:
         """Return the rows with a kink at z, by the slopes on both sides, and those with a jump, far above the noise."""
-        d, room = self._direction(), np.minimum(self._problem.upper - self._z, self._z - self._problem.lower)
+        d, room = (
+            self._direction(),
+            np.minimum(self._problem.upper - self._z, self._z - self._problem.lower),
+        )
         # With the changes by a long and a short step each.
         ways = d, np.where(room < STEPS[0] * np.abs(d), 0.0, d)
         sides, inner = [
-            [[self._quotient(sign * step * way).change for step in STEPS[:2]] for sign in (1.0, -1.0)] for way in ways
+            [
+                [self._quotient(sign * step * way).change for step in STEPS[:2]]
+                for sign in (1.0, -1.0)
+            ]
+            for way in ways
         ]
-        steady = [np.abs(long - short) <= KINKED / 4 * np.abs(short) for long, short in inner]
+        steady = [
+            np.abs(long - short) <= KINKED / 4 * np.abs(short) for long, short in inner
+        ]
         short = [side[1] for side in inner]
-        kink = steady[0] & steady[1] & (np.abs(short[0] + short[1]) > KINKED * np.fmax(*np.abs(short)))
+        kink = (
+            steady[0]
+            & steady[1]
+            & (np.abs(short[0] + short[1]) > KINKED * np.fmax(*np.abs(short)))
+        )
         grows = [np.abs(short) > RATIO / 2 * np.abs(long) for long, short in sides]
         large = [STEPS[1] * np.abs(short) > 16 * noise for _, short in sides]
         return kink, (grows[0] & large[0]) | (grows[1] & large[1])
@@ -402,7 +507,11 @@ class Slopes:
         move_of_z = np.where(self._z != 0, np.abs(move) / np.abs(self._z), 0.0)
         length = move_of_z.max(initial=0.0) or 1.0
         change, d = (self._problem.values(moved) - self._F) / length, move / length
-        return _Quotient(change, np.abs(change - product(self._J, d)), absolute_product(self._J, np.abs(d)))
+        return _Quotient(
+            change,
+            np.abs(change - product(self._J, d)),
+            absolute_product(self._J, np.abs(d)),
+        )
 
 
 @np.errstate(all="ignore")
@@ -427,11 +536,17 @@ def noise(values: Values, box: Box, z: Vector, is_noisy: Mask) -> tuple[Vector, 
     return found, sizes
 
 
-def _oscillates(values: Values, box: Box, z: Vector, found: Vector, thirds: list[Vector]) -> Mask:
+def _oscillates(
+    values: Values, box: Box, z: Vector, found: Vector, thirds: list[Vector]
+) -> Mask:
     """Return the rows of which finer spacings resolve what looks like noise: in the differences of third order F then
     falls little by little, and as the cube of the spacing; noise falls at once, if at all. found : the noise, 0 in rows
     that are not looked at. thirds : those differences by the first spacings."""
-    finest, resolved, is_open = SPACINGS.index(RESOLVED), np.zeros(z.size, dtype=bool), found > 0
+    finest, resolved, is_open = (
+        SPACINGS.index(RESOLVED),
+        np.zeros(z.size, dtype=bool),
+        found > 0,
+    )
     if is_open.any() and len(thirds) <= finest:
         is_open &= _level(values, box, z, RESOLVED)[-1] < found / ALIKE
     last = np.zeros(z.size)  # no fall
@@ -442,7 +557,9 @@ def _oscillates(values: Values, box: Box, z: Vector, found: Vector, thirds: list
             thirds.append(_level(values, box, z, SPACINGS[k])[-1])
         # Of the noise, not of curvature.
         fall = np.where(thirds[k - 1] > ALIKE * found, 0.0, thirds[k - 1] / thirds[k])
-        resolved |= is_open & (last >= LEAST_FALL) & (fall >= CUBIC[0]) & (fall <= CUBIC[1])
+        resolved |= (
+            is_open & (last >= LEAST_FALL) & (fall >= CUBIC[0]) & (fall <= CUBIC[1])
+        )
         is_open &= ~resolved & (fall <= CUBIC[1])
         last = fall
     return resolved
@@ -453,7 +570,11 @@ def rounding(values: Values, box: Box, z: Vector, most: float) -> Vector:
     """Return the noise of each row of F at z that is of rounding, by the finest spacing that shows it; most : relative
     to the largest |F_i| at the points, what is larger does not count as rounding. Where |F| is larger at the points
     than at z, so may its rounding be; so the noise is at most that by closer points."""
-    found, is_known, closest = np.zeros(z.size), np.zeros(z.size, dtype=bool), np.full(z.size, np.inf)
+    found, is_known, closest = (
+        np.zeros(z.size),
+        np.zeros(z.size, dtype=bool),
+        np.full(z.size, np.inf),
+    )
     finest = 48 - int(np.floor(np.log2(min(size(z) or 1.0, 1.0))))
     for power in range(finest, 0, -6):
         F, level, is_noise, third = _level(values, box, z, 2.0**-power)
@@ -461,14 +582,18 @@ def rounding(values: Values, box: Box, z: Vector, most: float) -> Vector:
             break
         closest = np.where(third > 0, np.fmin(closest, third), closest)
         is_noise &= level <= most * np.abs(F).max(axis=0)
-        found = np.where(is_noise & ~is_known, np.minimum(level, ALIKE * closest), found)
+        found = np.where(
+            is_noise & ~is_known, np.minimum(level, ALIKE * closest), found
+        )
         is_known |= is_noise
         if is_known.all():
             break
     return found
 
 
-def _level(values: Values, box: Box, z: Vector, spacing: float) -> tuple[Vector, Vector, Mask, Vector]:
+def _level(
+    values: Values, box: Box, z: Vector, spacing: float
+) -> tuple[Vector, Vector, Mask, Vector]:
     """Return F at ORDERS + 1 points from z on, in their rows, with a spacing relative to z, or to 1 if z is smaller;
     the noise of each row that its differences show, and whether that is what they show: they change sign, few are 0,
     more than one is large, and those of successive orders agree; and the noise by differences of third order, in which
@@ -476,10 +601,14 @@ def _level(values: Values, box: Box, z: Vector, spacing: float) -> tuple[Vector,
     above, below = box.upper - z, z - box.lower
     up = np.where(above == below, generator(0).random(z.size) < 0.5, above > below)
     moves = np.where(up, spacing, -spacing) * np.maximum(np.abs(z), 1.0)
-    F = table = np.array([values(box.project(z + k * moves)) for k in range(ORDERS + 1)])
+    F = table = np.array(
+        [values(box.project(z + k * moves)) for k in range(ORDERS + 1)]
+    )
     levels, changes, first = list[Vector](), list[Mask](), np.diff(F, axis=0)
     sorted_changes = np.sort(np.abs(first - np.median(first, axis=0)), axis=0)
-    few = ((first == 0).mean(axis=0) <= MOST_EQUAL) & (sorted_changes[-2] >= JUMP * sorted_changes[-1])  # no jump
+    few = ((first == 0).mean(axis=0) <= MOST_EQUAL) & (
+        sorted_changes[-2] >= JUMP * sorted_changes[-1]
+    )  # no jump
     for order in range(1, ORDERS):
         table = np.diff(table, axis=0)
         levels.append(np.sqrt((table**2).mean(axis=0) / comb(2 * order, order)))

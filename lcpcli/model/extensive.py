@@ -93,7 +93,9 @@ class Player:
         return 1 + sum(len(own.actions) for own in self.sets)
 
     def labels(self) -> list[str]:
-        return distinct_labels([own.label for own in self.sets], [own.number for own in self.sets])
+        return distinct_labels(
+            [own.label for own in self.sets], [own.number for own in self.sets]
+        )
 
     def moves(self, index: int) -> range:
         """Return the sequences that end with an action of this information set."""
@@ -116,20 +118,32 @@ class GameTree:
     @cached_property
     def ends(self) -> list[tuple[tuple[int, int], Fraction, Payoffs]]:
         """Return the sequences, the chance and the payoffs of each end of the game that chance does not exclude."""
-        return [node[-3:] for node in self.nodes if node.owner == TERMINAL and node.chance]
+        return [
+            node[-3:] for node in self.nodes if node.owner == TERMINAL and node.chance
+        ]
 
 
 def _brief(value: Fraction, of: str) -> Fraction:
     """Return a number of moderate length; raise ProblemError for any other, which would make all that follows slow."""
     if value.denominator.bit_length() > MOST_BITS:
-        raise ProblemError("", f"has {of} whose fractions are longer than a thousand digits", "round some of them")
+        raise ProblemError(
+            "",
+            f"has {of} whose fractions are longer than a thousand digits",
+            "round some of them",
+        )
     return value
 
 
 def distinct_labels(labels: Sequence[str], numbers: Sequence[int] = ()) -> list[str]:
     """Return labels, with the number of each, by default its place, behind it where the label is empty or repeated."""
-    times, pairs = Counter(labels), zip(labels, numbers or range(1, len(labels) + 1), strict=True)
-    return [own if own and times[own] == 1 else f"{own} {number}".strip() for own, number in pairs]
+    times, pairs = (
+        Counter(labels),
+        zip(labels, numbers or range(1, len(labels) + 1), strict=True),
+    )
+    return [
+        own if own and times[own] == 1 else f"{own} {number}".strip()
+        for own, number in pairs
+    ]
 
 
 # A text, a brace, a word, or an open quote.
@@ -158,9 +172,13 @@ class _Reading:
         at = max(self.place - 1, 0) if place is None else place
         if (found := next(islice(TOKEN.finditer(self.text), at, None), None)) is None:
             return ProblemError("", "ends too early", "is it cut off?")
-        return ProblemError(f"line {self.text.count(chr(10), 0, found.start()) + 1}", fault, hint)
+        return ProblemError(
+            f"line {self.text.count(chr(10), 0, found.start()) + 1}", fault, hint
+        )
 
-    def word(self, pattern: str | re.Pattern[str] = "", of: str = "", hint: str = "") -> str:
+    def word(
+        self, pattern: str | re.Pattern[str] = "", of: str = "", hint: str = ""
+    ) -> str:
         """Return the next word, which has to match a pattern, in full."""
         self.place += 1
         word = self.words[self.place - 1]
@@ -177,12 +195,20 @@ class _Reading:
         return re.sub(r"\\(.)", r"\1", word[1:-1], flags=re.DOTALL)
 
     def whole(self, of: str) -> int:
-        return int(self.word("[0-9]{1,9}", f"the number of {of}", "give a whole number"))
+        return int(
+            self.word("[0-9]{1,9}", f"the number of {of}", "give a whole number")
+        )
 
     def number(self) -> Fraction:
-        value = Fraction(word := self.word(NUMBER, "a number", "give an integer, a decimal or a fraction"))
+        value = Fraction(
+            word := self.word(
+                NUMBER, "a number", "give an integer, a decimal or a fraction"
+            )
+        )
         if abs(value) > LARGEST:
-            raise self.fault(f"has {quoted(word)}, too large for doubles", "scale the payoffs")
+            raise self.fault(
+                f"has {quoted(word)}, too large for doubles", "scale the payoffs"
+            )
         return value
 
     def listed(self, each: Callable[[], T]) -> tuple[T, ...] | None:
@@ -198,19 +224,36 @@ class _Reading:
 
     def tree(self) -> GameTree:
         if (self.word(), self.word()) != ("EFG", "2") or self.word() not in ("R", "D"):
-            raise ProblemError("line 1", "is not the beginning of a game tree", "begin the file with EFG 2 R")
+            raise ProblemError(
+                "line 1",
+                "is not the beginning of a game tree",
+                "begin the file with EFG 2 R",
+            )
         title, players = self.name(), self.listed(self.name)
         if players is None:
-            raise self.fault("has no players after the title", 'write EFG 2 R "title" { "one" "two" }')
+            raise self.fault(
+                "has no players after the title",
+                'write EFG 2 R "title" { "one" "two" }',
+            )
         if len(players) != 2:
             only = "only its equilibria are the solutions of an LCP"
-            raise ProblemError("", f"is a game of {count(len(players), 'player')}", f"give one of two: {only}")
+            raise ProblemError(
+                "",
+                f"is a game of {count(len(players), 'player')}",
+                f"give one of two: {only}",
+            )
         self.comments()
-        both = Player(players[0], self.sets[0], [], []), Player(players[1], self.sets[1], [], [])
+        both = (
+            Player(players[0], self.sets[0], [], []),
+            Player(players[1], self.sets[1], [], []),
+        )
         nodes = self.nodes(both)
         self.comments()
         if word := self.word():
-            raise self.fault(f"has {quoted(word)} after the last node of the tree", "remove it, or correct the nodes")
+            raise self.fault(
+                f"has {quoted(word)} after the last node of the tree",
+                "remove it, or correct the nodes",
+            )
         return GameTree(self.text, title, both, self.sets[CHANCE], nodes)
 
     def comments(self) -> None:
@@ -223,36 +266,68 @@ class _Reading:
         letters = ", ".join(f"{letter} for {what}" for letter, what in NODES.items())
         while pending:
             place, (parent, move) = self.place, pending.pop()
-            word = self.word("|".join(NODES), "a node", f"begin each node with {letters}")
+            word = self.word(
+                "|".join(NODES), "a node", f"begin each node with {letters}"
+            )
             self.name()
             owner = {"c": CHANCE, "t": TERMINAL}.get(word) or self.player()
             index = self.information_set(owner) if owner != TERMINAL else -1
             moves = len(self.sets[owner][index].actions) if owner != TERMINAL else 0
             pending += [(len(found), k) for k in range(moves - 1, -1, -1)]
             above, own = found[parent] if found else ROOT, self.outcome()
-            sequences, chance, payoffs = list(above.sequences), above.chance, above.payoffs
+            sequences, chance, payoffs = (
+                list(above.sequences),
+                above.chance,
+                above.payoffs,
+            )
             if above.owner >= 0:
                 sequences[above.owner] = players[above.owner].first[above.where] + move
-            elif above.owner == CHANCE and (odds := self.sets[CHANCE][above.where].probabilities[move]) != 1:
+            elif (
+                above.owner == CHANCE
+                and (odds := self.sets[CHANCE][above.where].probabilities[move]) != 1
+            ):
                 chance = _brief(chance * odds, "chances")
             if payoffs is NOTHING:
                 payoffs = own
             elif own is not NOTHING:  # as few are, and fractions take long to add
-                payoffs = _brief(payoffs[0] + own[0], "payoffs"), _brief(payoffs[1] + own[1], "payoffs")
-            found.append(Node(parent, move, owner, index, (sequences[0], sequences[1]), chance, payoffs))
+                payoffs = (
+                    _brief(payoffs[0] + own[0], "payoffs"),
+                    _brief(payoffs[1] + own[1], "payoffs"),
+                )
+            found.append(
+                Node(
+                    parent,
+                    move,
+                    owner,
+                    index,
+                    (sequences[0], sequences[1]),
+                    chance,
+                    payoffs,
+                )
+            )
             if owner >= 0:
                 self.recall(owner, players[owner], index, sequences[owner], place)
         return found
 
-    def recall(self, owner: int, player: Player, index: int, before: int, place: int) -> None:
+    def recall(
+        self, owner: int, player: Player, index: int, before: int, place: int
+    ) -> None:
         """Take note of the sequence before an information set, which has to be the same at all of its nodes."""
         if index == len(player.before):
             player.before.append(before)
-            player.first.append(player.first[-1] + len(player.sets[index - 1].actions) if index else 1)
+            player.first.append(
+                player.first[-1] + len(player.sets[index - 1].actions) if index else 1
+            )
         elif player.before[index] != before:
             named = f"information set {player.sets[index].number} of player {owner + 1}"
-            fault = f"has no perfect recall: other own moves lead to {named} than before"
-            raise self.fault(fault, "give an information set to each history of a player's own moves", place)
+            fault = (
+                f"has no perfect recall: other own moves lead to {named} than before"
+            )
+            raise self.fault(
+                fault,
+                "give an information set to each history of a player's own moves",
+                place,
+            )
 
     def player(self) -> int:
         if (number := self.whole("a player")) not in (1, 2):
@@ -262,26 +337,45 @@ class _Reading:
     def information_set(self, owner: int) -> int:
         """Return the index of the information set, or of the event, that comes next."""
         what = "chance event" if owner == CHANCE else "information set"
-        number, known = self.whole(f"{'an' * (owner >= 0) or 'a'} {what}"), self.numbers[owner]
+        number, known = (
+            self.whole(f"{'an' * (owner >= 0) or 'a'} {what}"),
+            self.numbers[owner],
+        )
         named = f"{what} {number}" + f" of player {owner + 1}" * (owner >= 0)
         label, place = self.name() if self.next_is_text else "", self.place
-        given = self.listed(lambda: (self.name(), self.number() if owner == CHANCE else Fraction(0)))
+        given = self.listed(
+            lambda: (self.name(), self.number() if owner == CHANCE else Fraction(0))
+        )
         if given is not None:
-            actions, odds = tuple(name for name, _ in given), tuple(odd for _, odd in given) * (owner == CHANCE)
+            actions, odds = (
+                tuple(name for name, _ in given),
+                tuple(odd for _, odd in given) * (owner == CHANCE),
+            )
             if not actions:
                 raise self.fault(f"lists no action for {named}", "list at least one")
             if odds and (min(odds) < 0 or sum(odds) != 1):
-                fault = f"the probabilities of {named} are not at least 0 with the sum 1"
-                raise self.fault(fault, "give fractions, such as 1/3, whose sum is 1", place)
+                fault = (
+                    f"the probabilities of {named} are not at least 0 with the sum 1"
+                )
+                raise self.fault(
+                    fault, "give fractions, such as 1/3, whose sum is 1", place
+                )
             own = InformationSet(number, label, actions, odds)
             if number not in known:
                 known[number] = len(self.sets[owner])
                 self.sets[owner].append(own)
             elif (first := self.sets[owner][known[number]])[2:] != own[2:]:
                 listed = "actions" if first.actions != actions else "probabilities"
-                raise self.fault(f"lists other {listed} for {named} than before", "correct one of them", place)
+                raise self.fault(
+                    f"lists other {listed} for {named} than before",
+                    "correct one of them",
+                    place,
+                )
         elif number not in known:
-            raise self.fault(f"names {named} before its actions", "list its actions where it is first named")
+            raise self.fault(
+                f"names {named} before its actions",
+                "list its actions where it is first named",
+            )
         return known[number]
 
     def outcome(self) -> Payoffs:
@@ -290,12 +384,23 @@ class _Reading:
             self.place += 1
         place, given = self.place, self.listed(self.number)
         if given is not None and len(given) != 2:
-            raise self.fault(f"has {count(len(given), 'payoff')} for 2 players", "give one for each", place)
+            raise self.fault(
+                f"has {count(len(given), 'payoff')} for 2 players",
+                "give one for each",
+                place,
+            )
         if given is None and number not in self.outcomes:
-            raise self.fault(f"names outcome {number} before its payoffs", "give them where it is first named")
+            raise self.fault(
+                f"names outcome {number} before its payoffs",
+                "give them where it is first named",
+            )
         known = self.outcomes.setdefault(number, given or NOTHING)
         if given is not None and known != given:
-            raise self.fault(f"gives outcome {number} other payoffs than it has", "correct one of them", place)
+            raise self.fault(
+                f"gives outcome {number} other payoffs than it has",
+                "correct one of them",
+                place,
+            )
         return known
 
 
@@ -332,7 +437,9 @@ class ExtensiveGame:
     def of(cls, text: Any) -> ExtensiveGame:
         """Return the game in a text, or raise ProblemError."""
         if not isinstance(text, str):
-            raise ProblemError("efg", f"is {kind(text)}", "give the text of an .efg file")
+            raise ProblemError(
+                "efg", f"is {kind(text)}", "give the text of an .efg file"
+            )
         return cls(_Reading(text).tree())
 
     def data(self) -> dict[str, Any]:
@@ -340,9 +447,14 @@ class ExtensiveGame:
 
     def fits(self, given: Conditions) -> bool:
         own = self.conditions()
-        if given.M.shape != own.M.shape or not all(map(np.array_equal, given[1:], own[1:])):
+        if given.M.shape != own.M.shape or not all(
+            map(np.array_equal, given[1:], own[1:])
+        ):
             return False
-        return bool(abs(compressed(given.M) - compressed(own.M)).max() <= 8 * EPS * abs(own.M).max())
+        return bool(
+            abs(compressed(given.M) - compressed(own.M)).max()
+            <= 8 * EPS * abs(own.M).max()
+        )
 
     @cached_property
     def costs(self) -> tuple[Costs, Costs]:
@@ -351,7 +463,11 @@ class ExtensiveGame:
     @property
     def is_rounded(self) -> bool:
         """Return whether some costs are no doubles."""
-        return any(Fraction(float(cost)) != cost for own in self.costs for cost in own.at.values())
+        return any(
+            Fraction(float(cost)) != cost
+            for own in self.costs
+            for cost in own.at.values()
+        )
 
     @property
     def sizes(self) -> tuple[int, int, int, int]:
@@ -376,7 +492,10 @@ class ExtensiveGame:
         for (i, j), cost in self.costs[1].at.items():
             rows[y + j][x + i] = cost
         for player, plan, value in zip(self.tree.players, (x, y), (u, v), strict=True):
-            sets = ((i + 1, player.moves(i), [before]) for i, before in enumerate(player.before))
+            sets = (
+                (i + 1, player.moves(i), [before])
+                for i, before in enumerate(player.before)
+            )
             # Of row k of E, the columns of its entries 1 and -1.
             for k, moves, before in [(0, [0], []), *sets]:
                 for entry, sequences in ((1, moves), (-1, before)):
@@ -389,7 +508,10 @@ class ExtensiveGame:
     def conditions(self) -> Conditions:
         rows, q, lower = self.exact_conditions()
         values = np.array([float(a) for row in rows for a in row.values()])
-        places = [i for i, row in enumerate(rows) for _ in row], [j for row in rows for j in row]
+        places = (
+            [i for i, row in enumerate(rows) for _ in row],
+            [j for row in rows for j in row],
+        )
         if len(q) > MOST_DENSE:
             with imports:
                 from scipy.sparse import csr_array
@@ -407,7 +529,9 @@ class ExtensiveGame:
             plans.append((who, who, who))
             values.append(f"cost of {who}")
             for label, own in zip(player.labels(), player.sets, strict=True):
-                moves = ((move, f"{label}: {move}") for move in distinct_labels(own.actions))
+                moves = (
+                    (move, f"{label}: {move}") for move in distinct_labels(own.actions)
+                )
                 plans += [(move, longer, f"{who}: {longer}") for move, longer in moves]
                 values.append(f"cost of {who}: {label}")
         return [*plans, *((name, name, name) for name in values)]
@@ -421,14 +545,20 @@ class ExtensiveGame:
         short, longer, full = zip(*self._names(), strict=True)
         times, times_longer = Counter([*short, *full]), Counter(longer)
         return [
-            one if times[one] == 1 or one == name else two if times_longer[two] == 1 else name
+            one
+            if times[one] == 1 or one == name
+            else two
+            if times_longer[two] == 1
+            else name
             for one, two, name in zip(short, longer, full, strict=True)
         ]
 
 
 def _costs(tree: GameTree, player: int) -> Costs:
     """Return the costs of a player."""
-    largest, least = (extreme(payoffs[player] for *_, payoffs in tree.ends) for extreme in (max, min))
+    largest, least = (
+        extreme(payoffs[player] for *_, payoffs in tree.ends) for extreme in (max, min)
+    )
     constant, at = largest + ((largest - least) or 1), dict[tuple[int, int], Fraction]()
     for sequences, chance, payoffs in tree.ends:
         at[sequences] = at.get(sequences, 0) + chance * (constant - payoffs[player])

@@ -79,20 +79,31 @@ class NonlinearProblem:
     ) -> None:
         for field, given in (("F", F), ("J", J)):
             if not (callable(given) or (given is None and field == "J")):
-                raise ProblemError(field, f"is {kind(given)}", f"give a function of z that returns {field}(z)")
+                raise ProblemError(
+                    field,
+                    f"is {kind(given)}",
+                    f"give a function of z that returns {field}(z)",
+                )
         vectors: tuple[Any, ...] = x0, lower, upper, tuple(names) or None
         if (vector := next(filter(np.ndim, vectors), None)) is None:
             fault = f"{'is missing' if x0 is None else f'is {kind(x0)}'}, so that the number of unknowns is unknown"
             raise ProblemError("x0", fault, "give x0, a list of numbers")
         self.n = n = int(np.size(vector))
         self.F, self.J, self.name, self.note, self.interval = F, J, name, note, interval
-        self.box = Box(*map(own, as_intervals(("lower", "upper"), lower, upper, n, infinity=infinity)))
+        self.box = Box(
+            *map(
+                own,
+                as_intervals(("lower", "upper"), lower, upper, n, infinity=infinity),
+            )
+        )
         self.lower, self.upper = self.box.lower, self.box.upper
         if len(names) not in (0, n):
             fault = f"has {count(len(names), 'entry')} for {count(n, 'unknown')}"
             raise ProblemError("names", fault, "make them agree")
         self.names = tuple(map(str, names)) or ("",) * n
-        self.x0 = own(self.box.project(np.zeros(n) if x0 is None else as_vector("x0", x0, n)))
+        self.x0 = own(
+            self.box.project(np.zeros(n) if x0 is None else as_vector("x0", x0, n))
+        )
         self.solutions = as_solutions(solutions, n) if len(solutions) else ()
 
     def __repr__(self) -> str:
@@ -109,7 +120,9 @@ class NonlinearProblem:
         """Return F(z), shape (n,), with nan where F is undefined; raise ProblemError if F returns anything else."""
         values = _reals("F", _called("F", self.F, z, self.n))
         if values.size != self.n:
-            fault = f"returns {count(values.size, 'number')} for {count(self.n, 'unknown')}"
+            fault = (
+                f"returns {count(values.size, 'number')} for {count(self.n, 'unknown')}"
+            )
             raise ProblemError("F", fault, "return as many as there are unknowns")
         return values.reshape(self.n)
 
@@ -118,7 +131,12 @@ class NonlinearProblem:
         for i in (~np.isfinite(self.values(z))).nonzero()[0][:1].tolist():
             raw = np.ravel(np.asarray(_called("F", self.F, z, self.n)))
             is_real = not np.iscomplexobj(raw) or np.isnan(raw[i])
-            return i, f"{self.values(z)[i]:g}" if is_real else f"the complex number {raw[i]:g}"
+            return (
+                i,
+                f"{self.values(z)[i]:g}"
+                if is_real
+                else f"the complex number {raw[i]:g}",
+            )
         return None
 
     def jacobian(self, z: Vector) -> Matrix:
@@ -141,14 +159,23 @@ class NonlinearProblem:
         return matrix
 
 
-def _called(field: str, function: Callable[[Vector], Any], z: Vector, shape: int | tuple[int, int]) -> Any:
+def _called(
+    field: str,
+    function: Callable[[Vector], Any],
+    z: Vector,
+    shape: int | tuple[int, int],
+) -> Any:
     """Return what F or J returns at z; nan in this shape where it is undefined."""
     argument = z.copy()
     try:
         with np.errstate(all="ignore"):
             found = function(argument)
         if argument.tobytes() != z.tobytes():
-            raise ProblemError(field, "changes its argument z", "let it change a copy, such as z.copy()")
+            raise ProblemError(
+                field,
+                "changes its argument z",
+                "let it change a copy, such as z.copy()",
+            )
         return found
     except ArithmeticError:
         pass
@@ -168,4 +195,6 @@ def _reals(field: str, given: Any) -> Vector:
             numbers = np.where(numbers.imag == 0, numbers.real, np.nan)
         return np.array(numbers, dtype=float)
     except (TypeError, ValueError):
-        raise ProblemError(field, f"returns {kind(given)}", "return an array of real numbers") from None
+        raise ProblemError(
+            field, f"returns {kind(given)}", "return an array of real numbers"
+        ) from None

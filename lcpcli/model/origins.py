@@ -58,7 +58,13 @@ class Game:
         for key in ("A", "B"):
             if key not in data:
                 raise ProblemError(key, "is missing", f"add the key {key}")
-        return cls.of(data["A"], data["B"], data.get("rows", ()), data.get("columns", ()), data.get("players", ()))
+        return cls.of(
+            data["A"],
+            data["B"],
+            data.get("rows", ()),
+            data.get("columns", ()),
+            data.get("players", ()),
+        )
 
     @classmethod
     def of(cls, A: Any, B: Any, rows: Any, columns: Any, players: Any = ()) -> Game:
@@ -66,31 +72,60 @@ class Game:
         (one, exact_one), (other, exact_other) = _payoffs("A", A), _payoffs("B", B)
         if one.shape != other.shape:
             shapes = [" x ".join(map(str, each.shape)) for each in (other, one)]
-            raise ProblemError("B", f"is {shapes[0]} but A is {shapes[1]}", "make them agree")
+            raise ProblemError(
+                "B", f"is {shapes[0]} but A is {shapes[1]}", "make them agree"
+            )
         m, k = one.shape
-        names = names_of("rows", rows, m, "strategy"), names_of("columns", columns, k, "strategy")
-        exact = (exact_one or _decimals(one), exact_other or _decimals(other)) if exact_one or exact_other else None
+        names = (
+            names_of("rows", rows, m, "strategy"),
+            names_of("columns", columns, k, "strategy"),
+        )
+        exact = (
+            (exact_one or _decimals(one), exact_other or _decimals(other))
+            if exact_one or exact_other
+            else None
+        )
         return cls(one, other, *names, exact, names_of("players", players, 2, "player"))
 
     def negated(self) -> Game:
-        A, B = ([[-value for value in row] for row in own] for own in self.written or ([], []))
-        return replace(self, A=0.0 - self.A, B=0.0 - self.B, written=self.written and (A, B))
+        A, B = (
+            [[-value for value in row] for row in own]
+            for own in self.written or ([], [])
+        )
+        return replace(
+            self, A=0.0 - self.A, B=0.0 - self.B, written=self.written and (A, B)
+        )
 
     def data(self) -> dict[str, Any]:
         exact = self.written or (None, None)
-        fields = {"kind": "game", "A": _listed(self.A, exact[0]), "B": _listed(self.B, exact[1])}
-        fields |= {"rows": list(self.rows), "columns": list(self.columns), "players": list(self.players)}
+        fields = {
+            "kind": "game",
+            "A": _listed(self.A, exact[0]),
+            "B": _listed(self.B, exact[1]),
+        }
+        fields |= {
+            "rows": list(self.rows),
+            "columns": list(self.columns),
+            "players": list(self.players),
+        }
         return {key: value for key, value in fields.items() if value}
 
     def fits(self, given: Conditions) -> bool:
         m, k = self.A.shape
-        if given.q.size != m + k or (given.q != -1).any() or given.lower.any() or (given.upper < np.inf).any():
+        if (
+            given.q.size != m + k
+            or (given.q != -1).any()
+            or given.lower.any()
+            or (given.upper < np.inf).any()
+        ):
             return False
         M = matrices.dense(given.M)
         with np.errstate(over="ignore", invalid="ignore"):
             # Their sum is constant up to rounding.
             for costs, own in ((M[:m, m:], self.A), (M[m:, :m].T, self.B)):
-                if not np.ptp(costs + own) <= 8 * EPS * (np.abs(costs).max() + np.abs(own).max()):
+                if not np.ptp(costs + own) <= 8 * EPS * (
+                    np.abs(costs).max() + np.abs(own).max()
+                ):
                     return False
         return not M[:m, :m].any() and not M[m:, m:].any()
 
@@ -98,7 +133,9 @@ class Game:
         """Return M and q."""
         m, k = self.A.shape
         M, both = np.zeros((m + k, m + k)), (self.A.tolist(), self.B.tolist())
-        A, B = self.written or ([[Decimal(repr(value)) for value in row] for row in own] for own in both)
+        A, B = self.written or (
+            [[Decimal(repr(value)) for value in row] for row in own] for own in both
+        )
         with localcontext(EXACT_CONTEXT):
             M[:m, m:], M[m:, :m] = _costs("A", A), _costs("B", B).T
         return M, -np.ones(m + k)
@@ -107,7 +144,10 @@ class Game:
         """Return the rows of M, with exact costs, and q."""
         (A, B), (r, c) = self.payoffs(), self.cost_constants()
         rows = [{len(A) + j: r - value for j, value in enumerate(row)} for row in A]
-        rows += [{i: c - value for i, value in enumerate(column)} for column in zip(*B, strict=True)]
+        rows += [
+            {i: c - value for i, value in enumerate(column)}
+            for column in zip(*B, strict=True)
+        ]
         return rows, [Fraction(-1)] * len(rows)
 
     def payoffs(self) -> tuple[Payoffs, Payoffs]:
@@ -133,7 +173,9 @@ def _costs(field: str, payoffs: Any) -> Vector:
     """Return positive costs, a constant minus the payoffs, rounded once."""
     constant = _constant(payoffs)
     with suppress(OverflowError):
-        costs = np.array([[float(constant - value) for value in row] for row in payoffs])
+        costs = np.array(
+            [[float(constant - value) for value in row] for row in payoffs]
+        )
         if np.isfinite(costs).all():
             return costs
     raise ProblemError(field, "exceeds the double-precision range", "scale the payoffs")
@@ -148,13 +190,21 @@ def _constant(payoffs: Any) -> Any:
 def _payoffs(field: str, values: Any) -> tuple[Vector, Payoffs | None]:
     """Return payoffs rounded to doubles and, if some are fractions or texts like "1/3", also unrounded."""
     rows = []
-    if isinstance(values, (list, tuple)) and all(isinstance(row, (list, tuple)) for row in values):
+    if isinstance(values, (list, tuple)) and all(
+        isinstance(row, (list, tuple)) for row in values
+    ):
         ratio = PAYOFF_RATIO.fullmatch
-        values = rows = [[Fraction(v) if isinstance(v, str) and ratio(v) else v for v in row] for row in values]
+        values = rows = [
+            [Fraction(v) if isinstance(v, str) and ratio(v) else v for v in row]
+            for row in values
+        ]
     rounded = own(matrices.dense(as_matrix(field, values)))
     if not any(isinstance(v, Fraction) for row in rows for v in row):
         return rounded, None
-    return rounded, [[v if isinstance(v, Fraction) else Fraction(repr(float(v))) for v in row] for row in rows]
+    return rounded, [
+        [v if isinstance(v, Fraction) else Fraction(repr(float(v))) for v in row]
+        for row in rows
+    ]
 
 
 def _decimals(payoffs: Vector) -> Payoffs:
@@ -164,11 +214,15 @@ def _decimals(payoffs: Vector) -> Payoffs:
 def _listed(payoffs: Vector, exact: Payoffs | None) -> list[list[float | str]]:
     """Return rows of numbers for JSON: whole ones as integers, without a point, and fractions as texts."""
     rows: list[list[float | str]] = [
-        [int(v) if v.is_integer() and abs(v) < 1e15 else v for v in row] for row in payoffs.tolist()
+        [int(v) if v.is_integer() and abs(v) < 1e15 else v for v in row]
+        for row in payoffs.tolist()
     ]
     for i, fractions in enumerate(exact or ()):
         pairs = zip(fractions, rows[i], strict=True)
-        rows[i] = [v if x == Fraction(repr(v)) else f"{x.numerator}/{x.denominator}" for x, v in pairs]
+        rows[i] = [
+            v if x == Fraction(repr(v)) else f"{x.numerator}/{x.denominator}"
+            for x, v in pairs
+        ]
     return rows
 
 
@@ -196,27 +250,43 @@ def origin_of(given: Any, names: Sequence[str], problem: Conditions) -> Origin:
     """Return the origin that is given as such, as the object in a file, or as names; or raise ProblemError."""
     if given is None:
         own = names_of("names", names, problem.q.size, "unknown")
-        if twice := next((name for i, name in enumerate(own) if name and name in own[:i]), None):
+        if twice := next(
+            (name for i, name in enumerate(own) if name and name in own[:i]), None
+        ):
             fault = f"has {quoted(twice)} for {own.count(twice)} unknowns"
-            raise ProblemError("names", fault, "give each its own name, or an empty one")
+            raise ProblemError(
+                "names", fault, "give each its own name, or an empty one"
+            )
         return OwnNames(own)
     origin: Origin = given if hasattr(given, "fits") else _parsed(given)
     if not origin.fits(problem):
-        raise ProblemError("origin", "does not yield this M and q", "make the problem again, or leave origin out")
+        raise ProblemError(
+            "origin",
+            "does not yield this M and q",
+            "make the problem again, or leave origin out",
+        )
     if len(names):
-        raise ProblemError("names", "is given beside origin, which has names", "leave one out")
+        raise ProblemError(
+            "names", "is given beside origin, which has names", "leave one out"
+        )
     return origin
 
 
 def _parsed(given: Any) -> Program | Game | ExtensiveGame:
     if not isinstance(given, Mapping):
-        raise ProblemError("origin", f"is {kind(given)}", "give an object with the key kind")
+        raise ProblemError(
+            "origin", f"is {kind(given)}", "give an object with the key kind"
+        )
     if "kind" not in given:
-        raise ProblemError("origin.kind", "is missing", f"add one of {', '.join(ORIGIN_KINDS)}")
+        raise ProblemError(
+            "origin.kind", "is missing", f"add one of {', '.join(ORIGIN_KINDS)}"
+        )
     name = given["kind"]
     if not isinstance(name, str) or name not in ORIGIN_KINDS:
         shown = quoted(name) if isinstance(name, str) else kind(name)
-        raise ProblemError("origin.kind", f"is {shown}", f"use one of {', '.join(ORIGIN_KINDS)}")
+        raise ProblemError(
+            "origin.kind", f"is {shown}", f"use one of {', '.join(ORIGIN_KINDS)}"
+        )
     own: type[Program | Game | ExtensiveGame] = Game if name == "game" else Program
     if name == "efg":
         with imports:

@@ -19,7 +19,13 @@ from lcpcli.linalg.factors import Latest
 from lcpcli.linalg.matrices import is_sparse, product, row_maxima
 from lcpcli.linalg.units import Units, units
 from lcpcli.model import arrays, views
-from lcpcli.model.arrays import as_sized_vector, as_solutions, as_square, as_vector, own_matrix
+from lcpcli.model.arrays import (
+    as_sized_vector,
+    as_solutions,
+    as_square,
+    as_vector,
+    own_matrix,
+)
 from lcpcli.model.box import NO_BOUND, ORTHANT, Box, Reference, bounds_of, reference
 from lcpcli.typing import BoundLike, Matrix, Vector, VectorLike
 
@@ -31,9 +37,21 @@ if TYPE_CHECKING:
 REMARKS = ("name", "solutions", "verdict", "source", "note", "reference", "origin")
 # What depends on M alone, and what names and starts a problem whatever its q and bounds
 # are: a problem with the same M takes over these, and nothing else.
-M_FIELDS = ("M", "n", "largest", "row_maxima", "has_moderate_rows", "latest", "units", "signs")
+M_FIELDS = (
+    "M",
+    "n",
+    "largest",
+    "row_maxima",
+    "has_moderate_rows",
+    "latest",
+    "units",
+    "signs",
+)
 LABELS = ("name", "source", "note", "origin", "names", "x0", "x1")
-VERDICTS, WITHOUT_SOLUTION = ("infeasible", "unsolvable", "ray"), ("infeasible", "unsolvable")
+VERDICTS, WITHOUT_SOLUTION = (
+    ("infeasible", "unsolvable", "ray"),
+    ("infeasible", "unsolvable"),
+)
 
 
 @dataclass(frozen=True, eq=False, init=False, repr=False)
@@ -110,14 +128,20 @@ class Problem:
         infinity: float = math.inf,
         names: Sequence[str] = (),
     ) -> None:
-        has_names = bool(names) if isinstance(names, (tuple, list)) else np.size(names) > 0
+        has_names = (
+            bool(names) if isinstance(names, (tuple, list)) else np.size(names) > 0
+        )
         if type(M) is not np.ndarray and hasattr(M, "columns"):
             if not (has_names or origin is not None):
                 names = arrays.texts(M.columns)
                 has_names = bool(names)
             solutions = arrays.plain("solutions", solutions, arrays.SOLUTIONS)
-            solutions = [arrays.by_label(M, solution=solution)[0] for solution in solutions]
-            M, q, lower, upper, x0, x1 = arrays.by_label(M, M=M, q=q, lower=lower, upper=upper, x0=x0, x1=x1)
+            solutions = [
+                arrays.by_label(M, solution=solution)[0] for solution in solutions
+            ]
+            M, q, lower, upper, x0, x1 = arrays.by_label(
+                M, M=M, q=q, lower=lower, upper=upper, x0=x0, x1=x1
+            )
         vector_q, (least_q, largest_q) = as_sized_vector("q", q)
         n = vector_q.size
         matrix, (least_row, largest_entry) = as_square("M", M, n)
@@ -129,14 +153,40 @@ class Problem:
         bounds = bounds_of(lower, upper, n, infinity)
         x0 = None if x0 is None else as_vector("x0", x0, n)
         x1 = None if x1 is None else as_vector("x1", x1, n)
-        known = as_solutions(solutions, n) if type(solutions) is not tuple or solutions else ()
-        is_moderate = min(least_row, least_q) >= 1 / FAR_FROM_ONE and max(largest_entry, largest_q) <= FAR_FROM_ONE
+        known = (
+            as_solutions(solutions, n)
+            if type(solutions) is not tuple or solutions
+            else ()
+        )
+        is_moderate = (
+            min(least_row, least_q) >= 1 / FAR_FROM_ONE
+            and max(largest_entry, largest_q) <= FAR_FROM_ONE
+        )
         fields = self.__dict__  # set one by one, as that takes least time
-        fields["M"], fields["q"], fields["n"], fields["x0"], fields["x1"] = own_matrix(matrix, M), vector_q, n, x0, x1
-        fields.update(texts_of, solutions=known, reference=reference, origin=None, is_moderate=is_moderate)
+        fields["M"], fields["q"], fields["n"], fields["x0"], fields["x1"] = (
+            own_matrix(matrix, M),
+            vector_q,
+            n,
+            x0,
+            x1,
+        )
+        fields.update(
+            texts_of,
+            solutions=known,
+            reference=reference,
+            origin=None,
+            is_moderate=is_moderate,
+        )
         fields["largest"], fields["sizes_of_q"] = largest_entry, (least_q, largest_q)
         if bounds is None:
-            fields.update(lower=0.0, upper=math.inf, box=ORTHANT, reference_z=None, q_ref=vector_q, q_error=0.0)
+            fields.update(
+                lower=0.0,
+                upper=math.inf,
+                box=ORTHANT,
+                reference_z=None,
+                q_ref=vector_q,
+                q_error=0.0,
+            )
         else:
             fields.update(lower=bounds[0], upper=bounds[1], box=Box(*bounds))
         if origin is not None or has_names:
@@ -144,7 +194,11 @@ class Problem:
                 from lcpcli.model.origins import origin_of
             self.knowing(origin=origin_of(origin, names, conditions_of(self)))
         if verdict and verdict not in VERDICTS:
-            raise ProblemError("verdict", f"{quoted(verdict)} is unknown", f"use one of {', '.join(VERDICTS)}")
+            raise ProblemError(
+                "verdict",
+                f"{quoted(verdict)} is unknown",
+                f"use one of {', '.join(VERDICTS)}",
+            )
 
     @classmethod
     def of_fields(cls, known: Mapping[str, Any], **own: Any) -> Problem:
@@ -155,7 +209,11 @@ class Problem:
 
     def known_of_M(self) -> dict[str, Any]:
         """Return what is known of this problem that holds for any q and bounds: M_FIELDS and LABELS."""
-        return {name: vars(self)[name] for name in (*M_FIELDS, *LABELS) if name in vars(self)}
+        return {
+            name: vars(self)[name]
+            for name in (*M_FIELDS, *LABELS)
+            if name in vars(self)
+        }
 
     def knowing(self, **values: Any) -> Problem:
         """Return this problem after storing these fields, or known values, as they are."""
@@ -172,16 +230,22 @@ class Problem:
     @property
     def bounds(self) -> dict[str, Vector]:
         """Return the bounds by name if the problem is mixed; else an empty dict."""
-        return {"lower": self.box.lower, "upper": self.box.upper} if self.is_mixed else {}
+        return (
+            {"lower": self.box.lower, "upper": self.box.upper} if self.is_mixed else {}
+        )
 
     def named(self, name: str, origin: Origin | None = None) -> Problem:
         """Return the same problem with another name and, if given, another origin, whose names then apply."""
-        own = {} if origin is None else {"origin": origin, "names": origin.names(self.n)}
+        own = (
+            {} if origin is None else {"origin": origin, "names": origin.names(self.n)}
+        )
         return copy(self).knowing(name=name, **own)
 
     def anew(self) -> Problem:
         """Return the same problem, rebuilt from its arrays, without anything computed from them."""
-        other = Problem(self.M, self.q, x0=self.x0, x1=self.x1, lower=self.lower, upper=self.upper)
+        other = Problem(
+            self.M, self.q, x0=self.x0, x1=self.x1, lower=self.lower, upper=self.upper
+        )
         return other.knowing(**{field: getattr(self, field) for field in REMARKS})
 
     @cached_property
@@ -214,14 +278,19 @@ class Problem:
     @property
     def may_have_far_bounds(self) -> bool:
         """Return whether `changes` has to look for bounds that may stand for infinite ones."""
-        return self.box.is_far or (self.origin is not None and self.sizes_of_q[1] >= NO_BOUND)  # a far side of a row
+        return self.box.is_far or (
+            self.origin is not None and self.sizes_of_q[1] >= NO_BOUND
+        )  # a far side of a row
 
     @property
     def has_small_integers(self) -> bool:
         """Return whether all finite numbers are integers up to 2^20: sums of a few thousand products are then exact."""
         bounds = (bound[np.isfinite(bound)] for bound in self.box.vectors(self.n))
         numbers = (self.M.data if is_sparse(self.M) else self.M, self.q, *bounds)
-        return all((np.rint(v) == v).all() and np.abs(v).max(initial=0.0) <= 2**20 for v in numbers)
+        return all(
+            (np.rint(v) == v).all() and np.abs(v).max(initial=0.0) <= 2**20
+            for v in numbers
+        )
 
     @cached_property
     def row_maxima(self) -> Vector:
@@ -284,7 +353,11 @@ class Problem:
 def as_problem(given: Any) -> Problem:
     """Return a Problem as it is; raise ProblemError for anything else, such as M alone or the name of a file."""
     if not isinstance(given, Problem):
-        raise ProblemError("problem", f"is {kind(given)}", "make it by Problem(M, q), or by read(path) from a file")
+        raise ProblemError(
+            "problem",
+            f"is {kind(given)}",
+            "make it by Problem(M, q), or by read(path) from a file",
+        )
     return given
 
 
@@ -292,5 +365,8 @@ def conditions_of(problem: Problem) -> Conditions:
     """Return the problem with both bounds as vectors."""
     with imports:
         from lcpcli.model.program import Conditions
-    bounds = (np.full(problem.n, bound, dtype=float) for bound in (problem.lower, problem.upper))
+    bounds = (
+        np.full(problem.n, bound, dtype=float)
+        for bound in (problem.lower, problem.upper)
+    )
     return Conditions(problem.M, problem.q, *bounds)

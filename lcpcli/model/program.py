@@ -51,7 +51,11 @@ class ProgramData(NamedTuple):
     @property
     def ranges(self) -> Mask:
         """Return where rows lie between two different finite bounds."""
-        return np.isfinite(self.row_lower) & np.isfinite(self.row_upper) & (self.row_lower < self.row_upper)
+        return (
+            np.isfinite(self.row_lower)
+            & np.isfinite(self.row_upper)
+            & (self.row_lower < self.row_upper)
+        )
 
     @np.errstate(over="ignore", invalid="ignore")
     def objective(self, x: Vector) -> float:
@@ -60,8 +64,12 @@ class ProgramData(NamedTuple):
     def with_infinity(self, infinity: float) -> ProgramData:
         """Return the program without bounds and sides of rows of at least that size, or raise ProblemError."""
         rows, variables = (self.row_lower, self.row_upper), (self.lower, self.upper)
-        rows = as_intervals(("row_lower", "row_upper"), *rows, self.row_lower.size, "row", infinity)
-        variables = as_intervals(("lower", "upper"), *variables, self.c.size, "variable", infinity)
+        rows = as_intervals(
+            ("row_lower", "row_upper"), *rows, self.row_lower.size, "row", infinity
+        )
+        variables = as_intervals(
+            ("lower", "upper"), *variables, self.c.size, "variable", infinity
+        )
         return ProgramData(self.Q, self.c, self.A, *rows, *variables)
 
     def conditions(self) -> Conditions:
@@ -74,9 +82,18 @@ class ProgramData(NamedTuple):
         m, ranges = self.row_lower.size, self.ranges
         low, high = np.isfinite(self.row_lower), np.isfinite(self.row_upper)
         bound = np.where(low, self.row_lower, np.where(high, self.row_upper, 0.0))
-        q = np.concatenate((self.c, np.where(ranges, 0.0, -bound), np.zeros(int(ranges.sum())))) + 0.0  # no -0
-        lower = np.concatenate((self.lower, np.where(high, -np.inf, 0.0), self.row_lower[ranges]))
-        upper = np.concatenate((self.upper, np.where(low, np.inf, 0.0), self.row_upper[ranges]))
+        q = (
+            np.concatenate(
+                (self.c, np.where(ranges, 0.0, -bound), np.zeros(int(ranges.sum())))
+            )
+            + 0.0
+        )  # no -0
+        lower = np.concatenate(
+            (self.lower, np.where(high, -np.inf, 0.0), self.row_lower[ranges])
+        )
+        upper = np.concatenate(
+            (self.upper, np.where(low, np.inf, 0.0), self.row_upper[ranges])
+        )
         M = bordered(self.Q, self.A, ranges, is_sparse(self.A)) if m else self.Q
         return Conditions(M, q, lower, upper)
 
@@ -100,13 +117,26 @@ class Program:
     @classmethod
     def parse(cls, data: Mapping[str, Any]) -> Program:
         refuse_unknown("", data, PROGRAM_KEYS)
-        rows, columns = (names_of(key, data.get(key, ())) for key in ("rows", "columns"))
-        k, ranges = _number_of("variables", data.get("variables"), 1), _number_of("ranges", data.get("ranges", 0), 0)
-        sense, constant = sense_of(data.get("sense", "min")), constant_of(data.get("constant", 0.0))
+        rows, columns = (
+            names_of(key, data.get(key, ())) for key in ("rows", "columns")
+        )
+        k, ranges = (
+            _number_of("variables", data.get("variables"), 1),
+            _number_of("ranges", data.get("ranges", 0), 0),
+        )
+        sense, constant = (
+            sense_of(data.get("sense", "min")),
+            constant_of(data.get("constant", 0.0)),
+        )
         return cls(k, ranges, sense, constant, rows, columns)
 
     def data(self) -> dict[str, Any]:
-        fields = {"kind": "qp", "variables": self.variables, "ranges": self.ranges, "constant": self.constant}
+        fields = {
+            "kind": "qp",
+            "variables": self.variables,
+            "ranges": self.ranges,
+            "constant": self.constant,
+        }
         fields |= {"rows": list(self.rows), "columns": list(self.columns)}
         fields |= {"sense": self.sense if self.sense != "min" else ""}
         return {key: value for key, value in fields.items() if value}
@@ -114,13 +144,22 @@ class Program:
     def fits(self, given: Conditions) -> bool:
         """Return whether the problem is made from a program of this size, and the number of names fits it."""
         k, m = self.variables, given.q.size - self.variables - self.ranges
-        if m < self.ranges or any(len(names) not in (0, size) for names, size in ((self.rows, m), (self.columns, k))):
+        if m < self.ranges or any(
+            len(names) not in (0, size)
+            for names, size in ((self.rows, m), (self.columns, k))
+        ):
             return False
         found = self.program(given)
-        if found is None or int(found.ranges.sum()) != self.ranges or not are_equal(found.Q, found.Q.T):
+        if (
+            found is None
+            or int(found.ranges.sum()) != self.ranges
+            or not are_equal(found.Q, found.Q.T)
+        ):
             return False
         made = found.conditions()
-        return are_equal(made.M, given.M) and all(map(np.array_equal, made[1:], given[1:]))
+        return are_equal(made.M, given.M) and all(
+            map(np.array_equal, made[1:], given[1:])
+        )
 
     def program(self, given: Conditions) -> ProgramData | None:
         """Return the program, to be minimized, whose conditions these are; None if there is none."""
@@ -129,10 +168,18 @@ class Program:
         low, high = -q[rows] + 0.0, -q[rows] + 0.0
         low[given.upper[rows] == 0], high[given.lower[rows] == 0] = -np.inf, np.inf
         places, columns = M[rows, n - self.ranges :].nonzero()
-        if len(columns) != self.ranges or (np.sort(columns) != np.arange(self.ranges)).any():
+        if (
+            len(columns) != self.ranges
+            or (np.sort(columns) != np.arange(self.ranges)).any()
+        ):
             return None
-        low[places], high[places] = given.lower[n - self.ranges + columns], given.upper[n - self.ranges + columns]
-        return ProgramData(M[:k, :k], q[:k], M[rows, :k], low, high, given.lower[:k], given.upper[:k])
+        low[places], high[places] = (
+            given.lower[n - self.ranges + columns],
+            given.upper[n - self.ranges + columns],
+        )
+        return ProgramData(
+            M[:k, :k], q[:k], M[rows, :k], low, high, given.lower[:k], given.upper[:k]
+        )
 
     def signs(self, n: int) -> Vector:
         """Return S of shape (n,), for which S M is symmetric: 1 for variables, -1 for multipliers."""
@@ -146,12 +193,18 @@ class Program:
 
     def reversed(self, n: int) -> range:
         """Return the components of z that have the other sign in the sense of the program: y of a maximization."""
-        return range(0) if self.sense == "min" else range(self.variables, n - self.ranges)
+        return (
+            range(0) if self.sense == "min" else range(self.variables, n - self.ranges)
+        )
 
     def own_parts(self, z: Sequence[Any]) -> tuple[list[Any], list[Any], list[Any]]:
         """Return the x, y and s in z, with y in the sense of the program."""
         x, y = self.parts(z)
-        return list(x), [value if self.sense == "min" else 0 - value for value in y], list(z[len(x) + len(y) :])
+        return (
+            list(x),
+            [value if self.sense == "min" else 0 - value for value in y],
+            list(z[len(x) + len(y) :]),
+        )
 
     def z_of(self, x: Vector, y: Vector, program: ProgramData) -> Vector:
         """Return z for x and the multipliers y of the program to be minimized."""
@@ -161,10 +214,16 @@ class Program:
     def names(self, n: int) -> Sequence[str]:
         """Return the names of the components of z, "" where there is none."""
         m = n - self.variables - self.ranges
-        return [*(self.columns or [""] * self.variables), *(self.rows or [""] * m), *[""] * self.ranges]
+        return [
+            *(self.columns or [""] * self.variables),
+            *(self.rows or [""] * m),
+            *[""] * self.ranges,
+        ]
 
 
-def bordered(Q: Matrix | None, A: Matrix, ranges: Mask | None = None, sparse: bool = False) -> Matrix:
+def bordered(
+    Q: Matrix | None, A: Matrix, ranges: Mask | None = None, sparse: bool = False
+) -> Matrix:
     """Return [Q -A' 0; A 0 -E; 0 E' 0] for Q of shape (k, k), or None for zero, with E the columns of the identity
     that `ranges`, of shape (m,), selects; as a sparse or a dense matrix."""
     m, k = A.shape
@@ -180,12 +239,27 @@ def bordered(Q: Matrix | None, A: Matrix, ranges: Mask | None = None, sparse: bo
     with imports:
         from lcpcli.linalg.compressed_rows import of_entries
     A = matrices.compressed(A)
-    numbers, columns, ones = np.arange(n, dtype=A.indices.dtype), A.indices, np.ones(selected.size)
-    above, selected, beyond = np.repeat(numbers[k : k + m], np.diff(A.indptr)), numbers[k + selected], numbers[k + m :]
-    entries = [(columns, above, -A.data), (above, columns, A.data), (selected, beyond, -ones), (beyond, selected, ones)]
+    numbers, columns, ones = (
+        np.arange(n, dtype=A.indices.dtype),
+        A.indices,
+        np.ones(selected.size),
+    )
+    above, selected, beyond = (
+        np.repeat(numbers[k : k + m], np.diff(A.indptr)),
+        numbers[k + selected],
+        numbers[k + m :],
+    )
+    entries = [
+        (columns, above, -A.data),
+        (above, columns, A.data),
+        (selected, beyond, -ones),
+        (beyond, selected, ones),
+    ]
     if Q is not None:
         Q = matrices.compressed(Q)
-        entries.insert(0, (np.repeat(numbers[:k], np.diff(Q.indptr)), Q.indices, Q.data))
+        entries.insert(
+            0, (np.repeat(numbers[:k], np.diff(Q.indptr)), Q.indices, Q.data)
+        )
     M = of_entries((n, n), *zip(*entries, strict=True))
     if not M.data.all():
         M.eliminate_zeros()
@@ -193,26 +267,40 @@ def bordered(Q: Matrix | None, A: Matrix, ranges: Mask | None = None, sparse: bo
     return M
 
 
-def names_of(field: str, given: Any, size: int | None = None, of: str = "") -> tuple[str, ...]:
+def names_of(
+    field: str, given: Any, size: int | None = None, of: str = ""
+) -> tuple[str, ...]:
     """Return a list of names, one for each of `size` things of a kind, or none; or raise ProblemError."""
     if not isinstance(given, (list, tuple)):
         raise ProblemError(field, f"is {kind(given)}", "give a list of names")
     for i, name in enumerate(given):
         if not isinstance(name, str):
-            raise ProblemError(f"{field}[{i}]", f"is {kind(name)}", f"give a text {FROM_0}")
+            raise ProblemError(
+                f"{field}[{i}]", f"is {kind(name)}", f"give a text {FROM_0}"
+            )
     if given and size is not None and len(given) != size:
-        raise ProblemError(field, f"has {count(len(given), 'name')} for {count(size, of)}", "make them agree")
+        raise ProblemError(
+            field,
+            f"has {count(len(given), 'name')} for {count(size, of)}",
+            "make them agree",
+        )
     return tuple(given)
 
 
 def sense_of(given: Any) -> str:
     if not isinstance(given, str) or given not in SENSES:
-        raise ProblemError("sense", f"is {quoted(given) if isinstance(given, str) else kind(given)}", "give min or max")
+        raise ProblemError(
+            "sense",
+            f"is {quoted(given) if isinstance(given, str) else kind(given)}",
+            "give min or max",
+        )
     return given
 
 
 def constant_of(given: Any) -> float:
-    if isinstance(given, (bool, np.bool_)) or not isinstance(given, (int, float, np.integer, np.floating)):
+    if isinstance(given, (bool, np.bool_)) or not isinstance(
+        given, (int, float, np.integer, np.floating)
+    ):
         raise ProblemError("constant", f"is {kind(given)}", "give a number")
     if not math.isfinite(given):
         raise ProblemError("constant", "is not a finite number", "give a finite number")
@@ -220,6 +308,13 @@ def constant_of(given: Any) -> float:
 
 
 def _number_of(field: str, given: Any, least: int) -> int:
-    if isinstance(given, bool) or not isinstance(given, (int, float)) or not given >= least or given % 1 != 0:
-        raise ProblemError(field, f"is not a number of {field}", f"give a whole number from {least}")
+    if (
+        isinstance(given, bool)
+        or not isinstance(given, (int, float))
+        or not given >= least
+        or given % 1 != 0
+    ):
+        raise ProblemError(
+            field, f"is not a number of {field}", f"give a whole number from {least}"
+        )
     return int(given)

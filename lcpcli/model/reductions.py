@@ -67,8 +67,12 @@ def from_qp(
     >>> answer.x.tolist(), answer.y.tolist(), answer.objective
     ([1.0, 0.0], [-1.0], -2.0)
     """
-    b, row_lower, row_upper = by_label(A, "the rows of A", b=b, row_lower=row_lower, row_upper=row_upper)
-    of, table = ("the columns of Q", Q) if hasattr(Q, "columns") else ("the columns of A", A)
+    b, row_lower, row_upper = by_label(
+        A, "the rows of A", b=b, row_lower=row_lower, row_upper=row_upper
+    )
+    of, table = (
+        ("the columns of Q", Q) if hasattr(Q, "columns") else ("the columns of A", A)
+    )
     (A,) = by_label(table, of, "columns", A=A)
     Q, c, lower, upper = by_label(table, of, Q=Q, c=c, lower=lower, upper=upper)
     quadratic, linear = _objective("Q", Q, "c", c)
@@ -82,19 +86,40 @@ def from_qp(
             other = "lower" if upper is None else "upper"
             hint = f"leave it out, and give null for no bound in {other}"
             raise ProblemError("free", f"is given beside {other}", hint)
-        for i in np.flatnonzero((indices < 0) | (indices >= k) | (indices != np.floor(indices)))[:1].tolist():
-            raise ProblemError(f"free[{i}]", f"is {indices[i]:g}", f"indices are whole numbers from 0 to {k - 1}")
+        for i in np.flatnonzero(
+            (indices < 0) | (indices >= k) | (indices != np.floor(indices))
+        )[:1].tolist():
+            raise ProblemError(
+                f"free[{i}]",
+                f"is {indices[i]:g}",
+                f"indices are whole numbers from 0 to {k - 1}",
+            )
         if distinct(indices.astype(np.intp)).size < indices.size:
             raise ProblemError("free", "names an index twice", "keep one")
         low[indices.astype(np.intp)] = -np.inf
     if b is not None and row_lower is not None:
-        raise ProblemError("b", "is short for row_lower, which is given too", "leave one out")
+        raise ProblemError(
+            "b", "is short for row_lower, which is given too", "leave one out"
+        )
     field, row_low = ("row_lower", row_lower) if b is None else ("b", b)
     matrix = _rows("A", A, k, {field: row_low, "row_upper": row_upper})
     m = matrix.shape[0]
     ends = as_intervals((field, "row_upper"), row_low, row_upper, m, "row", infinity)
-    names = names_of("rows", rows, m, "row"), names_of("columns", columns, k, "variable")
-    return _problem(quadratic, linear, matrix, ends, (low, high), texts, sense, constant_of(constant), *names)
+    names = (
+        names_of("rows", rows, m, "row"),
+        names_of("columns", columns, k, "variable"),
+    )
+    return _problem(
+        quadratic,
+        linear,
+        matrix,
+        ends,
+        (low, high),
+        texts,
+        sense,
+        constant_of(constant),
+        *names,
+    )
 
 
 def from_qpsolvers(
@@ -172,7 +197,14 @@ def from_osqp(
     k = linear.size
     matrix = _rows("A", A, k, {"l": l, "u": u})
     ends = as_intervals(("l", "u"), l, u, matrix.shape[0], "row", NO_BOUND)
-    return _problem(quadratic, linear, matrix, ends, (np.full(k, -np.inf), np.full(k, np.inf)), texts)
+    return _problem(
+        quadratic,
+        linear,
+        matrix,
+        ends,
+        (np.full(k, -np.inf), np.full(k, np.inf)),
+        texts,
+    )
 
 
 def _objective(
@@ -182,7 +214,9 @@ def _objective(
     may_be_triangle : whether an upper triangle stands for a symmetric matrix."""
     vector = as_vector(other, linear)
     if not vector.size:
-        raise ProblemError(other, "is empty", "give a program with at least one variable")
+        raise ProblemError(
+            other, "is empty", "give a program with at least one variable"
+        )
     if quadratic is None:
         return None, vector
     matrix, _ = as_square(field, quadratic, vector.size, other)
@@ -208,11 +242,17 @@ def _rows(field: str, given: Any, k: int, bounds: Mapping[str, Any]) -> Matrix:
     if given is None and not present:
         return np.zeros((0, k))
     if given is None:
-        raise ProblemError(field, "is missing", f"give it with {present[0]}, or leave both out")
+        raise ProblemError(
+            field, "is missing", f"give it with {present[0]}, or leave both out"
+        )
     if not present:
-        raise ProblemError(next(iter(bounds)), "is missing", f"give it with {field}, or leave both out")
+        raise ProblemError(
+            next(iter(bounds)), "is missing", f"give it with {field}, or leave both out"
+        )
     is_array = isinstance(given, np.ndarray) and given.ndim == 1 and given.size > 0
-    is_row = is_array or (isinstance(given, (list, tuple)) and len(given) > 0 and np.ndim(given[0]) == 0)
+    is_row = is_array or (
+        isinstance(given, (list, tuple)) and len(given) > 0 and np.ndim(given[0]) == 0
+    )
     matrix = as_matrix(field, [given] if is_row else given)
     if matrix.shape[1] != k:
         fault = f"has {count(matrix.shape[1], 'column')} for {count(k, 'variable')}"
@@ -221,7 +261,13 @@ def _rows(field: str, given: Any, k: int, bounds: Mapping[str, Any]) -> Matrix:
 
 
 def _problem(
-    Q: Matrix | None, c: Vector, A: Matrix, ends: Interval, bounds: Interval, texts: Mapping[str, Any], *of: Any
+    Q: Matrix | None,
+    c: Vector,
+    A: Matrix,
+    ends: Interval,
+    bounds: Interval,
+    texts: Mapping[str, Any],
+    *of: Any,
 ) -> Problem:
     """Return the conditions of a program, with sparse matrices if one is, or if it is large without any.
     of : its sense, constant and names, as in `Program`."""

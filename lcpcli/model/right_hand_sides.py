@@ -10,12 +10,31 @@ from typing import Any
 import numpy as np
 
 from lcpcli.errors import ProblemError
-from lcpcli.linalg.doubles import FAR_FROM_ONE, are_moderate, is_finite, row_sizes, sizes
-from lcpcli.linalg.factors import MOST_NUMPY_ROWS, each_product, well_conditioned_inverse
+from lcpcli.linalg.doubles import (
+    FAR_FROM_ONE,
+    are_moderate,
+    is_finite,
+    row_sizes,
+    sizes,
+)
+from lcpcli.linalg.factors import (
+    MOST_NUMPY_ROWS,
+    each_product,
+    well_conditioned_inverse,
+)
 from lcpcli.linalg.matrices import absolute_product, dense, product
 from lcpcli.model import arrays
 from lcpcli.model.arrays import FROM_0, by_label, own
-from lcpcli.model.box import NO_BOUND, ORTHANT, Box, Reference, bounds_of_each, has_columns, reference, refuse_crossed
+from lcpcli.model.box import (
+    NO_BOUND,
+    ORTHANT,
+    Box,
+    Reference,
+    bounds_of_each,
+    has_columns,
+    reference,
+    refuse_crossed,
+)
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Mask, Matrix, Vector
 
@@ -27,13 +46,17 @@ class Columns:
     M : a dense matrix if it is small, for computing with many columns at once.
     """
 
-    def __init__(self, M: Any, Q: Any, lower: Any, upper: Any, infinity: float = math.inf) -> None:
+    def __init__(
+        self, M: Any, Q: Any, lower: Any, upper: Any, infinity: float = math.inf
+    ) -> None:
         Q, lower, upper = by_label(M, Q=Q, lower=lower, upper=upper)
         self.Q = arrays.as_columns("Q", Q)
         self.n, self.k = self.Q.shape
         self._bounds = None
         if has_columns("lower", lower) or has_columns("upper", upper):
-            self._bounds = bounds_of_each(self._rows_of, lower, upper, self.k, self.n, infinity, "column")
+            self._bounds = bounds_of_each(
+                self._rows_of, lower, upper, self.k, self.n, infinity, "column"
+            )
             lower, upper = 0.0, math.inf
         shape = tuple[int, ...](getattr(M, "shape", ()))
         if isinstance(M, (list, tuple)):
@@ -41,8 +64,12 @@ class Columns:
         if len(shape) == 2 and self.n != shape[0] == shape[1]:
             transposed = ", as Q.T here" if self.k == shape[0] else ""
             fault = f"has shape {self.Q.shape}, but M is {shape[0]} x {shape[0]}"
-            raise ProblemError("Q", fault, f"give one right-hand side in each column{transposed}")
-        self.like = Problem(M, np.zeros(self.n), lower=lower, upper=upper, infinity=infinity)
+            raise ProblemError(
+                "Q", fault, f"give one right-hand side in each column{transposed}"
+            )
+        self.like = Problem(
+            M, np.zeros(self.n), lower=lower, upper=upper, infinity=infinity
+        )
         self.M = dense(self.like.M) if self.n <= MOST_NUMPY_ROWS else self.like.M
 
     def _rows_of(self, field: str, bound: Any) -> Vector | None:
@@ -52,13 +79,21 @@ class Columns:
         values = arrays.as_columns(field, bound, finite=False)
         if values.shape != (self.n, self.k):
             fault = f"has shape {values.shape}, but Q has {(self.n, self.k)}"
-            raise ProblemError(field, fault, "give a number, one for each unknown, or one for each entry of Q")
+            raise ProblemError(
+                field,
+                fault,
+                "give a number, one for each unknown, or one for each entry of Q",
+            )
         return np.asarray(values.T)
 
     @cached_property
     def inverse(self) -> Matrix | None:
         """Return the inverse of a small well-conditioned M if there are more columns than unknowns, so that it pays."""
-        return well_conditioned_inverse(self.M) if self.n < min(self.k, MOST_NUMPY_ROWS + 1) else None
+        return (
+            well_conditioned_inverse(self.M)
+            if self.n < min(self.k, MOST_NUMPY_ROWS + 1)
+            else None
+        )
 
     def block(self, first: int, last: int) -> Block:
         """Return the problems of some columns, copied and checked as they are now; may raise ProblemError."""
@@ -66,12 +101,16 @@ class Columns:
         if not is_finite(q.reshape(-1)):
             j, i = (int(place) for place in np.argwhere(~np.isfinite(q))[0])
             fault = "has ceased to be a finite number since the call"
-            raise ProblemError(f"Q[{i}][{first + j}]", fault, f"give solve_many a copy {FROM_0}")
+            raise ProblemError(
+                f"Q[{i}][{first + j}]", fault, f"give solve_many a copy {FROM_0}"
+            )
         if self._bounds is not None:
             low, high = (_copy(bound[first:last]) for bound in self._bounds)
             refuse_crossed(low, high, "column", first)
             return Block(self, q, Box(low, high))
-        return Block(self, q, self.like.box.mapped(lambda bound: np.broadcast_to(bound, q.shape)))
+        return Block(
+            self, q, self.like.box.mapped(lambda bound: np.broadcast_to(bound, q.shape))
+        )
 
     def problems(self) -> Iterator[Problem]:
         return (self.block(j, j + 1).problem(0) for j in range(self.k))
@@ -80,9 +119,18 @@ class Columns:
 def like_with(like: Problem, q: Vector, box: Box) -> Problem:
     """Return the problem with the M of another one, and all that is known of M, a validated q and bounds, quickly."""
     least, largest = sizes(q)
-    is_moderate = like.has_moderate_rows and least >= 1 / FAR_FROM_ONE and largest <= FAR_FROM_ONE
+    is_moderate = (
+        like.has_moderate_rows and least >= 1 / FAR_FROM_ONE and largest <= FAR_FROM_ONE
+    )
     known = like.known_of_M()
-    known.update(q=q, sizes_of_q=(least, largest), is_moderate=is_moderate, box=box, lower=box.lower, upper=box.upper)
+    known.update(
+        q=q,
+        sizes_of_q=(least, largest),
+        is_moderate=is_moderate,
+        box=box,
+        lower=box.lower,
+        upper=box.upper,
+    )
     if box.is_orthant:
         known.update(reference_z=None, q_ref=q, q_error=0.0)
     return Problem.of_fields(known)
@@ -99,16 +147,28 @@ class Block:
     q : shape (m, n). box : the bounds, of shape (m, n) unless they are z >= 0.
     """
 
-    def __init__(self, columns: Columns, q: Vector, box: Box, references: Reference | None = None) -> None:
+    def __init__(
+        self, columns: Columns, q: Vector, box: Box, references: Reference | None = None
+    ) -> None:
         self.columns, self.q, self.box = columns, q, box
         self.like, self.M = columns.like, columns.M
-        self.units, self.references = self.like.units, references or reference(self.M, q, box)
+        self.units, self.references = (
+            self.like.units,
+            references or reference(self.M, q, box),
+        )
         self.reference_z, self.q_ref, self.q_error = self.references
         bounds = {"lower": self.like.lower, "upper": self.like.upper, "box": box}
-        self._fields = {**self.like.known_of_M(), **bounds, "reference_z": None, "q_error": 0.0}
+        self._fields = {
+            **self.like.known_of_M(),
+            **bounds,
+            "reference_z": None,
+            "q_error": 0.0,
+        }
 
     def part(self, rows: Indices) -> Block:
-        return Block(self.columns, self.q[rows], self.box.part(rows), self.references.part(rows))
+        return Block(
+            self.columns, self.q[rows], self.box.part(rows), self.references.part(rows)
+        )
 
     def times_M(self, z: Vector) -> Vector:
         return np.asarray(product(self.M, z.T).T)
@@ -118,7 +178,10 @@ class Block:
 
     def w(self, z: Vector) -> Vector:
         """Return w = M z + q for each row z, computed from the reference point."""
-        return self.times_M(z if self.reference_z is None else z - self.reference_z) + self.q_ref
+        return (
+            self.times_M(z if self.reference_z is None else z - self.reference_z)
+            + self.q_ref
+        )
 
     @cached_property
     def _sizes_of_q(self) -> tuple[Vector, Vector]:
@@ -128,7 +191,11 @@ class Block:
     def are_moderate(self) -> Mask:
         """Return which of the problems have moderate numbers (see `Problem.is_moderate`); shape (m,)."""
         least, largest = self._sizes_of_q
-        return np.asarray((largest <= FAR_FROM_ONE) & (least >= 1 / FAR_FROM_ONE) & self.like.has_moderate_rows)
+        return np.asarray(
+            (largest <= FAR_FROM_ONE)
+            & (least >= 1 / FAR_FROM_ONE)
+            & self.like.has_moderate_rows
+        )
 
     @cached_property
     def _fields_of_q(self) -> list[tuple[tuple[float, float], bool]]:
@@ -138,7 +205,9 @@ class Block:
     def problem(self, i: int) -> Problem:
         """Return the problem of row i, which takes about a microsecond, as nothing is computed or validated."""
         q, (sizes_of_q, is_moderate) = self.q[i], self._fields_of_q[i]
-        problem = Problem.of_fields(self._fields, q=q, sizes_of_q=sizes_of_q, is_moderate=is_moderate, q_ref=q)
+        problem = Problem.of_fields(
+            self._fields, q=q, sizes_of_q=sizes_of_q, is_moderate=is_moderate, q_ref=q
+        )
         # They differ in q alone, as LCPs do.
         if self.reference_z is None and self.box is self.like.box:
             return problem
@@ -154,31 +223,55 @@ class Stack:
     like : a problem of this size. box : the bounds, of shape (m, n) unless they are z >= 0.
     """
 
-    def __init__(self, M: Any, q: Any, lower: Any, upper: Any, infinity: float = math.inf) -> None:
+    def __init__(
+        self, M: Any, q: Any, lower: Any, upper: Any, infinity: float = math.inf
+    ) -> None:
         self.M = own(np.ascontiguousarray(as_stack("M", M, (None, None, None))), M)
         m, n, columns = self.M.shape
         if n != columns:
-            raise ProblemError("M", f"has shape {self.M.shape}", "give one square matrix for each problem")
+            raise ProblemError(
+                "M",
+                f"has shape {self.M.shape}",
+                "give one square matrix for each problem",
+            )
         self.q = own(as_stack("q", q, (m, n)), q)
         if dimensions(q) < 2:
-            raise ProblemError("q", f"has {dimensions(q)} dimension", f"give shape ({m}, {n}), a row for each problem")
+            raise ProblemError(
+                "q",
+                f"has {dimensions(q)} dimension",
+                f"give shape ({m}, {n}), a row for each problem",
+            )
         self.n: int = n
         of_each = max(dimensions(lower), dimensions(upper)) > 1
-        bounds: dict[str, Any] = {} if of_each else {"lower": lower, "upper": upper, "infinity": infinity}
-        self.like = Problem(self.M[0] if m else np.eye(n), self.q[0] if m else np.zeros(n), **bounds)
+        bounds: dict[str, Any] = (
+            {} if of_each else {"lower": lower, "upper": upper, "infinity": infinity}
+        )
+        self.like = Problem(
+            self.M[0] if m else np.eye(n), self.q[0] if m else np.zeros(n), **bounds
+        )
         self.box = self.like.box.mapped(lambda bound: np.broadcast_to(bound, (m, n)))
         if of_each:
-            ends = bounds_of_each(self._rows_of, lower, upper, m, n, infinity, "problem")
+            ends = bounds_of_each(
+                self._rows_of, lower, upper, m, n, infinity, "problem"
+            )
             self.box = ORTHANT if ends is None else Box(*map(_copy, ends))
 
     def _rows_of(self, field: str, bound: Any) -> Vector | None:
-        return as_stack(field, bound, self.q.shape, finite=False) if dimensions(bound) > 1 else None
+        return (
+            as_stack(field, bound, self.q.shape, finite=False)
+            if dimensions(bound) > 1
+            else None
+        )
 
     def __len__(self) -> int:
         return len(self.q)
 
     def problem(self, i: int) -> Problem:
-        bounds = {} if self.box.is_orthant else {"lower": self.box.lower[i], "upper": self.box.upper[i]}
+        bounds = (
+            {}
+            if self.box.is_orthant
+            else {"lower": self.box.lower[i], "upper": self.box.upper[i]}
+        )
         return Problem(self.M[i], self.q[i], **bounds)
 
     @cached_property
@@ -190,7 +283,9 @@ class Stack:
         """Return which problems have moderate numbers (see `Problem`), and no far bounds; shape (m,)."""
         moderate = np.ones(len(self), dtype=bool)
         if not (are_moderate(self.M) and are_moderate(self.q)):
-            for least, largest in map(row_sizes, (np.abs(self.M).max(axis=2, initial=0.0), self.q)):
+            for least, largest in map(
+                row_sizes, (np.abs(self.M).max(axis=2, initial=0.0), self.q)
+            ):
                 moderate &= (least >= 1 / FAR_FROM_ONE) & (largest <= FAR_FROM_ONE)
         for bound in (self.box.lower, self.box.upper) if self.box.is_far else ():
             moderate &= ~((np.abs(bound) >= NO_BOUND) & np.isfinite(bound)).any(axis=1)
@@ -207,14 +302,27 @@ def dimensions(values: Any) -> int:
     return int(getattr(values, "ndim", 0))
 
 
-def as_stack(field: str, values: Any, shape: tuple[int | None, ...], finite: bool = True) -> Vector:
+def as_stack(
+    field: str, values: Any, shape: tuple[int | None, ...], finite: bool = True
+) -> Vector:
     """Return values as a float64 array of this shape, in which None stands for any length, or raise ProblemError.
     Without the first dimension they are the same for all."""
     given = arrays.as_nested(field, values, len(shape))
     expected = shape[len(shape) - max(given.ndim, 1) :]
-    known = tuple(have if want is None else want for have, want in zip(given.shape, expected, strict=False))
+    known = tuple(
+        have if want is None else want
+        for have, want in zip(given.shape, expected, strict=False)
+    )
     if given.ndim < len(shape) - 1 or given.shape != known:
-        raise ProblemError(field, f"has shape {given.shape}", f"give shape {shape}".replace("None", "k"))
+        raise ProblemError(
+            field,
+            f"has shape {given.shape}",
+            f"give shape {shape}".replace("None", "k"),
+        )
     if finite:
         arrays.refuse_infinite(field, given)
-    return np.broadcast_to(given, (shape[0], *known)) if given.ndim < len(shape) and shape[0] is not None else given
+    return (
+        np.broadcast_to(given, (shape[0], *known))
+        if given.ndim < len(shape) and shape[0] is not None
+        else given
+    )

@@ -36,9 +36,19 @@ class Start:
     """
 
     def __init__(
-        self, problem: Problem, basis: States | None = None, x: Vector | None = None, z: Vector | None = None
+        self,
+        problem: Problem,
+        basis: States | None = None,
+        x: Vector | None = None,
+        z: Vector | None = None,
     ) -> None:
-        self.problem, self._basis, self._x, self.z, self.gap = problem, basis, x, z, math.inf
+        self.problem, self._basis, self._x, self.z, self.gap = (
+            problem,
+            basis,
+            x,
+            z,
+            math.inf,
+        )
         if z is not None:
             w = problem.w(z)
             self.gap = size(problem.box.gaps(z, w))
@@ -51,13 +61,23 @@ class Start:
 
     @property
     def known_to_auto(self) -> dict[str, bool]:
-        return {"states": True} if self._basis is not None else {"near": True} if self.is_near else {}
+        return (
+            {"states": True}
+            if self._basis is not None
+            else {"near": True}
+            if self.is_near
+            else {}
+        )
 
     @cached_property
     def basis(self) -> States:
         if self._basis is not None:
             return self._basis
-        return self.problem.box.basis_of(self.x) if self.z is None else self.problem.box.basis_at(self.z)
+        return (
+            self.problem.box.basis_of(self.x)
+            if self.z is None
+            else self.problem.box.basis_at(self.z)
+        )
 
     @cached_property
     def x(self) -> Vector:
@@ -69,11 +89,21 @@ class Start:
 
 
 @np.errstate(all="ignore")
-def start_at(problem: Problem, x0: VectorLike | None, z0: VectorLike | None, basis: Any = None) -> Start:
+def start_at(
+    problem: Problem, x0: VectorLike | None, z0: VectorLike | None, basis: Any = None
+) -> Start:
     """Return the start that is given: x0, or the x of z0 and w = M z0 + q, or an x with the states of a basis."""
-    given = [name for name, value in (("basis", basis), ("z0", z0), ("x0", x0)) if value is not None]
+    given = [
+        name
+        for name, value in (("basis", basis), ("z0", z0), ("x0", x0))
+        if value is not None
+    ]
     if len(given) > 1:
-        raise ParameterError(given[0], f"gives the starting point, and so does {given[-1]}", "leave one out")
+        raise ParameterError(
+            given[0],
+            f"gives the starting point, and so does {given[-1]}",
+            "leave one out",
+        )
     if basis is not None:
         return Start(problem, basis_of_words(problem, basis))
     x0, z0 = by_names(lambda: problem.names, x0=x0, z0=z0)
@@ -86,21 +116,43 @@ def basis_of_words(problem: Problem, basis: Sequence[str]) -> States:
     """Return the states that are given in words, one for each variable."""
     n = problem.n
     if not isinstance(basis, (list, tuple, np.ndarray)):
-        raise ProblemError("basis", f"is {kind(basis)}", f"give a list of the words {', '.join(WORDS.values())}")
+        raise ProblemError(
+            "basis",
+            f"is {kind(basis)}",
+            f"give a list of the words {', '.join(WORDS.values())}",
+        )
     if len(basis) != n:
-        raise ProblemError("basis", f"has {count(len(basis), 'entry')} for {count(n, 'unknown')}", "make them agree")
+        raise ProblemError(
+            "basis",
+            f"has {count(len(basis), 'entry')} for {count(n, 'unknown')}",
+            "make them agree",
+        )
     numbers = [_STATES.get(word) if isinstance(word, str) else None for word in basis]
     if None in numbers:
         i = numbers.index(None)
-        raise ProblemError(f"basis[{i}]", f"is {kind(basis[i])}", f"write lower, basic or upper {FROM_0}")
+        raise ProblemError(
+            f"basis[{i}]",
+            f"is {kind(basis[i])}",
+            f"write lower, basic or upper {FROM_0}",
+        )
     states: States = np.array(numbers, np.int8)
     if problem.box.is_orthant and UPPER not in numbers:
         return states
     low, high = problem.box.vectors(n)
-    for i in np.flatnonzero(np.isinf(np.where(states == UPPER, high, low)) & (states != BASIC))[:1].tolist():
-        raise ProblemError(f"basis[{i}]", f"is {basis[i]}, but there is no such bound", f"write another state {FROM_0}")
+    for i in np.flatnonzero(
+        np.isinf(np.where(states == UPPER, high, low)) & (states != BASIC)
+    )[:1].tolist():
+        raise ProblemError(
+            f"basis[{i}]",
+            f"is {basis[i]}, but there is no such bound",
+            f"write another state {FROM_0}",
+        )
     for i in np.flatnonzero((states == BASIC) & (low == high))[:1].tolist():
-        raise ProblemError(f"basis[{i}]", "is basic, but that variable is fixed", f"write lower {FROM_0}")
+        raise ProblemError(
+            f"basis[{i}]",
+            "is basic, but that variable is fixed",
+            f"write lower {FROM_0}",
+        )
     return states
 
 
@@ -108,10 +160,18 @@ def basis_of_words(problem: Problem, basis: Sequence[str]) -> States:
 def x_in(problem: Problem, basis: States) -> Vector:
     """Return an x with the states of a basis: at a bound with w of size one, or inside the bounds."""
     low, high = problem.box.vectors(problem.n)
-    above, below = (bound + turn * np.maximum(1.0, np.spacing(np.abs(bound))) for bound, turn in ((low, 1), (high, -1)))
+    above, below = (
+        bound + turn * np.maximum(1.0, np.spacing(np.abs(bound)))
+        for bound, turn in ((low, 1), (high, -1))
+    )
     inside = np.where(np.isfinite(low), above, np.where(np.isfinite(high), below, 0.0))
     inside = np.where(np.isfinite(low) & np.isfinite(high), low / 2 + high / 2, inside)
-    return np.asarray(0.5 * np.where(basis == BASIC, inside, np.where(basis == UPPER, high + 1.0, low - 1.0)))
+    return np.asarray(
+        0.5
+        * np.where(
+            basis == BASIC, inside, np.where(basis == UPPER, high + 1.0, low - 1.0)
+        )
+    )
 
 
 def component(problem: Problem, name: str, z: Vector) -> Vector:
@@ -119,10 +179,14 @@ def component(problem: Problem, name: str, z: Vector) -> Vector:
     its multiplier in that sense. Raise KeyError if there is none, with a likely name, or several."""
     names = list(problem.names)
     if not name or name not in names:
-        hint = likely(str(name), own) if (own := list(filter(None, names))) else NO_NAMES
+        hint = (
+            likely(str(name), own) if (own := list(filter(None, names))) else NO_NAMES
+        )
         raise KeyError(f"{name!r} is not the name of an unknown; {hint}")
     if (times := names.count(name)) > 1:
-        raise KeyError(f"{name!r} is the name of {times} unknowns; take z, with their indices")
+        raise KeyError(
+            f"{name!r} is the name of {times} unknowns; take z, with their indices"
+        )
     found: Vector = z[..., i := names.index(name)]
     return 0.0 - found if i in reversed_names(problem) else found
 
@@ -157,10 +221,20 @@ def coefficients(text: str) -> dict[str, Fraction]:
         from fractions import Fraction
     found, place = dict[str, Fraction](), 0
     while place < len(text) or not found:
-        if (term := re.compile(TERM).match(text, place)) is None or (found and not term["sign"]):
-            raise ProblemError("objective", f"has {quoted(text[place:].strip())} in place of a term", HINT)
+        if (term := re.compile(TERM).match(text, place)) is None or (
+            found and not term["sign"]
+        ):
+            raise ProblemError(
+                "objective",
+                f"has {quoted(text[place:].strip())} in place of a term",
+                HINT,
+            )
         name, place = term["name"].strip('"'), term.end()
         whole, _, exponent = (term["number"] or "1").lower().partition("e")
-        value = Fraction(whole) * Fraction(10) ** int(exponent or 0) * (-1 if term["sign"] == "-" else 1)
+        value = (
+            Fraction(whole)
+            * Fraction(10) ** int(exponent or 0)
+            * (-1 if term["sign"] == "-" else 1)
+        )
         found[name] = found.get(name, Fraction(0)) + value
     return found

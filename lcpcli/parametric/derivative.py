@@ -40,15 +40,34 @@ import numpy as np
 from lcpcli.clock import imports
 from lcpcli.errors import DerivativeError, ParameterError, ProblemError
 from lcpcli.linalg.doubles import EPS, ROW_ROUNDING, distinct
-from lcpcli.linalg.factors import SingularMatrix, TwoWay, each_product, principal_inverses, solver
-from lcpcli.linalg.matrices import absolute_product, column_maxima, dense, product, scaled
+from lcpcli.linalg.factors import (
+    SingularMatrix,
+    TwoWay,
+    each_product,
+    principal_inverses,
+    solver,
+)
+from lcpcli.linalg.matrices import (
+    absolute_product,
+    column_maxima,
+    dense,
+    product,
+    scaled,
+)
 from lcpcli.linalg.threads import with_limited_threads
 from lcpcli.linalg.units import LEAST_DIGITS, PseudoInverse
 from lcpcli.model.arrays import FROM_0, as_matrix, as_square, as_vector, by_names
 from lcpcli.model.box import Box
 from lcpcli.model.problem import Problem
 from lcpcli.model.right_hand_sides import Stack, as_stack
-from lcpcli.solving.derivatives import BatchDerivative, BatchGradient, Derivative, Gradient, OneDerivative, OneGradient
+from lcpcli.solving.derivatives import (
+    BatchDerivative,
+    BatchGradient,
+    Derivative,
+    Gradient,
+    OneDerivative,
+    OneGradient,
+)
 from lcpcli.solving.result import Result
 from lcpcli.typing import Indices, Mask, Matrix, Vector, VectorLike
 from lcpcli.verify.digits import room, signs
@@ -71,13 +90,20 @@ Found = TypeVar("Found", BatchGradient, BatchDerivative)
 
 @with_limited_threads
 @np.errstate(all="ignore")
-def gradient(problem: Problem, result: Result, g: VectorLike, J: Any = None) -> OneGradient:
+def gradient(
+    problem: Problem, result: Result, g: VectorLike, J: Any = None
+) -> OneGradient:
     """Return the derivatives of a function of z with the gradient g, shape (n,), at a result of the problem; with J, of
     a function of J z with the gradient g, shape (k,)."""
     rows = None if J is None else _rows(J, problem.n)
     if rows is None:
         (g,) = by_names(lambda: problem.names, g=g)
-    own = as_vector("g", g, problem.n if rows is None else rows.shape[0], "unknown" if rows is None else "row of J")
+    own = as_vector(
+        "g",
+        g,
+        problem.n if rows is None else rows.shape[0],
+        "unknown" if rows is None else "row of J",
+    )
     if not own.any():  # whatever the solution is, the function does not depend on it
         zeros, none = np.zeros(problem.n), np.zeros(problem.n, dtype=bool)
         return Gradient(zeros, problem.M, zeros, zeros, none, none, [])
@@ -88,23 +114,42 @@ def gradient(problem: Problem, result: Result, g: VectorLike, J: Any = None) -> 
     by_q, basic = np.zeros(problem.n), np.zeros(problem.n, dtype=bool)
     by_q[at.basic] = 0.0 - at.solve(own[at.basic], transposed=True)
     basic[at.basic] = True
-    return Gradient(finite(by_q), problem.M, at.z, own, basic, at.upper, at.kinks.tolist())
+    return Gradient(
+        finite(by_q), problem.M, at.z, own, basic, at.upper, at.kinks.tolist()
+    )
 
 
 @with_limited_threads
 @np.errstate(all="ignore")
-def derivative(problem: Problem, result: Result, changes: Mapping[str, Any], one_sided: bool, J: Any) -> OneDerivative:
+def derivative(
+    problem: Problem,
+    result: Result,
+    changes: Mapping[str, Any],
+    one_sided: bool,
+    J: Any,
+) -> OneDerivative:
     """Return the derivative of the solution, or of J z, in the direction of these changes; None for no change."""
     dM = changes["dM"]
-    at, rows = linearization(result, J is not None), None if J is None else _rows(J, problem.n)
+    at, rows = (
+        linearization(result, J is not None),
+        None if J is None else _rows(J, problem.n),
+    )
     if rows is not None:
         _refuse_undetermined(at, rows)
-    dq, *ends = by_names(lambda: problem.names, **{name: changes[name] for name in ("dq", "dlower", "dupper")})
-    change = np.zeros(problem.n) if dq is None else as_vector("dq", dq, problem.n).copy()
+    dq, *ends = by_names(
+        lambda: problem.names,
+        **{name: changes[name] for name in ("dq", "dlower", "dupper")},
+    )
+    change = (
+        np.zeros(problem.n) if dq is None else as_vector("dq", dq, problem.n).copy()
+    )
     if dM is not None:
         change += product(as_square("dM", dM, problem.n)[0], at.z)
     names = "dlower", "dupper"
-    moves = [d if d is None else as_vector(name, d, problem.n) for name, d in zip(names, ends, strict=True)]
+    moves = [
+        d if d is None else as_vector(name, d, problem.n)
+        for name, d in zip(names, ends, strict=True)
+    ]
     dz = moved_bounds(problem.box, at.upper, *moves)
     dz[at.basic] = 0.0
     right = product(problem.M, dz) + change
@@ -128,7 +173,11 @@ def _rows(J: Any, n: int) -> Matrix:
     """Return J, of shape (k, n), or raise ProblemError."""
     rows = as_matrix("J", J)
     if rows.shape[1] != n:
-        raise ProblemError("J", f"has shape {tuple(rows.shape)}", f"give rows of {n} numbers, one for each unknown")
+        raise ProblemError(
+            "J",
+            f"has shape {tuple(rows.shape)}",
+            f"give rows of {n} numbers, one for each unknown",
+        )
     return rows
 
 
@@ -138,9 +187,13 @@ def _refuse_undetermined(at: Linearization, J: Matrix) -> None:
         raise DerivativeError("", f"no derivative: {fault} {FROM_0}")
 
 
-def moved_bounds(box: Box, upper: Mask, dlower: Vector | None, dupper: Vector | None) -> Vector:
+def moved_bounds(
+    box: Box, upper: Mask, dlower: Vector | None, dupper: Vector | None
+) -> Vector:
     """Return the changes of upper bounds where z is at them, and of lower ones elsewhere, or raise ProblemError."""
-    low, high = (np.zeros(upper.shape) if moves is None else moves for moves in (dlower, dupper))
+    low, high = (
+        np.zeros(upper.shape) if moves is None else moves for moves in (dlower, dupper)
+    )
     for name, moves, bound in (("lower", low, box.lower), ("upper", high, box.upper)):
         for at in np.argwhere(np.isinf(bound) & (moves != 0))[:1].tolist():
             fault = f"is {moves[tuple(at)]:g}, but there is no such bound"
@@ -171,16 +224,24 @@ def _leave_kinks(at: Linearization, dz: Vector, change: Vector) -> bool | None:
     S = R[K, np.newaxis] * (columns[K] - at.image(through)[K])
     regular: bool | None = True
     both = distinct(np.concatenate((B, K)))
-    if K.size <= FEW_KINKS or not _is_p_matrix(scaled(M[both][:, both], R[both], C[both])):  # then S is one too
+    if K.size <= FEW_KINKS or not _is_p_matrix(
+        scaled(M[both][:, both], R[both], C[both])
+    ):  # then S is one too
         regular = _is_p_matrix(S, R[K] * _rounding(at, columns, through))
     several = "so that problems near this one have several solutions near z, or none"
     if regular is False:
-        raise DerivativeError("", f"no derivative, as the solution is not strongly regular, {several}")
+        raise DerivativeError(
+            "", f"no derivative, as the solution is not strongly regular, {several}"
+        )
     with imports:
         from lcpcli.solving.call import run
-    found = run(Problem(D[:, np.newaxis] * S * D, D * R[K] * (product(M, dz) + change)[K]))
+    found = run(
+        Problem(D[:, np.newaxis] * S * D, D * R[K] * (product(M, dz) + change)[K])
+    )
     if not found.solved:
-        raise DerivativeError("", f"no derivative was found in this direction: {found.message}")
+        raise DerivativeError(
+            "", f"no derivative was found in this direction: {found.message}"
+        )
     dz[K] += D * C[K] * found.z
     dz[B] -= through @ (D * found.z)
     return regular
@@ -194,7 +255,9 @@ def _rounding(at: Linearization, columns: Vector, through: Vector) -> Vector:
     full = np.zeros_like(columns)
     full[B] = np.abs(through)
     terms = ROW_ROUNDING * absolute_product(M, full)
-    moved = at.solve((terms + ROW_ROUNDING * np.abs(columns))[B] * signs(B.size, K.size))
+    moved = at.solve(
+        (terms + ROW_ROUNDING * np.abs(columns))[B] * signs(B.size, K.size)
+    )
     return np.asarray((terms[K] + np.abs(at.image(moved)[K])).sum(axis=1))
 
 
@@ -202,7 +265,11 @@ def _is_p_matrix(S: Matrix, rounding: Vector | None = None) -> bool | None:
     """Return whether S is proved to be a P-matrix or not, whatever this rounding of its diagonal; or None."""
     with imports:
         from lcpcli.inspection.verdict import NO, YES, classify
-    cases = [S] if rounding is None or not rounding.any() else [S - np.diag(rounding), S + np.diag(rounding)]
+    cases = (
+        [S]
+        if rounding is None or not rounding.any()
+        else [S - np.diag(rounding), S + np.diag(rounding)]
+    )
     words = [classify(case, "p_matrix", MOST_MINORS)["p_matrix"].word for case in cases]
     return True if words[0] == YES else False if words[-1] == NO else None
 
@@ -210,7 +277,9 @@ def _is_p_matrix(S: Matrix, rounding: Vector | None = None) -> bool | None:
 def finite(dz: Vector) -> Vector:
     """Return a derivative, or raise DerivativeError if it overflows."""
     if not np.isfinite(dz).all():
-        raise DerivativeError("", "the derivative is beyond the range of double precision")
+        raise DerivativeError(
+            "", "the derivative is beyond the range of double precision"
+        )
     return dz
 
 
@@ -221,7 +290,11 @@ def linearization(result: Result, or_singular: bool) -> Linearization:
         if or_singular or known.block is None:
             return known
     if not result.solved:
-        raise DerivativeError("", f"no derivative, as the problem is not solved: {result.message}", result.advice)
+        raise DerivativeError(
+            "",
+            f"no derivative, as the problem is not solved: {result.message}",
+            result.advice,
+        )
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
         found = Linearization(result.problem, result.z, or_singular)
     result.linearizations.append(found)
@@ -244,7 +317,10 @@ class Linearization:
     def __init__(self, problem: Problem, z: Vector, or_singular: bool) -> None:
         self.problem, self.z, self._or_singular = problem, z, or_singular
         self._low, self._high = problem.box.lower, problem.box.upper
-        basic, kinks = (z > self._low) & (z < self._high), np.zeros(problem.n, dtype=bool)
+        basic, kinks = (
+            (z > self._low) & (z < self._high),
+            np.zeros(problem.n, dtype=bool),
+        )
         for _ in range(MOST_EXCHANGES):
             near, wrong = self._corrected(basic)
             kinks |= near
@@ -253,9 +329,14 @@ class Linearization:
                 break
             basic = (basic ^ wrong) & ~kinks
         else:
-            raise DerivativeError("", "no derivative, as rounding leaves open which variables are at a bound")
+            raise DerivativeError(
+                "",
+                "no derivative, as rounding leaves open which variables are at a bound",
+            )
         self.kinks = kinks.nonzero()[0]
-        self.upper = ~basic & np.where(problem.box.fixed, self._w < 0, self.z == self._high)
+        self.upper = ~basic & np.where(
+            problem.box.fixed, self._w < 0, self.z == self._high
+        )
 
     def _corrected(self, basic: Mask) -> Vector:
         """Compute z for these states; return which components satisfy the conditions of their states with no more
@@ -278,7 +359,9 @@ class Linearization:
             if block is None or not block.is_singular:
                 fault = f"the principal submatrix of the {B.size} variables between their bounds is singular"
                 several = "so that z is one of several solutions, or may jump"
-                raise DerivativeError("", f"no derivative: {fault}, {several}") from None
+                raise DerivativeError(
+                    "", f"no derivative: {fault}, {several}"
+                ) from None
         self.z, self._factors, self.block = start, block, block
         return self._near_and_wrong(basic)
 
@@ -293,7 +376,15 @@ class Linearization:
             full = np.zeros((2, z.size))
             full[:, B] = np.abs((change, moves))
             spare = room(problem.box, z, w, basic)
-            if are_clear(spare, z, basic, full[0], full[1], problem.largest, problem.sizes_of_q[1]):
+            if are_clear(
+                spare,
+                z,
+                basic,
+                full[0],
+                full[1],
+                problem.largest,
+                problem.sizes_of_q[1],
+            ):
                 return np.zeros((2, problem.n), dtype=bool)
         for _ in range(CORRECTIONS):
             self._w = problem.w(z)
@@ -305,12 +396,23 @@ class Linearization:
     def _noise(self) -> Vector:
         """Return what rounding does to basic z_i and other w_i, shape (n,); raise SingularMatrix where M_BB is."""
         M, q, z, B = self.problem.M, self.problem.q, self.z, self.basic
-        changes = ROW_ROUNDING * (absolute_product(M, np.abs(z)) + np.abs(q))[:, np.newaxis] * signs(z.size)
+        changes = (
+            ROW_ROUNDING
+            * (absolute_product(M, np.abs(z)) + np.abs(q))[:, np.newaxis]
+            * signs(z.size)
+        )
         if B.size and self.block is None:
             block = M[B][:, B]
             known = 1 / column_maxima(block)
-            natural = ROW_ROUNDING * absolute_product(block, known)[:, np.newaxis] * signs(B.size)
-            if not np.abs(self._factors(natural) / known[:, np.newaxis]).max() < LEAST_DIGITS:
+            natural = (
+                ROW_ROUNDING
+                * absolute_product(block, known)[:, np.newaxis]
+                * signs(B.size)
+            )
+            if (
+                not np.abs(self._factors(natural) / known[:, np.newaxis]).max()
+                < LEAST_DIGITS
+            ):
                 raise SingularMatrix
         if B.size:
             moved = self._factors(changes[B])
@@ -321,7 +423,9 @@ class Linearization:
     def solve(self, b: Vector, transposed: bool = False) -> Vector:
         """Return M_BB^-1 b, or M_BB'^-1 b, with one step of refinement, for b of shape (k,) or (k, m)."""
         x = self._factors(b, transposed)
-        return np.asarray(x + self._factors(b - self.image(x, transposed)[self.basic], transposed))
+        return np.asarray(
+            x + self._factors(b - self.image(x, transposed)[self.basic], transposed)
+        )
 
     def image(self, x: Vector, transposed: bool = False) -> Vector:
         """Return M v, or M'v, shape (n,) or (n, m), for v_B = x and 0 elsewhere."""
@@ -341,24 +445,41 @@ class Linearization:
     def _generalized(self, P: Indices) -> PseudoInverse | None:
         """Return the generalized inverse of M_PP; None if that is large, or its numbers overflow."""
         with suppress(SingularMatrix):
-            return PseudoInverse(np.asarray(dense(self.problem.M[P][:, P]))) if P.size <= MOST_DENSE else None
+            return (
+                PseudoInverse(np.asarray(dense(self.problem.M[P][:, P])))
+                if P.size <= MOST_DENSE
+                else None
+            )
         return None
 
     def determines(self, J: Any) -> Mask:
         """Return for which rows of J, shape (k, n), J z is the same for all solutions with w = 0 where it is 0 at z."""
         S, block = self._active
-        return np.ones(J.shape[0], dtype=bool) if block is None else block.determines(dense(J[:, S]))
+        return (
+            np.ones(J.shape[0], dtype=bool)
+            if block is None
+            else block.determines(dense(J[:, S]))
+        )
 
     def refuse_contradiction(self, change: Vector, terms: Vector) -> None:
         """Raise DerivativeError unless w = 0 can be solved for these changes, which are sums of these terms."""
         for P, block in ((self.basic, self.block), self._active):
             if block is not None and not block.is_consistent(change[P], terms[P]):
                 fault = "M, q and the bounds change so that equations w = 0 contradict each other"
-                raise DerivativeError("", f"no derivative in this direction: {fault}, and one of them has to give way")
+                raise DerivativeError(
+                    "",
+                    f"no derivative in this direction: {fault}, and one of them has to give way",
+                )
 
 
 def are_clear(
-    spare: Vector, z: Vector, basic: Mask, change: Vector, moves: Vector, largest: Any, largest_q: Any
+    spare: Vector,
+    z: Vector,
+    basic: Mask,
+    change: Vector,
+    moves: Vector,
+    largest: Any,
+    largest_q: Any,
 ) -> Mask:
     """Return whether all conditions are satisfied with far more to spare than a crude bound on rounding; shape () for
     one problem or (m,) for many, whose arrays are of shape (n, m).
@@ -370,9 +491,13 @@ def are_clear(
     largest_z, total = z.max(axis=0, initial=0.0), largest * moves.sum(axis=0)
     row = crude * (largest * z.sum(axis=0) + largest_q)
     of_others = row * (1 + total) + largest * change.sum(axis=0)
-    needed = np.where(basic, row * moves.max(axis=0, initial=0.0) + crude * largest_z, of_others)
+    needed = np.where(
+        basic, row * moves.max(axis=0, initial=0.0) + crude * largest_z, of_others
+    )
     settled = change.max(axis=0, initial=0.0) <= SMALL_CHANGE * largest_z
-    return np.asarray(settled & (spare > needed).all(axis=0) & (crude * total < LEAST_DIGITS))
+    return np.asarray(
+        settled & (spare > needed).all(axis=0) & (crude * total < LEAST_DIGITS)
+    )
 
 
 class Linearizations:
@@ -388,24 +513,46 @@ class Linearizations:
         w = stack.w(z)
         self.inverse = principal_inverses(stack.M, self.basic)
         change = each_product(self.inverse, w)
-        moves = np.abs(each_product(self.inverse, np.broadcast_to(signs(stack.n, 1)[:, 0], z.shape)))
+        moves = np.abs(
+            each_product(
+                self.inverse, np.broadcast_to(signs(stack.n, 1)[:, 0], z.shape)
+            )
+        )
         self.z = z - change
-        rows = room(box, self.z, w, self.basic), self.z, self.basic, np.abs(change), moves, np.abs(stack.q)
-        spare, z, basic, change, moves, q = (np.ascontiguousarray(values.T) for values in rows)  # for fast maxima
-        clear = are_clear(spare, z, basic, change, moves, stack.largest, q.max(axis=0, initial=0.0))
+        rows = (
+            room(box, self.z, w, self.basic),
+            self.z,
+            self.basic,
+            np.abs(change),
+            moves,
+            np.abs(stack.q),
+        )
+        spare, z, basic, change, moves, q = (
+            np.ascontiguousarray(values.T) for values in rows
+        )  # for fast maxima
+        clear = are_clear(
+            spare, z, basic, change, moves, stack.largest, q.max(axis=0, initial=0.0)
+        )
         self.clear = clear & solved & stack.are_moderate
         self.upper = ~self.basic & np.where(box.fixed, w < 0, self.z == box.upper)
 
     def solve(self, b: Vector, transposed: bool = False) -> Vector:
         """Return M_BB^-1 b_B, or M_BB'^-1 b_B, and 0 elsewhere, with one step of refinement, for b of shape (b, n)."""
-        inverse, M = (A.swapaxes(1, 2) if transposed else A for A in (self.inverse, self._M))
+        inverse, M = (
+            A.swapaxes(1, 2) if transposed else A for A in (self.inverse, self._M)
+        )
         x = each_product(inverse, b)
         return x + each_product(inverse, b - each_product(M, x))
 
 
 @np.errstate(all="ignore")
 def gradients(
-    results: Sequence[Result], stack: Stack, at: Linearizations, g: Any, J: Any, unsolved: str
+    results: Sequence[Result],
+    stack: Stack,
+    at: Linearizations,
+    g: Any,
+    J: Any,
+    unsolved: str,
 ) -> BatchGradient:
     """Return what `derivative.gradient` returns for each result."""
     m, n = stack.q.shape
@@ -413,19 +560,33 @@ def gradients(
     given = as_stack("g", g, (m, n if rows is None else rows.shape[1]))
     of_z = np.array(given if rows is None else each_product(rows.swapaxes(1, 2), given))
     found: BatchGradient = Gradient(
-        0.0 - at.solve(of_z, transposed=True), stack.M, at.z.copy(), of_z, at.basic.copy(), at.upper.copy(), {}
+        0.0 - at.solve(of_z, transposed=True),
+        stack.M,
+        at.z.copy(),
+        of_z,
+        at.basic.copy(),
+        at.upper.copy(),
+        {},
     )
 
     def one(i: int) -> OneGradient:
         return results[i].gradient(given[i], J=None if rows is None else rows[i])
 
     clear = at.clear & np.isfinite(found.q).all(axis=1)
-    return _completed(found, ("q", "_z", "_g", "_basic", "_upper"), clear, one, unsolved)
+    return _completed(
+        found, ("q", "_z", "_g", "_basic", "_upper"), clear, one, unsolved
+    )
 
 
 @np.errstate(all="ignore")
 def derivatives(
-    results: Sequence[Result], stack: Stack, at: Linearizations, changes: Any, one_sided: bool, J: Any, unsolved: str
+    results: Sequence[Result],
+    stack: Stack,
+    at: Linearizations,
+    changes: Any,
+    one_sided: bool,
+    J: Any,
+    unsolved: str,
 ) -> BatchDerivative:
     """Return what `derivative.derivative` returns for each result."""
     m, n = stack.q.shape
@@ -438,7 +599,11 @@ def derivatives(
     change = np.array(given.get("dq", np.zeros((m, n))))
     if "dM" in given:
         change += each_product(given["dM"], at.z)
-    dz = np.where(at.basic, 0.0, moved_bounds(stack.box, at.upper, given.get("dlower"), given.get("dupper")))
+    dz = np.where(
+        at.basic,
+        0.0,
+        moved_bounds(stack.box, at.upper, given.get("dlower"), given.get("dupper")),
+    )
     dz -= at.solve(each_product(stack.M, dz) + change)
     dw = np.where(at.basic, 0.0, each_product(stack.M, dz) + change)
     dz = dz if rows is None else each_product(rows, dz)
@@ -446,17 +611,27 @@ def derivatives(
 
     def one(i: int) -> OneDerivative:
         own = {name: change[i] for name, change in given.items()}
-        return results[i].derivative(**own, one_sided=one_sided, J=None if rows is None else rows[i])
+        return results[i].derivative(
+            **own, one_sided=one_sided, J=None if rows is None else rows[i]
+        )
 
     clear = at.clear & np.isfinite(dz).all(axis=1)
     return _completed(found, ("z", "w", "strongly_regular"), clear, one, unsolved)
 
 
-def _completed(found: Found, names: tuple[str, ...], clear: Mask, one: Callable[[int], Any], unsolved: str) -> Found:
+def _completed(
+    found: Found,
+    names: tuple[str, ...],
+    clear: Mask,
+    one: Callable[[int], Any],
+    unsolved: str,
+) -> Found:
     """Put into the arrays of these names what `one` returns for the problems that are not clear, None or nan where it
     raises DerivativeError and `unsolved` is "nan"."""
     if unsolved not in UNSOLVED:
-        raise ParameterError("unsolved", f"{unsolved!r} is unknown", 'give "raise" or "nan"')
+        raise ParameterError(
+            "unsolved", f"{unsolved!r} is unknown", 'give "raise" or "nan"'
+        )
     for i in (~clear).nonzero()[0].tolist():
         own = None
         try:

@@ -41,7 +41,9 @@ RECOVERED = 2.0**-16
 NOISE = 2.0**-40  # relative to the largest change: a change that counts as none
 
 
-def basic_states(problem: Problem, z: Vector, w: Vector, is_fixed: Mask) -> States | None:
+def basic_states(
+    problem: Problem, z: Vector, w: Vector, is_fixed: Mask
+) -> States | None:
     """Return the states of a solution whose basic variables are determined, shape (n,); None if solutions near z
     contain a line.
 
@@ -66,10 +68,17 @@ def basic_states(problem: Problem, z: Vector, w: Vector, is_fixed: Mask) -> Stat
         gaps = np.where(basic, null, np.where(states == UPPER, -change, change))
         gaps[is_fixed] = 0.0
         gaps[np.abs(gaps) <= NOISE * np.abs(gaps).max()] = 0.0
-        below = np.where(basic, z - low, np.maximum(np.where(states == UPPER, -w, w), 0.0))
+        below = np.where(
+            basic, z - low, np.maximum(np.where(states == UPPER, -w, w), 0.0)
+        )
         above = np.where(basic, high - z, np.inf)
         with np.errstate(divide="ignore", invalid="ignore"):
-            steps = np.array([np.where(s * gaps < 0, below, np.where(s * gaps > 0, above, np.inf)) for s in (1, -1)])
+            steps = np.array(
+                [
+                    np.where(s * gaps < 0, below, np.where(s * gaps > 0, above, np.inf))
+                    for s in (1, -1)
+                ]
+            )
             steps /= np.abs(gaps)
         steps[:, gaps == 0] = np.inf
         side, k = np.unravel_index(np.argmin(steps), steps.shape)
@@ -91,7 +100,10 @@ def _null_vector(M: Matrix, states: States) -> Vector | None:
         return None
     block, known = M[basic][:, basic], generator(0).uniform(1, 2, basic.size)
     with suppress(SingularMatrix):
-        if np.abs(checked_solver(block)(product(block, known)) - known).max() <= RECOVERED:
+        if (
+            np.abs(checked_solver(block)(product(block, known)) - known).max()
+            <= RECOVERED
+        ):
             return None
     _, values, rows = np.linalg.svd(finite(dense(block)))
     if values[-1] > SINGULAR * values[0]:
@@ -121,7 +133,9 @@ def _rows(rows: list[Any], family: Family, kind: type = float) -> Any:
 
 Data: TypeAlias = tuple[ExactProblem, ExactProblem]
 MOST_NUMBERS = 2**26  # of z on a path in memory: with those of w one GiB
-FILL = "fill the memory for a path; follow it in several spans of t, with --from and --to"
+FILL = (
+    "fill the memory for a path; follow it in several spans of t, with --from and --to"
+)
 # Pivots at one vertex, where ties are broken: more mean that rounding has misled them.
 MOST_POINTS = 10_000
 
@@ -175,11 +189,22 @@ def path(
     def data() -> Data:
         return ExactProblem.of_floats(problem), ExactProblem.of_floats(to)
 
-    given: dict[str, Any] = {"tol": tol, "max_breakpoints": max_breakpoints, "time_limit": time_limit}
-    return follow(Family(problem, to, start, stop), turns, data if exact else None, **given)
+    given: dict[str, Any] = {
+        "tol": tol,
+        "max_breakpoints": max_breakpoints,
+        "time_limit": time_limit,
+    }
+    return follow(
+        Family(problem, to, start, stop), turns, data if exact else None, **given
+    )
 
 
-def follow(family: Family, turns: bool = False, read: Callable[[], Data] | None = None, **given: Any) -> Path:
+def follow(
+    family: Family,
+    turns: bool = False,
+    read: Callable[[], Data] | None = None,
+    **given: Any,
+) -> Path:
     """Return the path, in fractions if `read` is given, which returns both problems with their numbers as written;
     `given` are options of `path`, None where they are not given."""
     began = seconds()
@@ -189,7 +214,10 @@ def follow(family: Family, turns: bool = False, read: Callable[[], Data] | None 
     room = max(MOST_NUMBERS // max(1, family.problem.n), 2)
     found = _Following(family, Limits(**own), min(most, room), turns, read).path(began)
     if found.end == ends.BREAKPOINT_LIMIT and room < most:
-        return replace(found, message=f"{found.message}: {room} with {family.problem.n} unknowns {FILL}")
+        return replace(
+            found,
+            message=f"{found.message}: {room} with {family.problem.n} unknowns {FILL}",
+        )
     return found
 
 
@@ -208,8 +236,21 @@ class _Following:
     read : returns both problems in fractions, for an exact path; else None. exact : these, and the ones between them.
     """
 
-    def __init__(self, family: Family, limits: Limits, most: int, turns: bool, read: Callable[[], Data] | None) -> None:
-        self.family, self.limits, self.most, self.turns, self.read = family, limits, most, turns, read
+    def __init__(
+        self,
+        family: Family,
+        limits: Limits,
+        most: int,
+        turns: bool,
+        read: Callable[[], Data] | None,
+    ) -> None:
+        self.family, self.limits, self.most, self.turns, self.read = (
+            family,
+            limits,
+            most,
+            turns,
+            read,
+        )
         self.points, self._done, self._are_solutions = list[_Point](), 0, True
         self.exact: ExactFamily | None = None
         self.end = _End(ends.INTERRUPTED, ENDS[ends.INTERRUPTED])
@@ -231,17 +272,42 @@ class _Following:
         except KeyboardInterrupt:
             pass
         except SingularMatrix:
-            self.end = _End(ends.BREAKDOWN, f"{ENDS[ends.BREAKDOWN]}: a basis is too ill-conditioned")
-        certificate = result.certificate.vector if result is not None and result.certificate is not None else None
+            self.end = _End(
+                ends.BREAKDOWN,
+                f"{ENDS[ends.BREAKDOWN]}: a basis is too ill-conditioned",
+            )
+        certificate = (
+            result.certificate.vector
+            if result is not None and result.certificate is not None
+            else None
+        )
         path, (end, message, ray), direction = self._path(), self.end, None
         if ray is not None:
             direction = np.array(ray.z, dtype=float)
-            candidates = [direction] if ray.multipliers is None else [direction, ray.multipliers, -ray.multipliers]
+            candidates = (
+                [direction]
+                if ray.multipliers is None
+                else [direction, ray.multipliers, -ray.multipliers]
+            )
             # the multipliers of the rows are a proof if t is at its largest over all
             # solutions of the inequalities
-            certificate = next((y for y in (proof(self.family.to, y) for y in candidates) if y is not None), None)
-            message += "; the second problem is proved to have no solution" * (certificate is not None)
-        last: dict[str, Any] = {"end": end, "message": message, "direction": direction, "certificate": certificate}
+            certificate = next(
+                (
+                    y
+                    for y in (proof(self.family.to, y) for y in candidates)
+                    if y is not None
+                ),
+                None,
+            )
+            message += "; the second problem is proved to have no solution" * (
+                certificate is not None
+            )
+        last: dict[str, Any] = {
+            "end": end,
+            "message": message,
+            "direction": direction,
+            "certificate": certificate,
+        }
         return replace(path, **last, seconds=seconds() - began)
 
     def _from(self, result: Result) -> _End:
@@ -251,15 +317,25 @@ class _Following:
             return _End(ends.TIME_LIMIT, ENDS[ends.TIME_LIMIT])
         if not result.solved:
             return _End(ends.UNSOLVED, f"{ENDS[ends.UNSOLVED]}: {result.message}")
-        states = basic_states(self.family.problem, result.z, result.w, self.family.is_fixed)
+        states = basic_states(
+            self.family.problem, result.z, result.w, self.family.is_fixed
+        )
         if states is None:
-            return _End(ends.UNSOLVED, f"{ENDS[ends.UNSOLVED]} whose basic variables it determines")
+            return _End(
+                ends.UNSOLVED,
+                f"{ENDS[ends.UNSOLVED]} whose basic variables it determines",
+            )
         if self.exact is None:
             pivoting = Pivoting(self.family, states)
-            return self._along(0.0, pivoting.units.z_outside(pivoting.z), pivoting.edges())
+            return self._along(
+                0.0, pivoting.units.z_outside(pivoting.z), pivoting.edges()
+            )
         exactly = ExactPivoting(self.exact, states)
         if not exactly.is_feasible:
-            return _End(ends.UNSOLVED, f"{ENDS[ends.UNSOLVED]}: rounding has led to another basis")
+            return _End(
+                ends.UNSOLVED,
+                f"{ENDS[ends.UNSOLVED]}: rounding has led to another basis",
+            )
         return self._along(*exactly.vertex(), exactly.edges())
 
     def _along(self, s: Any, z: Any, edges: Iterable[Edge]) -> _End:
@@ -273,12 +349,24 @@ class _Following:
                 return _End(ends.TURN, ENDS[ends.TURN])
             points = points + 1 if edge.is_point else 0
             if points > MOST_POINTS:
-                return _End(ends.BREAKDOWN, f"{ENDS[ends.BREAKDOWN]}: ties are not resolved in double precision")
+                return _End(
+                    ends.BREAKDOWN,
+                    f"{ENDS[ends.BREAKDOWN]}: ties are not resolved in double precision",
+                )
             if self.exact is None and not np.isfinite(edge.z).all():
-                return _End(ends.BREAKDOWN, f"{ENDS[ends.BREAKDOWN]}: z is too large for double precision")
+                return _End(
+                    ends.BREAKDOWN,
+                    f"{ENDS[ends.BREAKDOWN]}: z is too large for double precision",
+                )
             self._append(edge)
             if edge.is_last:
-                last = ends.REACHED if edge.s else ends.RETURNED if len(self.points) > 1 else ends.TURN
+                last = (
+                    ends.REACHED
+                    if edge.s
+                    else ends.RETURNED
+                    if len(self.points) > 1
+                    else ends.TURN
+                )
                 return _End(last, ENDS[last])
             if len(self.points) > self.most:
                 break
@@ -306,7 +394,9 @@ class _Following:
     def point(self, s: Any, z: Any, states: States | None) -> _Point:
         # Exactly a and b at the ends.
         t = self.family.start * (1 - float(s)) + self.family.stop * float(s)
-        return _Point(s, t, z, None if self.exact is None else self.exact.w(s, z), states)
+        return _Point(
+            s, t, z, None if self.exact is None else self.exact.w(s, z), states
+        )
 
     def _verify(self, most: int) -> None:
         """Verify the first breakpoints, so many, but for those that have been."""
@@ -316,14 +406,25 @@ class _Following:
         points = self.points[first:]
         own = points[: most - first]
         if self.exact is not None:
-            ends = ((point.states, end) for before, point in pairwise(own) for end in (before, point))
+            ends = (
+                (point.states, end)
+                for before, point in pairwise(own)
+                for end in (before, point)
+            )
             is_verified = all(
-                self.exact.satisfies(states, end.s, end.z, end.w) for states, end in ends if states is not None
+                self.exact.satisfies(states, end.s, end.z, end.w)
+                for states, end in ends
+                if states is not None
             )
         else:
-            t, z = np.array([point.t for point in points]), _rows([point.z for point in points], self.family)
+            t, z = (
+                np.array([point.t for point in points]),
+                _rows([point.z for point in points], self.family),
+            )
             states = _rows([point.states for point in points[1:]], self.family, np.int8)
-            t, z, w, is_verified = verify(self.family, t, z, states, self.limits.tol, self._done - first, len(own))
+            t, z, w, is_verified = verify(
+                self.family, t, z, states, self.limits.tol, self._done - first, len(own)
+            )
             rows = zip(own, t.tolist(), z, w, strict=True)
             own = [point._replace(t=t, z=z, w=w) for point, t, z, w in rows]
         with deferring_signals():
@@ -337,9 +438,14 @@ class _Following:
         z, w = [point.z for point in points], [point.w for point in points]
         if self.exact is not None:
             start, stop = Fraction(family.start), Fraction(family.stop)
-            exact = ExactPath([start + point.s * (stop - start) for point in points], z, w)
+            exact = ExactPath(
+                [start + point.s * (stop - start) for point in points], z, w
+            )
             z, w = ([rounded(row) for row in rows] for rows in (z, w))
-        t, states = np.array([point.t for point in points]), [point.states for point in points[1:]]
+        t, states = (
+            np.array([point.t for point in points]),
+            [point.states for point in points[1:]],
+        )
         is_verified = bool(points) and self._are_solutions
         arrays = _rows(z, family), _rows(w, family), _rows(states, family, np.int8)
         return Path(family, t, *arrays, "", "", is_verified, 0.0, exact=exact)

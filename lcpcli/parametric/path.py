@@ -26,7 +26,12 @@ if TYPE_CHECKING:
     from fractions import Fraction
 
 REACHED, RETURNED, RAY, TURN = "reached", "returned", "ray", "turn"
-BREAKPOINT_LIMIT, TIME_LIMIT, INTERRUPTED, BREAKDOWN = "breakpoint_limit", "time_limit", "interrupted", "breakdown"
+BREAKPOINT_LIMIT, TIME_LIMIT, INTERRUPTED, BREAKDOWN = (
+    "breakpoint_limit",
+    "time_limit",
+    "interrupted",
+    "breakdown",
+)
 UNSOLVED, INFEASIBLE = "unsolved", "infeasible"
 ENDS = {
     REACHED: "the path reaches the second problem",
@@ -127,7 +132,10 @@ class Path:
         """Return the changes at each breakpoint except the first and the last, m - 2 lists. A list may be empty, or
         have several changes where pieces of zero length have been left out."""
         return [
-            [StateChange(i, WORDS[before[i]], WORDS[after[i]]) for i in np.flatnonzero(before != after).tolist()]
+            [
+                StateChange(i, WORDS[before[i]], WORDS[after[i]])
+                for i in np.flatnonzero(before != after).tolist()
+            ]
             for before, after in pairwise(self.states)
         ]
 
@@ -147,13 +155,25 @@ class Path:
     def __call__(self, t: float) -> Vector:
         """Return z(t), shape (n,); where the path passes t several times, or stands still there, all its points, and
         the ends of the segments on which it stands still, shape (k, n)."""
-        points = [z for piece in range(self.t.size - 1) for z in self._on_piece(piece, t)]
+        points = [
+            z for piece in range(self.t.size - 1) for z in self._on_piece(piece, t)
+        ]
         if self.t.size == 1 and t == self.t[0]:
             points = [self.z[0]]
         if not points:
-            span = f"from {self.t.min():g} to {self.t.max():g}" if self.t.size else "nowhere"
-            raise OptionError("t", f"is {t:g}, and the path is known {span}", "give a t there")
-        different = [z for k, z in enumerate(points) if not any(np.array_equal(z, other) for other in points[:k])]
+            span = (
+                f"from {self.t.min():g} to {self.t.max():g}"
+                if self.t.size
+                else "nowhere"
+            )
+            raise OptionError(
+                "t", f"is {t:g}, and the path is known {span}", "give a t there"
+            )
+        different = [
+            z
+            for k, z in enumerate(points)
+            if not any(np.array_equal(z, other) for other in points[:k])
+        ]
         return different[0] if len(different) == 1 else np.array(different)
 
     def _on_piece(self, k: int, t: float) -> list[Vector]:
@@ -161,7 +181,11 @@ class Path:
         if not min(first, last) <= t <= max(first, last):
             return []
         if t in (first, last):
-            return [z for end, z in zip((first, last), self.z[k : k + 2], strict=True) if t == end]
+            return [
+                z
+                for end, z in zip((first, last), self.z[k : k + 2], strict=True)
+                if t == end
+            ]
         share = (t - first) / (last - first)
         return [(1 - share) * self.z[k] + share * self.z[k + 1]]
 
@@ -169,7 +193,9 @@ class Path:
         """Return the object that `lcp path --format json` writes."""
         return dict(views.path_formats.data(self))
 
-    def plot(self, file: str | os.PathLike[str] | None = None, show: Sequence[str] = ()) -> Any:
+    def plot(
+        self, file: str | os.PathLike[str] | None = None, show: Sequence[str] = ()
+    ) -> Any:
         """Draw z_i(t), and for a program the objective, in a `Picture`, as `lcpcli.plot` does for results.
 
         show : the names of the unknowns to draw, or of a program's multipliers; * stands for any text. By default all
@@ -188,9 +214,15 @@ class Family:
     start, stop : a and b, two numbers, a < b, else it raises OptionError. is_mixed : whether one of the problems is.
     """
 
-    def __init__(self, problem: Problem, to: Problem, start: float = 0.0, stop: float = 1.0) -> None:
+    def __init__(
+        self, problem: Problem, to: Problem, start: float = 0.0, stop: float = 1.0
+    ) -> None:
         if not (math.isfinite(start) and math.isfinite(stop) and start < stop):
-            raise OptionError("start", f"is {start:g}, and stop {stop:g}", "give finite numbers, start < stop")
+            raise OptionError(
+                "start",
+                f"is {start:g}, and stop {stop:g}",
+                "give finite numbers, start < stop",
+            )
         _refuse_different(problem, to)
         self.problem, self.to, self.start, self.stop = problem, to, start, stop
         self.is_mixed, self._last = problem.is_mixed or to.is_mixed, (start, problem)
@@ -221,8 +253,15 @@ class Family:
         if self._last[0] != t:
             share, before = self.share(t), vars(self._last[1])
             low, high = self.bounds(share) if self.is_mixed else (0.0, np.inf)
-            problem = Problem(self.problem.M, self.q(share), self.problem.name, lower=low, upper=high)
-            self._last = t, problem.knowing(**{name: before[name] for name in M_FIELDS if name in before})
+            problem = Problem(
+                self.problem.M, self.q(share), self.problem.name, lower=low, upper=high
+            )
+            self._last = (
+                t,
+                problem.knowing(
+                    **{name: before[name] for name in M_FIELDS if name in before}
+                ),
+            )
         return self._last[1]
 
 
@@ -236,12 +275,24 @@ def _between(first: Vector, last: Vector, share: Vector | float) -> Vector:
 
 def _refuse_different(problem: Problem, to: Problem) -> None:
     if problem.n != to.n:
-        raise ProblemError("n", f"is {problem.n} and {to.n}", "give two problems with the same unknowns")
+        raise ProblemError(
+            "n",
+            f"is {problem.n} and {to.n}",
+            "give two problems with the same unknowns",
+        )
     if not are_equal(problem.M, to.M):
-        raise ProblemError("M", "differs between the two problems", "give two problems with one M")
+        raise ProblemError(
+            "M", "differs between the two problems", "give two problems with one M"
+        )
     first, last = conditions_of(problem), conditions_of(to)
     for field in ("lower", "upper"):
-        differs = np.isfinite(getattr(first, field)) != np.isfinite(getattr(last, field))
+        differs = np.isfinite(getattr(first, field)) != np.isfinite(
+            getattr(last, field)
+        )
         for i in np.flatnonzero(differs)[:1].tolist():
             fault = "is finite in one problem and infinite in the other"
-            raise ProblemError(f"{field}[{i}]", fault, f"give bounds that are finite in both or in neither {FROM_0}")
+            raise ProblemError(
+                f"{field}[{i}]",
+                fault,
+                f"give bounds that are finite in both or in neither {FROM_0}",
+            )

@@ -104,8 +104,14 @@ class Pivoting:
         self.units = changes.scale(family.problem)
         own, n = self.units.problem, family.problem.n
         self.n, self.states = n, states.copy()
-        (low, high), (last_low, last_high) = (map(self.units.z_inside, family.bounds(s)) for s in (0.0, 1.0))
-        rates = [self.units.w_inside(family.to.q) - own.q, _change(low, last_low), _change(high, last_high)]
+        (low, high), (last_low, last_high) = (
+            map(self.units.z_inside, family.bounds(s)) for s in (0.0, 1.0)
+        )
+        rates = [
+            self.units.w_inside(family.to.q) - own.q,
+            _change(low, last_low),
+            _change(high, last_high),
+        ]
         self.span = max(float(np.abs(rate).max(initial=0.0)) for rate in rates) or 1.0
         moved, *of_bounds = (rate / self.span for rate in rates)
         self.bounds, self.rates = np.array([low, high]), np.array(of_bounds)
@@ -117,7 +123,10 @@ class Pivoting:
         for j in np.flatnonzero(states != BASIC).tolist():
             self._shift(j, 1.0)
         self.system.begin(np.flatnonzero(states == BASIC))
-        random, at = generator(0).uniform(1, 2, (3, n)), np.where(states == UPPER, -1.0, 1.0)
+        random, at = (
+            generator(0).uniform(1, 2, (3, n)),
+            np.where(states == UPPER, -1.0, 1.0),
+        )
         self.perturbed_q = np.where(states == BASIC, 0.0, at * random[0])
         self.perturbed_bounds = np.where(states == BASIC, [-random[1], random[2]], 0.0)
         self._settle()
@@ -137,22 +146,47 @@ class Pivoting:
                 states[entering.at] = BASIC
             rise = float(np.sign(direction.t))
             if leaving is None:
-                y = self.system.multipliers(self.n) if self.system.has(self.n) else np.zeros(self.n)
+                y = (
+                    self.system.multipliers(self.n)
+                    if self.system.has(self.n)
+                    else np.zeros(self.n)
+                )
                 ray = self.units.z_outside(direction.z), self.units.w_inside(y)
-                yield Edge(states, rise, False, self.t / self.span, *ray, is_ray=True, is_last=True)
+                yield Edge(
+                    states,
+                    rise,
+                    False,
+                    self.t / self.span,
+                    *ray,
+                    is_ray=True,
+                    is_last=True,
+                )
                 return
             is_point = step * direction.size <= NOISE * self._size
             self.t += step * direction.t
             self.z += step * direction.z
             if leaving.kind == T:  # the basis without t may be singular
                 s = float(leaving.sign > 0)
-                yield Edge(states, rise, is_point, s, self.units.z_outside(self.z), is_last=True)
+                yield Edge(
+                    states,
+                    rise,
+                    is_point,
+                    s,
+                    self.units.z_outside(self.z),
+                    is_last=True,
+                )
                 return
             self._exchange(entering, leaving)
             self._settle()
-            is_last = self.span - self.t <= NOISE * self.span if rise > 0 else rise < 0 and self.t <= NOISE * self.span
+            is_last = (
+                self.span - self.t <= NOISE * self.span
+                if rise > 0
+                else rise < 0 and self.t <= NOISE * self.span
+            )
             s = float(rise > 0) if is_last else self.t / self.span
-            yield Edge(states, rise, is_point, s, self.units.z_outside(self.z), is_last=is_last)
+            yield Edge(
+                states, rise, is_point, s, self.units.z_outside(self.z), is_last=is_last
+            )
             if is_last:
                 return
             kind, at, sign = leaving
@@ -176,7 +210,10 @@ class Pivoting:
         size = max(float(np.abs(x).max(initial=0.0)), 1.0)
         if kind == T:
             t = sign
-        elif abs(t) * np.abs(system.moved[system.rows]).max(initial=0.0) <= STANDSTILL * size:
+        elif (
+            abs(t) * np.abs(system.moved[system.rows]).max(initial=0.0)
+            <= STANDSTILL * size
+        ):
             t = 0.0
         if self.moves and t:
             z += np.where(self.states == BASIC, 0.0, t * self._of_state(self.rates))
@@ -207,13 +244,22 @@ class Pivoting:
         if not self.has_upper:
             return np.asarray(np.where(is_basic, z - ends[0], w))
         signed = np.where(self.is_fixed, 0.0, np.where(self.states == UPPER, -w, w))
-        return np.concatenate((np.where(is_basic, z - ends[0], signed), np.where(is_basic, ends[1] - z, 0.0)))
+        return np.concatenate(
+            (
+                np.where(is_basic, z - ends[0], signed),
+                np.where(is_basic, ends[1] - z, 0.0),
+            )
+        )
 
-    def _step(self, entering: Variable, direction: Direction) -> tuple[float, Variable | None, float]:
+    def _step(
+        self, entering: Variable, direction: Direction
+    ) -> tuple[float, Variable | None, float]:
         """Return the length of the edge, and the variable that ends it, or None, and by how much this changes."""
         ends = self.bounds + self.t * self.rates if self.moves else self.bounds
         slacks = self._slacks(entering, self.z, self.w, ends)
-        rates = self._slacks(entering, direction.z, direction.w, direction.t * self.rates)
+        rates = self._slacks(
+            entering, direction.z, direction.w, direction.t * self.rates
+        )
         noise = NOISE * self._size
         slacks[slacks <= noise] = 0.0
         blocking = np.flatnonzero((rates < -NOISE * direction.size) & (slacks < np.inf))
@@ -222,16 +268,27 @@ class Pivoting:
         if direction.t:
             room = max(self.span - self.t if direction.t > 0 else self.t, 0.0)
             whole = room / abs(direction.t)
-            if whole <= step or (slacks[blocking] + whole * rates[blocking]).min() >= -NEAR_END * self._size:
+            if (
+                whole <= step
+                or (slacks[blocking] + whole * rates[blocking]).min()
+                >= -NEAR_END * self._size
+            ):
                 return whole, Variable(T, self.n, direction.t), abs(direction.t)
         if step == np.inf:
             return step, None, 0.0
-        tied = blocking[slacks[blocking] + step * rates[blocking] <= noise + NOISE * slacks[blocking]]
+        tied = blocking[
+            slacks[blocking] + step * rates[blocking]
+            <= noise + NOISE * slacks[blocking]
+        ]
         k = int(tied[0]) if tied.size == 1 else self._first(entering, tied, rates)
         at, is_above = k % self.n, k >= self.n
         if self.states[at] == BASIC or (entering.kind == Z and at == entering.at):
             return step, Variable(Z, at, 1.0 if is_above else -1.0), -rates[k]
-        return step, Variable(W, at, -1.0 if self.states[at] == UPPER else 1.0), -rates[k]
+        return (
+            step,
+            Variable(W, at, -1.0 if self.states[at] == UPPER else 1.0),
+            -rates[k],
+        )
 
     def _first(self, entering: Variable, tied: Indices, rates: Vector) -> int:
         """Return the tied component that reaches its end first if the data are perturbed."""
@@ -267,7 +324,9 @@ class Pivoting:
         if leaving.kind == Z:
             self.states[leaving.at] = UPPER if leaving.sign > 0 else LOWER
             self._shift(leaving.at, 1.0)
-        old, new = (each.at + (self.n + 1) * (each.kind == W) for each in (leaving, entering))
+        old, new = (
+            each.at + (self.n + 1) * (each.kind == W) for each in (leaving, entering)
+        )
         if old != new:
             system.exchange(old, new)
         if system.moved is not moved and system.has(self.n):
@@ -295,7 +354,9 @@ class Pivoting:
             w[system.rows] = 0.0
             values = np.append(self.z, self.t)
             terms = np.where((x == 0) & (size <= NOISE * self._size), size, np.abs(x))
-            values[system.cols] = np.where(np.abs(x - correction) <= CANCELLED * terms, 0.0, x - correction)
+            values[system.cols] = np.where(
+                np.abs(x - correction) <= CANCELLED * terms, 0.0, x - correction
+            )
             self.z, self.t, self.w = values[:-1], float(values[-1]), w
             if is_refreshed or size <= LARGE_CORRECTION * self._size:
                 return
@@ -316,23 +377,41 @@ class ExactFamily:
     at s = 0 with their changes; bounds that do not exist are None."""
 
     def __init__(self, first: ExactProblem, last: ExactProblem) -> None:
-        self._first, self.n, self.rows, self.scales = first, first.n, first.rows, first.scales
-        ends = [[Fraction(c, s) for c, s in zip(each.constants, each.scales, strict=True)] for each in (first, last)]
+        self._first, self.n, self.rows, self.scales = (
+            first,
+            first.n,
+            first.rows,
+            first.scales,
+        )
+        ends = [
+            [Fraction(c, s) for c, s in zip(each.constants, each.scales, strict=True)]
+            for each in (first, last)
+        ]
         self.q = [(a, b - a) for a, b in zip(*ends, strict=True)]
         self.lower, self.upper = (
-            [None if a is None or b is None else (a, b - a) for a, b in zip(*bounds, strict=True)]
+            [
+                None if a is None or b is None else (a, b - a)
+                for a, b in zip(*bounds, strict=True)
+            ]
             for bounds in ((first.lower, last.lower), (first.upper, last.upper))
         )
 
     def w(self, s: Fraction, z: Values) -> Values:
-        return [w + s * change for w, (_, change) in zip(self._first.w(z), self.q, strict=True)]
+        return [
+            w + s * change
+            for w, (_, change) in zip(self._first.w(z), self.q, strict=True)
+        ]
 
     def satisfies(self, states: States, s: Fraction, z: Values, w: Values) -> bool:
         """Return whether a point satisfies the conditions of these states, as all of a piece does if its ends do."""
         for i, state in enumerate(states.tolist()):
-            low, high = (own and own[0] + s * own[1] for own in (self.lower[i], self.upper[i]))
+            low, high = (
+                own and own[0] + s * own[1] for own in (self.lower[i], self.upper[i])
+            )
             within = (low is None or z[i] >= low) and (high is None or z[i] <= high)
-            if not within or (w[i] if state == BASIC else z[i] != (high if state == UPPER else low)):
+            if not within or (
+                w[i] if state == BASIC else z[i] != (high if state == UPPER else low)
+            ):
                 return False
             if state * w[i] > 0 and low != high:
                 return False
@@ -347,34 +426,62 @@ class ExactPivoting(pivoting.Pivoting):
         bounds = list(zip(family.lower, family.upper, strict=True))
         self._bases = [low or high or NOTHING for low, high in bounds]
         self._signs = [-1 if low is None and high else 1 for low, high in bounds]
-        own = self._own = [i if sign > 0 else 2 * n + i for i, sign in enumerate(self._signs)]  # which stand for z_i
-        signed = [3 * n, 3 * n + 1, *(i for i, (low, _) in enumerate(bounds) if low is not None)]
+        own = self._own = [
+            i if sign > 0 else 2 * n + i for i, sign in enumerate(self._signs)
+        ]  # which stand for z_i
+        signed = [
+            3 * n,
+            3 * n + 1,
+            *(i for i, (low, _) in enumerate(bounds) if low is not None),
+        ]
         signed += [2 * n + i for i, (_, high) in enumerate(bounds) if high is not None]
-        signed += [n + i for i, (low, high) in enumerate(bounds) if low is None or low != high]
-        super().__init__(n, Dictionary(self._rows(), [*own, 3 * n], signed, check), states.tolist())
+        signed += [
+            n + i for i, (low, high) in enumerate(bounds) if low is None or low != high
+        ]
+        super().__init__(
+            n, Dictionary(self._rows(), [*own, 3 * n], signed, check), states.tolist()
+        )
         self._begin()
 
     def _rows(self) -> dict[int, list[int]]:
         """Return the other forms in terms of those that stand for z_i and of s, each times a positive integer."""
         n, family, ends, signs = self.family.n, self.family, self._bases, self._signs
         rows = {3 * n + 1: [1, *[0] * n, -1]}
-        for i, (row, scale, (q, change)) in enumerate(zip(family.rows, family.scales, family.q, strict=True)):
+        for i, (row, scale, (q, change)) in enumerate(
+            zip(family.rows, family.scales, family.q, strict=True)
+        ):
             check()
             constant = scale * q + sum(a * ends[j][0] for j, a in row.items())
             slope = scale * change + sum(a * ends[j][1] for j, a in row.items())
-            rows[n + i] = whole_multiple([constant, *(Fraction(signs[j] * row.get(j, 0)) for j in range(n)), slope])
+            rows[n + i] = whole_multiple(
+                [
+                    constant,
+                    *(Fraction(signs[j] * row.get(j, 0)) for j in range(n)),
+                    slope,
+                ]
+            )
             low, high = family.lower[i], family.upper[i]
             if low and high:
                 unit = [Fraction(-(j == i)) for j in range(n)]
-                rows[2 * n + i] = whole_multiple([high[0] - low[0], *unit, high[1] - low[1]])
+                rows[2 * n + i] = whole_multiple(
+                    [high[0] - low[0], *unit, high[1] - low[1]]
+                )
         return rows
 
     def _begin(self) -> None:
         n, here = self.n, self.here
-        waiting = [form for form, state in zip(self._own, self.states, strict=True) if state == BASIC]
+        waiting = [
+            form
+            for form, state in zip(self._own, self.states, strict=True)
+            if state == BASIC
+        ]
         for i, state in enumerate(self.states):
             if state == BASIC:
-                columns = [k for k, form in enumerate(here.cobasic, 1) if form in waiting and here.rows[n + i][k]]
+                columns = [
+                    k
+                    for k, form in enumerate(here.cobasic, 1)
+                    if form in waiting and here.rows[n + i][k]
+                ]
                 waiting.remove(here.cobasic[columns[0] - 1])
                 here.pivot(n + i, columns[0])
             elif state == UPPER:
@@ -384,19 +491,45 @@ class ExactPivoting(pivoting.Pivoting):
 
     @property
     def is_feasible(self) -> bool:
-        return all(row[0] >= 0 for form, row in self.here.rows.items() if form in self.here.signed)
+        return all(
+            row[0] >= 0
+            for form, row in self.here.rows.items()
+            if form in self.here.signed
+        )
 
     def vertex(self) -> tuple[Fraction, Values]:
-        s, each = self.value_of(self.parameter), zip(self._bases, self._signs, self._own, strict=True)
-        return s, [base + s * change + sign * self.value_of(form) for (base, change), sign, form in each]
+        s, each = (
+            self.value_of(self.parameter),
+            zip(self._bases, self._signs, self._own, strict=True),
+        )
+        return s, [
+            base + s * change + sign * self.value_of(form)
+            for (base, change), sign, form in each
+        ]
 
     def edges(self) -> Iterator[Edge]:
         last = {self.parameter, self.parameter + 1}
         for pivot in self.follow(self.parameter, last):
             states = np.array(pivot.states, np.int8)
-            yield Edge(states, pivot.rise, pivot.is_point, *self.vertex(), is_last=pivot.leaving in last)
+            yield Edge(
+                states,
+                pivot.rise,
+                pivot.is_point,
+                *self.vertex(),
+                is_last=pivot.leaving in last,
+            )
         if self.ray is not None:
-            s, *rates = self.here.direction(self._column(self.ray), [self.parameter, *self._own])
+            s, *rates = self.here.direction(
+                self._column(self.ray), [self.parameter, *self._own]
+            )
             each = zip(self._bases, self._signs, rates, strict=True)
             z = [s * change + sign * rate for (_, change), sign, rate in each]
-            yield Edge(np.array(self.states, np.int8), 0, False, self.vertex()[0], z, is_ray=True, is_last=True)
+            yield Edge(
+                np.array(self.states, np.int8),
+                0,
+                False,
+                self.vertex()[0],
+                z,
+                is_ray=True,
+                is_last=True,
+            )

@@ -118,13 +118,21 @@ class DenseSystem(ChangingSystem):
         if coming >= 0:
             row, value, place = self._columns[:k, coming], column[coming], k
             terms = abs(value) + np.abs(row) @ np.abs(change)
-            self._inverse[k, :k], self._inverse[:k, k], self._inverse[k, k] = -(row @ X), 0.0, 1.0
+            self._inverse[k, :k], self._inverse[:k, k], self._inverse[k, k] = (
+                -(row @ X),
+                0.0,
+                1.0,
+            )
             change = np.append(change, value - row @ change)
             self._rows[k], self._at[old], self.k = coming, k, k + 1
         else:
             place, self._at[old] = self._at[old], -1
             others = np.abs(X[place])
-            terms = others @ np.abs(column[self.rows]) if leaving < 0 else max(others.max(), np.abs(change).max())
+            terms = (
+                others @ np.abs(column[self.rows])
+                if leaving < 0
+                else max(others.max(), np.abs(change).max())
+            )
         X = self.inverse
         X[place] /= self._pivot(change[place], terms)
         change[place] = 0.0
@@ -139,7 +147,10 @@ class DenseSystem(ChangingSystem):
             self._rows[p] = self._rows[last]
             self._at[self.n + 1 + self._rows[p]] = p
         if place != last:
-            self._cols[place], self._columns[place] = self._cols[last], self._columns[last]
+            self._cols[place], self._columns[place] = (
+                self._cols[last],
+                self._columns[last],
+            )
             self._at[self._cols[place]] = place
 
     def refresh(self) -> None:
@@ -225,21 +236,38 @@ class SparseSystem(ChangingSystem):
         if self.has(self.n):
             self._slots[rows[self._slots[rows] > self.n]] = self.n
         self._place_of[self._slots] = np.arange(self.n)
-        J = hstack([csc_array(self._M), csc_array(self.moved[:, np.newaxis]), eye_array(self.n)], format="csc")
+        J = hstack(
+            [
+                csc_array(self._M),
+                csc_array(self.moved[:, np.newaxis]),
+                eye_array(self.n),
+            ],
+            format="csc",
+        )
         self._lu = factors.sparse_lu(symmetric=False)(J[:, self._slots].tocsr())
         self._changes, self.age = [], 0
 
     def begin(self, basic: Indices) -> None:
-        self._slots[basic], self._place_of[basic], self._place_of[self.n + 1 + basic] = basic, basic, -1
+        (
+            self._slots[basic],
+            self._place_of[basic],
+            self._place_of[self.n + 1 + basic],
+        ) = basic, basic, -1
         self.refresh()
 
     def exchange(self, old: int, new: int) -> None:
         place = self._place_of[old]
         last, change = self._solved
         if last != new:
-            change = self._solution(self.column(new) if new <= self.n else _unit(self.n, new - self.n - 1))
+            change = self._solution(
+                self.column(new) if new <= self.n else _unit(self.n, new - self.n - 1)
+            )
         self._solved = NOTHING
-        self.age = self.age + 1 if abs(change[place]) > LEAST_PIVOT * np.abs(change).max() else MOST_CHANGES + 1
+        self.age = (
+            self.age + 1
+            if abs(change[place]) > LEAST_PIVOT * np.abs(change).max()
+            else MOST_CHANGES + 1
+        )
         self._changes.append((place, change))
         self._place_of[old] = -1
         self._slots[place], self._place_of[new] = new, place

@@ -48,7 +48,13 @@ def _beside(pieces: Any) -> tuple[Any, Any]:
 
 @np.errstate(all="ignore")
 def verify(
-    family: Family, t: Vector, z: Vector, states: States, tol: float, known: int = 0, some: int | None = None
+    family: Family,
+    t: Vector,
+    z: Vector,
+    states: States,
+    tol: float,
+    known: int = 0,
+    some: int | None = None,
 ) -> tuple[Vector, Vector, Vector, bool]:
     """Return the breakpoints from those that were found: t of shape (m,), z and w of shape (m, n), and whether they and
     the pieces between them are verified.
@@ -56,7 +62,10 @@ def verify(
     z, states : shapes (m, n) and (m - 1, n). known : how many of the first ones are results of an earlier call. some :
     how many are returned; the others, of which none has the t of the last of these, are only neighbours.
     """
-    own, most = _Breakpoints(family, t.copy(), z, states, tol, known), t.size if some is None else some
+    own, most = (
+        _Breakpoints(family, t.copy(), z, states, tol, known),
+        t.size if some is None else some,
+    )
     is_verified = own.settle(range(known, most)) and own.are_pieces(most)
     return own.t[:most], own.z[:most], own.w[:most], is_verified
 
@@ -64,8 +73,22 @@ def verify(
 class _Breakpoints:
     """Some breakpoints in a row, which may be replaced by others that differ by rounding."""
 
-    def __init__(self, family: Family, t: Vector, z: Vector, states: States, tol: float, known: int) -> None:
-        self.family, self.t, self.states, self.tol, self.beside = family, t, states, tol, _beside(states)
+    def __init__(
+        self,
+        family: Family,
+        t: Vector,
+        z: Vector,
+        states: States,
+        tol: float,
+        known: int,
+    ) -> None:
+        self.family, self.t, self.states, self.tol, self.beside = (
+            family,
+            t,
+            states,
+            tol,
+            _beside(states),
+        )
         self.z = z.copy()
         self.z[known:] = self._on_bounds(family.share(t[known:]), slice(known, None))
         self._measure()
@@ -73,10 +96,21 @@ class _Breakpoints:
     def _on_bounds(self, s: Vector, some: slice) -> Vector:
         """Return the z of some breakpoints, at these s, with each component exactly at the bound where it is on a piece
         beside it, and within its bounds elsewhere."""
-        is_mixed, (before, after) = self.family.is_mixed, (states[some] for states in self.beside)
-        low, high = self.family.bounds(s[:, np.newaxis]) if is_mixed else (np.zeros(()), np.full((), np.inf))
-        z = np.where((before == LOWER) | (after == LOWER), low, np.clip(self.z[some], low, high))
-        return np.where((before == UPPER) | (after == UPPER), high, z) if is_mixed else z
+        is_mixed, (before, after) = (
+            self.family.is_mixed,
+            (states[some] for states in self.beside),
+        )
+        low, high = (
+            self.family.bounds(s[:, np.newaxis])
+            if is_mixed
+            else (np.zeros(()), np.full((), np.inf))
+        )
+        z = np.where(
+            (before == LOWER) | (after == LOWER), low, np.clip(self.z[some], low, high)
+        )
+        return (
+            np.where((before == UPPER) | (after == UPPER), high, z) if is_mixed else z
+        )
 
     def _measure(self) -> None:
         """Compute q, w = M z + q and |M| |z|, by products with those columns of M only that count."""
@@ -86,7 +120,10 @@ class _Breakpoints:
         used = z.any(axis=0)
         if not is_sparse(M) and 2 * np.count_nonzero(used) < used.size:
             M, z = M[:, used], z[:, used]
-        self.w, self.sizes = product(M, z.T).T + self.Q, absolute_product(M, np.abs(z).T).T
+        self.w, self.sizes = (
+            product(M, z.T).T + self.Q,
+            absolute_product(M, np.abs(z).T).T,
+        )
 
     def settle(self, some: range) -> bool:
         """Return whether some breakpoints solve their problems, after replacements where they do not."""
@@ -113,7 +150,9 @@ class _Breakpoints:
     def _run(self, k: int) -> tuple[int, int]:
         """Return the first breakpoint with the t of breakpoint k, and the first one after it with another t."""
         others = np.flatnonzero(self.t != self.t[k])
-        return int(others[others < k].max(initial=-1)) + 1, int(others[others > k].min(initial=self.t.size))
+        return int(others[others < k].max(initial=-1)) + 1, int(
+            others[others > k].min(initial=self.t.size)
+        )
 
     def _settles(self, first: int, end: int) -> bool:
         """Return whether breakpoints with one t solve their problems, or do after a replacement, which is made."""
@@ -121,10 +160,15 @@ class _Breakpoints:
             check()
             criterion = Criterion(self.family.at(t), self.tol)
             points = [Point(criterion, z) for z in Z]
-            if all(self._is_near(k, point.z) and point.solves() for k, point in enumerate(points, first)):
+            if all(
+                self._is_near(k, point.z) and point.solves()
+                for k, point in enumerate(points, first)
+            ):
                 self.t[first:end], self.z[first:end] = t, Z
                 return True
-        return end - first > 1 and any(self._jumps(first, end, steps) for steps in (0, *ADJACENT, *NEARBY))
+        return end - first > 1 and any(
+            self._jumps(first, end, steps) for steps in (0, *ADJACENT, *NEARBY)
+        )
 
     def _replacements(self, first: int, end: int) -> Iterator[tuple[float, Vector]]:
         """Yield t and z that differ from those of breakpoints with one t by rounding, the cheapest ones first."""
@@ -142,26 +186,50 @@ class _Breakpoints:
 
     def _basic(self, k: int, steps: int) -> Iterator[tuple[float, Vector]]:
         """Yield t of a breakpoint moved by some doubles, and basic solutions from the states of the pieces beside."""
-        beside = {states.tobytes(): states for states in self.states[max(k - 1, 0) : k + 1]}.values()
+        beside = {
+            states.tobytes(): states for states in self.states[max(k - 1, 0) : k + 1]
+        }.values()
         for t, _ in self._moved(k, k + 1, steps):
-            yield from ((t, z[np.newaxis]) for states in beside for z in pivoted(self.family.at(t), states))
+            yield from (
+                (t, z[np.newaxis])
+                for states in beside
+                for z in pivoted(self.family.at(t), states)
+            )
 
-    def _moved(self, first: int, end: int, steps: int) -> Iterator[tuple[float, Vector]]:
+    def _moved(
+        self, first: int, end: int, steps: int
+    ) -> Iterator[tuple[float, Vector]]:
         """Yield t moved by some doubles, and z for it, if that does not pass a breakpoint beside or an end."""
         family, own = self.family, float(self.t[first])
         t = own + steps * self._last_bit(first)
-        beside = [*(float(self.t[k]) for k in (first - 1, end) if 0 <= k < self.t.size), family.start, family.stop]
+        beside = [
+            *(float(self.t[k]) for k in (first - 1, end) if 0 <= k < self.t.size),
+            family.start,
+            family.stop,
+        ]
         if not steps or all((t - other) * (own - other) > 0 for other in beside):
-            yield t, self._on_bounds(np.full(end - first, family.share(t)), slice(first, end))
+            yield (
+                t,
+                self._on_bounds(
+                    np.full(end - first, family.share(t)), slice(first, end)
+                ),
+            )
 
     def _last_bit(self, k: int) -> float:
         """Return the distance of two values of t that differ both as doubles and as shares of the path."""
-        return float(max(np.spacing(abs(self.t[k])), np.spacing(self.s[k]) * (self.family.stop - self.family.start)))
+        return float(
+            max(
+                np.spacing(abs(self.t[k])),
+                np.spacing(self.s[k]) * (self.family.stop - self.family.start),
+            )
+        )
 
     def _is_near(self, k: int, z: Vector) -> bool:
         """Return whether z differs little from that of a breakpoint, beside that and the breakpoints next to it."""
         some = self.z[max(k - 1, 0) : k + 2]
-        most = SHARE * np.abs(some - self.z[k]).max(axis=0) + NEAR * np.abs(some).max(axis=0)
+        most = SHARE * np.abs(some - self.z[k]).max(axis=0) + NEAR * np.abs(some).max(
+            axis=0
+        )
         return bool((np.abs(z - self.z[k]) <= most).all())
 
     def _jumps(self, first: int, end: int, steps: int) -> bool:
@@ -169,16 +237,26 @@ class _Breakpoints:
         family, tol = self.family, max(self.tol, ROUNDING)
         for t, Z in self._moved(first, end, steps):
             bit = self._last_bit(first)
-            ends = [family.at(min(max(t + side * bit, family.start), family.stop)) for side in (-1, 1)]
-            first_bounds, last_bounds = (np.array(own.box.vectors(Z.shape[1])) for own in ends)
+            ends = [
+                family.at(min(max(t + side * bit, family.start), family.stop))
+                for side in (-1, 1)
+            ]
+            first_bounds, last_bounds = (
+                np.array(own.box.vectors(Z.shape[1])) for own in ends
+            )
             # Infinite ones do not move.
             moves = np.nan_to_num(np.abs(last_bounds - first_bounds)).max(axis=0)
-            changes = np.abs(ends[1].q - ends[0].q) + absolute_product(family.problem.M, moves)
+            changes = np.abs(ends[1].q - ends[0].q) + absolute_product(
+                family.problem.M, moves
+            )
             criterion = Criterion(family.at(t), self.tol)
             for z in Z:
                 point = Point(criterion, z)
                 is_wrong = ~(point.relative_residuals <= tol)
-                if not (criterion.problem.box.excess(z, point.w)[is_wrong] <= changes[is_wrong]).all():
+                if not (
+                    criterion.problem.box.excess(z, point.w)[is_wrong]
+                    <= changes[is_wrong]
+                ).all():
                     return False
             self.t[first:end], self.z[first:end] = t, Z
             return True
@@ -188,12 +266,20 @@ class _Breakpoints:
         """Return whether on each piece between the first breakpoints both ends satisfy the conditions of its states."""
         keeps, sizes, z, Q = _keeps_sign(self.z), self.sizes, self.z, self.Q
         if not keeps.all():
-            sizes = absolute_product(self.family.problem.M, np.where(keeps, np.abs(z), 0.0).T).T
-        allowed = max(self.tol, ROUNDING) * (sizes + np.where(_keeps_sign(Q), np.abs(Q), 0.0))
+            sizes = absolute_product(
+                self.family.problem.M, np.where(keeps, np.abs(z), 0.0).T
+            ).T
+        allowed = max(self.tol, ROUNDING) * (
+            sizes + np.where(_keeps_sign(Q), np.abs(Q), 0.0)
+        )
         states, w = self.states[: most - 1], np.where(self.family.is_fixed, 0.0, self.w)
         for offset in (0, 1):
             ends = slice(offset, len(states) + offset)
-            wrong = np.where(states == LOWER, -w[ends], np.where(states == UPPER, w[ends], np.abs(w[ends])))
+            wrong = np.where(
+                states == LOWER,
+                -w[ends],
+                np.where(states == UPPER, w[ends], np.abs(w[ends])),
+            )
             is_wrong = ~(wrong <= allowed[ends])
             for k in np.flatnonzero(is_wrong.any(axis=1)).tolist():
                 rows = np.flatnonzero(is_wrong[k])
@@ -204,13 +290,19 @@ class _Breakpoints:
     def _rounding(self, piece: int, k: int, rows: Indices) -> Vector:
         """Return what rounding of t may leave in some rows at an end of a piece, breakpoint k."""
         larger = np.abs(self.z[piece : piece + 2]).max(axis=0)
-        first, last = (np.abs(problem.q[rows]) for problem in (self.family.problem, self.family.to))
+        first, last = (
+            np.abs(problem.q[rows]) for problem in (self.family.problem, self.family.to)
+        )
         moved = (1 - self.s[k]) * first + self.s[k] * last
-        return np.asarray(NEGLIGIBLE * (absolute_product(self.family.problem.M[rows], larger) + moved))
+        return np.asarray(
+            NEGLIGIBLE * (absolute_product(self.family.problem.M[rows], larger) + moved)
+        )
 
 
 def _keeps_sign(values: Vector) -> Mask:
     """Return where values of breakpoints, shape (m, n), do not have opposite signs at the ends of a piece beside."""
     changes = values[:-1] * values[1:] < 0
-    before, after = _beside(changes) if len(changes) else (np.zeros(values.shape, dtype=bool),) * 2
+    before, after = (
+        _beside(changes) if len(changes) else (np.zeros(values.shape, dtype=bool),) * 2
+    )
     return np.asarray(~(before | after))

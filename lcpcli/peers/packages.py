@@ -42,27 +42,46 @@ MOST_CONVERTED = 2000
 def not_convex(problem: Problem) -> str:
     if isinstance(problem.origin, Program):
         return "" if is_monotone(problem) else "needs a convex program"
-    return "" if (is_symmetric(problem.M) and is_monotone(problem)) else "needs a symmetric positive semidefinite M"
+    return (
+        ""
+        if (is_symmetric(problem.M) and is_monotone(problem))
+        else "needs a symmetric positive semidefinite M"
+    )
 
 
 def is_monotone(problem: Problem) -> bool:
-    return krylov.is_semidefinite(problem.M if not isinstance(problem.origin, Program) else program_of(problem).Q)
+    return krylov.is_semidefinite(
+        problem.M if not isinstance(problem.origin, Program) else program_of(problem).Q
+    )
 
 
 def program_of(problem: Problem, infinite: float = np.inf) -> ProgramData:
     """Return the program, to be minimized, with a solver's own infinity; without rows if the problem has no program."""
     given = conditions_of(problem)
-    data = problem.origin.program(given) if isinstance(problem.origin, Program) else None
+    data = (
+        problem.origin.program(given) if isinstance(problem.origin, Program) else None
+    )
     if data is None:
         none = np.zeros(0)
-        data = ProgramData(problem.M, problem.q, problem.M[:0], none, none, given.lower, given.upper)
-    ends = {name: getattr(data, name) for name in ("row_lower", "row_upper", "lower", "upper")}
-    return data._replace(**{name: np.clip(end, -infinite, infinite) for name, end in ends.items()})
+        data = ProgramData(
+            problem.M, problem.q, problem.M[:0], none, none, given.lower, given.upper
+        )
+    ends = {
+        name: getattr(data, name)
+        for name in ("row_lower", "row_upper", "lower", "upper")
+    }
+    return data._replace(
+        **{name: np.clip(end, -infinite, infinite) for name, end in ends.items()}
+    )
 
 
 def _not_stored(kind: str, problem: Problem) -> str:
     fits = problem.n <= MOST_CONVERTED or is_sparse(problem.M) is (kind == "sparse")
-    return "" if fits else f"takes {kind} matrices only; others are converted up to n = {MOST_CONVERTED}"
+    return (
+        ""
+        if fits
+        else f"takes {kind} matrices only; others are converted up to n = {MOST_CONVERTED}"
+    )
 
 
 not_dense, not_sparse = partial(_not_stored, "dense"), partial(_not_stored, "sparse")
@@ -77,7 +96,11 @@ def columns(*blocks: Any) -> Any:
     """Return blocks one below the other, in compressed sparse columns, as a csc_matrix, which all peers accept."""
     with imports:
         from scipy.sparse import csc_matrix, vstack
-    return csc_matrix(vstack([csc_matrix(block) for block in blocks]) if len(blocks) > 1 else blocks[0])
+    return csc_matrix(
+        vstack([csc_matrix(block) for block in blocks])
+        if len(blocks) > 1
+        else blocks[0]
+    )
 
 
 Ending = tuple[Any, Any, bool, str] | tuple[Any, Any, bool, str, float]
@@ -119,11 +142,15 @@ class PackageSolver:
             if error.name != self.module.partition(".")[0]:
                 raise
             hint = "pip install 'linear-complementarity[peers]'"
-            raise ParameterError("peer", f"{error.name} is not installed", hint) from None
+            raise ParameterError(
+                "peer", f"{error.name} is not installed", hint
+            ) from None
         prepared = self.prepare(problem)
         self.compile(module)
         began = clock.seconds()
-        x, y, solved, statement, *own = self.call(module, problem, prepared, tol, time_limit)
+        x, y, solved, statement, *own = self.call(
+            module, problem, prepared, tol, time_limit
+        )
         seconds = own[0] if own else clock.seconds() - began
         z = None if x is None else np.array(x)
         if z is not None and y is not None and isinstance(problem.origin, Program):
@@ -136,18 +163,28 @@ class PackageSolver:
 @partial(
     PackageSolver,
     "quantecon.optimize",
-    refusals=(lambda problem: "takes no bounds but z >= 0" * problem.is_mixed, not_dense),
+    refusals=(
+        lambda problem: "takes no bounds but z >= 0" * problem.is_mixed,
+        not_dense,
+    ),
     compile=lambda optimize: optimize.lcp_lemke(np.eye(2), -np.ones(2), max_iter=10**6),
 )
 def quantecon(optimize: Any, problem: Problem, *_: Any) -> Ending:
     """Run QuantEcon.py's compiled Lemke method with lexicographic ratio test, without a tolerance and a time limit."""
     result = optimize.lcp_lemke(dense(problem.M), problem.q.copy(), max_iter=10**6)
     statuses = {0: "solved", 1: "iteration limit", 2: "ray"}
-    return result.z, None, bool(result.success), statuses.get(result.status, f"status {result.status}")
+    return (
+        result.z,
+        None,
+        bool(result.success),
+        statuses.get(result.status, f"status {result.status}"),
+    )
 
 
 @partial(PackageSolver, "clarabel", refusals=(not_sparse, not_convex))
-def clarabel(clarabel: Any, _: Problem, program: ProgramData, tol: float, time_limit: float) -> Ending:
+def clarabel(
+    clarabel: Any, _: Problem, program: ProgramData, tol: float, time_limit: float
+) -> Ending:
     """Run Clarabel: P. J. Goulart and Y. Chen, Clarabel: an interior-point solver for conic programs with quadratic
     objectives, arXiv:2405.12762 (2024).
 
@@ -162,18 +199,40 @@ def clarabel(clarabel: Any, _: Problem, program: ProgramData, tol: float, time_l
     one = eye(program.c.size).tocsr()
     low, high = np.isfinite(program.lower), np.isfinite(program.upper)
     equal = program.row_lower == program.row_upper
-    below, above = np.isfinite(program.row_lower) & ~equal, np.isfinite(program.row_upper) & ~equal
-    A = columns(program.A[equal], -program.A[below], program.A[above], -one[low], one[high])
-    ends = -program.row_lower[below], program.row_upper[above], -program.lower[low], program.upper[high]
+    below, above = (
+        np.isfinite(program.row_lower) & ~equal,
+        np.isfinite(program.row_upper) & ~equal,
+    )
+    A = columns(
+        program.A[equal], -program.A[below], program.A[above], -one[low], one[high]
+    )
+    ends = (
+        -program.row_lower[below],
+        program.row_upper[above],
+        -program.lower[low],
+        program.upper[high],
+    )
     b = np.concatenate((program.row_lower[equal], *ends))
     cones = [clarabel.ZeroConeT(int(equal.sum()))] if equal.any() else []
     cones.append(clarabel.NonnegativeConeT(b.size - int(equal.sum())))
-    solution = clarabel.DefaultSolver(columns(triu(program.Q)), program.c.copy(), A, b, cones, settings).solve()
-    y, dual = np.zeros(equal.size), np.split(np.array(solution.z), np.cumsum([equal.sum(), below.sum(), above.sum()]))
+    solution = clarabel.DefaultSolver(
+        columns(triu(program.Q)), program.c.copy(), A, b, cones, settings
+    ).solve()
+    y, dual = (
+        np.zeros(equal.size),
+        np.split(
+            np.array(solution.z), np.cumsum([equal.sum(), below.sum(), above.sum()])
+        ),
+    )
     y[equal] = -dual[0]
     y[below] += dual[1]
     y[above] -= dual[2]
-    return solution.x, y, solution.status == clarabel.SolverStatus.Solved, str(solution.status)
+    return (
+        solution.x,
+        y,
+        solution.status == clarabel.SolverStatus.Solved,
+        str(solution.status),
+    )
 
 
 INFINITE_TO_DAQP = 1e30  # bounds of at least this size count as infinite in DAQP
@@ -185,10 +244,15 @@ ENDINGS_OF_DAQP += "initial working set overdetermined, time limit"
 @partial(
     PackageSolver,
     "daqp",
-    refusals=(not_dense, lambda problem: "" if is_monotone(problem) else "needs v'Mv >= 0 for all v"),
+    refusals=(
+        not_dense,
+        lambda problem: "" if is_monotone(problem) else "needs v'Mv >= 0 for all v",
+    ),
     prepare=partial(program_of, infinite=INFINITE_TO_DAQP),
 )
-def daqp(daqp: Any, _: Problem, program: ProgramData, tol: float, time_limit: float) -> Ending:
+def daqp(
+    daqp: Any, _: Problem, program: ProgramData, tol: float, time_limit: float
+) -> Ending:
     """Run DAQP: D. Arnström, A. Bemporad and D. Axehill, A dual active-set solver for embedded quadratic programming
     using recursive LDL' updates, IEEE Trans. Automat. Control 67 (2022) 4362-4369.
 
@@ -196,18 +260,29 @@ def daqp(daqp: Any, _: Problem, program: ProgramData, tol: float, time_limit: fl
     DAQP's primal tolerance; its dual tolerance remains 1e-12.
     """
     limit, k = min(time_limit, INFINITE_TO_DAQP), program.c.size
-    settings = {"is_avi": not is_symmetric(program.Q), "primal_tol": tol, "time_limit": limit}
+    settings = {
+        "is_avi": not is_symmetric(program.Q),
+        "primal_tol": tol,
+        "time_limit": limit,
+    }
     Q, c, A = dense(program.Q), program.c.copy(), dense(program.A)
     lower = np.concatenate((program.lower, program.row_lower))
     upper = np.concatenate((program.upper, program.row_upper))
-    sense = np.where((lower == upper) & (np.arange(lower.size) >= k), 5, 0).astype(np.int32)  # 5: always active
+    sense = np.where((lower == upper) & (np.arange(lower.size) >= k), 5, 0).astype(
+        np.int32
+    )  # 5: always active
     x, _, flag, more = daqp.solve(Q, c, A, upper, lower, sense, **settings)
-    status = dict(zip(range(2, -8, -1), ENDINGS_OF_DAQP.split(", "), strict=True)).get(flag) or f"exit flag {flag}"
+    status = (
+        dict(zip(range(2, -8, -1), ENDINGS_OF_DAQP.split(", "), strict=True)).get(flag)
+        or f"exit flag {flag}"
+    )
     return x, -np.array(more["lam"])[k:], flag == 1, status
 
 
 @partial(PackageSolver, "highspy", refusals=(not_sparse, not_convex))
-def highs(highspy: Any, _: Problem, program: ProgramData, tol: float, time_limit: float) -> Ending:
+def highs(
+    highspy: Any, _: Problem, program: ProgramData, tol: float, time_limit: float
+) -> Ending:
     """Run HiGHS, the simplex method for linear and an active-set method for convex quadratic programs: Q. Huangfu and
     J. A. J. Hall, Parallelizing the dual revised simplex method, Math. Program. Comput. 10 (2018) 119-142;
     https://highs.dev.
@@ -222,8 +297,16 @@ def highs(highspy: Any, _: Problem, program: ProgramData, tol: float, time_limit
     k, m = program.c.size, program.row_lower.size
     rows = columns(program.A if m else np.eye(1, k))
     bounds = program.lower, program.upper
-    ends = (program.row_lower, program.row_upper) if m else (program.lower[:1], program.upper[:1])
-    options = {"time_limit": time_limit, "kkt_tolerance": max(tol, 1e-10), "qp_regularization_value": 0.0}
+    ends = (
+        (program.row_lower, program.row_upper)
+        if m
+        else (program.lower[:1], program.upper[:1])
+    )
+    options = {
+        "time_limit": time_limit,
+        "kkt_tolerance": max(tol, 1e-10),
+        "qp_regularization_value": 0.0,
+    }
     triangle = tril(program.Q) if (program.Q != 0).sum() else None
     highs = highs_with(highspy, program.c, rows, ends, bounds, options, triangle)
     if highs is None:
@@ -231,11 +314,18 @@ def highs(highspy: Any, _: Problem, program: ProgramData, tol: float, time_limit
     highs.run()
     status, solution = highs.getModelStatus(), highs.getSolution()
     x = solution.col_value if solution.value_valid else None
-    return x, solution.row_dual[:m], status == highspy.HighsModelStatus.kOptimal, highs.modelStatusToString(status)
+    return (
+        x,
+        solution.row_dual[:m],
+        status == highspy.HighsModelStatus.kOptimal,
+        highs.modelStatusToString(status),
+    )
 
 
 @partial(PackageSolver, "osqp", refusals=(not_sparse, not_convex))
-def osqp(osqp: Any, _: Problem, program: ProgramData, tol: float, time_limit: float) -> Ending:
+def osqp(
+    osqp: Any, _: Problem, program: ProgramData, tol: float, time_limit: float
+) -> Ending:
     """Run OSQP: B. Stellato, G. Banjac, P. Goulart, A. Bemporad and S. Boyd, OSQP: an operator splitting solver for
     quadratic programs, Math. Program. Comput. 12 (2020) 637-672.
 
@@ -252,7 +342,9 @@ def osqp(osqp: Any, _: Problem, program: ProgramData, tol: float, time_limit: fl
     lower = np.concatenate((program.row_lower, program.lower))
     upper = np.concatenate((program.row_upper, program.upper))
     try:
-        solver.setup(P, q, A, lower, upper, eps_abs=tol, eps_rel=tol, verbose=False, **limits)
+        solver.setup(
+            P, q, A, lower, upper, eps_abs=tol, eps_rel=tol, verbose=False, **limits
+        )
         result = solver.solve(raise_error=False)
     except osqp.OSQPException as error:
         return None, None, False, f"refused the problem with error {error}"
@@ -260,17 +352,45 @@ def osqp(osqp: Any, _: Problem, program: ProgramData, tol: float, time_limit: fl
     if status == known.OSQP_SIGINT:
         raise KeyboardInterrupt  # Ctrl-C, which OSQP has intercepted
     limited = known.OSQP_MAX_ITER_REACHED, known.OSQP_TIME_LIMIT_REACHED
-    x = result.x if status in (known.OSQP_SOLVED, known.OSQP_SOLVED_INACCURATE, *limited) else None
-    return x, -np.array(result.y)[: program.row_lower.size], status == known.OSQP_SOLVED, result.info.status
+    x = (
+        result.x
+        if status in (known.OSQP_SOLVED, known.OSQP_SOLVED_INACCURATE, *limited)
+        else None
+    )
+    return (
+        x,
+        -np.array(result.y)[: program.row_lower.size],
+        status == known.OSQP_SOLVED,
+        result.info.status,
+    )
 
 
 @partial(PackageSolver, "piqp", refusals=(not_convex,))
-def piqp(_: Any, problem: Problem, program: ProgramData, tol: float, __: float) -> Ending:
+def piqp(
+    _: Any, problem: Problem, program: ProgramData, tol: float, __: float
+) -> Ending:
     """Run PIQP as `minimized` does, which has no time limit, but stops after 250 iterations."""
-    stored, y = columns if is_sparse(problem.M) else dense, np.zeros(program.row_lower.size)
-    low, high, equal = program.row_lower, program.row_upper, program.row_lower == program.row_upper
-    equations, rows = (stored(program.A[equal]), low[equal]), (stored(program.A[~equal]), low[~equal], high[~equal])
-    ended = convex_minimum(stored(program.Q), program.c.copy(), equations, rows, (program.lower, program.upper), tol)
+    stored, y = (
+        columns if is_sparse(problem.M) else dense,
+        np.zeros(program.row_lower.size),
+    )
+    low, high, equal = (
+        program.row_lower,
+        program.row_upper,
+        program.row_lower == program.row_upper,
+    )
+    equations, rows = (
+        (stored(program.A[equal]), low[equal]),
+        (stored(program.A[~equal]), low[~equal], high[~equal]),
+    )
+    ended = convex_minimum(
+        stored(program.Q),
+        program.c.copy(),
+        equations,
+        rows,
+        (program.lower, program.upper),
+        tol,
+    )
     y[equal], y[~equal] = ended.of_equations, ended.of_rows
     return ended.x, y, ended.status == "PIQP_SOLVED", ended.status
 
@@ -292,15 +412,26 @@ os.write(output, json.dumps([x, y, time.perf_counter() - began]).encode())
 @partial(
     PackageSolver,
     "pygambit",
-    refusals=(lambda problem: "" if _strategies(problem) else "takes games of two players only",),
+    refusals=(
+        lambda problem: (
+            "" if _strategies(problem) else "takes games of two players only"
+        ),
+    ),
 )
-def gambit(_: Any, problem: Problem, __: ProgramData, ___: float, time_limit: float) -> Ending:
+def gambit(
+    _: Any, problem: Problem, __: ProgramData, ___: float, time_limit: float
+) -> Ending:
     m, M = _strategies(problem), dense(problem.M)
     R, C = M[:m, m:], M[m:, :m].T
     limit = None if time_limit == np.inf else time_limit + SECONDS_TO_LOAD
-    call, game = [sys.executable, "-c", SOLVE], json.dumps([(-R).tolist(), (-C).tolist()])
+    call, game = (
+        [sys.executable, "-c", SOLVE],
+        json.dumps([(-R).tolist(), (-C).tolist()]),
+    )
     try:
-        done = subprocess.run(call, input=game, capture_output=True, text=True, timeout=limit)
+        done = subprocess.run(
+            call, input=game, capture_output=True, text=True, timeout=limit
+        )
     except subprocess.TimeoutExpired:
         return None, None, False, "stopped at the time limit", time_limit
     if done.returncode:
@@ -308,7 +439,13 @@ def gambit(_: Any, problem: Problem, __: ProgramData, ___: float, time_limit: fl
     x, y, seconds = json.loads(done.stdout)
     if not x:
         return None, None, False, "no equilibrium", seconds
-    return np.concatenate((x / (C.T @ x).min(), y / (R @ y).min())), None, True, "an equilibrium", seconds
+    return (
+        np.concatenate((x / (C.T @ x).min(), y / (R @ y).min())),
+        None,
+        True,
+        "an equilibrium",
+        seconds,
+    )
 
 
 def _strategies(problem: Problem) -> int:

@@ -14,7 +14,17 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable
-from ctypes import CDLL, CFUNCTYPE, POINTER, Structure, byref, c_char_p, c_double, c_int, c_void_p
+from ctypes import (
+    CDLL,
+    CFUNCTYPE,
+    POINTER,
+    Structure,
+    byref,
+    c_char_p,
+    c_double,
+    c_int,
+    c_void_p,
+)
 from functools import cache
 from importlib import import_module
 from pathlib import Path
@@ -45,12 +55,17 @@ SIGNATURES = (  # of the functions of the library
     "MCP_Destroy pointer, MCP_GetX pointer, Path_Solve pointer pointer"
 )
 _Doubles, _Integers = POINTER(c_double), POINTER(c_int)
-_Print, _Flush = CFUNCTYPE(None, c_void_p, c_int, c_char_p), CFUNCTYPE(None, c_void_p, c_int)
+_Print, _Flush = (
+    CFUNCTYPE(None, c_void_p, c_int, c_char_p),
+    CFUNCTYPE(None, c_void_p, c_int),
+)
 _Size = CFUNCTYPE(None, c_void_p, _Integers, _Integers)
 _Bounds = CFUNCTYPE(None, c_void_p, c_int, _Doubles, _Doubles, _Doubles)
 _Function = CFUNCTYPE(c_int, c_void_p, c_int, _Doubles, _Doubles)
 _Jacobian = CFUNCTYPE(
-    c_int, *(c_void_p, c_int, _Doubles, c_int, _Doubles), *(_Integers, _Integers, _Integers, _Integers, _Doubles)
+    c_int,
+    *(c_void_p, c_int, _Doubles, c_int, _Doubles),
+    *(_Integers, _Integers, _Integers, _Integers, _Doubles),
 )
 
 
@@ -60,16 +75,29 @@ class _Output(Structure):
 
 class _Interface(Structure):
     _fields_ = (
-        *(("data", c_void_p), ("size", _Size), ("bounds", _Bounds), ("function", _Function), ("jacobian", _Jacobian)),
+        *(
+            ("data", c_void_p),
+            ("size", _Size),
+            ("bounds", _Bounds),
+            ("function", _Function),
+            ("jacobian", _Jacobian),
+        ),
         ("optional", c_void_p * 6),
     )
 
 
 class _Information(Structure):
-    _fields_ = (("numbers", c_double * 5), ("counts", c_int * 12), ("use_start", c_int), ("flags", c_int * 3))
+    _fields_ = (
+        ("numbers", c_double * 5),
+        ("counts", c_int * 12),
+        ("use_start", c_int),
+        ("flags", c_int * 3),
+    )
 
 
-_SILENT = _Output(None, _Print(lambda _data, _mode, _text: None), _Flush(lambda _data, _mode: None))
+_SILENT = _Output(
+    None, _Print(lambda _data, _mode, _text: None), _Flush(lambda _data, _mode: None)
+)
 
 
 def _prepared(problem: Problem | NonlinearProblem) -> tuple[NonlinearProblem, Matrix]:
@@ -85,17 +113,31 @@ def _unlicensed(problem: Problem | NonlinearProblem) -> str:
         return f"needs {path_start.module}, which is not installed"
     made, J = _prepared(problem)
     licence = f"licence: without one, up to {MOST_UNKNOWNS} unknowns and {MOST_ENTRIES} entries of the Jacobian"
-    return "" if _functions().Path_CheckLicense(made.n, int((J != 0).sum())) else licence
+    return (
+        "" if _functions().Path_CheckLicense(made.n, int((J != 0).sum())) else licence
+    )
 
 
 def _solved(
-    _: Any, problem: Problem | NonlinearProblem, prepared: tuple[NonlinearProblem, Matrix], tol: float, limit: float
+    _: Any,
+    problem: Problem | NonlinearProblem,
+    prepared: tuple[NonlinearProblem, Matrix],
+    tol: float,
+    limit: float,
 ) -> Ending:
     (made, J), path = prepared, _functions()
     n, most = made.n, J.nnz if is_sparse(J) else made.n**2
     most = most if path.Path_CheckLicense(n, most) else MOST_ENTRIES
-    units = max(float(np.abs(problem.q).max()), 1.0) if isinstance(problem, Problem) else 1.0
-    options = {"convergence_tolerance": tol * units, "time_limit": min(limit, NO_LIMIT), "output": "no"}
+    units = (
+        max(float(np.abs(problem.q).max()), 1.0)
+        if isinstance(problem, Problem)
+        else 1.0
+    )
+    options = {
+        "convergence_tolerance": tol * units,
+        "time_limit": min(limit, NO_LIMIT),
+        "output": "no",
+    }
     began, faults = clock.seconds(), list[BaseException]()
     own = path.Options_Create()
     path.Path_AddOptions(own)
@@ -118,12 +160,17 @@ def _solved(
 
 
 def _path() -> Path:
-    return Path(import_module("gamspy_base").directory, FILES.get(sys.platform, "libpath52.so"))
+    return Path(
+        import_module("gamspy_base").directory, FILES.get(sys.platform, "libpath52.so")
+    )
 
 
 @cache
 def _functions() -> Any:
-    path, kinds = CDLL(str(_path())), {"pointer": c_void_p, "int": c_int, "text": c_char_p}
+    path, kinds = (
+        CDLL(str(_path())),
+        {"pointer": c_void_p, "int": c_int, "text": c_char_p},
+    )
     for name, *types in map(str.split, SIGNATURES.split(", ")):
         getattr(path, name).argtypes = [kinds[kind] for kind in types]
     path.Options_Create.restype = path.MCP_Create.restype = c_void_p
@@ -141,7 +188,9 @@ class _Library(PackageSolver):
 path_start = _Library("gamspy_base", _solved, (_unlicensed,), _prepared)
 
 
-def _called(problem: NonlinearProblem, most: int, faults: list[BaseException]) -> _Interface:
+def _called(
+    problem: NonlinearProblem, most: int, faults: list[BaseException]
+) -> _Interface:
     """Return what PATH calls for a problem. most : the entries of the Jacobian that there is room for. faults : gets
     the first error in a call, which PATH cannot pass on; from then on F counts as undefined."""
     evaluations = Evaluations(problem)
@@ -162,7 +211,10 @@ def _called(problem: NonlinearProblem, most: int, faults: list[BaseException]) -
         n[0], entries[0] = problem.n, most
 
     def bounds(_data: Any, n: int, z: Any, lower: Any, upper: Any) -> None:
-        ends = (np.clip(bound, -INFINITY, INFINITY) for bound in (problem.lower, problem.upper))
+        ends = (
+            np.clip(bound, -INFINITY, INFINITY)
+            for bound in (problem.lower, problem.upper)
+        )
         for place, values in zip((z, lower, upper), (problem.x0, *ends), strict=True):
             np.ctypeslib.as_array(place, (n,))[:] = values
 
@@ -177,9 +229,20 @@ def _called(problem: NonlinearProblem, most: int, faults: list[BaseException]) -
         if J.nnz > most:
             raise BufferError
         entries[0] = J.nnz
-        begins_lengths_rows_values = J.indptr[:-1] + 1, np.diff(J.indptr), J.indices + 1, J.data
+        begins_lengths_rows_values = (
+            J.indptr[:-1] + 1,
+            np.diff(J.indptr),
+            J.indices + 1,
+            J.data,
+        )
         for place, part in zip(places, begins_lengths_rows_values, strict=True):
             np.ctypeslib.as_array(place, (part.size,))[:] = part
         return undefined + int(np.count_nonzero(~np.isfinite(J.data)))
 
-    return _Interface(None, _Size(size), _Bounds(bounds), _Function(guarded(function)), _Jacobian(guarded(jacobian)))
+    return _Interface(
+        None,
+        _Size(size),
+        _Bounds(bounds),
+        _Function(guarded(function)),
+        _Jacobian(guarded(jacobian)),
+    )

@@ -14,13 +14,25 @@ if TYPE_CHECKING:
 
 # the file of each peer, and its meaning
 REGISTRY = {
-    "quantecon": ("packages", "Lemke's method with the lexicographic rule, compiled (QuantEcon.py)"),
-    "piqp": ("packages", "proximal interior-point method for quadratic programs (PIQP)"),
+    "quantecon": (
+        "packages",
+        "Lemke's method with the lexicographic rule, compiled (QuantEcon.py)",
+    ),
+    "piqp": (
+        "packages",
+        "proximal interior-point method for quadratic programs (PIQP)",
+    ),
     "clarabel": ("packages", "interior-point method for conic programs (Clarabel)"),
     "osqp": ("packages", "operator splitting for quadratic programs (OSQP)"),
-    "daqp": ("packages", "dual active-set method for quadratic programs and affine variational inequalities (DAQP)"),
+    "daqp": (
+        "packages",
+        "dual active-set method for quadratic programs and affine variational inequalities (DAQP)",
+    ),
     "highs": ("packages", "active-set method for quadratic programs (HiGHS)"),
-    "path-start": ("path_library", "stabilized Newton method from a problem's start, also nonlinear ones (PATH 5.2)"),
+    "path-start": (
+        "path_library",
+        "stabilized Newton method from a problem's start, also nonlinear ones (PATH 5.2)",
+    ),
     "gambit": ("packages", "Lemke's method for one equilibrium of a game (Gambit)"),
 }
 PEERS = {name: meaning for name, (_, meaning) in REGISTRY.items()}
@@ -54,7 +66,9 @@ def load(name: str) -> Any:
     """Return a `PackageSolver`."""
     if name not in REGISTRY:
         raise _unknown(name)
-    return getattr(import_module(f"lcpcli.peers.{REGISTRY[name][0]}"), name.replace("-", "_"))
+    return getattr(
+        import_module(f"lcpcli.peers.{REGISTRY[name][0]}"), name.replace("-", "_")
+    )
 
 
 def select(names: Iterable[str]) -> list[str]:
@@ -62,7 +76,9 @@ def select(names: Iterable[str]) -> list[str]:
     OptionError for an unknown name, with a suggestion."""
     selected: dict[str, None] = {}
     for name in names:
-        meant = [peer for peer in REGISTRY if peer == name or peer.startswith(f"{name}-")]
+        meant = [
+            peer for peer in REGISTRY if peer == name or peer.startswith(f"{name}-")
+        ]
         if not meant:
             raise _unknown(name)
         selected |= dict.fromkeys(meant)

@@ -71,7 +71,9 @@ class Presolved(Change):
     @property
     def is_worthwhile(self) -> bool:
         """Return whether much is removed, or what is left is monotone for all that is seen, and was not."""
-        return self.kept.size <= (1 - WORTHWHILE) * self.original.n or bool((self.factors != 1).any())
+        return self.kept.size <= (1 - WORTHWHILE) * self.original.n or bool(
+            (self.factors != 1).any()
+        )
 
     @property
     def has_new_rows(self) -> bool:
@@ -96,8 +98,14 @@ class Presolved(Change):
     @cached_property
     def _as_before(self) -> Mask:
         """Return which of the columns that are kept have the rows and bounds that they had."""
-        inner, outer = self.problem.box.vectors(self.problem.n), self.original.box.vectors(self.original.n)
-        same = [own[: self.kept.size] == given[self.kept] for own, given in zip(inner, outer, strict=True)]
+        inner, outer = (
+            self.problem.box.vectors(self.problem.n),
+            self.original.box.vectors(self.original.n),
+        )
+        same = [
+            own[: self.kept.size] == given[self.kept]
+            for own, given in zip(inner, outer, strict=True)
+        ]
         return np.asarray((self.rows == self.kept) & same[0] & same[1])
 
     def residual(self, F: Vector) -> Vector:
@@ -113,7 +121,9 @@ class Presolved(Change):
 
 
 @np.errstate(all="ignore")  # a Problem is refused if numbers have overflowed
-def presolved(given: Problem, only: Collection[str] = ALL) -> Presolved | Refuted | None:
+def presolved(
+    given: Problem, only: Collection[str] = ALL
+) -> Presolved | Refuted | None:
     """Return the problem after presolve by these rules; or with y, a proof if it holds for the problem, that a row
     cannot have its sign; None if they change nothing."""
     system, steps, removed = System(given), list[Step](), dict[str, int]()
@@ -146,14 +156,31 @@ def presolved(given: Problem, only: Collection[str] = ALL) -> Presolved | Refute
     except ProblemError:  # numbers have overflowed
         return None
     keeps_all = system.keeps_all and float(system.terms.max()) <= LARGEST_INTEGER
-    keeps_all &= all(step.keeps_integers for step in steps) and given.has_small_integers and problem.has_small_integers
+    keeps_all &= (
+        all(step.keeps_integers for step in steps)
+        and given.has_small_integers
+        and problem.has_small_integers
+    )
     keeps_all |= DEFINITIONS in only and len(only) == 1
-    return Presolved(problem, given, kept, rows, system.factors[rows], tuple(steps), removed, keeps_all)
+    return Presolved(
+        problem,
+        given,
+        kept,
+        rows,
+        system.factors[rows],
+        tuple(steps),
+        removed,
+        keeps_all,
+    )
 
 
 def substituted(problem: Problem) -> Change:
     """Return the problem without the free variables that equations define; where it has none, nothing changes."""
-    found = presolved(problem, only=(DEFINITIONS,)) if problem.is_mixed and problem.box.free.any() else None
+    found = (
+        presolved(problem, only=(DEFINITIONS,))
+        if problem.is_mixed and problem.box.free.any()
+        else None
+    )
     return found if isinstance(found, Presolved) else Change(problem, problem)
 
 
@@ -161,7 +188,10 @@ def _problem(given: Problem, system: System) -> Problem:
     """Return the problem of what is left, sparse or dense as the given one is."""
     kept, place = system.columns, np.zeros(system.n, dtype=np.intp)
     place[kept] = np.arange(kept.size)
-    rows, columns = place[system.column_of[system.entries.rows]], place[system.entries.columns]
+    rows, columns = (
+        place[system.column_of[system.entries.rows]],
+        place[system.entries.columns],
+    )
     shape = (kept.size, kept.size)
     if is_sparse(given.M):
         with imports:
@@ -170,7 +200,12 @@ def _problem(given: Problem, system: System) -> Problem:
     else:
         M = np.zeros(shape)
         M[rows, columns] = system.entries.values
-    return Problem(M, system.q[system.row_of[kept]], lower=system.lower[kept], upper=system.upper[kept])
+    return Problem(
+        M,
+        system.q[system.row_of[kept]],
+        lower=system.lower[kept],
+        upper=system.upper[kept],
+    )
 
 
 def _carried(problem: Problem, y: Vector, steps: Sequence[Step]) -> Vector:

@@ -21,7 +21,15 @@ import numpy as np
 from lcpcli.clock import imports
 from lcpcli.interrupts import check
 from lcpcli.linalg.doubles import generator
-from lcpcli.presolve.system import Entries, Refuted, Step, System, are_integers, mask_of, summed
+from lcpcli.presolve.system import (
+    Entries,
+    Refuted,
+    Step,
+    System,
+    are_integers,
+    mask_of,
+    summed,
+)
 from lcpcli.typing import Indices, Mask, Vector
 
 # Relative to the terms of a row: what is called positive, or inside bounds, is far
@@ -44,13 +52,23 @@ def fixed_variables(system: System) -> Iterator[Step]:
 def rows_of_one_sign(system: System) -> Iterator[Step]:
     """A row that is positive, or negative, for all z within the bounds says at which bound its variable is."""
     places, of_entries, values = system.entries
-    low, high, ranges = system.lower[of_entries], system.upper[of_entries], list[Vector]()
+    low, high, ranges = (
+        system.lower[of_entries],
+        system.upper[of_entries],
+        list[Vector](),
+    )
     # The least and the largest w, 0 where that may be rounding.
     for first, last in ((low, high), (high, low)):
         end = np.where(values > 0, first, last) * values
-        w, size = system.q + summed(places, end, system.n), system.terms + summed(places, np.abs(end), system.n)
+        w, size = (
+            system.q + summed(places, end, system.n),
+            system.terms + summed(places, np.abs(end), system.n),
+        )
         ranges.append(np.where(np.isinf(size) | (np.abs(w) > CLEAR * size), w, 0.0))
-    sign, columns = np.where(ranges[0] > 0, 1.0, np.where(ranges[1] < 0, -1.0, 0.0)), system.columns
+    sign, columns = (
+        np.where(ranges[0] > 0, 1.0, np.where(ranges[1] < 0, -1.0, 0.0)),
+        system.columns,
+    )
     columns = columns[sign[system.row_of[columns]] != 0]
     signs = sign[system.row_of[columns]]
     values = np.where(signs > 0, system.lower[columns], system.upper[columns])
@@ -63,11 +81,16 @@ def rows_of_one_sign(system: System) -> Iterator[Step]:
 def rows_of_their_own_variable(system: System) -> Iterator[Step]:
     """A row with a positive entry in the column of its own variable alone determines it."""
     entries, (rows, _) = system.entries, system.counts()
-    own = entries.part((system.row_of[entries.columns] == entries.rows) & (rows[entries.rows] == 1))
+    own = entries.part(
+        (system.row_of[entries.columns] == entries.rows) & (rows[entries.rows] == 1)
+    )
     own = own.part((own.values > 0) & ~system.free[own.columns])
     if own.columns.size:
         z = -system.q[own.rows] / own.values
-        yield system.know(own.columns, np.clip(z, system.lower[own.columns], system.upper[own.columns]))
+        yield system.know(
+            own.columns,
+            np.clip(z, system.lower[own.columns], system.upper[own.columns]),
+        )
 
 
 def rows_that_are_bounds(system: System) -> Iterator[Step]:
@@ -87,7 +110,10 @@ def rows_that_are_bounds(system: System) -> Iterator[Step]:
     k = column_of[i]
     j, r = entries.columns[of_row[i]], entries.rows[of_column[k]]
     a, b = entries.values[of_row[i]], entries.values[of_column[k]]
-    usable = (((system.row_of[j] == r) & (a * b < 0) & ~free[j]) | (free[j] & system.equations[r])) & (j != k)
+    usable = (
+        ((system.row_of[j] == r) & (a * b < 0) & ~free[j])
+        | (free[j] & system.equations[r])
+    ) & (j != k)
     # Where each of two rows is a bound of the other's variable.
     usable &= ~(mask_of(system.n, i[usable])[r] & (r < i))
     kept = np.flatnonzero(usable)
@@ -105,10 +131,16 @@ def rows_that_are_bounds(system: System) -> Iterator[Step]:
         yield system.multiply(factors)
         b = np.where(mask_of(system.n, turned)[r], -b, b)
     at, from_below = -system.q[i] / a, sign * a > 0
-    least, most, toward = system.lower[j], system.upper[j], np.where(from_below, 1.0, -1.0)
+    least, most, toward = (
+        system.lower[j],
+        system.upper[j],
+        np.where(from_below, 1.0, -1.0),
+    )
     near, far = np.where(from_below, (least, most), (most, least))
     beyond = toward * (at - far)
-    margin = CLEAR * np.maximum(system.terms[i] / np.abs(a), np.where(np.isinf(far), 0.0, np.abs(far)))
+    margin = CLEAR * np.maximum(
+        system.terms[i] / np.abs(a), np.where(np.isinf(far), 0.0, np.abs(far))
+    )
     for crossed in np.flatnonzero(beyond > margin)[:1].tolist():
         raise Refuted(system.n, i[crossed], sign[crossed])
     system.keeps_all &= not (beyond > 0).any()
@@ -116,9 +148,16 @@ def rows_that_are_bounds(system: System) -> Iterator[Step]:
     active = toward * (at - near) > 0
     system.lower[j] = np.where(active & from_below, at, least)
     system.upper[j] = np.where(active & ~from_below, at, most)
-    own, entries = np.where(lower_side, system.lower[k], system.upper[k]), system.entries
-    in_rows = entries.part(mask_of(system.n, r)[entries.rows] & ~mask_of(system.n, k)[entries.columns])
-    in_columns = entries.part(mask_of(system.n, j)[entries.columns] & ~mask_of(system.n, i)[entries.rows])
+    own, entries = (
+        np.where(lower_side, system.lower[k], system.upper[k]),
+        system.entries,
+    )
+    in_rows = entries.part(
+        mask_of(system.n, r)[entries.rows] & ~mask_of(system.n, k)[entries.columns]
+    )
+    in_columns = entries.part(
+        mask_of(system.n, j)[entries.columns] & ~mask_of(system.n, i)[entries.rows]
+    )
     q = system.q[r] + b * own
     fill = partial(_fill_multipliers, (j, k, r), (q, b, own, sign, active, at), in_rows)
     carry = partial(_carry_bounds, (i, j), (a, sign, active), in_columns)
@@ -129,14 +168,18 @@ def rows_that_are_bounds(system: System) -> Iterator[Step]:
     yield Step(are_integers(at), fill, carry)
 
 
-def _fill_multipliers(places: tuple[Any, ...], of_row: tuple[Any, ...], in_rows: Entries, z: Vector) -> None:
+def _fill_multipliers(
+    places: tuple[Any, ...], of_row: tuple[Any, ...], in_rows: Entries, z: Vector
+) -> None:
     """Let z_k make w_j 0 where z_j is at the new bound and w_j has the sign for it."""
     (j, k, r), (q, b, own, sign, active, at) = places, of_row
     change = -(q + in_rows.times(z)[r]) / b
     z[k] = own + np.where(active & (z[j] == at) & (sign * change > 0), change, 0.0)
 
 
-def _carry_bounds(places: tuple[Any, ...], of_row: tuple[Any, ...], in_columns: Entries, y: Vector) -> None:
+def _carry_bounds(
+    places: tuple[Any, ...], of_row: tuple[Any, ...], in_columns: Entries, y: Vector
+) -> None:
     """Let (M'y)_j be 0 where it has the sign with which the new bound counts."""
     (i, j), (a, sign, active) = places, of_row
     share = -in_columns.transposed_times(y)[j] / a
@@ -146,7 +189,11 @@ def _carry_bounds(places: tuple[Any, ...], of_row: tuple[Any, ...], in_columns: 
 def definitions_of_free_variables(system: System) -> Iterator[Step]:
     """An equation that defines a free variable, the only term of one other row and in no third one, is put into that
     row, as modelling languages write F >= 0: by powers of two and without sums, so that nothing is rounded."""
-    entries, (in_row, in_column), equations = system.entries, system.counts(), system.equations
+    entries, (in_row, in_column), equations = (
+        system.entries,
+        system.counts(),
+        system.equations,
+    )
     is_power = np.frexp(np.abs(entries.values))[0] == 0.5
     twice = np.flatnonzero((system.free & (in_column == 2))[entries.columns] & is_power)
     twice = twice[np.argsort(entries.columns[twice], kind="stable")]
@@ -155,14 +202,23 @@ def definitions_of_free_variables(system: System) -> Iterator[Step]:
     swapped = equations[entries.rows[second]] & ~equations[entries.rows[first]]
     definition, use = np.where(swapped, second, first), np.where(swapped, first, second)
     rows, used = entries.rows[definition], entries.rows[use]
-    usable = equations[rows] & ~equations[used] & (in_row[used] == 1) & ((system.q[rows] == 0) | (system.q[used] == 0))
+    usable = (
+        equations[rows]
+        & ~equations[used]
+        & (in_row[used] == 1)
+        & ((system.q[rows] == 0) | (system.q[used] == 0))
+    )
     yield from _pivots(system, entries.part(definition[usable]))
 
 
 def single_entries_of_free_variables(system: System) -> Iterator[Step]:
     """An equation that alone has a free variable determines it, after all others."""
     entries, (_, columns) = system.entries, system.counts()
-    alone = system.free[entries.columns] & (columns[entries.columns] == 1) & system.equations[entries.rows]
+    alone = (
+        system.free[entries.columns]
+        & (columns[entries.columns] == 1)
+        & system.equations[entries.rows]
+    )
     yield from _pivots(system, entries.part(alone))
 
 
@@ -171,8 +227,12 @@ def equations_of_one_variable(system: System) -> Iterator[Step]:
     entries, (rows, _) = system.entries, system.counts()
     alone = entries.part(system.equations[entries.rows] & (rows[entries.rows] == 1))
     z = -system.q[alone.rows] / alone.values
-    margin = CLEAR * np.maximum(np.abs(z), system.terms[alone.rows] / np.abs(alone.values))
-    inside = (z > system.lower[alone.columns] + margin) & (z < system.upper[alone.columns] - margin)
+    margin = CLEAR * np.maximum(
+        np.abs(z), system.terms[alone.rows] / np.abs(alone.values)
+    )
+    inside = (z > system.lower[alone.columns] + margin) & (
+        z < system.upper[alone.columns] - margin
+    )
     yield from _pivots(system, alone.part(inside))
 
 
@@ -182,11 +242,17 @@ def equations_of_two_variables(system: System) -> Iterator[Step]:
     entries, (rows, columns), n = system.entries, system.counts(), system.n
     column_of = system.column_of
     short = np.flatnonzero((system.equations & (rows == 2))[entries.rows])
-    first, second = short[np.argsort(entries.rows[short], kind="stable")].reshape(-1, 2).T
+    first, second = (
+        short[np.argsort(entries.rows[short], kind="stable")].reshape(-1, 2).T
+    )
     place, other = np.concatenate((first, second)), np.concatenate((second, first))
     j, size = entries.columns[place], np.abs(entries.values)
     multiplier, row = column_of[entries.rows[place]], system.row_of[j]
-    usable = system.free[j] & (columns[j] <= FEW) & (size[place] >= STABLE_PIVOT * size[other])
+    usable = (
+        system.free[j]
+        & (columns[j] <= FEW)
+        & (size[place] >= STABLE_PIVOT * size[other])
+    )
     there = entries.part(system.places(row, multiplier))
     is_entry = (there.rows == row) & (there.columns == multiplier)
     usable &= (columns[multiplier] == 2) & (rows[row] <= FEW) & is_entry
@@ -199,7 +265,9 @@ def equations_of_two_variables(system: System) -> Iterator[Step]:
             kept.append(at)
     if kept:
         yield system.pivot(*entries.part(place[kept]))
-        yield system.pivot(*system.entries.part(system.places(row[kept], multiplier[kept])))
+        yield system.pivot(
+            *system.entries.part(system.places(row[kept], multiplier[kept]))
+        )
 
 
 def repeated_equations(system: System) -> Iterator[Step]:
@@ -213,15 +281,22 @@ def repeated_equations(system: System) -> Iterator[Step]:
         # The last counts, if a row without entries is both.
         y = np.array([-factors[at], 1.0])
         raise Refuted(system.n, [first[at], again[at]], y if difference[at] < 0 else -y)
-    spare = _multiples(columns, rows, values, free, system.n)[0] if again.size else again
+    spare = (
+        _multiples(columns, rows, values, free, system.n)[0] if again.size else again
+    )
     number = min(again.size, spare.size)
     if number:
-        q, exact = factors * system.q[first], (np.rint(factors) == factors) | (system.q[first] == 0)
+        q, exact = (
+            factors * system.q[first],
+            (np.rint(factors) == factors) | (system.q[first] == 0),
+        )
         system.keeps_all &= bool((exact & (system.q[again] == q)).all())
         yield system.know(spare[:number], np.zeros(number), again[:number])
 
 
-def _multiples(lines: Indices, at: Indices, values: Vector, among: Indices, n: int) -> tuple[Indices, Indices, Vector]:
+def _multiples(
+    lines: Indices, at: Indices, values: Vector, among: Indices, n: int
+) -> tuple[Indices, Indices, Vector]:
     """Return lines that are multiples of earlier ones, these, and the factors; empty lines are 0 times themselves."""
     used = mask_of(n, among)[lines]
     order = np.lexsort((at[used], lines[used]))
@@ -230,15 +305,27 @@ def _multiples(lines: Indices, at: Indices, values: Vector, among: Indices, n: i
     pairs = [(line, line, 0.0) for line in np.setdiff1d(among, found).tolist()]
     if found.size:
         weights = generator(0).standard_normal(n)[at]
-        keys = np.add.reduceat(values / np.repeat(values[begin], length) * weights, begin)
+        keys = np.add.reduceat(
+            values / np.repeat(values[begin], length) * weights, begin
+        )
         order = np.lexsort((found, length, keys))
         near = np.abs(np.diff(keys[order])) <= SAME_HASH * np.abs(keys[order][1:])
-        for before, after in zip(order[:-1][near].tolist(), order[1:][near].tolist(), strict=True):
+        for before, after in zip(
+            order[:-1][near].tolist(), order[1:][near].tolist(), strict=True
+        ):
             one, two = (slice(begin[k], begin[k] + length[k]) for k in (before, after))
             crossed = values[one] * values[two][0], values[two] * values[one][0]
             if np.array_equal(at[one], at[two]) and np.array_equal(*crossed):
-                pairs.append((int(found[after]), int(found[before]), float(values[two][0] / values[one][0])))
-    again, first = (np.array([pair[k] for pair in pairs], dtype=np.intp) for k in (0, 1))
+                pairs.append(
+                    (
+                        int(found[after]),
+                        int(found[before]),
+                        float(values[two][0] / values[one][0]),
+                    )
+                )
+    again, first = (
+        np.array([pair[k] for pair in pairs], dtype=np.intp) for k in (0, 1)
+    )
     return again, first, np.array([pair[2] for pair in pairs])
 
 
@@ -280,18 +367,27 @@ def signs_of_equations(system: System) -> Iterator[Step]:
     check()
     i, j, forth, back = pairs
     sign = np.where(forth * back > 0, 1.0, -1.0)
-    nearly = (i < j) & (forth != sign * back) & (np.abs(forth - sign * back) <= EQUAL * np.abs(forth))
+    nearly = (
+        (i < j)
+        & (forth != sign * back)
+        & (np.abs(forth - sign * back) <= EQUAL * np.abs(forth))
+    )
     # Entries of the later row stay, as constraints often come later, and proofs consist
     # of these.
     if nearly.any():
         values = system.entries.values.copy()
-        values[system.places(system.row_of[i[nearly]], j[nearly])] = (sign * back)[nearly]
+        values[system.places(system.row_of[i[nearly]], j[nearly])] = (sign * back)[
+            nearly
+        ]
         system.entries, system.keeps_all = system.entries._replace(values=values), False
 
 
 def _pairs(system: System) -> Pairs:
     """Return i, j, M_ij and M_ji for all i != j where one of the two entries is not 0, rows named like columns."""
-    n, entries = system.n, system.entries._replace(rows=system.column_of[system.entries.rows])
+    n, entries = (
+        system.n,
+        system.entries._replace(rows=system.column_of[system.entries.rows]),
+    )
     off = entries.part(entries.rows != entries.columns)
     keys = np.concatenate((off.rows * n + off.columns, off.columns * n + off.rows))
     keys.sort()  # np.unique takes ten times as long
@@ -324,7 +420,9 @@ def _factors(system: System, pairs: Pairs) -> Vector:
     with imports:
         from scipy.sparse import coo_array
         from scipy.sparse.csgraph import breadth_first_order, connected_components
-    number, part = connected_components(coo_array((np.ones(i.size), (i, j)), shape=(n, n)), directed=False)
+    number, part = connected_components(
+        coo_array((np.ones(i.size), (i, j)), shape=(n, n)), directed=False
+    )
     root = np.zeros(number, dtype=np.intp)
     # Where the sign is known, if it is anywhere.
     for members in (np.arange(n), np.flatnonzero(needed)):
@@ -335,13 +433,17 @@ def _factors(system: System, pairs: Pairs) -> Vector:
     later = order[1:][before[order[1:]] < n]  # those of the roots are 1
     steps = ratio[np.searchsorted(i * n + j, before[later] * n + later)]
     factor = [1.0] * n
-    for k, source, step in zip(later.tolist(), before[later].tolist(), steps.tolist(), strict=True):
+    for k, source, step in zip(
+        later.tolist(), before[later].tolist(), steps.tolist(), strict=True
+    ):
         factor[k] = factor[source] * step
     d = np.array(factor) * np.where(needed[root] < 0, -1.0, 1.0)[part]
     size = np.abs(d)
     d = np.where(np.abs(size - 1) <= EQUAL, np.sign(d), d)
     wrong = (needed * d < 0) | (size > FARTHEST_FACTOR) | (size < 1 / FARTHEST_FACTOR)
-    wrong[np.append(i[np.abs(d[j] - ratio * d[i]) > EQUAL * np.abs(d[j])], beyond)] = True
+    wrong[np.append(i[np.abs(d[j] - ratio * d[i]) > EQUAL * np.abs(d[j])], beyond)] = (
+        True
+    )
     unfit, factors, columns = mask_of(number, part[wrong]), np.ones(n), system.columns
     if unfit.any():
         d = np.where(unfit[part], _votes(Entries(i, j, np.sign(ratio)), needed), d)
@@ -367,7 +469,9 @@ def _assign(system: System) -> None:
     settled = ~system.free & (system.row_of >= 0)
     for _ in range(ASSIGNMENT_ROUNDS):
         check()
-        for columns, rows in (_alike(system, settled, of) for of in (np.abs, np.ones_like)):
+        for columns, rows in (
+            _alike(system, settled, of) for of in (np.abs, np.ones_like)
+        ):
             if columns.size:
                 system.pair(rows, columns)
                 settled[columns] = True
@@ -376,9 +480,15 @@ def _assign(system: System) -> None:
             return
 
 
-def _alike(system: System, settled: Mask, of: Callable[[Vector], Vector]) -> tuple[Indices, Indices]:
+def _alike(
+    system: System, settled: Mask, of: Callable[[Vector], Vector]
+) -> tuple[Indices, Indices]:
     """Return free columns and equations that agree in this function of their entries, and with no others."""
-    n, column_of, weights = system.n, system.column_of, generator(0).random(system.n) + 0.5
+    n, column_of, weights = (
+        system.n,
+        system.column_of,
+        generator(0).random(system.n) + 0.5,
+    )
     across = system.entries.part(settled[system.entries.columns])
     down = system.entries.part(settled[column_of[system.entries.rows]])
     of_rows = _keys(across.rows, of(across.values), weights[across.columns], n)
@@ -389,7 +499,9 @@ def _alike(system: System, settled: Mask, of: Callable[[Vector], Vector]) -> tup
     order, group = np.argsort(keys, kind="stable"), np.zeros(keys.size, dtype=np.intp)
     group[order] = np.cumsum(np.diff(keys[order], prepend=0.0) > EQUAL * keys[order])
     one, other = group[: columns.size], group[columns.size :]
-    alone = np.logical_and(*(np.bincount(each, minlength=keys.size + 1) == 1 for each in (one, other)))
+    alone = np.logical_and(
+        *(np.bincount(each, minlength=keys.size + 1) == 1 for each in (one, other))
+    )
     place = np.zeros(keys.size + 1, dtype=np.intp)
     place[other] = rows
     chosen = (keys[: columns.size] > 0) & alone[one]

@@ -36,7 +36,10 @@ def summed(places: Indices, values: Vector, n: int) -> Vector:
 
 def are_integers(values: Vector) -> bool:
     """Return whether all values are integers that doubles represent exactly."""
-    return bool((np.rint(values) == values).all() and np.abs(values).max(initial=0.0) <= LARGEST_INTEGER)
+    return bool(
+        (np.rint(values) == values).all()
+        and np.abs(values).max(initial=0.0) <= LARGEST_INTEGER
+    )
 
 
 class Entries(NamedTuple):
@@ -78,11 +81,20 @@ class Step(NamedTuple):
     carry: Callable[[Vector], None] = unchanged
 
 
-def _solve(rows: Indices, columns: Indices, pivots: Vector, q: Vector, in_rows: Entries, z: Vector) -> None:
+def _solve(
+    rows: Indices,
+    columns: Indices,
+    pivots: Vector,
+    q: Vector,
+    in_rows: Entries,
+    z: Vector,
+) -> None:
     z[columns] = -(q + in_rows.times(z)[rows]) / pivots
 
 
-def _balance(rows: Indices, columns: Indices, pivots: Vector, in_columns: Entries, y: Vector) -> None:
+def _balance(
+    rows: Indices, columns: Indices, pivots: Vector, in_columns: Entries, y: Vector
+) -> None:
     """Let (M'y)_j be 0."""
     y[rows] = -in_columns.transposed_times(y)[columns] / pivots
 
@@ -116,7 +128,12 @@ class System:
             rows, columns = np.nonzero(M)
             entries = Entries(rows, columns, M[rows, columns])
         terms = problem.q if problem.terms_of_q is None else problem.terms_of_q
-        self.n, self.entries, self.q, self.terms = n, entries, problem.q.copy(), np.abs(terms)
+        self.n, self.entries, self.q, self.terms = (
+            n,
+            entries,
+            problem.q.copy(),
+            np.abs(terms),
+        )
         self.lower, self.upper = (bound.copy() for bound in problem.box.vectors(n))
         self.row_of, self.factors, self.keeps_all = np.arange(n), np.ones(n), True
 
@@ -126,7 +143,9 @@ class System:
 
     @property
     def free(self) -> Mask:
-        return np.asarray((self.row_of >= 0) & np.isinf(self.lower) & np.isinf(self.upper))
+        return np.asarray(
+            (self.row_of >= 0) & np.isinf(self.lower) & np.isinf(self.upper)
+        )
 
     @property
     def equations(self) -> Mask:
@@ -144,12 +163,22 @@ class System:
         """Return where these entries are among all, or any place for those that are 0; there is at least one."""
         keys = self.entries.rows * self.n + self.entries.columns
         order = np.argsort(keys)
-        return np.asarray(order[np.searchsorted(keys[order], rows * self.n + columns).clip(max=keys.size - 1)])
+        return np.asarray(
+            order[
+                np.searchsorted(keys[order], rows * self.n + columns).clip(
+                    max=keys.size - 1
+                )
+            ]
+        )
 
     def counts(self) -> tuple[Indices, Indices]:
-        return np.bincount(self.entries.rows, minlength=self.n), np.bincount(self.entries.columns, minlength=self.n)
+        return np.bincount(self.entries.rows, minlength=self.n), np.bincount(
+            self.entries.columns, minlength=self.n
+        )
 
-    def know(self, columns: Indices, values: Vector, rows: Indices | None = None) -> Step:
+    def know(
+        self, columns: Indices, values: Vector, rows: Indices | None = None
+    ) -> Step:
         """Remove variables of known values, and their rows, which serve no proof, or else these rows, as many."""
         if rows is not None:
             self.pair(rows, columns)
@@ -167,29 +196,47 @@ class System:
         bounds, so that its row is the equation that is left."""
         of_row, of_column = np.full(self.n, -1), np.full(self.n, -1)
         of_row[rows], of_column[columns] = np.arange(rows.size), np.arange(rows.size)
-        in_rows, in_columns = of_row[self.entries.rows] >= 0, of_column[self.entries.columns] >= 0
-        others, own = self.entries.part(in_rows & ~in_columns), self.entries.part(in_columns & ~in_rows)
+        in_rows, in_columns = (
+            of_row[self.entries.rows] >= 0,
+            of_column[self.entries.columns] >= 0,
+        )
+        others, own = (
+            self.entries.part(in_rows & ~in_columns),
+            self.entries.part(in_columns & ~in_rows),
+        )
         q = self.q[rows]
-        ways = partial(_solve, rows, columns, pivots, q, others), partial(_balance, rows, columns, pivots, own)
+        ways = (
+            partial(_solve, rows, columns, pivots, q, others),
+            partial(_balance, rows, columns, pivots, own),
+        )
         self.pair(rows, columns)
         self.remove(columns)
         place = of_column[own.columns]
         factor = -own.values / pivots[place]
         self.q += summed(own.rows, factor * q[place], self.n)
-        self._add_terms(summed(own.rows, np.abs(factor) * self.terms[rows][place], self.n))
+        self._add_terms(
+            summed(own.rows, np.abs(factor) * self.terms[rows][place], self.n)
+        )
         others = others.part(np.argsort(of_row[others.rows], kind="stable"))
         number = np.bincount(of_row[others.rows], minlength=rows.size)
         first, times = np.cumsum(number) - number, number[place]
-        source = np.repeat(first[place] - (np.cumsum(times) - times), times) + np.arange(times.sum())
+        source = np.repeat(
+            first[place] - (np.cumsum(times) - times), times
+        ) + np.arange(times.sum())
         if source.size:
             values = np.repeat(factor, times) * others.values[source]
-            self._add(Entries(np.repeat(own.rows, times), others.columns[source], values))
+            self._add(
+                Entries(np.repeat(own.rows, times), others.columns[source], values)
+            )
         return Step(bool((np.abs(pivots) == 1).all()), *ways)
 
     def multiply(self, factors: Vector) -> Step:
         """Multiply rows by factors, those of bounded variables by positive ones; shape (n,)."""
         entries = self.entries
-        self.entries, self.q = entries._replace(values=entries.values * factors[entries.rows]), self.q * factors
+        self.entries, self.q = (
+            entries._replace(values=entries.values * factors[entries.rows]),
+            self.q * factors,
+        )
         self.factors, self.terms = self.factors * factors, self.terms * np.abs(factors)
         return Step(bool((np.abs(factors) == 1).all()), carry=partial(_scale, factors))
 
@@ -203,10 +250,16 @@ class System:
     def _add(self, more: Entries) -> None:
         """Add entries to those that are there, and leave out those that cancel."""
         values = np.concatenate((self.entries.values, more.values))
-        own, other = (each.rows * self.n + each.columns for each in (self.entries, more))
+        own, other = (
+            each.rows * self.n + each.columns for each in (self.entries, more)
+        )
         keys, place = np.unique(np.concatenate((own, other)), return_inverse=True)
-        sums, sizes = (summed(place, each, keys.size) for each in (values, np.abs(values)))
-        whole = Entries((keys // self.n).astype(np.intp), (keys % self.n).astype(np.intp), sums)
+        sums, sizes = (
+            summed(place, each, keys.size) for each in (values, np.abs(values))
+        )
+        whole = Entries(
+            (keys // self.n).astype(np.intp), (keys % self.n).astype(np.intp), sums
+        )
         left = np.asarray(np.abs(sums) > CANCELLED * sizes)
         self.keeps_all &= not sums[~left].any() and float(sizes.max()) <= LARGEST_ENTRY
         self.entries = whole.part(left)
@@ -225,4 +278,6 @@ class System:
     def remove(self, columns: Indices) -> None:
         rows = mask_of(self.n, self.row_of[columns])
         self.row_of[columns] = -1
-        self.entries = self.entries.part((self.row_of[self.entries.columns] >= 0) & ~rows[self.entries.rows])
+        self.entries = self.entries.part(
+            (self.row_of[self.entries.columns] >= 0) & ~rows[self.entries.rows]
+        )

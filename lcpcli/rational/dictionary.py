@@ -47,17 +47,37 @@ class Dictionary:
     """
 
     def __init__(
-        self, rows: dict[int, list[int]], cobasic: list[int], signed: Iterable[int], check: Callable[[], None]
+        self,
+        rows: dict[int, list[int]],
+        cobasic: list[int],
+        signed: Iterable[int],
+        check: Callable[[], None],
     ) -> None:
-        self.rows, self.cobasic, self.signed, self.divisor, self.check = rows, cobasic, set(signed), 1, check
-        longest = max((abs(value).bit_length() for row in rows.values() for value in row), default=0)
+        self.rows, self.cobasic, self.signed, self.divisor, self.check = (
+            rows,
+            cobasic,
+            set(signed),
+            1,
+            check,
+        )
+        longest = max(
+            (abs(value).bit_length() for row in rows.values() for value in row),
+            default=0,
+        )
         if longest * len(cobasic) > LONG_BITS and (flint := library()):
-            self.rows = {form: [flint.fmpz(value) for value in row] for form, row in in_time(rows.items())}
+            self.rows = {
+                form: [flint.fmpz(value) for value in row]
+                for form, row in in_time(rows.items())
+            }
 
     def copy(self) -> Dictionary:
         other = Dictionary.__new__(Dictionary)
         other.__dict__.update(self.__dict__)
-        other.rows, other.cobasic, other.signed = dict(self.rows), list(self.cobasic), set(self.signed)
+        other.rows, other.cobasic, other.signed = (
+            dict(self.rows),
+            list(self.cobasic),
+            set(self.signed),
+        )
         return other
 
     def value(self, form: int) -> int:
@@ -89,7 +109,10 @@ class Dictionary:
             self.rows[form] = [-value for value in self.rows[form]]
         elif form in self.cobasic:
             k = self.cobasic.index(form) + 1
-            self.rows = {basic: [*row[:k], -row[k], *row[k + 1 :]] for basic, row in self.rows.items()}
+            self.rows = {
+                basic: [*row[:k], -row[k], *row[k + 1 :]]
+                for basic, row in self.rows.items()
+            }
 
     def is_zero(self, form: int) -> bool:
         """Return whether the form is 0 on the whole polyhedron; the point may move."""
@@ -146,7 +169,11 @@ class Dictionary:
             self.pivot(zero, move[0])
         self._drop(zero)
         bland = False
-        while below := [form for form, row in self.rows.items() if row[0] < 0 and form in self.signed]:
+        while below := [
+            form
+            for form, row in self.rows.items()
+            if row[0] < 0 and form in self.signed
+        ]:
             leaving, rise, fall = -1, -1, 1
             for form in sorted(below):
                 row = self.rows[form]
@@ -163,7 +190,11 @@ class Dictionary:
 
     def nearest(self, k: int, direction: int = 1) -> list[int]:
         """Return the signed forms that reach 0 first as column k, counted from 1, changes."""
-        falling = [form for form, row in self.rows.items() if direction * row[k] < 0 and form in self.signed]
+        falling = [
+            form
+            for form, row in self.rows.items()
+            if direction * row[k] < 0 and form in self.signed
+        ]
         return self._least(falling, 0, k, 1)
 
     def leaving(self, k: int, direction: int) -> tuple[int | None, int]:
@@ -171,14 +202,18 @@ class Dictionary:
         form = min(self.nearest(k, direction), default=None)
         return form, 0 if form is None else self.rows[form][0]
 
-    def lexicographic(self, tied: list[int], k: int, order: Iterable[int], less: Collection[int] = ()) -> int | None:
+    def lexicographic(
+        self, tied: list[int], k: int, order: Iterable[int], less: Collection[int] = ()
+    ) -> int | None:
         """Return the nearest form that would reach 0 first if the forms in `order` were relaxed a little, or tightened
         if they are among `less`, earlier ones by far more; None if there is none."""
         if len(tied) > 1:
             columns = {form: j for j, form in enumerate(self.cobasic, 1)}
             for relaxed in order:
                 if relaxed in columns:
-                    tied = self._least(tied, columns[relaxed], k, 1 if relaxed in less else -1)
+                    tied = self._least(
+                        tied, columns[relaxed], k, 1 if relaxed in less else -1
+                    )
                 elif relaxed in tied and relaxed in less:
                     return relaxed
                 elif relaxed in tied:
@@ -189,7 +224,9 @@ class Dictionary:
 
     def direction(self, k: int, forms: Iterable[int]) -> list[int]:
         """Return how forms change as column k grows, in integers without a common divisor."""
-        column = {form: row[k] for form, row in self.rows.items()} | {self.cobasic[k - 1]: self.divisor}
+        column = {form: row[k] for form, row in self.rows.items()} | {
+            self.cobasic[k - 1]: self.divisor
+        }
         return primitive([column.get(form, 0) for form in forms])
 
     def pivot(self, leaving: int, k: int) -> None:
@@ -241,13 +278,19 @@ class Dictionary:
                 return False
             k = move[0]
             leaving, value = self.leaving(*move)
-            if leaving is None or leaving == form or abs(row[0] * self.rows[leaving][k]) <= value * abs(row[k]):
+            if (
+                leaving is None
+                or leaving == form
+                or abs(row[0] * self.rows[leaving][k]) <= value * abs(row[k])
+            ):
                 leaving = form
             bland = not value
             self.pivot(leaving, k)
         return True
 
-    def _entering(self, row: list[int], sign: int, bland: bool, objective: int = -1) -> tuple[int, int] | None:
+    def _entering(
+        self, row: list[int], sign: int, bland: bool, objective: int = -1
+    ) -> tuple[int, int] | None:
         """Return a column, of those that change an objective least for their change of a form with that sign, and the
         direction in which it does; None if there is none."""
         costs, best, least, size = self.rows.get(objective), None, 0, 1
@@ -255,9 +298,19 @@ class Dictionary:
             slope = sign * row[k]
             if slope > 0 or (slope and form not in self.signed):
                 order = form if bland else -abs(slope)
-                difference = costs[k] * size - least * abs(slope) if costs and best else 0
-                if best is None or difference < 0 or (not difference and order < best[0]):
-                    best, least, size = (order, k, 1 if slope > 0 else -1), costs[k] if costs else 0, abs(slope)
+                difference = (
+                    costs[k] * size - least * abs(slope) if costs and best else 0
+                )
+                if (
+                    best is None
+                    or difference < 0
+                    or (not difference and order < best[0])
+                ):
+                    best, least, size = (
+                        (order, k, 1 if slope > 0 else -1),
+                        costs[k] if costs else 0,
+                        abs(slope),
+                    )
         return None if best is None else best[1:]
 
     def _drop(self, form: int) -> None:
@@ -266,7 +319,9 @@ class Dictionary:
         if form in self.cobasic:
             k = self.cobasic.index(form)
             del self.cobasic[k]
-            self.rows = {basic: row[: k + 1] + row[k + 2 :] for basic, row in self.rows.items()}
+            self.rows = {
+                basic: row[: k + 1] + row[k + 2 :] for basic, row in self.rows.items()
+            }
 
 
 class Vertex(Point):
@@ -280,7 +335,9 @@ class Vertex(Point):
         return self._hash
 
 
-def generators(start: Dictionary, forms: Sequence[int], most: float = math.inf) -> list[list[Direction]] | None:
+def generators(
+    start: Dictionary, forms: Sequence[int], most: float = math.inf
+) -> list[list[Direction]] | None:
     """Return the vertices, rays and lines of a polyhedron from a feasible dictionary; None if they take more than
     `most` bases. The polyhedron is the product of the polyhedra of independent parts.
 
@@ -304,7 +361,9 @@ def generators(start: Dictionary, forms: Sequence[int], most: float = math.inf) 
             if most < 0:
                 return None
             found[_values(here, own)] = None
-            directions.update((tuple(here.direction(k, forms)), None) for k in unbounded)
+            directions.update(
+                (tuple(here.direction(k, forms)), None) for k in unbounded
+            )
         factors.append(([place[form] for form in own], list(found)))
         rays += directions
     if math.prod(len(points) for _, points in factors) > most:
@@ -332,7 +391,12 @@ def _parts(whole: Dictionary) -> Iterator[Dictionary]:
     """Yield the independent parts of a dictionary, whose rows have no column in common."""
     rows = list(whole.rows.items())
     first = len(whole.cobasic)
-    edges = ((k, first + i) for i, (_, row) in enumerate(rows) for k in range(first) if row[k + 1])
+    edges = (
+        (k, first + i)
+        for i, (_, row) in enumerate(rows)
+        for k in range(first)
+        if row[k + 1]
+    )
     for nodes in connected(first + len(rows), edges):
         columns = [k for k in nodes if k < first]
         if columns:
@@ -355,7 +419,10 @@ def bases(here: Dictionary) -> Iterator[tuple[Dictionary, list[int]]]:
     moves: list[list[tuple[int, int]]] = []
     back: list[tuple[int, int, int]] = []
     while True:
-        edges = [(k, here.lexicographic(here.nearest(k), k, order)) for k in range(1, len(here.cobasic) + 1)]
+        edges = [
+            (k, here.lexicographic(here.nearest(k), k, order))
+            for k in range(1, len(here.cobasic) + 1)
+        ]
         yield here, [k for k, leaving in edges if leaving is None]
         moves.append([(k, leaving) for k, leaving in edges if leaving is not None])
         while True:

@@ -45,7 +45,9 @@ def require() -> Any:
     """Return the module flint, or raise a ParameterError that says how to install it."""
     flint = library()
     if flint is None:
-        raise ParameterError("exact", "needs python-flint", "pip install 'linear-complementarity[exact]'")
+        raise ParameterError(
+            "exact", "needs python-flint", "pip install 'linear-complementarity[exact]'"
+        )
     return flint
 
 
@@ -58,7 +60,9 @@ def library() -> Any:
     return None
 
 
-def solve(A: Rows, b: Sequence[int]) -> tuple[list[Fraction] | None, list[list[Fraction]]]:
+def solve(
+    A: Rows, b: Sequence[int]
+) -> tuple[list[Fraction] | None, list[list[Fraction]]]:
     """Return a solution x of A x = b, for integers A of shape (m, n) and b of length m, with 0 for unknowns whose
     columns depend on earlier ones, None if there is none; and a basis of the solutions of A x = 0."""
     m, n = len(A), len(A[0]) if A else 0
@@ -66,10 +70,15 @@ def solve(A: Rows, b: Sequence[int]) -> tuple[list[Fraction] | None, list[list[F
         found = call(solved, duration(A), A, list(b))
         if found is not None:
             return [Fraction(*value) for value in found], []
-    rows, pivots, divisor = _reduced([[*row, value] for row, value in zip(A, b, strict=True)], n)
+    rows, pivots, divisor = _reduced(
+        [[*row, value] for row, value in zip(A, b, strict=True)], n
+    )
 
     def of_column(j: int, sign: int) -> list[Fraction]:
-        values = {k: Fraction(sign * row[j], divisor) for row, k in zip(rows, pivots, strict=False)}
+        values = {
+            k: Fraction(sign * row[j], divisor)
+            for row, k in zip(rows, pivots, strict=False)
+        }
         values[j] = Fraction(1)
         return [values.get(k, Fraction(0)) for k in range(n)]
 
@@ -95,7 +104,9 @@ def particular(A: Rows, b: Sequence[int]) -> list[Fraction] | None:
     """
     if not A or min(len(A), len(A[0])) <= MOST_PLAIN_ROWS or not library():
         return solve(A, b)[0]
-    rows, columns = call(independent, SECONDS_PER_STEP * len(A) * len(A[0]) * min(len(A), len(A[0])), A)
+    rows, columns = call(
+        independent, SECONDS_PER_STEP * len(A) * len(A[0]) * min(len(A), len(A[0])), A
+    )
     found, _ = solve([[A[i][j] for j in columns] for i in rows], [b[i] for i in rows])
     if found is None:
         return None
@@ -107,7 +118,9 @@ def _reduced(rows: list[list[int]], n: int) -> tuple[list[list[int]], list[int],
     """Return the reduced row echelon form of n columns times a divisor, its pivot columns, and the divisor."""
     if len(rows) > MOST_PLAIN_ROWS and library():
         whole, divisor, rank = call(reduced, duration(rows), rows)
-        leading = [next(j for j, value in enumerate(row) if value) for row in whole[:rank]]
+        leading = [
+            next(j for j, value in enumerate(row) if value) for row in whole[:rank]
+        ]
         return whole, [j for j in leading if j < n], divisor
     pivots: list[int] = []
     previous = 1
@@ -119,7 +132,9 @@ def _reduced(rows: list[list[int]], n: int) -> tuple[list[list[int]], list[int],
             continue
         rows[top], rows[found] = rows[found], rows[top]
         pivot = rows[top]
-        rows = [row if row is pivot else clear(row, pivot, column, previous) for row in rows]
+        rows = [
+            row if row is pivot else clear(row, pivot, column, previous) for row in rows
+        ]
         pivots.append(column)
         previous = pivot[column]
     return rows, pivots, previous
@@ -177,13 +192,17 @@ def definiteness(A: Rows, check: Callable[[], None]) -> Definiteness:
     return Definiteness(zero, None)
 
 
-def principal_minors(A: Rows, check: Callable[[], None]) -> Iterator[tuple[tuple[int, ...], int]]:
+def principal_minors(
+    A: Rows, check: Callable[[], None]
+) -> Iterator[tuple[tuple[int, ...], int]]:
     """Yield every principal minor with its index set, by Schur complements with shared elimination steps.
 
     M. J. Tsatsomeros and L. Li, A recursive test for P-matrices, BIT Numerical Mathematics 40 (2000) 410-414. There are
     2^n - 1. `check` is called before each and may raise.
     """
-    pending: list[tuple[Rows, tuple[int, ...], tuple[int, ...], int]] = [(A, tuple(range(len(A))), (), 1)]
+    pending: list[tuple[Rows, tuple[int, ...], tuple[int, ...], int]] = [
+        (A, tuple(range(len(A))), (), 1)
+    ]
     while pending:
         block, labels, chosen, previous = pending.pop()
         check()
@@ -198,7 +217,12 @@ def principal_minors(A: Rows, check: Callable[[], None]) -> Iterator[tuple[tuple
         for size in range(1, len(rest) + 1):
             for more in combinations(rest, size):
                 check()
-                yield (*own, *more), determinant([[A[i][j] for j in (*own, *more)] for i in (*own, *more)])
+                yield (
+                    (*own, *more),
+                    determinant(
+                        [[A[i][j] for j in (*own, *more)] for i in (*own, *more)]
+                    ),
+                )
 
 
 def determinant(A: Rows) -> int:
@@ -244,10 +268,15 @@ def call(function: Callable[..., Any], seconds: float, *given: Any) -> Any:
     if seconds > LONG_CALL_SECONDS and sys.executable:
         with imports:
             import subprocess
-        command, request = [sys.executable, "-c", CODE, *sys.path], marshal.dumps((function.__name__, given))
+        command, request = (
+            [sys.executable, "-c", CODE, *sys.path],
+            marshal.dumps((function.__name__, given)),
+        )
         left = remaining() if remaining() < math.inf else None
         try:
-            done = subprocess.run(command, input=request, capture_output=True, timeout=left, check=True)
+            done = subprocess.run(
+                command, input=request, capture_output=True, timeout=left, check=True
+            )
             return marshal.loads(done.stdout)
         except subprocess.TimeoutExpired:
             raise TimeIsUp from None

@@ -21,7 +21,14 @@ from lcpcli.interrupts import in_time
 from lcpcli.linalg.matrices import is_sparse, scaled
 from lcpcli.model.box import BASIC
 from lcpcli.model.problem import Problem
-from lcpcli.rational.numbers import LARGEST_INTEGER, Doubles, dot, over_one_denominator, shortest_decimal, written
+from lcpcli.rational.numbers import (
+    LARGEST_INTEGER,
+    Doubles,
+    dot,
+    over_one_denominator,
+    shortest_decimal,
+    written,
+)
 from lcpcli.typing import Indices, Matrix, States, Vector
 
 if TYPE_CHECKING:
@@ -42,39 +49,72 @@ class ExactProblem:
     rows, constants, scales : integers with rows[i][j] / scales[i] = M_ij, constants[i] / scales[i] = q_i; scales > 0.
     """
 
-    def __init__(self, problem: Problem, M: Any, q: Any, lower: Bounds | None = None, upper: Bounds | None = None):
+    def __init__(
+        self,
+        problem: Problem,
+        M: Any,
+        q: Any,
+        lower: Bounds | None = None,
+        upper: Bounds | None = None,
+    ):
         """M, q : as Fractions, or as doubles, which are taken as exact; M by its rows."""
         self.problem, self.n = problem, problem.n
         self.lower: Bounds = [Fraction(0)] * problem.n if lower is None else lower
         self.upper: Bounds = [None] * problem.n if upper is None else upper
-        own = [_in_integers(row, value) for row, value in zip(in_time(M), q, strict=True)]
+        own = [
+            _in_integers(row, value) for row, value in zip(in_time(M), q, strict=True)
+        ]
         self.rows = [row for row, _, _ in own]
         self.constants = [constant for _, constant, _ in own]
         self.scales = [scale for _, _, scale in own]
 
     @cached_property
     def bits(self) -> int:
-        numbers = (value for row, c in zip(self.rows, self.constants, strict=True) for value in (c, *row.values()))
+        numbers = (
+            value
+            for row, c in zip(self.rows, self.constants, strict=True)
+            for value in (c, *row.values())
+        )
         return max((value.bit_length() for value in numbers), default=0)
 
     @classmethod
     def of_floats(cls, problem: Problem) -> ExactProblem:
         """Return the problem with its doubles as exact rational numbers."""
-        return cls(problem, rows_of(problem.M, float), problem.q.tolist(), *_bounds_of(problem, number_of))
+        return cls(
+            problem,
+            rows_of(problem.M, float),
+            problem.q.tolist(),
+            *_bounds_of(problem, number_of),
+        )
 
     @classmethod
     def of_basis(cls, problem: Problem, basis: States) -> ExactProblem:
         """Return the same with zeros for the columns of M that the basic solution of a basis does not use."""
         used = (basis == BASIC) | (problem.box.nonbasic(basis) != 0)
         M = scaled(problem.M, np.ones(problem.n), used.astype(float))
-        return cls(problem, rows_of(M, float), problem.q.tolist(), *_bounds_of(problem, number_of))
+        return cls(
+            problem,
+            rows_of(M, float),
+            problem.q.tolist(),
+            *_bounds_of(problem, number_of),
+        )
 
     @classmethod
-    def of_rows(cls, problem: Problem, kept: Indices, number: Callable[[Any], Fraction]) -> ExactProblem:
+    def of_rows(
+        cls, problem: Problem, kept: Indices, number: Callable[[Any], Fraction]
+    ) -> ExactProblem:
         """Return the problem with some rows of M and q as exact numbers, and zeros in place of the others."""
         own = dict(zip(kept.tolist(), rows_of(problem.M[kept], number), strict=True))
-        q = [number(value) if i in own else Fraction(0) for i, value in enumerate(problem.q.tolist())]
-        return cls(problem, [own.get(i, {}) for i in range(problem.n)], q, *_bounds_of(problem, number))
+        q = [
+            number(value) if i in own else Fraction(0)
+            for i, value in enumerate(problem.q.tolist())
+        ]
+        return cls(
+            problem,
+            [own.get(i, {}) for i in range(problem.n)],
+            q,
+            *_bounds_of(problem, number),
+        )
 
     @classmethod
     def of_decimals(cls, problem: Problem) -> ExactProblem:
@@ -90,8 +130,13 @@ class ExactProblem:
         """Return w = M z + q."""
         Z, d = over_one_denominator(z)
         return [
-            Fraction(sum(map(mul, row.values(), map(Z.__getitem__, row))) + constant * d, scale * d)
-            for row, constant, scale in zip(in_time(self.rows), self.constants, self.scales, strict=True)
+            Fraction(
+                sum(map(mul, row.values(), map(Z.__getitem__, row))) + constant * d,
+                scale * d,
+            )
+            for row, constant, scale in zip(
+                in_time(self.rows), self.constants, self.scales, strict=True
+            )
         ]
 
     def is_solution(self, z: Sequence[Fraction]) -> bool:
@@ -99,23 +144,32 @@ class ExactProblem:
 
     def gaps(self, z: Sequence[Fraction], w: Sequence[Fraction]) -> list[Fraction]:
         """Return min(z, w); with bounds, z - mid(l, u, z - w)."""
-        return [gap(*each) for each in zip(in_time(z), w, self.lower, self.upper, strict=True)]
+        return [
+            gap(*each)
+            for each in zip(in_time(z), w, self.lower, self.upper, strict=True)
+        ]
 
     def with_transpose(self, y: Sequence[Fraction]) -> tuple[list[Fraction], Fraction]:
         """Return M'y and q'y."""
-        V, d = over_one_denominator([value / scale for value, scale in zip(y, self.scales, strict=True)])
+        V, d = over_one_denominator(
+            [value / scale for value, scale in zip(y, self.scales, strict=True)]
+        )
         sums = [0] * self.n
         for row, factor in zip(in_time(self.rows), V, strict=True):
             if factor:
                 for j, a in row.items():
                     sums[j] += a * factor
-        return [Fraction(value, d) for value in sums], Fraction(dot(self.constants, V), d)
+        return [Fraction(value, d) for value in sums], Fraction(
+            dot(self.constants, V), d
+        )
 
     def refuted_by(self, y: Sequence[Fraction]) -> bool:
         """Return whether y proves that no z within the bounds has w with the signs that they ask for, as in
         `verify.farkas`; for an LCP y >= 0, M'y <= 0, q'y < 0."""
         columns, total = self.with_transpose(y)
-        for value, column, low, high in zip(y, columns, self.lower, self.upper, strict=True):
+        for value, column, low, high in zip(
+            y, columns, self.lower, self.upper, strict=True
+        ):
             if (value < 0 and low is not None) or (value > 0 and high is not None):
                 return False
             if column:
@@ -131,24 +185,40 @@ class ExactProblem:
         if any(scale & (scale - 1) for scale in self.scales):
             return False
         own, rounded = vars(self), vars(self.of_floats(self.problem))
-        return all(own[name] == rounded[name] for name in ("rows", "constants", "scales", "lower", "upper"))
+        return all(
+            own[name] == rounded[name]
+            for name in ("rows", "constants", "scales", "lower", "upper")
+        )
 
     def in_integers(self) -> Problem | None:
         """Return the problem with its rows times `scales`, with the same z; None if doubles cannot represent it."""
         numbers = chain((self.constants,), (row.values() for row in self.rows))
-        if any(abs(value) > LARGEST_INTEGER for own in in_time(numbers) for value in own):
+        if any(
+            abs(value) > LARGEST_INTEGER for own in in_time(numbers) for value in own
+        ):
             return None
         if _bounds_of(self.problem, number_of) != (self.lower, self.upper):
             return None
         M, q = _like(self.problem.M, self.rows), np.array(self.constants, dtype=float)
-        return Problem(M, q, name=self.problem.name, lower=self.problem.lower, upper=self.problem.upper)
+        return Problem(
+            M,
+            q,
+            name=self.problem.name,
+            lower=self.problem.lower,
+            upper=self.problem.upper,
+        )
 
 
 def _in_integers(row: dict[int, Any], constant: Any) -> tuple[dict[int, int], int, int]:
     """Return the row and the constant times the least positive integer that makes them integers, and that integer."""
-    (numerator, denominator), ratios = constant.as_integer_ratio(), [entry.as_integer_ratio() for entry in row.values()]
+    (numerator, denominator), ratios = (
+        constant.as_integer_ratio(),
+        [entry.as_integer_ratio() for entry in row.values()],
+    )
     scale = math.lcm(denominator, *(own for _, own in ratios))
-    whole = {j: value * (scale // own) for j, (value, own) in zip(row, ratios, strict=True)}
+    whole = {
+        j: value * (scale // own) for j, (value, own) in zip(row, ratios, strict=True)
+    }
     return whole, numerator * (scale // denominator), scale
 
 
@@ -157,26 +227,41 @@ def number_of(value: Any) -> Fraction:
     return Fraction(*value.as_integer_ratio())
 
 
-def rows_of(M: Matrix, number: Callable[[Any], Any] = number_of) -> list[dict[int, Any]]:
+def rows_of(
+    M: Matrix, number: Callable[[Any], Any] = number_of
+) -> list[dict[int, Any]]:
     """Return the nonzero entries of the rows of a dense or sparse matrix: by default as exact rational numbers."""
     if not is_sparse(M):
-        return [{j: number(a) for j, a in enumerate(row) if a} for row in in_time(M.tolist())]
+        return [
+            {j: number(a) for j, a in enumerate(row) if a}
+            for row in in_time(M.tolist())
+        ]
     rows: list[dict[int, Any]] = [{} for _ in range(M.shape[0])]
     coo = M.tocoo()
-    for i, j, a in in_time(zip(coo.row.tolist(), coo.col.tolist(), coo.data.tolist(), strict=True)):
+    for i, j, a in in_time(
+        zip(coo.row.tolist(), coo.col.tolist(), coo.data.tolist(), strict=True)
+    ):
         if a:
             rows[i][j] = rows[i].get(j, 0) + number(a)
     return rows
 
 
-def parts_of(data: Problem | Matrix, number: Callable[[Any], Fraction] = number_of) -> ExactParts:
+def parts_of(
+    data: Problem | Matrix, number: Callable[[Any], Fraction] = number_of
+) -> ExactParts:
     """Return M and, of a problem, q and the bounds, as rational numbers: by default exactly their doubles."""
     if not isinstance(data, Problem):
         return rows_of(data, number), None, None, None
-    return rows_of(data.M, number), [number(value) for value in data.q.tolist()], *_bounds_of(data, number)
+    return (
+        rows_of(data.M, number),
+        [number(value) for value in data.q.tolist()],
+        *_bounds_of(data, number),
+    )
 
 
-def _bounds_of(problem: Problem, number: Callable[[float], Fraction]) -> tuple[Bounds, Bounds]:
+def _bounds_of(
+    problem: Problem, number: Callable[[float], Fraction]
+) -> tuple[Bounds, Bounds]:
     low, high = problem.box.vectors(problem.n)
     return bounds_of(low, number), bounds_of(high, number)
 
@@ -199,7 +284,9 @@ def is_game(origin: Any) -> TypeGuard[Game | ExtensiveGame]:
     return hasattr(origin, "exact_conditions")
 
 
-def gap(z: Fraction, w: Fraction, low: Fraction | None, high: Fraction | None) -> Fraction:
+def gap(
+    z: Fraction, w: Fraction, low: Fraction | None, high: Fraction | None
+) -> Fraction:
     """Return max(z - high, min(z - low, w))."""
     above = w if low is None else min(z - low, w)
     return above if high is None else max(z - high, above)
@@ -211,11 +298,16 @@ def fractions_of(values: Vector) -> list[Fraction]:
 
 def _like(M: Matrix, rows: list[dict[int, int]]) -> Matrix:
     if not is_sparse(M):
-        return np.array([[float(row.get(j, 0)) for j in range(len(rows))] for row in in_time(rows)])
+        return np.array(
+            [[float(row.get(j, 0)) for j in range(len(rows))] for row in in_time(rows)]
+        )
     with imports:
         from scipy.sparse import csr_array
     values = [float(a) for row in rows for a in row.values()]
-    places = [i for i, row in enumerate(rows) for _ in row], [j for row in rows for j in row]
+    places = (
+        [i for i, row in enumerate(rows) for _ in row],
+        [j for row in rows for j in row],
+    )
     return csr_array((values, places), shape=M.shape)
 
 

@@ -44,9 +44,13 @@ def fraction(text: str) -> Fraction:
             raise InvalidOperation
         value = Decimal(text.strip())
     except InvalidOperation:
-        raise ProblemError("", f"has {quoted(text)}, not a number", "give a number") from None
+        raise ProblemError(
+            "", f"has {quoted(text)}, not a number", "give a number"
+        ) from None
     if not value.is_finite():
-        raise ProblemError("", f"has {quoted(text)}, which is not finite", "give a finite number")
+        raise ProblemError(
+            "", f"has {quoted(text)}, which is not finite", "give a finite number"
+        )
     if not value:
         return Fraction(0)
     if abs(value.adjusted()) > LARGEST_EXPONENT + len(text):
@@ -61,14 +65,20 @@ def ratio(text: str) -> Fraction:
         return fraction(text)
     numerator, _, denominator = text.strip().partition("/")
     if not RATIO.fullmatch(text.strip()) or not denominator.strip("0"):
-        raise ProblemError("", f"has {quoted(text)}, not a fraction", "give whole numbers, as in 15/29")
+        raise ProblemError(
+            "", f"has {quoted(text)}, not a fraction", "give whole numbers, as in 15/29"
+        )
     return Fraction(int(Decimal(numerator)), int(Decimal(denominator)))
 
 
 def text(value: Fraction) -> str:
     """Return a rational number with all its digits, as `ratio` reads it."""
     numerator = str(Decimal(value.numerator))
-    return numerator if value.denominator == 1 else f"{numerator}/{Decimal(value.denominator)}"
+    return (
+        numerator
+        if value.denominator == 1
+        else f"{numerator}/{Decimal(value.denominator)}"
+    )
 
 
 def places(value: Fraction) -> int | None:
@@ -84,7 +94,11 @@ def decimal(value: Fraction) -> str:
     """Return a rational number with all its decimals, or raise ProblemError if it has infinitely many."""
     count = places(value)
     if count is None:
-        raise ProblemError("", f"has {text(value)}, which is not a decimal", "write it where fractions are read")
+        raise ProblemError(
+            "",
+            f"has {text(value)}, which is not a decimal",
+            "write it where fractions are read",
+        )
     digits = Decimal(value.numerator * 10**count // value.denominator).as_tuple()
     return str(Decimal((digits.sign, digits.digits, -count)))
 
@@ -92,7 +106,11 @@ def decimal(value: Fraction) -> str:
 def brief(value: Fraction, toward: int = 0) -> str:
     """Return a rational number for a line of text, of more than MOST_SHOWN_DIGITS by `approximate`, marked by ~."""
     length = value.numerator.bit_length() + value.denominator.bit_length()
-    return text(value) if length * math.log10(2) <= MOST_SHOWN_DIGITS else f"~{approximate(value, toward)}"
+    return (
+        text(value)
+        if length * math.log10(2) <= MOST_SHOWN_DIGITS
+        else f"~{approximate(value, toward)}"
+    )
 
 
 def approximate(value: Fraction, toward: int = 0, digits: int = 7) -> str:
@@ -100,7 +118,9 @@ def approximate(value: Fraction, toward: int = 0, digits: int = 7) -> str:
     1, downward if it is -1, so that a bound remains one, and else to the nearest."""
     if toward:
         context = Context(digits, ROUND_CEILING if toward > 0 else ROUND_FLOOR)
-        value = Fraction(context.divide(Decimal(value.numerator), Decimal(value.denominator)))
+        value = Fraction(
+            context.divide(Decimal(value.numerator), Decimal(value.denominator))
+        )
     double = _rounded(value)
     if not value or SMALLEST_NORMAL <= abs(double) < math.inf:
         return f"{double:.{digits}g}"
@@ -119,7 +139,10 @@ def rounded_direction(values: Sequence[Fraction | int]) -> Vector:
     unit = max(sizes)
     if unit <= LARGEST_INTEGER and all(value.denominator == 1 for value in values):
         return rounded(values)
-    highest, lowest = (size.numerator.bit_length() - size.denominator.bit_length() for size in (unit, min(sizes)))
+    highest, lowest = (
+        size.numerator.bit_length() - size.denominator.bit_length()
+        for size in (unit, min(sizes))
+    )
     if highest - lowest > WIDEST:
         unit = Fraction(2) ** max((highest + lowest) // 2, highest - WIDEST)
     return rounded(Fraction(value) / unit for value in values)
@@ -140,7 +163,10 @@ def rounded_sum(a: Vector, y: Vector, constant: float) -> float:
     value = _rounded(exact)
     if abs(value) >= SMALLEST_NORMAL:
         return value
-    return math.copysign(math.ldexp(math.ceil(abs(exact) * 2**SUBNORMAL), -SUBNORMAL), 1 if exact > 0 else -1)
+    return math.copysign(
+        math.ldexp(math.ceil(abs(exact) * 2**SUBNORMAL), -SUBNORMAL),
+        1 if exact > 0 else -1,
+    )
 
 
 def product(a: Vector, y: Sequence[Fraction | int]) -> Fraction:
@@ -160,8 +186,14 @@ def row_integers(A: Vector) -> tuple[list[list[int]], list[int]]:
     fraction, exponent = np.frexp(A)
     whole, powers = np.ldexp(fraction, MANTISSA).astype(np.int64), exponent - MANTISSA
     least = powers.min(axis=1, where=whole != 0, initial=0)
-    rows = zip(whole.tolist(), np.maximum(powers - least[:, np.newaxis], 0).tolist(), strict=True)
-    return [[value << shift for value, shift in zip(*row, strict=True)] for row in rows], least.tolist()
+    rows = zip(
+        whole.tolist(),
+        np.maximum(powers - least[:, np.newaxis], 0).tolist(),
+        strict=True,
+    )
+    return [
+        [value << shift for value, shift in zip(*row, strict=True)] for row in rows
+    ], least.tolist()
 
 
 def in_integers(values: Vector) -> tuple[list[int], int]:
@@ -225,7 +257,9 @@ class Doubles:
         check()
         double = float(text)
         is_short = len(text) <= SURE_DIGITS and "e" not in text.casefold()
-        return self._of(None if is_short or repr(double) == text else fraction(text), double)
+        return self._of(
+            None if is_short or repr(double) == text else fraction(text), double
+        )
 
     def of(self, value: Fraction | float) -> float:
         """Return the double that stands for a number; infinities and NaN remain unchanged."""
@@ -238,7 +272,12 @@ class Doubles:
         if not math.isfinite(nearest):
             return nearest
         if self._places is not None:
-            return math.copysign(self._places[abs(shortest_decimal(nearest) if value is None else value)], nearest)
+            return math.copysign(
+                self._places[
+                    abs(shortest_decimal(nearest) if value is None else value)
+                ],
+                nearest,
+            )
         if value is None or shortest_decimal(nearest) == value:
             self._sizes.add(abs(nearest))
         else:
@@ -253,7 +292,11 @@ class Doubles:
         # Doubles compare faster.
         sizes = sorted(in_time(numbers), key=lambda number: (_rounded(number), number))
         self._places = dict(zip(sizes, _places(sizes), strict=True))
-        own = [(place, size) for size, place in self._places.items() if shortest_decimal(place) != size]
+        own = [
+            (place, size)
+            for size, place in self._places.items()
+            if shortest_decimal(place) != size
+        ]
         return dict(own) | {-place: -size for place, size in own}
 
 
@@ -277,4 +320,8 @@ def written(parse: Callable[[Doubles], T]) -> Written[T]:
     doubles = Doubles()
     nearest = parse(doubles)
     exact = doubles.settled()
-    return Written(nearest, nearest, {}) if exact is None else Written(nearest, parse(doubles), exact)
+    return (
+        Written(nearest, nearest, {})
+        if exact is None
+        else Written(nearest, parse(doubles), exact)
+    )

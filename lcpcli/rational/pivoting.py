@@ -43,17 +43,26 @@ class Pivoting:
     def __init__(self, n: int, here: Dictionary, states: Sequence[int]) -> None:
         self.n, self.here, self.states, self.parameter = n, here, list(states), 3 * n
         self.ray: int | None = None
-        self._order, self._signed_at = sorted(here.rows), [UPPER if state == UPPER else LOWER for state in states]
+        self._order, self._signed_at = (
+            sorted(here.rows),
+            [UPPER if state == UPPER else LOWER for state in states],
+        )
         self._turned: set[int] = set()  # the w_i whose signs are not those at the start
 
-    def follow(self, entering: int, last: set[int], leaving: int | None = None) -> Iterator[Pivot]:
+    def follow(
+        self, entering: int, last: set[int], leaving: int | None = None
+    ) -> Iterator[Pivot]:
         """Pivot until one of the last forms leaves, or none does. leaving : by default the first to reach 0."""
         while True:
             k = self._column(entering)
             if leaving is None:
                 tied = self.here.nearest(k)
                 ends = last.intersection(tied)
-                leaving = max(ends) if ends else self.here.lexicographic(tied, k, self._order, self._turned)
+                leaving = (
+                    max(ends)
+                    if ends
+                    else self.here.lexicographic(tied, k, self._order, self._turned)
+                )
             if entering < self.n or 2 * self.n <= entering < self.parameter:
                 self.states[entering % self.n] = BASIC
             if leaving is None:
@@ -97,11 +106,15 @@ class IntegerTableau(Pivoting):
         n = len(q)
         rows = {n + i: [q[i], *(M[i].get(j, 0) for j in range(n)), 1] for i in range(n)}
         forms = [*range(n), 3 * n]
-        super().__init__(n, Dictionary(rows, forms, [*forms, *rows], lambda: None), [LOWER] * n)
+        super().__init__(
+            n, Dictionary(rows, forms, [*forms, *rows], lambda: None), [LOWER] * n
+        )
 
     def path(self) -> Iterator[Pivot]:
         """Pivot down the path from the z_0 for which all w are nonnegative to z_0 = 0 or a ray, one pivot at a time."""
-        first = min(range(self.n, 2 * self.n), key=lambda form: (self.here.value(form), -form))
+        first = min(
+            range(self.n, 2 * self.n), key=lambda form: (self.here.value(form), -form)
+        )
         return self.follow(self.parameter, {self.parameter}, first)
 
     def z(self) -> list[Fraction]:
@@ -109,17 +122,25 @@ class IntegerTableau(Pivoting):
 
     def x(self) -> Vector:
         """Return (z - w) / 2, rounded; 0 where neither z_i nor w_i is basic."""
-        return rounded((value - self.value_of(self.n + i)) / 2 for i, value in enumerate(self.z()))
+        return rounded(
+            (value - self.value_of(self.n + i)) / 2 for i, value in enumerate(self.z())
+        )
 
     def direction(self) -> Vector:
         """Return the direction in z of the ray, shape (n,), in integers if doubles represent them."""
         assert self.ray is not None
-        return rounded_direction(self.here.direction(self._column(self.ray), range(self.n)))
+        return rounded_direction(
+            self.here.direction(self._column(self.ray), range(self.n))
+        )
 
     def multipliers(self) -> Vector:
         """Return the coefficients of w in the row of z_0, which is basic, in integers if doubles represent them."""
-        entries = dict(zip(self.here.cobasic, self.here.rows[self.parameter][1:], strict=True))
-        return rounded_direction(primitive([entries.get(self.n + i, 0) for i in range(self.n)]))
+        entries = dict(
+            zip(self.here.cobasic, self.here.rows[self.parameter][1:], strict=True)
+        )
+        return rounded_direction(
+            primitive([entries.get(self.n + i, 0) for i in range(self.n)])
+        )
 
 
 def solve(data: ExactProblem, effort: Effort) -> list[Fraction] | None:
@@ -141,13 +162,26 @@ def equilibrium(data: ExactProblem, m: int, effort: Effort) -> list[Fraction] | 
 
     The path is that of the game whose payoffs are the costs subtracted from a larger number.
     """
-    n, most = data.n, 1 + max(max(row.values()) // scale for row, scale in zip(data.rows, data.scales, strict=True))
-    M = [{j: a - most * scale for j, a in row.items()} for row, scale in zip(data.rows, data.scales, strict=True)]
+    n, most = (
+        data.n,
+        1
+        + max(
+            max(row.values()) // scale
+            for row, scale in zip(data.rows, data.scales, strict=True)
+        ),
+    )
+    M = [
+        {j: a - most * scale for j, a in row.items()}
+        for row, scale in zip(data.rows, data.scales, strict=True)
+    ]
     rows = [range(m, n)] * m + [range(m)] * (n - m)  # of the other player
     least = [min(Fraction(M[i][j], data.scales[i]) for i in rows[j]) for j in range(n)]
     for i in range(m):
         for j in range(m, n):
-            if M[i][j] == least[j] * data.scales[i] and M[j][i] == least[i] * data.scales[j]:
+            if (
+                M[i][j] == least[j] * data.scales[i]
+                and M[j][i] == least[i] * data.scales[j]
+            ):
                 return [Fraction(k in (i, j)) for k in range(n)]
     tableau, count = IntegerTableau(M, data.scales), effort.steps(data)
     with suppress(TimeIsUp):
@@ -155,5 +189,10 @@ def equilibrium(data: ExactProblem, m: int, effort: Effort) -> list[Fraction] | 
         for _ in tableau.follow(0, {0, n}):
             count()
         z = tableau.z()
-        return [value / total for part in (z[:m], z[m:]) for total in [sum(part)] for value in part]
+        return [
+            value / total
+            for part in (z[:m], z[m:])
+            for total in [sum(part)]
+            for value in part
+        ]
     return None

@@ -37,26 +37,47 @@ class Unknowns:
     def __init__(self, data: ExactProblem, check: Callable[[], None]) -> None:
         self.data, self.n, self.check = data, data.n, check
         bounds = list(zip(data.lower, data.upper, strict=True))
-        self.base = [low if low is not None else high if high is not None else Fraction(0) for low, high in bounds]
-        self.side = [-1 if low is None and high is not None else 1 for low, high in bounds]
+        self.base = [
+            low if low is not None else high if high is not None else Fraction(0)
+            for low, high in bounds
+        ]
+        self.side = [
+            -1 if low is None and high is not None else 1 for low, high in bounds
+        ]
         self._is_moved = any(self.base) or -1 in self.side
         self.cover = Cover()
-        self.boxes = {k for k, (low, high) in enumerate(bounds) if low is not None and high is not None and low < high}
+        self.boxes = {
+            k
+            for k, (low, high) in enumerate(bounds)
+            if low is not None and high is not None and low < high
+        }
         self.allow([_states(low, high) for low, high in bounds])
 
     def restricted(self, bits: int) -> Unknowns:
         """Return the same unknowns with these choices alone, whose piece is the cover."""
         other = copy(self)
         other.cover = Cover(bits)
-        other.allow([[state for state in own if bits & self.bit(k, state)] for k, own in enumerate(self.choices)])
+        other.allow(
+            [
+                [state for state in own if bits & self.bit(k, state)]
+                for k, own in enumerate(self.choices)
+            ]
+        )
         return other
 
     def allow(self, choices: Sequence[Sequence[int]]) -> None:
         """Replace the choices; those of an unknown that come first are tried first."""
         self.choices = choices
-        self.meaning = {self.bit(k, state): (k, state) for k, states in enumerate(choices) for state in states}
+        self.meaning = {
+            self.bit(k, state): (k, state)
+            for k, states in enumerate(choices)
+            for state in states
+        }
         self.bits = sum(self.meaning)
-        self.masks = [sum(self.bit(k, state) for state in states) for k, states in enumerate(choices)]
+        self.masks = [
+            sum(self.bit(k, state) for state in states)
+            for k, states in enumerate(choices)
+        ]
 
     def w(self, k: int) -> int:
         """Return the number of the form w_k; the number of y_k is k."""
@@ -64,7 +85,11 @@ class Unknowns:
 
     def zero(self, k: int, state: int) -> int:
         """Return the number of the form that is 0 in a state."""
-        return k if state == UPPER and k not in self.boxes else k + (state - LOWER) * self.n
+        return (
+            k
+            if state == UPPER and k not in self.boxes
+            else k + (state - LOWER) * self.n
+        )
 
     def bit(self, k: int, state: int) -> int:
         """Return the bit of a state in a bit mask of several states: the bit of the form that is 0."""
@@ -75,7 +100,9 @@ class Unknowns:
         divisor, *y = values
         if self._is_moved:
             moved = zip(self.base, self.side, y, strict=True)
-            return Vertex(base + side * Fraction(value, divisor) for base, side, value in moved)
+            return Vertex(
+                base + side * Fraction(value, divisor) for base, side, value in moved
+            )
         return Vertex(Fraction(value, divisor) for value in y)
 
     def point(self, node: Node) -> Point:
@@ -84,14 +111,22 @@ class Unknowns:
 
     def direction(self, y: Direction) -> Point:
         """Return a ray or a line in terms of z, from its direction in terms of y."""
-        return tuple(Fraction(side * value) for side, value in zip(self.side, y, strict=True))
+        return tuple(
+            Fraction(side * value) for side, value in zip(self.side, y, strict=True)
+        )
 
     def objective(self, costs: Sequence[Fraction]) -> tuple[dict[int, list[int]], int]:
         """Return the form costs'z, under its own number, in terms of y, times an integer, and that integer."""
         kept = [k for k in range(self.n) if self.choices[k]]
-        constant = sum((cost * base for cost, base in zip(costs, self.base, strict=True)), Fraction(0))
+        constant = sum(
+            (cost * base for cost, base in zip(costs, self.base, strict=True)),
+            Fraction(0),
+        )
         scale = lcm(constant.denominator, *(costs[k].denominator for k in kept))
-        row = [int(constant * scale), *(int(self.side[k] * costs[k] * scale) for k in kept)]
+        row = [
+            int(constant * scale),
+            *(int(self.side[k] * costs[k] * scale) for k in kept),
+        ]
         return {OBJECTIVE * self.n: row}, scale
 
     def root(self, others: dict[int, list[int]] | None = None) -> Node | None:
@@ -100,12 +135,21 @@ class Unknowns:
         rows |= others or {}
         bounded = [k for k in kept if len(self.choices[k]) > 1]
         widths = [self.zero(k, UPPER) for k in self.boxes]
-        node = Node(Dictionary(rows, list(kept), [*bounded, *widths], self.check), [None] * self.n)
-        signed = (node.dictionary.require(self.w(k)) for k in bounded if k not in self.boxes)
-        free = (self.choose(node, k, BASIC) for k in kept if self.choices[k] == (BASIC,))
+        node = Node(
+            Dictionary(rows, list(kept), [*bounded, *widths], self.check),
+            [None] * self.n,
+        )
+        signed = (
+            node.dictionary.require(self.w(k)) for k in bounded if k not in self.boxes
+        )
+        free = (
+            self.choose(node, k, BASIC) for k in kept if self.choices[k] == (BASIC,)
+        )
         return node if all(free) and all(signed) else None
 
-    def choose(self, node: Node, k: int, state: int, *, least: int | None = None) -> bool:
+    def choose(
+        self, node: Node, k: int, state: int, *, least: int | None = None
+    ) -> bool:
         """Choose a state in a node; return False if the node is proved to be empty then. least : a form that is least
         at the node's point, and is to be so again; None if the point may be any."""
         here, zero, w = node.dictionary, self.zero(k, state), self.w(k)
@@ -154,12 +198,23 @@ class Unknowns:
         """Return an unknown without a state that holds on all of a node, where each has one at its point; choose the
         states of those before; None if there is no such unknown."""
         bits = self.states_at_point(node)
-        open_ = [k for k, states in enumerate(self.choices) if states and node.states[k] is None]
+        open_ = [
+            k
+            for k, states in enumerate(self.choices)
+            if states and node.states[k] is None
+        ]
         # first, as games with many equilibria take the fewest nodes so, the last one of
         # those with one state
         open_.sort(key=lambda k: ((bits & self.masks[k]).bit_count(), -k))
         for k in open_:
-            state = next((state for state in self.choices[k] if self.holds(node, self.bit(k, state))), None)
+            state = next(
+                (
+                    state
+                    for state in self.choices[k]
+                    if self.holds(node, self.bit(k, state))
+                ),
+                None,
+            )
             if state is None or not self.choose(node, k, state):
                 return k
         return None
@@ -201,7 +256,11 @@ class Unknowns:
         if not here.is_zero(bit.bit_length() - 1):
             return False
         k, state = self.meaning[bit]
-        if state != BASIC and k in self.boxes and here.can_have_sign(self.w(k), -1 if state == LOWER else 1):
+        if (
+            state != BASIC
+            and k in self.boxes
+            and here.can_have_sign(self.w(k), -1 if state == LOWER else 1)
+        ):
             return False
         node.certain |= bit
         return True
@@ -214,14 +273,23 @@ class Unknowns:
         for k in kept:
             self.check()
             row = self.data.rows[k]
-            constant = sum((a * self.base[j] for j, a in row.items()), Fraction(self.data.constants[k]))
+            constant = sum(
+                (a * self.base[j] for j, a in row.items()),
+                Fraction(self.data.constants[k]),
+            )
             d = self.side[k] * constant.denominator
-            form = [self.side[k] * constant.numerator, *(d * self.side[j] * row.get(j, 0) for j in kept)]
+            form = [
+                self.side[k] * constant.numerator,
+                *(d * self.side[j] * row.get(j, 0) for j in kept),
+            ]
             rows[self.w(k)] = primitive(form)
             factors[self.w(k)] = Fraction(d * self.data.scales[k], gcd(*form) or 1)
         for k in self.boxes:
             width = (self.data.upper[k] or 0) - self.base[k]
-            rows[self.zero(k, UPPER)] = [width.numerator, *(-width.denominator if j == k else 0 for j in kept)]
+            rows[self.zero(k, UPPER)] = [
+                width.numerator,
+                *(-width.denominator if j == k else 0 for j in kept),
+            ]
         return rows, factors, kept
 
 
@@ -287,18 +355,26 @@ def explored(nodes: Any, pending: Any) -> Iterator[tuple[Any, bool]]:
         violated = nodes.violations(node)
         k = None
         if violated is not None:
-            k = max(violated, key=violated.__getitem__) if violated else nodes.unsettled(node)
+            k = (
+                max(violated, key=violated.__getitem__)
+                if violated
+                else nodes.unsettled(node)
+            )
         if k is not None:
             pending.extend(nodes.children(node, k))
         yield node, violated is not None and k is None
 
 
-def first_solution(data: ExactProblem, check: Callable[[], None]) -> list[Fraction] | None:
+def first_solution(
+    data: ExactProblem, check: Callable[[], None]
+) -> list[Fraction] | None:
     """Return a solution; None if there is proved to be none. `check` is called before each step and may raise."""
     return next((z for z in solution_search(data, check) if z is not None), None)
 
 
-def solution_search(data: ExactProblem, check: Callable[[], None]) -> Iterator[list[Fraction] | None]:
+def solution_search(
+    data: ExactProblem, check: Callable[[], None]
+) -> Iterator[list[Fraction] | None]:
     """Yield solutions as the tree finds them, and None after each node that shows none."""
     unknowns = Unknowns(data, check)
     start = unknowns.root()

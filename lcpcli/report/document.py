@@ -35,7 +35,9 @@ class Table(NamedTuple):
 
     def widths(self) -> list[int]:
         """Return the number of characters of the widest cell of each column."""
-        return [max(map(len, cells)) for cells in zip(self.header, *self.rows, strict=True)]
+        return [
+            max(map(len, cells)) for cells in zip(self.header, *self.rows, strict=True)
+        ]
 
 
 class Section(NamedTuple):
@@ -66,7 +68,10 @@ class Document(NamedTuple):
     def visible(self) -> Document:
         """Return the report as people see it, without empty tables."""
         title, sections = all_visible(self)
-        shown = [own._replace(tables=[table for table in own.tables if table.rows]) for own in sections]
+        shown = [
+            own._replace(tables=[table for table in own.tables if table.rows])
+            for own in sections
+        ]
         return Document(title, shown)
 
 
@@ -91,13 +96,24 @@ FORMATS = {
     "html": Form("a page with tables and figures", ".html", "html_page"),
 }
 MEANINGS = {name: form.meaning for name, form in FORMATS.items()}
-RECORD_MEANINGS = dict(MEANINGS, json="one object, for scripts", csv="a key and its value per line", html="a page")
+RECORD_MEANINGS = dict(
+    MEANINGS,
+    json="one object, for scripts",
+    csv="a key and its value per line",
+    html="a page",
+)
 # They show a selection of iterates and components.
 TABLES = [name for name, form in FORMATS.items() if form.renderer]
-SUFFIXES = {"": "table", **{form.suffix: name for name, form in FORMATS.items()}, **dict.fromkeys(LINES, "json")}
+SUFFIXES = {
+    "": "table",
+    **{form.suffix: name for name, form in FORMATS.items()},
+    **dict.fromkeys(LINES, "json"),
+}
 
 
-def typeset(document: Document, form: str, width: int | None = None, color: bool = False) -> str:
+def typeset(
+    document: Document, form: str, width: int | None = None, color: bool = False
+) -> str:
     """Return a report as text in a format. width : of the terminal, None if there is none. color : whether it has
     colours."""
     module = import_module(f"lcpcli.report.{FORMATS[form].renderer}")

@@ -43,7 +43,9 @@ def render(document: Document, _: int | None, __: bool) -> str:
     head = f'<meta charset="utf-8"><meta name="viewport" content="width=device-width"><title>{title}</title>'
     parts = [head, f"<style>{STYLE}</style>", f"<h1>{title}</h1>"]
     for section in document.sections:
-        parts += [f"<h2>{escape(section.title)}</h2>"] * (section.title != document.title)
+        parts += [f"<h2>{escape(section.title)}</h2>"] * (
+            section.title != document.title
+        )
         parts += _section(section)
     return '<!doctype html>\n<html lang="en">\n' + "\n".join(parts) + "\n</html>\n"
 
@@ -51,7 +53,10 @@ def render(document: Document, _: int | None, __: bool) -> str:
 def part(section: Section) -> str:
     """Return a section as a part of another page, as a notebook is one."""
     (own,) = Document(section.title, [section]).visible().sections
-    parts = ['<div class="lcp"><style>.lcp .left { text-align: left }</style>', f"<b>{escape(own.title)}</b>"]
+    parts = [
+        '<div class="lcp"><style>.lcp .left { text-align: left }</style>',
+        f"<b>{escape(own.title)}</b>",
+    ]
     return "\n".join([*parts, *_section(own), "</div>"])
 
 
@@ -61,31 +66,48 @@ def _section(section: Section) -> list[str]:
     first = [section.verdict] * bool(section.verdict)
     parts = [_line(text, f"verdict{' settled' * section.settled}") for text in first]
     notes = [*([] if first else section.remarks), *filter(None, [section.provenance])]
-    parts += [_line(text, "") for text in (*(section.remarks if first else []), *section.facts)]
-    parts += [part for table in section.tables if not table.name for part in _table(table)]
+    parts += [
+        _line(text, "")
+        for text in (*(section.remarks if first else []), *section.facts)
+    ]
+    parts += [
+        part for table in section.tables if not table.name for part in _table(table)
+    ]
     if section.figure is not None and find_spec("matplotlib") is None:
-        notes.insert(0, "The figure needs matplotlib: pip install 'linear-complementarity[plot]'.")
+        notes.insert(
+            0,
+            "The figure needs matplotlib: pip install 'linear-complementarity[plot]'.",
+        )
     elif section.figure is not None:
         data = f"data:image/svg+xml;base64,{b64encode(section.figure()).decode()}"
-        parts.append(f'<figure><img alt="{escape(section.title)}" src="{data}"></figure>')
+        parts.append(
+            f'<figure><img alt="{escape(section.title)}" src="{data}"></figure>'
+        )
     parts += [part for table in section.tables if table.name for part in _table(table)]
     return [*parts, *(_line(text, "notes") for text in notes)]
 
 
 def _table(table: Table) -> list[str]:
     kinds = {**dict.fromkeys(table.words, "left"), **dict.fromkeys(table.texts, "text")}
-    looks = [f' class="{kinds[j]}"' if j in kinds else "" for j in range(len(table.header))]
+    looks = [
+        f' class="{kinds[j]}"' if j in kinds else "" for j in range(len(table.header))
+    ]
 
     def row(kind: str, cells: Sequence[str]) -> str:
         shown = zip(cells, looks, strict=True)
         return f"<tr>{''.join(f'<{kind}{look}>{escape(cell)}</{kind}>' for cell, look in shown)}</tr>"
 
     bodies = [f"<thead>{row('th', table.header)}</thead>"] * any(table.header)
-    bodies += [f"<tbody>{''.join(row('td', cells) for cells in group)}</tbody>" for group in table.groups]
+    bodies += [
+        f"<tbody>{''.join(row('td', cells) for cells in group)}</tbody>"
+        for group in table.groups
+    ]
     grid = f'<div class="wide"><table>{"".join(bodies)}</table></div>'
     if table.name:
         opened = " open" * (len(table.rows) <= MOST_OPEN)
-        grid = f"<details{opened}><summary>{escape(table.name)}</summary>{grid}</details>"
+        grid = (
+            f"<details{opened}><summary>{escape(table.name)}</summary>{grid}</details>"
+        )
     return [grid, *(_line(text, "notes") for text in table.notes)]
 
 

@@ -43,15 +43,23 @@ BINARY = ((2**30, "GiB"), (2**20, "MiB"), (2**10, "KiB"), (1, "bytes"))
 Row = tuple[str, ...]
 
 
-def report(found: Inspection | NonlinearInspection, whole: bool = True) -> result_formats.Report:
+def report(
+    found: Inspection | NonlinearInspection, whole: bool = True
+) -> result_formats.Report:
     """Return the report on an inspection. whole : whether to show all in tables; otherwise only what decides about the
     methods."""
     name = wording.title(found.problem) or "problem"
-    classes = [(title(name), verdict.word, verdict.evidence) for name, verdict in found.classes.items()]
+    classes = [
+        (title(name), verdict.word, verdict.evidence)
+        for name, verdict in found.classes.items()
+    ]
 
     def document(*_: Any) -> Document:
         if isinstance(found, Inspection):
-            tables, heading = _linear_tables(found, classes, whole), f"{name}: {wording.size(found.problem)}"
+            tables, heading = (
+                _linear_tables(found, classes, whole),
+                f"{name}: {wording.size(found.problem)}",
+            )
         else:
             shown = [row for row in classes if whole or row[0] in DECISIVE]
             of_start = _table(("class of M = J at the start", "", "because"), shown)
@@ -60,14 +68,29 @@ def report(found: Inspection | NonlinearInspection, whole: bool = True) -> resul
         facts = list(filter(None, [getattr(found, "obvious", ""), *found.hints]))
         return Document(heading, [Section(heading, facts=facts, tables=tables)])
 
-    return result_formats.Report(document, lambda: [_record(found)], pipe=wording.PIPE_WIDTH)
+    return result_formats.Report(
+        document, lambda: [_record(found)], pipe=wording.PIPE_WIDTH
+    )
 
 
-def _linear_tables(found: Inspection, classes: Sequence[Row], whole: bool) -> list[Table]:
-    methods = [(name, guarantee.word, guarantee.reason) for name, guarantee in found.guarantees.items()]
-    guaranteed = _table(("method", "guaranteed", "in exact arithmetic, because"), methods)
-    tries = [(one, f"{count(one[2], 'iteration')}, then twice as many" if one[2] else "") for one in found.plan or ()]
-    plan = [(method, "; ".join(filter(None, (part, share))), why) for (method, part, _, why), share in tries]
+def _linear_tables(
+    found: Inspection, classes: Sequence[Row], whole: bool
+) -> list[Table]:
+    methods = [
+        (name, guarantee.word, guarantee.reason)
+        for name, guarantee in found.guarantees.items()
+    ]
+    guaranteed = _table(
+        ("method", "guaranteed", "in exact arithmetic, because"), methods
+    )
+    tries = [
+        (one, f"{count(one[2], 'iteration')}, then twice as many" if one[2] else "")
+        for one in found.plan or ()
+    ]
+    plan = [
+        (method, "; ".join(filter(None, (part, share))), why)
+        for (method, part, _, why), share in tries
+    ]
     if whole:
         return [
             _table(("", ""), _facts(found) if found.problem.n else []),
@@ -77,40 +100,71 @@ def _linear_tables(found: Inspection, classes: Sequence[Row], whole: bool) -> li
         ]
     shown = [
         ("condition", _condition(found)),
-        *((text, f"{word}: {reason}") for text, word, reason in classes if text in DECISIVE),
+        *(
+            (text, f"{word}: {reason}")
+            for text, word, reason in classes
+            if text in DECISIVE
+        ),
         *_presolve(found.presolve),
-        ("auto tries", ", ".join(dict.fromkeys(attempt.method for attempt in found.plan or ()))),
-        ("the rest", f"--all shows {len(classes)} classes, sizes, rates and why auto tries what"),
+        (
+            "auto tries",
+            ", ".join(dict.fromkeys(attempt.method for attempt in found.plan or ())),
+        ),
+        (
+            "the rest",
+            f"--all shows {len(classes)} classes, sizes, rates and why auto tries what",
+        ),
     ]
     return [_table(("", ""), shown if found.problem.n else []), guaranteed]
 
 
 def verdict(found: Inspection | NonlinearInspection) -> str:
     """Return an inspection in a line: the obvious answer, else the classes that decide about the methods."""
-    proved = [title(name) for name, own in found.classes.items() if own.word == "yes" and title(name) in DECISIVE]
+    proved = [
+        title(name)
+        for name, own in found.classes.items()
+        if own.word == "yes" and title(name) in DECISIVE
+    ]
     obvious = getattr(found, "obvious", "")
-    return obvious or ", ".join(proved) or "no class of M that decides about the methods is proved"
+    return (
+        obvious
+        or ", ".join(proved)
+        or "no class of M that decides about the methods is proved"
+    )
 
 
 def _table(header: Row, rows: Sequence[Row], texts: Sequence[int] = ()) -> Table:
-    return Table(header, [rows], words=range(len(header)), texts=texts or (len(header) - 1,))
+    return Table(
+        header, [rows], words=range(len(header)), texts=texts or (len(header) - 1,)
+    )
 
 
 def _facts(found: Inspection) -> list[Row]:
     n, stored = found.problem.n, "sparse" if is_sparse(found.problem.M) else "dense"
-    nonzeros = f"{found.nonzeros} of {n**2} nonzero ({100 * found.nonzeros / n**2:.3g} %)"
+    nonzeros = (
+        f"{found.nonzeros} of {n**2} nonzero ({100 * found.nonzeros / n**2:.3g} %)"
+    )
     unit, name = next((unit, name) for unit, name in BINARY if found.cost.bytes >= unit)
     before, after, cost = found.spread, found.equilibrated_spread, found.cost
     size = f"{cost.factor_entries:.2g} entries, {cost.factor_operations:.2g} operations"
     if cost.bandwidth is not None:
         size = f"at most {size} (bandwidth {cost.bandwidth} after reordering)"
-    eigenvalues = "not computed: M is not symmetric" if found.classes["symmetric"].word == "no" else UNKNOWN
+    eigenvalues = (
+        "not computed: M is not symmetric"
+        if found.classes["symmetric"].word == "no"
+        else UNKNOWN
+    )
     if (ends := found.spectrum) is not None:
-        eigenvalues = f"{'about ' * ends.estimated}{ends.smallest:.4g} to {ends.largest:.4g}"
+        eigenvalues = (
+            f"{'about ' * ends.estimated}{ends.smallest:.4g} to {ends.largest:.4g}"
+        )
     error = f"p = {found.p:.2g} leaves a smoothing error of at most {found.smoothing_error:.1e} in F"
     return [
         ("entries", f"{stored}, {nonzeros}, {cost.bytes / unit:.3g} {name}"),
-        ("scaling", f"{_spread(before)} ({after.rows:.1f} and {after.columns:.1f} after equilibration)"),
+        (
+            "scaling",
+            f"{_spread(before)} ({after.rows:.1f} and {after.columns:.1f} after equilibration)",
+        ),
         ("condition", _condition(found)),
         ("eigenvalues", eigenvalues),
         ("factorization", size),
@@ -122,23 +176,45 @@ def _facts(found: Inspection) -> list[Row]:
 
 
 def _spread(spread: Spread) -> str:
-    return f"row maxima span {spread.rows:.1f} decades, column maxima {spread.columns:.1f}"
+    return (
+        f"row maxima span {spread.rows:.1f} decades, column maxima {spread.columns:.1f}"
+    )
 
 
 def _removed(found: Presolved | Refuted | None) -> dict[str, object] | None:
     if isinstance(found, Refuted):
         return {"contradiction": True, "unknowns": None, "removed": {}}
-    return None if found is None else {"contradiction": False, "unknowns": found.kept.size, "removed": found.removed}
+    return (
+        None
+        if found is None
+        else {
+            "contradiction": False,
+            "unknowns": found.kept.size,
+            "removed": found.removed,
+        }
+    )
 
 
 def _presolve(found: Presolved | Refuted | None) -> list[Row]:
     if found is None:
         return []
     if isinstance(found, Refuted):
-        return [("presolve", "finds a row that cannot have its sign for any z within the bounds")]
-    n, parts = found.original.n, ", ".join(f"{number} by {rule}" for rule, number in found.removed.items())
+        return [
+            (
+                "presolve",
+                "finds a row that cannot have its sign for any z within the bounds",
+            )
+        ]
+    n, parts = (
+        found.original.n,
+        ", ".join(f"{number} by {rule}" for rule, number in found.removed.items()),
+    )
     changed = "writes equations in another way" * found.has_new_rows
-    removes = f"removes {n - found.kept.size} of {count(n, 'unknown')}: {parts}" if parts else ""
+    removes = (
+        f"removes {n - found.kept.size} of {count(n, 'unknown')}: {parts}"
+        if parts
+        else ""
+    )
     return [("presolve", "; ".join(filter(None, (removes, changed))))]
 
 
@@ -148,7 +224,9 @@ def _condition(found: Inspection) -> str:
         return UNKNOWN
     if own == scaled == math.inf:
         return "singular to working precision"
-    one, other = ("infinite" if value == math.inf else f"{value:.2g}" for value in (own, scaled))
+    one, other = (
+        "infinite" if value == math.inf else f"{value:.2g}" for value in (own, scaled)
+    )
     return f"{one} in the 1-norm, {other} after equilibration"
 
 
@@ -161,9 +239,17 @@ def _contraction(rate: Rate | None, found: Inspection) -> str:
         return f"{start} {'omega I + M is singular, or nearly' if is_small else 'rate unknown'}"
     if rate.iterations is None:
         return f"{start} |T| = {rate.factor:.4g}, no contraction"
-    factor = f"{rate.factor:.4g}" if rate.factor < CLOSE_TO_ONE else f"1 - {1 - rate.factor:.1e}"
+    factor = (
+        f"{rate.factor:.4g}"
+        if rate.factor < CLOSE_TO_ONE
+        else f"1 - {1 - rate.factor:.1e}"
+    )
     many = rate.iterations > MOST_ITERATIONS
-    times = f"{rate.iterations:.1e} iterations" if many else count(rate.iterations, "iteration")
+    times = (
+        f"{rate.iterations:.1e} iterations"
+        if many
+        else count(rate.iterations, "iteration")
+    )
     most = "about" if found.spectrum and found.spectrum.estimated else "at most"
     return f"{start} |T| = {factor}, {most} {times} to {TOL.value:.0e} of the initial error"
 
@@ -174,32 +260,64 @@ def _nonlinear_facts(found: NonlinearInspection) -> Sequence[Row]:
     facts = [("rows", f"{rows}; {found.nonlinear_rows} of {n} nonlinear")]
     if found.operators is not None:
         fixed = f"{found.fixed_variables}{', which are constants' * bool(found.fixed_variables)}"
-        operators = ", ".join(f"{name} {number}" for name, number in found.operators.items()) or "none"
+        operators = (
+            ", ".join(f"{name} {number}" for name, number in found.operators.items())
+            or "none"
+        )
         common = str(found.common_expressions)
-        facts += [("operators", operators), ("common expressions", common), ("fixed variables", fixed)]
+        facts += [
+            ("operators", operators),
+            ("common expressions", common),
+            ("fixed variables", fixed),
+        ]
     density = f" ({100 * found.nonzeros / n**2:.3g} %)" if n else ""
     of_rows, of_free = found.structural_rank_of_equations, found.structural_rank_of_free
-    free = f"; {of_rows} of the rows of equations, {of_free} of the columns of free unknowns" * bool(found.equations)
+    free = (
+        f"; {of_rows} of the rows of equations, {of_free} of the columns of free unknowns"
+        * bool(found.equations)
+    )
     facts += [
-        ("names", f"{named[0]}{f' to {named[-1]}' * (len(named) > 1)}" if named else "none"),
+        (
+            "names",
+            f"{named[0]}{f' to {named[-1]}' * (len(named) > 1)}" if named else "none",
+        ),
         ("entries of J", f"{found.nonzeros} of {n**2} nonzero{density}"),
         ("structural rank", f"{found.structural_rank} of {n}{free}"),
-        ("at the start", f"natural residual {wording.short(found.residual) or 'undefined'}"),
+        (
+            "at the start",
+            f"natural residual {wording.short(found.residual) or 'undefined'}",
+        ),
     ]
     if (condition := found.condition) is not None:
-        facts.append(("condition of J", "singular" if math.isinf(condition) else f"{condition:.2g} in the 1-norm"))
+        facts.append(
+            (
+                "condition of J",
+                "singular"
+                if math.isinf(condition)
+                else f"{condition:.2g} in the 1-norm",
+            )
+        )
     return facts + ([("scaling of J", _spread(found.spread))] if found.spread else [])
 
 
 def _record(found: Inspection | NonlinearInspection) -> dict[str, Any]:
     problem, is_linear = found.problem, isinstance(found, Inspection)
-    condition = found.equilibrated_condition if isinstance(found, Inspection) else found.condition
+    condition = (
+        found.equilibrated_condition
+        if isinstance(found, Inspection)
+        else found.condition
+    )
     own = {
         **result_formats.place(NO_SOURCE, problem),
         "bounds": dict(problem.box.kinds) or None,
         "density": found.nonzeros / problem.n**2 if problem.n else None,
         "classes": {
-            name: {"verdict": own.word, "evidence": own.evidence, "indices": own.indices, "vector": own.vector}
+            name: {
+                "verdict": own.word,
+                "evidence": own.evidence,
+                "indices": own.indices,
+                "vector": own.vector,
+            }
             for name, own in found.classes.items()
         },
         "spread": _decades(found.spread),
@@ -214,13 +332,20 @@ def _record(found: Inspection | NonlinearInspection) -> dict[str, Any]:
             **vars(found.cost),
             "fixed_point": found.published or NO_RATE,
             "fixed_point_best": found.best or NO_RATE,
-            "methods": {name: {"guaranteed": own.word, "reason": own.reason} for name, own in found.guarantees.items()},
+            "methods": {
+                name: {"guaranteed": own.word, "reason": own.reason}
+                for name, own in found.guarantees.items()
+            },
             "presolve": _removed(found.presolve),
-            "plan": None if found.plan is None else [attempt._asdict() for attempt in found.plan],
+            "plan": None
+            if found.plan is None
+            else [attempt._asdict() for attempt in found.plan],
             "obvious": found.obvious or None,
         }
     return result_formats.record(KEYS if is_linear else NONLINEAR_KEYS, found, own)
 
 
 def _decades(spread: Spread | None) -> dict[str, float] | None:
-    return spread and {f"{key}_decades": value for key, value in spread._asdict().items()}
+    return spread and {
+        f"{key}_decades": value for key, value in spread._asdict().items()
+    }

@@ -30,23 +30,48 @@ def render(document: Document, _: int | None, __: bool) -> str:
     """Return one table environment per section, ready to be \\input; sections without tables are comments, unless they
     have a verdict."""
     lines = [NEEDED]
-    for section, label in zip(document.sections, labels([each.title for each in document.sections]), strict=True):
+    for section, label in zip(
+        document.sections,
+        labels([each.title for each in document.sections]),
+        strict=True,
+    ):
         if section.verdict or section.tables:
             lines += _section(section, label)
         else:
-            lines += [f"% {' '.join(line.split())}" for line in (section.title, *section.facts)]
+            lines += [
+                f"% {' '.join(line.split())}"
+                for line in (section.title, *section.facts)
+            ]
     return "\n".join(lines).rstrip("\n") + "\n"
 
 
 def _section(section: Section, label: str) -> list[str]:
     """Return a float for a section, below a longtable if the first of its tables is too long for a page."""
-    caption, lines = " ".join(f"{text}." for text in (section.title, section.provenance) if text), []
+    caption, lines = (
+        " ".join(f"{text}." for text in (section.title, section.provenance) if text),
+        [],
+    )
     notes = [section.verdict, *section.facts, *section.remarks]
-    tables, named = list(section.tables), [rf"\caption{{{_text(caption)}}}", rf"\label{{{label}}}"]
+    tables, named = (
+        list(section.tables),
+        [rf"\caption{{{_text(caption)}}}", rf"\label{{{label}}}"],
+    )
     if tables and len(tables[0].rows) > PAGE_ROWS:
         begin, top, names, *rows, _ = _tabular(tables.pop(0))
-        lines = [r"\begingroup\small\setlength{\tabcolsep}{4pt}", begin.replace("tabular", "longtable")]
-        lines += ["".join(named) + r"\\", top, names, r"\endfirsthead", top, names, r"\endhead", *rows]
+        lines = [
+            r"\begingroup\small\setlength{\tabcolsep}{4pt}",
+            begin.replace("tabular", "longtable"),
+        ]
+        lines += [
+            "".join(named) + r"\\",
+            top,
+            names,
+            r"\endfirsthead",
+            top,
+            names,
+            r"\endhead",
+            *rows,
+        ]
         lines, named = [*lines, r"\end{longtable}", r"\endgroup", ""], []
     notes = [*(note for table in tables for note in table.notes), *filter(None, notes)]
     if not tables and not notes:
@@ -55,24 +80,38 @@ def _section(section: Section, label: str) -> list[str]:
     for table in tables:  # below each other, none wider than the text
         begin, *rows, end = _tabular(table)
         lines += [FITTED + begin, *rows, end + r"}\par\medskip"]
-    lines += [r"\raggedright", *(rf"{_text(note)}\par" for note in notes)] if notes else []
+    lines += (
+        [r"\raggedright", *(rf"{_text(note)}\par" for note in notes)] if notes else []
+    )
     return [*lines, r"\end{table}", ""]
 
 
 def labels(titles: Sequence[str]) -> list[str]:
     """Return a different label for each title, of letters, digits and hyphens, by what is before a colon."""
-    plain = [re.sub(r"[^A-Za-z0-9]+", "-", title.partition(":")[0]).strip("-") or "lcp" for title in titles]
-    return [f"tab:{text}" + f":{i + 1}" * (text in plain[:i]) for i, text in enumerate(plain)]
+    plain = [
+        re.sub(r"[^A-Za-z0-9]+", "-", title.partition(":")[0]).strip("-") or "lcp"
+        for title in titles
+    ]
+    return [
+        f"tab:{text}" + f":{i + 1}" * (text in plain[:i])
+        for i, text in enumerate(plain)
+    ]
 
 
 def _tabular(table: Table) -> list[str]:
     wide = r"p{0.5\textwidth}"
-    kinds = "".join(wide if j in table.texts else "rl"[j in table.words] for j in range(len(table.header)))
+    kinds = "".join(
+        wide if j in table.texts else "rl"[j in table.words]
+        for j in range(len(table.header))
+    )
     lines = [rf"\begin{{tabular}}{{{kinds}}}", r"\toprule"]
     lines += [_row([_heading(name) for name in table.header])] * any(table.header)
     for group in table.groups:
         lines += [r"\midrule"] * (len(lines) > 2)
-        lines += [_row([_cell(text, j in table.words) for j, text in enumerate(cells)]) for cells in group]
+        lines += [
+            _row([_cell(text, j in table.words) for j, text in enumerate(cells)])
+            for cells in group
+        ]
     return [*lines, r"\bottomrule", r"\end{tabular}"]
 
 
@@ -85,7 +124,11 @@ def _heading(name: str) -> str:
         return f"${name[0]}_{{{name[1:]}}}$"
     if name == "k":
         return f"${name}$"
-    return _cell(name) if name.startswith(("time/", "to ")) or name == ELLIPSIS else escape_latex(name)
+    return (
+        _cell(name)
+        if name.startswith(("time/", "to ")) or name == ELLIPSIS
+        else escape_latex(name)
+    )
 
 
 def _cell(text: str, is_word: bool = False) -> str:
@@ -96,14 +139,20 @@ def _cell(text: str, is_word: bool = False) -> str:
 
 def _text(text: str) -> str:
     """Return a text in LaTeX, with powers of ten for exponents, and the Greek letter of microseconds."""
-    return re.sub(r"(?<=\d )us\b|(?<=/)us\b", r"$\\mu$s", EXPONENT.sub(_power, escape_latex(text)))
+    return re.sub(
+        r"(?<=\d )us\b|(?<=/)us\b", r"$\\mu$s", EXPONENT.sub(_power, escape_latex(text))
+    )
 
 
 def _power(number: re.Match[str]) -> str:
     digits, exponent = number[1], int(number[2])
     if exponent == 0:
         return digits
-    return f"$10^{{{exponent}}}$" if digits == "1" else rf"${digits} \cdot 10^{{{exponent}}}$"
+    return (
+        f"$10^{{{exponent}}}$"
+        if digits == "1"
+        else rf"${digits} \cdot 10^{{{exponent}}}$"
+    )
 
 
 def escape_latex(text: str) -> str:

@@ -18,7 +18,16 @@ from lcpcli.model.problem import Problem
 from lcpcli.model.words import in_own_sense
 from lcpcli.rational.numbers import approximate, brief
 from lcpcli.report import wording
-from lcpcli.report.wording import ELLIPSIS, LEVELS, PIPE_WIDTH, duration, error, name, residual, short
+from lcpcli.report.wording import (
+    ELLIPSIS,
+    LEVELS,
+    PIPE_WIDTH,
+    duration,
+    error,
+    name,
+    residual,
+    short,
+)
 from lcpcli.solving.result import Result
 from lcpcli.solving.trace import Trace
 from lcpcli.verify.digits import fewest
@@ -29,22 +38,40 @@ def proofs(result: Result) -> list[str]:
     as they fit, and with the proof or its absence if no message states it."""
     exact, problem, certificate = result.exact, result.problem, result.certificate
     if exact is not None:
-        vectors = ((name, values) for name in "zw" if (values := getattr(exact, name)) is not None)
-        lines = [f"exact {name} = {wording.vector(values, brief)}" for name, values in vectors]
+        vectors = (
+            (name, values)
+            for name in "zw"
+            if (values := getattr(exact, name)) is not None
+        )
+        lines = [
+            f"exact {name} = {wording.vector(values, brief)}"
+            for name, values in vectors
+        ]
         if (y := exact.y) is not None:
             shown = wording.vector(y, brief)
             if len(y) > wording.LINE_ENTRIES:
-                used = wording.vector([f"y{i} = {brief(value)}" for i, value in enumerate(y, 1) if value], str)
+                used = wording.vector(
+                    [f"y{i} = {brief(value)}" for i, value in enumerate(y, 1) if value],
+                    str,
+                )
                 shown = f"{used[:-1]}; 0 elsewhere)"
             lines.append(f"exact y = {shown}{_as_proof(problem, y)}")
-        return [*lines, "proof: " * (exact.z is not None) + exact.proof] if result.solved else lines
+        return (
+            [*lines, "proof: " * (exact.z is not None) + exact.proof]
+            if result.solved
+            else lines
+        )
     if certificate is None or certificate.vector is None:
         return [f"certificate: {certificate.kind}"] if certificate else []
-    cell: Callable[[Any], str] = wording.multiplier if certificate.exact is None else brief
+    cell: Callable[[Any], str] = (
+        wording.multiplier if certificate.exact is None else brief
+    )
     vector: Sequence[Any] = certificate.exact or certificate.vector.tolist()
     if certificate.kind != "farkas":
         return [f"certificate: {certificate.kind} {wording.vector(vector, cell)}"]
-    return [f"Farkas certificate y = {wording.vector(vector, cell)}{_as_proof(problem, vector)}"]
+    return [
+        f"Farkas certificate y = {wording.vector(vector, cell)}{_as_proof(problem, vector)}"
+    ]
 
 
 def _as_proof(problem: Problem, y: Sequence[float | Fraction]) -> str:
@@ -54,7 +81,13 @@ def _as_proof(problem: Problem, y: Sequence[float | Fraction]) -> str:
         return ""
     columns = [*matrices.dense(problem.M).T.tolist(), problem.q.tolist()]
     *first, last = (
-        sum((Fraction(str(a)) * Fraction(str(b)) for a, b in zip(column, y, strict=True)), Fraction(0))
+        sum(
+            (
+                Fraction(str(a)) * Fraction(str(b))
+                for a, b in zip(column, y, strict=True)
+            ),
+            Fraction(0),
+        )
         for column in columns
     )
     of_y = f"M'y = {wording.vector(first, approximate)} and q'y = {approximate(last)}"
@@ -65,7 +98,11 @@ DIGITS = 7  # of z at most, as in the paper's tables
 # Of z: a line warns if the data determine fewer, as some printed digits then mean
 # nothing.
 ENOUGH_DIGITS = 6
-OTHERS_CLAUSES = {None: "", False: "; the only solution", True: "; one of several: --all lists them"}
+OTHERS_CLAUSES = {
+    None: "",
+    False: "; the only solution",
+    True: "; one of several: --all lists them",
+}
 UNSOLVABLE = "; with the numbers as written there is no exact solution"
 SETTLED = ("infeasible", "unsolvable")  # the statuses without a z of interest
 # The statuses whose message is about the problem, not about the run.
@@ -80,7 +117,11 @@ def verdict(result: Result) -> str:
     """Return a line on how the run ended, and by which methods, unless it is on the problem alone."""
     if result.solved:
         objective = "".join(f"; {words}" for words in wording.objective(result))
-        others = UNSOLVABLE if result.exactly_solvable is False else OTHERS_CLAUSES[result.others]
+        others = (
+            UNSOLVABLE
+            if result.exactly_solvable is False
+            else OTHERS_CLAUSES[result.others]
+        )
         return f"{result.status.word} {_work(result)}{objective}{others}"
     if result.status.word in PROBLEM_STATUSES:
         return result.message
@@ -89,29 +130,48 @@ def verdict(result: Result) -> str:
 
 
 def _work(result: Result, with_route: bool = True) -> str:
-    counts = count(result.iterations, "iteration"), count(result.evaluations, "evaluation")
+    counts = (
+        count(result.iterations, "iteration"),
+        count(result.evaluations, "evaluation"),
+    )
     by = f"by {', '.join(result.route)}: " * with_route
     return by + ", ".join([*counts, duration(result.seconds)])
 
 
-def facts(result: Result, width: int | None, whole: bool, names: Sequence[str] = ()) -> list[str]:
+def facts(
+    result: Result, width: int | None, whole: bool, names: Sequence[str] = ()
+) -> list[str]:
     """Return lines with the work and its parts, the residuals, the error and z, and with bounds also the basis. whole :
     whether to show all of a long z instead of a line. names : of the unknowns that are shown; empty for all."""
-    parts = {"set-up": result.setup_seconds, "iterations": result.solve_seconds, "verification": result.verify_seconds}
+    parts = {
+        "set-up": result.setup_seconds,
+        "iterations": result.solve_seconds,
+        "verification": result.verify_seconds,
+    }
     if hasattr(result.answer, "seconds"):
         parts["conclusions"] = result.answer.seconds
     times = ", ".join(f"{part} {duration(seconds)}" for part, seconds in parts.items())
-    lines = [times] if result.solved else [_work(result, result.status.word in PROBLEM_STATUSES), times]
+    lines = (
+        [times]
+        if result.solved
+        else [_work(result, result.status.word in PROBLEM_STATUSES), times]
+    )
     if result.status.word in SETTLED:
         return lines
     measures = f"residual {residual(result)}, relative {short(result.relative_residual, ROW_ROUNDING)}"
     if result.error is not None:
         measures += f", error {error(result.error, result.problem)}"
     lines.append(measures)
-    least, i = fewest(result.problem, result.z, np.array(result.digits, dtype=float)) if result.digits else (DIGITS, 0)
+    least, i = (
+        fewest(result.problem, result.z, np.array(result.digits, dtype=float))
+        if result.digits
+        else (DIGITS, 0)
+    )
     if least < ENOUGH_DIGITS:
         digits = f"about {count(least, 'digit')}" if least else "no digit"
-        lines.append(f"the data determine {digits} of z{i + 1}: rounding the data once changes the others")
+        lines.append(
+            f"the data determine {digits} of z{i + 1}: rounding the data once changes the others"
+        )
     lines += _vector(result, width or PIPE_WIDTH, whole, names)
     if names or not result.problem.bounds:
         return lines
@@ -135,12 +195,16 @@ def short_vector(result: Result, width: int) -> str:
 
 def _vector(result: Result, width: int, whole: bool, names: Sequence[str]) -> list[str]:
     """Return z in one line, elided if necessary; or all of z, in as many lines as it needs."""
-    start = "z =" if result.solved or result.status.word in PROBLEM_STATUSES else "best z ="
+    start = (
+        "z =" if result.solved or result.status.word in PROBLEM_STATUSES else "best z ="
+    )
     if names:
         own, cells = result.names, _cells(result, slice(None), by_name=True)
         kept = wording.places(wording.labels_of(result.problem), names)
         shown = [(own[i] or f"z{i + 1}", cells[i].split()[-1]) for i in kept]
-        return [f"{start} ({', '.join(f'{visible(name)} {cell}' for name, cell in shown)})"]
+        return [
+            f"{start} ({', '.join(f'{visible(name)} {cell}' for name, cell in shown)})"
+        ]
     if not whole:
         return [f"{start} {short_vector(result, width - len(start) - 1)}"]
     return wording.folded(f"{start} ({', '.join(_cells(result, slice(None)))})", width)
@@ -154,19 +218,32 @@ def _cells(result: Result, part: slice, by_name: bool = False) -> list[str]:
         place = math.floor(math.log10(known))
     cells, problem, z = list[str](), result.problem, result.z.tolist()
     for v in (in_own_sense(problem, z) if by_name else z)[part]:
-        digits = 1 if v == 0 or not math.isfinite(v) else min(math.floor(math.log10(abs(v))) - place + 1, DIGITS)
+        digits = (
+            1
+            if v == 0 or not math.isfinite(v)
+            else min(math.floor(math.log10(abs(v))) - place + 1, DIGITS)
+        )
         cells.append(f"{v + 0.0:.{digits}g}" if digits > 0 else "0")
     if problem.origin is None:
         return cells
     from lcpcli.model.origins import OwnNames
 
-    names = problem.names[part] if isinstance(problem.origin, OwnNames) else [""] * len(cells)
-    return [f"{visible(own)} {cell}".strip() for own, cell in zip(names, cells, strict=True)]
+    names = (
+        problem.names[part]
+        if isinstance(problem.origin, OwnNames)
+        else [""] * len(cells)
+    )
+    return [
+        f"{visible(own)} {cell}".strip() for own, cell in zip(names, cells, strict=True)
+    ]
 
 
 def doubt(result: Result) -> str:
     """Return a warning for a solved run whose z differs from the solution in its leading digits; else ""."""
-    near = result.error is None or result.error <= LEVELS[0] * result.problem.size_of_solutions
+    near = (
+        result.error is None
+        or result.error <= LEVELS[0] * result.problem.size_of_solutions
+    )
     if near or not result.solved or result.tol > COARSE:
         return ""
     far = f"the residual is small but z is far from the {result.problem.reference} solution"
@@ -176,10 +253,16 @@ def doubt(result: Result) -> str:
 
 def spread(results: Sequence[Result]) -> str:
     """Return a warning if times of runs, even the least of their repetitions, may be unreliable; else ""."""
-    wide = [(result.spread, name(result)) for result in results if result.spread and result.spread > WIDE_SPREAD]
+    wide = [
+        (result.spread, name(result))
+        for result in results
+        if result.spread and result.spread > WIDE_SPREAD
+    ]
     if not wide:
         return ""
-    runs = " and ".join(run for _, run in wide) if len(wide) <= 2 else f"{len(wide)} runs"
+    runs = (
+        " and ".join(run for _, run in wide) if len(wide) <= 2 else f"{len(wide)} runs"
+    )
     return f"times of {runs} vary by more than {min(wide)[0]:.1f}x between repeats"
 
 
@@ -187,22 +270,43 @@ def bound(result: Result) -> str:
     """Return a line with the proved bound on the error, or on why there is none; "" if no bound was requested."""
     if (own := result.bound) is None:
         return ""
-    return f"|z - z*| <= {wording.above(own.value)} ({own.source})" if own.proved else f"no bound: {own.source}"
+    return (
+        f"|z - z*| <= {wording.above(own.value)} ({own.source})"
+        if own.proved
+        else f"no bound: {own.source}"
+    )
 
 
 def result_text(result: Result) -> str:
     exact = ((key, getattr(result.exact, key, None)) for key in "zy")
-    proved = [f"exact {key} = {wording.vector(values, brief)}" for key, values in exact if values is not None]
+    proved = [
+        f"exact {key} = {wording.vector(values, brief)}"
+        for key, values in exact
+        if values is not None
+    ]
     by = f"{result.status.word.replace('_', ' ')} by {', '.join(result.route)}"
     parts = [by, wording.size(result.problem), f"residual {residual(result)}"]
-    parts += [] if result.error is None else [f"error {error(result.error, result.problem)}"]
-    parts += [f"in {duration(result.seconds)}", *(proved or [f"z = {short_vector(result, 60)}"])]
+    parts += (
+        [] if result.error is None else [f"error {error(result.error, result.problem)}"]
+    )
+    parts += [
+        f"in {duration(result.seconds)}",
+        *(proved or [f"z = {short_vector(result, 60)}"]),
+    ]
     return f"<Result: {', '.join(parts)}>"
 
 
 def problem_text(problem: Problem) -> str:
-    stored = f"sparse, {count(problem.M.nnz, 'stored entry')}" if matrices.is_sparse(problem.M) else "dense"
-    known = [count(len(problem.solutions), f"{problem.reference} solution")] if problem.solutions else []
+    stored = (
+        f"sparse, {count(problem.M.nnz, 'stored entry')}"
+        if matrices.is_sparse(problem.M)
+        else "dense"
+    )
+    known = (
+        [count(len(problem.solutions), f"{problem.reference} solution")]
+        if problem.solutions
+        else []
+    )
     known += [f"known verdict: {problem.verdict}"] if problem.verdict else []
     return f"<{f'Problem {wording.title(problem)}'.rstrip()}: {', '.join([wording.size(problem), stored, *known])}>"
 
@@ -213,7 +317,9 @@ def frame(result: Result) -> Any:
     except ModuleNotFoundError:
         raise ParameterError("to_frame", "needs pandas", "pip install pandas") from None
     labels = [name or f"z{i}" for i, name in enumerate(result.names, 1)]
-    return pandas.DataFrame({"z": result.z, "w": result.w, "state": result.basis}, index=labels)
+    return pandas.DataFrame(
+        {"z": result.z, "w": result.w, "state": result.basis}, index=labels
+    )
 
 
 def trace_text(trace: Trace) -> str:

@@ -58,13 +58,23 @@ def notes_on(path: Path, names: Sequence[str], most: float) -> list[str]:
     # Multipliers of a maximization are shown with the other sign.
     if isinstance(problem.origin, Program):
         reversed_ones = problem.origin.reversed(problem.n)
-    words = {word: f"to {word}" if problem.is_mixed else "leaves" for word in WORDS.values()} | {WORDS[BASIC]: "enters"}
-    others = words | {WORDS[LOWER]: words[WORDS[UPPER]], WORDS[UPPER]: words[WORDS[LOWER]]}
+    words = {
+        word: f"to {word}" if problem.is_mixed else "leaves" for word in WORDS.values()
+    } | {WORDS[BASIC]: "enters"}
+    others = words | {
+        WORDS[LOWER]: words[WORDS[UPPER]],
+        WORDS[UPPER]: words[WORDS[LOWER]],
+    }
     notes = []
     for each in changes(path):
         shown = each if len(each) <= most else each[: int(most) - 1]
-        texts = [f"{names[i]} {(others if i in reversed_ones else words)[after]}" for i, _, after in shown]
-        notes.append([*texts, *[f"{len(each) - len(shown)} more"] * (len(each) > len(shown))])
+        texts = [
+            f"{names[i]} {(others if i in reversed_ones else words)[after]}"
+            for i, _, after in shown
+        ]
+        notes.append(
+            [*texts, *[f"{len(each) - len(shown)} more"] * (len(each) > len(shown))]
+        )
     for k in path.jumps:
         notes[k + 1].insert(0, "jump")
     moves = np.sign(np.diff(path.t))
@@ -98,7 +108,11 @@ class Moving(NamedTuple):
 
     @property
     def label(self) -> str:
-        return f"{self.what} {self.name}" if self.what in ("c", "lower", "upper") else self.name
+        return (
+            f"{self.what} {self.name}"
+            if self.what in ("c", "lower", "upper")
+            else self.name
+        )
 
 
 class Ends:
@@ -106,20 +120,37 @@ class Ends:
     one."""
 
     def __init__(self, *ends: Problem) -> None:
-        self._ends, self._programs = ends, [each.origin for each in ends if isinstance(each.origin, Program)]
+        self._ends, self._programs = (
+            ends,
+            [each.origin for each in ends if isinstance(each.origin, Program)],
+        )
         kinds = {(each.sense, each.variables, each.ranges) for each in self._programs}
-        self.program = self._programs[0] if len(self._programs) == 2 and len(kinds) == 1 else None
+        self.program = (
+            self._programs[0] if len(self._programs) == 2 and len(kinds) == 1 else None
+        )
 
     def names(self, most: float = math.inf) -> list[str]:
         """Return the names of the components of z by `short_names`; those of a program's multipliers begin with y."""
         if self.program is None:
             return wording.headings(self._ends[0], most)
-        (data, _), rows = self._data, self.program.rows or [""] * (self._ends[0].n - self.program.variables)
+        (data, _), rows = (
+            self._data,
+            self.program.rows or [""] * (self._ends[0].n - self.program.variables),
+        )
         rows = rows[: data.row_lower.size]
         sides = [rows[i] for i in np.flatnonzero(data.ranges)]
-        y, s = ([f"{letter} {row}" if row else "" for row in own] for letter, own in (("y", rows), ("s", sides)))
-        columns = wording.short_names(self.program.columns or [""] * self.program.variables, most, "x")
-        return [*columns, *wording.short_names(y, most, "y"), *wording.short_names(s, most, "s")]
+        y, s = (
+            [f"{letter} {row}" if row else "" for row in own]
+            for letter, own in (("y", rows), ("s", sides))
+        )
+        columns = wording.short_names(
+            self.program.columns or [""] * self.program.variables, most, "x"
+        )
+        return [
+            *columns,
+            *wording.short_names(y, most, "y"),
+            *wording.short_names(s, most, "s"),
+        ]
 
     @cached_property
     def _data(self) -> tuple[ProgramData, ProgramData]:
@@ -147,7 +178,10 @@ class Terms(Ends):
             return Points([], [], [])
         (ts, *vectors), n = self.points, self.path.problem.n
         rows = np.array([[*z, *w] for z, w in zip(*vectors, strict=True)], dtype=object)
-        whole, found = replace(self.path, t=np.array(ts, dtype=object), z=rows), Points([], [], [])
+        whole, found = (
+            replace(self.path, t=np.array(ts, dtype=object), z=rows),
+            Points([], [], []),
+        )
         for t in (t for t in values if ts and min(ts) <= t <= max(ts)):
             for row in np.atleast_2d(whole(t)).tolist():
                 for part, value in zip(found, (t, row[:n], row[n:]), strict=True):
@@ -157,7 +191,11 @@ class Terms(Ends):
     def values(self, z: Sequence[Any]) -> Sequence[Any]:
         """Return z, of a program x, y and s, with the multipliers y in its own sense."""
         turned = range(0) if self.program is None else self.program.reversed(len(z))
-        return [0 - value if i in turned else value for i, value in enumerate(z)] if turned else z
+        return (
+            [0 - value if i in turned else value for i, value in enumerate(z)]
+            if turned
+            else z
+        )
 
     def objective(self, t: Any, z: Sequence[Any]) -> Any:
         """Return the objective of the program at t, in its own sense and with its constant."""
@@ -166,18 +204,31 @@ class Terms(Ends):
         if isinstance(t, Fraction) and self._exact:
             from lcpcli.enumeration.search import objective
 
-            ends: list[Any] = [objective(*end, z) for end in zip(self._exact, self._programs, strict=True)]
+            ends: list[Any] = [
+                objective(*end, z)
+                for end in zip(self._exact, self._programs, strict=True)
+            ]
         else:
-            share, x, sign = float(share), np.array(self.program.parts(z)[0], dtype=float), SENSES[self.program.sense]
+            share, x, sign = (
+                float(share),
+                np.array(self.program.parts(z)[0], dtype=float),
+                SENSES[self.program.sense],
+            )
             both = zip(self._data, self._programs, strict=True)
-            ends = [sign * data.objective(x) + program.constant for data, program in both]
+            ends = [
+                sign * data.objective(x) + program.constant for data, program in both
+            ]
         return (1 - share) * ends[0] + share * ends[1]
 
     @cached_property
     def _exact(self) -> tuple[ExactProblem, ExactProblem] | None:
         """Return the problems whose solutions the fractions are: their doubles as they are, or as decimals."""
         points = self.points
-        for read in (ExactProblem.of_decimals, ExactProblem.of_floats) if self.path.exact and points.t else ():
+        for read in (
+            (ExactProblem.of_decimals, ExactProblem.of_floats)
+            if self.path.exact and points.t
+            else ()
+        ):
             first, last = map(read, self._ends)
             if first.w(points.z[0]) == points.w[0]:
                 return first, last
@@ -196,7 +247,9 @@ class Terms(Ends):
     def moved(self, t: Any) -> Any:
         assert self.moving is not None
         share, ends = self._share(t), self.moving[2:]
-        first, last = map(shortest_decimal, ends) if isinstance(share, Fraction) else ends
+        first, last = (
+            map(shortest_decimal, ends) if isinstance(share, Fraction) else ends
+        )
         return (1 - share) * first + share * last
 
     def _share(self, t: Any) -> Any:
@@ -208,25 +261,41 @@ class Terms(Ends):
 
     def _differences(self) -> Iterator[Moving]:
         """Yield the numbers that differ; both sides of an equation are one."""
-        ends: Sequence[Any] = self._data if self.program else [conditions_of(each) for each in self._ends]
+        ends: Sequence[Any] = (
+            self._data if self.program else [conditions_of(each) for each in self._ends]
+        )
         if self.program is None:
             names = [f"q {name}" if name else "" for name in self.path.problem.names]
-            yield from _moving(wording.short_names(names, math.inf, "q"), "q", *(each.q for each in ends))
+            yield from _moving(
+                wording.short_names(names, math.inf, "q"),
+                "q",
+                *(each.q for each in ends),
+            )
         else:
-            yield from _moving(self.names(), "c", *(SENSES[self.program.sense] * each.c for each in ends))
+            yield from _moving(
+                self.names(),
+                "c",
+                *(SENSES[self.program.sense] * each.c for each in ends),
+            )
         for key in ("lower", "upper"):
-            yield from _moving(self.names(), key, *(getattr(each, key) for each in ends))
+            yield from _moving(
+                self.names(), key, *(getattr(each, key) for each in ends)
+            )
         if self.program is None:
             return
         one, two = self._data
-        rows = self.program.rows or [f"row {i}" for i in range(1, one.row_lower.size + 1)]
+        rows = self.program.rows or [
+            f"row {i}" for i in range(1, one.row_lower.size + 1)
+        ]
         equal = (one.row_lower == one.row_upper) & (two.row_lower == two.row_upper)
         yield from _moving(rows, "row", one.row_lower, two.row_lower, equal)
         for key in ("row_lower", "row_upper"):
             yield from _moving(rows, key, getattr(one, key), getattr(two, key), ~equal)
 
 
-def _moving(names: Sequence[str], what: str, first: Vector, last: Vector, among: Any = True) -> Iterator[Moving]:
+def _moving(
+    names: Sequence[str], what: str, first: Vector, last: Vector, among: Any = True
+) -> Iterator[Moving]:
     for i in np.flatnonzero((first != last) & among).tolist():
         yield Moving(names[i], what, float(first[i]), float(last[i]))
 
@@ -250,15 +319,21 @@ def data(path: Path, at: At = (), files: Sequence[str] = ()) -> dict[str, Any]:
     """Return a path as the object of its line in JSON, with the points at further t. files : that were read."""
     terms, doubles = Terms(path), Points(path.t.tolist(), list(path.z), list(path.w))
     points = terms.at_all(at)
-    moving = terms.moving and {**terms.moving._asdict(), "values": [terms.moved(t) for t in doubles.t]}
+    moving = terms.moving and {
+        **terms.moving._asdict(),
+        "values": [terms.moved(t) for t in doubles.t],
+    }
     own = {
         **result_formats.place(NO_SOURCE, path.problem),
         **dict(zip_longest(("file", "to_file"), files)),
         "to": path.to.name,
-        "changes": [[change._asdict() for change in changes] for changes in changes(path)],
+        "changes": [
+            [change._asdict() for change in changes] for changes in changes(path)
+        ],
         "moving": moving,
         "answer": _answer(terms, doubles),
-        "exact": path.exact and {**path.exact._asdict(), "answer": _answer(terms, terms.points)},
+        "exact": path.exact
+        and {**path.exact._asdict(), "answer": _answer(terms, terms.points)},
         "at": {**points._asdict(), "answer": _answer(terms, points)},
     }
     return result_formats.record(KEYS, path, own)
@@ -270,10 +345,18 @@ def _answer(terms: Terms, points: Points) -> dict[str, Any] | None:
     parts = [program.parts(terms.values(z)) for z in points.z]
     vectors = {"x": [x for x, _ in parts], "y": [y for _, y in parts]}
     values = {"objective": list(map(terms.objective, points.t, points.z))}
-    return {"kind": "qp", **vectors, **values, "rows": list(program.rows), "columns": list(program.columns)}
+    return {
+        "kind": "qp",
+        **vectors,
+        **values,
+        "rows": list(program.rows),
+        "columns": list(program.columns),
+    }
 
 
-def rows(path: Path, at: At, names: Sequence[str]) -> tuple[Iterable[Sequence[Any]], list[str]]:
+def rows(
+    path: Path, at: At, names: Sequence[str]
+) -> tuple[Iterable[Sequence[Any]], list[str]]:
     """Return a row for each breakpoint, and then for each further point: its number, t, the number that moves, what
     changes, z (x and y of a program), w, and the objective of a program; and comments. names : as for `report`."""
     terms = Terms(path)
@@ -285,20 +368,40 @@ def rows(path: Path, at: At, names: Sequence[str]) -> tuple[Iterable[Sequence[An
     def row(number: Any, note: str, t: Any, z: Any, w: Any) -> list[Any]:
         moved = [terms.moved(t)] if terms.moving else []
         value = [terms.objective(t, z)] if terms.program else []
-        vectors = (result_formats.plain(chosen(vector)) for vector in (terms.values(z), w))
-        return [*result_formats.plain([number, t, *moved, note]), *chain(*vectors), *result_formats.plain(value)]
+        vectors = (
+            result_formats.plain(chosen(vector)) for vector in (terms.values(z), w)
+        )
+        return [
+            *result_formats.plain([number, t, *moved, note]),
+            *chain(*vectors),
+            *result_formats.plain(value),
+        ]
 
     moving = [terms.moving.label] if terms.moving else []
-    w_names = [f"w {name}" if name else f"w{i}" for i, name in enumerate(path.problem.names, 1)]
-    header = ["breakpoint", "t", *moving, "change", *chosen(terms.names()), *chosen(w_names)]
+    w_names = [
+        f"w {name}" if name else f"w{i}" for i, name in enumerate(path.problem.names, 1)
+    ]
+    header = [
+        "breakpoint",
+        "t",
+        *moving,
+        "change",
+        *chosen(terms.names()),
+        *chosen(w_names),
+    ]
     notes = notes_on(path, terms.names(), math.inf)
-    breakpoints = (row(k, *each) for k, each in enumerate(zip(notes, *terms.points, strict=True), 1))
+    breakpoints = (
+        row(k, *each)
+        for k, each in enumerate(zip(notes, *terms.points, strict=True), 1)
+    )
     others = (row("", "", *point) for point in zip(*terms.at_all(at), strict=True))
     header += ["objective"] * bool(terms.program)
     return chain([header], in_time(breakpoints), others), [title(path), verdict(path)]
 
 
-def report(path: Path, at: At, files: Sequence[str] = (), names: Sequence[str] = ()) -> result_formats.Report:
+def report(
+    path: Path, at: At, files: Sequence[str] = (), names: Sequence[str] = ()
+) -> result_formats.Report:
     """Return the report on a path, with the points at further t. files : of the problems that were read. names : as for
     `build`; JSON has all."""
     return result_formats.Report(
@@ -308,15 +411,26 @@ def report(path: Path, at: At, files: Sequence[str] = (), names: Sequence[str] =
     )
 
 
-def build(path: Path, form: str, at: At, width: int | None, names: Sequence[str] = ()) -> Document:
+def build(
+    path: Path, form: str, at: At, width: int | None, names: Sequence[str] = ()
+) -> Document:
     """Return the report on a path for a format: a row for each breakpoint, and the further points below them. names :
     of the unknowns that are shown, as for `wording.places`; empty for as many as fit."""
     terms, most = Terms(path), tables.longest(form)
-    notes = notes_on(path, wording.all_visible(terms.names(most)), MOST_CHANGES)[:MOST_ROWS]
+    notes = notes_on(path, wording.all_visible(terms.names(most)), MOST_CHANGES)[
+        :MOST_ROWS
+    ]
     found = terms.at_all(at)
     missed = [f"{float(t):.7g}" for t in at if t not in found.t]
-    points = Points(*([*part[:MOST_ROWS], *more] for part, more in zip(terms.points, found, strict=True)))
-    columns, elided = _columns(terms, points, [*notes, *["(--at)"] * len(found.t)], form, width, names)
+    points = Points(
+        *(
+            [*part[:MOST_ROWS], *more]
+            for part, more in zip(terms.points, found, strict=True)
+        )
+    )
+    columns, elided = _columns(
+        terms, points, [*notes, *["(--at)"] * len(found.t)], form, width, names
+    )
     header, *rows = map(list, zip(*columns, strict=True))
     groups = list(filter(None, (rows[: len(notes)], rows[len(notes) :])))
     section = Section(
@@ -325,22 +439,44 @@ def build(path: Path, form: str, at: At, width: int | None, names: Sequence[str]
         path.verified and path.end == REACHED,
         [str(terms.moving)] if terms.moving else [],
         [Table(header, groups, words=[header.index("change")], name="Breakpoints")],
-        [*_remarks(terms, form, elided), *[f"the path does not come to t = {', '.join(missed)}"] * bool(missed)],
+        [
+            *_remarks(terms, form, elided),
+            *[f"the path does not come to t = {', '.join(missed)}"] * bool(missed),
+        ],
         f"{wording.PROGRAM}{wording.took(path.seconds, form)}",
-        (lambda: plotting.plot_path(path, show=names).content("svg")) if path.t.size else None,
+        (lambda: plotting.plot_path(path, show=names).content("svg"))
+        if path.t.size
+        else None,
     )
     return Document(section.title, [section])
 
 
 def _columns(
-    terms: Terms, points: Points, notes: Sequence[str], form: str, width: int | None, chosen: Sequence[str]
+    terms: Terms,
+    points: Points,
+    notes: Sequence[str],
+    form: str,
+    width: int | None,
+    chosen: Sequence[str],
 ) -> tuple[list[list[str]], bool]:
     """Return the columns of a table with their headings, and whether unknowns are left out: t, the number that moves,
     what changes, as many components of z (x and y of a program) as the width has room for, w if there is room for all,
     and the objective of a program. chosen : as names for `build`."""
-    path, program, moving, most = terms.path, terms.program, terms.moving, tables.longest(form)
-    n, names, ends = path.problem.n, wording.all_visible(terms.names(most)), (path.family.start, path.family.stop)
-    of_z, *of_w = (float(np.abs(array).max(initial=0.0)) for array in (path.z, path.w, path.problem.q, path.to.q))
+    path, program, moving, most = (
+        terms.path,
+        terms.program,
+        terms.moving,
+        tables.longest(form),
+    )
+    n, names, ends = (
+        path.problem.n,
+        wording.all_visible(terms.names(most)),
+        (path.family.start, path.family.stop),
+    )
+    of_z, *of_w = (
+        float(np.abs(array).max(initial=0.0))
+        for array in (path.z, path.w, path.problem.q, path.to.q)
+    )
     vectors = list(map(terms.values, points.z))
 
     def column(name: str, values: Iterable[Any], largest: float = 0.0) -> list[str]:
@@ -348,39 +484,60 @@ def _columns(
 
     def of_places(kept: Iterable[int | None]) -> list[list[str]]:
         gap = [wording.ELLIPSIS] * (len(vectors) + 1)
-        return [gap if i is None else column(names[i], (z[i] for z in vectors), of_z) for i in kept]
+        return [
+            gap if i is None else column(names[i], (z[i] for z in vectors), of_z)
+            for i in kept
+        ]
 
     before, after = [["change", *notes]], list[list[str]]()
     if moving:
         label = moving.label if len(visible(moving.label)) < most else "value"
-        before.insert(0, column(label, map(terms.moved, points.t), max(map(abs, moving[2:]))))
+        before.insert(
+            0, column(label, map(terms.moved, points.t), max(map(abs, moving[2:])))
+        )
     if moving is None or moving[2:] != tuple(map(float, ends)):
         before.insert(0, column("t", points.t, float(max(map(abs, ends)))))
     if program:
         after.append(column("objective", map(terms.objective, points.t, points.z)))
     if chosen:
-        return [*before, *of_places(wording.places(terms.names(), chosen)), *after], False
+        return [
+            *before,
+            *of_places(wording.places(terms.names(), chosen)),
+            *after,
+        ], False
     room = None
     if form == "table" and width is not None:
-        others = tables.CELL * (len(before) - 1 + len(after)) + max(map(len, notes), default=0)
+        others = tables.CELL * (len(before) - 1 + len(after)) + max(
+            map(len, notes), default=0
+        )
         room = width - others + tables.OTHER_COLUMNS
     counts = [n] if program is None else [n - program.ranges, program.variables]
-    own = next((k for k in counts if tables.shown_components(k, room) is None), counts[-1])
+    own = next(
+        (k for k in counts if tables.shown_components(k, room) is None), counts[-1]
+    )
     shown = of_places(tables.with_gap(own, tables.shown_components(own, room)))
     # w is rounded as its terms are.
     if program is None and tables.shown_components(2 * n, room) is None:
-        shown += [column(f"w{i + 1}", (w[i] for w in points.w), max(of_w)) for i in range(n)]
+        shown += [
+            column(f"w{i + 1}", (w[i] for w in points.w), max(of_w)) for i in range(n)
+        ]
     return [*before, *shown, *after], len(shown) < counts[0]
 
 
 def _cell(value: Any, largest: float = 0.0) -> str:
-    return wording.number(0.0 if isinstance(value, float) and abs(value) <= NOISE * largest else value)
+    return wording.number(
+        0.0 if isinstance(value, float) and abs(value) <= NOISE * largest else value
+    )
 
 
 def _remarks(terms: Terms, form: str, elided: bool) -> list[str]:
     path, remarks = terms.path, []
     has_names = any(path.problem.names)
-    named = partial(programs_and_games.named, names=terms.names() if has_names else (), sparing=has_names)
+    named = partial(
+        programs_and_games.named,
+        names=terms.names() if has_names else (),
+        sparing=has_names,
+    )
     if path.certificate is not None:
         which = "first" if path.end == INFEASIBLE else "second"
         y = named(path.certificate.tolist(), cell=wording.multiplier)
@@ -388,12 +545,18 @@ def _remarks(terms: Terms, form: str, elided: bool) -> list[str]:
     if path.direction is not None:
         largest = float(np.abs(path.direction).max())
         along = (np.round(path.direction / largest, 12) * largest).tolist()
-        remarks.append(f"direction of z on the ray: {named(along, cell='{:.7g}'.format)}")
+        remarks.append(
+            f"direction of z on the ray: {named(along, cell='{:.7g}'.format)}"
+        )
     if path.jumps:
         remarks.append("at a jump all points between the two rows solve the problem")
     if path.t.size > MOST_ROWS:
-        remarks.append(f"the first {MOST_ROWS} of {path.t.size} rows; --format json and csv have all of them")
+        remarks.append(
+            f"the first {MOST_ROWS} of {path.t.size} rows; --format json and csv have all of them"
+        )
     if form not in tables.PRINTED:
-        remarks += ["with --turns the path goes on, with t decreasing"] * (path.end == TURN)
+        remarks += ["with --turns the path goes on, with t decreasing"] * (
+            path.end == TURN
+        )
         remarks += [f"see all {path.problem.n} components with --format csv"] * elided
     return remarks

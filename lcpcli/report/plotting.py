@@ -32,7 +32,10 @@ MOST_PANELS = 7
 MOST_PLANES = 6  # whose paths of iterates are on a page, two in a row
 PLOT, PATHS = "plot", "paths"
 KINDS = {  # the functions that draw the figures, and the titles of the files
-    "convergence": ("run_figures.draw_convergence", "Error against run time and iteration"),
+    "convergence": (
+        "run_figures.draw_convergence",
+        "Error against run time and iteration",
+    ),
     "bench": ("run_figures.draw_bench", "Benchmark"),
     "response": ("run_figures.draw", "Path of solutions"),
     "cones": ("plane_figures.draw", "Complementary cones"),
@@ -144,7 +147,9 @@ def convergence(panels: Sequence[Panel]) -> Picture:
     """Return a picture with one row per panel: the error against the run time and against the iteration."""
     require_room(len(panels))
     text = f"{count(sum(len(panel.curves) for panel in panels), 'run')} on {count(len(panels), 'problem')}"
-    return Picture("convergence", [panels], [panel.provenance for panel in panels], text)
+    return Picture(
+        "convergence", [panels], [panel.provenance for panel in panels], text
+    )
 
 
 def cones(found: SolutionSet) -> Picture:
@@ -161,7 +166,11 @@ def form_of(path: str, option: str = PLOT) -> str:
     """Return the form of the picture that an option asks for, by the suffix of the path."""
     ending = PurePath(path).suffix.lower().lstrip(".")
     if ending not in FORMS:
-        raise ParameterError(option, f"{path!r} has no known suffix of a picture", "use one of .png, .svg, .pdf")
+        raise ParameterError(
+            option,
+            f"{path!r} has no known suffix of a picture",
+            "use one of .png, .svg, .pdf",
+        )
     return ending
 
 
@@ -180,25 +189,36 @@ def require_plane(problems: Sequence[Problem], option: str = PLOT) -> None:
     require_room(len(problems), option, MOST_PLANES)
     for problem in problems:
         if not is_plane(problem):
-            fault = f"draws LCPs with two unknowns, not one with {wording.size(problem)}"
+            fault = (
+                f"draws LCPs with two unknowns, not one with {wording.size(problem)}"
+            )
             raise ParameterError(option, fault, "leave it out")
 
 
 def require(option: str = PLOT) -> None:
     """Raise ParameterError, before any work, if matplotlib is missing, which the option needs."""
     if find_spec("matplotlib") is None:
-        raise ParameterError(option, "needs matplotlib", "pip install 'linear-complementarity[plot]'")
+        raise ParameterError(
+            option, "needs matplotlib", "pip install 'linear-complementarity[plot]'"
+        )
 
 
-def plot_path(path: Path, file: str | os.PathLike[str] | None = None, show: Sequence[str] = ()) -> Picture:
+def plot_path(
+    path: Path, file: str | os.PathLike[str] | None = None, show: Sequence[str] = ()
+) -> Picture:
     """Draw the solutions along a path, of the unknowns to `show` alone if there are any, and the objective of a
     program."""
     require()
-    data, text = [path, [show] if isinstance(show, str) else show], f"path of {count(path.t.size, 'breakpoint')}"
+    data, text = (
+        [path, [show] if isinstance(show, str) else show],
+        f"path of {count(path.t.size, 'breakpoint')}",
+    )
     return Picture("response", data, [f"{wording.PROGRAM}: {path}"], text).save(file)
 
 
-def plot(results: Result | Sequence[Result], file: str | os.PathLike[str] | None = None) -> Picture:
+def plot(
+    results: Result | Sequence[Result], file: str | os.PathLike[str] | None = None
+) -> Picture:
     """Draw the error, or the residual if no solution is known, against run time and against iteration.
 
     Parameters
@@ -229,8 +249,15 @@ def plot(results: Result | Sequence[Result], file: str | os.PathLike[str] | None
     groups: list[list[Result]] = []
     for result in [results] if isinstance(results, Result) else results:
         if result.trace is None and result.curve is None:
-            raise ParameterError("trace", f"{result.method} has kept no iterates", "solve with trace=True")
-        group = next((group for group in groups if _is_same(group[0].problem, result.problem)), None)
+            raise ParameterError(
+                "trace",
+                f"{result.method} has kept no iterates",
+                "solve with trace=True",
+            )
+        group = next(
+            (group for group in groups if _is_same(group[0].problem, result.problem)),
+            None,
+        )
         if group is None:
             groups.append(group := [])
         group.append(result)
@@ -243,11 +270,16 @@ def _with_labels(group: Sequence[Result]) -> list[Result]:
     """Return the results with labels that name the options in which runs of one method differ."""
     labelled = []
     for result in group:
-        alike = [other.options for other in group if wording.name(other) == wording.name(result)]
+        alike = [
+            other.options
+            for other in group
+            if wording.name(other) == wording.name(result)
+        ]
         apart = [
             f"{name}={value if isinstance(value, (bool, str)) else f'{value:g}'}"
             for name, value in result.options.items()
-            if isinstance(value, (bool, int, float, str)) and any(options.get(name) != value for options in alike)
+            if isinstance(value, (bool, int, float, str))
+            and any(options.get(name) != value for options in alike)
         ]
         label = f"{wording.name(result)}:{','.join(apart)}" if apart else result.label
         labelled.append(replace(result, label=label))
@@ -260,7 +292,9 @@ def _is_same(one: Problem, other: Problem) -> bool:
 
     from lcpcli.linalg.matrices import are_equal
 
-    pairs = ((getattr(one, name), getattr(other, name)) for name in ("q", "lower", "upper"))
+    pairs = (
+        (getattr(one, name), getattr(other, name)) for name in ("q", "lower", "upper")
+    )
     alike = bool(one.solutions) == bool(other.solutions) and are_equal(one.M, other.M)
     return one is other or (alike and all(array_equal(*pair) for pair in pairs))
 
@@ -275,11 +309,27 @@ def panels(runs: Sequence[Sequence[Result]]) -> list[Panel]:
         for result in results:
             kept = result.curve or result.trace
             rows = kept.rows if kept else []
-            k, seconds, errors = ([getattr(row, name) for row in rows] for name in ("k", "seconds", measure))
+            k, seconds, errors = (
+                [getattr(row, name) for row in rows]
+                for name in ("k", "seconds", measure)
+            )
             x = [row.x.tolist() for row in rows if row.x is not None]
-            curves.append(Curve(result.method, wording.name(result), k, seconds, errors, result.solved, x))
+            curves.append(
+                Curve(
+                    result.method,
+                    wording.name(result),
+                    k,
+                    seconds,
+                    errors,
+                    result.solved,
+                    x,
+                )
+            )
         if any(curve.x for curve in curves):
-            known = [*problem.solutions, *(result.z for result in results if result.solved)]
+            known = [
+                *problem.solutions,
+                *(result.z for result in results if result.solved),
+            ]
             solutions = [((z - problem.w(z)) / 2).tolist() for z in known]
         title = wording.title_and_size(problem)
         told = f"{title}: {'; '.join(wording.provenance(results))}"

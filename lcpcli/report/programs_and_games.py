@@ -36,17 +36,29 @@ def lines(result: Result, compared: bool) -> list[str]:
         if answer.row is not None:
             parts = strategies(origin, answer)
     elif answer.x is not None and answer.y is not None and answer.objective is not None:
-        multipliers = [f"y = {named(answer.y.tolist(), origin.rows)}"] if answer.y.size else []
+        multipliers = (
+            [f"y = {named(answer.y.tolist(), origin.rows)}"] if answer.y.size else []
+        )
         point = f"{'' if result.solved else 'best '}x = {named(answer.x.tolist(), origin.columns)}"
         shown = result.solved and not compared  # in the verdict
-        parts = [point, *multipliers, *[f"objective {wording.plain_number(answer.objective)}"] * (not shown)]
+        parts = [
+            point,
+            *multipliers,
+            *[f"objective {wording.plain_number(answer.objective)}"] * (not shown),
+        ]
     texts = [", ".join(parts), answer.statement, *no_optimum(answer, origin)]
     if answer.exact and not isinstance(answer, BehaviorEquilibrium):
-        texts += [f"exact {key} = {wording.vector(part, brief)}" for key, part in answer.exact.items() if part]
+        texts += [
+            f"exact {key} = {wording.vector(part, brief)}"
+            for key, part in answer.exact.items()
+            if part
+        ]
     return [f"{wording.name(result)}: " * compared + text for text in texts if text]
 
 
-def strategies(game: Any, own: Any, cell: Callable[[Any], str] = wording.plain_number) -> list[str]:
+def strategies(
+    game: Any, own: Any, cell: Callable[[Any], str] = wording.plain_number
+) -> list[str]:
     """Return lines with the mixed strategies row and column, as vectors or by the names of the strategies played, and
     with the payoffs."""
     one, other = game.players or ("row", "column")
@@ -73,17 +85,34 @@ def behavior_of(game: Any, z: Sequence[Any]) -> Behavior | None:
 def moves(own: Any) -> list[list[Any]]:
     """Return for each player of a game tree the probabilities of the last moves of the sequences, the first of which
     has none. own : a `Behavior` or an answer."""
-    sets = ([each.probabilities for each in own.information_sets if each.player == name] for name in own.players)
+    sets = (
+        [each.probabilities for each in own.information_sets if each.player == name]
+        for name in own.players
+    )
     return [[1, *chain(*probabilities)] for probabilities in sets]
 
 
 def behavior(sets: Sequence[InformationSetStrategy]) -> Table:
     """Return a table of what players do at their information sets, actions that are not chosen left out."""
-    chosen = (named(list(own.probabilities), own.actions, wording.number, True)[1:-1] for own in sets)
+    chosen = (
+        named(list(own.probabilities), own.actions, wording.number, True)[1:-1]
+        for own in sets
+    )
     shown = zip(sets[:MOST_SETS], chosen, strict=False)
-    rows = [[own.player, own.label, wording.number(own.reached), actions] for own, actions in shown]
-    notes = [f"the first {MOST_SETS} of {len(sets)} information sets; JSON has all"] * (len(sets) > MOST_SETS)
-    return Table(["player", "information set", "reached", "probabilities"], [rows], (0, 1, 3), (3,), notes=notes)
+    rows = [
+        [own.player, own.label, wording.number(own.reached), actions]
+        for own, actions in shown
+    ]
+    notes = [f"the first {MOST_SETS} of {len(sets)} information sets; JSON has all"] * (
+        len(sets) > MOST_SETS
+    )
+    return Table(
+        ["player", "information set", "reached", "probabilities"],
+        [rows],
+        (0, 1, 3),
+        (3,),
+        notes=notes,
+    )
 
 
 def tables(answer: Any, origin: Any, whole: bool = True) -> list[Table]:
@@ -92,10 +121,19 @@ def tables(answer: Any, origin: Any, whole: bool = True) -> list[Table]:
     they are proved. whole : whether a program has more of them than fit on a screen."""
     if isinstance(answer, BehaviorEquilibrium) and answer.payoffs is not None:
         return [behavior((answer.exact or answer).information_sets or [])]
-    if not isinstance(answer, Minimum) or answer.x is None or answer.y is None or not answer.y.size:
+    if (
+        not isinstance(answer, Minimum)
+        or answer.x is None
+        or answer.y is None
+        or not answer.y.size
+    ):
         return []
     own: Any = answer
-    most, x, y = MOST_SETS if whole else MOST_ON_SCREEN, answer.x.tolist(), answer.y.tolist()
+    most, x, y = (
+        MOST_SETS if whole else MOST_ON_SCREEN,
+        answer.x.tolist(),
+        answer.y.tolist(),
+    )
     rows = wording.short_names(origin.rows or [""] * len(y), math.inf, "r")
     columns = wording.short_names(origin.columns or [""] * len(x), math.inf, "x")
     of_rows = zip(rows, own.activities.tolist(), own.slacks.tolist(), y, strict=True)
@@ -103,7 +141,10 @@ def tables(answer: Any, origin: Any, whole: bool = True) -> list[Table]:
     cell = wording.plain_number
     groups = [
         [[name, *map(cell, numbers)] for name, *numbers in islice(of_rows, most)],
-        [[name, cell(value), "", cell(cost)] for name, value, cost in islice(of_columns, most)],
+        [
+            [name, cell(value), "", cell(cost)]
+            for name, value, cost in islice(of_columns, most)
+        ],
     ]
     left_out = f"the first {most} of {count(len(y), 'row')} and of {count(len(x), 'variable')}; --format csv has all"
     notes = [left_out] * (max(len(x), len(y)) > most)
@@ -115,18 +156,32 @@ def no_optimum(answer: Any, origin: Any) -> list[str]:
     if not isinstance(answer, (Minimum, Conclusion)):
         return []
     proofs = (
-        ("excluded within the bounds by its rows times", answer.certificate, origin.rows),
+        (
+            "excluded within the bounds by its rows times",
+            answer.certificate,
+            origin.rows,
+        ),
         ("improves without limit in the direction", answer.ray, origin.columns),
     )
     known = ((what, v.tolist(), names) for what, v, names in proofs if v is not None)
-    return [f"{what} {named(v, names, wording.multiplier, sparing=True)}" for what, v, names in known]
+    return [
+        f"{what} {named(v, names, wording.multiplier, sparing=True)}"
+        for what, v, names in known
+    ]
 
 
 def named(
-    values: list[Any], names: Sequence[str], cell: Callable[[Any], str] = wording.plain_number, sparing: bool = False
+    values: list[Any],
+    names: Sequence[str],
+    cell: Callable[[Any], str] = wording.plain_number,
+    sparing: bool = False,
 ) -> str:
     """Return a vector, or its entries with their names if there are any. sparing : whether zeros are left out."""
     if not names:
         return wording.vector(values, cell)
-    pairs = [(name, value) for name, value in zip(names, values, strict=True) if value or not sparing]
+    pairs = [
+        (name, value)
+        for name, value in zip(names, values, strict=True)
+        if value or not sparing
+    ]
     return wording.vector(pairs, lambda each: f"{each[0]} {cell(each[1])}")

@@ -28,23 +28,39 @@ Part: TypeAlias = tuple[Sequence[str], Callable[[Result], Sequence[Cells]]]
 STATES: Part = ("state",), lambda result: [[state] for state in result.basis]
 
 
-def answers(results: Sequence[Result], compared: bool, shown: Sequence[str] = ()) -> Rows:
+def answers(
+    results: Sequence[Result], compared: bool, shown: Sequence[str] = ()
+) -> Rows:
     """Return the answers: component, z, w (fractions if proved), the state if a problem has bounds, and the names of
     components and their meaning for programs and games; compared results have problem and method first. shown : the
     names of the unknowns that have a row, as for `wording.places`."""
     origins = [result.problem.origin for result in results]
-    programs, games = (any(isinstance(own, kinds) for own in origins) for kinds in (Program, (Game, ExtensiveGame)))
+    programs, games = (
+        any(isinstance(own, kinds) for own in origins)
+        for kinds in (Program, (Game, ExtensiveGame))
+    )
     parts = [
         *[STATES] * any(result.problem.bounds for result in results),
-        *[(("name",), _names)] * (games or any(any(result.problem.names) for result in results)),
+        *[(("name",), _names)]
+        * (games or any(any(result.problem.names) for result in results)),
         *[(PROGRAM_COLUMNS, _of_program)] * programs,
         *[(("player", "probability", "payoff"), _of_game)] * games,
     ]
-    header = [*["problem", "method"] * compared, "component", "z", "w", *(name for names, _ in parts for name in names)]
+    header = [
+        *["problem", "method"] * compared,
+        "component",
+        "z",
+        "w",
+        *(name for names, _ in parts for name in names),
+    ]
     rows: list[Cells] = [header]
     for result in results:
-        own = _rows(result, [result.problem.name, wording.name(result)] * compared, parts)
-        rows += [own[i] for i in wording.places(wording.labels_of(result.problem), shown)]
+        own = _rows(
+            result, [result.problem.name, wording.name(result)] * compared, parts
+        )
+        rows += [
+            own[i] for i in wording.places(wording.labels_of(result.problem), shown)
+        ]
     return rows, wording.provenance(results)
 
 
@@ -55,24 +71,48 @@ def part(result: Result, source: str) -> Rows:
     return _rows(result, [source], [STATES, (("name",), lambda _: names)]), comments
 
 
-def iterates(results: Sequence[Result], chosen: Sequence[str] = (), names: Sequence[str] = ()) -> Rows:
+def iterates(
+    results: Sequence[Result], chosen: Sequence[str] = (), names: Sequence[str] = ()
+) -> Rows:
     """Return the iterates: problem, method, k, z1 ... zn, residual, error, seconds (as in the figures), step, and in
     the last row of a run its status. chosen : as for `tables.build`. names : of the unknowns that have a column, by the
     first problem, as for `wording.places`; empty for all."""
     n = max(result.problem.n for result in results)
-    kept = wording.places(wording.labels_of(results[0].problem), names) if names else range(n)
+    kept = (
+        wording.places(wording.labels_of(results[0].problem), names)
+        if names
+        else range(n)
+    )
     heads = {"k": ["k"], "z": [f"z{i + 1}" for i in kept], "time": ["seconds"]}
     shown = chosen or wording.CHOICES
-    lines: list[Cells] = [["problem", "method", *chain(*(heads.get(name, [name]) for name in shown)), "status"]]
+    lines: list[Cells] = [
+        [
+            "problem",
+            "method",
+            *chain(*(heads.get(name, [name]) for name in shown)),
+            "status",
+        ]
+    ]
     for result in results:
-        start, blanks = [result.problem.name, wording.name(result)], [""] * (n - result.problem.n)
+        start, blanks = (
+            [result.problem.name, wording.name(result)],
+            [""] * (n - result.problem.n),
+        )
         rows = result.trace.rows if result.trace else []
         for row in rows:
-            whole, own = [*row.z.tolist(), *blanks], {name: [value] for name, value in wording.values_of(row).items()}
+            whole, own = (
+                [*row.z.tolist(), *blanks],
+                {name: [value] for name, value in wording.values_of(row).items()},
+            )
             own |= {"k": [row.k], "z": [whole[i] for i in kept], "time": own["seconds"]}
             cells = (cell for name in shown for cell in own[name])
-            lines.append([*start, *cells, result.status.word if row is rows[-1] else ""])
-    return lines, [ITERATES + line if k == 0 else line for k, line in enumerate(wording.provenance(results))]
+            lines.append(
+                [*start, *cells, result.status.word if row is rows[-1] else ""]
+            )
+    return lines, [
+        ITERATES + line if k == 0 else line
+        for k, line in enumerate(wording.provenance(results))
+    ]
 
 
 def runs(results: Sequence[Result]) -> Rows:
@@ -80,19 +120,41 @@ def runs(results: Sequence[Result]) -> Rows:
     status, costs, measures, and for each level of error the iterations and seconds to it; missing values are empty."""
     own = [wording.options_of(result, whole=True) for result in results]
     options = list(dict.fromkeys(chain(*own)))
-    measures = ("iterations", "evaluations", "seconds", "spread", "residual", "relative_residual", "error")
-    levels = [f"{what}_to_{wording.level(level)}" for level in wording.LEVELS for what in ("iterations", "seconds")]
+    measures = (
+        "iterations",
+        "evaluations",
+        "seconds",
+        "spread",
+        "residual",
+        "relative_residual",
+        "error",
+    )
+    levels = [
+        f"{what}_to_{wording.level(level)}"
+        for level in wording.LEVELS
+        for what in ("iterations", "seconds")
+    ]
     rows: list[Cells] = [["problem", "method", *options, "status", *measures, *levels]]
     for result, given in zip(results, own, strict=True):
-        costs = chain(*(reached(result).get(level, (None, None)) for level in wording.LEVELS))
-        start = [result.problem.name, wording.name(result), *map(given.get, options), result.status.word]
+        costs = chain(
+            *(reached(result).get(level, (None, None)) for level in wording.LEVELS)
+        )
+        start = [
+            result.problem.name,
+            wording.name(result),
+            *map(given.get, options),
+            result.status.word,
+        ]
         rows.append([*start, *(getattr(result, name) for name in measures), *costs])
     return rows, wording.provenance(results)
 
 
 def _rows(result: Result, start: Cells, parts: Sequence[Part]) -> list[Cells]:
     """Return a row for each component, with blanks where a part says nothing about it."""
-    blanks = ([*cells(result), *[[""] * len(names)] * result.problem.n] for names, cells in parts)
+    blanks = (
+        [*cells(result), *[[""] * len(names)] * result.problem.n]
+        for names, cells in parts
+    )
     rows = zip(count(1), *_vectors(result), *blanks, strict=False)
     return [[*start, i, z, w, *chain(*more)] for i, z, w, *more in rows]
 
@@ -107,12 +169,20 @@ def _vectors(result: Result) -> tuple[Cells, Cells]:
 def _fractions(values: Cells) -> Cells:
     from lcpcli.rational.numbers import text
 
-    return [value if value is None or isinstance(value, float) else text(value) for value in values]
+    return [
+        value if value is None or isinstance(value, float) else text(value)
+        for value in values
+    ]
 
 
 def _names(result: Result) -> list[Cells]:
     names, origin = result.problem.names, result.problem.origin
-    return [[name] for name in (wording.labels_of(result.problem) if isinstance(origin, Game) else names)]
+    return [
+        [name]
+        for name in (
+            wording.labels_of(result.problem) if isinstance(origin, Game) else names
+        )
+    ]
 
 
 def _of_program(result: Result) -> list[Cells]:
@@ -124,10 +194,16 @@ def _of_program(result: Result) -> list[Cells]:
     x, y = answer.x.tolist(), answer.y.tolist()
     if answer.exact:
         x, y = _fractions(answer.exact["x"]), _fractions(answer.exact["y"])
-    cells = [("x", *pair, "", "") for pair in zip(x, answer.bound_multipliers.tolist(), strict=True)]
+    cells = [
+        ("x", *pair, "", "")
+        for pair in zip(x, answer.bound_multipliers.tolist(), strict=True)
+    ]
     rows = zip(y, answer.activities.tolist(), answer.slacks.tolist(), strict=True)
     cells += [("y", value, "", *own) for value, *own in rows]
-    return [*cells, *(("s", value, "", "", "") for value in _vectors(result)[0][len(cells) :])]
+    return [
+        *cells,
+        *(("s", value, "", "", "") for value in _vectors(result)[0][len(cells) :]),
+    ]
 
 
 def _of_game(result: Result) -> list[Cells]:
@@ -137,9 +213,16 @@ def _of_game(result: Result) -> list[Cells]:
     if getattr(answer, "payoffs", None) is None:
         return []
     if isinstance(game, ExtensiveGame):
-        players, payoffs, parts = answer.players, (own or answer).payoffs, programs_and_games.moves(own or answer)
+        players, payoffs, parts = (
+            answer.players,
+            (own or answer).payoffs,
+            programs_and_games.moves(own or answer),
+        )
     else:
-        row, column = (np.array(own[key]) if own else getattr(answer, key) for key in ("row", "column"))
+        row, column = (
+            np.array(own[key]) if own else getattr(answer, key)
+            for key in ("row", "column")
+        )
         players, payoffs = ("row", "column"), Strategies.of(game, row, column).payoffs
         parts = [row.tolist(), column.tolist()]
     rows = zip(players, _fractions(payoffs), parts, strict=True)

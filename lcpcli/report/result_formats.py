@@ -45,17 +45,40 @@ class Layout(NamedTuple):
     def of(cls, files: Sequence[str], width: int | None) -> Layout:
         """Return the layout for problems from these files on a terminal of this width, None for no terminal."""
         longest = min(max(len(visible(file)) for file in files) + ITEM, WIDEST_NAME)
-        return cls(longest if width is None else max(min(longest, width - OTHERS), FEWEST_OF_NAME), width)
+        return cls(
+            longest
+            if width is None
+            else max(min(longest, width - OTHERS), FEWEST_OF_NAME),
+            width,
+        )
 
-    def row(self, name: str, n: str, status: str, residual: str, time: str, k: str, by: Sequence[str]) -> str:
+    def row(
+        self,
+        name: str,
+        n: str,
+        status: str,
+        residual: str,
+        time: str,
+        k: str,
+        by: Sequence[str],
+    ) -> str:
         """Return the row of a problem, of which only the name is cut off. by : the methods and the objective; the last
         ones that fit are shown."""
         name = visible(name)
         if self.width is not None and len(name) > self.name:
             name = wording.ELLIPSIS + name[len(wording.ELLIPSIS) - self.name :]
-        cells = [f"{name:{self.name}}", f"{n:>6}", f"{status:15}", f"{residual:>8}", f"{time:>7}", f"{k:>5}"]
+        cells = [
+            f"{name:{self.name}}",
+            f"{n:>6}",
+            f"{status:15}",
+            f"{residual:>8}",
+            f"{time:>7}",
+            f"{k:>5}",
+        ]
         ends = list(map(visible, by))
-        while len(row := "  ".join([*cells, ", ".join(ends)]).rstrip()) > (self.width or len(row)):
+        while len(row := "  ".join([*cells, ", ".join(ends)]).rstrip()) > (
+            self.width or len(row)
+        ):
             (ends or cells).pop(0 if ends else -1)
         return row + "\n"
 
@@ -73,14 +96,20 @@ class Report(NamedTuple):
     rows: Callable[[], tuple[Iterable[Sequence[Any]], Iterable[str]]] | None = None
     pipe: int | None = None
 
-    def render(self, form: str = "table", width: int | None = None, color: bool = False) -> str:
+    def render(
+        self, form: str = "table", width: int | None = None, color: bool = False
+    ) -> str:
         """Return the report as text in a format. width, color : as for `typeset`."""
         if form == "json":
             return "".join(map(line, self.records()))
         if form == "csv":
             if self.rows is not None:
                 return written(*self.rows())
-            pairs = ((key, cell(value)) for each in self.records() for key, value in each.items())
+            pairs = (
+                (key, cell(value))
+                for each in self.records()
+                for key, value in each.items()
+            )
             return written([("key", "value"), *pairs])
         return typeset(self.document(form, width), form, width or self.pipe, color)
 
@@ -109,11 +138,24 @@ def report(
     def document(form: str, width: int | None) -> Document:
         from lcpcli.report import tables
 
-        return tables.document(runs, [tables.build(run, width, compared, whole, form, columns, names) for run in runs])
+        return tables.document(
+            runs,
+            [
+                tables.build(run, width, compared, whole, form, columns, names)
+                for run in runs
+            ],
+        )
 
     def records() -> Iterable[Mapping[str, Any]]:
-        yield from (data(each, place) for own, place in zip(runs, sources, strict=True) for each in own)
-        yield from (record_without_result(place, BAD_INPUT, str(fault)) for place, fault in faults)
+        yield from (
+            data(each, place)
+            for own, place in zip(runs, sources, strict=True)
+            for each in own
+        )
+        yield from (
+            record_without_result(place, BAD_INPUT, str(fault))
+            for place, fault in faults
+        )
 
     def rows() -> tuple[Iterable[Sequence[Any]], Iterable[str]]:
         from lcpcli.report import result_csv
@@ -121,7 +163,11 @@ def report(
         results = list(chain.from_iterable(runs))
         if iterates:
             return result_csv.iterates(results, columns, names)
-        return result_csv.runs(results) if swept else result_csv.answers(results, compared, names)
+        return (
+            result_csv.runs(results)
+            if swept
+            else result_csv.answers(results, compared, names)
+        )
 
     return Report(document, records, rows)
 
@@ -139,12 +185,21 @@ def of_result(result: Result, source: Source, form: str, layout: Layout) -> str:
         from lcpcli.report import result_csv
 
         return written(*result_csv.part(result, str(source)))
-    n, k, seconds = str(result.problem.n), str(result.iterations), wording.duration(result.seconds)
-    status, by = result.word.replace("_", " "), [*result.route, *wording.objective(result)]
+    n, k, seconds = (
+        str(result.problem.n),
+        str(result.iterations),
+        wording.duration(result.seconds),
+    )
+    status, by = (
+        result.word.replace("_", " "),
+        [*result.route, *wording.objective(result)],
+    )
     return layout.row(str(source), n, status, wording.residual(result), seconds, k, by)
 
 
-def without_result(source: Source, status: str, message: str, form: str, layout: Layout) -> str:
+def without_result(
+    source: Source, status: str, message: str, form: str, layout: Layout
+) -> str:
     """Return the text of a problem that could not be read, or whose result was lost."""
     if form == "json":
         return line(record_without_result(source, status, message))
@@ -203,7 +258,13 @@ def record_without_result(source: Source, status: str, message: str) -> dict[str
 
 def data(result: Result, source: Source = NO_SOURCE) -> dict[str, Any]:
     """Return a result as the object of its line, with the mark of its problem in a log."""
-    problem, bound, exact, curve, trace = result.problem, result.bound, result.exact, result.curve, result.trace
+    problem, bound, exact, curve, trace = (
+        result.problem,
+        result.bound,
+        result.exact,
+        result.curve,
+        result.trace,
+    )
     vectors = {name: getattr(exact, name, None) for name in ("z", "w", "y")}
     # others' notes are of authors.
     how_read = problem.note if (source.file or "").casefold().endswith(".nl") else ""
@@ -223,27 +284,51 @@ def data(result: Result, source: Source = NO_SOURCE) -> dict[str, Any]:
         "reference": problem.reference if problem.solutions else None,
         "milestones": curve.milestones if curve and curve.levels else None,
         "certificate": certificate,
-        "exact": exact and {"status": exact.status and exact.status.word, **vectors, "proof": exact.proof},
+        "exact": exact
+        and {
+            "status": exact.status and exact.status.word,
+            **vectors,
+            "proof": exact.proof,
+        },
         "answer": _answer(result),
         "conclusion_seconds": getattr(result.answer, "seconds", None),
         **vars(result.limits),
-        "options": {name: value for name, value in result.options.items() if name not in wording.VECTORS},
-        "trace": trace and [{"k": r.k, "z": r.z, **wording.values_of(r), "method": r.method} for r in trace.rows],
+        "options": {
+            name: value
+            for name, value in result.options.items()
+            if name not in wording.VECTORS
+        },
+        "trace": trace
+        and [
+            {"k": r.k, "z": r.z, **wording.values_of(r), "method": r.method}
+            for r in trace.rows
+        ],
     }
     return record(KEYS, result, own) | dict(source.mark or {})
 
 
-def record(keys: str, thing: object, own: Mapping[str, Any], exact: bool = True) -> dict[str, Any]:
+def record(
+    keys: str, thing: object, own: Mapping[str, Any], exact: bool = True
+) -> dict[str, Any]:
     """Return the values of the keys, in their order, by `plain`: those in `own`, and the attributes of the object for
     other keys."""
-    return {key: plain(own[key] if key in own else getattr(thing, key), exact) for key in keys.split()}
+    return {
+        key: plain(own[key] if key in own else getattr(thing, key), exact)
+        for key in keys.split()
+    }
 
 
-def place(source: Source, problem: Problem | NonlinearProblem | None = None) -> dict[str, Any]:
+def place(
+    source: Source, problem: Problem | NonlinearProblem | None = None
+) -> dict[str, Any]:
     own = {"version": VERSION, "file": source.file, "item": source.item}
     if problem is None:
         return own
-    return own | {"problem": problem.name, "n": problem.n, "names": list(problem.names) if any(problem.names) else None}
+    return own | {
+        "problem": problem.name,
+        "n": problem.n,
+        "names": list(problem.names) if any(problem.names) else None,
+    }
 
 
 def plain(value: Any, exact: bool = True) -> Any:
@@ -255,18 +340,35 @@ def plain(value: Any, exact: bool = True) -> Any:
         return value
     if isinstance(value, (list, tuple)):
         kinds = {*map(type, value)}
-        if not exact and kinds and all(hasattr(kind, "limit_denominator") for kind in kinds):  # fractions, at once
+        if (
+            not exact
+            and kinds
+            and all(hasattr(kind, "limit_denominator") for kind in kinds)
+        ):  # fractions, at once
             from lcpcli.rational.numbers import rounded
 
             return plain(rounded(value))
-        return list(value) if kinds <= {str, int} else [plain(entry, exact) for entry in value]
+        return (
+            list(value)
+            if kinds <= {str, int}
+            else [plain(entry, exact) for entry in value]
+        )
     if isinstance(value, dict):
         return {key: plain(entry, exact) for key, entry in value.items()}
     if hasattr(value, "tolist"):
-        is_finite = value.dtype == float and bool(abs(value).max(initial=0.0) < math.inf)
-        return value.tolist() if is_finite or value.dtype.kind in "bi" else plain(value.tolist(), exact)
+        is_finite = value.dtype == float and bool(
+            abs(value).max(initial=0.0) < math.inf
+        )
+        return (
+            value.tolist()
+            if is_finite or value.dtype.kind in "bi"
+            else plain(value.tolist(), exact)
+        )
     if is_dataclass(value):
-        return {field.name: plain(getattr(value, field.name), exact) for field in fields(value)}
+        return {
+            field.name: plain(getattr(value, field.name), exact)
+            for field in fields(value)
+        }
     from lcpcli.rational.numbers import text
 
     return text(value) if exact else plain([value], exact)[0]
@@ -278,4 +380,9 @@ def _answer(result: Result) -> dict[str, Any] | None:
         return None
     origin = result.problem.origin.data()
     own = record(MINIMUM, answer, {}) if hasattr(answer, "x") else plain(answer)
-    return {"kind": origin["kind"], **own, "rows": origin.get("rows"), "columns": origin.get("columns")}
+    return {
+        "kind": origin["kind"],
+        **own,
+        "rows": origin.get("rows"),
+        "columns": origin.get("columns"),
+    }

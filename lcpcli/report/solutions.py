@@ -42,8 +42,12 @@ Cells: TypeAlias = tuple[Any, ...]
 Listing: TypeAlias = tuple[Table, list[str]]  # and remarks
 
 
-def report(found: SolutionSet | Optimum, source: Source, exact: bool, names: Sequence[str] = ()) -> Report:
-    made: Callable[..., dict[str, Any]] = _best_record if isinstance(found, Optimum) else _record
+def report(
+    found: SolutionSet | Optimum, source: Source, exact: bool, names: Sequence[str] = ()
+) -> Report:
+    made: Callable[..., dict[str, Any]] = (
+        _best_record if isinstance(found, Optimum) else _record
+    )
     return Report(
         lambda form, _: build(found, exact, form, names),
         lambda: [made(found, source, exact)],
@@ -51,7 +55,9 @@ def report(found: SolutionSet | Optimum, source: Source, exact: bool, names: Seq
     )
 
 
-def build(found: SolutionSet | Optimum, exact: bool, form: str, names: Sequence[str] = ()) -> Document:
+def build(
+    found: SolutionSet | Optimum, exact: bool, form: str, names: Sequence[str] = ()
+) -> Document:
     """Return the report on a solution set, on the equilibria of a game, or on the best solution, for a format. exact :
     whether numbers are fractions instead of seven digits. names : of the unknowns shown, as for `wording.places`."""
     cell: Callable[..., str] = brief if exact else approximate
@@ -61,12 +67,23 @@ def build(found: SolutionSet | Optimum, exact: bool, form: str, names: Sequence[
         facts, tables, remarks = _best(found, cell, longest(form), names)
     else:
         message, settled = found.message, found.complete
-        listing, remarks = (_pieces if found.equilibria is None else _equilibria)(found, cell, longest(form), names)
+        listing, remarks = (_pieces if found.equilibria is None else _equilibria)(
+            found, cell, longest(form), names
+        )
         tables = [listing]
-        figure = partial(plotting.cones(found).content, "svg") if plotting.is_plane(problem) else None
+        figure = (
+            partial(plotting.cones(found).content, "svg")
+            if plotting.is_plane(problem)
+            else None
+        )
     title = f"{wording.title(problem) or 'problem'}: {wording.size(problem)}"
-    made_by = f"{wording.PROGRAM}, in exact arithmetic{wording.took(found.seconds, form)}"
-    return Document(title, [Section(title, message, settled, facts, tables, remarks, made_by, figure)])
+    made_by = (
+        f"{wording.PROGRAM}, in exact arithmetic{wording.took(found.seconds, form)}"
+    )
+    return Document(
+        title,
+        [Section(title, message, settled, facts, tables, remarks, made_by, figure)],
+    )
 
 
 def _best(
@@ -77,17 +94,31 @@ def _best(
     problem = found.data.problem
     shown = (("objective", "value"), ("bound", "bound"), ("gap", "gap"))
     values = ((word, getattr(found, name), found.outward[name]) for word, name in shown)
-    facts = [f"{word} {cell(value, toward)}" for word, value, toward in values if value is not None]
+    facts = [
+        f"{word} {cell(value, toward)}"
+        for word, value, toward in values
+        if value is not None
+    ]
     if each := found.equilibrium:
         facts += programs_and_games.strategies(problem.origin, each, cell)
     tree = programs_and_games.behavior_of(problem.origin, found.z) if found.z else None
     facts += [programs_and_games.payoffs_of(tree)] if tree else []
-    own, kept = wording.headings(problem, most), wording.places(wording.labels_of(problem), names)
+    own, kept = (
+        wording.headings(problem, most),
+        wording.places(wording.labels_of(problem), names),
+    )
     z, w = (in_own_sense(problem, values or []) for values in (found.z, found.w))
     rows = ([own[i], cell(z[i]), cell(w[i])] for i in kept) if z else iter(())
     facts.append(f"{count(found.nodes, 'node')} of the tree over the states")
     table, remarks = _listing(["", "z", "w"], [rows], len(kept) if z else 0, [])
-    return facts, [*([programs_and_games.behavior(tree.information_sets)] if tree else []), table], remarks
+    return (
+        facts,
+        [
+            *([programs_and_games.behavior(tree.information_sets)] if tree else []),
+            table,
+        ],
+        remarks,
+    )
 
 
 def _parts(data: ExactProblem, piece: Piece) -> Iterator[tuple[str, Values, Values]]:
@@ -96,10 +127,19 @@ def _parts(data: ExactProblem, piece: Piece) -> Iterator[tuple[str, Values, Valu
     for kind, directions in (("ray", piece.rays), ("line", piece.lines)):
         constant = data.w([Fraction(0)] * data.n) if directions else []
         for direction in directions:
-            yield kind, direction, [a - b for a, b in zip(data.w(direction), constant, strict=True)]
+            yield (
+                kind,
+                direction,
+                [a - b for a, b in zip(data.w(direction), constant, strict=True)],
+            )
 
 
-def _pieces(found: SolutionSet, cell: Callable[[Fraction], str], most: float, shown_names: Sequence[str]) -> Listing:
+def _pieces(
+    found: SolutionSet,
+    cell: Callable[[Fraction], str],
+    most: float,
+    shown_names: Sequence[str],
+) -> Listing:
     """Return a row for each vertex, ray and line, z and then w; the isolated solutions are a group, and so is each
     face."""
     data, origin = found.data, found.data.problem.origin
@@ -113,15 +153,27 @@ def _pieces(found: SolutionSet, cell: Callable[[Fraction], str], most: float, sh
         plans = sum(tree.sizes[:2])
         kept = [i for i in kept if i < plans and i not in (0, tree.sizes[0])]
     header = ["piece", "", *(names[i] for i in kept)]
-    header += [f"{name} gets" for name in tree.tree.names()] if tree else [f"w{i + 1}" for i in kept]
+    header += (
+        [f"{name} gets" for name in tree.tree.names()]
+        if tree
+        else [f"w{i + 1}" for i in kept]
+    )
     header += ["objective"] * bool(program)
 
     def rows(number: int, piece: Piece) -> Iterator[list[str]]:
         for k, (kind, z, w) in enumerate(_parts(data, piece)):
-            own = [cell(objective(data, program, z)) if kind == "vertex" else ""] if program else []
+            own = (
+                [cell(objective(data, program, z)) if kind == "vertex" else ""]
+                if program
+                else []
+            )
             shown, more = in_own_sense(data.problem, z), [cell(w[i]) for i in kept]
             if tree is not None:  # a direction has the changes of the plans
-                plan = programs_and_games.behavior_of(tree, z) if kind == "vertex" else None
+                plan = (
+                    programs_and_games.behavior_of(tree, z)
+                    if kind == "vertex"
+                    else None
+                )
                 shown = list(chain(*programs_and_games.moves(plan))) if plan else shown
                 more = [*map(cell, plan.payoffs)] if plan else ["", ""]
             numbers = [*(cell(shown[i]) for i in kept), *more]
@@ -130,14 +182,22 @@ def _pieces(found: SolutionSet, cell: Callable[[Fraction], str], most: float, sh
     pieces = list(enumerate(found.pieces, 1))
     points = chain.from_iterable(rows(*each) for each in pieces if each[1].is_point)
     groups = (points, *(rows(*each) for each in pieces if not each[1].is_point))
-    total = sum(len(piece.vertices) + len(piece.rays) + len(piece.lines) for piece in found.pieces)
+    total = sum(
+        len(piece.vertices) + len(piece.rays) + len(piece.lines)
+        for piece in found.pieces
+    )
     remark = f"the solutions of a face are the averages of {'the plans at ' if tree else ''}its vertices"
     if any(piece.rays or piece.lines for piece in found.pieces):
         remark += ", plus any nonnegative multiples of its rays and any multiples of its lines"
     return _listing(header, groups, total, [remark] * (len(groups) > 1))
 
 
-def _listing(header: list[str], groups: Iterable[Iterable[list[str]]], total: int, remarks: list[str]) -> Listing:
+def _listing(
+    header: list[str],
+    groups: Iterable[Iterable[list[str]]],
+    total: int,
+    remarks: list[str],
+) -> Listing:
     """Return the table of as many rows as are worth typesetting, and the remarks, also on rows that are left out."""
     most = left = min(MOST_LINES, max(MOST_CELLS // len(header), FEWEST_LINES))
     shown: list[list[list[str]]] = []
@@ -145,12 +205,21 @@ def _listing(header: list[str], groups: Iterable[Iterable[list[str]]], total: in
         shown.append(list(islice(group, left)))
         left -= len(shown[-1])
     if total > most:
-        remarks.append(f"the first {most} of {total} rows; --format json and csv have all of them")
+        remarks.append(
+            f"the first {most} of {total} rows; --format json and csv have all of them"
+        )
     words = (0, *[1] * (header[0] == "piece"))
-    return Table(header, list(filter(None, shown)), words=words, name="Solutions"), remarks
+    return Table(
+        header, list(filter(None, shown)), words=words, name="Solutions"
+    ), remarks
 
 
-def _equilibria(found: SolutionSet, cell: Callable[[Fraction], str], most: float, shown: Sequence[str]) -> Listing:
+def _equilibria(
+    found: SolutionSet,
+    cell: Callable[[Fraction], str],
+    most: float,
+    shown: Sequence[str],
+) -> Listing:
     """Return a row for each extreme equilibrium; the equilibria of a component are a group."""
     game, equilibria = found.game, found.equilibria
     assert game is not None
@@ -159,11 +228,20 @@ def _equilibria(found: SolutionSet, cell: Callable[[Fraction], str], most: float
     names = list(chain(*wording.strategy_names(game, most)))
     kept = wording.places(wording.labels_of(found.data.problem), shown)
     indexed = any(each.index is not None for each in extreme)
-    header = ["", *(names[i] for i in kept), *wording.payoff_headings(game), *["index"] * indexed, "pure"]
+    header = [
+        "",
+        *(names[i] for i in kept),
+        *wording.payoff_headings(game),
+        *["index"] * indexed,
+        "pure",
+    ]
 
     def row(k: int) -> list[str]:
         each = extreme[k]
-        strategies, index = (*each.row, *each.column), "" if each.index is None else f"{each.index:+d}"
+        strategies, index = (
+            (*each.row, *each.column),
+            "" if each.index is None else f"{each.index:+d}",
+        )
         numbers = map(cell, (*(strategies[i] for i in kept), *each.payoffs))
         return [str(k + 1), *numbers, *[index] * indexed, "pure" * each.is_pure]
 
@@ -172,11 +250,22 @@ def _equilibria(found: SolutionSet, cell: Callable[[Fraction], str], most: float
         summed = found.complete and all(indices) and len(indices) > 1
         remarks = [f"the indices sum to {sum(indices)}"] * summed
         return _listing(header, [map(row, range(len(extreme)))], len(extreme), remarks)
-    joined = [range(len(subsets))] if equilibria.components is None else equilibria.components
-    groups = (map(row, sorted({k for s in part for k in subsets[s].extreme})) for part in joined)
-    named = wording.vector(subsets, lambda subset: f"{{{', '.join(str(k + 1) for k in subset.extreme)}}}")[1:-1]
+    joined = (
+        [range(len(subsets))]
+        if equilibria.components is None
+        else equilibria.components
+    )
+    groups = (
+        map(row, sorted({k for s in part for k in subsets[s].extreme}))
+        for part in joined
+    )
+    named = wording.vector(
+        subsets, lambda subset: f"{{{', '.join(str(k + 1) for k in subset.extreme)}}}"
+    )[1:-1]
     means = "any average of the row strategies of one with any of its column strategies is an equilibrium"
-    return _listing(header, groups, len(extreme), [f"maximal Nash subsets {named}: {means}"])
+    return _listing(
+        header, groups, len(extreme), [f"maximal Nash subsets {named}: {means}"]
+    )
 
 
 def _record(found: SolutionSet, source: Source, exact: bool) -> dict[str, Any]:
@@ -191,7 +280,10 @@ def _record(found: SolutionSet, source: Source, exact: bool) -> dict[str, Any]:
     own = {
         **place(source, data.problem),
         "solutions": [solution(*each) for each in enumerate(points)],
-        "pieces": [vars(piece) | {"vertices": list(map(number.get, piece.vertices))} for piece in found.pieces],
+        "pieces": [
+            vars(piece) | {"vertices": list(map(number.get, piece.vertices))}
+            for piece in found.pieces
+        ],
         "components": equilibria and equilibria.components,
         "degenerate": equilibria and equilibria.is_degenerate,
     }
@@ -199,13 +291,22 @@ def _record(found: SolutionSet, source: Source, exact: bool) -> dict[str, Any]:
 
 
 def _meaning(origin: Any, z: Values, each: ExactEquilibrium | None) -> dict[str, Any]:
-    parts = zip("xy", origin.own_parts(z), strict=False) if isinstance(origin, Program) else ()
+    parts = (
+        zip("xy", origin.own_parts(z), strict=False)
+        if isinstance(origin, Program)
+        else ()
+    )
     own = {key: getattr(each, key) for key in ("row", "column", "payoffs") if each}
     own |= {"pure": each.is_pure, "index": each.index} if each else {}
-    return {**dict(parts), "equilibrium": own or programs_and_games.behavior_of(origin, z)}
+    return {
+        **dict(parts),
+        "equilibrium": own or programs_and_games.behavior_of(origin, z),
+    }
 
 
-def _rows(found: SolutionSet | Optimum, exact: bool, shown: Sequence[str]) -> tuple[Iterable[Cells], list[str]]:
+def _rows(
+    found: SolutionSet | Optimum, exact: bool, shown: Sequence[str]
+) -> tuple[Iterable[Cells], list[str]]:
     """Return the solutions as rows of CSV, with a comment; the best one as `lcp check` reads it. There is a line for
     each component of each vertex, ray and line: z and w, or their changes for a direction; for a program, also whether
     it is x, y or s, and its value in the program's own sense. For a game there is a line for each strategy in each
@@ -213,7 +314,11 @@ def _rows(found: SolutionSet | Optimum, exact: bool, shown: Sequence[str]) -> tu
     problem, header = found.data.problem, HEADER[3:]
     if isinstance(found, Optimum):
         message, has_names = found.message(brief), True
-        rows = _components(problem.origin, found.z, found.w or [], exact) if found.z else iter(())
+        rows = (
+            _components(problem.origin, found.z, found.w or [], exact)
+            if found.z
+            else iter(())
+        )
     else:
         header, message, has_names = HEADER, found.message, any(problem.names)
         rows = (
@@ -227,10 +332,16 @@ def _rows(found: SolutionSet | Optimum, exact: bool, shown: Sequence[str]) -> tu
             rows = (
                 (number, player, i, probability, payoff)
                 for number, each in enumerate(found.equilibria.extreme, 1)
-                for player, payoff in zip(("row", "column"), plain(each.payoffs, exact), strict=True)
+                for player, payoff in zip(
+                    ("row", "column"), plain(each.payoffs, exact), strict=True
+                )
                 for i, probability in enumerate(plain(getattr(each, player), exact), 1)
             )
-    header = (*header, *PROGRAM_COLUMNS * isinstance(problem.origin, Program), *["name"] * has_names)
+    header = (
+        *header,
+        *PROGRAM_COLUMNS * isinstance(problem.origin, Program),
+        *["name"] * has_names,
+    )
     kept = set(wording.places(wording.labels_of(problem), shown))
     # Each solution's in the order of the unknowns.
     lines = zip(rows, cycle(enumerate(problem.names)), strict=False)
@@ -241,9 +352,17 @@ def _rows(found: SolutionSet | Optimum, exact: bool, shown: Sequence[str]) -> tu
 def _components(origin: Any, z: Values, w: Values, exact: bool) -> Iterator[Cells]:
     """Yield for each component its number, z and w and, of a program, whether it is x, y or s, and its value in the
     program's own sense."""
-    parts = zip("xys", origin.own_parts(z), strict=True) if isinstance(origin, Program) else ()
-    own: list[Cells] = [(letter, value) for letter, part in parts for value in plain(part, exact)] or [()] * len(z)
-    for i, (a, b, cells) in enumerate(zip(plain(z, exact), plain(w, exact), own, strict=True), 1):
+    parts = (
+        zip("xys", origin.own_parts(z), strict=True)
+        if isinstance(origin, Program)
+        else ()
+    )
+    own: list[Cells] = [
+        (letter, value) for letter, part in parts for value in plain(part, exact)
+    ] or [()] * len(z)
+    for i, (a, b, cells) in enumerate(
+        zip(plain(z, exact), plain(w, exact), own, strict=True), 1
+    ):
         yield i, a, b, *cells
 
 
@@ -263,5 +382,11 @@ def _outward(value: Fraction, toward: int) -> float:
     where there is none."""
     nearest = float(rounded([value])[0])
     if math.isinf(nearest):
-        return nearest if toward * nearest > 0 else math.copysign(LARGEST_DOUBLE, nearest)
-    return nearest if toward * (Fraction(nearest) - value) >= 0 else math.nextafter(nearest, toward * math.inf)
+        return (
+            nearest if toward * nearest > 0 else math.copysign(LARGEST_DOUBLE, nearest)
+        )
+    return (
+        nearest
+        if toward * (Fraction(nearest) - value) >= 0
+        else math.nextafter(nearest, toward * math.inf)
+    )

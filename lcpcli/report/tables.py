@@ -45,10 +45,16 @@ def shown_components(n: int, width: int | None) -> Indices | None:
     return np.append(np.arange(room - 2 if room > 2 else room - 1), n - 1)
 
 
-def kept_components(problem: Problem | NonlinearProblem, width: int | None, names: Sequence[str]) -> Indices | None:
+def kept_components(
+    problem: Problem | NonlinearProblem, width: int | None, names: Sequence[str]
+) -> Indices | None:
     """Return the components of z that a trace keeps for a table of this width, or of unknowns of these names."""
     labels = wording.labels_of(problem) if names else ()
-    return np.array(wording.places(labels, names), int) if names else shown_components(problem.n, width)
+    return (
+        np.array(wording.places(labels, names), int)
+        if names
+        else shown_components(problem.n, width)
+    )
 
 
 def longest(form: str) -> float:
@@ -74,14 +80,25 @@ def build(
     first, problem = results[0], results[0].problem
     components = first.trace.components if first.trace else None
     n, names = problem.n, wording.headings(problem, longest(form))
-    kept = [*wording.places(wording.labels_of(problem), shown_names)] if shown_names else with_gap(n, components)
-    signs = np.array(in_own_sense(problem, [1.0] * n))[slice(None) if components is None else components]
+    kept = (
+        [*wording.places(wording.labels_of(problem), shown_names)]
+        if shown_names
+        else with_gap(n, components)
+    )
+    signs = np.array(in_own_sense(problem, [1.0] * n))[
+        slice(None) if components is None else components
+    ]
     traces = [result.trace.rows if result.trace else [] for result in results]
     # The start only if there is nothing else.
     shown = [rows[1:] if len(rows) > 1 else rows for rows in traces]
     rows = [row for own in shown for row in own]
     others = wording.columns_of(problem, rows)
-    header = ["method", "k", *(wording.ELLIPSIS if i is None else names[i] for i in kept), *others]
+    header = [
+        "method",
+        "k",
+        *(wording.ELLIPSIS if i is None else names[i] for i in kept),
+        *others,
+    ]
     places = _places(chosen, len(kept), [name.partition("/")[0] for name in others])
 
     def cells_of_z(row: TraceRow, largest: float) -> list[str]:
@@ -89,23 +106,42 @@ def build(
         cells[-1:-1] = [wording.ELLIPSIS] * (None in kept)
         return cells
 
-    groups = [_group(result, own, cells_of_z, others, places) for result, own in zip(results, shown, strict=True)]
+    groups = [
+        _group(result, own, cells_of_z, others, places)
+        for result, own in zip(results, shown, strict=True)
+    ]
     facts = [] if compared else outcome.facts(first, width, whole, shown_names)
-    elided = False if shown_names else components is not None if compared else wording.ELLIPSIS in "".join(facts)
+    elided = (
+        False
+        if shown_names
+        else components is not None
+        if compared
+        else wording.ELLIPSIS in "".join(facts)
+    )
     disproof, solved = list[str](), [result for result in results if result.solved]
     if solved and problem.verdict in WITHOUT_SOLUTION:
         wrong = f"the verdict of the problem, {problem.verdict}, is wrong"
         disproof = [f"{wrong}: z is a solution to the tolerance {solved[0].tol:g}"]
     shows_times = form != "latex" and (not chosen or "time" in chosen)
-    iterates = Table([header[j] for j in places], list(filter(None, groups)), name="Iterates")
-    summary = [summary_of_costs(results, width if form == "table" else None)] * (compared and not chosen)
+    iterates = Table(
+        [header[j] for j in places], list(filter(None, groups)), name="Iterates"
+    )
+    summary = [summary_of_costs(results, width if form == "table" else None)] * (
+        compared and not chosen
+    )
     meanings, strategies = list[str](), list[Table]()
     if any(result.answer is not None for result in results):
         from lcpcli.report import programs_and_games
 
-        meanings = [line for result in results for line in programs_and_games.lines(result, compared)]
+        meanings = [
+            line
+            for result in results
+            for line in programs_and_games.lines(result, compared)
+        ]
         if not compared:
-            strategies = programs_and_games.tables(first.answer, problem.origin, whole or form != "table")
+            strategies = programs_and_games.tables(
+                first.answer, problem.origin, whole or form != "table"
+            )
     remarks = _remarks(results, compared, form, shows_times) + meanings
     if elided and form not in PRINTED:
         remarks.append(f"see all {n} components of z with --format csv")
@@ -117,7 +153,9 @@ def build(
         tables=[*strategies, iterates, *summary],
         remarks=[*disproof, *remarks],
         provenance=wording.made_by(results),
-        figure=partial(outcome.figure, results) if any(result.trace or result.curve for result in results) else None,
+        figure=partial(outcome.figure, results)
+        if any(result.trace or result.curve for result in results)
+        else None,
     )
 
 
@@ -131,55 +169,98 @@ def result_html(result: Result) -> str:
 
 
 def document(runs: Sequence[Sequence[Result]], sections: Sequence[Section]) -> Document:
-    names = ", ".join(dict.fromkeys(section.title.split(":")[0] for section in sections))
-    methods = " and ".join(dict.fromkeys(result.method for own in runs for result in own))
+    names = ", ".join(
+        dict.fromkeys(section.title.split(":")[0] for section in sections)
+    )
+    methods = " and ".join(
+        dict.fromkeys(result.method for own in runs for result in own)
+    )
     return Document(": ".join(filter(None, (names, methods))), sections)
 
 
 def _places(chosen: Sequence[str], names: int, others: Sequence[str]) -> list[int]:
     """Return the indices of the chosen columns, in their order, after the method; all if none is chosen. names : the
     number of columns of z. others : the names of the columns after them."""
-    of_names = {"k": [1], "z": list(range(2, 2 + names)), **{name: [2 + names + j] for j, name in enumerate(others)}}
-    return [0, *(place for name in chosen or of_names for place in of_names.get(name, []))]
+    of_names = {
+        "k": [1],
+        "z": list(range(2, 2 + names)),
+        **{name: [2 + names + j] for j, name in enumerate(others)},
+    }
+    return [
+        0,
+        *(place for name in chosen or of_names for place in of_names.get(name, [])),
+    ]
 
 
 def with_gap(n: int, components: Indices | None) -> list[int | None]:
     """Return these components, with None before the last one for omitted components; None stands for all n."""
-    return list(range(n)) if components is None else [*components[:-1].tolist(), None, int(components[-1])]
+    return (
+        list(range(n))
+        if components is None
+        else [*components[:-1].tolist(), None, int(components[-1])]
+    )
 
 
 def _group(
-    result: Result, rows: Sequence[TraceRow], cells_of_z: CellsOfZ, others: wording.Shown, places: Sequence[int]
+    result: Result,
+    rows: Sequence[TraceRow],
+    cells_of_z: CellsOfZ,
+    others: wording.Shown,
+    places: Sequence[int],
 ) -> list[list[str]]:
     """Return the rows of a result in the columns at these places: the method where it begins, k, the components of z,
     which are written beside the largest, and the others."""
-    largest, earlier, group = float(np.abs(result.z).max(initial=0.0)), "", list[list[str]]()
+    largest, earlier, group = (
+        float(np.abs(result.z).max(initial=0.0)),
+        "",
+        list[list[str]](),
+    )
     for row in rows:
         label = wording.name(result) if row.method == result.method else row.method
-        cells = [label if label != earlier else "", str(row.k), *cells_of_z(row, largest)]
+        cells = [
+            label if label != earlier else "",
+            str(row.k),
+            *cells_of_z(row, largest),
+        ]
         cells += (cell(row) for cell in others.values())
         group.append([cells[j] for j in places])
         earlier = label
     return group
 
 
-def _remarks(results: Sequence[Result], compared: bool, form: str, shows_times: bool) -> list[str]:
+def _remarks(
+    results: Sequence[Result], compared: bool, form: str, shows_times: bool
+) -> list[str]:
     """Return lines below the verdict, or below the summary, without advice in formats for print, and without reasons
     why some of many runs failed."""
-    failed, hints = [result for result in results if compared and not result.solved], form not in PRINTED
+    failed, hints = (
+        [result for result in results if compared and not result.solved],
+        form not in PRINTED,
+    )
     are_many = len(results) > MOST_EXPLAINED
     # It stands there.
     hints_at_auto = not (compared and any(result.label == AUTO for result in results))
     of_problem = outcome.PROBLEM_STATUSES
-    remarks = [f"{wording.name(own)}{':' * (own.status.word in of_problem)} {own.message}" for own in failed]
+    remarks = [
+        f"{wording.name(own)}{':' * (own.status.word in of_problem)} {own.message}"
+        for own in failed
+    ]
     if are_many and failed:
         some = f"{len(failed)} of {len(results)} runs failed"
         remarks = [f"{some}: lcp solve with the options of one of them says why"]
     for result in results:
-        by = f"by {', '.join(result.route)}" if compared and result.route != (result.method,) else ""
-        advice = [wording.advice(result)] if hints and hints_at_auto and not are_many else []
+        by = (
+            f"by {', '.join(result.route)}"
+            if compared and result.route != (result.method,)
+            else ""
+        )
+        advice = (
+            [wording.advice(result)] if hints and hints_at_auto and not are_many else []
+        )
         texts = (*advice, by, outcome.doubt(result), outcome.bound(result))
-        remarks += [f"{wording.name(result)}: " * compared + text for text in texts if text]
+        remarks += [
+            f"{wording.name(result)}: " * compared + text for text in texts if text
+        ]
     if shows_times:
         remarks += filter(None, [outcome.spread(results)])
     return remarks + [line for result in results for line in outcome.proofs(result)]
@@ -189,11 +270,15 @@ def _title(problem: Problem, verdict: str) -> str:
     parts = [wording.size(problem)]
     if len(problem.solutions) == 1:
         computed = "" if problem.reference == "known" else f"{problem.reference} "
-        parts.append(f"{computed}solution {wording.vector(problem.solutions[0].tolist())}")
+        parts.append(
+            f"{computed}solution {wording.vector(problem.solutions[0].tolist())}"
+        )
     elif problem.solutions:
         parts.append(f"{len(problem.solutions)} {problem.reference} solutions")
     if verdict:
-        parts.append("known to end in a ray" if verdict == "ray" else f"known to be {verdict}")
+        parts.append(
+            "known to end in a ray" if verdict == "ray" else f"known to be {verdict}"
+        )
     return f"{wording.title(problem)}: {', '.join(parts)}"
 
 
@@ -206,7 +291,9 @@ def summary_of_costs(results: Sequence[Result], width: int | None) -> Table:
     """Return a row for each run: the iterations and the time to each level of error, if these are recorded, else the
     evaluations and the residual; those to the verified end, all times in one unit; and a column for each option that
     a run has by itself. A table wider than the terminal, if there is one, leaves out levels, the coarsest first."""
-    are_noted = any(result.curve is not None and result.curve.levels for result in results)
+    are_noted = any(
+        result.curve is not None and result.curve.levels for result in results
+    )
     for i in range(len(wording.LEVELS) + 1):
         made = _summary(results, wording.LEVELS[i:] if are_noted else (), are_noted)
         if width is None or sum(made.widths()) + len(made.header) <= width:
@@ -214,30 +301,61 @@ def summary_of_costs(results: Sequence[Result], width: int | None) -> Table:
     return made
 
 
-def _summary(results: Sequence[Result], levels: Sequence[float], are_noted: bool) -> Table:
-    texts = [text for result in results for text in result.label.partition(":")[2].split(",")]
-    options = list(filter(None, dict.fromkeys(text.partition("=")[0] for text in texts)))
+def _summary(
+    results: Sequence[Result], levels: Sequence[float], are_noted: bool
+) -> Table:
+    texts = [
+        text for result in results for text in result.label.partition(":")[2].split(",")
+    ]
+    options = list(
+        filter(None, dict.fromkeys(text.partition("=")[0] for text in texts))
+    )
     attained = [reached(result) for result in results]
     length, unit = wording.common_unit(
-        [r.seconds for r in results] + [own[level][1] for own in attained for level in levels if level in own]
+        [r.seconds for r in results]
+        + [own[level][1] for own in attained for level in levels if level in own]
     )
     has_error = any(result.error is not None for result in results)
     counts = [] if are_noted else ["evaluations", "residual"]
-    header = ["method", *options, *(name for level in levels for name in (f"to {wording.level(level)}", unit))]
-    header += ["end" if are_noted else "iterations", unit, *counts, *["error"] * has_error, "status"]
+    header = [
+        "method",
+        *options,
+        *(name for level in levels for name in (f"to {wording.level(level)}", unit)),
+    ]
+    header += [
+        "end" if are_noted else "iterations",
+        unit,
+        *counts,
+        *["error"] * has_error,
+        "status",
+    ]
     rows = []
     for result, at in zip(results, attained, strict=True):
         own = wording.options_of(result, whole=False)
         row = [result.method, *(own.get(option, "") for option in options)]
         for cost in (*map(at.get, levels), (result.iterations, result.seconds)):
-            row += (str(cost[0]), wording.digits(cost[1] / length, 2)) if cost else (NONE, NONE)
+            row += (
+                (str(cost[0]), wording.digits(cost[1] / length, 2))
+                if cost
+                else (NONE, NONE)
+            )
         row += [str(result.evaluations), wording.residual(result)] * (not are_noted)
-        status = FALSE if result.verified is False else SHORT.get(result.word, result.word.replace("_", " "))
-        rows.append(row + [wording.error(result.error, result.problem)] * has_error + [status])
-    times = [[at[level][1] if level in at else None for at in attained] for level in levels]
+        status = (
+            FALSE
+            if result.verified is False
+            else SHORT.get(result.word, result.word.replace("_", " "))
+        )
+        rows.append(
+            row + [wording.error(result.error, result.problem)] * has_error + [status]
+        )
+    times = [
+        [at[level][1] if level in at else None for at in attained] for level in levels
+    ]
     times.append([result.seconds if result.solved else None for result in results])
     for j, column in enumerate(times):
-        known = [(seconds, i) for i, seconds in enumerate(column) if seconds is not None]
+        known = [
+            (seconds, i) for i, seconds in enumerate(column) if seconds is not None
+        ]
         if known and len(rows) > 1:
             row, place = rows[min(known)[1]], len(options) + 2 * j + 2
             row[place] = STAR + row[place]
@@ -247,4 +365,7 @@ def _summary(results: Sequence[Result], levels: Sequence[float], are_noted: bool
 
 
 def reached(result: Result) -> dict[float, tuple[int, float]]:
-    return {each.level: (each.k, each.seconds) for each in (result.curve.milestones if result.curve else ())}
+    return {
+        each.level: (each.k, each.seconds)
+        for each in (result.curve.milestones if result.curve else ())
+    }

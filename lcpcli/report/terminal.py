@@ -29,7 +29,12 @@ REPEATED = 0.7
 STYLES = {"solved": "green", "FALSE": "bold red"}
 REMARK = "magenta"
 # The styles of a page, in place of colours that need a dark background.
-PAGE = {"markdown.code": "bold", "markdown.code_block": "none", "markdown.h1": "bold", "markdown.h2": "bold"}
+PAGE = {
+    "markdown.code": "bold",
+    "markdown.code_block": "none",
+    "markdown.h1": "bold",
+    "markdown.h2": "bold",
+}
 
 
 def render(document: Document, width: int | None, color: bool) -> str:
@@ -100,7 +105,12 @@ def _label_down(group: Sequence[Sequence[str]]) -> Sequence[Sequence[str]]:
     words = [*name.replace("-", "- ").split(), *options.replace(",", " ").split()]
     if len(words) > len(group) or any(row[0] for row in group[1:]):
         return group
-    return [[word, *row[1:]] for word, row in zip(words + [""] * (len(group) - len(words)), group, strict=True)]
+    return [
+        [word, *row[1:]]
+        for word, row in zip(
+            words + [""] * (len(group) - len(words)), group, strict=True
+        )
+    ]
 
 
 def _print(console: Console, table: Table, width: int | None) -> None:
@@ -108,8 +118,13 @@ def _print(console: Console, table: Table, width: int | None) -> None:
     leading columns of words if it is too wide."""
     widths, room = table.widths(), width or UNLIMITED
     if table.texts:
-        least = sum(FEWEST_OF_TEXT if j in table.texts else widest + 1 for j, widest in enumerate(widths))
-        console.print(_grid(table, range(len(widths)), 1), width=max(width or PIPE_WIDTH, least))
+        least = sum(
+            FEWEST_OF_TEXT if j in table.texts else widest + 1
+            for j, widest in enumerate(widths)
+        )
+        console.print(
+            _grid(table, range(len(widths)), 1), width=max(width or PIPE_WIDTH, least)
+        )
         return
     if table.name and sum(widths) + len(widths) > (width or PAGE_WIDTH):
         table = table._replace(groups=list(map(_label_down, table.groups)))
@@ -123,15 +138,26 @@ def _print(console: Console, table: Table, width: int | None) -> None:
 
 
 def _grid(table: Table, columns: Sequence[int], gap: int) -> Grid:
-    grid = Grid(box=RULES, show_edge=False, pad_edge=False, padding=(0, gap, 0, 0), header_style="bold")
+    grid = Grid(
+        box=RULES,
+        show_edge=False,
+        pad_edge=False,
+        padding=(0, gap, 0, 0),
+        header_style="bold",
+    )
     grid.show_header = any(table.header)
     for j in columns:
         is_whole = bool(table.texts) and j not in table.texts
         justify: Literal["left", "right"] = "left" if j in table.words else "right"
-        grid.add_column(table.header[j], justify=justify, no_wrap=is_whole, overflow="fold")
+        grid.add_column(
+            table.header[j], justify=justify, no_wrap=is_whole, overflow="fold"
+        )
     for group in table.groups:
         for row in group:
-            grid.add_row(*(Text(row[j], STYLES.get(row[j], "")) for j in columns), end_section=row is group[-1])
+            grid.add_row(
+                *(Text(row[j], STYLES.get(row[j], "")) for j in columns),
+                end_section=row is group[-1],
+            )
     return grid
 
 
@@ -139,7 +165,10 @@ def _folds(widest: Sequence[int], keys: int, gap: int, width: int) -> list[list[
     """Return the columns of each part of a table folded to this width; every part has the first `keys` columns."""
     parts = [list(range(keys))]
     for j in range(keys, len(widest)):
-        if len(parts[-1]) > keys and sum(widest[i] + gap for i in [*parts[-1], j]) - gap > width:
+        if (
+            len(parts[-1]) > keys
+            and sum(widest[i] + gap for i in [*parts[-1], j]) - gap > width
+        ):
             parts.append(list(range(keys)))
         parts[-1].append(j)
     return parts

@@ -20,25 +20,42 @@ KEYS = (
 def report(verifications: Sequence[Verification]) -> Report:
     """Return the report on verifications of one problem."""
     name = title(verifications[0].problem) or "verification"
-    return Report(lambda *_: Document(name, list(map(_section, verifications))), lambda: map(_record, verifications))
+    return Report(
+        lambda *_: Document(name, list(map(_section, verifications))),
+        lambda: map(_record, verifications),
+    )
 
 
 def _section(verification: Verification) -> Section:
-    problem, sets = verification.problem, getattr(verification.strategies, "information_sets", None)
+    problem, sets = (
+        verification.problem,
+        getattr(verification.strategies, "information_sets", None),
+    )
     measures = {
         "residual": verification.residual,
         "relative residual": verification.relative_residual,
         "componentwise backward error": verification.backward_error,
         "error": verification.error,
     }
-    rows = [[measure, short(value), ""] for measure, value in measures.items() if value is not None]
+    rows = [
+        [measure, short(value), ""]
+        for measure, value in measures.items()
+        if value is not None
+    ]
     if bound := verification.bound:
         rows.append(["proved bound on the error", above(bound.value), bound.source])
     violations = [
-        [f"{v.index + 1} {problem.names[v.index]}".rstrip(), v.kind, number(v.z), number(v.w)]
+        [
+            f"{v.index + 1} {problem.names[v.index]}".rstrip(),
+            v.kind,
+            number(v.z),
+            number(v.w),
+        ]
         for v in verification.violations
     ]
-    left_out = [f"the worst {len(violations)} of {verification.violated}"] * (verification.violated > len(violations))
+    left_out = [f"the worst {len(violations)} of {verification.violated}"] * (
+        verification.violated > len(violations)
+    )
     return Section(
         ": ".join(filter(None, (title(problem), size(problem)))),
         verification.message,
@@ -47,7 +64,12 @@ def _section(verification: Verification) -> Section:
         [
             *([] if sets is None else [programs_and_games.behavior(sets)]),
             Table(["", "", ""], [rows], words=(0, 2), texts=(2,)),
-            Table(["component", "violated", "z", "w"], [violations], words=(0, 1), notes=left_out),
+            Table(
+                ["component", "violated", "z", "w"],
+                [violations],
+                words=(0, 1),
+                notes=left_out,
+            ),
         ],
     )
 
@@ -55,7 +77,11 @@ def _section(verification: Verification) -> Section:
 def _of_origin(verification: Verification) -> list[str]:
     """Return lines with the strategies of a game, or with the x of a program and its multipliers, or with the proof
     that there is no optimum."""
-    own, multipliers, origin = verification.strategies, verification.multipliers, verification.problem.origin
+    own, multipliers, origin = (
+        verification.strategies,
+        verification.multipliers,
+        verification.problem.origin,
+    )
     lines = [verification.statement] * bool(verification.statement)
     if hasattr(own, "information_sets"):
         return [programs_and_games.payoffs_of(own), *lines]
@@ -63,7 +89,10 @@ def _of_origin(verification: Verification) -> list[str]:
         return [", ".join(programs_and_games.strategies(origin, own, number)), *lines]
     if multipliers is None:
         return [*lines, *programs_and_games.no_optimum(verification.answer, origin)]
-    return [*lines, f"found y = {programs_and_games.named(multipliers.tolist(), getattr(origin, 'rows', ()))}"]
+    return [
+        *lines,
+        f"found y = {programs_and_games.named(multipliers.tolist(), getattr(origin, 'rows', ()))}",
+    ]
 
 
 def _record(verification: Verification) -> dict[str, Any]:
@@ -72,6 +101,7 @@ def _record(verification: Verification) -> dict[str, Any]:
         "n": verification.problem.n,
         "error_bound": verification.bound.value if verification.bound else None,
         "error_bound_source": verification.bound.source if verification.bound else None,
-        "statement": verification.statement or getattr(verification.answer, "statement", None),
+        "statement": verification.statement
+        or getattr(verification.answer, "statement", None),
     }
     return record(KEYS, verification, own)

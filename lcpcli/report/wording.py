@@ -42,7 +42,12 @@ def components(values: Iterable[float], largest: float) -> list[str]:
     large or very small. largest : the size of the largest component of the solution, which decides for a whole
     table."""
     scientific = 0 < largest < SMALLEST_FIXED or largest >= LARGEST_FIXED
-    return [f"{v:.6e}" if scientific or abs(v) >= LARGEST_FIXED else f"{round(v, 7) + 0.0:.7f}" for v in values]
+    return [
+        f"{v:.6e}"
+        if scientific or abs(v) >= LARGEST_FIXED
+        else f"{round(v, 7) + 0.0:.7f}"
+        for v in values
+    ]
 
 
 def plain_number(value: float) -> str:
@@ -74,18 +79,29 @@ def vector(entries: Sequence[Any], cell: Callable[[Any], str] = plain_number) ->
 
 def folded(line: str, width: int | None) -> list[str]:
     """Return a line of words wrapped to this width, all lines but the first indented; None stands for no limit."""
-    return [line] if width is None or len(line) <= width else wrap(line, width, subsequent_indent="  ")
+    return (
+        [line]
+        if width is None or len(line) <= width
+        else wrap(line, width, subsequent_indent="  ")
+    )
 
 
 def short_names(names: Sequence[str], most: float, letter: str = "z") -> list[str]:
     """Return the names, with a name that is too long replaced by its place, as in z1."""
-    return [name if 0 < len(visible(name)) < most else f"{letter}{i}" for i, name in enumerate(names, 1)]
+    return [
+        name if 0 < len(visible(name)) < most else f"{letter}{i}"
+        for i, name in enumerate(names, 1)
+    ]
 
 
 def headings(problem: Problem, most: float) -> list[str]:
     """Return the names of the components for a table, by `short_names`: of a game tree, the players' moves."""
     moves = getattr(problem.origin, "headings", None)
-    return short_names(problem.names, most) if moves is None else short_names(moves, 2 * most)
+    return (
+        short_names(problem.names, most)
+        if moves is None
+        else short_names(moves, 2 * most)
+    )
 
 
 def multiplier(value: float) -> str:
@@ -99,7 +115,10 @@ def size(problem: Problem | NonlinearProblem) -> str:
     kinds = problem.box.kinds
     if not kinds:
         return f"n = {problem.n}"
-    own = (f"{k} {kind}{'s' * (k > 1 and kind.endswith('bound'))}" for kind, k in kinds.items())
+    own = (
+        f"{k} {kind}{'s' * (k > 1 and kind.endswith('bound'))}"
+        for kind, k in kinds.items()
+    )
     return f"n = {problem.n} ({', '.join(own)})"
 
 
@@ -112,7 +131,9 @@ def residual(result: Result) -> str:
     """Return the natural residual of a result, 0 if it is no more than the rounding of the terms of each row."""
     from lcpcli.linalg.doubles import ROW_ROUNDING
 
-    return short(result.residual, math.inf if result.relative_residual <= ROW_ROUNDING else 0.0)
+    return short(
+        result.residual, math.inf if result.relative_residual <= ROW_ROUNDING else 0.0
+    )
 
 
 def error(value: float | None, problem: Problem) -> str:
@@ -198,7 +219,10 @@ def advice(result: Result) -> str:
 
         if options == EXACT:
             return "lcp solve --exact"
-        texts = ((name, "" if value is True else f" {value_text(value, False)}") for name, value in options.items())
+        texts = (
+            (name, "" if value is True else f" {value_text(value, False)}")
+            for name, value in options.items()
+        )
         return " ".join(f"{flag(name)}{text}" for name, text in texts)
 
     return "" if result.solved else result.suggestions.line(written)
@@ -209,8 +233,16 @@ def made_by(results: Sequence[Result]) -> str:
     share; the names of runs have the others."""
     parts = [f"{PROGRAM}, {_limits(results[0])}"]
     for method in dict.fromkeys(result.method for result in results):
-        runs = [options_of(own, whole=False).items() for own in results if own.method == method]
-        shared = [f"{name}={value}" for name, value in runs[0] if all((name, value) in run for run in runs)]
+        runs = [
+            options_of(own, whole=False).items()
+            for own in results
+            if own.method == method
+        ]
+        shared = [
+            f"{name}={value}"
+            for name, value in runs[0]
+            if all((name, value) in run for run in runs)
+        ]
         parts += [f"{method}: {', '.join(shared)}"] * bool(shared)
     return "; ".join(parts)
 
@@ -220,30 +252,51 @@ def provenance(results: Sequence[Result]) -> list[str]:
     lines = [f"{PROGRAM}, {_limits(results[0])}"]
     for result in results:
         by = f" by {', '.join(result.route)}" * (result.route != (result.method,))
-        options = "".join(f", {name}={value}" for name, value in options_of(result, whole=True).items())
+        options = "".join(
+            f", {name}={value}"
+            for name, value in options_of(result, whole=True).items()
+        )
         problem = f"{title(result.problem) or 'problem'}, {size(result.problem)}"
-        lines.append(f"{problem}: {name(result)}{by}{options}: {' '.join(visible(result.message).split())}")
+        lines.append(
+            f"{problem}: {name(result)}{by}{options}: {' '.join(visible(result.message).split())}"
+        )
     return lines
 
 
 def _limits(result: Result) -> str:
     limits = result.limits
-    seconds = f", time limit {limits.time_limit:.15g} s" if limits.time_limit < math.inf else ""
+    seconds = (
+        f", time limit {limits.time_limit:.15g} s"
+        if limits.time_limit < math.inf
+        else ""
+    )
     return f"tol {limits.tol:.15g}, at most {limits.max_iterations} iterations{seconds}"
 
 
 def options_of(result: Result, whole: bool) -> dict[str, str]:
     """Return the options in force as texts, by their names on the command line, without those that are off, or for
     switches on, as they are by default. whole : whether long numbers, as a computed p, have more than three digits."""
-    shown = ((name, value) for name, value in result.options.items() if name not in VECTORS)
-    return {name.replace("_", "-"): _text(value, whole) for name, value in shown if value is not (name in SWITCHES)}
+    shown = (
+        (name, value) for name, value in result.options.items() if name not in VECTORS
+    )
+    return {
+        name.replace("_", "-"): _text(value, whole)
+        for name, value in shown
+        if value is not (name in SWITCHES)
+    }
 
 
 def _text(value: Any, whole: bool) -> str:
     if not isinstance(value, float):
         return str(value).lower()
     short = f"{value:g}"
-    return short if float(short) == value else repr(float(value)) if whole else f"{value:.3g}"
+    return (
+        short
+        if float(short) == value
+        else repr(float(value))
+        if whole
+        else f"{value:.3g}"
+    )
 
 
 def places(names: Sequence[str], patterns: Sequence[str]) -> list[int]:
@@ -259,13 +312,25 @@ def places(names: Sequence[str], patterns: Sequence[str]) -> list[int]:
     short = [name.replace("column ", "col ", 1).removeprefix("y ") for name in names]
     for pattern in patterns:
         form = pattern.replace("[", "[[]")  # brackets stand for themselves, as in x[1]
-        own = [i for i, each in enumerate(names) if each and (fnmatchcase(each, form) or fnmatchcase(short[i], form))]
+        own = [
+            i
+            for i, each in enumerate(names)
+            if each and (fnmatchcase(each, form) or fnmatchcase(short[i], form))
+        ]
         own = own or [i for i in range(len(names)) if fnmatchcase(f"z{i + 1}", form)]
         if not own:
             numbers = f"write {'z1 to ' * (len(names) > 1)}z{len(names)}"
-            named = "; a file has names in its header, or under the key names" if not any(names) else ""
-            hint = likely(pattern, list(filter(None, names)), f"{numbers}, or a name{named}")
-            raise ParameterError("show", f"{quoted(pattern)} is not the name of an unknown", hint)
+            named = (
+                "; a file has names in its header, or under the key names"
+                if not any(names)
+                else ""
+            )
+            hint = likely(
+                pattern, list(filter(None, names)), f"{numbers}, or a name{named}"
+            )
+            raise ParameterError(
+                "show", f"{quoted(pattern)} is not the name of an unknown", hint
+            )
         found |= dict.fromkeys(own)
     return list(found)
 
@@ -285,7 +350,10 @@ def labels_of(problem: Problem | NonlinearProblem) -> Sequence[str]:
     if isinstance(origin, Game):
         return [*chain(*strategy_names(origin, math.inf))]
     k = origin.variables if isinstance(origin, Program) else problem.n
-    return [*problem.names[:k], *(f"y {name}" if name else "" for name in problem.names[k:])]
+    return [
+        *problem.names[:k],
+        *(f"y {name}" if name else "" for name in problem.names[k:]),
+    ]
 
 
 def strategy_names(game: Game, most: float) -> tuple[list[str], list[str]]:
@@ -296,7 +364,10 @@ def strategy_names(game: Game, most: float) -> tuple[list[str], list[str]]:
     most += (len(players[0]) + 1) * bool(both)
 
     def named(i: int, own: Sequence[str]) -> list[str]:
-        names = [f"{players[i]} {name}" if name in both else name for name in own or [""] * game.A.shape[i]]
+        names = [
+            f"{players[i]} {name}" if name in both else name
+            for name in own or [""] * game.A.shape[i]
+        ]
         return short_names(names, most, "xy"[i])
 
     return named(0, game.rows), named(1, game.columns)
@@ -325,11 +396,18 @@ def columns_of(problem: Problem, rows: Sequence[TraceRow]) -> Shown:
     if problem.solutions:
         columns["error"] = lambda row: error(row.error, problem)
     else:
-        columns["residual"] = lambda row: short(row.residual, math.inf if row.rounding else 0.0)
+        columns["residual"] = lambda row: short(
+            row.residual, math.inf if row.rounding else 0.0
+        )
     return columns | {f"time/{name}": lambda row: f"{row.seconds / length:.3f}"}
 
 
 def values_of(row: TraceRow) -> dict[str, Any]:
     """Return the values of an iterate after z in CSV and JSON."""
-    own = {"residual": row.residual, "error": row.error, "seconds": row.seconds, "step": row.step or None}
+    own = {
+        "residual": row.residual,
+        "error": row.error,
+        "seconds": row.seconds,
+        "step": row.step or None,
+    }
     return own if row.z0 is None else {**own, "z0": row.z0}

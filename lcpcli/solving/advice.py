@@ -40,14 +40,21 @@ def suggestions(result: Result) -> Suggestions:
     if result.interrupted:
         return Suggestions()
     status, automatic = result.status, result.method == "auto"
-    if result.method in NONLINEAR and status not in (Status.TIME_LIMIT, Status.ITERATION_LIMIT):
+    if result.method in NONLINEAR and status not in (
+        Status.TIME_LIMIT,
+        Status.ITERATION_LIMIT,
+    ):
         return _where_stuck(result)
     if status is Status.TIME_LIMIT:
         longer = {"time_limit": _round(max(LEAST_TIME_LIMIT, 10 * result.seconds))}
         if not automatic and result.method not in NONLINEAR:
             return Suggestions((AUTOMATIC,), longer)
-        is_near = automatic and result.nearest in METHODS and result.relative_residual <= NEAR
-        return Suggestions((longer, {"method": result.nearest} | longer) if is_near else (longer,))
+        is_near = (
+            automatic and result.nearest in METHODS and result.relative_residual <= NEAR
+        )
+        return Suggestions(
+            (longer, {"method": result.nearest} | longer) if is_near else (longer,)
+        )
     if status is Status.ITERATION_LIMIT:
         return _after_the_limit(result)
     if status not in (Status.STALLED, Status.DIVERGED, Status.BREAKDOWN, Status.RAY):
@@ -56,7 +63,11 @@ def suggestions(result: Result) -> Suggestions:
     ways = [] if automatic or too_small else [AUTOMATIC]
     if status is Status.STALLED and result.relative_residual <= ROUNDING_LEVEL:
         ways.append({"tol": _round(2 * result.relative_residual)})
-    if (automatic or too_small) and result.exact is None and result.problem.n <= MOST_PROVED_UNKNOWNS:
+    if (
+        (automatic or too_small)
+        and result.exact is None
+        and result.problem.n <= MOST_PROVED_UNKNOWNS
+    ):
         ways.append(EXACT)
     return Suggestions(tuple(ways))
 
@@ -65,7 +76,9 @@ def _where_stuck(result: Result) -> Suggestions:
     """Suggest other starts for a nonlinear problem, and what may be wrong with its functions."""
     with imports:
         from lcpcli.inspection.theory import BAD_SPREAD, spread
-    ways: list[Options] = [{RESTARTS.name: max(MORE_RESTARTS, 5 * int(result.options[RESTARTS.name]))}]
+    ways: list[Options] = [
+        {RESTARTS.name: max(MORE_RESTARTS, 5 * int(result.options[RESTARTS.name]))}
+    ]
     if NOISY in result.message and result.relative_residual < LARGEST_TOL / 2:
         ways.insert(0, {"tol": _round(2 * result.relative_residual)})
     others, decades = ["another start"], max(spread(result.problem.M))
@@ -74,7 +87,9 @@ def _where_stuck(result: Result) -> Suggestions:
     if OUTSIDE in result.message:
         others.append("bounds within the domain of F")
     if decades > BAD_SPREAD:
-        others.append(f"other units, as rows or columns of J differ by {decades:.0f} decades")
+        others.append(
+            f"other units, as rows or columns of J differ by {decades:.0f} decades"
+        )
     return Suggestions(tuple(ways), others=tuple(others))
 
 
@@ -85,7 +100,11 @@ def _after_the_limit(result: Result) -> Suggestions:
     if result.method == "auto" or result.method in NONLINEAR:
         return Suggestions((usual if k < default else {"max_iterations": 10 * k},))
     if result.relative_residual <= math.sqrt(result.tol):
-        return Suggestions(({"max_iterations": int(_round(MORE_ITERATIONS * k))}, AUTOMATIC) if k else (usual,))
+        return Suggestions(
+            ({"max_iterations": int(_round(MORE_ITERATIONS * k))}, AUTOMATIC)
+            if k
+            else (usual,)
+        )
     return Suggestions((AUTOMATIC,), usual if k < FEW_ITERATIONS else {})
 
 
@@ -99,7 +118,9 @@ def in_python(options: Options) -> str:
     """Return options as keywords, or the function that proves a result."""
     if options == EXACT:
         return "lcpcli.exact(problem)"
-    return ", ".join(f"{name}={value_text(value, quotes=True)}" for name, value in options.items())
+    return ", ".join(
+        f"{name}={value_text(value, quotes=True)}" for name, value in options.items()
+    )
 
 
 def value_text(value: Any, quotes: bool) -> str:

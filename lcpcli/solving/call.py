@@ -77,7 +77,11 @@ class NonlinearOptions(CallOptions, total=False):
     difference_step: float | None
 
 
-COMMON_OPTIONS = (*methods.START_OPTIONS, *CallOptions.__annotations__, *methods.ADDITIONS)
+COMMON_OPTIONS = (
+    *methods.START_OPTIONS,
+    *CallOptions.__annotations__,
+    *methods.ADDITIONS,
+)
 OF_PROBLEMS = ("name", "names", "solutions", "lower", "upper", "infinity")
 
 
@@ -134,9 +138,19 @@ def solve(
     [1.5, 2.0]
     """
     began = seconds()
-    if method == "auto" and type(M) is np.ndarray and M.ndim == 2 and M.dtype == np.float64:
+    if (
+        method == "auto"
+        and type(M) is np.ndarray
+        and M.ndim == 2
+        and M.dtype == np.float64
+    ):
         M = stored(M)  # which needs no copy of M
-    return _run(Problem(M, q, lower=lower, upper=upper, infinity=infinity), method, options, began)
+    return _run(
+        Problem(M, q, lower=lower, upper=upper, infinity=infinity),
+        method,
+        options,
+        began,
+    )
 
 
 def run(
@@ -194,14 +208,18 @@ def unless_interrupted(result: Result, interrupts: str) -> Result:
     return result
 
 
-def _run(problem: Problem, method: str, options: Mapping[str, object], began: float) -> Result:
+def _run(
+    problem: Problem, method: str, options: Mapping[str, object], began: float
+) -> Result:
     given, interrupts = {}, RAISE
     if options:
         given = chosen(options, COMMON_OPTIONS, method)
         interrupts = given.pop("interrupts", RAISE)
         given["trace"] = trace_of(given.get("trace"))
         given["limits"] = Limits.taken_from(given)
-    return unless_interrupted(driver.run(problem, method, began=began, **given), interrupts)
+    return unless_interrupted(
+        driver.run(problem, method, began=began, **given), interrupts
+    )
 
 
 def trace_of(wanted: bool | Trace | None) -> Trace | None:
@@ -209,7 +227,12 @@ def trace_of(wanted: bool | Trace | None) -> Trace | None:
     return wanted if isinstance(wanted, Trace) else Trace() if wanted else None
 
 
-def chosen(options: Mapping[str, object], known: Collection[str], method: str = "", of: str = "") -> dict[str, Any]:
+def chosen(
+    options: Mapping[str, object],
+    known: Collection[str],
+    method: str = "",
+    of: str = "",
+) -> dict[str, Any]:
     """Return the options that are given, as None is not. Raise OptionError for an unknown value of `interrupts`, and
     for a name that is none of the known ones, nor of any method's options if there is a method: with what may be meant.
 
@@ -217,13 +240,21 @@ def chosen(options: Mapping[str, object], known: Collection[str], method: str = 
     """
     given = {name: value for name, value in options.items() if value is not None}
     if given.get("interrupts", RAISE) not in INTERRUPTS:
-        raise ParameterError("interrupts", f"{given['interrupts']!r} is unknown", 'give "raise" or "return"')
+        raise ParameterError(
+            "interrupts",
+            f"{given['interrupts']!r} is unknown",
+            'give "raise" or "return"',
+        )
     for name in (name for name in options if name not in known):
         if method and name in OF_PROBLEMS:
-            raise OptionError(name, "belongs to the problem", f"write Problem(M, q, {name}=...)")
+            raise OptionError(
+                name, "belongs to the problem", f"write Problem(M, q, {name}=...)"
+            )
         own = methods.parameters_of(method) if method else []
         if not method or name not in {*own, *methods.OPTIONS, *methods.SWITCHES}:
             names = [*(each for each in own if each not in known), *known]
             fault = f"is not an option of {method or of}"
-            raise OptionError(name, fault, likely(name, names, f"it has {', '.join(names)}"))
+            raise OptionError(
+                name, fault, likely(name, names, f"it has {', '.join(names)}")
+            )
     return given

@@ -37,7 +37,14 @@ from lcpcli.solving.no_minimum import undecided, without_minimum
 from lcpcli.typing import Vector, VectorLike
 from lcpcli.verify import exact_solution
 from lcpcli.verify.certificate import Certificate, proves_infeasible
-from lcpcli.verify.verification import Verification, of_game, verify, verify_exactly, verify_farkas, verify_nonlinear
+from lcpcli.verify.verification import (
+    Verification,
+    of_game,
+    verify,
+    verify_exactly,
+    verify_farkas,
+    verify_nonlinear,
+)
 
 MOST_EFFORT = 60.0  # for exact multipliers: as for exact proofs
 # The largest one that is proposed for an answer whose digits were rounded.
@@ -99,9 +106,13 @@ def check(
     options.check((TOL,), {"tol": tol})
     if isinstance(problem, NonlinearProblem):
         if y is not None:
-            raise ParameterError("y", "proves nothing for a nonlinear problem", "give z")
+            raise ParameterError(
+                "y", "proves nothing for a nonlinear problem", "give z"
+            )
         (values,) = by_names(lambda: problem.names, z=z)
-        return verify_nonlinear(problem, as_vector("z", values, problem.n), tol or TOL.value)
+        return verify_nonlinear(
+            problem, as_vector("z", values, problem.n), tol or TOL.value
+        )
     n = as_problem(problem).n
     if z is None and y is None:
         raise ParameterError("z", "is missing", "give z, or a proof y")
@@ -119,15 +130,22 @@ def check(
         raise ParameterError("tol", "has no effect on a proof", "leave it out")
     rounded_y = as_vector("y", y, n)
     exact = _fractions(y)
-    return verified_proof(problem, exact or fractions_of(rounded_y), is_rounded=not exact)
+    return verified_proof(
+        problem, exact or fractions_of(rounded_y), is_rounded=not exact
+    )
 
 
 def _fractions(values: Any) -> list[Fraction]:
     """Return the numbers of a list or an array as fractions if one of them is a Fraction; else an empty list."""
     listed = values.tolist() if isinstance(values, np.ndarray) else values
-    if not isinstance(listed, (list, tuple)) or not any(isinstance(value, Fraction) for value in listed):
+    if not isinstance(listed, (list, tuple)) or not any(
+        isinstance(value, Fraction) for value in listed
+    ):
         return []
-    return [Fraction(value) if isinstance(value, Rational) else Fraction(float(value)) for value in listed]
+    return [
+        Fraction(value) if isinstance(value, Rational) else Fraction(float(value))
+        for value in listed
+    ]
 
 
 def lengths(problem: Problem | NonlinearProblem) -> dict[int, str]:
@@ -143,7 +161,9 @@ def lengths(problem: Problem | NonlinearProblem) -> dict[int, str]:
     return {problem.n: "z", **others}
 
 
-def verified(problem: Problem, values: Vector, tol: float, own: bool = False) -> Verification:
+def verified(
+    problem: Problem, values: Vector, tol: float, own: bool = False
+) -> Verification:
     """Verify z or, for a program, x, or x and y: values of one of the `lengths`.
 
     own : whether y is known to have the signs of the program's own sense; else it may also have the signs of z.
@@ -152,11 +172,18 @@ def verified(problem: Problem, values: Vector, tol: float, own: bool = False) ->
     if not isinstance(origin, Program):
         return of_game(problem, values, partial(verify, problem, tol=tol), tol=tol)
     proposal = _Proposal(origin, problem, values)
-    readings = proposal.readings(values, own, lambda x, y: origin.z_of(x, y, proposal.data), lambda: proposal.step[0])
+    readings = proposal.readings(
+        values,
+        own,
+        lambda x, y: origin.z_of(x, y, proposal.data),
+        lambda: proposal.step[0],
+    )
     return proposal.verified((verify(problem, z, tol) for z in readings), tol)
 
 
-def accepting(problem: Problem, values: Vector, found: Verification, own: bool = False) -> float | None:
+def accepting(
+    problem: Problem, values: Vector, found: Verification, own: bool = False
+) -> float | None:
     """Return the least power of ten, at most LARGEST_TOL, with which rejected values would be accepted, as they may
     have been rounded; None if there is none, or if the values were accepted."""
     relative = found.relative_residual
@@ -164,30 +191,49 @@ def accepting(problem: Problem, values: Vector, found: Verification, own: bool =
         return None
     powers = [10.0**k for k in range(-9, 0)]
     tried = (tol for tol in powers if relative <= tol <= LARGEST_TOL)
-    return next((tol for tol in tried if verified(problem, values, tol, own).accepted), None)
+    return next(
+        (tol for tol in tried if verified(problem, values, tol, own).accepted), None
+    )
 
 
 def verified_exactly(
-    data: ExactProblem, values: list[Fraction], w: list[Fraction] | None = None, own: bool = False
+    data: ExactProblem,
+    values: list[Fraction],
+    w: list[Fraction] | None = None,
+    own: bool = False,
 ) -> Verification:
     """Verify z, x, or x and y in rational arithmetic. w : a claimed M z + q for a z, to be verified too."""
     origin = data.problem.origin
     if not isinstance(origin, Program):
-        return of_game(data.problem, values, partial(verify_exactly, data, given_w=w), data=data)
-    proposal, exact = _Proposal(origin, data.problem, rounded(values)), np.array(values, dtype=object)
+        return of_game(
+            data.problem, values, partial(verify_exactly, data, given_w=w), data=data
+        )
+    proposal, exact = (
+        _Proposal(origin, data.problem, rounded(values)),
+        np.array(values, dtype=object),
+    )
 
     def sought() -> Any:
         near = proposal.with_step()
-        z = exact_solution.from_point(data, near, Effort(MOST_EFFORT)) or fractions_of(near)
+        z = exact_solution.from_point(data, near, Effort(MOST_EFFORT)) or fractions_of(
+            near
+        )
         return np.array(z[proposal.k : data.n - origin.ranges], dtype=object)
 
-    readings = proposal.readings(exact, own, partial(_completed, data, proposal), sought)
+    readings = proposal.readings(
+        exact, own, partial(_completed, data, proposal), sought
+    )
     given_w = w if len(values) == data.n else None
-    return proposal.verified((verify_exactly(data, list(z), given_w) for z in readings), TOL.value)
+    return proposal.verified(
+        (verify_exactly(data, list(z), given_w) for z in readings), TOL.value
+    )
 
 
 def verified_proof(
-    problem: Problem, y: list[Fraction], data: ExactProblem | None = None, is_rounded: bool = False
+    problem: Problem,
+    y: list[Fraction],
+    data: ExactProblem | None = None,
+    is_rounded: bool = False,
 ) -> Verification:
     """Verify a proof y that there is no solution; for a program also state what it proves, infeasibility for instance.
 
@@ -202,7 +248,9 @@ def verified_proof(
     else:
         vector = rounded(y)
         up_to_rounding = not found.exact and not proves_infeasible(problem, vector)
-        certificate = Certificate("farkas", found.message, vector, is_rounded=up_to_rounding)
+        certificate = Certificate(
+            "farkas", found.message, vector, is_rounded=up_to_rounding
+        )
         answer = without_minimum(problem, certificate, origin, data_of(problem, origin))
     return replace(found, message=f"proved: {answer.statement}", answer=answer)
 
@@ -210,7 +258,9 @@ def verified_proof(
 def _around(value: Vector, lower: Vector, upper: Vector) -> tuple[Vector, Vector]:
     """Return how far a value may move down and up; beyond a bound it may move no farther."""
     equal = lower == upper
-    return np.where(equal, 0.0, np.minimum(lower - value, 0.0)), np.where(equal, 0.0, np.maximum(upper - value, 0.0))
+    return np.where(equal, 0.0, np.minimum(lower - value, 0.0)), np.where(
+        equal, 0.0, np.maximum(upper - value, 0.0)
+    )
 
 
 class _Proposal:
@@ -218,7 +268,11 @@ class _Proposal:
 
     def __init__(self, origin: Program, problem: Problem, values: Vector) -> None:
         self.origin, self.problem, self.k = origin, problem, origin.variables
-        self.data, self.x, self.sign = data_of(problem, origin), values[: self.k], SENSES[origin.sense]
+        self.data, self.x, self.sign = (
+            data_of(problem, origin),
+            values[: self.k],
+            SENSES[origin.sense],
+        )
         self.needs_multipliers = values.size == self.k < problem.n
 
     @cached_property
@@ -229,7 +283,11 @@ class _Proposal:
         data, x, heights = self.data, self.x, np.ones(self.data.row_lower.size)
         g = product(data.Q, x) + data.c
         largest = float(np.abs(x).max())
-        sizes = BOX_SIZE * np.maximum(np.abs(x), LEAST_BOX_SIZE * largest) if largest else np.ones(x.size)
+        sizes = (
+            BOX_SIZE * np.maximum(np.abs(x), LEAST_BOX_SIZE * largest)
+            if largest
+            else np.ones(x.size)
+        )
         A = data.A
         if heights.size:
             heights = row_maxima(scaled(A, heights, sizes))
@@ -239,7 +297,9 @@ class _Proposal:
         low, high = _around(x, data.lower, data.upper)
         bounds = np.maximum(low / sizes, -1.0), np.minimum(high / sizes, 1.0)
         unit = float(np.abs(g * sizes).max()) or 1.0
-        found = minimized(g * sizes / unit, A, (ends[0] / heights, ends[1] / heights), bounds)
+        found = minimized(
+            g * sizes / unit, A, (ends[0] / heights, ends[1] / heights), bounds
+        )
         if found is None or not np.isfinite(found.y).all():
             return np.zeros(heights.size), math.nan
         d = found.x * sizes
@@ -252,7 +312,11 @@ class _Proposal:
         return self.origin.z_of(self.x, self.step[0], self.data)
 
     def readings(
-        self, values: Any, own: bool, completed: Callable[[Any, Any], Any], sought: Callable[[], Any]
+        self,
+        values: Any,
+        own: bool,
+        completed: Callable[[Any, Any], Any],
+        sought: Callable[[], Any],
     ) -> Iterator[Any]:
         """Yield each z for which the values may stand, as `completed` makes it from x and y, which is sought if it is
         missing; for a maximum, y may have either sign."""
@@ -272,28 +336,47 @@ class _Proposal:
         """Return the first verification that is accepted, or else the first of all, with a statement on x, and with the
         multipliers if they had to be sought."""
         found = next(of_readings)
-        found = found if found.accepted else next((other for other in of_readings if other.accepted), found)
+        found = (
+            found
+            if found.accepted
+            else next((other for other in of_readings if other.accepted), found)
+        )
         if not found.accepted:
             return replace(found, statement=self._fault(tol))
-        y = self.sign * self.with_step()[self.k : self.problem.n - self.origin.ranges] + 0.0
+        y = (
+            self.sign * self.with_step()[self.k : self.problem.n - self.origin.ranges]
+            + 0.0
+        )
         statement = kind_of_point(self.data, self.origin).statement
-        return replace(found, statement=statement, multipliers=y if self.needs_multipliers else None)
+        return replace(
+            found,
+            statement=statement,
+            multipliers=y if self.needs_multipliers else None,
+        )
 
     @np.errstate(all="ignore")
     def _fault(self, tol: float) -> str:
         if violated := _violated(self.origin, self.data, self.x, tol):
             return f"x is not feasible: {violated}"
         origin, feasible = self.origin, f"x is feasible to the tolerance {tol:g}"
-        word, value = WORDS[origin.sense], self.sign * self.data.objective(self.x) + origin.constant
+        word, value = (
+            WORDS[origin.sense],
+            self.sign * self.data.objective(self.x) + origin.constant,
+        )
         _, gain = self.step
         if math.isnan(gain):
             return feasible
         size = np.abs(self.x)
-        terms = float(size @ (absolute_product(self.data.Q, size) / 2 + np.abs(self.data.c)))  # of the objective
+        terms = float(
+            size @ (absolute_product(self.data.Q, size) / 2 + np.abs(self.data.c))
+        )  # of the objective
         if gain > max(tol, LEAST_GAIN) * terms:
             far = f"at least {approximate(Fraction(gain), -1, 2)} {OBJECTIVE_CLAUSES[self.origin.sense]}"
             return f"{feasible}, but not a {word}: its objective {value:.7g} is {far}"
-        if not self.needs_multipliers and verify(self.problem, self.with_step(), tol).accepted:
+        if (
+            not self.needs_multipliers
+            and verify(self.problem, self.with_step(), tol).accepted
+        ):
             return f"{kind_of_point(self.data, origin).statement}, but with other multipliers"
         return f"{feasible}, but not shown to be a {word}"
 
@@ -301,10 +384,16 @@ class _Proposal:
 def _completed(data: ExactProblem, proposal: _Proposal, x: Any, y: Any) -> Any:
     """Return the z that consists of exact x and y, and of s = Ax moved within its bounds."""
     zeros = np.array([Fraction(0)] * proposal.origin.ranges, dtype=object)
-    w, first = data.w(list(np.concatenate((x, y, zeros)))), data.n - proposal.origin.ranges
+    w, first = (
+        data.w(list(np.concatenate((x, y, zeros)))),
+        data.n - proposal.origin.ranges,
+    )
     rows = proposal.k + np.flatnonzero(proposal.data.ranges)
     ends = zip(rows.tolist(), data.lower[first:], data.upper[first:], strict=True)
-    s = [w[i] if low is None or high is None else min(max(w[i], low), high) for i, low, high in ends]
+    s = [
+        w[i] if low is None or high is None else min(max(w[i], low), high)
+        for i, low, high in ends
+    ]
     return np.concatenate((x, y, np.array(s, dtype=object)))
 
 
@@ -313,16 +402,31 @@ def _violated(origin: Program, data: ProgramData, x: Vector, tol: float) -> str:
     """Return the row or bound that x violates most relative to its terms, and how much; "" if by no more than tol."""
     values = np.concatenate((product(data.A, x), x))
     sizes = np.concatenate((absolute_product(data.A, np.abs(x)), np.abs(x)))
-    names = [f"row {name or i}" for i, name in enumerate(origin.rows or [""] * data.row_lower.size, 1)]
-    names += [name or f"x{j}" for j, name in enumerate(origin.columns or [""] * origin.variables, 1)]
-    sides = ("below", "lower", data.row_lower, data.lower, 1.0), ("above", "upper", data.row_upper, data.upper, -1.0)
+    names = [
+        f"row {name or i}"
+        for i, name in enumerate(origin.rows or [""] * data.row_lower.size, 1)
+    ]
+    names += [
+        name or f"x{j}"
+        for j, name in enumerate(origin.columns or [""] * origin.variables, 1)
+    ]
+    sides = (
+        ("below", "lower", data.row_lower, data.lower, 1.0),
+        ("above", "upper", data.row_upper, data.upper, -1.0),
+    )
     worst, sentence, number = 0.0, "", 0
     for side, bound, of_rows, of_x, sign in sides:
         ends = np.concatenate((of_rows, of_x))
         beyond = np.where(np.isfinite(ends), sign * (ends - values), 0.0)
-        relative = np.where(beyond > tol * (sizes + np.abs(ends)), beyond / (sizes + np.abs(ends)), 0.0)
+        relative = np.where(
+            beyond > tol * (sizes + np.abs(ends)), beyond / (sizes + np.abs(ends)), 0.0
+        )
         number, i = number + int(np.count_nonzero(relative)), int(np.argmax(relative))
         if relative[i] > worst:
             worst = relative[i]
             sentence = f"{names[i]} is {values[i]:.7g}, {beyond[i]:.2g} {side} its {bound} bound {ends[i]:.7g}"
-    return f"{sentence}; {count(number - 1, 'other bound')} violated" if number > 1 else sentence
+    return (
+        f"{sentence}; {count(number - 1, 'other bound')} violated"
+        if number > 1
+        else sentence
+    )

@@ -34,20 +34,40 @@ def check_method(name: str) -> None:
     _check_declaration(name)
     declared = registry.declared(name)
     for problem in _problems():
-        first, second, other = (_iterates(name, problem, start) for start in (0.0, 0.0, 1.0))
-        _require(_are_same(first, second), name, problem, "yields other iterates when it is run again")
+        first, second, other = (
+            _iterates(name, problem, start) for start in (0.0, 0.0, 1.0)
+        )
+        _require(
+            _are_same(first, second),
+            name,
+            problem,
+            "yields other iterates when it is run again",
+        )
         is_true = declared.uses_start or _are_same(first, other)
-        _require(is_true, name, problem, "depends on the start, but does not declare uses_start")
+        _require(
+            is_true,
+            name,
+            problem,
+            "depends on the start, but does not declare uses_start",
+        )
 
 
 def _problems() -> Iterator[Problem]:
     n = 100
-    tridiagonal = diags_array([-np.ones(n - 1), np.full(n, 3.0), -np.ones(n - 1)], offsets=(-1, 0, 1)).tocsr()
+    tridiagonal = diags_array(
+        [-np.ones(n - 1), np.full(n, 3.0), -np.ones(n - 1)], offsets=(-1, 0, 1)
+    ).tocsr()
     yield Problem([[2.0, 1.0], [1.0, 2.0]], [-5.0, -6.0], name="two unknowns")
     yield Problem([[2.0]], [-1.0], name="one unknown")
     yield Problem([[2.0, 1.0], [1.0, 2.0]], [5.0, 6.0], name="the solution 0")
     yield Problem(tridiagonal, np.cos(np.arange(n)), name="a sparse M")
-    yield Problem([[2.0, 1.0], [-1.0, 1.0]], [-5.0, 6.0], lower=[0.0, -np.inf], upper=[3.0, np.inf], name="bounds")
+    yield Problem(
+        [[2.0, 1.0], [-1.0, 1.0]],
+        [-5.0, 6.0],
+        lower=[0.0, -np.inf],
+        upper=[3.0, np.inf],
+        name="bounds",
+    )
     yield Problem([[0.0, 1.0], [0.0, -1.0]], [-2.0, 1.0], name="no solution")
 
 
@@ -55,13 +75,20 @@ def _check_declaration(name: str) -> None:
     function, declared = registry.load(name), registry.declared(name)
     parameters = list(inspect.signature(function).parameters.values())
     arguments = count(len(parameters), "argument")
-    _require(len(parameters) >= 2, name, None, f"takes {arguments}, but gets a problem and a start")
+    _require(
+        len(parameters) >= 2,
+        name,
+        None,
+        f"takes {arguments}, but gets a problem and a start",
+    )
     own, known = [each.name for each in parameters[2:]], registry.parameters_of(name)
     needed = {each.name for each in parameters[2:] if each.default is each.empty}
     is_alike = needed <= set(known) <= set(own)
     _require(is_alike, name, None, f"takes the options {own}, but declares {known}")
     try:
-        options.check(declared.options, {each.name: each.default for each in declared.options})
+        options.check(
+            declared.options, {each.name: each.default for each in declared.options}
+        )
     except OptionError as error:
         _require(False, name, None, f"has a default out of range: {error}")
 
@@ -70,30 +97,52 @@ def _iterates(name: str, problem: Problem, start: float) -> list[Iterate]:
     """Return the iterates of a method from a start of equal numbers up to a solution, checked as they come."""
     given = variables_of(name, problem, False).problem
     M, q = given.M.copy(), given.q.copy()
-    criterion, found, copies = Criterion(given, TOL.value), list[Iterate](), list[Vector]()
+    criterion, found, copies = (
+        Criterion(given, TOL.value),
+        list[Iterate](),
+        list[Vector](),
+    )
     ending: object = None
     with np.errstate(over="raise", invalid="raise", divide="raise"):
         try:
-            stage = stages.begin(name, given, np.full(given.n, start), **registry.options_in_force(name, given, {}))
-            while len(found) < MOST_ITERATES and isinstance(ending := stages.advance(stage), Iterate):
+            stage = stages.begin(
+                name,
+                given,
+                np.full(given.n, start),
+                **registry.options_in_force(name, given, {}),
+            )
+            while len(found) < MOST_ITERATES and isinstance(
+                ending := stages.advance(stage), Iterate
+            ):
                 found.append(ending)
                 copies.append(np.array(ending.x))
                 if Point(criterion, given.box.z_of(ending.x)).solves():
                     break
         except FAULTS as fault:
-            _require(not isinstance(fault, PackageFault), name, problem, f"fails: {fault}")
+            _require(
+                not isinstance(fault, PackageFault), name, problem, f"fails: {fault}"
+            )
             ending = Breakdown()
     _require(isinstance(ending, Iterate | Ending), name, problem, f"returns {ending!r}")
-    is_kept = all((step.x == copy).all() for step, copy in zip(found, copies, strict=True))
+    is_kept = all(
+        (step.x == copy).all() for step, copy in zip(found, copies, strict=True)
+    )
     _require(is_kept, name, problem, "changes an array that it has yielded")
-    _require(bool((given.M != M).sum() == 0 and (given.q == q).all()), name, problem, "changes M or q")
+    _require(
+        bool((given.M != M).sum() == 0 and (given.q == q).all()),
+        name,
+        problem,
+        "changes M or q",
+    )
     grows = all(a.evaluations <= b.evaluations for a, b in pairwise(found))
     _require(grows, name, problem, "counts fewer evaluations than before")
     return found
 
 
 def _are_same(first: list[Iterate], second: list[Iterate]) -> bool:
-    return len(first) == len(second) and all(bool((a.x == b.x).all()) for a, b in zip(first, second, strict=True))
+    return len(first) == len(second) and all(
+        bool((a.x == b.x).all()) for a, b in zip(first, second, strict=True)
+    )
 
 
 def _require(holds: bool, name: str, problem: Problem | None, fault: str) -> None:

@@ -81,7 +81,11 @@ class Gradient(Generic[Kinks]):
     @cached_property
     @np.errstate(all="ignore")
     def _by_bounds(self) -> Vector:
-        rest = each_product(self._M.swapaxes(1, 2), self.q) if self.q.ndim > 1 else product(self._M.T, self.q)
+        rest = (
+            each_product(self._M.swapaxes(1, 2), self.q)
+            if self.q.ndim > 1
+            else product(self._M.T, self.q)
+        )
         return np.where(self._basic, 0.0, self._g + rest)
 
 

@@ -75,7 +75,11 @@ def uses_kernels(wanted: bool | None, number: int) -> bool:
     installed. Raise OptionError if they are wanted and it is not."""
     if wanted and not has_numba():
         raise ParameterError("compiled", *MISSING)
-    return wanted if wanted is not None else wants_kernels() or (number >= MANY and has_numba())
+    return (
+        wanted
+        if wanted is not None
+        else wants_kernels() or (number >= MANY and has_numba())
+    )
 
 
 def use_kernels(wanted: bool = True) -> None:
@@ -101,7 +105,9 @@ def applies(problem: Problem, is_compiled: bool = False) -> bool:
     if not problem.is_moderate or problem.x0 is not None:
         return False
     if is_compiled and problem.is_mixed:  # the kernels look for far bounds
-        return problem.n <= MOST_COMPILED and (problem.origin is None or not problem.may_have_far_bounds)
+        return problem.n <= MOST_COMPILED and (
+            problem.origin is None or not problem.may_have_far_bounds
+        )
     return problem.n <= MOST_PIVOTED and not problem.may_have_far_bounds
 
 
@@ -131,7 +137,10 @@ class Session:
 
     @property
     def is_in_time(self) -> bool:
-        return self.limits.time_limit == math.inf or self.stopwatch.total < self.limits.time_limit
+        return (
+            self.limits.time_limit == math.inf
+            or self.stopwatch.total < self.limits.time_limit
+        )
 
     def point(self, z: Vector, problem: Problem | None = None) -> Point:
         """Return the point of a z, for the problem or another form of it."""
@@ -146,13 +155,17 @@ class Session:
         end: States | None = None,
     ) -> Result | None:
         """Return the result at a point at which an attempt ended, if it solves the problem within the limits."""
-        solves = point is not None and steps <= self.limits.max_iterations and point.solves()
+        solves = (
+            point is not None and steps <= self.limits.max_iterations and point.solves()
+        )
         self.stopwatch.count("verify")
         if point is None or not solves or not self.is_in_time:
             return None
         of_run = self.limits, self.options, self.stopwatch.parts, evaluations, end
         reason = point.counted_as_0 if point.negligible else ""
-        return Result.of_solution(route, steps, *of_run, reason, problem=self.problem, point=point)
+        return Result.of_solution(
+            route, steps, *of_run, reason, problem=self.problem, point=point
+        )
 
     def of_answer(self, answer: DirectAnswer | None) -> Result | None:
         """Return the result of an answer, if it is a solution."""
@@ -160,8 +173,16 @@ class Session:
         if answer is None:
             return None
         criterion, steps = Criterion(self.problem, self.limits.tol), answer.steps
-        point = Point.of_solution(criterion, answer.z) if answer.is_certain else Point(criterion, answer.z)
-        route = ("newton", answer.method)[steps < 2 or answer.method == "newton" :] if steps else ("auto",)
+        point = (
+            Point.of_solution(criterion, answer.z)
+            if answer.is_certain
+            else Point(criterion, answer.z)
+        )
+        route = (
+            ("newton", answer.method)[steps < 2 or answer.method == "newton" :]
+            if steps
+            else ("auto",)
+        )
         return self.judged(point, steps, route, answer.evaluations, answer.end)
 
 
@@ -171,7 +192,13 @@ def solved_as_program(session: Session) -> Result | None:
     with imports:
         from lcpcli.methods.convex_program import convex_program
         from lcpcli.methods.stages import FAULTS, Breakdown, Iterate, advance, ended
-    limits, stopwatch, box, point, steps = session.limits, session.stopwatch, session.problem.box, None, 0
+    limits, stopwatch, box, point, steps = (
+        session.limits,
+        session.stopwatch,
+        session.problem.box,
+        None,
+        0,
+    )
     stopwatch.count("setup")
     # Of the last iterate, without rounding of 0 and as it is, unless they have been
     # tried.
@@ -179,14 +206,24 @@ def solved_as_program(session: Session) -> Result | None:
     try:
         with within(limits.time_limit - stopwatch.elapsed()):
             stage = convex_program(session.problem)
-            while point is None and steps < limits.max_iterations and isinstance(step := advance(stage), Iterate):
+            while (
+                point is None
+                and steps < limits.max_iterations
+                and isinstance(step := advance(stage), Iterate)
+            ):
                 stopwatch.count("solve")
                 steps, z = steps + 1, box.z_of(step.x)
-                rounded = without_rounding(z, np.exp2(-session.problem.units.columns), ELIMINATED_ZERO)
+                rounded = without_rounding(
+                    z, np.exp2(-session.problem.units.columns), ELIMINATED_ZERO
+                )
                 points = [session.point(each) for each in (box.project(rounded), z)]
                 if step.signs_final:
                     point, points = _first_solution(points), []
-                elif (early := Point(Criterion(session.problem, EARLY * limits.tol), points[0].z)).solves():
+                elif (
+                    early := Point(
+                        Criterion(session.problem, EARLY * limits.tol), points[0].z
+                    )
+                ).solves():
                     point = early
                 stopwatch.count("verify")
             point = _first_solution(points) if point is None else point
@@ -201,13 +238,19 @@ def solved_as_program(session: Session) -> Result | None:
 
 
 def _first_solution(points: Sequence[Point]) -> Point | None:
-    return next((found for each in points if (found := each.solution()) is not None), None)
+    return next(
+        (found for each in points if (found := each.solution()) is not None), None
+    )
 
 
 def solved_directly(session: Session) -> Result | None:
     """Return the result of a problem to which this applies, if block pivoting or Lemke's path ends at a solution; else
     None."""
-    problem, start, fast = session.problem, session.start, compiled() if session.is_compiled else None
+    problem, start, fast = (
+        session.problem,
+        session.start,
+        compiled() if session.is_compiled else None,
+    )
     if fast is not None:
         session.options["compiled"] = True
     session.stopwatch.count("setup")
@@ -217,12 +260,18 @@ def solved_directly(session: Session) -> Result | None:
             return session.of_answer(answer)
     if problem.n > MOST_PIVOTED or problem.may_have_far_bounds:
         return None
-    is_kept = not is_sparse(problem.M) or (fast is None and direct.is_full_band(problem.M))
+    is_kept = not is_sparse(problem.M) or (
+        fast is None and direct.is_full_band(problem.M)
+    )
     dense = problem if is_kept else direct.as_dense(problem)
     if start is not None and start.z is not None:
         if start.gap <= NEARLY_SOLVED * problem.sizes_of_q[1]:
             point, box = session.point(start.z, dense), dense.box
-            if fast is not None and box.is_orthant and fast.solves(dense, start.z, session.limits.tol):
+            if (
+                fast is not None
+                and box.is_orthant
+                and fast.solves(dense, start.z, session.limits.tol)
+            ):
                 point = Point.of_solution(point.criterion, start.z)
             if np.array_equal(box.project(start.z), start.z) and point.solves():
                 return session.judged(point, 0, ("auto",))
@@ -233,7 +282,11 @@ def solved_directly(session: Session) -> Result | None:
     result = None
     for answer in _answers(session, dense, fast, lost):
         result = session.of_answer(answer)
-    return _by_first_stages(session, dense, fast, lost) if result is None and session.is_in_time else result
+    return (
+        _by_first_stages(session, dense, fast, lost)
+        if result is None and session.is_in_time
+        else result
+    )
 
 
 def _answers(
@@ -244,7 +297,10 @@ def _answers(
 
     lost : receives the basic solutions of exchanges in numpy without a start, if they found none."""
     tol, start, keep = session.limits.tol, session.start, session.keep
-    basic, has_diagonal = None if start is None else start.basis == BASIC, 0.0 not in problem.M.diagonal().tolist()
+    basic, has_diagonal = (
+        None if start is None else start.basis == BASIC,
+        0.0 not in problem.M.diagonal().tolist(),
+    )
     if not has_diagonal and start is None and problem.n > 1 and not problem.M[0, 0]:
         with imports:
             from lcpcli.methods.bimatrix import costs, pure
@@ -269,7 +325,13 @@ def _answers(
                     from lcpcli.methods.newton import iterates_of
                 for iterate in iterates_of(made):
                     keep(iterate)
-            if answer is None and has_diagonal and basic is None and made and np.minimum(*made[-1][:2]).min() < 0.0:
+            if (
+                answer is None
+                and has_diagonal
+                and basic is None
+                and made
+                and np.minimum(*made[-1][:2]).min() < 0.0
+            ):
                 lost += made
         yield answer
         if answer is not None:
@@ -279,7 +341,9 @@ def _answers(
         reference, box = problem.reference_point, problem.box
         is_solution = not np.count_nonzero(problem.q < 0) if box.is_orthant else None
         if is_solution is None:
-            is_solution = np.array_equal(box.project(reference - problem.q_ref), reference)
+            is_solution = np.array_equal(
+                box.project(reference - problem.q_ref), reference
+            )
         if is_solution:
             yield DirectAnswer(np.array(reference), False, 0)
             return
@@ -289,15 +353,27 @@ def _answers(
 
 
 @np.errstate(over="raise", invalid="raise", divide="raise")
-def _by_first_stages(session: Session, dense: Problem, fast: ModuleType | None, lost: list[Made]) -> Result | None:
+def _by_first_stages(
+    session: Session, dense: Problem, fast: ModuleType | None, lost: list[Made]
+) -> Result | None:
     """Return the result of the first stages of `auto` on the problem, also given as these take it, as the loop of
     `auto` returns it; None if they do not end at a solution that is beyond doubt. lost : the basic solutions of newton,
     if they lead to none."""
     with imports:
         from lcpcli.auto.attempts import FIRST, Structure, in_rounds
         from lcpcli.methods.newton import SLOW, iterates_of
-        from lcpcli.methods.stages import Finished, Iterate, Stalled, Turns, advance, ended, recorded
-    made_before = {"newton": [ended(Stalled(SLOW), *iterates_of(lost))]} if lost else None
+        from lcpcli.methods.stages import (
+            Finished,
+            Iterate,
+            Stalled,
+            Turns,
+            advance,
+            ended,
+            recorded,
+        )
+    made_before = (
+        {"newton": [ended(Stalled(SLOW), *iterates_of(lost))]} if lost else None
+    )
     structure, start = Structure(dense, np.zeros(dense.n), made_before), session.start
     if fast is not None:
         structure.follow = fast.follow
@@ -307,7 +383,10 @@ def _by_first_stages(session: Session, dense: Problem, fast: ModuleType | None, 
     if start is not None:
         stages = chain([("newton", _from(start, dense, structure))], stages)
     for name, stage in stages:
-        turn = turns.take(name, stage if session.tried is None else recorded(name, stage, session.tried))
+        turn = turns.take(
+            name,
+            stage if session.tried is None else recorded(name, stage, session.tried),
+        )
         while isinstance(step := advance(turn), Iterate):
             route.append(step.method)
             if session.keep is not None:
@@ -315,8 +394,12 @@ def _by_first_stages(session: Session, dense: Problem, fast: ModuleType | None, 
         if not isinstance(step, Finished):
             continue
         session.stopwatch.count("solve")
-        point, end = accepted(session.point(dense.box.z_of(turns.last.x), dense), turns.last.basis)
-        return session.judged(point, len(route), tuple(dict.fromkeys(route)), turns.last.evaluations, end)
+        point, end = accepted(
+            session.point(dense.box.z_of(turns.last.x), dense), turns.last.basis
+        )
+        return session.judged(
+            point, len(route), tuple(dict.fromkeys(route)), turns.last.evaluations, end
+        )
     return None
 
 
@@ -339,12 +422,25 @@ def iterates_off_the_clock(session: Session, start: Start | None) -> list[Iterat
     """Return the iterates of a direct run that has kept none, by another one, in numpy and without a time limit."""
     kept: list[Iterate] = []
     limits = replace(session.limits, time_limit=math.inf)
-    solved_directly(Session(session.problem, limits, {}, Stopwatch(float, 0.0), start=start, keep=kept.append))
+    solved_directly(
+        Session(
+            session.problem,
+            limits,
+            {},
+            Stopwatch(float, 0.0),
+            start=start,
+            keep=kept.append,
+        )
+    )
     return kept
 
 
 def reported(
-    session: Session, result: Result, x0: Vector | None, kept: Sequence[Iterate], callback: Callback | None
+    session: Session,
+    result: Result,
+    x0: Vector | None,
+    kept: Sequence[Iterate],
+    callback: Callback | None,
 ) -> bool:
     """Pass the iterates of a direct run to the callback and, with the start, to the traces of the result: each with an
     equal share of the time, the last with the z of the result. Return False if the callback ends the run before its
@@ -354,17 +450,33 @@ def reported(
     with imports:
         from lcpcli.methods.stages import Finished, Iterate, ended
         from lcpcli.solving.trace import LateRow, TraceRow
-    criterion, box, last, rows = Criterion(result.problem, result.tol), result.problem.box, result.iterations, []
+    criterion, box, last, rows = (
+        Criterion(result.problem, result.tol),
+        result.problem.box,
+        result.iterations,
+        [],
+    )
     ctrl_c: KeyboardInterrupt | None = None
     # Without those of an attempt that was given up.
     steps = kept[max(0, len(kept) - last) :]
     steps = steps if x0 is None else [Iterate(x0, None, "", 0), *steps]
     for k, step in enumerate(steps, last + 1 - len(steps)):
-        z, at = result.z if k == last else box.z_of(step.x), result.seconds * k / max(1, last)
-        rows.append(TraceRow(k, z, None, None, at, step.step, step.method or result.method, x=step.x))
+        z, at = (
+            result.z if k == last else box.z_of(step.x),
+            result.seconds * k / max(1, last),
+        )
+        rows.append(
+            TraceRow(
+                k, z, None, None, at, step.step, step.method or result.method, x=step.x
+            )
+        )
         ends = k < last
         try:
-            ends &= k > 0 and callback is not None and bool(callback(LateRow.of(rows[-1], criterion)))
+            ends &= (
+                k > 0
+                and callback is not None
+                and bool(callback(LateRow.of(rows[-1], criterion)))
+            )
         except StopIteration:
             pass
         except KeyboardInterrupt as interrupt:
@@ -376,7 +488,10 @@ def reported(
             return False
     for trace in filter(None, (result.trace, result.curve)):
         for row in rows:
-            trace.add(row if row.k < last else replace(row, x=box.x_of(result.z, result.w)), criterion)
+            trace.add(
+                row if row.k < last else replace(row, x=box.x_of(result.z, result.w)),
+                criterion,
+            )
         trace.close(criterion)
     if ctrl_c is not None:  # at the last iterate
         raise ctrl_c

@@ -17,7 +17,12 @@ from lcpcli.errors import OptionError, ParameterError, kind
 from lcpcli.interrupts import TimeIsUp, within
 from lcpcli.linalg.threads import with_limited_threads
 from lcpcli.methods import registry as methods
-from lcpcli.methods.direct import MOST_NARROW_AS_DENSE, as_sparse, may_be_program, stored
+from lcpcli.methods.direct import (
+    MOST_NARROW_AS_DENSE,
+    as_sparse,
+    may_be_program,
+    stored,
+)
 from lcpcli.model.arrays import as_vector
 from lcpcli.model.changes import Change, composed, shifted
 from lcpcli.model.changes import scale as in_natural_units
@@ -81,14 +86,27 @@ def run(
     has_start = not (x0 is z0 is basis is None)
     additions: dict[str, Any] = {}
     if scale or finish:
-        additions = {name: True for name, wanted in (("scale", scale), ("finish", finish)) if wanted}
+        additions = {
+            name: True
+            for name, wanted in (("scale", scale), ("finish", finish))
+            if wanted
+        }
     if method != "auto" or additions or callback is not None:
         _refuse_other(method, additions, compiled, callback)
-    compiled, original = direct_run.uses_kernels(compiled, 1) and method == "auto", problem
+    compiled, original = (
+        direct_run.uses_kernels(compiled, 1) and method == "auto",
+        problem,
+    )
     if method == "auto" and problem.n > MOST_NARROW_AS_DENSE:
         problem = as_sparse(problem, stored(problem.M))
-    given = _start(problem, method, {"x0": x0, "z0": z0, "basis": basis}) if has_start else None
-    session = Session(problem, limits, {}, stopwatch, compiled, given, {} if given is None else None)
+    given = (
+        _start(problem, method, {"x0": x0, "z0": z0, "basis": basis})
+        if has_start
+        else None
+    )
+    session = Session(
+        problem, limits, {}, stopwatch, compiled, given, {} if given is None else None
+    )
     if method == "auto" and not additions:
         session.options = methods.options_in_force(method, problem, chosen)
         result = _without_loop(session, (trace, curve), callback, observe)
@@ -99,7 +117,11 @@ def run(
     with np.errstate(all="ignore"):  # overflow counts as infinite
         start = problem.start if given is None else given.x
         change = variables_of(method, problem, scale)
-        if problem.x1 is not None and not has_start and "x1" in methods.declared(method).vectors:
+        if (
+            problem.x1 is not None
+            and not has_start
+            and "x1" in methods.declared(method).vectors
+        ):
             chosen.setdefault("x1", problem.x1)
         if chosen.get("x1") is not None:
             chosen["x1"] = as_vector("x1", chosen["x1"], problem.n)
@@ -107,22 +129,40 @@ def run(
         known: dict[str, Any] = {}
         if method == "auto":
             known = {"tried": session.tried} if given is None else given.known_to_auto
-        stage = session.replay or partial(_stage, method, change, start, in_force | known, finish)
+        stage = session.replay or partial(
+            _stage, method, change, start, in_force | known, finish
+        )
         stopwatch.count("setup")
-        criterion = Criterion(problem, limits.tol, judge=direct_run.judge if compiled else None)
-        loop = Loop(criterion, method, limits, (trace, curve), stopwatch, observe, start, session.callback or callback)
+        criterion = Criterion(
+            problem, limits.tol, judge=direct_run.judge if compiled else None
+        )
+        loop = Loop(
+            criterion,
+            method,
+            limits,
+            (trace, curve),
+            stopwatch,
+            observe,
+            start,
+            session.callback or callback,
+        )
         loop.interrupted = session.interrupted
         return _of(original, ended(loop, stage, in_force | additions), compiled)
 
 
 def _without_loop(
-    session: Session, traces: tuple[Trace | None, Trace | None], callback: Callback | None, observe: Observe | None
+    session: Session,
+    traces: tuple[Trace | None, Trace | None],
+    callback: Callback | None,
+    observe: Observe | None,
 ) -> Result | None:
     """Return the result of the attempts that need no loop; None if there is none, or the loop is to say how Ctrl-C or
     the callback has ended them."""
     problem, start, keeps = session.problem, session.start, traces != (None, None)
     session.is_compiled = session.is_compiled and callback is None
-    attempts = [direct_run.solved_directly] * direct_run.applies(problem, session.is_compiled)
+    attempts = [direct_run.solved_directly] * direct_run.applies(
+        problem, session.is_compiled
+    )
     if may_be_program(problem):
         if callback is not None:  # PIQP comes first in the loop too
             return None
@@ -144,9 +184,15 @@ def _without_loop(
         return result
     result = replace(result, trace=traces[0], curve=traces[1]) if keeps else result
     try:
-        kept = kept if callback is not None else direct_run.iterates_off_the_clock(session, start)
+        kept = (
+            kept
+            if callback is not None
+            else direct_run.iterates_off_the_clock(session, start)
+        )
         x0 = None if not keeps else problem.start if start is None else start.x
-        return result if direct_run.reported(session, result, x0, kept, callback) else None
+        return (
+            result if direct_run.reported(session, result, x0, kept, callback) else None
+        )
     except KeyboardInterrupt:
         return replace(result, interrupted=True)
 
@@ -157,36 +203,68 @@ def _of(problem: Problem, result: Result, compiled: bool) -> Result:
     result = result if result.problem is problem else replace(result, problem=problem)
     if compiled:
         result.options["compiled"] = True
-    if problem.origin is None or not (result.solved and hasattr(problem.origin, "exact_conditions")):
+    if problem.origin is None or not (
+        result.solved and hasattr(problem.origin, "exact_conditions")
+    ):
         return result
     with imports:
         from lcpcli.solving.minimum import checked
     return checked(result)
 
 
-def _refuse_other(method: str, additions: dict[str, bool], compiled: bool | None, callback: Callback | None) -> None:
+def _refuse_other(
+    method: str,
+    additions: dict[str, bool],
+    compiled: bool | None,
+    callback: Callback | None,
+) -> None:
     """Raise an error for a callback that is no function, and a method or options that cannot do anything here."""
     if callback is not None and not callable(callback):
-        raise ParameterError("callback", f"is {kind(callback)}", "give a function of one argument, a TraceRow")
+        raise ParameterError(
+            "callback",
+            f"is {kind(callback)}",
+            "give a function of one argument, a TraceRow",
+        )
     if method in methods.NONLINEAR:
-        raise OptionError("method", f"{method} is for nonlinear problems", "call lcpcli.solve_mcp, or choose another")
-    for name in additions if additions and not methods.declared(method).iterates else ():
-        raise ParameterError(name, f"has no effect with the method {method}", "leave it out")
+        raise OptionError(
+            "method",
+            f"{method} is for nonlinear problems",
+            "call lcpcli.solve_mcp, or choose another",
+        )
+    for name in (
+        additions if additions and not methods.declared(method).iterates else ()
+    ):
+        raise ParameterError(
+            name, f"has no effect with the method {method}", "leave it out"
+        )
     if compiled and method != "auto":
-        raise ParameterError("compiled", f"has no effect with the method {method}", "leave it out")
+        raise ParameterError(
+            "compiled", f"has no effect with the method {method}", "leave it out"
+        )
 
 
 def variables_of(method: str, problem: Problem, is_scaled: bool) -> Change:
     """Return the change to the variables in which a method works; those that exclude sets exactly move the reference
     point themselves, as rounding of other variables would spoil their proofs."""
     moves_itself = methods.declared(method).excludes_exactly
-    return composed(problem, *([] if moves_itself else [shifted]), *([in_natural_units] if is_scaled else []))
+    return composed(
+        problem,
+        *([] if moves_itself else [shifted]),
+        *([in_natural_units] if is_scaled else []),
+    )
 
 
 def ended(loop: Loop, stage: Callable[[], Stage], options: dict[str, Any]) -> Result:
     """Run the loop within its time limit and return the result, also if Ctrl-C comes while it is made."""
-    limit, watch = loop.limits.time_limit, None if loop.observe is None else loop.report_if_due
-    with within(limit - loop.stopwatch.elapsed(), watch) if watch or limit < math.inf else nullcontext():
+    limit, watch = (
+        loop.limits.time_limit,
+        None if loop.observe is None else loop.report_if_due,
+    )
+    with (
+        within(limit - loop.stopwatch.elapsed(), watch)
+        if watch or limit < math.inf
+        else nullcontext()
+    ):
         status, reason = loop.run(stage)
     try:
         return loop.result(options, status, reason)
@@ -200,11 +278,17 @@ def _start(problem: Problem, method: str, given: dict[str, Any]) -> Start:
         from lcpcli.model.words import start_at
     if not methods.declared(method).uses_start:
         name = next(name for name, value in given.items() if value is not None)
-        raise ParameterError(name, f"has no effect with {method}, which uses no starting point", "leave it out")
+        raise ParameterError(
+            name,
+            f"has no effect with {method}, which uses no starting point",
+            "leave it out",
+        )
     return start_at(problem, **given)
 
 
-def _stage(method: str, change: Change, start: Vector, in_force: dict[str, Any], finishes: bool) -> Stage:
+def _stage(
+    method: str, change: Change, start: Vector, in_force: dict[str, Any], finishes: bool
+) -> Stage:
     """Set up the method in changed variables, with a finish on its active set if it is to have one."""
     with imports:
         from lcpcli.methods.stages import begin, changed
@@ -229,10 +313,20 @@ def verified(result: Result) -> Result:
         return result
     with imports:
         from lcpcli.verify.certificate import enclosed
-        from lcpcli.verify.exact_solution import is_rounded_difference, is_rounded_solution
+        from lcpcli.verify.exact_solution import (
+            is_rounded_difference,
+            is_rounded_solution,
+        )
     own = problem, z, tol = result.problem, result.z, result.tol
-    holds = Point(Criterion(problem, tol), z, is_admissible=False).solution() is not None
-    holds = holds or is_rounded_difference(*own) or not enclosed(*own)[1] or is_rounded_solution(problem, z)
+    holds = (
+        Point(Criterion(problem, tol), z, is_admissible=False).solution() is not None
+    )
+    holds = (
+        holds
+        or is_rounded_difference(*own)
+        or not enclosed(*own)[1]
+        or is_rounded_solution(problem, z)
+    )
     return replace(result, verified=holds)
 
 
@@ -250,7 +344,9 @@ def with_bound(result: Result) -> Result:
     return replace(result, bound=bound)
 
 
-def repeated(once: Callable[[bool], Result], compared: bool, is_first: bool) -> Iterator[Result]:
+def repeated(
+    once: Callable[[bool], Result], compared: bool, is_first: bool
+) -> Iterator[Result]:
     """Repeat a run as often as its times require to be shown or compared; yield the fastest repetition, with the spread
     of their times, or the first run if it is not repeated.
 
@@ -258,9 +354,17 @@ def repeated(once: Callable[[bool], Result], compared: bool, is_first: bool) -> 
     Raises KeyboardInterrupt after the result if a repetition was interrupted.
     """
     runs, interrupted = [once(False)], False
-    longest, most = (LONGEST_REPEATED, REPETITION_SECONDS) if compared else (BRIEF, BRIEF if is_first else 0.0)
+    longest, most = (
+        (LONGEST_REPEATED, REPETITION_SECONDS)
+        if compared
+        else (BRIEF, BRIEF if is_first else 0.0)
+    )
     try:
-        while not runs[-1].interrupted and runs[0].seconds <= longest and len(runs) <= MOST_REPETITIONS:
+        while (
+            not runs[-1].interrupted
+            and runs[0].seconds <= longest
+            and len(runs) <= MOST_REPETITIONS
+        ):
             # The more pauses, the more repetitions.
             undisturbed = (len(runs) - 1) * min(run.seconds for run in runs)
             if undisturbed >= most:
@@ -271,7 +375,11 @@ def repeated(once: Callable[[bool], Result], compared: bool, is_first: bool) -> 
     whole = [run for run in runs if not run.interrupted]
     again = sorted(whole[1:], key=lambda run: run.seconds)
     middle = again[(len(again) - 1) // 2 : len(again) // 2 + 1]
-    spread = sum(run.seconds for run in middle) / (len(middle) * again[0].seconds) if again else None
+    spread = (
+        sum(run.seconds for run in middle) / (len(middle) * again[0].seconds)
+        if again
+        else None
+    )
     yield replace(again[0], spread=spread) if again else runs[0]
     if interrupted or (whole and len(whole) < len(runs)):
         raise KeyboardInterrupt

@@ -21,7 +21,13 @@ from lcpcli.model.box import LARGEST_X, in_range
 from lcpcli.options import Limits
 from lcpcli.solving.result import Result, Status
 from lcpcli.typing import States, Vector
-from lcpcli.verify.certificate import UNVERIFIED, Certificate, confirm, large_solution, settled
+from lcpcli.verify.certificate import (
+    UNVERIFIED,
+    Certificate,
+    confirm,
+    large_solution,
+    settled,
+)
 from lcpcli.verify.exact_solution import is_rounded_difference
 from lcpcli.verify.measure import FEW_UNKNOWNS
 from lcpcli.verify.point import Criterion, Point
@@ -42,11 +48,13 @@ EXTRA_ITERATIONS = 3
 GROWTH_LIMIT = 1e100
 FINISHED = "the equation of the method is solved up to rounding, but z does not solve the problem"
 ROUNDED = "z is the exact solution up to rounding of its last digits, which leaves a relative residual of {:.1e}"
-ENCLOSED = (
-    "an exact solution is proved to have the states of z, which is large beside q: its relative residual is {:.1e}"
-)
+ENCLOSED = "an exact solution is proved to have the states of z, which is large beside q: its relative residual is {:.1e}"
 DOUBT = "z satisfies each row by its own terms but is too large to be a solution beyond doubt, and {}"
-STATUS_OF_CERTIFICATE = {"farkas": Status.INFEASIBLE, "exhaustion": Status.UNSOLVABLE, "ray": Status.RAY}
+STATUS_OF_CERTIFICATE = {
+    "farkas": Status.INFEASIBLE,
+    "exhaustion": Status.UNSOLVABLE,
+    "ray": Status.RAY,
+}
 
 
 @dataclass(eq=False, repr=False)
@@ -79,7 +87,9 @@ class Loop:
         self.problem, self.route = self.criterion.problem, list[str]()
         self.traces = [trace for trace in self.kept if trace is not None]
         if self.problem.reference_z is not None and self.criterion.reference_solves:
-            self.last = self.problem.box.x_of(self.problem.reference_point, self.problem.q_ref)
+            self.last = self.problem.box.x_of(
+                self.problem.reference_point, self.problem.q_ref
+            )
         self.start, self.best = Iterate(self.last, None, "", 0), self.last
         self._seen, self._began = (self.method, 0, math.inf), time.monotonic()
         self._due = self._began + INTERVAL
@@ -108,14 +118,19 @@ class Loop:
                     if not isinstance(step, Iterate):
                         break
                     stop = self._take(step)
-                    if self.callback is not None and self._calls_for_the_end(step, self.callback):
+                    if self.callback is not None and self._calls_for_the_end(
+                        step, self.callback
+                    ):
                         stop = stop or (Status.INTERRUPTED, BY_CALLBACK)
                     if stop:
                         return stop
                     tick("verify")
             return self._ended(step)
         except stages.FAULTS as fault:
-            return Status.BREAKDOWN, f"{stages.clause_on(fault)} after {count(max(self.k, 0), 'iteration')}"
+            return (
+                Status.BREAKDOWN,
+                f"{stages.clause_on(fault)} after {count(max(self.k, 0), 'iteration')}",
+            )
         except TimeIsUp:
             return Status.TIME_LIMIT, "in the middle of a step"
         except KeyboardInterrupt:
@@ -145,7 +160,9 @@ class Loop:
         # on.
         if point is not None:
             is_last = iterate.F is None and self.k > 0 and self.problem.n > FEW_UNKNOWNS
-            solution = point.solution() if is_last else point if point.solves() else None
+            solution = (
+                point.solution() if is_last else point if point.solves() else None
+            )
         if solution is not None:
             self.best, self.solution, self.end = iterate.x, solution, iterate.basis
             self.extra += 1
@@ -160,20 +177,32 @@ class Loop:
         does."""
         if iterate.F is not None:
             bound = self.criterion.bound(iterate.F)
-            worth = bound <= MEASURED_FROM * self.limits.tol or self.k & (self.k - 1) == 0
+            worth = (
+                bound <= MEASURED_FROM * self.limits.tol or self.k & (self.k - 1) == 0
+            )
             return bound, self._at(iterate.x) if worth else None
         if not iterate.signs_final and self.k % MEASURED_EVERY:
             return math.inf, None
         point = self._at(iterate.x)
         return point.size if self.k and not point.solves() else math.inf, point
 
-    def _stopping_rule(self, iterate: Iterate, bound: float) -> tuple[Status, str] | None:
+    def _stopping_rule(
+        self, iterate: Iterate, bound: float
+    ) -> tuple[Status, str] | None:
         """Return the status and the reason of the first stopping rule that applies, other than a solution."""
-        if declared(self.method).iterates and not bound <= GROWTH_LIMIT * self.first_bound:
+        if (
+            declared(self.method).iterates
+            and not bound <= GROWTH_LIMIT * self.first_bound
+        ):
             # Whether F itself, computed from M and q, has grown.
             with np.errstate(over="ignore", invalid="ignore"):
-                each = [(self.problem.box.z_of(x), x) for x in (self.start.x, iterate.x)]
-                first, last = (self.criterion.bound(self.problem.w(z) - (z - 2 * x)) for z, x in each)
+                each = [
+                    (self.problem.box.z_of(x), x) for x in (self.start.x, iterate.x)
+                ]
+                first, last = (
+                    self.criterion.bound(self.problem.w(z) - (z - 2 * x))
+                    for z, x in each
+                )
             if not last <= GROWTH_LIMIT * first:
                 return Status.DIVERGED, ""
         if self.k >= self.limits.max_iterations:
@@ -185,15 +214,26 @@ class Loop:
         verified on M and q."""
         if isinstance(ending, stages.NoSolution):
             claim = ending.certificate
-            self.certificate = confirm(self.problem, claim, declared(self.method).excludes_exactly)
+            self.certificate = confirm(
+                self.problem, claim, declared(self.method).excludes_exactly
+            )
             if self.certificate is None:
                 return Status.STALLED, UNVERIFIED[claim.kind]
-            return STATUS_OF_CERTIFICATE[self.certificate.kind], self.certificate.statement
+            return STATUS_OF_CERTIFICATE[
+                self.certificate.kind
+            ], self.certificate.statement
         if isinstance(ending, stages.Finished):
-            return Status.STALLED, f"{ending.reason}, but z does not solve the problem" if ending.reason else FINISHED
+            return (
+                Status.STALLED,
+                f"{ending.reason}, but z does not solve the problem"
+                if ending.reason
+                else FINISHED,
+            )
         if isinstance(ending, stages.Breakdown):
             return Status.BREAKDOWN, ending.reason
-        time_is_up = self._time_is_up() or (isinstance(ending, stages.OutOfTime) and remaining() < math.inf)
+        time_is_up = self._time_is_up() or (
+            isinstance(ending, stages.OutOfTime) and remaining() < math.inf
+        )
         return (Status.TIME_LIMIT if time_is_up else Status.STALLED), ending.reason
 
     def _note_method(self, method: str) -> None:
@@ -212,7 +252,9 @@ class Loop:
     def _time_is_up(self) -> bool:
         """Return whether the time of this run, or of what it is part of, is up; measuring the iterates counts too."""
         limit = self.limits.time_limit
-        return (limit < math.inf and self.stopwatch.elapsed() >= limit) or remaining() <= 0
+        return (
+            limit < math.inf and self.stopwatch.elapsed() >= limit
+        ) or remaining() <= 0
 
     def _at(self, x: Vector) -> Point:
         """Return the point of x with its measures; the last one is cached."""
@@ -235,7 +277,17 @@ class Loop:
         self.stopwatch.count("verify")
         z, at = self.problem.box.z_of(iterate.x), self.stopwatch.total
         method = iterate.method or self.method
-        return TraceRow(max(self.k, 0), z, None, None, at, iterate.step, method, x=iterate.x, z0=iterate.z0)
+        return TraceRow(
+            max(self.k, 0),
+            z,
+            None,
+            None,
+            at,
+            iterate.step,
+            method,
+            x=iterate.x,
+            z0=iterate.z0,
+        )
 
     def _calls_for_the_end(self, iterate: Iterate, callback: Callback) -> bool:
         """Return whether the callback asks for the end of the run after this iterate; its own time does not count."""
@@ -287,27 +339,54 @@ class Loop:
         """Return the point to report, with the reason and the status that its residual justifies. A proof that there
         is no solution, which is exact, counts more than a small residual."""
         last, best = self._at(self.last), self._at(self.best)
-        rounded = self.certificate if self.certificate is not None and self.certificate.is_rounded else None
+        rounded = (
+            self.certificate
+            if self.certificate is not None and self.certificate.is_rounded
+            else None
+        )
         if status.has_no_solution and rounded is None:
             return last, reason, status
         solution = last.solution() or self.solution or best.solution()
         if solution is not None:
             return solution, solution.counted_as_0, Status.SOLVED
-        if self.criterion.is_linear and not self.interrupted and status is not Status.TIME_LIMIT:
-            with suppress(TimeIsUp), within(self.limits.time_limit - self.stopwatch.elapsed()):
+        if (
+            self.criterion.is_linear
+            and not self.interrupted
+            and status is not Status.TIME_LIMIT
+        ):
+            with (
+                suppress(TimeIsUp),
+                within(self.limits.time_limit - self.stopwatch.elapsed()),
+            ):
                 found = self._conclusion(last, best, rounded)
                 if found is not None and found[2] is not Status.STALLED:
                     return found
-                reason = reason if found is None or status is not Status.STALLED else found[1]
+                reason = (
+                    reason
+                    if found is None or status is not Status.STALLED
+                    else found[1]
+                )
         if rounded is not None:
             return last, reason, status
-        best = min((last, best), key=lambda point: (not point.nearly_solves(), point.relative_residual, point.residual))
+        best = min(
+            (last, best),
+            key=lambda point: (
+                not point.nearly_solves(),
+                point.relative_residual,
+                point.residual,
+            ),
+        )
         if best is not last:
             self.last_by = self.best_by
-            reason = f"{reason}; " * bool(reason) + "the best iterate is reported, not the last"
+            reason = (
+                f"{reason}; " * bool(reason)
+                + "the best iterate is reported, not the last"
+            )
         return best, reason, status
 
-    def _conclusion(self, last: Point, best: Point, rounded: Certificate | None) -> tuple[Point, str, Status] | None:
+    def _conclusion(
+        self, last: Point, best: Point, rounded: Certificate | None
+    ) -> tuple[Point, str, Status] | None:
         """Return what the last and the best iterate justify, neither of which meets the criterion: the problem is
         ill-posed if one of them leads to a solution beyond it, and there is a proof but for rounding. None if neither
         is a solution up to rounding or a run-off; STALLED with the reason if a run-off stays in doubt. rounded : a
@@ -331,4 +410,8 @@ class Loop:
         if large is None:
             return None
         self.certificate, point = rounded, Point(self.criterion, large[0])
-        return (point, "", Status.SOLVED) if point.solves() else (point, large[1], Status.ILL_POSED)
+        return (
+            (point, "", Status.SOLVED)
+            if point.solves()
+            else (point, large[1], Status.ILL_POSED)
+        )

@@ -18,8 +18,22 @@ from lcpcli.linalg.factors import LONG_LU
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.linalg.threads import with_limited_threads
 from lcpcli.methods import registry as methods
-from lcpcli.methods.block_pivoting import Frame, Pivoted, frame_of, in_given_variables, pivoted, refined
-from lcpcli.methods.direct import CANDIDATE, CERTAIN, MOST_UNKNOWNS, NOTHING, applies, direct_many
+from lcpcli.methods.block_pivoting import (
+    Frame,
+    Pivoted,
+    frame_of,
+    in_given_variables,
+    pivoted,
+    refined,
+)
+from lcpcli.methods.direct import (
+    CANDIDATE,
+    CERTAIN,
+    MOST_UNKNOWNS,
+    NOTHING,
+    applies,
+    direct_many,
+)
 from lcpcli.model import views
 from lcpcli.model.right_hand_sides import Block, Columns, Stack, dimensions
 from lcpcli.options import THREADS, Limits
@@ -66,12 +80,17 @@ class ManyOptions(RunOptions, total=False):
 
 @overload
 def solve_many(
-    M: np.ndarray[tuple[int, int, int], Any], Q: Any, method: str = "auto", **options: Unpack[ManyOptions]
+    M: np.ndarray[tuple[int, int, int], Any],
+    Q: Any,
+    method: str = "auto",
+    **options: Unpack[ManyOptions],
 ) -> Batch: ...
 
 
 @overload
-def solve_many(M: Any, Q: Any = None, method: str = "auto", **options: Unpack[ManyOptions]) -> Iterator[Result]: ...
+def solve_many(
+    M: Any, Q: Any = None, method: str = "auto", **options: Unpack[ManyOptions]
+) -> Iterator[Result]: ...
 
 
 def solve_many(
@@ -133,26 +152,50 @@ def solve_many(
         Q, method = None, Q
     kept = {*methods.SWITCHES, "compiled"}
     given = chosen(options, COMMON_OPTIONS, method)
-    given = {name: value for name, value in given.items() if value is not False or name in kept}
-    methods.check(method, {name: value for name, value in given.items() if name not in COMMON_OPTIONS})
+    given = {
+        name: value
+        for name, value in given.items()
+        if value is not False or name in kept
+    }
+    methods.check(
+        method,
+        {name: value for name, value in given.items() if name not in COMMON_OPTIONS},
+    )
     if "threads" in given:
         THREADS.check(given["threads"])
     limits = Limits.taken_from({**given})
     if Q is None:
         _refuse_as_problems(M, lower=lower, upper=upper, infinity=infinity)
         if sequence:
-            _refuse_in_sequence(method, given.keys() - {"interrupts"}, "a sequence", "leave it out")
+            _refuse_in_sequence(
+                method, given.keys() - {"interrupts"}, "a sequence", "leave it out"
+            )
             return map(Solver.of(None, given).follow, M)
         return _one_by_one(M, method, given)
     if sequence:
-        raise ParameterError("sequence", "is for Problems", "leave it out, or give q one by one, as by iter(Q.T)")
+        raise ParameterError(
+            "sequence",
+            "is for Problems",
+            "leave it out, or give q one by one, as by iter(Q.T)",
+        )
     if isinstance(Q, Iterator):
-        _refuse_in_sequence(method, given.keys(), "an iterator of q", "give their columns as Q, of shape (n, k)")
-        return map(Solver(M, lower=lower, upper=upper, infinity=infinity, **given).solve, Q)
+        _refuse_in_sequence(
+            method,
+            given.keys(),
+            "an iterator of q",
+            "give their columns as Q, of shape (n, k)",
+        )
+        return map(
+            Solver(M, lower=lower, upper=upper, infinity=infinity, **given).solve, Q
+        )
     if dimensions(M) == 3:
         return Batch(Stack(M, Q, lower, upper, infinity), method, limits, given)
     columns = Columns(M, Q, lower, upper, infinity)
-    if method != AUTO or not given.keys() <= BLOCK_OPTIONS or columns.k < FEWEST_COLUMNS:
+    if (
+        method != AUTO
+        or not given.keys() <= BLOCK_OPTIONS
+        or columns.k < FEWEST_COLUMNS
+    ):
         return _one_by_one(columns.problems(), method, given)
     # A step for a block takes too long for time limits and Ctrl-C.
     if is_sparse(columns.M) or columns.n >= LONG_LU:
@@ -160,35 +203,75 @@ def solve_many(
     return _by_blocks(columns, limits, given)
 
 
-def _one_by_one(problems: Iterable[Problem], method: str, given: dict[str, Any]) -> Iterator[Result]:
-    wanted, number = given.get("compiled"), len(problems) if isinstance(problems, Sized) else 0
-    compiled = direct_run.uses_kernels(wanted, number) if method == AUTO else bool(wanted)
+def _one_by_one(
+    problems: Iterable[Problem], method: str, given: dict[str, Any]
+) -> Iterator[Result]:
+    wanted, number = (
+        given.get("compiled"),
+        len(problems) if isinstance(problems, Sized) else 0,
+    )
+    compiled = (
+        direct_run.uses_kernels(wanted, number) if method == AUTO else bool(wanted)
+    )
     for problem in problems:
         yield run(problem, method, **{**given, "compiled": compiled})
 
 
 def _refuse_in_sequence(method: str, names: Set[str], what: str, hint: str) -> None:
     """Raise ParameterError for another method than auto, and for options that a Solver does not have."""
-    for name in [*sorted(names - SolverOptions.__annotations__.keys()), *["method"] * (method != AUTO)]:
+    for name in [
+        *sorted(names - SolverOptions.__annotations__.keys()),
+        *["method"] * (method != AUTO),
+    ]:
         raise ParameterError(name, f"has no effect on {what}", hint)
 
 
 def _refuse_as_problems(problems: Any, **bounds: Any) -> None:
     """Raise ProblemError or OptionError unless the problems are an iterable of Problems, given without bounds."""
-    if not isinstance(problems, Iterable) or is_sparse(problems) or isinstance(problems, np.ndarray):
-        raise ProblemError("Q", "is missing", "give M and Q, or an iterable of Problems")
+    if (
+        not isinstance(problems, Iterable)
+        or is_sparse(problems)
+        or isinstance(problems, np.ndarray)
+    ):
+        raise ProblemError(
+            "Q", "is missing", "give M and Q, or an iterable of Problems"
+        )
     for name, bound in bounds.items():
         if not np.isscalar(bound) or bound != (0.0 if name == "lower" else math.inf):
-            raise ParameterError(name, "has no effect on Problems, which have their own bounds", "leave it out")
+            raise ParameterError(
+                name,
+                "has no effect on Problems, which have their own bounds",
+                "leave it out",
+            )
 
 
-def _by_blocks(columns: Columns, limits: Limits, given: dict[str, Any]) -> Iterator[Result]:
-    like, is_compiled = columns.like, direct_run.uses_kernels(given.get("compiled"), columns.k)
-    fast = direct_run.compiled() if is_compiled and applies(like) and not is_sparse(like.M) else None
-    first, size, most = 0, FIRST_BLOCK, max(FIRST_BLOCK, BLOCK_NUMBERS // max(1, columns.n))
+def _by_blocks(
+    columns: Columns, limits: Limits, given: dict[str, Any]
+) -> Iterator[Result]:
+    like, is_compiled = (
+        columns.like,
+        direct_run.uses_kernels(given.get("compiled"), columns.k),
+    )
+    fast = (
+        direct_run.compiled()
+        if is_compiled and applies(like) and not is_sparse(like.M)
+        else None
+    )
+    first, size, most = (
+        0,
+        FIRST_BLOCK,
+        max(FIRST_BLOCK, BLOCK_NUMBERS // max(1, columns.n)),
+    )
     while first < columns.k:
         began, last = seconds(), min(first + size, columns.k)
-        rows = _answers(like, columns.block(first, last), limits, fast, began, threads=given.get("threads"))
+        rows = _answers(
+            like,
+            columns.block(first, last),
+            limits,
+            fast,
+            began,
+            threads=given.get("threads"),
+        )
         yield from (rows.result(i, given) for i in range(last - first))
         first, size = last, min(size * BLOCK_GROWTH, most)
 
@@ -206,24 +289,49 @@ class Batch(Sequence[Result]):
     ([[1.333, 2.333], [2.0, 0.0]], [True, True], 'solved')
     """
 
-    def __init__(self, stack: Stack, method: str, limits: Limits, given: dict[str, Any]) -> None:
+    def __init__(
+        self, stack: Stack, method: str, limits: Limits, given: dict[str, Any]
+    ) -> None:
         self._stack, self._results = stack, dict[int, Result]()
         self._rows: BlockAnswers | None = None
         self.solved: Mask = np.zeros(len(stack), dtype=bool)
         self.z: Vector = np.full(stack.q.shape, np.nan)
         if method == "auto":
-            given = {**given, "compiled": direct_run.uses_kernels(given.get("compiled"), len(stack))}
-        together = method == AUTO and len(stack) > 0 and stack.n <= MOST_UNKNOWNS and given.keys() <= BLOCK_OPTIONS
-        if together and given["compiled"] and not stack.box.is_orthant and stack.n > FEW_TOGETHER:
+            given = {
+                **given,
+                "compiled": direct_run.uses_kernels(given.get("compiled"), len(stack)),
+            }
+        together = (
+            method == AUTO
+            and len(stack) > 0
+            and stack.n <= MOST_UNKNOWNS
+            and given.keys() <= BLOCK_OPTIONS
+        )
+        if (
+            together
+            and given["compiled"]
+            and not stack.box.is_orthant
+            and stack.n > FEW_TOGETHER
+        ):
             # Other M need more steps, without a kernel.
             together = np.array_equal(stack.M, stack.M.transpose(0, 2, 1))
         if together:
-            fast = direct_run.compiled() if given["compiled"] and stack.box.is_orthant else None
-            self._rows = _answers(stack.like, stack, limits, fast, seconds(), threads=given.get("threads"))
+            fast = (
+                direct_run.compiled()
+                if given["compiled"] and stack.box.is_orthant
+                else None
+            )
+            self._rows = _answers(
+                stack.like, stack, limits, fast, seconds(), threads=given.get("threads")
+            )
             self.solved |= np.array(self._rows.kinds) == CERTAIN
             self.z[self.solved] = self._rows.Z[self.solved]
         for i in (~self.solved).nonzero()[0].tolist():
-            result = run(stack.problem(i), method, **given) if self._rows is None else self._rows.result(i, given)
+            result = (
+                run(stack.problem(i), method, **given)
+                if self._rows is None
+                else self._rows.result(i, given)
+            )
             self._results[i] = result
             self.solved[i] = result.solved
             if result.solved:
@@ -259,7 +367,9 @@ class Batch(Sequence[Result]):
     def _linearizations(self) -> Any:  # the `Linearizations` of `derivative`
         return views.derivative.Linearizations(self._stack, self.z, self.solved)
 
-    def gradient(self, g: Any, J: Any = None, unsolved: Unsolved = "raise") -> BatchGradient:
+    def gradient(
+        self, g: Any, J: Any = None, unsolved: Unsolved = "raise"
+    ) -> BatchGradient:
         """Return the derivatives of a function of each z, or of their sum, with respect to M, q and the bounds.
 
         g, J : as in `Result.gradient`, with a first dimension of length b, which J may lack.
@@ -271,7 +381,9 @@ class Batch(Sequence[Result]):
         >>> batch.gradient([[3, 0]]).q.round(9).tolist()
         [[-2.0, 1.0]]
         """
-        found: BatchGradient = views.derivative.gradients(self, self._stack, self._linearizations, g, J, unsolved)
+        found: BatchGradient = views.derivative.gradients(
+            self, self._stack, self._linearizations, g, J, unsolved
+        )
         return found
 
     def derivative(
@@ -291,7 +403,9 @@ class Batch(Sequence[Result]):
         """
         changes = {"dM": dM, "dq": dq, "dlower": dlower, "dupper": dupper}
         given = changes, one_sided, J, unsolved
-        found: BatchDerivative = views.derivative.derivatives(self, self._stack, self._linearizations, *given)
+        found: BatchDerivative = views.derivative.derivatives(
+            self, self._stack, self._linearizations, *given
+        )
         return found
 
 
@@ -310,7 +424,10 @@ class _RowResult(Result):
             raise AttributeError(name)
         block, i, Z = self._row
         problem = block.problem(i)
-        vars(self).update(problem=problem, point=Point.of_solution(Criterion(problem, self.limits.tol), Z[i]))
+        vars(self).update(
+            problem=problem,
+            point=Point.of_solution(Criterion(problem, self.limits.tol), Z[i]),
+        )
         return vars(self)[name]
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -336,7 +453,13 @@ class BlockAnswers:
 
     def result(self, i: int, given: dict[str, Any]) -> Result:
         """Return the result of a row; if its answer is no solution, that of a run, whose time includes its share."""
-        solved = ROUTES[self.routes[i]], self.steps[i], self.limits, self.options.copy(), self.parts
+        solved = (
+            ROUTES[self.routes[i]],
+            self.steps[i],
+            self.limits,
+            self.options.copy(),
+            self.parts,
+        )
         if self.kinds[i] == CERTAIN:
             return _RowResult.of_solution(*solved, _row=(self.block, i, self.Z))
         problem = self.block.problem(i)
@@ -344,7 +467,12 @@ class BlockAnswers:
         if self.kinds[i] == CANDIDATE and point.solves():
             return Result.of_solution(*solved, problem=problem, point=point)
         result = run(problem, **given)
-        return replace(result, parts={part: spent + self.parts[part] for part, spent in result.parts.items()})
+        return replace(
+            result,
+            parts={
+                part: spent + self.parts[part] for part, spent in result.parts.items()
+            },
+        )
 
 
 @with_limited_threads
@@ -359,7 +487,10 @@ def _answers(
 ) -> BlockAnswers:
     """Return the answers of block pivoting to the problems of a block, by a kernel if there is one for them; those of a
     stack are judged one by one, others by the measures of the block, or else by the row's own."""
-    stopwatch, by_gradient = Stopwatch(seconds, began), np.zeros(len(block.q), dtype=bool)
+    stopwatch, by_gradient = (
+        Stopwatch(seconds, began),
+        np.zeros(len(block.q), dtype=bool),
+    )
     kernel = fast.direct_many if fast is not None and block.box.is_orthant else None
     if kernel is not None or isinstance(block, Stack):
         stopwatch.count("setup")
@@ -374,21 +505,42 @@ def _answers(
         ready: Mask = np.asarray((measure.reference_violations <= 0).all(axis=1))
         stopwatch.count("setup")
         R, C = (np.exp2(powers) for powers in (block.units.rows, block.units.columns))
-        pivots = pivoted(frame, ~ready, R, C, limits.max_iterations, lambda: stopwatch.elapsed() > limits.time_limit)
-        z, steps, by_gradient = in_given_variables(frame, pivots.z), pivots.steps, pivots.by_gradient
+        pivots = pivoted(
+            frame,
+            ~ready,
+            R,
+            C,
+            limits.max_iterations,
+            lambda: stopwatch.elapsed() > limits.time_limit,
+        )
+        z, steps, by_gradient = (
+            in_given_variables(frame, pivots.z),
+            pivots.steps,
+            pivots.by_gradient,
+        )
         stopwatch.count("solve")
-        surely = ready | (pivots.ended & _refined(frame, measure, pivots, z, limits.tol))
+        surely = ready | (
+            pivots.ended & _refined(frame, measure, pivots, z, limits.tol)
+        )
         stopwatch.count("verify")
         kinds = np.where(surely, CERTAIN, np.where(pivots.ended, CANDIDATE, NOTHING))
     parts = {part: spent / len(z) for part, spent in stopwatch.parts.items()}
-    most_steps = limits.max_iterations if sum(parts.values()) < limits.time_limit else -1
+    most_steps = (
+        limits.max_iterations if sum(parts.values()) < limits.time_limit else -1
+    )
     kinds = np.where(block.are_moderate & (steps <= most_steps), kinds, NOTHING)
     routes = np.where(by_gradient, 2, np.minimum(steps, 1)).tolist()
-    options = methods.options_in_force(AUTO, like, {}) | ({} if kernel is None else {"compiled": True})
-    return BlockAnswers(block, z, kinds.tolist(), steps.tolist(), routes, limits, options, parts)
+    options = methods.options_in_force(AUTO, like, {}) | (
+        {} if kernel is None else {"compiled": True}
+    )
+    return BlockAnswers(
+        block, z, kinds.tolist(), steps.tolist(), routes, limits, options, parts
+    )
 
 
-def _refined(frame: Frame, measure: Measure, found: Pivoted, z: Vector, tol: float) -> Mask:
+def _refined(
+    frame: Frame, measure: Measure, found: Pivoted, z: Vector, tol: float
+) -> Mask:
     """Refine in place those z, of shape (m, n), whose residual may be more than rounding; return which of all z surely
     solve their problems, shape (m,)."""
     given = measure.rows(z)
@@ -396,9 +548,17 @@ def _refined(frame: Frame, measure: Measure, found: Pivoted, z: Vector, tol: flo
     rows = (found.ended & ~solved).nonzero()[0]
     if rows.size:
         part = frame.block.part(rows)
-        again, better_z = Measure(part), in_given_variables(frame_of(part), refined(frame, found, rows, given.w[rows]))
+        again, better_z = (
+            Measure(part),
+            in_given_variables(
+                frame_of(part), refined(frame, found, rows, given.w[rows])
+            ),
+        )
         better = again.rows(better_z)
-        before, after = again.largest_ratio(z[rows], given.part(rows)), again.largest_ratio(better_z, better)
+        before, after = (
+            again.largest_ratio(z[rows], given.part(rows)),
+            again.largest_ratio(better_z, better),
+        )
         solved[rows] = np.minimum(before, after) <= tol
         kept = after < before
         z[rows[kept]] = better_z[kept]

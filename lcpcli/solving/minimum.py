@@ -37,7 +37,15 @@ from lcpcli.rational import elimination
 from lcpcli.rational.exact_problem import ExactProblem, rows_of
 from lcpcli.rational.numbers import over_one_denominator, shortest_decimal
 from lcpcli.rational.tree import first_solution
-from lcpcli.solving.no_minimum import OPTIMUM, SEVERAL, STATIONARY, UNIQUE, Conclusion, undecided, without_minimum
+from lcpcli.solving.no_minimum import (
+    OPTIMUM,
+    SEVERAL,
+    STATIONARY,
+    UNIQUE,
+    Conclusion,
+    undecided,
+    without_minimum,
+)
 from lcpcli.solving.result import Result, Status
 from lcpcli.typing import Mask, Vector
 from lcpcli.verify.point import Criterion, Point
@@ -156,27 +164,52 @@ def answer(result: Result) -> Answer | None:
     origin = result.problem.origin
     if isinstance(origin, Program):
         return minimum(result, origin)
-    return equilibrium(result, origin) if isinstance(origin, (Game, ExtensiveGame)) else None
+    return (
+        equilibrium(result, origin)
+        if isinstance(origin, (Game, ExtensiveGame))
+        else None
+    )
 
 
-def equilibrium(result: Result, game: Game | ExtensiveGame) -> Equilibrium | BehaviorEquilibrium:
+def equilibrium(
+    result: Result, game: Game | ExtensiveGame
+) -> Equilibrium | BehaviorEquilibrium:
     """Return strategies, payoffs and gains if the result is solved, and whether the strategies are an equilibrium."""
     found = of_solution(result.problem, result.z, result.tol) if result.solved else None
     own: Any = None if found is None else found.own
-    parts = () if result.exact is None or result.exact.z is None else game.parts(result.exact.z)
+    parts = (
+        ()
+        if result.exact is None or result.exact.z is None
+        else game.parts(result.exact.z)
+    )
     exact: Any = None
     if isinstance(game, Game):
         if found is None:
             return Equilibrium(None, None, None, None, UNSOLVED)
         if parts:
-            exact = {name: [value / sum(part) for value in part] for name, part in zip(PLAYERS, parts, strict=True)}
-        return Equilibrium(own.row, own.column, own.payoffs, own.gains, own.statement(found.are_equilibrium), exact)
+            exact = {
+                name: [value / sum(part) for value in part]
+                for name, part in zip(PLAYERS, parts, strict=True)
+            }
+        return Equilibrium(
+            own.row,
+            own.column,
+            own.payoffs,
+            own.gains,
+            own.statement(found.are_equilibrium),
+            exact,
+        )
     if found is None:
         return BehaviorEquilibrium(game.tree.names(), None, None, None, None, UNSOLVED)
     if parts:
         exact = Behavior.of_plans(game, parts[0], parts[1])
-    plans, said = (np.array(own.plans[0]), np.array(own.plans[1])), (exact or own).statement(found.are_equilibrium)
-    return BehaviorEquilibrium(own.players, own.information_sets, plans, own.payoffs, own.gains, said, exact)
+    plans, said = (
+        (np.array(own.plans[0]), np.array(own.plans[1])),
+        (exact or own).statement(found.are_equilibrium),
+    )
+    return BehaviorEquilibrium(
+        own.players, own.information_sets, plans, own.payoffs, own.gains, said, exact
+    )
 
 
 def checked(result: Result) -> Result:
@@ -192,11 +225,18 @@ def checked(result: Result) -> Result:
     if z is not None and (point := Point(Criterion(problem, result.tol), z)).solves():
         exact = of_solution(problem, z, result.tol)
         if exact is not None and exact.are_equilibrium:
-            parts = {**result.parts, "verify": result.parts["verify"] + seconds() - began}
+            parts = {
+                **result.parts,
+                "verify": result.parts["verify"] + seconds() - began,
+            }
             route = (*result.route, "exact")
-            return replace(result, point=point, route=route, parts=parts, nearest="exact", end=None)
+            return replace(
+                result, point=point, route=route, parts=parts, nearest="exact", end=None
+            )
     reason = REASON.format(found.own.statement(False))
-    return replace(result, status=Status.STALLED, message=Status.STALLED.sentence(reason), end=None)
+    return replace(
+        result, status=Status.STALLED, message=Status.STALLED.sentence(reason), end=None
+    )
 
 
 def _exact(result: Result) -> Vector | None:
@@ -208,12 +248,21 @@ def _exact(result: Result) -> Vector | None:
     assert isinstance(game, (Game, ExtensiveGame))
     z: Sequence[Fraction] | None = None
     with suppress(TimeIsUp), within(result.limits.time_limit - result.seconds):
-        data, effort = ExactProblem(problem, *game.exact_conditions()), elimination.Effort(EFFORT)
+        data, effort = (
+            ExactProblem(problem, *game.exact_conditions()),
+            elimination.Effort(EFFORT),
+        )
         if isinstance(game, Game):
             found = pivoting.equilibrium(data, game.A.shape[0], effort)
-            z = None if found is None else point_of_game(problem, np.array(found), data).tolist()
+            z = (
+                None
+                if found is None
+                else point_of_game(problem, np.array(found), data).tolist()
+            )
         else:
-            z = from_point(data, result.z, effort) or first_solution(data, effort.steps(data))
+            z = from_point(data, result.z, effort) or first_solution(
+                data, effort.steps(data)
+            )
     return None if z is None else finitely_rounded(z)
 
 
@@ -237,7 +286,16 @@ def minimum(result: Result, program: Program) -> Minimum:
         exact = {"x": list(parts[0]), "y": [int(sign) * value for value in parts[1]]}
     activities = product(data.A, x) + 0.0
     slacks = np.minimum(activities - data.row_lower, data.row_upper - activities)
-    return Minimum(x + 0.0, sign * y + 0.0, bounded, activities, slacks, value + 0.0, exact, conclude)
+    return Minimum(
+        x + 0.0,
+        sign * y + 0.0,
+        bounded,
+        activities,
+        slacks,
+        value + 0.0,
+        exact,
+        conclude,
+    )
 
 
 def data_of(problem: Problem, program: Program) -> ProgramData:
@@ -255,20 +313,32 @@ def conclusion(problem: Problem, result: Result, program: Program) -> Conclusion
     word, data = WORDS[program.sense], data_of(problem, program)
     if result.status.has_no_solution:
         done = result.interrupted
-        return undecided(program) if done else without_minimum(problem, result.certificate, program, data)
+        return (
+            undecided(program)
+            if done
+            else without_minimum(problem, result.certificate, program, data)
+        )
     if result.status is Status.ILL_POSED:
-        return Conclusion(f"the program is ill-posed: whether it has a {word} depends on the rounding of its data")
+        return Conclusion(
+            f"the program is ill-posed: whether it has a {word} depends on the rounding of its data"
+        )
     if not result.solved:
         size = f"{result.relative_residual:.1e}"
-        return Conclusion(f"x does not solve the program: it is the best iterate, with a relative residual of {size}")
+        return Conclusion(
+            f"x does not solve the program: it is the best iterate, with a relative residual of {size}"
+        )
     if result.interrupted:
-        return Conclusion(f"x satisfies the first-order conditions; whether it is a {word} was not examined")
+        return Conclusion(
+            f"x satisfies the first-order conditions; whether it is a {word} was not examined"
+        )
     kind: Conclusion | None = getattr(problem, KIND, None)
     if kind is None:
         kind = kind_of_point(data, program)
         problem.knowing(**{KIND: kind})
     if kind.proved == OPTIMUM and has_other_minimum(result, program, data):
-        return Conclusion(kind.statement.replace(f"a {word}", f"one of several {word}s"), SEVERAL)
+        return Conclusion(
+            kind.statement.replace(f"a {word}", f"one of several {word}s"), SEVERAL
+        )
     return kind
 
 
@@ -283,19 +353,27 @@ def kind_of_point(data: ProgramData, program: Program) -> Conclusion:
     if rank is None:
         steps = LEAST_DEFINITENESS_STEPS + DEFINITENESS_STEPS / n**3
         verdicts = classify(data.Q, "positive_semidefinite", steps)
-        is_definite, verdict = verdicts["positive_definite"].word, verdicts["positive_semidefinite"].word
+        is_definite, verdict = (
+            verdicts["positive_definite"].word,
+            verdicts["positive_semidefinite"].word,
+        )
     if is_definite == YES:
-        return Conclusion(f"x is the unique {word}, as Q is {definite} definite", UNIQUE)
+        return Conclusion(
+            f"x is the unique {word}, as Q is {definite} definite", UNIQUE
+        )
     if verdict == YES:
         return Conclusion(f"x is a {word}, as Q is {definite} semidefinite", OPTIMUM)
     if verdict == NO:
         return Conclusion(
-            f"x is a stationary point and need not be a {word}: Q is not {definite} semidefinite", STATIONARY
+            f"x is a stationary point and need not be a {word}: Q is not {definite} semidefinite",
+            STATIONARY,
         )
     if n <= MOST_FLOAT_VARIABLES and is_semidefinite(data.Q):
         up_to = f"as far as Q is {definite} semidefinite, which it is up to rounding"
         return Conclusion(f"x is a {word}, {up_to}", OPTIMUM)
-    open_question = f"whether Q is {definite} semidefinite and x a {word} is not decided"
+    open_question = (
+        f"whether Q is {definite} semidefinite and x a {word} is not decided"
+    )
     return Conclusion(f"x satisfies the first-order conditions; {open_question}")
 
 
@@ -336,9 +414,16 @@ def _may_move(x: Vector, data: ProgramData) -> bool:
     rows = np.flatnonzero(_active(data.A @ x, data.row_lower, data.row_upper))
     if not 0 < free.size <= MOST_FREE:
         return False
-    parts = (dense(data.Q)[:, free], data.c[np.newaxis, free], dense(data.A[rows])[:, free])
+    parts = (
+        dense(data.Q)[:, free],
+        data.c[np.newaxis, free],
+        dense(data.A[rows])[:, free],
+    )
     system = [row for part in parts for row in rows_of(part, shortest_decimal) if row]
-    whole = [over_one_denominator([row.get(j, Fraction(0)) for j in range(free.size)])[0] for row in system]
+    whole = [
+        over_one_denominator([row.get(j, Fraction(0)) for j in range(free.size)])[0]
+        for row in system
+    ]
     return len(whole) < free.size or bool(elimination.solve(whole, [0] * len(whole))[1])
 
 
@@ -355,9 +440,17 @@ def _farthest(objective: Vector, x: Vector, data: ProgramData) -> Vector | None:
     low, high = np.maximum(data.lower - x, -reach), np.minimum(data.upper - x, reach)
     Ax, nothing = data.A @ x, np.zeros(x.size + 1)
     rows = stack([[data.Q], [data.c[np.newaxis]], [data.A]])
-    ends = tuple(np.concatenate((nothing, end - Ax)) for end in (data.row_lower, data.row_upper))
+    ends = tuple(
+        np.concatenate((nothing, end - Ax)) for end in (data.row_lower, data.row_upper)
+    )
     bounds = np.minimum(low, 0.0), np.maximum(high, 0.0)
-    found = minimized(objective, rows, (np.minimum(ends[0], 0.0), np.maximum(ends[1], 0.0)), bounds, LP_EFFORT)
+    found = minimized(
+        objective,
+        rows,
+        (np.minimum(ends[0], 0.0), np.maximum(ends[1], 0.0)),
+        bounds,
+        LP_EFFORT,
+    )
     if found is None:
         return None
     y = x + found.x

@@ -23,11 +23,21 @@ from lcpcli.rational.exact_problem import ExactProblem, rows_of
 from lcpcli.rational.numbers import rounded_direction
 from lcpcli.solving.result import INFEASIBLE, NONE, UNBOUNDED, WITHOUT_OPTIMUM
 from lcpcli.typing import Matrix, Vector
-from lcpcli.verify.certificate import Certificate, farkas_certificate, proof, rounded_proof
+from lcpcli.verify.certificate import (
+    Certificate,
+    farkas_certificate,
+    proof,
+    rounded_proof,
+)
 from lcpcli.verify.enclosure import enclosure, is_enclosable
 from lcpcli.verify.farkas import farkas_vector
 
-UNIQUE, OPTIMUM, SEVERAL, STATIONARY = "unique_optimum", "optimum", "several_optima", "stationary"
+UNIQUE, OPTIMUM, SEVERAL, STATIONARY = (
+    "unique_optimum",
+    "optimum",
+    "several_optima",
+    "stationary",
+)
 PROVED = (UNIQUE, OPTIMUM, SEVERAL, STATIONARY, *WITHOUT_OPTIMUM)
 """What may be proved about a program: that x is its only optimum, an optimum, or one of several; that x is a stationary
 point and the program is not convex, so that x need not be an optimum; that the program is infeasible, or unbounded, or
@@ -50,7 +60,10 @@ class Conclusion(NamedTuple):
 
 
 def without_minimum(
-    problem: Problem, certificate: Certificate | None, program: Program, data: ProgramData
+    problem: Problem,
+    certificate: Certificate | None,
+    program: Program,
+    data: ProgramData,
 ) -> Conclusion:
     """Return which constraints contradict each other, or in which direction the objective improves without limit, if it
     is proved that the conditions have no solution.
@@ -75,7 +88,9 @@ def without_minimum(
     return undecided(program, ray)
 
 
-def _up_to_rounding(problem: Problem, of_x: Vector, of_rows: Vector, program: Program) -> Conclusion:
+def _up_to_rounding(
+    problem: Problem, of_x: Vector, of_rows: Vector, program: Program
+) -> Conclusion:
     """Return what a proof that holds up to the rounding of the data says of the program."""
     best, _ = EXTREMES[program.sense]
     of_data = "up to the rounding of its data"
@@ -89,10 +104,14 @@ def _up_to_rounding(problem: Problem, of_x: Vector, of_rows: Vector, program: Pr
 def undecided(program: Program, ray: Vector | None = None) -> Conclusion:
     """Return what is known of every program whose conditions have no solution."""
     best, side = EXTREMES[program.sense]
-    return Conclusion(f"the program has no {best}: it is infeasible or unbounded {side}", NONE, ray)
+    return Conclusion(
+        f"the program has no {best}: it is infeasible or unbounded {side}", NONE, ray
+    )
 
 
-def _feasibility(problem: Problem, data: ProgramData, guess: Vector) -> tuple[bool | None, Vector | None]:
+def _feasibility(
+    problem: Problem, data: ProgramData, guess: Vector
+) -> tuple[bool | None, Vector | None]:
     """Return whether some x satisfies rows and bounds, without any tolerance, None if that is not decided, and the
     multipliers of a proof that none does. guess : a y that may refute it."""
     y = proof(problem, guess)
@@ -110,7 +129,11 @@ def _feasibility(problem: Problem, data: ProgramData, guess: Vector) -> tuple[bo
         zero.eliminate_zeros()
     M, q, lower, upper = data._replace(Q=zero, c=np.zeros(data.c.size)).conditions()
     constraints = Problem(M, q, lower=lower, upper=upper)
-    found = farkas_certificate(constraints, FEASIBILITY_EFFORT, exactly=True) if data.row_lower.size else None
+    found = (
+        farkas_certificate(constraints, FEASIBILITY_EFFORT, exactly=True)
+        if data.row_lower.size
+        else None
+    )
     y = None if found is None else _of_rows(problem, data, found.vector)
     if y is not None:
         return False, y
@@ -123,7 +146,11 @@ def _feasibility(problem: Problem, data: ProgramData, guess: Vector) -> tuple[bo
         exact_y = farkas_vector(exact, Effort(FEASIBILITY_EFFORT).steps(exact))
     except TimeIsUp:
         return None, None
-    return (True, None) if exact_y is None else (False, _of_rows(problem, data, rounded_direction(exact_y)))
+    return (
+        (True, None)
+        if exact_y is None
+        else (False, _of_rows(problem, data, rounded_direction(exact_y)))
+    )
 
 
 def _of_rows(problem: Problem, data: ProgramData, y: Vector | None) -> Vector | None:
@@ -150,13 +177,22 @@ class Constraints(NamedTuple):
     def central_point(self) -> Vector | None:
         """Return an LP solver's point with the largest distance, up to 1, from the sides of the inequalities."""
         k, equal = self.A.shape[1], self.low == self.high
-        below, above = np.flatnonzero(np.isfinite(self.low)), np.flatnonzero(np.isfinite(self.high) & ~equal)
-        distance = np.concatenate((np.where(equal[below], 0.0, -1.0), np.ones(above.size)))[:, np.newaxis]
+        below, above = (
+            np.flatnonzero(np.isfinite(self.low)),
+            np.flatnonzero(np.isfinite(self.high) & ~equal),
+        )
+        distance = np.concatenate(
+            (np.where(equal[below], 0.0, -1.0), np.ones(above.size))
+        )[:, np.newaxis]
         A = stack([[stack([[self.A[below]], [self.A[above]]]), distance]])
         low = np.concatenate((self.low[below], np.full(above.size, -np.inf)))
-        high = np.concatenate((np.where(equal, self.high, np.inf)[below], self.high[above]))
+        high = np.concatenate(
+            (np.where(equal, self.high, np.inf)[below], self.high[above])
+        )
         bounds = np.append(np.full(k, -np.inf), 0.0), np.append(np.full(k, np.inf), 1.0)
-        found = minimized(np.append(np.zeros(k), -1.0), A, (low, high), bounds, FEASIBILITY_EFFORT)
+        found = minimized(
+            np.append(np.zeros(k), -1.0), A, (low, high), bounds, FEASIBILITY_EFFORT
+        )
         return None if found is None else found.x[:-1]
 
     @np.errstate(all="ignore")
@@ -166,13 +202,19 @@ class Constraints(NamedTuple):
         equal = np.flatnonzero(self.low == self.high)
         if not is_enclosable(equal.size, x.size + 1):
             return False
-        changes = enclosure(np.column_stack((dense(self.A[equal]), -self.low[equal])), np.append(x, 1.0))
+        changes = enclosure(
+            np.column_stack((dense(self.A[equal]), -self.low[equal])), np.append(x, 1.0)
+        )
         if changes is None or not changes[-1] < 0.5:
             return False
         Ax, size, factor = self.A @ x, abs(self.A) @ np.abs(x), 4 * (x.size + 2)
-        error = 2 * (abs(self.A) @ changes[:-1]) + factor * (EPS * size + SMALLEST_NORMAL)
+        error = 2 * (abs(self.A) @ changes[:-1]) + factor * (
+            EPS * size + SMALLEST_NORMAL
+        )
         for distance, end in ((Ax - self.low, self.low), (self.high - Ax, self.high)):
-            rest = np.where(np.isfinite(end), error + (2 * changes[-1] + 4 * EPS) * np.abs(end), 0.0)
+            rest = np.where(
+                np.isfinite(end), error + (2 * changes[-1] + 4 * EPS) * np.abs(end), 0.0
+            )
             distance[equal] = np.inf
             if not (distance > rest).all():
                 return False
@@ -193,6 +235,9 @@ def _is_within(x: Sequence[Any], Ax: Sequence[Any], data: ProgramData) -> bool:
     """Return whether x and Ax, numbers of any type, satisfy the bounds and the rows."""
     return all(
         low <= value <= high
-        for values, lower, upper in ((x, data.lower, data.upper), (Ax, data.row_lower, data.row_upper))
+        for values, lower, upper in (
+            (x, data.lower, data.upper),
+            (Ax, data.row_lower, data.row_upper),
+        )
         for value, low, high in zip(values, lower.tolist(), upper.tolist(), strict=True)
     )

@@ -55,7 +55,9 @@ MOST_EXACT_POSITIVE = 64
 
 
 @np.errstate(all="ignore")
-def exact(problem: Problem, time_limit: float | None = None, interrupts: Interrupts = RAISE) -> Result:
+def exact(
+    problem: Problem, time_limit: float | None = None, interrupts: Interrupts = RAISE
+) -> Result:
     """Solve a problem and prove the result in rational arithmetic, without any tolerance, as `lcp solve --exact` does.
 
     The doubles in M and q are taken as exact, so that 0.1 is 3602879701896397/36028797018963968; the command takes the
@@ -105,11 +107,21 @@ def prove(exactly: Callable[[], ExactProblem], result: Result) -> Result:
     try:
         with suppress(TimeIsUp), within(result.limits.time_limit - result.seconds):
             check()
-            if not result.interrupted and (exact := _decided(data := exactly(), result)) is not None:
+            if (
+                not result.interrupted
+                and (exact := _decided(data := exactly(), result)) is not None
+            ):
                 return _proved(data, result, exact)
     except KeyboardInterrupt:
-        result = replace(result, status=Status.INTERRUPTED, interrupted=True, message=Status.INTERRUPTED.value)
-    return replace(result, message=f"{result.message}; {UNPROVED}", exact=Exact(None, UNPROVED))
+        result = replace(
+            result,
+            status=Status.INTERRUPTED,
+            interrupted=True,
+            message=Status.INTERRUPTED.value,
+        )
+    return replace(
+        result, message=f"{result.message}; {UNPROVED}", exact=Exact(None, UNPROVED)
+    )
 
 
 def _decided(data: ExactProblem, result: Result) -> Exact | None:
@@ -118,8 +130,14 @@ def _decided(data: ExactProblem, result: Result) -> Exact | None:
     exact = _exact(data, result, is_exact)
     whole = None if exact is not None or is_exact else data.in_integers()
     if whole is not None:
-        is_excluded = result.status is Status.UNSOLVABLE and result.route[-1:] == ("milp",)  # which would find it again
-        other = driver.run(whole, "milp") if is_excluded else driver.run(whole, "auto", z0=_finite(result.z))
+        is_excluded = result.status is Status.UNSOLVABLE and result.route[-1:] == (
+            "milp",
+        )  # which would find it again
+        other = (
+            driver.run(whole, "milp")
+            if is_excluded
+            else driver.run(whole, "auto", z0=_finite(result.z))
+        )
         if other.interrupted:
             raise KeyboardInterrupt
         exact = _exact(data, other, True)
@@ -130,7 +148,11 @@ def _decided(data: ExactProblem, result: Result) -> Exact | None:
 
 def _exact(data: ExactProblem, run: Result, is_exact: bool) -> Exact | None:
     """Return what can be proved starting from a run, or None."""
-    y = None if run.certificate is None or run.certificate.kind != "farkas" else run.certificate.vector
+    y = (
+        None
+        if run.certificate is None or run.certificate.kind != "farkas"
+        else run.certificate.vector
+    )
     if y is not None:
         # In integers: rows are multiplied by their denominators.
         if run.problem is not data.problem:
@@ -147,21 +169,38 @@ def _exact(data: ExactProblem, run: Result, is_exact: bool) -> Exact | None:
 def _searched(data: ExactProblem) -> Exact | None:
     """Return what a search decides in the remaining time, Lemke's method in half of it; TimeIsUp if that is nothing."""
     z = y = None
-    if not data.problem.is_mixed and Structure(data.problem, data.problem.q).has_no_positive_links:
+    if (
+        not data.problem.is_mixed
+        and Structure(data.problem, data.problem.q).has_no_positive_links
+    ):
         z, y = decided(data, Effort(EXACT_EFFORT))
     if z is None and y is None:
-        count = Effort(EXACT_SEARCH_EFFORT if remaining() == math.inf else math.inf).steps(data)
-        z = pivoting.solve(data, Effort(EXACT_SEARCH_EFFORT / 2)) or first_solution(data, count)
+        count = Effort(
+            EXACT_SEARCH_EFFORT if remaining() == math.inf else math.inf
+        ).steps(data)
+        z = pivoting.solve(data, Effort(EXACT_SEARCH_EFFORT / 2)) or first_solution(
+            data, count
+        )
         y = farkas_vector(data, count) if z is None else None
-    return EXCLUDED if z is None and y is None else _verified(data, z, y and simplified(data, y))
+    return (
+        EXCLUDED
+        if z is None and y is None
+        else _verified(data, z, y and simplified(data, y))
+    )
 
 
-def _verified(data: ExactProblem, z: list[Fraction] | None = None, y: list[Fraction] | None = None) -> Exact | None:
+def _verified(
+    data: ExactProblem, z: list[Fraction] | None = None, y: list[Fraction] | None = None
+) -> Exact | None:
     """Return a proof by z and its w, or by the Farkas vector y, each verified once more; None if it proves nothing."""
     wording = data.problem.box.wording
     if z is not None and data.is_solution(z):
         return Exact(Status.SOLVED, wording.solved, z=z, w=data.w(z))
-    return None if y is None or not data.refuted_by(y) else Exact(Status.INFEASIBLE, wording.infeasible, y=y)
+    return (
+        None
+        if y is None or not data.refuted_by(y)
+        else Exact(Status.INFEASIBLE, wording.infeasible, y=y)
+    )
 
 
 @np.errstate(all="ignore")  # overflow counts as infinite
@@ -170,11 +209,23 @@ def _proved(data: ExactProblem, result: Result, exact: Exact) -> Result:
     if z is not None and not np.isfinite(z).all():
         exact, z = exact._replace(proof=f"{exact.proof}; {BEYOND_DOUBLES}"), None
     assert exact.status is not None
-    certificate = None if exact.y is None else exact_certificate(data, exact.proof, exact.y)
+    certificate = (
+        None if exact.y is None else exact_certificate(data, exact.proof, exact.y)
+    )
     if exact.status is Status.UNSOLVABLE:
         certificate = Certificate("exhaustion", exact.proof)
-    point, said = result.point if z is None else Point(Criterion(data.problem), z), exact.status.sentence(exact.proof)
-    return replace(result, status=exact.status, message=said, certificate=certificate, exact=exact, point=point)
+    point, said = (
+        result.point if z is None else Point(Criterion(data.problem), z),
+        exact.status.sentence(exact.proof),
+    )
+    return replace(
+        result,
+        status=exact.status,
+        message=said,
+        certificate=certificate,
+        exact=exact,
+        point=point,
+    )
 
 
 def _finite(z: Vector) -> Vector:
@@ -202,10 +253,14 @@ def with_reference(problem: Problem) -> Problem:
             return problem
         if problem.n <= MOST_EXACT_UNKNOWNS:
             data, effort = ExactProblem.of_floats(problem), Effort()
-            exact = from_point(data, result.z, effort, MOST_EXACT_POSITIVE) or pivoting.solve(data, effort)
+            exact = from_point(
+                data, result.z, effort, MOST_EXACT_POSITIVE
+            ) or pivoting.solve(data, effort)
     z = None if exact is None else finitely_rounded(exact)
     if z is not None:
         return replace(problem, solutions=(z,), reference="exact")
     if result is None or not result.solved:
         return problem
-    return replace(problem, solutions=(refined(problem, result.z),), reference="computed")
+    return replace(
+        problem, solutions=(refined(problem, result.z),), reference="computed"
+    )

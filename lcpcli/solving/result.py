@@ -109,7 +109,10 @@ class Result:
     nearest: str = ""
     end: States | None = None
 
-    z, w = _derived(lambda result: result.point.z), _derived(lambda result: result.point.w)
+    z, w = (
+        _derived(lambda result: result.point.z),
+        _derived(lambda result: result.point.w),
+    )
     residual = _derived(lambda result: result.point.residual)
     relative_residual = _derived(lambda result: result.point.relative_residual)
     negligible_q = _derived(lambda result: result.point.negligible)
@@ -182,7 +185,11 @@ class Result:
         return []
 
     def __getstate__(self) -> dict[str, Any]:
-        return {name: value for name, value in vars(self).items() if name != "linearizations"}
+        return {
+            name: value
+            for name, value in vars(self).items()
+            if name != "linearizations"
+        }
 
     def derivative(
         self,
@@ -207,7 +214,9 @@ class Result:
         [-2.0, 1.0]
         """
         changes = {"dM": dM, "dq": dq, "dlower": dlower, "dupper": dupper}
-        found: OneDerivative = views.derivative.derivative(self.problem, self, changes, one_sided, J)
+        found: OneDerivative = views.derivative.derivative(
+            self.problem, self, changes, one_sided, J
+        )
         return found
 
     def gradient(self, g: VectorLike, J: Any = None) -> OneGradient:
@@ -237,7 +246,9 @@ class Result:
     @np.errstate(all="ignore")
     def basis(self) -> list[str]:
         w = None if self.solved else self.w  # w of a solution rounds to 0
-        return in_words(self.problem.box.basis_at(self.z, w) if self.end is None else self.end)
+        return in_words(
+            self.problem.box.basis_at(self.z, w) if self.end is None else self.end
+        )
 
     @cached_property
     def suggestions(self) -> Suggestions:
@@ -259,7 +270,9 @@ class Result:
         if not self.solved or self.interrupted:
             return None
         with within(self.limits.time_limit / 2):
-            digits: list[int | None] | None = views.digits.whole_digits(self.problem, self.z, self.w)
+            digits: list[int | None] | None = views.digits.whole_digits(
+                self.problem, self.z, self.w
+            )
             return digits
 
     @property
@@ -275,7 +288,9 @@ class Result:
 
     def __bool__(self) -> bool:
         fault = "is neither true nor false, as a problem that is not solved may be proved to have no solution"
-        raise TypeError(f"a Result {fault}; ask for result.solved, or for result.status")
+        raise TypeError(
+            f"a Result {fault}; ask for result.solved, or for result.status"
+        )
 
     @property
     def advice(self) -> str:

@@ -27,7 +27,16 @@ from lcpcli.methods.direct import MOST_PIVOTED, MOST_UNKNOWNS, as_dense
 from lcpcli.methods.josephy_newton import josephy_newton
 from lcpcli.methods.lemke import path_to_end, reduced, solution_at
 from lcpcli.methods.newton import from_states
-from lcpcli.methods.stages import FAULTS, Breakdown, Ending, Finished, Iterate, Stalled, advance, ended
+from lcpcli.methods.stages import (
+    FAULTS,
+    Breakdown,
+    Ending,
+    Finished,
+    Iterate,
+    Stalled,
+    advance,
+    ended,
+)
 from lcpcli.model.arrays import FROM_0
 from lcpcli.model.box import Box, in_words
 from lcpcli.model.evaluations import Evaluations
@@ -35,14 +44,24 @@ from lcpcli.model.nonlinear import NonlinearProblem
 from lcpcli.model.problem import Problem
 from lcpcli.options import DEFAULTS, Limits
 from lcpcli.solving import driver
-from lcpcli.solving.call import RAISE, NonlinearOptions, chosen, trace_of, unless_interrupted
+from lcpcli.solving.call import (
+    RAISE,
+    NonlinearOptions,
+    chosen,
+    trace_of,
+    unless_interrupted,
+)
 from lcpcli.solving.direct_run import compiled as kernels
 from lcpcli.solving.direct_run import uses_kernels
 from lcpcli.solving.loop import Loop
 from lcpcli.solving.result import Result, Status
 from lcpcli.solving.trace import Callback, Trace
 from lcpcli.typing import BoundLike, Interrupts, Matrix, States, Vector, VectorLike
-from lcpcli.verify.nonlinear_point import NonlinearCriterion, NonlinearPoint, proved_bound
+from lcpcli.verify.nonlinear_point import (
+    NonlinearCriterion,
+    NonlinearPoint,
+    proved_bound,
+)
 
 if TYPE_CHECKING:
     from types import ModuleType
@@ -117,23 +136,45 @@ def solve_mcp(
     >>> result.status.word, result.z.round(6).tolist(), result.route
     ('solved', [2.0], ('josephy-newton',))
     """
-    began, given = seconds(), chosen(options, NonlinearOptions.__annotations__, of="solve_mcp")
+    began, given = (
+        seconds(),
+        chosen(options, NonlinearOptions.__annotations__, of="solve_mcp"),
+    )
     if isinstance(F, NonlinearProblem):
         others: dict[str, tuple[Any, Any]]
-        others = {"lower": (lower, 0.0), "upper": (upper, math.inf), "infinity": (infinity, math.inf), "J": (J, None)}
-        others |= {"x0": (x0, None), "names": (names or None, None), "jax": (jax, False)}
+        others = {
+            "lower": (lower, 0.0),
+            "upper": (upper, math.inf),
+            "infinity": (infinity, math.inf),
+            "J": (J, None),
+        }
+        others |= {
+            "x0": (x0, None),
+            "names": (names or None, None),
+            "jax": (jax, False),
+        }
         for name, (value, default) in others.items():
             if np.ndim(value) or value != default:
-                raise ParameterError(name, "has no effect on a NonlinearProblem, which has its own", "leave it out")
+                raise ParameterError(
+                    name,
+                    "has no effect on a NonlinearProblem, which has its own",
+                    "leave it out",
+                )
         problem = F if z0 is None else F.starting_at(z0)
     else:
         if x0 is not None and z0 is not None:
-            raise ParameterError("x0", "is another name of z0, which is given too", "leave it out")
+            raise ParameterError(
+                "x0", "is another name of z0, which is given too", "leave it out"
+            )
         x0 = x0 if z0 is None else z0
         if jax:
             F, J = by_jax(F, J)
-        problem = NonlinearProblem(F, J, lower=lower, upper=upper, infinity=infinity, x0=x0, names=names)
-    return run_nonlinear(problem, pattern=pattern, began=began, limits=Limits.taken_from(given), **given)
+        problem = NonlinearProblem(
+            F, J, lower=lower, upper=upper, infinity=infinity, x0=x0, names=names
+        )
+    return run_nonlinear(
+        problem, pattern=pattern, began=began, limits=Limits.taken_from(given), **given
+    )
 
 
 @with_limited_threads
@@ -159,15 +200,30 @@ def run_nonlinear(
     `bound` is a proof that a solution is as near as that, and no other one is; this needs the problem's `interval`.
     """
     if callback is not None and not callable(callback):
-        raise ParameterError("callback", f"is {kind(callback)}", "give a function of one argument, a TraceRow")
+        raise ParameterError(
+            "callback",
+            f"is {kind(callback)}",
+            "give a function of one argument, a TraceRow",
+        )
     methods.check(METHOD, chosen)
     if difference_step is not None:
         if problem.J is not None:
-            raise ParameterError("difference_step", "has no effect on a J that is given", "leave one of them out")
+            raise ParameterError(
+                "difference_step",
+                "has no effect on a J that is given",
+                "leave one of them out",
+            )
         if not 0 < difference_step < 1:
-            raise ParameterError("difference_step", f"{difference_step:g} is out of range", "give one between 0 and 1")
+            raise ParameterError(
+                "difference_step",
+                f"{difference_step:g} is out of range",
+                "give one between 0 and 1",
+            )
     fast = kernels() if uses_kernels(compiled, 1) else None
-    in_force = {option.name: chosen.get(option.name, option.default) for option in methods.declared(METHOD).options}
+    in_force = {
+        option.name: chosen.get(option.name, option.default)
+        for option in methods.declared(METHOD).options
+    }
     kept = trace_of(trace)
     stopwatch = Stopwatch(seconds, seconds() if began is None else began)
     evaluations = Evaluations(problem, pattern, difference_step)
@@ -175,16 +231,40 @@ def run_nonlinear(
     with np.errstate(all="ignore"):
         criterion = NonlinearCriterion(evaluations, limits.tol)
         linear = partial(solution_of_linearization, evaluations=evaluations, fast=fast)
-        stage = partial(josephy_newton, evaluations, start, linear, **in_force, is_brief="restarts" not in chosen)
+        stage = partial(
+            josephy_newton,
+            evaluations,
+            start,
+            linear,
+            **in_force,
+            is_brief="restarts" not in chosen,
+        )
         stopwatch.count("setup")
-        loop = Loop(criterion, METHOD, limits, (kept, curve), stopwatch, None, start / 2, callback)
-        result = driver.ended(loop, stage, in_force if fast is None else {**in_force, "compiled": True})
+        loop = Loop(
+            criterion,
+            METHOD,
+            limits,
+            (kept, curve),
+            stopwatch,
+            None,
+            start / 2,
+            callback,
+        )
+        result = driver.ended(
+            loop, stage, in_force if fast is None else {**in_force, "compiled": True}
+        )
         point = result.point
         assert isinstance(point, NonlinearPoint)
         # With what is known of F and J at z.
         if result.status in (Status.SOLVED, Status.STALLED):
-            verified = False if point.is_doubtful and not result.solved else result.verified
-            result = replace(result, message="; ".join([result.message, *point.remarks()]), verified=verified)
+            verified = (
+                False if point.is_doubtful and not result.solved else result.verified
+            )
+            result = replace(
+                result,
+                message="; ".join([result.message, *point.remarks()]),
+                verified=verified,
+            )
     if proof and result.solved:
         result = replace(result, bound=proved_bound(problem, result.z))
     return unless_interrupted(result, interrupts)
@@ -202,7 +282,11 @@ def _start(evaluations: Evaluations) -> Vector:
             return moved
     if (undefined := problem.undefined(z)) is not None:
         i, value = undefined
-        row = f"F is {value} there, in row {problem.names[i]}" if problem.names[i] else f"F[{i}] is {value} there"
+        row = (
+            f"F is {value} there, in row {problem.names[i]}"
+            if problem.names[i]
+            else f"F[{i}] is {value} there"
+        )
         raise ProblemError("x0", row, f"start where F is defined and finite {FROM_0}")
     return z
 
@@ -210,12 +294,16 @@ def _start(evaluations: Evaluations) -> Vector:
 def by_jax(F: Callable[[Vector], Any], J: Any) -> list[Callable[[Vector], Any]]:
     """Return F and its Jacobian by jax, both in double precision, whatever the usual precision of jax is."""
     if J is not None:
-        raise ParameterError("jax", "computes J, which is given too", "leave one of them out")
+        raise ParameterError(
+            "jax", "computes J, which is given too", "leave one of them out"
+        )
     with imports:
         try:
             import jax
         except ModuleNotFoundError:
-            raise ParameterError("jax", "needs jax", "pip install 'linear-complementarity[jax]'") from None
+            raise ParameterError(
+                "jax", "needs jax", "pip install 'linear-complementarity[jax]'"
+            ) from None
         try:
             from jax import enable_x64
         except ImportError:  # as before version 0.8
@@ -266,12 +354,28 @@ def solution_of_linearization(
         if problem.n > MOST_PIVOTED and is_sparse(problem.M) and not longer:
             with suppress(SingularMatrix):
                 own = WithoutFree(problem)
-                found = _pivoted(own.reduced, None if basis is None else basis[own.bounded], evaluations, fast)
+                found = _pivoted(
+                    own.reduced,
+                    None if basis is None else basis[own.bounded],
+                    evaluations,
+                    fast,
+                )
                 given = None if found is None else own.given(*found)
-                return given if given is not None and _is_close(problem, given[0], CLOSE) else None
+                return (
+                    given
+                    if given is not None and _is_close(problem, given[0], CLOSE)
+                    else None
+                )
         first = None if basis is None else in_words(basis)
         ends = None if longer else lambda row: _is_close(problem, row.z, NEARLY)
-        result = driver.run(problem, "auto", basis=first, limits=LINEAR, callback=ends, compiled=fast is not None)
+        result = driver.run(
+            problem,
+            "auto",
+            basis=first,
+            limits=LINEAR,
+            callback=ends,
+            compiled=fast is not None,
+        )
     except LCPError:  # numbers overflow
         return None
     if result.interrupted:
@@ -279,12 +383,17 @@ def solution_of_linearization(
     evaluations.pivots += PIVOTS_OF_RUN + result.evaluations
     if not (result.solved or _is_close(problem, result.z, CLOSE)):
         return None
-    return result.z, problem.box.basis_at(result.z) if result.end is None else result.end
+    return result.z, problem.box.basis_at(
+        result.z
+    ) if result.end is None else result.end
 
 
 def _is_close(problem: Problem, z: Vector, share: float) -> bool:
     """Return whether the natural residual of z is at most this share of that of 0, or rounding."""
-    gaps, most = np.abs(problem.box.gaps(z, problem.w(z))), share * size(problem.box.gaps(np.zeros(z.size), problem.q))
+    gaps, most = (
+        np.abs(problem.box.gaps(z, problem.w(z))),
+        share * size(problem.box.gaps(np.zeros(z.size), problem.q)),
+    )
     if (gaps <= most).all():
         return True
     terms = np.abs(problem.q) + product(abs(problem.M), np.abs(z))
@@ -292,7 +401,10 @@ def _is_close(problem: Problem, z: Vector, share: float) -> bool:
 
 
 def _pivoted(
-    problem: Problem, basis: States | None, evaluations: Evaluations, fast: ModuleType | None
+    problem: Problem,
+    basis: States | None,
+    evaluations: Evaluations,
+    fast: ModuleType | None,
 ) -> tuple[Vector, States] | None:
     """Return a solution of a problem with few unknowns, by exchanges from the states of another one, or of the
     reference point, or along Lemke's path, up to the rounding there; None if neither ends at one."""
@@ -300,23 +412,36 @@ def _pivoted(
         basis = problem.box.basis_at(problem.reference_point, problem.q_ref)
     step: Iterate | Ending = Stalled()
     with suppress(*FAULTS), np.errstate(over="raise", invalid="raise", divide="raise"):
-        stage, last = ended(Stalled()) if basis is None else from_states(problem, basis), None
+        stage, last = (
+            ended(Stalled()) if basis is None else from_states(problem, basis),
+            None,
+        )
         while isinstance(step := advance(stage), Iterate):
             last = step
         if last is not None and isinstance(step, Finished):
             z = problem.box.z_of(last.x)
             if _is_close(problem, z, CLOSE):
                 return z, problem.box.basis_at(z)
-    if fast is not None and problem.is_mixed and (answer := fast.mixed(problem, DEFAULTS.tol)) is not None:
-        return answer.z, problem.box.basis_at(answer.z) if answer.end is None else answer.end
+    if (
+        fast is not None
+        and problem.is_mixed
+        and (answer := fast.mixed(problem, DEFAULTS.tol)) is not None
+    ):
+        return answer.z, problem.box.basis_at(
+            answer.z
+        ) if answer.end is None else answer.end
     if basis is not None and isinstance(step, Breakdown) and problem.n > SHORT_PATH:
         with suppress(SingularMatrix):
-            z = problem.box.project(CorrectedSolutions(problem, problem.M, np.zeros(problem.n)).at(basis).z)
+            z = problem.box.project(
+                CorrectedSolutions(problem, problem.M, np.zeros(problem.n)).at(basis).z
+            )
             # One of several, as where an equation follows from others.
             if _is_close(problem, z, CLOSE):
                 return z, problem.box.basis_at(z)
     with suppress(*FAULTS), np.errstate(over="raise", invalid="raise", divide="raise"):
-        path = path_to_end(problem, tableau.follow if fast is None else fast.follow, reduced(problem))
+        path = path_to_end(
+            problem, tableau.follow if fast is None else fast.follow, reduced(problem)
+        )
         evaluations.pivots += path.pivots
         z, _, states = path.point()
         z = problem.box.project(z)

@@ -57,7 +57,10 @@ def _minimizer(result: Result) -> Vector | None:
     k = result.problem.origin.variables
     if is_semidefinite(result.problem.M[:k, :k]):
         return result.z[:k]
-    warnings.warn("P is not positive semidefinite, and only a stationary point was found", stacklevel=3)
+    warnings.warn(
+        "P is not positive semidefinite, and only a stationary point was found",
+        stacklevel=3,
+    )
     return None
 
 
@@ -74,9 +77,15 @@ def add_to_qpsolvers() -> None:
     try:
         from qpsolvers import solvers
     except ModuleNotFoundError:
-        raise OptionError("qpsolvers", "is not installed", "pip install qpsolvers") from None
+        raise OptionError(
+            "qpsolvers", "is not installed", "pip install qpsolvers"
+        ) from None
     solvers.solve_function["lcp"] = _solve_problem
-    for names in (solvers.available_solvers, solvers.dense_solvers, solvers.sparse_solvers):
+    for names in (
+        solvers.available_solvers,
+        solvers.dense_solvers,
+        solvers.sparse_solvers,
+    ):
         if "lcp" not in names:
             names.append("lcp")
 
@@ -104,5 +113,9 @@ def _solve_problem(
     if result.solved:
         below = 0 if problem.h is None else problem.h.size
         solution.x, solution.obj = answer.x, answer.objective
-        solution.z, solution.y, solution.z_box = -answer.y[:below], -answer.y[below:], -answer.bound_multipliers
+        solution.z, solution.y, solution.z_box = (
+            -answer.y[:below],
+            -answer.y[below:],
+            -answer.bound_multipliers,
+        )
     return solution

@@ -79,14 +79,22 @@ class Solver:
         **options: Unpack[SolverOptions],
     ) -> None:
         given = chosen(options, SolverOptions.__annotations__, of="Solver")
-        self._given, self._limits, self._infinity = given, Limits.taken_from({**given}), infinity
-        self._prepare(Problem(M, np.zeros(_order(M)), lower=lower, upper=upper, infinity=infinity))
+        self._given, self._limits, self._infinity = (
+            given,
+            Limits.taken_from({**given}),
+            infinity,
+        )
+        self._prepare(
+            Problem(M, np.zeros(_order(M)), lower=lower, upper=upper, infinity=infinity)
+        )
 
     @classmethod
     def of(cls, like: Problem | None, options: dict[str, Any]) -> Solver:
         """Return a Solver for problems with the same M as this one; if it is None, with that of the first to follow."""
         solver = cls.__new__(cls)
-        solver.compiled = direct_run.uses_kernels(options.get("compiled"), direct_run.MANY)
+        solver.compiled = direct_run.uses_kernels(
+            options.get("compiled"), direct_run.MANY
+        )
         solver._given, solver._limits = options, Limits.taken_from({**options})
         if like is not None:
             solver._prepare(like)
@@ -95,7 +103,9 @@ class Solver:
     def _prepare(self, like: Problem) -> None:
         like = as_sparse(like, stored(like.M))
         self._elimination = of_tridiagonal(like.M)
-        self._like = as_dense(like) if like.n <= MOST_PIVOTED and not self._elimination else like
+        self._like = (
+            as_dense(like) if like.n <= MOST_PIVOTED and not self._elimination else like
+        )
         self._principal: PrincipalSolver | None = None
         self._reduction: Reduction | None = None
         self._last = self._last if like.n == self.n else None
@@ -107,10 +117,21 @@ class Solver:
         have another shape, as when contacts come and go; the last states are then dropped."""
         box, other = self._like.box, Problem(M, np.zeros(_order(M)))
         if other.n != self.n and not box.is_orthant:
-            raise ProblemError("M", f"has {count(other.n, 'row')} for {self.n} bounds", "make another Solver for it")
+            raise ProblemError(
+                "M",
+                f"has {count(other.n, 'row')} for {self.n} bounds",
+                "make another Solver for it",
+            )
         self._prepare(other if box.is_orthant else like_with(other, other.q, box))
 
-    def solve(self, q: VectorLike, *, lower: BoundLike = None, upper: BoundLike = None, warm: bool = True) -> Result:
+    def solve(
+        self,
+        q: VectorLike,
+        *,
+        lower: BoundLike = None,
+        upper: BoundLike = None,
+        warm: bool = True,
+    ) -> Result:
         """Return the result for a right-hand side, as `solve` does.
 
         q : shape (n,). lower, upper : bounds for this problem only, each as in `solve`; None for those of the Solver.
@@ -118,17 +139,35 @@ class Solver:
         """
         began = seconds()
         box, n = self._like.box, self.n
-        q, lower, upper = by_names(lambda: self._like.names, q=q, lower=lower, upper=upper)
+        q, lower, upper = by_names(
+            lambda: self._like.names, q=q, lower=lower, upper=upper
+        )
         if lower is not None or upper is not None:
-            given = box.lower if lower is None else lower, box.upper if upper is None else upper
-            box = ORTHANT if (bounds := bounds_of(*given, n, self._infinity)) is None else Box(*bounds)
+            given = (
+                box.lower if lower is None else lower,
+                box.upper if upper is None else upper,
+            )
+            box = (
+                ORTHANT
+                if (bounds := bounds_of(*given, n, self._infinity)) is None
+                else Box(*bounds)
+            )
         return self.next(like_with(self._like, as_vector("q", q, n), box), warm, began)
 
-    def next(self, problem: Problem, warm: bool = True, began: float | None = None) -> Result:
+    def next(
+        self, problem: Problem, warm: bool = True, began: float | None = None
+    ) -> Result:
         """Return the result for a problem with the M of the Solver."""
         options = methods.options_in_force("auto", problem, {})
         stopwatch = Stopwatch(seconds, seconds() if began is None else began)
-        session = Session(problem, self._limits, options, stopwatch, self.compiled, reduced=self._reduced)
+        session = Session(
+            problem,
+            self._limits,
+            options,
+            stopwatch,
+            self.compiled,
+            reduced=self._reduced,
+        )
         result = self._attempted(session, warm, threads=self._given.get("threads"))
         result = run(problem, **self._given) if result is None else result
         self._last = result if result.solved else self._last
@@ -145,15 +184,23 @@ class Solver:
         return self.next(problem)
 
     @with_limited_threads
-    def _attempted(self, session: Session, warm: bool, threads: int | None) -> Result | None:  # noqa: ARG002 (limited)
+    def _attempted(
+        self, session: Session, warm: bool, threads: int | None
+    ) -> Result | None:  # noqa: ARG002 (limited)
         """Return the result where elimination, the direct route, or a few exchanges from the states of the last
         solution, suffice; else None."""
         problem = session.problem
-        if self._elimination is not None and problem.is_moderate and problem.box.is_orthant:
+        if (
+            self._elimination is not None
+            and problem.is_moderate
+            and problem.box.is_orthant
+        ):
             session.stopwatch.count("setup")
             z, basic = self._elimination.solution(problem.q)
             session.stopwatch.count("solve")
-            result = session.judged(session.point(z), 1, ("elimination",), end=of_masks(basic))
+            result = session.judged(
+                session.point(z), 1, ("elimination",), end=of_masks(basic)
+            )
             if result is not None:
                 return result
         basis, result = self._states(problem) if warm else None, None
@@ -161,7 +208,9 @@ class Solver:
             session.start = None if basis is None else Start(problem, basis)
             return direct_run.solved_directly(session)
         if basis is not None and not self._paused:
-            self._principal = self._principal or PrincipalSolver(self._like.M, self._like.latest)
+            self._principal = self._principal or PrincipalSolver(
+                self._like.M, self._like.latest
+            )
             result = _near(session, basis, self._principal)
             self._pause = 1 if result is not None else 2 * self._pause
             self._paused = self._pause if self._pause > 1 else 0
@@ -180,7 +229,9 @@ class Solver:
     def _states(self, problem: Problem) -> States | None:
         """Return the states of the last solution; None if q points in too different a direction."""
         last, box = self._last, problem.box
-        if last is None or (box is not last.problem.box and box.kinds != last.problem.box.kinds):
+        if last is None or (
+            box is not last.problem.box and box.kinds != last.problem.box.kinds
+        ):
             return None
         q, before = problem.q_ref, last.problem.q_ref
         if dot(q, before) < CLOSE_COSINE * norm(q) * norm(before):
@@ -189,7 +240,13 @@ class Solver:
 
 
 def _order(M: Any) -> int:
-    return int(M.shape[0]) if getattr(M, "shape", ()) else len(M) if isinstance(M, Sized) else 1
+    return (
+        int(M.shape[0])
+        if getattr(M, "shape", ())
+        else len(M)
+        if isinstance(M, Sized)
+        else 1
+    )
 
 
 @np.errstate(all="ignore")
@@ -200,7 +257,9 @@ def _near(session: Session, basis: States, solver: PrincipalSolver) -> Result | 
     pivoting = islice(exchanges, min(MOST_TRIED_BASES, limits.max_iterations))
     try:
         with within(limits.time_limit):
-            steps, found = next((k, found) for k, found in enumerate(pivoting, 1) if found.is_solution)
+            steps, found = next(
+                (k, found) for k, found in enumerate(pivoting, 1) if found.is_solution
+            )
     except (*FAULTS, TimeIsUp, StopIteration):
         return None
     session.stopwatch.count("solve")

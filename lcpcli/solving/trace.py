@@ -61,9 +61,15 @@ class LateRow(TraceRow):
     def of(cls, row: TraceRow, criterion: Criterion) -> LateRow:
         """Return a row with a copy of z, which the callback may change."""
         late = cls.__new__(cls)
-        known = {name: value for name, value in vars(row).items() if name not in ("residual", "rounding")}
+        known = {
+            name: value
+            for name, value in vars(row).items()
+            if name not in ("residual", "rounding")
+        }
         error = criterion.problem.error(row.z)
-        late.__dict__.update(known, z=row.z.copy(), error=error, x=None, _place=(criterion, row.z))
+        late.__dict__.update(
+            known, z=row.z.copy(), error=error, x=None, _place=(criterion, row.z)
+        )
         return late
 
     @cached_property
@@ -134,18 +140,31 @@ class Trace:
         or kept to be measured."""
         pending = self.levels[len(self.milestones) :]
         if pending and (error := criterion.problem.error(row.z)) is not None:
-            reached = (level for level in pending if error <= level * criterion.problem.size_of_solutions)
-            self.milestones += [Milestone(level, row.k, row.seconds) for level in reached]
+            reached = (
+                level
+                for level in pending
+                if error <= level * criterion.problem.size_of_solutions
+            )
+            self.milestones += [
+                Milestone(level, row.k, row.seconds) for level in reached
+            ]
         self._last.append(row)
         if len(self._last) > 3:
             leaving = self._last.pop(0)
             if self._is_kept(leaving.k):
                 self._waiting.append(leaving)
-        if self.most is not None and len(self.rows) + len(self._waiting) + 3 > self.most:
+        if (
+            self.most is not None
+            and len(self.rows) + len(self._waiting) + 3 > self.most
+        ):
             self.every *= 2
             self.rows = [kept for kept in self.rows if self._is_kept(kept.k)]
-            self._waiting = [waiting for waiting in self._waiting if self._is_kept(waiting.k)]
-        if len(self._waiting) >= max(1, min(MOST_TOGETHER, MEASURED_NUMBERS // max(1, row.z.size))):
+            self._waiting = [
+                waiting for waiting in self._waiting if self._is_kept(waiting.k)
+            ]
+        if len(self._waiting) >= max(
+            1, min(MOST_TOGETHER, MEASURED_NUMBERS // max(1, row.z.size))
+        ):
             self._measure(criterion)
 
     def close(self, criterion: Criterion) -> None:
@@ -155,14 +174,29 @@ class Trace:
         if self._waiting:
             self._measure(criterion)
 
-    def selected(self, every: int, most: int | None, components: Indices | None) -> Trace:
+    def selected(
+        self, every: int, most: int | None, components: Indices | None
+    ) -> Trace:
         """Return a trace with those rows and components that a trace with these settings would have kept of the run."""
         rows, last = self.rows[:-3], self.rows[-3:]
-        chosen = Trace(every, most, components, self.residuals, self.levels, milestones=self.milestones)
-        while most is not None and sum(map(chosen._is_kept, (row.k for row in rows))) + len(last) > most:
+        chosen = Trace(
+            every,
+            most,
+            components,
+            self.residuals,
+            self.levels,
+            milestones=self.milestones,
+        )
+        while (
+            most is not None
+            and sum(map(chosen._is_kept, (row.k for row in rows))) + len(last) > most
+        ):
             chosen.every *= 2
         kept = [*(row for row in rows if chosen._is_kept(row.k)), *last]
-        chosen.rows = [row if components is None else replace(row, z=row.z[components]) for row in kept]
+        chosen.rows = [
+            row if components is None else replace(row, z=row.z[components])
+            for row in kept
+        ]
         return chosen
 
     def _is_kept(self, k: int) -> bool:
@@ -175,11 +209,27 @@ class Trace:
         residuals: Sequence[float | None] = [None] * len(waiting)
         rounding = [False] * len(waiting)
         if self.residuals:
-            residuals, rounding = criterion.residuals(np.array([row.z for row in waiting]))
-        for row, residual, is_rounding in zip(waiting, residuals, rounding, strict=True):
-            kept, error = row.z if self.components is None else row.z[self.components], criterion.problem.error(row.z)
+            residuals, rounding = criterion.residuals(
+                np.array([row.z for row in waiting])
+            )
+        for row, residual, is_rounding in zip(
+            waiting, residuals, rounding, strict=True
+        ):
+            kept, error = (
+                row.z if self.components is None else row.z[self.components],
+                criterion.problem.error(row.z),
+            )
             x = row.x if self.keeps_x else None
-            self.rows.append(replace(row, z=kept, residual=residual, error=error, rounding=is_rounding, x=x))
+            self.rows.append(
+                replace(
+                    row,
+                    z=kept,
+                    residual=residual,
+                    error=error,
+                    rounding=is_rounding,
+                    x=x,
+                )
+            )
 
 
 Observe: TypeAlias = Callable[[str, int, float, float], None]

@@ -41,7 +41,9 @@ class Alternative(NamedTuple):
     system: DualSimplex | None = None
 
 
-def alternative(A: Matrix, b: Vector, holds: Callable[[Vector], bool], effort: float = math.inf) -> Alternative:
+def alternative(
+    A: Matrix, b: Vector, holds: Callable[[Vector], bool], effort: float = math.inf
+) -> Alternative:
     """Return a point of A z + b >= 0, z >= 0, or a proof that there is none, by one to three LPs of at most half the
     effort each; a small dense system is first tried without them, as they take longer. A should be equilibrated;
     nothing is established unless it is finite. holds : whether a y is a proof."""
@@ -50,16 +52,26 @@ def alternative(A: Matrix, b: Vector, holds: Callable[[Vector], bool], effort: f
         if found.proof is None or holds(found.proof):
             return found
         near.append(found.proof)
-    return Alternative(None, None, next((y for y in near if cancellation(A, b, y)), None))
+    return Alternative(
+        None, None, next((y for y in near if cancellation(A, b, y)), None)
+    )
 
 
-def candidates(A: Matrix, b: Vector, box: Box, effort: float = math.inf) -> Iterator[Vector]:
+def candidates(
+    A: Matrix, b: Vector, box: Box, effort: float = math.inf
+) -> Iterator[Vector]:
     """Yield vectors y that may be proofs that no z within its bounds has A z + b with the signs that
     `farkas.refutes` asks for, the likeliest first; none if there is such a z, to the tolerance of the LP solver."""
-    return (found.proof for found in _searched(A, b, box, effort, MOST_BRIEF) if found.proof is not None)
+    return (
+        found.proof
+        for found in _searched(A, b, box, effort, MOST_BRIEF)
+        if found.proof is not None
+    )
 
 
-def _searched(A: Matrix, b: Vector, box: Box, effort: float, most: int) -> Iterator[Alternative]:
+def _searched(
+    A: Matrix, b: Vector, box: Box, effort: float, most: int
+) -> Iterator[Alternative]:
     """Yield y that may be proofs, the likeliest first, and perhaps a point, at which this ends. most : rows or columns
     up to which a dense system is first tried by a dictionary."""
     if not _are_finite(A, b):
@@ -69,14 +81,22 @@ def _searched(A: Matrix, b: Vector, box: Box, effort: float, most: int) -> Itera
             if point is not None:
                 yield Alternative(point, None, system=system)
                 return
-            yield from (Alternative(None, each) for each in (*reversed([*simplest(y)]), y))
+            yield from (
+                Alternative(None, each) for each in (*reversed([*simplest(y)]), y)
+            )
     programs = FarkasSystem(A, b, box, effort)
     if not programs.is_finite or (programs.low & programs.high).all():
         return
     if (first := programs.least_total()) is not None and first.value > -0.5:
-        yield Alternative(np.ldexp(np.maximum(-first.y[:-1], 0.0), programs.power), None)
+        yield Alternative(
+            np.ldexp(np.maximum(-first.y[:-1], 0.0), programs.power), None
+        )
         return
-    yield from (Alternative(None, each) for y in programs.multipliers(first) for each in (*simplest(y), y))
+    yield from (
+        Alternative(None, each)
+        for y in programs.multipliers(first)
+        for each in (*simplest(y), y)
+    )
 
 
 def _are_finite(A: Matrix, b: Vector) -> bool:
@@ -93,11 +113,15 @@ def with_room(problem: Problem) -> Iterator[Vector]:
         size = np.where(A, np.abs(A).max(initial=0.0), 0.0)
     if _are_finite(A, b):
         for room in ROOM:
-            if (y := DualSimplex(A + room * size, b, margin=0.0).feasible()) is not None and (y > 0).any():
+            if (
+                y := DualSimplex(A + room * size, b, margin=0.0).feasible()
+            ) is not None and (y > 0).any():
                 yield units.multipliers(np.maximum(y, 0.0))
 
 
-def dictionaries(A: Matrix, b: Vector) -> Iterator[tuple[DualSimplex, Vector | None, Vector]]:
+def dictionaries(
+    A: Matrix, b: Vector
+) -> Iterator[tuple[DualSimplex, Vector | None, Vector]]:
     """Yield the dual simplex method for a dense A, with a margin and without, with a point or None, and multipliers."""
     for margin in (MARGIN, 0.0):
         found = DualSimplex(A, b, margin)
@@ -116,17 +140,33 @@ class FarkasSystem:
     def __init__(self, A: Matrix, b: Vector, box: Box, effort: float) -> None:
         self._A, self._effort = A, effort / 2
         self.power = max(math.frexp(np.abs(b).max())[1], -LARGEST_SHIFT)
-        (*_, self.low, self.high), (*bounds, low, high) = sides(box, b.size), sides(box, A.shape[1])
+        (*_, self.low, self.high), (*bounds, low, high) = (
+            sides(box, b.size),
+            sides(box, A.shape[1]),
+        )
         with np.errstate(all="ignore"):
             self._b, lower, upper = (np.ldexp(v, -self.power) for v in (b, *bounds))
         self._columns = lower, upper, low, high
-        may_fall, may_rise = (not is_sparse(A)) & (lower == 0), (not is_sparse(A)) & (upper == 0)
+        may_fall, may_rise = (
+            (not is_sparse(A)) & (lower == 0),
+            (not is_sparse(A)) & (upper == 0),
+        )
         self._ends = np.where(may_fall, -np.inf, 0.0), np.where(may_rise, np.inf, 0.0)
-        self._positive, self._negative = np.flatnonzero(~self.high), np.flatnonzero(~self.low)
-        self._above, self._below = np.flatnonzero(high & ~may_rise), np.flatnonzero(low & ~may_fall)
+        self._positive, self._negative = (
+            np.flatnonzero(~self.high),
+            np.flatnonzero(~self.low),
+        )
+        self._above, self._below = (
+            np.flatnonzero(high & ~may_rise),
+            np.flatnonzero(low & ~may_fall),
+        )
         of_y = self._b[self._positive], -self._b[self._negative]
         self._cost = np.concatenate((*of_y, upper[self._above], -lower[self._below]))
-        self.is_finite = bool(np.isfinite(self._b).all() and np.isfinite(self._cost).all() and np.isfinite(A.sum()))
+        self.is_finite = bool(
+            np.isfinite(self._b).all()
+            and np.isfinite(self._cost).all()
+            and np.isfinite(A.sum())
+        )
 
     def multipliers(self, first: Optimum | None) -> Iterator[Vector]:
         """Yield vectors that may be proofs, the likeliest first: the y of `least_total`, if it has any; the y of the
@@ -141,7 +181,11 @@ class FarkasSystem:
         lower, upper, low, high = self._columns
         single = np.flatnonzero((low != high) & (np.where(low, lower, upper) == 0))
         objective = np.append(0 * self._cost, -np.ones(single.size))
-        if first is not None and (strict := self._minimum(objective, single, (-np.inf, -1.0))) is not None:
+        if (
+            first is not None
+            and (strict := self._minimum(objective, single, (-np.inf, -1.0)))
+            is not None
+        ):
             yield self._y(strict)
 
     def least_total(self) -> Optimum | None:
@@ -149,17 +193,23 @@ class FarkasSystem:
         is infinite and v'_j = 0 if l_j is. It is -1 or 0; if it is 0, its multipliers are minus a point with z >= 0."""
         return self._minimum(self._cost, np.empty(0, dtype=int), (-1.0, np.inf))
 
-    def _minimum(self, objective: Vector, margins: Indices, total: tuple[float, float]) -> Optimum | None:
+    def _minimum(
+        self, objective: Vector, margins: Indices, total: tuple[float, float]
+    ) -> Optimum | None:
         """Return the minimum of an objective of y, v, v' and some margins, with a total between two numbers."""
         transposed, low = self._A.T, self._columns[2]
         parts, columns = (self._above, self._below, margins), self._A.shape[1]
-        above, below, slopes = (unit_columns(columns, part, is_sparse(self._A)) for part in parts)
+        above, below, slopes = (
+            unit_columns(columns, part, is_sparse(self._A)) for part in parts
+        )
         y = transposed[:, self._positive], -transposed[:, self._negative]
         rows = stack([[*y, -above, below, slopes * np.where(low[margins], 1.0, -1.0)]])
         A = stack([[rows], [np.append(self._cost, 0 * margins)[np.newaxis]]])
         ends = np.append(self._ends[0], total[0]), np.append(self._ends[1], total[1])
         upper = np.append(np.full(self._cost.size, np.inf), np.ones(margins.size))
-        return minimized(objective, A, ends, (np.zeros(upper.size), upper), self._effort)
+        return minimized(
+            objective, A, ends, (np.zeros(upper.size), upper), self._effort
+        )
 
     def _y(self, found: Optimum) -> Vector:
         y, positive, negative = np.zeros(self._b.size), self._positive, self._negative
@@ -171,12 +221,26 @@ class FarkasSystem:
         """Return the least sum of violations of the signs of A z + b, with multipliers of at most 1 in size: the
         elastic program (J. W. Chinneck and E. W. Dravnieks, ORSA Journal on Computing 3 (1991) 157-168)."""
         parts = self._positive, self._negative
-        added, taken = (unit_columns(self._b.size, part, is_sparse(self._A)) for part in parts)
+        added, taken = (
+            unit_columns(self._b.size, part, is_sparse(self._A)) for part in parts
+        )
         elastic = stack([[self._A, added, -taken]])
         zero = np.zeros(elastic.shape[1] - self._A.shape[1])
-        ends = np.where(self.high, -np.inf, -self._b), np.where(self.low, np.inf, -self._b)
-        bounds = np.append(self._columns[0], zero), np.append(self._columns[1], zero + np.inf)
-        return minimized(np.append(np.zeros(self._A.shape[1]), zero + 1), elastic, ends, bounds, self._effort)
+        ends = (
+            np.where(self.high, -np.inf, -self._b),
+            np.where(self.low, np.inf, -self._b),
+        )
+        bounds = (
+            np.append(self._columns[0], zero),
+            np.append(self._columns[1], zero + np.inf),
+        )
+        return minimized(
+            np.append(np.zeros(self._A.shape[1]), zero + 1),
+            elastic,
+            ends,
+            bounds,
+            self._effort,
+        )
 
 
 def simplest(y: Vector) -> Iterator[Vector]:

@@ -36,7 +36,12 @@ from lcpcli.rational.numbers import rounded_direction
 from lcpcli.rational.tree import first_solution
 from lcpcli.typing import Vector
 from lcpcli.verify import enclosure, farkas
-from lcpcli.verify.exact_solution import finitely_rounded, from_point, is_rounded_solution, refined
+from lcpcli.verify.exact_solution import (
+    finitely_rounded,
+    from_point,
+    is_rounded_solution,
+    refined,
+)
 from lcpcli.verify.measure import FEW_UNKNOWNS, Measure
 
 # For a search of all complementary sets: mostly milliseconds, half a second for some
@@ -68,7 +73,9 @@ class Certificate:
     exact: Sequence[Fraction] | None = None
 
 
-def confirm(problem: Problem, claim: Certificate, excludes_exactly: bool) -> Certificate | None:
+def confirm(
+    problem: Problem, claim: Certificate, excludes_exactly: bool
+) -> Certificate | None:
     """Return the certificate that a method claims if it holds for the original M and q, with a Farkas vector as `proof`
     returns it; None if it does not hold. excludes_exactly : whether the method excludes complementary sets by exact
     arithmetic alone: of more than FEW_UNKNOWNS, whose sets are not searched again, only such a method is believed."""
@@ -81,18 +88,30 @@ def _farkas(problem: Problem, claim: Certificate) -> Certificate | None:
     if claim.vector is None:
         return None
     y = proof(problem, claim.vector)
-    if y is None and claim.exact is not None and ExactProblem.of_floats(problem).refuted_by(claim.exact):
+    if (
+        y is None
+        and claim.exact is not None
+        and ExactProblem.of_floats(problem).refuted_by(claim.exact)
+    ):
         return claim
-    return rounded_proof(problem, claim.vector) if y is None else _stated(problem, replace(claim, vector=y))
+    return (
+        rounded_proof(problem, claim.vector)
+        if y is None
+        else _stated(problem, replace(claim, vector=y))
+    )
 
 
-def _exhaustion(problem: Problem, claim: Certificate, excludes_exactly: bool) -> Certificate | None:
+def _exhaustion(
+    problem: Problem, claim: Certificate, excludes_exactly: bool
+) -> Certificate | None:
     """All complementary sets are excluded: by the tree in exact arithmetic, for few unknowns and with some effort."""
     has_none = excludes_exactly
     if problem.n <= FEW_UNKNOWNS:
         data = ExactProblem.of_floats(problem)
         with suppress(TimeIsUp):
-            has_none = first_solution(data, Effort(EXHAUSTION_EFFORT).steps(data)) is None
+            has_none = (
+                first_solution(data, Effort(EXHAUSTION_EFFORT).steps(data)) is None
+            )
     return replace(claim, vector=None) if has_none else None
 
 
@@ -103,14 +122,20 @@ def _ray(problem: Problem, claim: Certificate) -> Certificate | None:
     z, own = claim.vector, replace(claim, statement=RAY)
     if z is None:
         return own
-    if z.shape != problem.q.shape or not (np.isfinite(z).all() and (z >= 0).all() and z.any()):
+    if z.shape != problem.q.shape or not (
+        np.isfinite(z).all() and (z >= 0).all() and z.any()
+    ):
         return None
     # It leads beyond a bound.
     if np.where(z > 0, problem.box.upper, np.inf).min() < np.inf:
         return None
     w, largest = product(problem.M, z), float(absolute_product(problem.M, z).max())
     w += max(-float(w.min()), 0.0)
-    return own if largest < math.inf and (w[z > 0] <= farkas.ACTIVE_COLUMN * largest).all() else None
+    return (
+        own
+        if largest < math.inf and (w[z > 0] <= farkas.ACTIVE_COLUMN * largest).all()
+        else None
+    )
 
 
 UNVERIFIED = {  # what is said of a claim of a kind that does not hold
@@ -130,21 +155,38 @@ def _stated(problem: Problem, claim: Certificate) -> Certificate:
         data = ExactProblem.of_floats(problem)
         with suppress(TimeIsUp):
             exact = farkas.exact_proof(data, claim.vector)
-            if exact or (exact := farkas.farkas_vector(data, Effort(EXHAUSTION_EFFORT).steps(data))) is not None:
+            if (
+                exact
+                or (
+                    exact := farkas.farkas_vector(
+                        data, Effort(EXHAUSTION_EFFORT).steps(data)
+                    )
+                )
+                is not None
+            ):
                 return exact_certificate(data, claim.statement, exact)
     return replace(claim, statement=f"{claim.statement}, up to rounding of y")
 
 
-def exact_certificate(data: ExactProblem, statement: str, y: Sequence[Fraction]) -> Certificate:
+def exact_certificate(
+    data: ExactProblem, statement: str, y: Sequence[Fraction]
+) -> Certificate:
     """Return the certificate with an exact proof y: a multiple of it in doubles, beside y itself if that is none."""
     vector = rounded_direction(y)
-    return Certificate("farkas", statement, vector, exact=None if data.refuted_by(fractions_of(vector)) else y)
+    return Certificate(
+        "farkas",
+        statement,
+        vector,
+        exact=None if data.refuted_by(fractions_of(vector)) else y,
+    )
 
 
 def proves_infeasible(problem: Problem, y: Vector) -> bool:
     """Return whether y proves that no z within its bounds has w with the signs that the bounds ask for, by
     `farkas.refutes`: never for a feasible problem, however nearly infeasible, nor for a y that is not of shape (n,)."""
-    return y.shape == problem.q.shape and farkas.refutes(problem.M, problem.q, y, problem.box)
+    return y.shape == problem.q.shape and farkas.refutes(
+        problem.M, problem.q, y, problem.box
+    )
 
 
 def is_clear(problem: Problem, y: Vector) -> bool:
@@ -152,7 +194,9 @@ def is_clear(problem: Problem, y: Vector) -> bool:
     with np.errstate(all="ignore"):
         total = farkas.Multiplied(problem.M, problem.q, y, problem.box).total
         caps = Measure(problem).caps(problem.reference_point)
-        return -total > CLEAR_VIOLATION * float(np.where(np.isfinite(caps), caps, 0.0) @ np.abs(y))
+        return -total > CLEAR_VIOLATION * float(
+            np.where(np.isfinite(caps), caps, 0.0) @ np.abs(y)
+        )
 
 
 def proof(problem: Problem, y: Vector) -> Vector | None:
@@ -166,11 +210,15 @@ def proof(problem: Problem, y: Vector) -> Vector | None:
         return None
     with imports:
         from lcpcli.verify.alternative import with_room
-    if (found := _first(problem, farkas.whole_proofs(problem, y, small=True))) is not None:
+    if (
+        found := _first(problem, farkas.whole_proofs(problem, y, small=True))
+    ) is not None:
         return found
     own = in_range_if_proof(problem, y)
     others = with_room(problem) if own is not None else ()
-    small = (v for other in others for v in farkas.whole_proofs(problem, other, small=True))
+    small = (
+        v for other in others for v in farkas.whole_proofs(problem, other, small=True)
+    )
     found = _first(problem, chain(small, farkas.whole_proofs(problem, y, small=False)))
     return own if found is None else found
 
@@ -196,7 +244,9 @@ def infeasible(problem: Problem, y: Vector, statement: str = "") -> Certificate:
     return Certificate("farkas", statement or problem.box.wording.farkas, y)
 
 
-def farkas_certificate(problem: Problem, effort: float = math.inf, exactly: bool = False) -> Certificate | None:
+def farkas_certificate(
+    problem: Problem, effort: float = math.inf, exactly: bool = False
+) -> Certificate | None:
     """Return a proof that the problem is infeasible, by at most three LPs of half the effort each, for the equilibrated
     problem R M C, R q, whose proof y' gives y = R y'; a `rounded_proof` if there is no other one, unless it has to hold
     exactly. None if it is feasible, to the tolerance of the LP solver, or no proof passed the check."""
@@ -208,7 +258,9 @@ def farkas_certificate(problem: Problem, effort: float = math.inf, exactly: bool
     return first_proof(problem, map(units.multipliers, found), exactly)
 
 
-def first_proof(problem: Problem, ys: Iterable[Vector], exactly: bool = False, few: bool = False) -> Certificate | None:
+def first_proof(
+    problem: Problem, ys: Iterable[Vector], exactly: bool = False, few: bool = False
+) -> Certificate | None:
     """Return the certificate by the first y that is a proof; if none is, by the first that is a `rounded_proof`, for
     few unknowns only if asked for, unless it has to hold exactly; else None."""
     tried = []
@@ -230,17 +282,25 @@ def in_range_if_proof(problem: Problem, y: Vector) -> Vector | None:
 EFFORT = 2.0
 EXACT = "z is an exact solution of size {size} up to its last digits, but {proof}"
 NO_RUN_OFF = "a row is violated by its own terms"
-RUN_OFF = "z of size {size} violates no row by more than {tol:g} of its terms, but {proof}"
+RUN_OFF = (
+    "z of size {size} violates no row by more than {tol:g} of its terms, but {proof}"
+)
 
 
 @np.errstate(all="ignore")
 def is_run_off(problem: Problem, z: Vector, tol: float) -> bool:
     """Return whether no row is violated by more than the measure allows by its own terms, whatever its cap."""
-    if not (problem.is_moderate and np.isfinite(z).all() and (z == problem.box.project(z)).all()):
+    if not (
+        problem.is_moderate
+        and np.isfinite(z).all()
+        and (z == problem.box.project(z)).all()
+    ):
         return False
     measure = Measure(problem)
     rows = measure.rows(z)
-    return bool((measure.violations(z, rows.w) <= measure.allowed(rows, np.inf, tol)).all())
+    return bool(
+        (measure.violations(z, rows.w) <= measure.allowed(rows, np.inf, tol)).all()
+    )
 
 
 class Settled(NamedTuple):
@@ -286,7 +346,10 @@ def large_solution(
     or a basic solution in doubles, whose sign rounding decides, of a point or of the proof. None if there is
     neither."""
     points = [z for z in points if np.isfinite(z).all()]
-    large, sentence = next((z for z in points if is_rounded_solution(problem, z)), None), EXACT
+    large, sentence = (
+        next((z for z in points if is_rounded_solution(problem, z)), None),
+        EXACT,
+    )
     if large is None:
         with suppress(TimeIsUp):
             data, effort = ExactProblem.of_floats(problem), Effort(EFFORT)
@@ -294,8 +357,17 @@ def large_solution(
             large = next((finitely_rounded(z) for z in found if z is not None), None)
     if large is None:
         assert proof.vector is not None
-        basic = (z for point in (*points, proof.vector) for z in _basic_solutions(problem, point))
-        large, sentence = next((z for z in chain(points, basic) if is_run_off(problem, z, tol)), None), RUN_OFF
+        basic = (
+            z
+            for point in (*points, proof.vector)
+            for z in _basic_solutions(problem, point)
+        )
+        large, sentence = (
+            next(
+                (z for z in chain(points, basic) if is_run_off(problem, z, tol)), None
+            ),
+            RUN_OFF,
+        )
     if large is None:
         return None
     size = f"{np.abs(large).max():.0e}".replace("e+", "e")
@@ -312,20 +384,33 @@ def _basic_solutions(problem: Problem, point: Vector) -> Iterator[Vector]:
 def proof_near(problem: Problem, z: Vector) -> Certificate | None:
     """Return a proof that the problem is infeasible, up to the rounding of M if there is no other one; None if none is
     found. z : a run-off, or an exact solution, whose basis leads to most of these proofs."""
-    has_dictionary = not matrices.is_sparse(problem.M) and problem.box.is_orthant and problem.n <= MOST_DENSE
+    has_dictionary = (
+        not matrices.is_sparse(problem.M)
+        and problem.box.is_orthant
+        and problem.n <= MOST_DENSE
+    )
     with suppress(TimeIsUp):
         found = first_proof(problem, _candidates(problem, z, has_dictionary), few=True)
-        return found if found is not None or has_dictionary else farkas_certificate(problem, EFFORT)
+        return (
+            found
+            if found is not None or has_dictionary
+            else farkas_certificate(problem, EFFORT)
+        )
     return None
 
 
 @each_step(all="ignore")
-def _candidates(problem: Problem, z: Vector, has_dictionary: bool) -> Generator[Vector, None, None]:
+def _candidates(
+    problem: Problem, z: Vector, has_dictionary: bool
+) -> Generator[Vector, None, None]:
     with imports:
         from lcpcli.verify.alternative import dictionaries, simplest
     units = scale(problem)
     inner, bounds = units.problem, problem.box.vectors(problem.n)
-    least, most = np.where(np.isfinite(bounds[0]), 0.0, -np.inf), np.where(np.isfinite(bounds[1]), 0.0, np.inf)
+    least, most = (
+        np.where(np.isfinite(bounds[0]), 0.0, -np.inf),
+        np.where(np.isfinite(bounds[1]), 0.0, np.inf),
+    )
     y = _null_vector(inner, units.z_inside(z))
     others = dictionaries(inner.M, inner.q) if has_dictionary else ()
     # Of the first, rounding decides the sign.
@@ -339,7 +424,11 @@ def _candidates(problem: Problem, z: Vector, has_dictionary: bool) -> Generator[
 def _null_vector(problem: Problem, z: Vector) -> Vector:
     """Return the left null vector of the M_BB of the states of z, by a step of inverse iteration from z, which is a
     null vector itself but for rounding; with a shift of the size of rounding if M_BB is singular."""
-    y, active, M = np.zeros(problem.n), np.flatnonzero(problem.box.basis_at(z) == BASIC), problem.M
+    y, active, M = (
+        np.zeros(problem.n),
+        np.flatnonzero(problem.box.basis_at(z) == BASIC),
+        problem.M,
+    )
     if not active.size:
         return y
     solver = PrincipalSolver(matrices.compressed(M.T) if matrices.is_sparse(M) else M.T)

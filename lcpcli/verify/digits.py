@@ -58,7 +58,9 @@ def digits(problem: Problem, z: Vector, w: Vector) -> Vector | None:
     digits of a z_i at a bound, but NaN if rounding may move it off, or if no digit is left where others do so. None if
     M_BB is too large, or singular, so that z is one of several solutions."""
     basic = (z != problem.lower) & (z != problem.upper)
-    if np.count_nonzero(basic) > (MOST_BASIC_SPARSE if is_sparse(problem.M) else MOST_BASIC):
+    if np.count_nonzero(basic) > (
+        MOST_BASIC_SPARSE if is_sparse(problem.M) else MOST_BASIC
+    ):
         return None
     motions = _motions(problem, z, w, basic) if problem.is_moderate else None
     if motions is None or not np.isfinite(motions[0]).all():
@@ -67,7 +69,9 @@ def digits(problem: Problem, z: Vector, w: Vector) -> Vector | None:
         motions = _motions(problem, z, w, basic) if problem.is_moderate else None
     if motions is None:
         return None
-    found = (np.nan_to_num(-np.log10(errors / np.abs(z)), nan=0.0) for errors in motions[:2])
+    found = (
+        np.nan_to_num(-np.log10(errors / np.abs(z)), nan=0.0) for errors in motions[:2]
+    )
     alone, exchanged = (np.clip(np.rint(each), 0, DOUBLE_DIGITS) for each in found)
     undetermined = np.where(basic, (exchanged == 0) & (alone > 0), motions[2])
     return np.where(undetermined, np.nan, np.where(basic, exchanged, DOUBLE_DIGITS))
@@ -77,7 +81,11 @@ def whole_digits(problem: Problem, z: Vector, w: Vector) -> list[int | None] | N
     """Return `digits` as whole numbers, with None for NaN; None in all if the time is up before."""
     with suppress(TimeIsUp):
         found = digits(problem, z, w)
-        return None if found is None else [None if math.isnan(count) else int(count) for count in found.tolist()]
+        return (
+            None
+            if found is None
+            else [None if math.isnan(count) else int(count) for count in found.tolist()]
+        )
     return None
 
 
@@ -93,7 +101,9 @@ def fewest(problem: Problem, z: Vector, determined: Vector) -> tuple[int, int]:
 
 
 @np.errstate(all="ignore")
-def _motions(problem: Problem, z: Vector, w: Vector, basic: Mask) -> tuple[Vector, Vector, Mask] | None:
+def _motions(
+    problem: Problem, z: Vector, w: Vector, basic: Mask
+) -> tuple[Vector, Vector, Mask] | None:
     """Return the expected errors of z_i in B and of w_i elsewhere, those with the bases exchanged at kinks, and where
     these numbers are so near to their bounds, or to 0, that rounding may take them there, each of shape (n,); None if
     M_BB is singular. With too many kinks, the latter are infinite and everywhere, and if M_BB is so ill-conditioned
@@ -107,13 +117,20 @@ def _motions(problem: Problem, z: Vector, w: Vector, basic: Mask) -> tuple[Vecto
     alone = sizes = _sizes(moves)
     if not np.isfinite(alone[:, basic]).all():
         return None
-    left = np.abs(matrices.product(problem.M, np.where(basic[:, np.newaxis], moves, 0.0)) + changes)[basic]
-    if not (left <= LARGEST_RESIDUAL * np.abs(changes[basic]).max(axis=1, keepdims=True)).all():
+    left = np.abs(
+        matrices.product(problem.M, np.where(basic[:, np.newaxis], moves, 0.0))
+        + changes
+    )[basic]
+    if not (
+        left <= LARGEST_RESIDUAL * np.abs(changes[basic]).max(axis=1, keepdims=True)
+    ).all():
         infinite = np.full(z.size, np.inf)
         return infinite, infinite, np.ones(z.size, dtype=bool)
     kinks = np.zeros(z.size, dtype=bool)
     while True:
-        near = distances <= np.nan_to_num(sizes[0] + SAFE * sizes[1], nan=LARGEST_DOUBLE, posinf=LARGEST_DOUBLE)
+        near = distances <= np.nan_to_num(
+            sizes[0] + SAFE * sizes[1], nan=LARGEST_DOUBLE, posinf=LARGEST_DOUBLE
+        )
         # What is 0, and remains so, exchanges nothing.
         new = near & ~kinks & sizes.any(axis=0)
         if not new.any():
@@ -121,7 +138,11 @@ def _motions(problem: Problem, z: Vector, w: Vector, basic: Mask) -> tuple[Vecto
         kinks |= new
         P = np.flatnonzero(kinks)
         if P.size > MOST_KINKS:
-            return alone[0] + MEDIAN * alone[1], np.full(z.size, np.inf), np.ones(z.size, dtype=bool)
+            return (
+                alone[0] + MEDIAN * alone[1],
+                np.full(z.size, np.inf),
+                np.ones(z.size, dtype=bool),
+            )
         # the changes of q that stand for w_i = 1 for i in B, and for z_i = 1 elsewhere
         identity = np.equal.outer(np.arange(z.size), P).astype(float)
         columns = np.where(basic[P], -identity, matrices.dense(problem.M[:, P]))
@@ -133,7 +154,9 @@ def _changes(problem: Problem, z: Vector, violations: Vector, basic: Mask) -> Ve
     M = problem.M
     squares = M.power(2) @ z**2 if is_sparse(M) else np.einsum("ij,ij,j->i", M, M, z**2)
     random = np.empty((z.size, SAMPLES))
-    random[np.concatenate((np.flatnonzero(basic), np.flatnonzero(~basic)))] = signs(z.size)
+    random[np.concatenate((np.flatnonzero(basic), np.flatnonzero(~basic)))] = signs(
+        z.size
+    )
     deviations = ROUNDING_DEVIATION * np.sqrt(squares + problem.q**2)
     return np.column_stack((violations, deviations[:, np.newaxis] * random))
 
@@ -147,7 +170,9 @@ def _response(M: Matrix, basic: Mask) -> Callable[[Vector], Vector]:
         moves = np.zeros_like(changes)
         if B.size:
             moves[B] = -solver.at(B)(changes[B])
-        return np.where(basic[:, np.newaxis], moves, changes + matrices.product(M, moves))
+        return np.where(
+            basic[:, np.newaxis], moves, changes + matrices.product(M, moves)
+        )
 
     return response
 
@@ -171,7 +196,9 @@ def _parts(count: int) -> Mask:
     if count <= MOST_COMBINED:
         return (np.arange(1, 2**count)[:, np.newaxis] >> np.arange(count)) % 2 > 0
     each = np.eye(count, dtype=bool)
-    return np.vstack((np.ones(count, dtype=bool), each, ~each, signs(count, RANDOM_PARTS).T > 0))
+    return np.vstack(
+        (np.ones(count, dtype=bool), each, ~each, signs(count, RANDOM_PARTS).T > 0)
+    )
 
 
 def _sizes(moves: Vector) -> Vector:
@@ -181,10 +208,16 @@ def _sizes(moves: Vector) -> Vector:
 
 def room(box: Box, z: Vector, w: Vector, basic: Mask) -> Vector:
     """Return how far each component is from violating the condition of its state; infinite if it is fixed."""
-    return np.where(box.fixed, np.inf, -box.violations(z, w, of_masks(basic, ~basic & (z == box.upper))))
+    return np.where(
+        box.fixed,
+        np.inf,
+        -box.violations(z, w, of_masks(basic, ~basic & (z == box.upper))),
+    )
 
 
 @lru_cache(maxsize=8)
 def signs(n: int, samples: int = SAMPLES) -> Vector:
     """Return columns of signs, shape (n, samples), that look random but are the same each time; not to be changed."""
-    return np.sign(np.sin(np.outer((np.arange(n) + 1.0) ** 2, np.arange(samples) + 1.234)))
+    return np.sign(
+        np.sin(np.outer((np.arange(n) + 1.0) ** 2, np.arange(samples) + 1.234))
+    )

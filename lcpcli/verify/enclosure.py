@@ -24,7 +24,13 @@ from lcpcli.clock import imports
 from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import EPS, SMALLEST_NORMAL
 from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix
-from lcpcli.linalg.matrices import absolute_product, accurate_residual, dense, is_sparse, product
+from lcpcli.linalg.matrices import (
+    absolute_product,
+    accurate_residual,
+    dense,
+    is_sparse,
+    product,
+)
 from lcpcli.model.box import BASIC, LOWER, UPPER
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Mask, Matrix, Vector
@@ -38,7 +44,10 @@ DEPENDENT = 1e-10
 
 def is_enclosable(equations: int, unknowns: int) -> bool:
     """Return whether so many equations may have an enclosure, which takes at most a second or so."""
-    return equations <= min(unknowns, LARGEST_ENCLOSED) and equations**2 * unknowns <= MOST_WORK
+    return (
+        equations <= min(unknowns, LARGEST_ENCLOSED)
+        and equations**2 * unknowns <= MOST_WORK
+    )
 
 
 @np.errstate(all="ignore")
@@ -62,7 +71,9 @@ def enclosure(G: Vector, y: Vector) -> Vector | None:
     if not pivots[-1] > DEPENDENT * pivots[0]:
         return None
     rounding = 4 * (y.size + 2) * (EPS * (np.abs(G) @ np.abs(scaled)) + SMALLEST_NORMAL)
-    d[chosen] = regular_change(G[:, chosen], np.abs(G @ scaled) + rounding) * columns[chosen]
+    d[chosen] = (
+        regular_change(G[:, chosen], np.abs(G @ scaled) + rounding) * columns[chosen]
+    )
     return d if np.isfinite(d).all() else None
 
 
@@ -103,7 +114,11 @@ def fault(problem: Problem, z: Vector, tol: float, rounding: float = 0.0) -> str
     B, change = (basis == BASIC).nonzero()[0], np.zeros(problem.n)
     w = -accurate_residual(M, z, -problem.q)
     terms = absolute_product(M, np.abs(z)) + np.abs(problem.q)
-    error = 4 * EPS * np.abs(w) + ((2 * _width(M) * EPS) ** 2 + rounding) * terms + _underflow(M, z)
+    error = (
+        4 * EPS * np.abs(w)
+        + ((2 * _width(M) * EPS) ** 2 + rounding) * terms
+        + _underflow(M, z)
+    )
     if B.size:
         solver = PrincipalSolver(M)
         block = solver.block(B)
@@ -111,9 +126,19 @@ def fault(problem: Problem, z: Vector, tol: float, rounding: float = 0.0) -> str
             correction = solver.factorized(block)(-w[B])
         except (SingularMatrix, OverflowError, ValueError):
             return SINGULAR
-        left, sizes = w[B] + product(block, correction), np.abs(w[B]) + absolute_product(block, np.abs(correction))
-        bound = np.abs(left) + error[B] + (2 * _width(M) * EPS + rounding) * sizes + _underflow(block, correction)
-        change[B] = np.abs(correction) + _change(block, terms[B], np.abs(z[B]), bound, rounding)
+        left, sizes = (
+            w[B] + product(block, correction),
+            np.abs(w[B]) + absolute_product(block, np.abs(correction)),
+        )
+        bound = (
+            np.abs(left)
+            + error[B]
+            + (2 * _width(M) * EPS + rounding) * sizes
+            + _underflow(block, correction)
+        )
+        change[B] = np.abs(correction) + _change(
+            block, terms[B], np.abs(z[B]), bound, rounding
+        )
         if not np.isfinite(change).all():
             return SINGULAR if B.size <= LARGEST_ENCLOSED else TOO_LARGE.format(B.size)
     distance = np.minimum(np.abs(z), np.abs(problem.from_reference(z)))
@@ -121,9 +146,15 @@ def fault(problem: Problem, z: Vector, tol: float, rounding: float = 0.0) -> str
         return WIDE
     low, high = problem.box.vectors(problem.n)
     error += 2 * absolute_product(M, change) + _underflow(M, change)
-    wrong = np.where(basis == LOWER, w < error, (basis == UPPER) & (-w < error)) & (low < high)
+    wrong = np.where(basis == LOWER, w < error, (basis == UPPER) & (-w < error)) & (
+        low < high
+    )
     wrong |= (basis == BASIC) & ~((z - low > change) & (high - z > change))
-    if not wrong.any() or (problem.n <= FEW_UNKNOWNS and not wrong[B].any() and _repeat(problem, z, wrong, B)):
+    if not wrong.any() or (
+        problem.n <= FEW_UNKNOWNS
+        and not wrong[B].any()
+        and _repeat(problem, z, wrong, B)
+    ):
         return ""
     return SIGNS.format(int(wrong.argmax()) + 1)
 
@@ -135,7 +166,9 @@ def _repeat(problem: Problem, z: Vector, rows: Mask, others: Indices) -> bool:
     return all((known == row).all(axis=1).any() for row in M[rows])
 
 
-def _change(block: Matrix, terms: Vector, sizes: Vector, bound: Vector, rounding: float) -> Vector:
+def _change(
+    block: Matrix, terms: Vector, sizes: Vector, bound: Vector, rounding: float
+) -> Vector:
     """Return a bound on |c| for M_BB c = -g, |g| <= bound, whatever the rounding of M_BB; infinite if none is found.
     terms, sizes : those of rows and columns of M_BB."""
     if matrices.has_no_positive_links(block):
@@ -149,7 +182,9 @@ def _change(block: Matrix, terms: Vector, sizes: Vector, bound: Vector, rounding
         R, C = (np.exp2(np.rint(np.log2(each))) for each in (1 / terms, sizes))
         B = dense(block)
         scaled = R[:, np.newaxis] * B * C
-        if np.isfinite(scaled).all() and np.array_equal(scaled / R[:, np.newaxis] / C, B):
+        if np.isfinite(scaled).all() and np.array_equal(
+            scaled / R[:, np.newaxis] / C, B
+        ):
             return 2 * regular_change(scaled, 2 * R * bound) * C
     return np.full(terms.size, np.inf)
 
@@ -162,4 +197,8 @@ def _width(M: Matrix) -> int:
 
 def _underflow(M: Matrix, z: Vector) -> Vector | float:
     """Return how much products that underflow may leave of each row of M z."""
-    return 4 * SMALLEST_NORMAL * matrices.products(M, z) if matrices.may_underflow(M, z) else 0.0
+    return (
+        4 * SMALLEST_NORMAL * matrices.products(M, z)
+        if matrices.may_underflow(M, z)
+        else 0.0
+    )

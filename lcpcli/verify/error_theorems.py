@@ -56,7 +56,12 @@ from lcpcli.clock import imports
 from lcpcli.interrupts import interruptibly
 from lcpcli.linalg import factors, matrices
 from lcpcli.linalg.doubles import EPS, SMALLEST_NORMAL, sizes
-from lcpcli.linalg.factors import MOST_NUMPY_ROWS, PrincipalSolver, SingularMatrix, Solve
+from lcpcli.linalg.factors import (
+    MOST_NUMPY_ROWS,
+    PrincipalSolver,
+    SingularMatrix,
+    Solve,
+)
 from lcpcli.linalg.krylov import bicgstab, conjugate_gradients, identity, norm
 from lcpcli.linalg.matrices import accurate_residual, is_sparse, product
 from lcpcli.linalg.patterns import affordable
@@ -93,14 +98,19 @@ def scaling(
     whether <M> d > 0 is proved for a finite d > 0, as by `lower_image`, or in exact arithmetic. check : called between
     steps; it may raise TimeIsUp. slacks : those with which a d is sought."""
     candidates = _candidates(matrices.comparison(M), check, slacks)
-    return next((d for d in candidates if np.isfinite(d).all() and (d > 0).all() and holds(d)), None)
+    return next(
+        (d for d in candidates if np.isfinite(d).all() and (d > 0).all() and holds(d)),
+        None,
+    )
 
 
 def lower_image(M: Matrix, diagonal: Vector, d: Vector) -> Vector:
     """Return a lower bound on <M> d for d >= 0: 2 L d - |M| d minus a bound on the rounding errors."""
     terms = int(np.diff(M.indptr).max(initial=0)) if is_sparse(M) else M.shape[1]
     own, others = 2 * diagonal * d, matrices.absolute_product(M, d)
-    return np.asarray(own - others - (factor(terms) * (own + others) + (terms + 4) * SMALLEST_NORMAL))
+    return np.asarray(
+        own - others - (factor(terms) * (own + others) + (terms + 4) * SMALLEST_NORMAL)
+    )
 
 
 def factor(terms: int) -> float:
@@ -108,15 +118,27 @@ def factor(terms: int) -> float:
     return (terms + 16) * EPS
 
 
-def _candidates(C: Matrix, check: Callable[[], None], slacks: tuple[float, ...]) -> Iterator[Vector]:
+def _candidates(
+    C: Matrix, check: Callable[[], None], slacks: tuple[float, ...]
+) -> Iterator[Vector]:
     """Yield candidates for d: C d = L 1 or, where d varies widely, (C - slack L) d = L 1."""
     diagonal, direct = C.diagonal(), affordable(C)
     for slack in slacks:
         check()
-        A, all_of_it = matrices.plus_diagonal(C, -slack * diagonal) if slack else C, np.arange(diagonal.size)
+        A, all_of_it = (
+            matrices.plus_diagonal(C, -slack * diagonal) if slack else C,
+            np.arange(diagonal.size),
+        )
         d = np.full(diagonal.size, np.nan)
-        with np.errstate(over="ignore", invalid="ignore", divide="ignore"), suppress(SingularMatrix):
-            d = PrincipalSolver(A).solve(all_of_it, diagonal) if direct else _krylov(A, diagonal, check)
+        with (
+            np.errstate(over="ignore", invalid="ignore", divide="ignore"),
+            suppress(SingularMatrix),
+        ):
+            d = (
+                PrincipalSolver(A).solve(all_of_it, diagonal)
+                if direct
+                else _krylov(A, diagonal, check)
+            )
         yield d
 
 
@@ -127,7 +149,14 @@ def _krylov(C: Matrix, diagonal: Vector, check: Callable[[], None]) -> Vector:
 
     solve = conjugate_gradients if matrices.is_symmetric(C) else bicgstab
     target = min(0.5 * float(diagonal.min()), 1e-3 * norm(diagonal))
-    return solve(multiply, diagonal, np.ones(diagonal.size), target, KRYLOV_STEPS, lambda r: r / diagonal)[0]
+    return solve(
+        multiply,
+        diagonal,
+        np.ones(diagonal.size),
+        target,
+        KRYLOV_STEPS,
+        lambda r: r / diagonal,
+    )[0]
 
 
 def proof_of_definiteness(S: Matrix) -> Proof:
@@ -195,18 +224,29 @@ def least_eigenvalue(S: Vector) -> float | None:
         return None
     lost = _lost(S)
     shift = float(estimate) - 2 * lost
-    return float(shift - lost) * (1 - 4 * EPS) if shift > lost and _is_factorized(S, shift) else None
+    return (
+        float(shift - lost) * (1 - 4 * EPS)
+        if shift > lost and _is_factorized(S, shift)
+        else None
+    )
 
 
 def _lost(A: Vector) -> float:
     """Return a bound on how far below 0 eigenvalues of A may be if its Cholesky factorization is completed."""
     n = len(A)
-    return 2 * (n + 4) * EPS * float(np.trace(A)) + EPS * matrices.norm_inf(A) + n * n * SMALLEST_NORMAL
+    return (
+        2 * (n + 4) * EPS * float(np.trace(A))
+        + EPS * matrices.norm_inf(A)
+        + n * n * SMALLEST_NORMAL
+    )
 
 
 def _is_factorized(A: Vector, shift: float) -> bool:
     """Return whether Cholesky's factorization of A - shift I runs to completion."""
-    return _called(lambda: np.linalg.cholesky(matrices.plus_diagonal(A, -shift)), A) is not None
+    return (
+        _called(lambda: np.linalg.cholesky(matrices.plus_diagonal(A, -shift)), A)
+        is not None
+    )
 
 
 def _called(call: Callable[[], Any], A: Vector) -> Any:
@@ -238,7 +278,9 @@ def _error(lu: Any, n: int) -> float:
         row.data /= np.repeat(D, np.diff(U.indptr))
         difference = abs(L) @ (D * (abs(row - L.T.tocsr()) @ np.ones(n)))
         slack = abs(L) @ (D * (abs(row) @ np.ones(n)))
-    return float((1 + gamma) * (gamma * sums.max() + difference.max() + gamma * slack.max()))
+    return float(
+        (1 + gamma) * (gamma * sums.max() + difference.max() + gamma * slack.max())
+    )
 
 
 def _direction(lu: Any, n: int) -> Vector | None:
@@ -249,14 +291,21 @@ def _direction(lu: Any, n: int) -> Vector | None:
         from scipy.sparse.linalg import spsolve_triangular
     unit = np.zeros(n)
     unit[int(lu.U.diagonal().argmin())] = 1.0
-    return np.asarray(spsolve_triangular(lu.L.T.tocsr(), unit, lower=False, unit_diagonal=True)[lu.perm_c])
+    return np.asarray(
+        spsolve_triangular(lu.L.T.tocsr(), unit, lower=False, unit_diagonal=True)[
+            lu.perm_c
+        ]
+    )
 
 
 Theorem = Callable[..., float]
 """An upper bound on |z - z*|_inf, possibly infinite, from z in range and w = M z + q with relative errors up to EPS;
 where M is definite also from bounds on other errors of w, whatever the signs of these are."""
 
-H_PLUS, DEFINITE = "Chen and Xiang 2006, M is H+", "Mathias and Pang 1990, M is positive definite"
+H_PLUS, DEFINITE = (
+    "Chen and Xiang 2006, M is H+",
+    "Mathias and Pang 1990, M is positive definite",
+)
 # Products of two entries neither overflow nor underflow.
 LARGEST_ENTRY, SMALLEST_ENTRY = 2.0**450, 2.0**-450
 # Unknowns up to which a sparse M is converted to dense, for factors in a few seconds.
@@ -304,7 +353,9 @@ def h_plus_theorem(problem: Problem) -> Theorem | None:
         if solve is None:
             t = (s / gain).max() * u
             for _ in range(JACOBI_STEPS):  # from above down to nearly <M>^-1 s
-                t = np.maximum((matrices.absolute_product(M, t) + s) / diagonal - t, 0.0)
+                t = np.maximum(
+                    (matrices.absolute_product(M, t) + s) / diagonal - t, 0.0
+                )
         else:
             t = np.abs(units.z_outside(solve(units.w_inside(s))))
         missing = np.maximum(s - lower_image(M, diagonal, t), 0.0)
@@ -334,7 +385,11 @@ def _scaling(M: Matrix) -> tuple[Vector, Solve | None] | None:
             return None if u is None else (u, solver(C))
         solve = PrincipalSolver(C).at(np.arange(e.size))
         proposed = np.abs(solve(diagonal))
-        u = proposed if np.isfinite(proposed).all() and holds(proposed) else scaling(M, holds, slacks=SLACKS[1:])
+        u = (
+            proposed
+            if np.isfinite(proposed).all() and holds(proposed)
+            else scaling(M, holds, slacks=SLACKS[1:])
+        )
         return None if u is None else (u, solve)
     return None
 
@@ -346,7 +401,14 @@ def solver(A: Matrix) -> Solve:
 
         def iterate(b: Vector) -> tuple[Vector, bool]:
             start, target = np.zeros(b.size), BICGSTAB_TARGET * norm(inverse * b)
-            x, size = bicgstab(lambda v: inverse * (A @ v), inverse * b, start, target, BICGSTAB_STEPS, identity)
+            x, size = bicgstab(
+                lambda v: inverse * (A @ v),
+                inverse * b,
+                start,
+                target,
+                BICGSTAB_STEPS,
+                identity,
+            )
             return x, size <= target
 
         if iterate(A.diagonal())[1]:
@@ -364,7 +426,9 @@ def definite_theorems(problem: Problem, has_bound: bool = False) -> dict[str, Th
     found = {DEFINITE: _definite_theorem(M, np.ones(problem.n), problem.box)}
     if not matrices.is_symmetric(M):
         most = 1 if has_bound or found[DEFINITE] is not None else None
-        scaled = (_definite_theorem(M, T, problem.box) for T in islice(row_scalings(M), most))
+        scaled = (
+            _definite_theorem(M, T, problem.box) for T in islice(row_scalings(M), most)
+        )
         found[f"{DEFINITE} after row scaling"] = next(filter(None, scaled), None)
     return {source: theorem for source, theorem in found.items() if theorem is not None}
 
@@ -374,7 +438,10 @@ def _definite_theorem(M: Matrix, T: Vector, box: Box) -> Theorem | None:
     diagonal = M.diagonal()
     D = np.exp2(-half_power(T * diagonal))
     rows = D * T
-    if not all(units.min() >= 1 / LARGEST_UNIT and units.max() <= LARGEST_UNIT for units in (T, D, rows)):
+    if not all(
+        units.min() >= 1 / LARGEST_UNIT and units.max() <= LARGEST_UNIT
+        for units in (T, D, rows)
+    ):
         return None
     A = matrices.scaled(M, rows, D)
     S = 0.5 * (A + A.T)
@@ -391,10 +458,17 @@ def _definite_theorem(M: Matrix, T: Vector, box: Box) -> Theorem | None:
         power = 2.0 ** math.frexp(largest)[1]
         first, second = first / power, second / power
         g = first + second @ A
-        off = factor(g.size) * (np.abs(first) + matrices.absolute_product(A.T, np.abs(second)) + SMALLEST_NORMAL)
+        off = factor(g.size) * (
+            np.abs(first)
+            + matrices.absolute_product(A.T, np.abs(second))
+            + SMALLEST_NORMAL
+        )
         off += others / power
         plain = float(D.max()) * _norm(np.abs(g) + off) / least
-        return power * min(plain, _around_centre(S, least, D, g, off)) * (1 + 16 * EPS) + SMALLEST_NORMAL
+        return (
+            power * min(plain, _around_centre(S, least, D, g, off)) * (1 + 16 * EPS)
+            + SMALLEST_NORMAL
+        )
 
     return bound
 
@@ -403,11 +477,15 @@ def _around_centre(S: Matrix, least: float, D: Vector, g: Vector, off: Vector) -
     """Return a bound on all D_i |e_i|, from the ball around c = S^-1 g / 2 that has e; g has errors up to `off`."""
     c = 0.5 * np.linalg.solve(S, g)
     image = S @ c
-    image_off = 2 * factor(c.size) * (matrices.absolute_product(S, np.abs(c)) + SMALLEST_NORMAL)
+    image_off = (
+        2 * factor(c.size) * (matrices.absolute_product(S, np.abs(c)) + SMALLEST_NORMAL)
+    )
     left = _norm(np.abs(g - 2 * image) + off + 2 * image_off + EPS * np.abs(g))
     gap = np.abs(c) @ (off + image_off + factor(c.size) * (np.abs(g) + np.abs(image)))
     square = max(float(c @ (g - image)) + float(gap) * (1 + factor(c.size)), 0.0)
-    radius = (left + math.sqrt(left**2 + 4 * least * square)) / (2 * least) * (1 + 8 * EPS)
+    radius = (
+        (left + math.sqrt(left**2 + 4 * least * square)) / (2 * least) * (1 + 8 * EPS)
+    )
     return float((D * (np.abs(c) + radius)).max())
 
 
@@ -463,26 +541,41 @@ def error_bound(problem: Problem, z: VectorLike) -> Bound | None:
     given = as_vector("z", z, problem.n)
     if not problem.n:
         return Bound(0.0, "M has no entries")
-    if not in_range(problem.M, SMALLEST_ENTRY) or not in_range(given) or not problem.M.diagonal().min() > 0:
+    if (
+        not in_range(problem.M, SMALLEST_ENTRY)
+        or not in_range(given)
+        or not problem.M.diagonal().min() > 0
+    ):
         return None
     if sizes(np.concatenate(problem.box.vectors(problem.n)))[0] < SMALLEST_ENTRY:
         return None  # products with distances from the bounds may underflow
     h_plus = h_plus_theorem(problem)
-    known = definite_theorems(problem, h_plus is not None) | ({} if h_plus is None else {H_PLUS: h_plus})
+    known = definite_theorems(problem, h_plus is not None) | (
+        {} if h_plus is None else {H_PLUS: h_plus}
+    )
     if not known:
         return None
     points = [given, _neighbour(problem, given)]
-    claims = [_claim(problem, known, given, point) for point in points if point is not None]
+    claims = [
+        _claim(problem, known, given, point) for point in points if point is not None
+    ]
     return min(filter(None, claims), key=lambda claim: claim.value, default=None)
 
 
-def _claim(problem: Problem, known: dict[str, Theorem], z: Vector, y: Vector) -> Bound | None:
+def _claim(
+    problem: Problem, known: dict[str, Theorem], z: Vector, y: Vector
+) -> Bound | None:
     """Return the smallest of the bounds at y, plus the distance from z to y."""
     y = np.where(np.abs(y) < SMALLEST_ENTRY, 0.0, y)
     if (w := residual(problem, y)) is None:
         return None
     values = {source: theorem(y, w) for source, theorem in known.items()}
-    best = min(values, key=lambda source: values[source] if values[source] < LARGEST_ENTRY else math.inf)
+    best = min(
+        values,
+        key=lambda source: (
+            values[source] if values[source] < LARGEST_ENTRY else math.inf
+        ),
+    )
     way = float(np.abs(z - y).max())
     value = values[best] if way == 0 else (way + values[best]) * (1 + 4 * EPS)
     return Bound(value, best) if value < LARGEST_ENTRY else None

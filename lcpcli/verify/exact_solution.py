@@ -47,7 +47,10 @@ MOST_SOLVED_EXACTLY = 700  # positive components: a minute at worst
 
 
 def from_point(
-    data: ExactProblem, z: Vector, effort: Effort | None = None, most: int = MOST_SOLVED_EXACTLY
+    data: ExactProblem,
+    z: Vector,
+    effort: Effort | None = None,
+    most: int = MOST_SOLVED_EXACTLY,
 ) -> list[Fraction] | None:
     """Return the exact solution with the complementary basis of an approximate z, shape (n,), or of one near it if its
     signs are wrong; None if none was found with this effort, or more than `most` components are solved for."""
@@ -69,18 +72,26 @@ def _bases(problem: Problem, z: Vector) -> Iterator[States]:
         near = ACTIVE_COLUMN * np.abs(scaled).max(initial=0.0)
         snapped = np.where(scaled - box.lower <= near, box.lower, scaled)
         bases = [problem.box.basis_at(z), box.basis_at(scaled, w)]
-        bases += [box.basis_at(np.where(box.upper - snapped <= near, box.upper, snapped))]
+        bases += [
+            box.basis_at(np.where(box.upper - snapped <= near, box.upper, snapped))
+        ]
     yield from {basis.tobytes(): basis for basis in bases}.values()
 
 
-def _by_pivoting(data: ExactProblem, basis: States, effort: Effort, most: int) -> list[Fraction] | None:
+def _by_pivoting(
+    data: ExactProblem, basis: States, effort: Effort, most: int
+) -> list[Fraction] | None:
     fewest = data.n + 1
     for _ in range(MOST_EXACT_STEPS):
         is_tried = np.count_nonzero(basis == BASIC) <= most and effort.allows()
-        if (found := exact_basis(data, basis, effort) if is_tried else None) is None or found.solves:
+        if (
+            found := exact_basis(data, basis, effort) if is_tried else None
+        ) is None or found.solves:
             return None if found is None else found.z
         violated = np.zeros(data.n, dtype=bool)
-        violated[list(found.gaps) if len(found.gaps) < fewest else min(found.gaps)] = True
+        violated[list(found.gaps) if len(found.gaps) < fewest else min(found.gaps)] = (
+            True
+        )
         fewest = min(fewest, len(found.gaps))
         basis = data.problem.box.exchanged(basis, violated, rounded(found.z))
     return None
@@ -104,14 +115,20 @@ class ExactBasis(NamedTuple):
         return not self.gaps
 
 
-def exact_basis(data: ExactProblem, basis: States, effort: Effort | None = None) -> ExactBasis | None:
+def exact_basis(
+    data: ExactProblem, basis: States, effort: Effort | None = None
+) -> ExactBasis | None:
     """Return the basic solution of a basis; None if there is none, or if solving takes more than an effort."""
     active = np.flatnonzero(basis == BASIC)
-    if (found := _solved(data, active, active, _at_bounds(data, basis), effort)) is None:
+    if (
+        found := _solved(data, active, active, _at_bounds(data, basis), effort)
+    ) is None:
         return None
     z, unique = found
     gaps = dict[int, Fraction]()
-    for i, (state, w, low, high) in enumerate(zip(basis.tolist(), data.w(z), data.lower, data.upper, strict=True)):
+    for i, (state, w, low, high) in enumerate(
+        zip(basis.tolist(), data.w(z), data.lower, data.upper, strict=True)
+    ):
         wrong = w if state * w > 0 and low != high else Fraction(0)
         if own := gap(z[i], Fraction(0), low, high) if state == BASIC else wrong:
             gaps[i] = abs(own)
@@ -127,7 +144,11 @@ def _at_bounds(data: ExactProblem, basis: States) -> list[Fraction]:
 
 
 def _solved(
-    data: ExactProblem, rows: Indices, columns: Indices, known: list[Fraction], effort: Effort | None
+    data: ExactProblem,
+    rows: Indices,
+    columns: Indices,
+    known: list[Fraction],
+    effort: Effort | None,
 ) -> tuple[list[Fraction], bool] | None:
     """Return z, as known except in those columns, where `known` is 0, with w = 0 in those rows, and whether it is the
     only one; None if there is no such z, or if solving would take too much effort."""
@@ -151,25 +172,41 @@ def _solved(
     return z, not free
 
 
-def _at_vertex(data: ExactProblem, basis: States, effort: Effort) -> list[Fraction] | None:
+def _at_vertex(
+    data: ExactProblem, basis: States, effort: Effort
+) -> list[Fraction] | None:
     """Return a vertex of the set of z within their bounds with z_N at these, w_P = 0, and w_N of the signs that the
     bounds ask for: the z at their bounds by an LP, then the others exactly."""
     active = np.flatnonzero(basis == BASIC)
     with np.errstate(all="ignore"):
         scaled = scale(data.problem, moderate=0).problem
         lower, upper = scaled.box.vectors(data.n)
-        at_bounds = np.where(basis == BASIC, 0.0, np.where(basis == UPPER, upper, lower))
-        columns, q = scaled.M[:, active], scaled.w(at_bounds) if at_bounds.any() else scaled.q
+        at_bounds = np.where(
+            basis == BASIC, 0.0, np.where(basis == UPPER, upper, lower)
+        )
+        columns, q = (
+            scaled.M[:, active],
+            scaled.w(at_bounds) if at_bounds.any() else scaled.q,
+        )
     if not (np.isfinite(columns.sum()) and np.isfinite(q).all()):
         return None
-    low, high, is_any = lower[active], upper[active], (basis != BASIC) & (lower == upper)
-    signs = np.where(is_any | (basis == UPPER), -np.inf, -q), np.where(is_any | (basis == LOWER), np.inf, -q)
+    low, high, is_any = (
+        lower[active],
+        upper[active],
+        (basis != BASIC) & (lower == upper),
+    )
+    signs = (
+        np.where(is_any | (basis == UPPER), -np.inf, -q),
+        np.where(is_any | (basis == LOWER), np.inf, -q),
+    )
     towards = np.where(np.isfinite(low), 1.0, np.where(np.isfinite(high), -1.0, 0.0))
     found = minimized(towards, columns, signs, (low, high), VERTEX_EFFORT)
     if found is None:
         return None
     near = ACTIVE_COLUMN * max(float(np.abs(found.x).max()), ACTIVE_COLUMN)
-    ends = np.where(found.x - low <= near, LOWER, np.where(high - found.x <= near, UPPER, BASIC))
+    ends = np.where(
+        found.x - low <= near, LOWER, np.where(high - found.x <= near, UPPER, BASIC)
+    )
     kept, at_vertex = active[ends == BASIC], basis.copy()
     at_vertex[active] = ends
     zeros = np.abs(columns @ found.x + q) <= ACTIVE_COLUMN
@@ -198,7 +235,11 @@ def refined(problem: Problem, z: Vector, basis: States | None = None) -> Vector:
     if not active.size:
         return better
     solver, b = PrincipalSolver(within.M), -within.q[active]
-    b = accurate_residual(within.M[active], units.z_inside(better), b) if better.any() else b
+    b = (
+        accurate_residual(within.M[active], units.z_inside(better), b)
+        if better.any()
+        else b
+    )
     block = solver.block(active)
     try:
         solve = solver.factorized(block)
@@ -212,11 +253,16 @@ def refined(problem: Problem, z: Vector, basis: States | None = None) -> Vector:
         return z
     basic = np.zeros(problem.n)
     basic[active] = values
-    better = problem.box.project(np.where(basis == BASIC, units.z_outside(basic), better))
+    better = problem.box.project(
+        np.where(basis == BASIC, units.z_outside(basic), better)
+    )
     if not np.isfinite(better).all():
         return z
     criterion = Criterion(problem)
-    if Point(criterion, better).relative_residual <= 2 * Point(criterion, z).relative_residual:
+    if (
+        Point(criterion, better).relative_residual
+        <= 2 * Point(criterion, z).relative_residual
+    ):
         return better
     terms = matrices.absolute_product(problem.M, np.abs(better)) + np.abs(problem.q)
     gaps = np.abs(problem.box.gaps(better, problem.w(better)))
@@ -229,7 +275,10 @@ def is_rounded_solution(problem: Problem, z: Vector) -> bool:
     solution of its states solves the problem, and no component of z differs from it by more than ROUNDING of itself. So
     the answer is never true where there is no solution; false if more than `farkas.most_exact()` are basic."""
     basis = problem.box.basis_at(z)
-    if np.count_nonzero(basis == BASIC) > farkas.most_exact() or not np.isfinite(z).all():
+    if (
+        np.count_nonzero(basis == BASIC) > farkas.most_exact()
+        or not np.isfinite(z).all()
+    ):
         return False
     if not Point(Criterion(problem), z).nearly_solves():
         return False
@@ -237,7 +286,10 @@ def is_rounded_solution(problem: Problem, z: Vector) -> bool:
     if found is None or not (found.unique and found.solves):
         return False
     last_digits = Fraction(ROUNDING)
-    return all(abs(Fraction(a) - b) <= last_digits * abs(b) for a, b in zip(z.tolist(), found.z, strict=True))
+    return all(
+        abs(Fraction(a) - b) <= last_digits * abs(b)
+        for a, b in zip(z.tolist(), found.z, strict=True)
+    )
 
 
 @np.errstate(all="ignore")
@@ -250,8 +302,12 @@ def is_rounded_difference(problem: Problem, z: Vector, tol: float) -> bool:
         return False
     frame, measure, sizes = shifted(problem).problem, Measure(problem), np.abs(z)
     with suppress(SingularMatrix):
-        distance = frame.box.project(BasicSolutions(frame).at(problem.box.basis_at(z)).z)
-        if (np.abs(distance) <= sizes).all() and (np.abs(reference_z + distance - z) <= ROUNDING * sizes).all():
+        distance = frame.box.project(
+            BasicSolutions(frame).at(problem.box.basis_at(z)).z
+        )
+        if (np.abs(distance) <= sizes).all() and (
+            np.abs(reference_z + distance - z) <= ROUNDING * sizes
+        ).all():
             rows = measure.rows_from_reference(distance, measure.rows(z).full_terms)
             return bool(measure.surely_solves(z, rows, tol))
     return False

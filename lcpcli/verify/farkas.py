@@ -57,7 +57,9 @@ def sides(box: Box, n: int) -> tuple[Vector, Vector, Mask, Mask]:
 
 
 @np.errstate(all="ignore")
-def refutes(A: Matrix, b: Vector, y: Vector, box: Box = ORTHANT, rows: Box | None = None) -> bool:
+def refutes(
+    A: Matrix, b: Vector, y: Vector, box: Box = ORTHANT, rows: Box | None = None
+) -> bool:
     """Return whether y proves that no such z exists, for finite A of shape (m, n), b and y (m,). box : the bounds of z.
     rows : bounds that ask for the signs of w, by default the same: A is then square, or all bounds are 0 and infinity.
 
@@ -73,7 +75,11 @@ def refutes(A: Matrix, b: Vector, y: Vector, box: Box = ORTHANT, rows: Box | Non
       This is tried for at most LARGEST_EXACT columns and entries, or LARGEST_BY_FLINT.
     """
     of = Multiplied(A, b, y, box, rows)
-    if not of.has_signs or (of.excess > of.error + ACTIVE_COLUMN * of.size).any() or of.total > SNAP * of.terms:
+    if (
+        not of.has_signs
+        or (of.excess > of.error + ACTIVE_COLUMN * of.size).any()
+        or of.total > SNAP * of.terms
+    ):
         return False
     if of.has_proof_nearby():
         return True
@@ -98,14 +104,22 @@ def cancellation(A: Matrix, b: Vector, y: Vector, box: Box = ORTHANT) -> float:
     """
     of = Multiplied(A, b, y, box)
     wrong = of.excess > -of.error
-    is_rounding = (of.excess <= of.y.size * EPS * of.size).all() and (of.size[wrong] > SMALLEST_NORMAL / EPS).all()
-    total = -of.largest_total(of.everywhere, 0.0, of.error, SNAP) if of.has_signs and is_rounding else 0.0
+    is_rounding = (of.excess <= of.y.size * EPS * of.size).all() and (
+        of.size[wrong] > SMALLEST_NORMAL / EPS
+    ).all()
+    total = (
+        -of.largest_total(of.everywhere, 0.0, of.error, SNAP)
+        if of.has_signs and is_rounding
+        else 0.0
+    )
     if not total > 0:
         return 0.0
     # y'(A z) is at least `total`, and at most the terms of b'y more, as A z + b has its
     # signs
     among = total / (total + 2 * of.terms)
-    times = float(among * 0.5 / ((of.excess + of.error)[wrong] / of.size[wrong]).max(initial=EPS))
+    times = float(
+        among * 0.5 / ((of.excess + of.error)[wrong] / of.size[wrong]).max(initial=EPS)
+    )
     return times if times >= LEAST_CANCELLATION else 0.0
 
 
@@ -118,43 +132,79 @@ class Multiplied:
     """
 
     @np.errstate(all="ignore")
-    def __init__(self, A: Matrix, b: Vector, y: Vector, box: Box, rows: Box | None = None) -> None:
+    def __init__(
+        self, A: Matrix, b: Vector, y: Vector, box: Box, rows: Box | None = None
+    ) -> None:
         self.support = np.flatnonzero(y)
         self.y, self.b = y[self.support], b[self.support]
         self.rows = A if self.support.size == y.size else A[self.support]
-        self._low, self._high = sides((box if rows is None else rows).part(self.support), self.y.size)[2:]
-        self.has_signs = bool(self.support.size and np.isfinite(self.y).all() and self.are_signs(self.y))
+        self._low, self._high = sides(
+            (box if rows is None else rows).part(self.support), self.y.size
+        )[2:]
+        self.has_signs = bool(
+            self.support.size and np.isfinite(self.y).all() and self.are_signs(self.y)
+        )
         lower, upper, low, high = self._bounds = sides(box, A.shape[1])
         absolute, image = abs(self.rows), self.rows.T @ self.y
         self.size = absolute.T @ np.abs(self.y)
         # Elsewhere A'y is exactly 0.
         self.used = np.asarray(absolute.sum(axis=0)).ravel() > 0
-        self.error = 4 * (self.y.size + 2) * (EPS * self.size + SMALLEST_NORMAL) * self.used
-        self.excess = np.maximum(np.where(high, -np.inf, image), np.where(low, -np.inf, -image))
+        self.error = (
+            4 * (self.y.size + 2) * (EPS * self.size + SMALLEST_NORMAL) * self.used
+        )
+        self.excess = np.maximum(
+            np.where(high, -np.inf, image), np.where(low, -np.inf, -image)
+        )
         end = np.where(image > 0, upper, lower)  # at which (A'y)_j z_j is largest
         self.supremum = np.where(np.isfinite(end), end, 0.0) * image
-        self.ends = np.maximum(np.where(low, np.abs(lower), 0.0), np.where(high, np.abs(upper), 0.0))
+        self.ends = np.maximum(
+            np.where(low, np.abs(lower), 0.0), np.where(high, np.abs(upper), 0.0)
+        )
         self.everywhere = np.ones(image.size, dtype=bool)
         self.total = float(self.b @ self.y + self.supremum.sum())
-        self.terms = float(np.abs(self.b) @ np.abs(self.y) + np.abs(self.supremum).sum())
-        self.is_certain = (np.abs(image) > self.error) & (self.excess < 0) & ((end == 0) | ~np.isfinite(end))
-        self.is_active = self.used & (self.excess >= -self.error - ACTIVE_COLUMN * self.size)
+        self.terms = float(
+            np.abs(self.b) @ np.abs(self.y) + np.abs(self.supremum).sum()
+        )
+        self.is_certain = (
+            (np.abs(image) > self.error)
+            & (self.excess < 0)
+            & ((end == 0) | ~np.isfinite(end))
+        )
+        self.is_active = self.used & (
+            self.excess >= -self.error - ACTIVE_COLUMN * self.size
+        )
 
     def are_signs(self, y: Any) -> bool:
         """Return whether numbers on the support have the signs of multipliers of its rows."""
         return not ((self._low & (y < 0)).any() or (self._high & (y > 0)).any())
 
-    def largest_total(self, counted: Mask, change: Vector | float, error: Vector, margin: float = 0.0) -> float:
+    def largest_total(
+        self, counted: Mask, change: Vector | float, error: Vector, margin: float = 0.0
+    ) -> float:
         """Return an upper bound on the total over some columns, for such changes of y, errors of A'y and margin."""
-        supremum, rounding = self.supremum[counted], 4 * (self.y.size + self.ends.size + 2)
+        supremum, rounding = (
+            self.supremum[counted],
+            4 * (self.y.size + self.ends.size + 2),
+        )
         terms = np.abs(self.b) @ np.abs(self.y) + np.abs(supremum).sum()
-        rest = 2 * ((np.abs(self.b) * change).sum() + self.ends[counted] @ error[counted])
-        return float(self.b @ self.y + supremum.sum() + rest + (rounding * EPS + margin) * terms + SMALLEST_NORMAL)
+        rest = 2 * (
+            (np.abs(self.b) * change).sum() + self.ends[counted] @ error[counted]
+        )
+        return float(
+            self.b @ self.y
+            + supremum.sum()
+            + rest
+            + (rounding * EPS + margin) * terms
+            + SMALLEST_NORMAL
+        )
 
     @np.errstate(all="ignore")
     def is_clear(self) -> bool:
         """Return whether floats show that y is a proof as it is, beyond all bounds on rounding."""
-        if not self.has_signs or not ((self.excess + self.error < 0) | ~self.used).all():
+        if (
+            not self.has_signs
+            or not ((self.excess + self.error < 0) | ~self.used).all()
+        ):
             return False
         return self.largest_total(self.everywhere, 0.0, self.error) < 0
 
@@ -167,17 +217,27 @@ class Multiplied:
         is_open = self.is_active
         if not is_enclosable(int(is_open.sum()), self.y.size):
             return False
-        if (change := enclosure(matrices.dense(self.rows[:, np.flatnonzero(is_open)]).T, self.y)) is None:
+        if (
+            change := enclosure(
+                matrices.dense(self.rows[:, np.flatnonzero(is_open)]).T, self.y
+            )
+        ) is None:
             return False
         error = self.error + 2 * (abs(self.rows).T @ change)
         may_turn = (self._low | self._high) & (change > 0) & (np.abs(self.y) <= change)
         beyond = (self.excess + error < 0) | is_open | ~self.used
-        return bool(beyond.all() and not may_turn.any()) and self.largest_total(~is_open, change, error) < 0
+        return (
+            bool(beyond.all() and not may_turn.any())
+            and self.largest_total(~is_open, change, error) < 0
+        )
 
     def holds(self, y: Sequence[Fraction], certain: Mask | bool = False) -> bool:
         """Return whether a rational y on the support, with the right signs, is a proof, in exact arithmetic; certain :
         columns that certainly have the right sign and add nothing to the total."""
-        (multiple, _), (lower, upper, low, high) = numbers.over_one_denominator(y), self._bounds
+        (multiple, _), (lower, upper, low, high) = (
+            numbers.over_one_denominator(y),
+            self._bounds,
+        )
         total = numbers.product(self.b, multiple)
         for j in np.flatnonzero(self.used & np.logical_not(certain)).tolist():
             value = numbers.product(matrices.dense(self.rows[:, [j]])[:, 0], multiple)
@@ -188,34 +248,59 @@ class Multiplied:
         return total < 0
 
 
-def corrected(A: Sequence[Sequence[int]], y: Sequence[Fraction], quickly: bool = True) -> list[Fraction] | None:
+def corrected(
+    A: Sequence[Sequence[int]], y: Sequence[Fraction], quickly: bool = True
+) -> list[Fraction] | None:
     """Return y changed, mainly in its large entries, so that A y = 0; if A is nonsingular, so that A y < 0, provided
     that y is such a vector but for rounding. None if none is found. quickly : only if A, of at least one row, is small
     enough to be solved exactly in a second or so."""
-    if quickly and (max(len(A), len(A[0])) > most_exact() or len(A) * len(A[0]) * elimination.bits(A) > MOST_BITS):
+    if quickly and (
+        max(len(A), len(A[0])) > most_exact()
+        or len(A) * len(A[0]) * elimination.bits(A) > MOST_BITS
+    ):
         return None
     # Large entries best absorb a correction.
     order = sorted(range(len(y)), key=lambda k: -abs(y[k]))
     rows, values = [[row[k] for k in order] for row in A], [y[k] for k in order]
     multiple, divisor = numbers.over_one_denominator(values)
-    changes = elimination.particular(rows, [-numbers.dot(row, multiple) for row in rows])
-    found = None if changes is None else [v + change / divisor for v, change in zip(values, changes, strict=True)]
+    changes = elimination.particular(
+        rows, [-numbers.dot(row, multiple) for row in rows]
+    )
+    found = (
+        None
+        if changes is None
+        else [v + change / divisor for v, change in zip(values, changes, strict=True)]
+    )
     # A is nonsingular.
     if found is not None and not any(found) and len(rows) == len(order):
         found = _beyond(rows, values)
-    return None if found is None else [value for _, value in sorted(zip(order, found, strict=True))]
+    return (
+        None
+        if found is None
+        else [value for _, value in sorted(zip(order, found, strict=True))]
+    )
 
 
-def _beyond(rows: Sequence[Sequence[int]], y: Sequence[Fraction]) -> list[Fraction] | None:
+def _beyond(
+    rows: Sequence[Sequence[int]], y: Sequence[Fraction]
+) -> list[Fraction] | None:
     """Return a vector with A'y < 0 in the columns of a nonsingular part of A, the rows here, if it is y but for
     rounding: where they are nearly dependent, it is nearly their null vector, whose sign rounding of A decides."""
-    terms = [sum(abs(value * factor) for value, factor in zip(row, y, strict=True)) for row in rows]
+    terms = [
+        sum(abs(value * factor) for value, factor in zip(row, y, strict=True))
+        for row in rows
+    ]
     common = max(term.denominator for term in terms)
-    if (found := elimination.solve(rows, [int(-term * common) for term in terms])[0]) is None:
+    if (
+        found := elimination.solve(rows, [int(-term * common) for term in terms])[0]
+    ) is None:
         return None
     k = max(range(len(y)), key=lambda i: abs(y[i]))
     factor = y[k] / found[k] if found[k] else Fraction(0)
-    close = all(abs(factor * value - own) <= Fraction(NEAR) * abs(own) for value, own in zip(found, y, strict=True))
+    close = all(
+        abs(factor * value - own) <= Fraction(NEAR) * abs(own)
+        for value, own in zip(found, y, strict=True)
+    )
     return [factor * value for value in found] if factor > 0 and close else None
 
 
@@ -247,7 +332,9 @@ def exact_proof(data: ExactProblem, y: Vector) -> list[Fraction] | None:
 
 def simplified(data: ExactProblem, y: list[Fraction]) -> list[Fraction]:
     """Return small integers near a multiple of a proof y that are a proof, too; y, if none are found."""
-    return next(filter(data.refuted_by, _small(data.problem, numbers.rounded_direction(y))), y)
+    return next(
+        filter(data.refuted_by, _small(data.problem, numbers.rounded_direction(y))), y
+    )
 
 
 def whole_proofs(problem: Problem, y: Vector, small: bool) -> Iterator[Vector]:
@@ -260,7 +347,9 @@ def whole_proofs(problem: Problem, y: Vector, small: bool) -> Iterator[Vector]:
     for data in _data_of_rows(problem, support) if roundings or not small else ():
         for candidate in roundings if small else _simple(data, y, quickly=True):
             whole = numbers.whole_multiple(candidate)
-            if max(map(abs, whole)) <= numbers.LARGEST_INTEGER and data.refuted_by(candidate):
+            if max(map(abs, whole)) <= numbers.LARGEST_INTEGER and data.refuted_by(
+                candidate
+            ):
                 yield rounded(map(Fraction, whole))
 
 
@@ -268,7 +357,11 @@ def is_exact(problem: Problem, y: Vector) -> bool:
     """Return whether y is a proof as it is, for the doubles of a problem or their shortest decimals; False, too, if it
     has so many terms that to find out would take long."""
     support = np.flatnonzero(y)
-    known = _data_of_rows(problem, support) if _entries(problem, support) <= MOST_TERMS else ()
+    known = (
+        _data_of_rows(problem, support)
+        if _entries(problem, support) <= MOST_TERMS
+        else ()
+    )
     is_clear = Multiplied(problem.M, problem.q, y, problem.box).is_clear()
     return is_clear or any(data.refuted_by(fractions_of(y)) for data in known)
 
@@ -308,16 +401,26 @@ def _simple(data: ExactProblem, y: Vector, quickly: bool) -> Iterator[list[Fract
     at last y itself. quickly : without that, by linear systems that are small, while numbers stay short."""
     snapped = fractions_of(np.where(np.abs(y) < SNAP * np.abs(y).max(), 0.0, y))
     of = Multiplied(data.problem.M, data.problem.q, y, data.problem.box)
-    active = (of.is_active & (of.excess <= ACTIVE_COLUMN * of.size)).nonzero()[0].tolist()
-    largest, least = (extreme(abs(value) for value in snapped if value) for extreme in (max, min))
+    active = (
+        (of.is_active & (of.excess <= ACTIVE_COLUMN * of.size)).nonzero()[0].tolist()
+    )
+    largest, least = (
+        extreme(abs(value) for value in snapped if value) for extreme in (max, min)
+    )
     units = product(SIMPLE_DENOMINATORS, (largest, least))
-    simple = ([(value / unit).limit_denominator(most) for value in snapped] for most, unit in units)
+    simple = (
+        [(value / unit).limit_denominator(most) for value in snapped]
+        for most, unit in units
+    )
     yield from islice(simple, 2)
     for grid in GRIDS:
         steps = [Fraction(round(grid * value / largest)) for value in snapped]
         near = _corrected(data, steps, active, quickly) or steps
         yield near
-        if quickly and max(map(abs, numbers.whole_multiple(near))) > numbers.LARGEST_INTEGER:
+        if (
+            quickly
+            and max(map(abs, numbers.whole_multiple(near))) > numbers.LARGEST_INTEGER
+        ):
             break
     yield from simple
     if not quickly:
@@ -326,21 +429,28 @@ def _simple(data: ExactProblem, y: Vector, quickly: bool) -> Iterator[list[Fract
         yield _corrected(data, exact, active, quickly) or exact
 
 
-def _corrected(data: ExactProblem, y: list[Fraction], active: list[int], quickly: bool) -> list[Fraction] | None:
+def _corrected(
+    data: ExactProblem, y: list[Fraction], active: list[int], quickly: bool
+) -> list[Fraction] | None:
     """Return y, `corrected` on its support so that M'y vanishes in the active columns."""
     columns, _ = data.with_transpose(y)
     if not any(columns[j] for j in active):
         return y
     support = [i for i in range(data.n) if y[i]]
     common = math.lcm(*(data.scales[i] for i in support))
-    A = [[data.rows[i].get(j, 0) * (common // data.scales[i]) for i in support] for j in active]
+    A = [
+        [data.rows[i].get(j, 0) * (common // data.scales[i]) for i in support]
+        for j in active
+    ]
     if (found := corrected(A, [y[i] for i in support], quickly)) is None:
         return None
     corrections = dict(zip(support, found, strict=True))
     return [corrections.get(i, value) for i, value in enumerate(y)]
 
 
-def farkas_vector(data: ExactProblem, check: Callable[[], None]) -> list[Fraction] | None:
+def farkas_vector(
+    data: ExactProblem, check: Callable[[], None]
+) -> list[Fraction] | None:
     """Return a y that passes `data.refuted_by`, in integers without a common divisor; None if some z within its bounds
     has w with the signs that the bounds ask for. If there is no such z, a row of a dictionary, whose coefficients y
     has, shows that one of these signs is violated wherever all earlier ones hold. `check` may raise at each pivot."""
@@ -352,11 +462,17 @@ def farkas_vector(data: ExactProblem, check: Callable[[], None]) -> list[Fractio
     for k in equations:
         w, opposite = unknowns.w(k), len(WORDS) * n + k
         rows[opposite], factors[opposite] = [-value for value in rows[w]], -factors[w]
-    required = {*kept, *(unknowns.zero(k, UPPER) for k in unknowns.boxes)}.difference(equations)
+    required = {*kept, *(unknowns.zero(k, UPPER) for k in unknowns.boxes)}.difference(
+        equations
+    )
     here = Dictionary(rows, list(kept), required, check)
-    if (violated := next((form for form in factors if not here.require(form)), None)) is None:
+    if (
+        violated := next((form for form in factors if not here.require(form)), None)
+    ) is None:
         return None
-    multiples = dict(zip(here.cobasic, here.rows[violated][1:], strict=True)) | {violated: -here.divisor}
+    multiples = dict(zip(here.cobasic, here.rows[violated][1:], strict=True)) | {
+        violated: -here.divisor
+    }
     y = [Fraction(0)] * n
     for form in factors.keys() & multiples.keys():
         y[form % n] -= int(multiples[form]) * factors[form]

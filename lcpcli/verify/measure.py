@@ -42,8 +42,20 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from lcpcli.clock import imports
-from lcpcli.linalg.doubles import LARGEST_DOUBLE, ROUNDING, ROW_ROUNDING, SMALLEST_NORMAL, are_moderate
-from lcpcli.linalg.matrices import absolute_product, accurate_residual, is_sparse, product, row_errors
+from lcpcli.linalg.doubles import (
+    LARGEST_DOUBLE,
+    ROUNDING,
+    ROW_ROUNDING,
+    SMALLEST_NORMAL,
+    are_moderate,
+)
+from lcpcli.linalg.matrices import (
+    absolute_product,
+    accurate_residual,
+    is_sparse,
+    product,
+    row_errors,
+)
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Mask, Vector
 
@@ -90,7 +102,9 @@ class Rows(NamedTuple):
 class Measure:
     """The measure for a problem, or those of a block, with moderate numbers, of which products are in range."""
 
-    def __init__(self, data: Problem | Block, inside: Callable[[Vector], Vector] | None = None) -> None:
+    def __init__(
+        self, data: Problem | Block, inside: Callable[[Vector], Vector] | None = None
+    ) -> None:
         """inside : returns the z of these data for a z of the problem, if they are in other units."""
         self.data, self._inside = data, inside
 
@@ -112,18 +126,29 @@ class Measure:
         """Return w at z_ref + distance, a point that doubles may not represent; given : |q| + |M| |z| for its z."""
         w, far = self._w_and_terms(distance, self.data.q_ref)
         terms = np.minimum(given, np.maximum(far, FINEST * given))
-        return Rows(w, terms, given, row_errors(self.data.M, distance, far) + self.data.q_error)
+        return Rows(
+            w, terms, given, row_errors(self.data.M, distance, far) + self.data.q_error
+        )
 
     def grid(self, z: Vector) -> Vector | None:
         """Return by how much rounding of basic z_j near 0 may change each row; None if no z_j is so small."""
         box, units = self.data.box, np.ones(z.shape)
         units = units if self._inside is None else self._inside(units)
-        tiny = (np.abs(z) < SMALLEST_NORMAL * units) & (z != 0) & (box.lower < z) & (z < box.upper)
+        tiny = (
+            (np.abs(z) < SMALLEST_NORMAL * units)
+            & (z != 0)
+            & (box.lower < z)
+            & (z < box.upper)
+        )
         if not np.count_nonzero(tiny):
             return None
-        return np.asarray(absolute_product(self.data.M, np.where(tiny, NEAR_ZERO * units, 0.0).T).T)
+        return np.asarray(
+            absolute_product(self.data.M, np.where(tiny, NEAR_ZERO * units, 0.0).T).T
+        )
 
-    def _w_and_terms(self, z: Vector, q: Vector, w: Vector | None = None) -> tuple[Vector, Vector]:
+    def _w_and_terms(
+        self, z: Vector, q: Vector, w: Vector | None = None
+    ) -> tuple[Vector, Vector]:
         w = product(self.data.M, z.T).T + q if w is None else w
         return w, absolute_product(self.data.M, np.abs(z).T).T + np.abs(q)
 
@@ -136,7 +161,10 @@ class Measure:
 
         As c_i is at least |q_ref|_i, it is computed only if this lower bound leaves the question open.
         """
-        worst, least = self.data.box.excess(z, rows.w) + rows.error, np.abs(self.data.q_ref)
+        worst, least = (
+            self.data.box.excess(z, rows.w) + rows.error,
+            np.abs(self.data.q_ref),
+        )
         if self.data.reference_z is not None:  # else the terms include it
             least = np.minimum(least, rows.terms)
         closed = worst <= tol * least
@@ -145,17 +173,30 @@ class Measure:
         solved: Mask = np.asarray(closed.all(axis=-1))
         if solved.ndim and not isinstance(self.data, Problem) and solved.any():
             some = (~solved).nonzero()[0]
-            solved[some] = Measure(self.data.part(some)).surely_solves(z[some], rows.part(some), tol)
+            solved[some] = Measure(self.data.part(some)).surely_solves(
+                z[some], rows.part(some), tol
+            )
             return solved
         return self.allows(worst, z, rows, tol)
 
-    def allows(self, violations: Vector, z: Vector, rows: Rows, tol: float, factor: float = 1.0) -> Mask:
+    def allows(
+        self, violations: Vector, z: Vector, rows: Rows, tol: float, factor: float = 1.0
+    ) -> Mask:
         """Return whether violations are at most a factor times what is `allowed`, with caps only if it matters whether
         these are as small as they may be, |q_ref|_i, or infinite; shape () or (m,)."""
-        surely = np.asarray((violations <= factor * self.allowed(rows, np.abs(self.data.q_ref), tol)).all(axis=-1))
-        if (surely | (violations > factor * self.allowed(rows, np.inf, tol)).any(axis=-1)).all():
+        surely = np.asarray(
+            (
+                violations <= factor * self.allowed(rows, np.abs(self.data.q_ref), tol)
+            ).all(axis=-1)
+        )
+        if (
+            surely
+            | (violations > factor * self.allowed(rows, np.inf, tol)).any(axis=-1)
+        ).all():
             return surely
-        return np.asarray((violations <= factor * self.allowed(rows, self.caps(z), tol)).all(axis=-1))
+        return np.asarray(
+            (violations <= factor * self.allowed(rows, self.caps(z), tol)).all(axis=-1)
+        )
 
     def surely_fails(self, z: Vector, rows: Rows, tol: float) -> Mask:
         """Return whether the relative residual exceeds tol, whatever the caps and the rounding errors in w are."""
@@ -164,7 +205,9 @@ class Measure:
 
     def size(self, z: Vector, rows: Rows) -> float:
         """Return the largest violation relative to the largest |q_ref|_i: cheap, to compare points of one problem."""
-        return float(quotients(self.violations(z, rows.w).max(), np.abs(self.data.q_ref).max()))
+        return float(
+            quotients(self.violations(z, rows.w).max(), np.abs(self.data.q_ref).max())
+        )
 
     def is_near(self, z: Vector, rows: Rows) -> bool:
         """Return whether no violation is large beside its terms and the largest |q_ref|_i: it may be noise."""
@@ -178,17 +221,27 @@ class Measure:
 
     def ratios(self, violations: Vector, rows: Rows, caps: Vector) -> Vector:
         ratios = quotients(violations, np.minimum(rows.terms, caps))
-        return np.where(violations <= self.allowed(rows, caps, 0.0), np.minimum(ratios, ROUNDING), ratios)
+        return np.where(
+            violations <= self.allowed(rows, caps, 0.0),
+            np.minimum(ratios, ROUNDING),
+            ratios,
+        )
 
     def allowed(self, rows: Rows, caps: Vector | float, tol: float) -> Vector:
         """Return the violations up to which a row counts as satisfied to tol."""
-        rounding = np.minimum(np.minimum(rows.full_terms, DROWNED * caps), LARGEST_DOUBLE)
+        rounding = np.minimum(
+            np.minimum(rows.full_terms, DROWNED * caps), LARGEST_DOUBLE
+        )
         sizes = np.minimum(np.minimum(rows.terms, caps), LARGEST_DOUBLE)
         allowed = np.maximum(tol * sizes, ROUNDING * rounding)
         if rows.grid is None:
             return allowed
         largest = np.abs(self.data.q_ref).max(axis=-1, keepdims=True)
-        return allowed + np.where(rows.grid <= ROUNDING * largest, rows.grid, (SMALLEST / NEAR_ZERO) * rows.grid)
+        return allowed + np.where(
+            rows.grid <= ROUNDING * largest,
+            rows.grid,
+            (SMALLEST / NEAR_ZERO) * rows.grid,
+        )
 
     @property
     def reference(self) -> Vector:
@@ -205,7 +258,11 @@ class Measure:
         q_ref, reference_z = self.data.q_ref, self.data.reference_z
         if reference_z is None:
             return q_ref
-        return np.where(np.abs(q_ref) <= ROUNDING * self._w_and_terms(reference_z, self.data.q)[1], 0.0, q_ref)
+        return np.where(
+            np.abs(q_ref) <= ROUNDING * self._w_and_terms(reference_z, self.data.q)[1],
+            0.0,
+            q_ref,
+        )
 
     @np.errstate(divide="ignore")
     def unsolved_sizes(self, z: Vector) -> Vector:
@@ -215,13 +272,19 @@ class Measure:
         moved = np.where(at_bound, np.abs(z - self.reference), 0.0)
         if not np.count_nonzero(moved):
             return self._violated_sizes
-        return np.maximum(self._violated_sizes, units.largest(np.log2(moved) - units.columns, units.column_part))
+        return np.maximum(
+            self._violated_sizes,
+            units.largest(np.log2(moved) - units.columns, units.column_part),
+        )
 
     @cached_property
     @np.errstate(divide="ignore")
     def _violated_sizes(self) -> Vector:
         """Return the part of `unsolved_sizes` that comes from the violations at the reference point."""
-        units, violations = self.data.units, self.violations(self.reference, self.reference_w)
+        units, violations = (
+            self.data.units,
+            self.violations(self.reference, self.reference_w),
+        )
         return units.largest(np.log2(violations) + units.rows, units.row_part)
 
     @np.errstate(divide="ignore")
@@ -231,7 +294,13 @@ class Measure:
         is_known = sizes > -np.inf
         if np.count_nonzero(is_known) == is_known.size:
             return sizes
-        sizes = np.where(is_known, sizes, units.largest(np.log2(np.abs(self.reference_w)) + units.rows, units.row_part))
+        sizes = np.where(
+            is_known,
+            sizes,
+            units.largest(
+                np.log2(np.abs(self.reference_w)) + units.rows, units.row_part
+            ),
+        )
         return np.where(sizes > -np.inf, sizes, np.inf)
 
     @np.errstate(over="ignore")
@@ -252,7 +321,9 @@ class Measure:
         """Return |z_j - other_j| relative to the natural size k C_j, or to the distance of the bounds if that is
         smaller; where l_j = u_j, to |l_j| if that is larger. Infinite in a component without a size."""
         box, natural = self.data.box, self.natural_sizes(other)
-        natural = np.minimum(natural, np.where(box.fixed, np.inf, box.upper - box.lower))
+        natural = np.minimum(
+            natural, np.where(box.fixed, np.inf, box.upper - box.lower)
+        )
         natural = np.where(box.fixed, np.maximum(natural, np.abs(box.lower)), natural)
         return quotients(np.abs(z - other), natural)
 
@@ -266,8 +337,13 @@ class Measure:
         excess = self.data.box.excess(z, rows.w)
         worst = excess + rows.error
         allowed = self.allowed(rows, self.caps(z), tol)
-        decisive = (worst > NEGLIGIBLE_ROUNDING * allowed) & (rows.error > NEGLIGIBLE_ROUNDING * worst)
-        return decisive | ((excess < np.abs(rows.w)) & (rows.error > NEGLIGIBLE_ROUNDING * np.abs(rows.w)))
+        decisive = (worst > NEGLIGIBLE_ROUNDING * allowed) & (
+            rows.error > NEGLIGIBLE_ROUNDING * worst
+        )
+        return decisive | (
+            (excess < np.abs(rows.w))
+            & (rows.error > NEGLIGIBLE_ROUNDING * np.abs(rows.w))
+        )
 
 
 @np.errstate(divide="ignore", invalid="ignore", over="ignore")
@@ -280,13 +356,24 @@ def quotients(violations: Vector, sizes: Vector) -> Vector:
 def rounded_once(problem: Problem, z: Vector, rows: Indices) -> Vector | list[float]:
     """Return (M z + q)_i for some rows, computed exactly and then rounded; infinite beyond the largest double."""
     M, q = problem.M[rows], problem.q[rows]
-    if are_moderate(M.data if is_sparse(M) else M) and are_moderate(z) and are_moderate(q):
+    if (
+        are_moderate(M.data if is_sparse(M) else M)
+        and are_moderate(z)
+        and are_moderate(q)
+    ):
         return np.asarray(0.0 - accurate_residual(M, z, -q))
     with imports:
         from lcpcli.rational import numbers
-    used = [slice(*M.indptr[i : i + 2]) for i in range(rows.size)] if is_sparse(M) else []
-    parts = [(M.data[part], z[M.indices[part]]) for part in used] or [(row[row != 0], z[row != 0]) for row in M]
-    return [numbers.rounded_sum(*part, value) for value, part in zip(q.tolist(), parts, strict=True)]
+    used = (
+        [slice(*M.indptr[i : i + 2]) for i in range(rows.size)] if is_sparse(M) else []
+    )
+    parts = [(M.data[part], z[M.indices[part]]) for part in used] or [
+        (row[row != 0], z[row != 0]) for row in M
+    ]
+    return [
+        numbers.rounded_sum(*part, value)
+        for value, part in zip(q.tolist(), parts, strict=True)
+    ]
 
 
 MOST_ROWS = 0.25  # of all rows: for more of them, the whole of |M| |z| takes less time
@@ -298,13 +385,24 @@ def decision(measure: Measure, z: Vector, w: Vector, tol: float) -> bool | None:
     errors in w are; None if these bounds do not decide."""
     problem = measure.data
     assert isinstance(problem, Problem)
-    M, excess, own, sizes = problem.M, problem.box.excess(z, w), np.abs(problem.q), np.abs(z)
+    M, excess, own, sizes = (
+        problem.M,
+        problem.box.excess(z, w),
+        np.abs(problem.q),
+        np.abs(z),
+    )
     worst = slice(row := int(excess.argmax()), row + 1)
     if excess[row] > 2 * tol * own[row]:
         terms = own[worst] + absolute_product(M[worst], sizes)
-        if excess[row] - row_errors(M[worst], sizes, terms)[0] > max(tol, ROUNDING) * terms[0]:
+        if (
+            excess[row] - row_errors(M[worst], sizes, terms)[0]
+            > max(tol, ROUNDING) * terms[0]
+        ):
             return False
-    largest_error = ROW_ROUNDING * (own + problem.largest * float(sizes.sum())) + own.size * SMALLEST_NORMAL
+    largest_error = (
+        ROW_ROUNDING * (own + problem.largest * float(sizes.sum()))
+        + own.size * SMALLEST_NORMAL
+    )
     rows = (excess + largest_error > tol * own).nonzero()[0]  # which |q|_i leaves open
     if rows.size <= MOST_ROWS * own.size:
         own, M, excess = own[rows], M[rows], excess[rows]
@@ -329,4 +427,6 @@ def _least_caps(problem: Problem, rows: Indices) -> Vector:
     worst = int(violations.argmax())
     # Minus units of the rows, up to a constant.
     logarithms = np.log2(np.abs(problem.M[[worst, *rows]])).mean(axis=1)
-    return np.asarray(CERTAIN * violations[worst] * np.exp2(logarithms[1:] - logarithms[0]))
+    return np.asarray(
+        CERTAIN * violations[worst] * np.exp2(logarithms[1:] - logarithms[0])
+    )

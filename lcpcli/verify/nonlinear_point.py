@@ -30,7 +30,14 @@ from typing import Any
 
 import numpy as np
 
-from lcpcli.linalg.doubles import EPS, ROUNDING, SMALLEST_NORMAL, each_step, is_finite, size
+from lcpcli.linalg.doubles import (
+    EPS,
+    ROUNDING,
+    SMALLEST_NORMAL,
+    each_step,
+    is_finite,
+    size,
+)
 from lcpcli.linalg.matrices import dense, is_sparse
 from lcpcli.model.evaluations import Evaluations, Slopes, rounding
 from lcpcli.model.nonlinear import NonlinearProblem
@@ -42,7 +49,10 @@ from lcpcli.verify.point import Criterion, Point, on_bounds, without_small_dista
 
 SOURCE = "Krawczyk 1969, the only solution at this distance"
 NO_INTERVALS = Bound(math.inf, "F has no evaluation in interval arithmetic")
-UNPROVED = Bound(math.inf, "Krawczyk's operator proves no solution nearby, or a component is at a bound with w = 0")
+UNPROVED = Bound(
+    math.inf,
+    "Krawczyk's operator proves no solution nearby, or a component is at a bound with w = 0",
+)
 MOST_UNKNOWNS = 1000  # for which Y is formed
 ATTEMPTS, GROWTH = 8, 8.0  # boxes that are tried, and how much larger each is
 
@@ -72,16 +82,36 @@ def proved_bound(problem: NonlinearProblem, z: Vector) -> Bound:
         low, high = z.copy(), z.copy()
         low[B], high[B] = z[B] - radius, z[B] + radius
         low[at_upper], high[at_lower] = z[at_upper] - most, z[at_lower] + most
-        ends = np.where(low < z, np.nextafter(low, -np.inf), low), np.where(high > z, np.nextafter(high, np.inf), high)
-        found, widths = problem.interval(*ends), np.nextafter(np.maximum(ends[1] - z, z - ends[0]), np.inf)
-        J_middle, J_width = _middle(dense(found.J_lower)[np.ix_(B, B)], dense(found.J_upper)[np.ix_(B, B)])
-        rest = np.abs(np.eye(B.size) - Y @ J_middle) + _errors(Y, J_middle, J_width) + EPS
+        ends = (
+            np.where(low < z, np.nextafter(low, -np.inf), low),
+            np.where(high > z, np.nextafter(high, np.inf), high),
+        )
+        found, widths = (
+            problem.interval(*ends),
+            np.nextafter(np.maximum(ends[1] - z, z - ends[0]), np.inf),
+        )
+        J_middle, J_width = _middle(
+            dense(found.J_lower)[np.ix_(B, B)], dense(found.J_upper)[np.ix_(B, B)]
+        )
+        rest = (
+            np.abs(np.eye(B.size) - Y @ J_middle) + _errors(Y, J_middle, J_width) + EPS
+        )
         reached = _rounded_up(moved + rest @ widths[B], 2 * B.size)
         if (reached < radius).all():
-            inside = (ends[0][B] > box.lower[B]).all() and (ends[1][B] < box.upper[B]).all()
-            strict = (found.F_lower[at_lower] > 0).all() and (found.F_upper[at_upper] < 0).all()
-            return Bound(float(reached.max(initial=0.0)), SOURCE) if inside and strict else UNPROVED
-        radius = GROWTH * np.clip(np.where(np.isfinite(reached), reached, radius), radius, GROWTH * radius)
+            inside = (ends[0][B] > box.lower[B]).all() and (
+                ends[1][B] < box.upper[B]
+            ).all()
+            strict = (found.F_lower[at_lower] > 0).all() and (
+                found.F_upper[at_upper] < 0
+            ).all()
+            return (
+                Bound(float(reached.max(initial=0.0)), SOURCE)
+                if inside and strict
+                else UNPROVED
+            )
+        radius = GROWTH * np.clip(
+            np.where(np.isfinite(reached), reached, radius), radius, GROWTH * radius
+        )
     return UNPROVED
 
 
@@ -94,7 +124,10 @@ def _middle(lower: Vector, upper: Vector) -> tuple[Vector, Vector]:
 def _errors(Y: Vector, middle: Vector, width: Vector) -> Vector:
     """Return bounds on the errors of the product of Y with midpoints, from rounding and the half widths."""
     k, absolute = 4 * (middle.shape[0] + 2), np.abs(Y)
-    return np.asarray(absolute @ width + k * (EPS * (absolute @ (np.abs(middle) + width)) + SMALLEST_NORMAL))
+    return np.asarray(
+        absolute @ width
+        + k * (EPS * (absolute @ (np.abs(middle) + width)) + SMALLEST_NORMAL)
+    )
 
 
 def _rounded_up(sums: Vector, terms: int) -> Vector:
@@ -122,14 +155,20 @@ class NonlinearCriterion(Criterion):
     def __init__(self, evaluations: Evaluations, tol: float) -> None:
         self.evaluations, given, self._first = evaluations, evaluations.problem, 0.0
         F = evaluations.known_values(given.x0)
-        super().__init__(self._linearization(given.x0, F, given.names if any(given.names) else ()), tol, literal=True)
+        super().__init__(
+            self._linearization(given.x0, F, given.names if any(given.names) else ()),
+            tol,
+            literal=True,
+        )
         self.start = size(given.box.gaps(given.x0, F))
 
     def linearization(self, z: Vector, F: Vector) -> Problem:
         """Return the linear problem with M = J(z), where entries that are not finite count as 0, and w(z) = F."""
         return self._linearization(z, F).knowing(origin=self.problem.origin)
 
-    def _linearization(self, z: Vector, F: Vector, names: Sequence[str] = ()) -> Problem:
+    def _linearization(
+        self, z: Vector, F: Vector, names: Sequence[str] = ()
+    ) -> Problem:
         given, J = self.evaluations.problem, self.evaluations.jacobian(z)
         if is_sparse(J):
             J = J.copy()
@@ -137,7 +176,15 @@ class NonlinearCriterion(Criterion):
         else:
             J = _finite(J)
         q = _finite(F - J @ z)
-        linear = Problem(J, q, name=given.name, note=given.note, names=names, lower=given.lower, upper=given.upper)
+        linear = Problem(
+            J,
+            q,
+            name=given.name,
+            note=given.note,
+            names=names,
+            lower=given.lower,
+            upper=given.upper,
+        )
         return linear.knowing(solutions=given.solutions)
 
     def point(self, z: Vector) -> Point:
@@ -149,7 +196,9 @@ class NonlinearCriterion(Criterion):
 
     def residuals(self, Z: Vector) -> tuple[list[float], list[bool]]:
         problem = self.evaluations.problem
-        return [size(problem.box.gaps(z, problem.values(z))) for z in Z], [False] * len(Z)
+        return [size(problem.box.gaps(z, problem.values(z))) for z in Z], [False] * len(
+            Z
+        )
 
     def bound(self, F: Vector) -> float:
         """Return the size of the natural residual relative to the first one."""
@@ -164,7 +213,11 @@ class NonlinearPoint(Point):
     slopes: Slopes | None
 
     def __init__(
-        self, criterion: NonlinearCriterion, z: Vector, noise: Vector | float = 0.0, is_admissible: bool = True
+        self,
+        criterion: NonlinearCriterion,
+        z: Vector,
+        noise: Vector | float = 0.0,
+        is_admissible: bool = True,
     ) -> None:
         self.given, self.noise = criterion, noise
         self._is_new = criterion.evaluations.known(z) is None
@@ -182,7 +235,9 @@ class NonlinearPoint(Point):
     @cached_property
     def _plain(self) -> Rows:
         rows = self.criterion.measure.rows(self._inside)
-        return rows._replace(w=self.F, full_terms=np.maximum(rows.full_terms, self.noise / EPS))
+        return rows._replace(
+            w=self.F, full_terms=np.maximum(rows.full_terms, self.noise / EPS)
+        )
 
     @property
     def _rows(self) -> Rows:
@@ -195,7 +250,11 @@ class NonlinearPoint(Point):
 
     @np.errstate(all="ignore")
     def _decision(self) -> bool:
-        if not is_finite(self.F) or np.max(self.distances_beyond) > self.criterion.tol or not self._is_within():
+        if (
+            not is_finite(self.F)
+            or np.max(self.distances_beyond) > self.criterion.tol
+            or not self._is_within()
+        ):
             return False
         # Of a claim, evaluated once more.
         F = self.F if self._is_new else self.given.evaluations.problem.values(self.z)
@@ -210,19 +269,32 @@ class NonlinearPoint(Point):
         measure = self.criterion.measure
         violations = measure.violations(self._at_fixed, self.F)
         own = np.where(violations > 4 * self.noise, violations, 0.0)
-        return bool(is_finite(violations) and measure.allows(own, self.z, self._plain, self.criterion.tol))
+        return bool(
+            is_finite(violations)
+            and measure.allows(own, self.z, self._plain, self.criterion.tol)
+        )
 
     def _is_confirmed(self) -> bool:
         """Return whether differences of F show terms beside which violations are small; if not, they are the terms."""
         violations = self.criterion.measure.violations(self._at_fixed, self.F)
-        needed = np.where(violations > 4 * self.noise, violations, 0.0) / max(self.criterion.tol, ROUNDING)
+        needed = np.where(violations > 4 * self.noise, violations, 0.0) / max(
+            self.criterion.tol, ROUNDING
+        )
         if not needed.any():
             return True
-        self.slopes = slopes = Slopes(self.given.evaluations.problem, self.z, self.F, self.criterion.problem.M)
+        self.slopes = slopes = Slopes(
+            self.given.evaluations.problem, self.z, self.F, self.criterion.problem.M
+        )
         lacking = slopes.lacking(needed)
-        wrong, terms = lacking | slopes.refuted, np.maximum(slopes.least, np.abs(self.F))
+        wrong, terms = (
+            lacking | slopes.refuted,
+            np.maximum(slopes.least, np.abs(self.F)),
+        )
         if wrong.any():
-            own, full = (np.where(wrong, np.minimum(terms, others), others) for others in self._plain[1:3])
+            own, full = (
+                np.where(wrong, np.minimum(terms, others), others)
+                for others in self._plain[1:3]
+            )
             self._plain = self._plain._replace(terms=own, full_terms=full)
             vars(self).pop("relative_residuals", None)
         return not lacking.any()
@@ -234,19 +306,35 @@ class NonlinearPoint(Point):
         evaluations, solves = self.given.evaluations, self.solves()
         if not is_finite(self.F):
             return []
-        problem, z, terms = evaluations.problem, self.z, np.maximum(self._plain.terms, np.abs(self.F))
+        problem, z, terms = (
+            evaluations.problem,
+            self.z,
+            np.maximum(self._plain.terms, np.abs(self.F)),
+        )
         slopes = self.slopes or Slopes(problem, z, self.F, self.criterion.problem.M)
-        is_asked = not solves or evaluations.noise.any() or self.given.tol > LOOSE or slopes.is_uneven
+        is_asked = (
+            not solves
+            or evaluations.noise.any()
+            or self.given.tol > LOOSE
+            or slopes.is_uneven
+        )
         noise = evaluations.noise_at(z) if is_asked else np.zeros(z.size)
         said, shares = list[str](), np.where(noise > 0, noise / terms, 0.0)
         if (shares > TOLD).any():
-            said.append(f"F is noisy at about {noise[i := int(shares.argmax())]:.0e}, in row {self._name(i)}")
+            said.append(
+                f"F is noisy at about {noise[i := int(shares.argmax())]:.0e}, in row {self._name(i)}"
+            )
         if not solves or slopes.refuted.any():
             said += filter(None, [evaluations.fault_of_jacobian(z)])
         if solves or said:
             return said
-        for rows, what in zip(slopes.unsmooth(noise), ("has a kink", "jumps"), strict=True):
-            said += [f"F {what} there, in row {self._name(i)}" for i in rows.nonzero()[0][:1].tolist()]
+        for rows, what in zip(
+            slopes.unsmooth(noise), ("has a kink", "jumps"), strict=True
+        ):
+            said += [
+                f"F {what} there, in row {self._name(i)}"
+                for i in rows.nonzero()[0][:1].tolist()
+            ]
         return said
 
     def _name(self, i: int) -> str:
@@ -267,18 +355,33 @@ class NonlinearPoint(Point):
             return self
         if not self.is_small:
             return None
-        evaluations, z, problem = self.given.evaluations, self.z, self.given.evaluations.problem
-        if (self.relative_residuals > self.given.tol)[evaluations.noise > MOST_NOISE * evaluations.sizes].any():
+        evaluations, z, problem = (
+            self.given.evaluations,
+            self.z,
+            self.given.evaluations.problem,
+        )
+        if (self.relative_residuals > self.given.tol)[
+            evaluations.noise > MOST_NOISE * evaluations.sizes
+        ].any():
             return None  # that noise is not of rounding
-        other = NonlinearPoint(self.given, z, rounding(problem.values, problem.box, z, MOST_NOISE))
+        other = NonlinearPoint(
+            self.given, z, rounding(problem.values, problem.box, z, MOST_NOISE)
+        )
         return other if other.solves() else None
 
     @each_step(all="ignore")
     def cleaned(self) -> Generator[NonlinearPoint, None, None]:
         """Yield points without what rounding and the steps of a method leave of zeros, as in `point`; then those
         without components that are rounding beside the largest one, or no more than the natural residual."""
-        measure, problem, seen = self.criterion.measure, self.given.evaluations.problem, [self.z]
-        small = (np.where(np.abs(self.z) <= most, 0.0, self.z) for most in (VANISHED * size(self.z), self.residual))
+        measure, problem, seen = (
+            self.criterion.measure,
+            self.given.evaluations.problem,
+            [self.z],
+        )
+        small = (
+            np.where(np.abs(self.z) <= most, 0.0, self.z)
+            for most in (VANISHED * size(self.z), self.residual)
+        )
         # Once the first one is no solution.
         nearer = (without_small_distances(measure, self.z) for _ in range(1))
         for start in chain((self.z,), nearer, map(problem.box.project, small)):

@@ -30,14 +30,29 @@ import numpy as np
 
 from lcpcli.clock import imports
 from lcpcli.errors import listed
-from lcpcli.linalg.doubles import ROUNDING, ROW_ROUNDING, SMALL_DISTANCE, distinct, each_step, is_finite, size
+from lcpcli.linalg.doubles import (
+    ROUNDING,
+    ROW_ROUNDING,
+    SMALL_DISTANCE,
+    distinct,
+    each_step,
+    is_finite,
+    size,
+)
 from lcpcli.linalg.factors import SingularMatrix
 from lcpcli.linalg.matrices import absolute_product, is_sparse, row_parts
 from lcpcli.linalg.units import LARGEST_POWER
 from lcpcli.model import changes
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, States, Vector
-from lcpcli.verify.measure import FEW_UNKNOWNS, Measure, Rows, decision, quotients, rounded_once
+from lcpcli.verify.measure import (
+    FEW_UNKNOWNS,
+    Measure,
+    Rows,
+    decision,
+    quotients,
+    rounded_once,
+)
 
 # The relative residual up to which z counts as a rounded solution, whatever its digits.
 ROUGH = 1e-3
@@ -65,16 +80,38 @@ class Criterion:
 
     is_linear = True  # whether exact arithmetic may decide
 
-    def __init__(self, problem: Problem, tol: float = 1e-10, literal: bool = False, judge: Judge | None = None) -> None:
-        self.problem, self.tol, self._is_literal, self.judge = problem, tol, literal, None
-        if judge is not None and problem.is_moderate and problem.is_mixed and is_sparse(problem.M):
+    def __init__(
+        self,
+        problem: Problem,
+        tol: float = 1e-10,
+        literal: bool = False,
+        judge: Judge | None = None,
+    ) -> None:
+        self.problem, self.tol, self._is_literal, self.judge = (
+            problem,
+            tol,
+            literal,
+            None,
+        )
+        if (
+            judge is not None
+            and problem.is_moderate
+            and problem.is_mixed
+            and is_sparse(problem.M)
+        ):
             self.judge = judge
 
     @cached_property
     def units(self) -> changes.Scaled:
         problem = self.problem
-        units = None if problem.is_moderate or self._is_literal else changes.scale(problem)
-        return units if units is not None and units.is_exact else changes.Scaled(problem, problem)
+        units = (
+            None if problem.is_moderate or self._is_literal else changes.scale(problem)
+        )
+        return (
+            units
+            if units is not None and units.is_exact
+            else changes.Scaled(problem, problem)
+        )
 
     @cached_property
     def data(self) -> Problem:
@@ -83,11 +120,15 @@ class Criterion:
 
     @cached_property
     def measure(self) -> Measure:
-        return Measure(self.data, None if self.units.is_identity else self.units.z_inside)
+        return Measure(
+            self.data, None if self.units.is_identity else self.units.z_inside
+        )
 
     def for_point(self, z: Vector) -> Criterion:
         """Return the criterion to measure a point by: a literal one if its z is out of range in other units."""
-        if self.units.is_identity or np.array_equal(self.units.z_outside(self.units.z_inside(z)), z):
+        if self.units.is_identity or np.array_equal(
+            self.units.z_outside(self.units.z_inside(z)), z
+        ):
             return self
         return Criterion(self.problem, self.tol, literal=True)
 
@@ -96,21 +137,32 @@ class Criterion:
 
     def original(self, z: Vector) -> Vector:
         """Return z in the original units, within its bounds."""
-        return self.problem.box.project(z if self.units.is_identity else self.units.z_outside(z))
+        return self.problem.box.project(
+            z if self.units.is_identity else self.units.z_outside(z)
+        )
 
     @np.errstate(all="ignore")
     def residuals(self, Z: Vector) -> tuple[list[float], list[bool]]:
         """Return the natural residuals of m points, shape (m, n), and which of them are no more than rounding."""
         inside = self.units.z_inside(Z)
         rows = self.measure.rows(inside)
-        natural = [size(self.problem.box.gaps(z, w)) for z, w in zip(Z, self.units.w_outside(rows.w), strict=True)]
+        natural = [
+            size(self.problem.box.gaps(z, w))
+            for z, w in zip(Z, self.units.w_outside(rows.w), strict=True)
+        ]
         return natural, self.measure.is_rounding(inside, rows).tolist()
 
     @cached_property
     def reference_solves(self) -> bool:
         """Return whether the reference point of the problem solves it, whatever the rounding errors in its w are."""
         problem = self.problem
-        return bool((problem.box.excess(problem.reference_point, problem.q_ref) + problem.q_error <= 0).all())
+        return bool(
+            (
+                problem.box.excess(problem.reference_point, problem.q_ref)
+                + problem.q_error
+                <= 0
+            ).all()
+        )
 
     @cached_property
     def _caps(self) -> Vector:
@@ -140,31 +192,47 @@ class Point:
     negligible: Sequence[int] = ()
 
     def __init__(
-        self, criterion: Criterion, z: Vector, is_admissible: bool = True, negligible: Sequence[int] = ()
+        self,
+        criterion: Criterion,
+        z: Vector,
+        is_admissible: bool = True,
+        negligible: Sequence[int] = (),
     ) -> None:
         self.criterion, self.z, self.negligible = criterion.for_point(z), z, negligible
         self._inside = self.criterion.units.z_inside(z)
         known = is_admissible and is_finite(z)
-        self._beyond = None if known else (z != criterion.problem.box.project(z)) | ~np.isfinite(z)
+        self._beyond = (
+            None if known else (z != criterion.problem.box.project(z)) | ~np.isfinite(z)
+        )
         self._solves: bool | None = None
 
     @classmethod
     def of_solution(cls, criterion: Criterion, z: Vector) -> Point:
         point = cls.__new__(cls)
-        point.criterion, point.z, point._inside, point._beyond, point._solves = criterion, z, z, None, True
+        point.criterion, point.z, point._inside, point._beyond, point._solves = (
+            criterion,
+            z,
+            z,
+            None,
+            True,
+        )
         return point
 
     @cached_property
     def _plain(self) -> Rows:
         rows = self.criterion.measure.rows(self._inside, self._product)
-        return rows._replace(error=np.where(rows.full_terms < LARGEST_ROUNDED, rows.error, np.inf))
+        return rows._replace(
+            error=np.where(rows.full_terms < LARGEST_ROUNDED, rows.error, np.inf)
+        )
 
     @cached_property
     @np.errstate(all="ignore")
     def _rows(self) -> Rows:
         """Return the rows, with sums that are rounded only once where rounding matters."""
         plain, criterion, z = self._plain, self.criterion, self._inside
-        doubtful = criterion.measure.doubtful(z, plain, criterion.tol) | ~np.isfinite(plain.w)
+        doubtful = criterion.measure.doubtful(z, plain, criterion.tol) | ~np.isfinite(
+            plain.w
+        )
         rows = np.flatnonzero(doubtful)
         if not rows.size:
             return plain
@@ -185,32 +253,68 @@ class Point:
         return self._solves
 
     def _decision(self) -> bool:
-        criterion, problem, measure = self.criterion, self.criterion.problem, self.criterion.measure
+        criterion, problem, measure = (
+            self.criterion,
+            self.criterion.problem,
+            self.criterion.measure,
+        )
         tol, is_admissible, decided = criterion.tol, self._beyond is None, None
         is_plain = is_admissible and not self.negligible
         if is_plain and criterion.judge is not None:
             decided, rows = criterion.judge(problem, self.z, tol)
             if rows is not None:
                 self._plain = rows
-        if decided is None and is_admissible and not np.count_nonzero(problem.from_reference(self.z)):
-            decided = criterion.reference_solves or (False if problem.reference_z is None else None)
-        has_bounds = problem.is_moderate and problem.n > FEW_UNKNOWNS and not is_sparse(problem.M)
+        if (
+            decided is None
+            and is_admissible
+            and not np.count_nonzero(problem.from_reference(self.z))
+        ):
+            decided = criterion.reference_solves or (
+                False if problem.reference_z is None else None
+            )
+        has_bounds = (
+            problem.is_moderate
+            and problem.n > FEW_UNKNOWNS
+            and not is_sparse(problem.M)
+        )
         with np.errstate(all="ignore"):
-            if decided is None and is_plain and has_bounds and problem.reference_z is None:
+            if (
+                decided is None
+                and is_plain
+                and has_bounds
+                and problem.reference_z is None
+            ):
                 self._product = problem.w(self.z)
                 decided = decision(measure, self.z, self._product, tol)
             if decided is None and is_admissible:
-                rows = self._plain if is_plain else self._plain.satisfied(list(self.negligible))
+                rows = (
+                    self._plain
+                    if is_plain
+                    else self._plain.satisfied(list(self.negligible))
+                )
                 solves = bool(measure.surely_solves(self._inside, rows, tol))
-                decided = solves or (False if measure.surely_fails(self._inside, rows, tol) else None)
-            return self.relative_residual <= max(tol, ROUNDING) if decided is None else decided
+                decided = solves or (
+                    False if measure.surely_fails(self._inside, rows, tol) else None
+                )
+            return (
+                self.relative_residual <= max(tol, ROUNDING)
+                if decided is None
+                else decided
+            )
 
     @property
     def counted_as_0(self) -> str:
         """Return which entries of q count as 0, as a clause for the user; "" if there are none."""
-        named = [f"q{i + 1} = {self.criterion.problem.q[i]:.1e}" for i in self.negligible[:MOST_NAMED]]
+        named = [
+            f"q{i + 1} = {self.criterion.problem.q[i]:.1e}"
+            for i in self.negligible[:MOST_NAMED]
+        ]
         more = len(self.negligible) - len(named)
-        return f"counting {listed([*named, *[f'{more} more of q'] * (more > 0)])} as 0" if named else ""
+        return (
+            f"counting {listed([*named, *[f'{more} more of q'] * (more > 0)])} as 0"
+            if named
+            else ""
+        )
 
     @property
     @np.errstate(all="ignore")
@@ -223,13 +327,19 @@ class Point:
         measure, z, rows = self.criterion.measure, self._inside, self._rows
         violations = measure.violations(self._at_fixed, rows.w)
         violations[list(self.negligible)] = 0.0
-        return np.maximum(measure.ratios(violations, rows, measure.caps(z)), self.distances_beyond)
+        return np.maximum(
+            measure.ratios(violations, rows, measure.caps(z)), self.distances_beyond
+        )
 
     @cached_property
     def _at_fixed(self) -> Vector:
         """Return z, as it is measured, with l_i in place of z_i where l_i = u_i."""
         box = self.criterion.data.box
-        return self._inside if self._beyond is None else np.where(box.fixed, box.lower, self._inside)
+        return (
+            self._inside
+            if self._beyond is None
+            else np.where(box.fixed, box.lower, self._inside)
+        )
 
     @cached_property
     @np.errstate(all="ignore")
@@ -238,7 +348,11 @@ class Point:
         if self._beyond is None or not self._beyond.any():
             return 0.0
         own = self.criterion.measure.distances(self._inside, self._at_fixed) - ROUNDING
-        return np.where(self._beyond & ~self.criterion.problem.box.fixed, np.inf, np.maximum(own, 0.0))
+        return np.where(
+            self._beyond & ~self.criterion.problem.box.fixed,
+            np.inf,
+            np.maximum(own, 0.0),
+        )
 
     @property
     def relative_residual(self) -> float:
@@ -252,7 +366,10 @@ class Point:
         criterion, measure = self.criterion, self.criterion.measure
         if not np.isfinite(self.z).all():
             return np.inf
-        moved = Point(criterion, criterion.original(on_bounds(measure, self._inside, self._plain.w)))
+        moved = Point(
+            criterion,
+            criterion.original(on_bounds(measure, self._inside, self._plain.w)),
+        )
         z = moved._inside
         largest = size(quotients(measure.violations(z, moved._rows.w), measure.caps(z)))
         return max(largest, float(measure.distances(self._inside, z).max(initial=0.0)))
@@ -260,7 +377,11 @@ class Point:
     @cached_property
     @np.errstate(all="ignore")
     def residual(self) -> float:
-        return size(self.criterion.problem.box.gaps(self.z, self.w)) if np.isfinite(self.z).all() else np.inf
+        return (
+            size(self.criterion.problem.box.gaps(self.z, self.w))
+            if np.isfinite(self.z).all()
+            else np.inf
+        )
 
     def is_near(self, other: Point, tol: float | None = None) -> bool:
         """Return whether another point differs by no more than its tolerance, or the given one, in the units of M."""
@@ -272,7 +393,11 @@ class Point:
         """Return this point or, if it nearly solves the problem, its first alternative that solves it; else None."""
         if self.solves():
             return self
-        return next((point for point in self.alternatives() if point.solves()), None) if self.nearly_solves() else None
+        return (
+            next((point for point in self.alternatives() if point.solves()), None)
+            if self.nearly_solves()
+            else None
+        )
 
     @np.errstate(all="ignore")
     def nearly_solves(self) -> bool:
@@ -287,11 +412,15 @@ class Point:
         criterion, measure, z = self.criterion, self.criterion.measure, self._inside
         points, start = [self], z
         while True:
-            cleaned = on_bounds(measure, start, (self._plain if start is z else measure.rows(start)).w)
+            cleaned = on_bounds(
+                measure, start, (self._plain if start is z else measure.rows(start)).w
+            )
             if not np.array_equal(cleaned, z):
                 points.append(Point(criterion, criterion.original(cleaned)))
                 yield points[-1]
-            if start is not z or np.array_equal(start := without_small_distances(measure, z), z):
+            if start is not z or np.array_equal(
+                start := without_small_distances(measure, z), z
+            ):
                 break
         for point in points[:]:
             used = columns_of(measure, point._rows_of_noise)
@@ -301,12 +430,19 @@ class Point:
                 points.append(Point(criterion, criterion.original(moved)))
                 yield points[-1]
         if criterion.problem.reference_z is not None:
-            yield from (Point(criterion, z) for z in with_small_components(criterion.problem, self.z))
+            yield from (
+                Point(criterion, z)
+                for z in with_small_components(criterion.problem, self.z)
+            )
         for point in points:
-            negligible = negligible_q(measure, criterion.problem.q, point._inside, point._rows_of_noise)
+            negligible = negligible_q(
+                measure, criterion.problem.q, point._inside, point._rows_of_noise
+            )
             if negligible.size:
                 basis = criterion.problem.box.basis_at(point.z)
-                yield from (Point(criterion, z) for z in pivoted(criterion.problem, basis))
+                yield from (
+                    Point(criterion, z) for z in pivoted(criterion.problem, basis)
+                )
                 other = Point(criterion, point.z, negligible=negligible.tolist())
                 other._plain = point._plain
                 yield other
@@ -317,7 +453,13 @@ class Point:
         measure, z, rows = self.criterion.measure, self._inside, self._plain
         caps = measure.caps(z)
         small = (rows.full_terms <= ROW_ROUNDING * caps) & (caps < np.inf)
-        return (small & (measure.violations(z, rows.w) > measure.allowed(rows, caps, self.criterion.tol))).nonzero()[0]
+        return (
+            small
+            & (
+                measure.violations(z, rows.w)
+                > measure.allowed(rows, caps, self.criterion.tol)
+            )
+        ).nonzero()[0]
 
 
 def on_bounds(measure: Measure, z: Vector, w: Vector) -> Vector:
@@ -333,17 +475,26 @@ def without_small_distances(measure: Measure, z: Vector) -> Vector:
     the largest in their component of M, and 0 in place of those that are as small themselves and may be 0; and with the
     reference point in all components whose rows it satisfies, as they are with the other z_i in place."""
     units, reference = measure.data.units, measure.reference
-    distances, sizes = np.log2(np.abs(z - reference)) - units.columns, measure.unsolved_sizes(z)
-    small = np.minimum(units.largest(distances, units.column_part), sizes)[units.column_part]
+    distances, sizes = (
+        np.log2(np.abs(z - reference)) - units.columns,
+        measure.unsolved_sizes(z),
+    )
+    small = np.minimum(units.largest(distances, units.column_part), sizes)[
+        units.column_part
+    ]
     small += np.log2(SMALL_DISTANCE)
     is_solved = ~(sizes > -np.inf)
     near = np.where(distances <= small, reference, z)
     if measure.data.reference_z is not None:
         tiny = np.log2(np.abs(near)) - units.columns <= small
-        near = np.where(tiny & (measure.data.box.project(np.zeros_like(z)) == 0), 0.0, near)
+        near = np.where(
+            tiny & (measure.data.box.project(np.zeros_like(z)) == 0), 0.0, near
+        )
     while True:
         cleaned = np.where(is_solved[units.column_part], reference, near)
-        violated = is_solved[units.row_part] & (measure.violations(cleaned, measure.reference_w) > 0)
+        violated = is_solved[units.row_part] & (
+            measure.violations(cleaned, measure.reference_w) > 0
+        )
         if not violated.any():
             return cleaned
         is_solved[units.row_part[violated]] = False
@@ -363,16 +514,24 @@ def columns_of(measure: Measure, rows: Indices) -> Indices:
 def negligible_q(measure: Measure, q: Vector, z: Vector, rows: Indices) -> Indices:
     """Return those of some violated rows, whose terms may be rounding of 0, whose q_i count as 0; all, or none."""
     data, parts = measure.data, measure.data.units.row_part
-    if q.size <= FEW_UNKNOWNS or (q[rows] == np.rint(q[rows])).any() or z[columns_of(measure, rows)].any():
+    if (
+        q.size <= FEW_UNKNOWNS
+        or (q[rows] == np.rint(q[rows])).any()
+        or z[columns_of(measure, rows)].any()
+    ):
         return rows[:0]
     in_units = np.log2(np.abs(data.q)) + data.units.rows
-    for sizes, number in product((np.log2(np.abs(q)), in_units), distinct(parts[rows]).tolist()):
+    for sizes, number in product(
+        (np.log2(np.abs(q)), in_units), distinct(parts[rows]).tolist()
+    ):
         own = np.sort(sizes[(parts == number) & (data.q != 0)])
         larger = own[own.size - int(np.ceil(LARGER_SHARE * own.size)) :]
         if larger.size < FEWEST_LARGER:
             return rows[:0]
         factors = sizes[rows[parts[rows] == number]] - larger[0]
-        if factors.min() < np.log2(ROUNDING_OF_Q[0]) or factors.max() > np.log2(ROUNDING_OF_Q[1]):
+        if factors.min() < np.log2(ROUNDING_OF_Q[0]) or factors.max() > np.log2(
+            ROUNDING_OF_Q[1]
+        ):
             return rows[:0]
     return rows
 
@@ -382,7 +541,9 @@ def with_small_components(problem: Problem, z: Vector) -> Iterator[Vector]:
     than those of the reference point: as differences from it they lose digits."""
     largest = max(size(z), size(problem.reference_point))
     is_smaller = (np.abs(z) < np.abs(problem.reference_point)).any()
-    for found in islice(pivoted(problem, problem.box.basis_at(z)), 1 if is_smaller else 0):
+    for found in islice(
+        pivoted(problem, problem.box.basis_at(z)), 1 if is_smaller else 0
+    ):
         if size(found - z) <= SMALL_DISTANCE * largest:
             yield found
 
@@ -408,12 +569,22 @@ def without_wrong_solutions(problem: Problem) -> tuple[Problem, list[str]]:
     if not problem.solutions:
         return problem, []
     criterion = Criterion(problem)
-    faults = [_fault(Point(criterion, z, is_admissible=False)) for z in problem.solutions]
-    kept = tuple(z for z, fault in zip(problem.solutions, faults, strict=True) if not fault)
+    faults = [
+        _fault(Point(criterion, z, is_admissible=False)) for z in problem.solutions
+    ]
+    kept = tuple(
+        z for z, fault in zip(problem.solutions, faults, strict=True) if not fault
+    )
     if len(kept) == len(faults):
         return problem, []
-    names = ["solution"] if len(faults) == 1 else [f"solution[{k}]" for k in range(len(faults))]
-    complaints = [f"{name}: {fault}" for name, fault in zip(names, faults, strict=True) if fault]
+    names = (
+        ["solution"]
+        if len(faults) == 1
+        else [f"solution[{k}]" for k in range(len(faults))]
+    )
+    complaints = [
+        f"{name}: {fault}" for name, fault in zip(names, faults, strict=True) if fault
+    ]
     return replace(problem, solutions=kept), complaints
 
 
@@ -426,7 +597,9 @@ def _fault(point: Point) -> str:
     change = _last_digit(z)
     change_of_w = absolute_product(problem.M, change)
     wrong = (z < lower - change) | (z > upper + change)
-    wrong |= ((w < -change_of_w) & (z < upper - change)) | ((w > change_of_w) & (z > lower + change))
+    wrong |= ((w < -change_of_w) & (z < upper - change)) | (
+        (w > change_of_w) & (z > lower + change)
+    )
     if not wrong.any():
         return ""
     i = int(np.argmax(np.where(wrong, relative, 0.0)))
@@ -436,11 +609,16 @@ def _fault(point: Point) -> str:
 
 def _last_digit(z: Vector) -> Vector:
     """Return one unit in the last digit of each z_i, if all have as many digits or decimals as the longest."""
-    spelt = [repr(value).removesuffix(".0").partition("e") for value in np.abs(z[z != 0]).tolist()]
+    spelt = [
+        repr(value).removesuffix(".0").partition("e")
+        for value in np.abs(z[z != 0]).tolist()
+    ]
     if not spelt:
         return np.zeros(z.size)
     digits = max(len(text.replace(".", "").strip("0")) for text, _, _ in spelt)
-    decimals = max(len(text.partition(".")[2]) - int(power or 0) for text, _, power in spelt)
+    decimals = max(
+        len(text.partition(".")[2]) - int(power or 0) for text, _, power in spelt
+    )
     digits = min(max(digits, FEWEST_GIVEN_DIGITS), MOST_GIVEN_DIGITS)
     coarsest = 10.0 ** (1 - FEWEST_GIVEN_DIGITS) * float(np.abs(z).max())
     return 10.0 ** (1 - digits) * np.abs(z) + min(10.0**-decimals, coarsest)

@@ -32,7 +32,12 @@ from lcpcli.model.problem import Problem
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import approximate, brief, rounded
 from lcpcli.typing import Vector
-from lcpcli.verify.certificate import is_run_off, proves_infeasible, rounded_proof, settled
+from lcpcli.verify.certificate import (
+    is_run_off,
+    proves_infeasible,
+    rounded_proof,
+    settled,
+)
 from lcpcli.verify.error_theorems import Bound, error_bound
 from lcpcli.verify.farkas import exact_proof
 from lcpcli.verify.measure import quotients
@@ -125,16 +130,36 @@ def verify_nonlinear(problem: NonlinearProblem, z: Vector, tol: float) -> Verifi
     with imports:
         from lcpcli.model.evaluations import Evaluations
         from lcpcli.verify.nonlinear_point import NonlinearCriterion, NonlinearPoint
-    point = NonlinearPoint(NonlinearCriterion(Evaluations(problem), tol), z, is_admissible=False)
+    point = NonlinearPoint(
+        NonlinearCriterion(Evaluations(problem), tol), z, is_admissible=False
+    )
     if (undefined := problem.undefined(z)) is not None:
         i, value = undefined
         message = f"z does not solve the problem: F is {value} there, in row {problem.names[i] or i + 1}"
-        return Verification(point.criterion.problem, "solution", exact=False, accepted=False, message=message)
-    found = _verified(point, chain(filter(None, [point.solution()]), point.cleaned()), tol, None, is_linear=False)
+        return Verification(
+            point.criterion.problem,
+            "solution",
+            exact=False,
+            accepted=False,
+            message=message,
+        )
+    found = _verified(
+        point,
+        chain(filter(None, [point.solution()]), point.cleaned()),
+        tol,
+        None,
+        is_linear=False,
+    )
     return replace(found, message="; ".join([found.message, *point.remarks()]))
 
 
-def _verified(point: Point, others: Iterable[Point], tol: float, bound: Bound | None, is_linear: bool) -> Verification:
+def _verified(
+    point: Point,
+    others: Iterable[Point],
+    tol: float,
+    bound: Bound | None,
+    is_linear: bool,
+) -> Verification:
     """Return the verification of a point. others : those that may solve the problem in place of it. is_linear :
     whether an exact solution with the states of the point would solve the problem: not of a linearization."""
     problem, z = point.criterion.problem, point.z
@@ -145,13 +170,21 @@ def _verified(point: Point, others: Iterable[Point], tol: float, bound: Bound | 
         nearby = next((other for other in others if other.solves()), None)
         if nearby is not None and nearby.is_near(point, max(tol, SMALL_CHANGE)):
             accepted = nearby.is_near(point)
-            moved = "" if np.array_equal(nearby.z, z) else "with components put on their bounds"
+            moved = (
+                ""
+                if np.array_equal(nearby.z, z)
+                else "with components put on their bounds"
+            )
             ways = " and ".join(filter(None, (moved, nearby.counted_as_0)))
             message = f"{message}, but {ways} it is {nearby.relative_residual:.1e}"
         elif nearby is None and is_linear:
             accepted, settlement = _settled(point, tol)
             message += settlement
-    violating = [i for i in np.argsort(-each, kind="stable").tolist() if not each[i] <= tol and not accepted]
+    violating = [
+        i
+        for i in np.argsort(-each, kind="stable").tolist()
+        if not each[i] <= tol and not accepted
+    ]
     return Verification(
         problem,
         "solution",
@@ -163,7 +196,10 @@ def _verified(point: Point, others: Iterable[Point], tol: float, bound: Bound | 
         error=problem.error(z),
         backward_error=_backward_error(point, point.w),
         bound=bound,
-        violations=[_violation(problem, i, float(z[i]), float(point.w[i])) for i in violating[:MOST_LISTED]],
+        violations=[
+            _violation(problem, i, float(z[i]), float(point.w[i]))
+            for i in violating[:MOST_LISTED]
+        ],
         violated=len(violating),
     )
 
@@ -171,9 +207,27 @@ def _verified(point: Point, others: Iterable[Point], tol: float, bound: Bound | 
 def _settled(point: Point, tol: float) -> tuple[bool, str]:
     """Return whether a point beyond the criterion is a solution all the same, and why or why not, as a clause."""
     problem = point.criterion.problem
-    points = (point, *(other for other in point.alternatives() if not other.negligible and other.is_near(point)))
-    admissible = (other.z for other in points if np.array_equal(problem.box.project(other.z), other.z))
-    pair = next(((z, found) for z in admissible if (found := settled(problem, z, tol)) is not None), None)
+    points = (
+        point,
+        *(
+            other
+            for other in point.alternatives()
+            if not other.negligible and other.is_near(point)
+        ),
+    )
+    admissible = (
+        other.z
+        for other in points
+        if np.array_equal(problem.box.project(other.z), other.z)
+    )
+    pair = next(
+        (
+            (z, found)
+            for z in admissible
+            if (found := settled(problem, z, tol)) is not None
+        ),
+        None,
+    )
     if pair is None:
         return False, ""
     z, found = pair
@@ -183,20 +237,39 @@ def _settled(point: Point, tol: float) -> tuple[bool, str]:
         return False, f"; it satisfies each row by its own terms, but {found.fault}"
     change = float(quotients(np.abs(z - found.z), np.abs(found.z)).max(initial=0.0))
     differs = f"it differs by {change:.1e} from an exact solution with its states"
-    if change <= tol or is_run_off(problem, z, max(ROW_ROUNDING, ELIMINATION * problem.n)):
+    if change <= tol or is_run_off(
+        problem, z, max(ROW_ROUNDING, ELIMINATION * problem.n)
+    ):
         return True, f", but {differs}"
-    return False, f"; {differs}, which is more than rounding in a system with these states explains"
+    return (
+        False,
+        f"; {differs}, which is more than rounding in a system with these states explains",
+    )
 
 
 @np.errstate(all="ignore")
-def verify_exactly(data: ExactProblem, z: list[Fraction], given_w: list[Fraction] | None = None) -> Verification:
+def verify_exactly(
+    data: ExactProblem, z: list[Fraction], given_w: list[Fraction] | None = None
+) -> Verification:
     """Verify z, of length n, in rational arithmetic: it is accepted if it is a solution, and the claimed M z + q, if it
     is given, is right. Only the measures are rounded. Violations are those components with min(z_i, w_i) not 0."""
     w = data.w(z)
     each = data.gaps(z, w)
-    violating = sorted((i for i in range(data.n) if each[i]), key=lambda i: -abs(each[i]))
-    different = ((i, *both) for i, both in enumerate(zip(w, given_w or w, strict=False), 1) if both[0] != both[1])
-    wrong = next((f"component {i} is {brief(own)}, not {brief(given)}" for i, own, given in different), "")
+    violating = sorted(
+        (i for i in range(data.n) if each[i]), key=lambda i: -abs(each[i])
+    )
+    different = (
+        (i, *both)
+        for i, both in enumerate(zip(w, given_w or w, strict=False), 1)
+        if both[0] != both[1]
+    )
+    wrong = next(
+        (
+            f"component {i} is {brief(own)}, not {brief(given)}"
+            for i, own, given in different
+        ),
+        "",
+    )
     failure = f"the given w is not Mz + q: {wrong}" * bool(wrong)
     if violating:
         failure = f"z is not an exact solution: {count(len(violating), 'component')} fail{'s' * (len(violating) == 1)}"
@@ -208,35 +281,67 @@ def verify_exactly(data: ExactProblem, z: list[Fraction], given_w: list[Fraction
         exact=True,
         accepted=not failure,
         message=failure or f"z is an exact solution: {data.problem.box.wording.solved}",
-        residual=float(np.abs(rounded(each[i] for i in violating[:1])).max(initial=0.0)),
+        residual=float(
+            np.abs(rounded(each[i] for i in violating[:1])).max(initial=0.0)
+        ),
         relative_residual=point.relative_residual if violating else 0.0,
         error=data.problem.error(doubles),
         backward_error=_backward_error(point, rounded(w)),
-        violations=[_violation(data.problem, i, z[i], w[i]) for i in violating[:MOST_LISTED]],
+        violations=[
+            _violation(data.problem, i, z[i], w[i]) for i in violating[:MOST_LISTED]
+        ],
         violated=len(violating),
     )
 
 
-def verify_farkas(problem: Problem, y: list[Fraction], data: ExactProblem | None, is_rounded: bool) -> Verification:
+def verify_farkas(
+    problem: Problem, y: list[Fraction], data: ExactProblem | None, is_rounded: bool
+) -> Verification:
     """Verify a proof y, of length n, that no z >= 0 has M z + q >= 0: for exact data, if given, with y as it is or, if
     known to be rounded, corrected; else for the doubles of the problem, with y as it is or rounded, also up to the
     rounding of M: of few unknowns only if y is known to be rounded, as that of an ill-posed problem."""
     exact, doubles = data is not None, rounded(y)
     if data is None:
-        failure = "" if proves_infeasible(problem, doubles) else _failed_condition(ExactProblem.of_floats(problem), y)
-        if (own := rounded_proof(problem, doubles, few=is_rounded) if failure else None) is not None:
-            return Verification(problem, "farkas", exact=False, accepted=True, message=f"proved: {own.statement}")
+        failure = (
+            ""
+            if proves_infeasible(problem, doubles)
+            else _failed_condition(ExactProblem.of_floats(problem), y)
+        )
+        if (
+            own := rounded_proof(problem, doubles, few=is_rounded) if failure else None
+        ) is not None:
+            return Verification(
+                problem,
+                "farkas",
+                exact=False,
+                accepted=True,
+                message=f"proved: {own.statement}",
+            )
     else:
         problem, failure = data.problem, _failed_condition(data, y)
-        failure = "" if failure and is_rounded and exact_proof(data, doubles) is not None else failure
-    message = f"y proves nothing: {failure}" if failure else f"proved infeasible: {problem.box.wording.refuted}"
-    return Verification(problem, "farkas", exact=exact, accepted=not failure, message=message)
+        failure = (
+            ""
+            if failure and is_rounded and exact_proof(data, doubles) is not None
+            else failure
+        )
+    message = (
+        f"y proves nothing: {failure}"
+        if failure
+        else f"proved infeasible: {problem.box.wording.refuted}"
+    )
+    return Verification(
+        problem, "farkas", exact=exact, accepted=not failure, message=message
+    )
 
 
 def _failed_condition(data: ExactProblem, y: list[Fraction]) -> str:
     """Return the first condition that a proof violates; "" if it violates none."""
     if not data.problem.box.is_orthant:
-        return "" if data.refuted_by(y) else "y has a wrong sign, or y'w is not negative for every z within the bounds"
+        return (
+            ""
+            if data.refuted_by(y)
+            else "y has a wrong sign, or y'w is not negative for every z within the bounds"
+        )
     i, least = min(enumerate(y), key=lambda entry: entry[1], default=(0, Fraction(0)))
     if least < 0:
         return f"y{i + 1} = {brief(least)} is negative"
@@ -244,15 +349,27 @@ def _failed_condition(data: ExactProblem, y: list[Fraction]) -> str:
     if constant >= 0:
         return f"q'y = {brief(constant)} is not negative"
     j = max(range(data.n), key=lambda j: columns[j])
-    return f"component {j + 1} of M'y, {brief(columns[j])}, is positive" if columns[j] > 0 else ""
+    return (
+        f"component {j + 1} of M'y, {brief(columns[j])}, is positive"
+        if columns[j] > 0
+        else ""
+    )
 
 
 def _violation(problem: Problem, i: int, z: Number, w: Number) -> Violation[Number]:
     if problem.box.is_orthant:
-        negative = ", ".join(f"{name} < 0" for name, value in (("z", z), ("w", w)) if value < 0)
+        negative = ", ".join(
+            f"{name} < 0" for name, value in (("z", z), ("w", w)) if value < 0
+        )
         return Violation(i, negative or "z w > 0", z, w)
-    low, high, kind = problem.box.lower[i], problem.box.upper[i], "w < 0" if w < 0 else "w > 0"
-    return Violation(i, "z < lower" if z < low else "z > upper" if z > high else kind, z, w)
+    low, high, kind = (
+        problem.box.lower[i],
+        problem.box.upper[i],
+        "w < 0" if w < 0 else "w > 0",
+    )
+    return Violation(
+        i, "z < lower" if z < low else "z > upper" if z > high else kind, z, w
+    )
 
 
 def _backward_error(point: Point, w: Vector) -> float:
@@ -273,13 +390,23 @@ def require_strategies(problem: Problem, values: Sequence[Any], rows: int) -> No
     """Raise ProblemError if these values, the first `rows` for the row player, are not strategies of the game."""
     game = problem.origin
     if not isinstance(game, Game):
-        raise ProblemError("row", "is a strategy, but the problem is not a game", "give z")
+        raise ProblemError(
+            "row", "is a strategy, but the problem is not a game", "give z"
+        )
     parts = values[:rows], values[rows:]
     for player, part, size in zip(("row", "column"), parts, game.A.shape, strict=True):
         if len(part) != size:
-            raise ProblemError(player, f"has {count(len(part), 'entry')} for {size} strategies", "make them agree")
+            raise ProblemError(
+                player,
+                f"has {count(len(part), 'entry')} for {size} strategies",
+                "make them agree",
+            )
         if not _are_probabilities(rounded(part)):
-            fault = f"has the sum {approximate(sum(part, Fraction(0)))}" if min(part) >= 0 else "has a negative entry"
+            fault = (
+                f"has the sum {approximate(sum(part, Fraction(0)))}"
+                if min(part) >= 0
+                else "has a negative entry"
+            )
             raise ProblemError(player, fault, HINT)
 
 
@@ -291,7 +418,9 @@ class Found(NamedTuple):
 
 
 @np.errstate(all="ignore")
-def of_solution(problem: Problem, z: Sequence[Any] | Vector, tol: float) -> Found | None:
+def of_solution(
+    problem: Problem, z: Sequence[Any] | Vector, tol: float
+) -> Found | None:
     """Return the strategies that a z of a game stands for, in its numbers; None if it stands for none."""
     game = problem.origin
     if isinstance(game, ExtensiveGame):
@@ -300,7 +429,9 @@ def of_solution(problem: Problem, z: Sequence[Any] | Vector, tol: float) -> Foun
             return None
         plans = Behavior.of_plans(game, x, y)
         return Found(plans, plans.are_best(game, tol))
-    if not isinstance(game, Game) or any(min(part) < 0 or not 0 < part.sum() < np.inf for part in game.parts(z)):
+    if not isinstance(game, Game) or any(
+        min(part) < 0 or not 0 < part.sum() < np.inf for part in game.parts(z)
+    ):
         return None
     own = Strategies.of(game, *(part / part.sum() for part in game.parts(z)))
     return Found(own, own.are_best(game, tol))
@@ -333,15 +464,29 @@ def of_game(
         if not (isinstance(own, Strategies) and all(map(_are_probabilities, given))):
             verification = verify_z(values)
             accepted = verification.accepted and are_equilibrium
-            joint = "; as strategies, " if accepted or not verification.accepted else ", but as strategies, "
+            joint = (
+                "; as strategies, "
+                if accepted or not verification.accepted
+                else ", but as strategies, "
+            )
             message = f"{verification.message}{joint}{own.statement(are_equilibrium)}"
-            return replace(verification, accepted=accepted, message=message, strategies=own)
+            return replace(
+                verification, accepted=accepted, message=message, strategies=own
+            )
         rounding = ROW_ROUNDING if data is None else 0
-        divided = ", divided by their sums," * any(abs(part.sum() - 1) > rounding for part in given)
+        divided = ", divided by their sums," * any(
+            abs(part.sum() - 1) > rounding for part in given
+        )
         z = point_of_game(problem, np.concatenate((own.row, own.column)), data).tolist()
     if data is None and not np.isfinite(z).all():
-        raise ProblemError("z", "of these strategies exceeds the double-precision range", "scale the payoffs")
-    verification = verify_z(np.array(z, dtype=float) if data is None else list(map(Fraction, z)))
+        raise ProblemError(
+            "z",
+            "of these strategies exceeds the double-precision range",
+            "scale the payoffs",
+        )
+    verification = verify_z(
+        np.array(z, dtype=float) if data is None else list(map(Fraction, z))
+    )
     accepted = verification.accepted and are_equilibrium
     message = f"the strategies{divided} are {own.statement(accepted)}; their {verification.message}"
     return replace(verification, accepted=accepted, message=message, strategies=own)
@@ -349,7 +494,11 @@ def of_game(
 
 def point_of_game(problem: Problem, both: Any, data: ExactProblem | None) -> Any:
     """Return the z of both players' strategies, each divided by the other's best cost; exact for exact data."""
-    costs = problem.M @ both if data is None else np.array(data.w(both.tolist()), dtype=object) + 1  # as q = -1
+    costs = (
+        problem.M @ both
+        if data is None
+        else np.array(data.w(both.tolist()), dtype=object) + 1
+    )  # as q = -1
     game = problem.origin
     assert isinstance(game, Game)
     (x, y), (by_row, by_column) = game.parts(both), game.parts(costs)
@@ -364,7 +513,9 @@ def _behavior(game: ExtensiveGame, values: Sequence[Any] | Vector) -> Behavior:
         for label, probabilities in zip(player.labels(), given, strict=True):
             if not _are_probabilities(np.array(probabilities, dtype=float)):
                 fault = f"has {', '.join(f'{float(p):.7g}' for p in probabilities)} as the probabilities of its actions"
-                raise ProblemError(f"information set {label} of {player.name}", fault, HINT)
+                raise ProblemError(
+                    f"information set {label} of {player.name}", fault, HINT
+                )
         found.append([[p / sum(each) for p in each] for each in given])
     return Behavior.of(game, found)
 

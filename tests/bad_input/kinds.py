@@ -31,17 +31,33 @@ class Kind:
 
 def of_file(name: str, content: str | bytes, line: str, *words: str) -> Any:
     """A command line in a folder that holds one more file."""
-    return pytest.param(Kind(tuple(line.split(" ")), words, {name: content}), id=f"{line}-{'-'.join(words)}"[:60])
+    return pytest.param(
+        Kind(tuple(line.split(" ")), words, {name: content}),
+        id=f"{line}-{'-'.join(words)}"[:60],
+    )
 
 
 def of_npz(name: str, content: bytes, *words: str) -> Any:
-    return pytest.param(Kind(("solve", "bad.npz"), ("bad.npz:", *words), {"bad.npz": content}), id=f"npz-{name}")
+    return pytest.param(
+        Kind(("solve", "bad.npz"), ("bad.npz:", *words), {"bad.npz": content}),
+        id=f"npz-{name}",
+    )
 
 
 def of_csr(name: str, parts: dict[str, Any], *words: str) -> Any:
     """A sparse matrix in an NPZ file with parts replaced, or left out where they are None."""
-    whole = {"data": [1.0, 1.0], "indices": [0, 1], "indptr": [0, 1, 2], "shape": [2, 2], "q": ONES} | parts
-    return of_npz(f"csr-{name}", archive(**{key: part for key, part in whole.items() if part is not None}), *words)
+    whole = {
+        "data": [1.0, 1.0],
+        "indices": [0, 1],
+        "indptr": [0, 1, 2],
+        "shape": [2, 2],
+        "q": ONES,
+    } | parts
+    return of_npz(
+        f"csr-{name}",
+        archive(**{key: part for key, part in whole.items() if part is not None}),
+        *words,
+    )
 
 
 def of_sparse(form: str, **parts: Any) -> Any:
@@ -49,7 +65,14 @@ def of_sparse(form: str, **parts: Any) -> Any:
     of_form = {"coo": {"row": [0, 1], "col": [0, 1]}, "dia": {}}
     bounds = of_form.get(form, {"indices": [0, 1], "indptr": [0, 1, 2]})
     data = {"bsr": [[[1.0]], [[1.0]]], "dia": [[1.0, 1.0]]}.get(form, [1.0, 1.0])
-    whole = {"shape": [2, 2], "q": ONES, "format": form.encode(), "data": data, **bounds, **parts}
+    whole = {
+        "shape": [2, 2],
+        "q": ONES,
+        "format": form.encode(),
+        "data": data,
+        **bounds,
+        **parts,
+    }
     return of_npz(f"{form}-{'-'.join(parts)}", archive(**whole), "inconsistent parts")
 
 
@@ -68,7 +91,11 @@ def mat(**variables: Any) -> bytes:
 def npy(array: Any, shape: tuple[int, ...] | None = None) -> bytes:
     """An array as numpy.save writes it, but with that shape in its header."""
     file = io.BytesIO()
-    header = {"descr": "<f8", "fortran_order": False, "shape": array.shape if shape is None else shape}
+    header = {
+        "descr": "<f8",
+        "fortran_order": False,
+        "shape": array.shape if shape is None else shape,
+    }
     np.lib.format.write_array_header_1_0(file, header)
     return file.getvalue() + array.tobytes()
 
@@ -84,34 +111,94 @@ def zip_of(files: dict[str, bytes]) -> bytes:
 LONG = [
     of_file("a\nb.csv", "", "solve a\nb.json", "a\\nb.json", "no such file"),
     of_file("", "", "solve \udcff.json", "\\udcff.json", "no such file"),
-    of_file("b.json", f'{{"M": {"[" * 10**5}{"]" * 10**5}, "q": [1]}}', "solve b.json", "nested", "two levels"),
-    of_file("b.json", f'{GOOD[:-1]}, "{"a" * 10**5}": 1}}', "solve b.json", "aaa", "not a key"),
-    of_file("", "", f"solve good.json --every {'9' * 400}", "--every: is too large; it must be: whole number >= 1\n"),
+    of_file(
+        "b.json",
+        f'{{"M": {"[" * 10**5}{"]" * 10**5}, "q": [1]}}',
+        "solve b.json",
+        "nested",
+        "two levels",
+    ),
+    of_file(
+        "b.json",
+        f'{GOOD[:-1]}, "{"a" * 10**5}": 1}}',
+        "solve b.json",
+        "aaa",
+        "not a key",
+    ),
+    of_file(
+        "",
+        "",
+        f"solve good.json --every {'9' * 400}",
+        "--every: is too large; it must be: whole number >= 1\n",
+    ),
 ]
 NPZ = [
     of_npz("text", b"hello", "not NPZ", "cut off?", "numpy.savez"),
-    of_npz("damaged", archive(M=EYE, q=ONES).replace(EYE.tobytes(), b"x" * 32), " M:", "damaged", "again"),
+    of_npz(
+        "damaged",
+        archive(M=EYE, q=ONES).replace(EYE.tobytes(), b"x" * 32),
+        " M:",
+        "damaged",
+        "again",
+    ),
     of_npz("single-array", npy(EYE), "M, 2 x 2", "no q", "name the file of q after it"),
-    of_npz("other-files", zip_of({"readme.txt": b"hello"}), "readme.txt:", "is not an array"),
-    of_npz("twice", zip_of({"M.npy": npy(EYE), "M": npy(EYE)}), " M:", "twice", "keep one"),
+    of_npz(
+        "other-files",
+        zip_of({"readme.txt": b"hello"}),
+        "readme.txt:",
+        "is not an array",
+    ),
+    of_npz(
+        "twice", zip_of({"M.npy": npy(EYE), "M": npy(EYE)}), " M:", "twice", "keep one"
+    ),
     of_npz("no-M", archive(q=ONES), " M:", "missing", "add"),
     of_npz("unnamed", archive(EYE, ONES), " arr_0:", "not a key", "the keys are"),
-    of_npz("complex", archive(M=EYE * 1j, q=ONES), " M:", "complex128", "real problems"),
+    of_npz(
+        "complex", archive(M=EYE * 1j, q=ONES), " M:", "complex128", "real problems"
+    ),
     of_npz("bool", archive(M=EYE > 0, q=ONES), " M:", "bool", "real numbers"),
     of_npz("nan", archive(M=EYE, q=[1, np.nan]), " q[1]:", "finite"),
     of_npz("one-dimension", archive(M=ONES, q=ONES), " M:", "1 dimension", "rows"),
     of_npz("name-number", archive(M=EYE, q=ONES, name=3), " name:", "int64", "text"),
-    of_npz("huge", zip_of({"M.npy": npy(EYE, (10**9, 10**9))}), "more memory than there is"),
+    of_npz(
+        "huge", zip_of({"M.npy": npy(EYE, (10**9, 10**9))}), "more memory than there is"
+    ),
     of_npz("short", zip_of({"M.npy": npy(EYE, (10**9,))}), " M:", "damaged", "again"),
     of_npz("long", zip_of({"M.npy": npy(EYE, (3,))}), " M:", "damaged", "again"),
-    of_npz("no-size", zip_of({"M.npy": npy(EYE[:0], (10**9,)).replace(b"'<f8'", b"'<U0'")}), " M:", "damaged", "again"),
+    of_npz(
+        "no-size",
+        zip_of({"M.npy": npy(EYE[:0], (10**9,)).replace(b"'<f8'", b"'<U0'")}),
+        " M:",
+        "damaged",
+        "again",
+    ),
     of_csr("no-data", {"data": None}, " M:", "inconsistent parts", "data"),
     of_csr("beside-M", {"M": EYE}, " data:", "next to a dense M", "keep one"),
-    of_csr("index-negative", {"indices": [0, -1]}, " M:", "inconsistent parts", "save_npz"),
-    of_csr("index-a-fraction", {"indices": [0.0, 1.0]}, " M:", "inconsistent parts", "whole numbers"),
-    of_csr("pointers-falling", {"indptr": [0, 5, 2]}, " M:", "inconsistent parts", "save_npz"),
+    of_csr(
+        "index-negative", {"indices": [0, -1]}, " M:", "inconsistent parts", "save_npz"
+    ),
+    of_csr(
+        "index-a-fraction",
+        {"indices": [0.0, 1.0]},
+        " M:",
+        "inconsistent parts",
+        "whole numbers",
+    ),
+    of_csr(
+        "pointers-falling",
+        {"indptr": [0, 5, 2]},
+        " M:",
+        "inconsistent parts",
+        "save_npz",
+    ),
     of_csr("one-side", {"shape": [2]}, " M:", "inconsistent parts", "two numbers"),
-    of_csr("huge", {"shape": [10**12, 10**12]}, " M:", "1000000000000 x 1000000000000", "2 entries"),
+    of_csr(
+        "huge",
+        {"shape": [10**12, 10**12]},
+        " M:",
+        "1000000000000 x 1000000000000",
+        "2 entries",
+    ),
     of_csr("shape-infinite", {"shape": [np.inf, 2.0]}, " M:", "inconsistent parts"),
     of_csr("pointers-from-1", {"indptr": [1, 1, 2]}, " M:", "inconsistent parts"),
     of_sparse("csc", indptr=[0, 1, -1]),
@@ -122,15 +209,63 @@ NPZ = [
     of_csr("unknown-format", {"format": "lil"}, " format:", "'lil'", "csr, csc"),
     of_csr("complex", {"data": [1j, 1]}, " M:", "complex128", "real problems"),
     of_csr("nan", {"data": [1, np.nan]}, " M[1][1]:", "finite"),
-    of_file("q.npz", archive(a=ONES, b=ONES), "solve M.csv q.npz", "q.npz: q:", "missing", "add the key q"),
-    of_file("q.npz", archive(q=np.ones((2, 2, 2))), "solve M.csv q.npz", "q.npz: q:", "3 dimensions", "flat"),
-    of_file("p.npz", archive(M=EYE, q=ONES), "solve p.npz q.csv", "q.csv:", "not needed", "p.npz contains", "leave"),
-    of_npz("lower-square", archive(M=EYE, q=ONES, lower=EYE), " lower:", "2 dimensions"),
-    of_npz("of-two-ways", archive(P=EYE, c=ONES), "P:", "two ways to write a program", "Gx <= h, Ax = b"),
-    of_file("b.npz", archive(lower=[0, np.nan]), "solve good.json --lower b.npz", "--lower: b.npz: lower[1]:", "not a"),
-    of_file("b.npz", archive(x=ONES, y=ONES), "solve good.json --lower b.npz", "b.npz: lower:", "is missing"),
+    of_file(
+        "q.npz",
+        archive(a=ONES, b=ONES),
+        "solve M.csv q.npz",
+        "q.npz: q:",
+        "missing",
+        "add the key q",
+    ),
+    of_file(
+        "q.npz",
+        archive(q=np.ones((2, 2, 2))),
+        "solve M.csv q.npz",
+        "q.npz: q:",
+        "3 dimensions",
+        "flat",
+    ),
+    of_file(
+        "p.npz",
+        archive(M=EYE, q=ONES),
+        "solve p.npz q.csv",
+        "q.csv:",
+        "not needed",
+        "p.npz contains",
+        "leave",
+    ),
+    of_npz(
+        "lower-square", archive(M=EYE, q=ONES, lower=EYE), " lower:", "2 dimensions"
+    ),
+    of_npz(
+        "of-two-ways",
+        archive(P=EYE, c=ONES),
+        "P:",
+        "two ways to write a program",
+        "Gx <= h, Ax = b",
+    ),
+    of_file(
+        "b.npz",
+        archive(lower=[0, np.nan]),
+        "solve good.json --lower b.npz",
+        "--lower: b.npz: lower[1]:",
+        "not a",
+    ),
+    of_file(
+        "b.npz",
+        archive(x=ONES, y=ONES),
+        "solve good.json --lower b.npz",
+        "b.npz: lower:",
+        "is missing",
+    ),
     *(
-        of_file("p.mat", mat(M=EYE, q=ONES, **{name: held}), "solve p.mat", f"p.mat: {name}:", "lower and upper")
+        of_file(
+            "p.mat",
+            mat(M=EYE, q=ONES, **{name: held}),
+            "solve p.mat",
+            f"p.mat: {name}:",
+            "lower and upper",
+        )
         for name, held in (("lb", ONES), ("L", -1), ("bnds", EYE))
     ),
 ]
@@ -156,24 +291,48 @@ def pickled_array() -> bytes:
     return file.getvalue()
 
 
-WHOLE_NPZ, WHOLE_MAT, WHOLE_NPY = archive(M=TWICE, q=MINUS), mat(M=TWICE, q=MINUS[:, None]), npy(TWICE)
+WHOLE_NPZ, WHOLE_MAT, WHOLE_NPY = (
+    archive(M=TWICE, q=MINUS),
+    mat(M=TWICE, q=MINUS[:, None]),
+    npy(TWICE),
+)
 ZIPPED = gzip.compress(ARRAY.encode())
 CONTENTS: dict[str, list[bytes]] = {
     "p.npz": [
         zip_of({"M.npy": pickled_array(), "q.npy": npy(MINUS)}),
         zip_of({"M.npy": pickle.dumps(TWICE), "q.npy": npy(MINUS)}),
         *(WHOLE_NPZ[:size] for size in (1, 40, 200, -1)),
-        *(WHOLE_NPZ.replace(b"'descr': '<f8'", b"'descr': '<z8'"), WHOLE_NPZ.replace(b"(2, 2)", b"(2, x)")),
-        archive(M=TWICE, q=np.array(["2021-01-01", "2021-01-02"], dtype="datetime64[D]")),
-        archive(data=MINUS, indices=np.array([0, 5]), indptr=np.array([0, 1, 2]), shape=np.array([2, 2]), q=MINUS),
+        *(
+            WHOLE_NPZ.replace(b"'descr': '<f8'", b"'descr': '<z8'"),
+            WHOLE_NPZ.replace(b"(2, 2)", b"(2, x)"),
+        ),
+        archive(
+            M=TWICE, q=np.array(["2021-01-01", "2021-01-02"], dtype="datetime64[D]")
+        ),
+        archive(
+            data=MINUS,
+            indices=np.array([0, 5]),
+            indptr=np.array([0, 1, 2]),
+            shape=np.array([2, 2]),
+            q=MINUS,
+        ),
         archive(M=np.ones((2, 2, 2)), q=MINUS),
         archive(M=TWICE, q=np.float64(1)),
     ],
     "p.npy": [
         pickled_array(),
         *(WHOLE_NPY[:size] for size in (6, 9, 40, -1)),
-        *(WHOLE_NPY + b"more", WHOLE_NPY.replace(b"False", b"Felse"), WHOLE_NPY.replace(b"<f8", b"<q9")),
-        *(npy(np.array(["a", "b"])), npy(np.array([[1j, 2]])), npy(np.zeros((0, 0))), npy(np.array(1.0))),
+        *(
+            WHOLE_NPY + b"more",
+            WHOLE_NPY.replace(b"False", b"Felse"),
+            WHOLE_NPY.replace(b"<f8", b"<q9"),
+        ),
+        *(
+            npy(np.array(["a", "b"])),
+            npy(np.array([[1j, 2]])),
+            npy(np.zeros((0, 0))),
+            npy(np.array(1.0)),
+        ),
         npy(np.zeros(2, dtype=[("M", float), ("q", float)])),
     ],
     "p.mat": [
@@ -186,14 +345,21 @@ CONTENTS: dict[str, list[bytes]] = {
             mat(M={"a": 1}, q=MINUS),
             mat(M=TWICE, q=np.ones((2, 2))),
         ),
-        *(mat(M=np.array(["a", 1.0], dtype=object), q=MINUS), mat(M=np.zeros((0, 0)), q=MINUS)),
+        *(
+            mat(M=np.array(["a", 1.0], dtype=object), q=MINUS),
+            mat(M=np.zeros((0, 0)), q=MINUS),
+        ),
     ],
     "M.mtx.gz": [
         b"\x1f\x8b",
         b"\x1f\x8bnonsense",
         *(ZIPPED[:size] for size in (5, 10, 20, -8, -1)),
         *(ZIPPED[:-8] + b"\0" * 8, ZIPPED.replace(b"\x08", b"\x07", 1)),
-        *(gzip.compress(b"hello"), gzip.compress(b""), gzip.compress(ARRAY.encode()[:-3])),
+        *(
+            gzip.compress(b"hello"),
+            gzip.compress(b""),
+            gzip.compress(ARRAY.encode()[:-3]),
+        ),
     ],
 }
 FOREIGN_FILES = [

@@ -24,7 +24,10 @@ PROBLEMS: dict[str, dict[str, Any]] = {
     "none": {"M": [[0, -1], [1, 0]], "q": [-1, -1], "verdict": "infeasible"},
 }
 
-SETTINGS, MACHINE = Settings(1e-10, 10.0, 1e-6, 1.0), Machine("P_1 & Co", 2, 2**33, "Linux", 1)
+SETTINGS, MACHINE = (
+    Settings(1e-10, 10.0, 1e-6, 1.0),
+    Machine("P_1 & Co", 2, 2**33, "Linux", 1),
+)
 
 
 def write(folder: Path, *names: str) -> list[str]:
@@ -45,7 +48,9 @@ def install(
 ) -> None:
     """Make a peer of that name, for one test."""
     peer = SimpleNamespace(
-        version=lambda: version, excludes=excludes, solve=lambda problem, _tol, _time_limit: solve(problem)
+        version=lambda: version,
+        excludes=excludes,
+        solve=lambda problem, _tol, _time_limit: solve(problem),
     )
     monkeypatch.setitem(peers.REGISTRY, name, ("packages", "made up"))
     monkeypatch.setattr(packages, name, peer, raising=False)
@@ -60,8 +65,26 @@ def silent(problem: Problem) -> Claim:  # noqa: ARG001
     return Claim(None, False, 0.001, "gave up")
 
 
-def measurement(problem: str, solver: str, n: int = 2, success: bool = True, **changes: Any) -> Measurement:
+def measurement(
+    problem: str, solver: str, n: int = 2, success: bool = True, **changes: Any
+) -> Measurement:
     """A success or a failure that claims nothing, but for the changes."""
-    ended = {"status": "solved" if success else "iteration_limit", "statement": "solved", "claimed": success}
-    plain: dict[str, Any] = {"family": None, "seed": None, "parameters": {}, "kind": "method", "false_success": False}
-    return Measurement(problem, solver=solver, n=n, success=success, **plain | ended | {"seconds": [1.0]} | changes)
+    ended = {
+        "status": "solved" if success else "iteration_limit",
+        "statement": "solved",
+        "claimed": success,
+    }
+    plain: dict[str, Any] = {
+        "family": None,
+        "seed": None,
+        "parameters": {},
+        "kind": "method",
+        "false_success": False,
+    }
+    return Measurement(
+        problem,
+        solver=solver,
+        n=n,
+        success=success,
+        **plain | ended | {"seconds": [1.0]} | changes,
+    )

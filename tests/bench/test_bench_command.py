@@ -38,7 +38,9 @@ def bench(lcp: Lcp, tmp_path: Path, output: Path) -> Bench:
 
     def run(names: str, *more: str) -> tuple[Outcome, BenchRecord]:
         files = bench_problems.write(tmp_path, *names.split())
-        outcome = lcp("bench", *files, *FAST, "--method", "auto", *more, "-o", str(output))
+        outcome = lcp(
+            "bench", *files, *FAST, "--method", "auto", *more, "-o", str(output)
+        )
         return outcome, records.read(str(output))
 
     return run
@@ -51,9 +53,17 @@ def keys(record: BenchRecord) -> list[tuple[str, str]]:
 def test_record_holds_what_was_measured(bench: Bench) -> None:
     outcome, record = bench("one two three none", "--method", "shi")
     assert (outcome.code, outcome.err) == (0, "lcp: 7 of 8 measurements succeeded\n")
-    assert keys(record) == [(f"{p}.json", m) for p in ("one", "two", "three", "none") for m in ("auto", "shi")]
+    assert keys(record) == [
+        (f"{p}.json", m)
+        for p in ("one", "two", "three", "none")
+        for m in ("auto", "shi")
+    ]
     rows = {row.key: row for row in record.measurements}
-    auto, none, unsolved = rows["one.json", "auto"], rows["none.json", "auto"], rows["none.json", "shi"]
+    auto, none, unsolved = (
+        rows["one.json", "auto"],
+        rows["none.json", "auto"],
+        rows["none.json", "shi"],
+    )
     assert (auto.success, auto.false_success, auto.claimed) == (True, False, True)
     assert (auto.status, auto.kind, auto.curve_of) == ("solved", "method", "error")
     assert auto.error is not None
@@ -64,7 +74,11 @@ def test_record_holds_what_was_measured(bench: Bench) -> None:
     assert min(auto.seconds) > 0
     assert rows["three.json", "auto"].curve_of == "error"
     assert (none.status, none.success, none.claimed) == ("infeasible", True, True)
-    assert (unsolved.curve_of, unsolved.error, unsolved.success) == ("residual", None, False)
+    assert (unsolved.curve_of, unsolved.error, unsolved.success) == (
+        "residual",
+        None,
+        False,
+    )
     assert record.versions["numpy"] == np.__version__
     assert (record.machine.cores, record.options.accept) == (os.cpu_count(), 1e-6)
 
@@ -83,27 +97,41 @@ def test_other_solvers_may_lie_take_some_problems_or_be_missing(
     bench_problems.install(monkeypatch, "picky", solve, excludes)
     bench_problems.install(monkeypatch, "absent", bench_problems.silent, version=None)
     outcome, record = bench("one none", "--peer", "picky", "--peer", "absent")
-    assert (outcome.code, outcome.err.splitlines()[0]) == (0, "lcp bench: not installed, left out: absent")
+    assert (outcome.code, outcome.err.splitlines()[0]) == (
+        0,
+        "lcp bench: not installed, left out: absent",
+    )
     assert (record.peers, record.missing) == (["picky"], ["absent"])
     row = record.measurements[-1]
-    assert (row.status, row.statement, row.seconds, row.claimed) == ("excluded", "takes no verdicts", [], False)
+    assert (row.status, row.statement, row.seconds, row.claimed) == (
+        "excluded",
+        "takes no verdicts",
+        [],
+        False,
+    )
     bench_problems.install(monkeypatch, "liar", bench_problems.liar)
     outcome, record = bench("one two none", "--peer", "liar", "--peer", "picky")
     assert outcome.code == 1
     assert "; 3 false claims" in outcome.err
     lied = [row for row in record.measurements if row.solver == "liar"]
-    assert [(row.claimed, row.success, row.false_success, row.kind) for row in lied] == 3 * [
-        (True, False, True, "peer")
-    ]
+    assert [
+        (row.claimed, row.success, row.false_success, row.kind) for row in lied
+    ] == 3 * [(True, False, True, "peer")]
     shown = lcp("bench", "--resume", str(output))
     assert shown.code == 1
-    scores = {line.split()[0]: line.split()[1:4] for line in reversed(shown.out.splitlines()) if line.strip()}
+    scores = {
+        line.split()[0]: line.split()[1:4]
+        for line in reversed(shown.out.splitlines())
+        if line.strip()
+    }
     assert (scores["liar"], scores["picky"]) == (["0", "3", "3"], ["2", "2", "0"])
     assert shown.out.count("wrong: fine") == 3
     assert "takes no verdicts" in shown.out
 
 
-def test_acceptance_level_decides(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_acceptance_level_decides(
+    bench: Bench, monkeypatch: pytest.MonkeyPatch
+) -> None:
     def rough(problem: Problem) -> Claim:
         return Claim(problem.solutions[0] * (1 + 1e-5), True, 0.001, "rough")
 
@@ -127,31 +155,51 @@ def test_interrupted_bench_keeps_its_rows(
     outcome, done = bench("one two three", "--peer", "impatient")
     assert (outcome.code, kept) == (130, [1, 3])
     assert "interrupted after 3 of 6 measurements" in outcome.err
-    assert keys(done) == [("one.json", "auto"), ("one.json", "impatient"), ("two.json", "auto")]
+    assert keys(done) == [
+        ("one.json", "auto"),
+        ("one.json", "impatient"),
+        ("two.json", "auto"),
+    ]
     assert lcp("bench", "--resume", str(output), "-q").code == 0
     whole = records.read(str(output))
     assert whole.measurements[:3] == done.measurements
-    assert keys(whole) == [(f"{p}.json", s) for p in ("one", "two", "three") for s in ("auto", "impatient")]
+    assert keys(whole) == [
+        (f"{p}.json", s) for p in ("one", "two", "three") for s in ("auto", "impatient")
+    ]
 
 
-def test_what_was_measured_elsewhere_is_shown_as_it_is_but_not_resumed(bench: Bench, output: Path, lcp: Lcp) -> None:
+def test_what_was_measured_elsewhere_is_shown_as_it_is_but_not_resumed(
+    bench: Bench, output: Path, lcp: Lcp
+) -> None:
     _, record = bench("one")
     object.__setattr__(record.machine, "cores", 1000)
     text = render(record, "json", None, False)
     output.write_text(text)
-    assert lcp("bench", "--resume", str(output), "--format", "json").out == text == output.read_text()
+    assert (
+        lcp("bench", "--resume", str(output), "--format", "json").out
+        == text
+        == output.read_text()
+    )
     output.write_text(json.dumps({**json.loads(text), "measurements": []}))
-    assert_refused(lcp("bench", "--resume", str(output)), "--resume: was measured with cores")
+    assert_refused(
+        lcp("bench", "--resume", str(output)), "--resume: was measured with cores"
+    )
 
 
-def test_progress_is_shown_on_a_terminal_alone(tmp_path: Path, lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_progress_is_shown_on_a_terminal_alone(
+    tmp_path: Path, lcp: Lcp, monkeypatch: pytest.MonkeyPatch
+) -> None:
     files = bench_problems.write(tmp_path, "one")
     arguments = ("bench", *files, *FAST, "--method", "auto", "--method", "lemke")
     assert lcp(*arguments).err == ""
     monkeypatch.setenv("TERM", "xterm")
     monkeypatch.setattr("sys.stderr.isatty", lambda: True, raising=False)
     shown = lcp(*arguments).err
-    assert [word for word in ("one.json: auto", "one.json: lemke", "1/2") if word not in shown] == []
+    assert [
+        word
+        for word in ("one.json: auto", "one.json: lemke", "1/2")
+        if word not in shown
+    ] == []
     quiet = lcp(*arguments, "-q")
     assert (quiet.code, quiet.out, quiet.err) == (0, "", "")
 
@@ -185,7 +233,9 @@ def test_bad_usage_is_told_in_a_line(arguments: str, lcp: Lcp, in_folder: Path) 
     assert not list(in_folder.iterdir())
 
 
-def test_a_lock_that_cannot_be_removed_stays(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_lock_that_cannot_be_removed_stays(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Some systems remove no file that is open."""
 
     def unlink(*_: Any, **__: Any) -> None:
@@ -198,11 +248,23 @@ def test_a_lock_that_cannot_be_removed_stays(tmp_path: Path, monkeypatch: pytest
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no such locks")
-def test_bench_that_another_run_writes_is_left_to_it_behind_a_link_too(tmp_path: Path, lcp: Lcp) -> None:
+def test_bench_that_another_run_writes_is_left_to_it_behind_a_link_too(
+    tmp_path: Path, lcp: Lcp
+) -> None:
     files = bench_problems.write(tmp_path, "one", "two")
     output, name = tmp_path / "r.json", tmp_path / "link.json"
     name.symlink_to(output)
-    bench = ("bench", *files, "--budget", "0", "--method", "auto", "-o", str(name), "-q")
+    bench = (
+        "bench",
+        *files,
+        "--budget",
+        "0",
+        "--method",
+        "auto",
+        "-o",
+        str(name),
+        "-q",
+    )
     with reserve([str(output)]):
         assert_refused(lcp(*bench), f"{name}: is being written by another run")
     assert lcp(*bench).code == 0
@@ -213,7 +275,10 @@ def test_bench_that_another_run_writes_is_left_to_it_behind_a_link_too(tmp_path:
     del record.measurements[1:]
     output.write_text(render(record, "json", None, False))
     with reserve([str(output)]):
-        assert "is being written by another run" in lcp("bench", "--resume", str(name), "-q").err
+        assert (
+            "is being written by another run"
+            in lcp("bench", "--resume", str(name), "-q").err
+        )
     assert lcp("bench", "--resume", str(name), "-o", str(output), "-q").code == 0
     assert len(records.read(str(output)).measurements) == len(files)
     assert not [*tmp_path.glob(".*")]

@@ -17,8 +17,24 @@ from lcpcli.bench import record as records
 from lcpcli.bench import report
 from lcpcli.bench.record import BenchRecord, Measurement, shifted_geometric_mean
 from lcpcli.bench.report import render
-from lcpcli.bench.suites import ALL, SUITES, Case, case, cases_of, methods_of, prepare, problem_of
-from lcpcli.bench.timing import ABSOLUTE, NATURAL, RELATIVE, checked, optimality, run_method
+from lcpcli.bench.suites import (
+    ALL,
+    SUITES,
+    Case,
+    case,
+    cases_of,
+    methods_of,
+    prepare,
+    problem_of,
+)
+from lcpcli.bench.timing import (
+    ABSOLUTE,
+    NATURAL,
+    RELATIVE,
+    checked,
+    optimality,
+    run_method,
+)
 from lcpcli.errors import LCPError
 from lcpcli.gallery import nonlinear as gallery
 from lcpcli.model.nonlinear import NonlinearProblem
@@ -34,7 +50,10 @@ from .bench_problems import MACHINE, SETTINGS, install, liar, measurement, write
 
 EMPTY: dict[str, Any] = {
     "suite": ["quick"],
-    "cases": [case("harker-pang", 10, seed=2, symmetric=True), Case("a.json", file="b/a.json")],
+    "cases": [
+        case("harker-pang", 10, seed=2, symmetric=True),
+        Case("a.json", file="b/a.json"),
+    ],
     "methods": ["auto"],
     "peers": ["quantecon"],
     "missing": [],
@@ -45,7 +64,9 @@ EMPTY: dict[str, Any] = {
 
 
 def test_infinities_become_null() -> None:
-    assert [plain(value) for value in (float("inf"), float("-inf"), float("nan"), None, 1.5)] == [None] * 4 + [1.5]
+    assert [
+        plain(value) for value in (float("inf"), float("-inf"), float("nan"), None, 1.5)
+    ] == [None] * 4 + [1.5]
 
 
 def changed(**changes: Any) -> str:
@@ -103,7 +124,9 @@ def test_file_that_is_missing_or_not_text_is_reported(tmp_path: Path) -> None:
 
 
 def answer(z: Any, solved: bool = True, status: str = "") -> Claim:
-    return Claim(None if z is None else np.array(z, dtype=float), solved, 1.0, "", status)
+    return Claim(
+        None if z is None else np.array(z, dtype=float), solved, 1.0, "", status
+    )
 
 
 NONE: dict[str, Any] = {"solved": False, "status": "unsolvable"}
@@ -123,7 +146,10 @@ SOLVED = [4 / 3, 7 / 3]
         (SOLVABLE, answer(np.array(SOLVED) * (1 + 1e-7)), True, False),
         (SOLVABLE, answer(np.array(SOLVED) * (1 + 1e-4)), False, True),
         (SOLVABLE, answer(SOLVED, False), False, False),
-        *((SOLVABLE, answer(z), False, True) for z in ([0, 0], [-1, 3], [np.nan, 1], [np.inf, 1], None)),
+        *(
+            (SOLVABLE, answer(z), False, True)
+            for z in ([0, 0], [-1, 3], [np.nan, 1], [np.inf, 1], None)
+        ),
         (SOLVABLE, answer(None, False), False, False),
         (SOLVABLE, answer([0, 0], **NONE), False, True),
         (UNKNOWN, answer([0, 0], **NONE), True, False),
@@ -156,7 +182,9 @@ def test_files_of_the_same_name_are_told_apart(tmp_path: Path) -> None:
         (tmp_path / folder).mkdir()
         (tmp_path / folder / "p.json").write_text('{"M": [[1]], "q": [1]}')
     (tmp_path / "q.json").write_text('{"M": [[1]], "q": [1]}')
-    paths = [str(tmp_path / name) for name in ("a/p.json", "b/p.json", "q.json", "q.json")]
+    paths = [
+        str(tmp_path / name) for name in ("a/p.json", "b/p.json", "q.json", "q.json")
+    ]
     assert [each.name for each in cases_of(paths)] == [paths[0], paths[1], "q.json"]
 
 
@@ -171,7 +199,9 @@ def test_answers_are_checked_by_f_evaluated_again() -> None:
     problem = gallery.josephy()
     undefined = NonlinearProblem(lambda z: np.log(z - 2), x0=[3.0])
 
-    def verdict(given: NonlinearProblem, z: list[float], solved: bool = True) -> tuple[bool, bool]:
+    def verdict(
+        given: NonlinearProblem, z: list[float], solved: bool = True
+    ) -> tuple[bool, bool]:
         found = checked(given, answer(z, solved), 1e-6)
         return found["success"], found["false_success"]
 
@@ -189,20 +219,52 @@ def test_bench_of_linear_and_nonlinear_problems_leaves_out_what_does_not_take_th
     install(monkeypatch, "liar", liar)
     (in_folder / "market.nl").write_bytes(MARKET)
     (path,) = write(in_folder, "one")
-    solvers = [word for name in ("auto", "newton", "josephy-newton") for word in ("--method", name)]
-    done = lcp("bench", "market.nl", path, *solvers, "--peer", "liar", "--budget", "0", "-o", "b.json", "-q")
+    solvers = [
+        word
+        for name in ("auto", "newton", "josephy-newton")
+        for word in ("--method", name)
+    ]
+    done = lcp(
+        "bench",
+        "market.nl",
+        path,
+        *solvers,
+        "--peer",
+        "liar",
+        "--budget",
+        "0",
+        "-o",
+        "b.json",
+        "-q",
+    )
     assert done.code == 1
     rows = {row.key: row for row in records.read("b.json").measurements}
-    by_verdict = {key: (row.status, row.success, row.false_success) for key, row in rows.items()}
-    for key in [("market.nl", "auto"), ("market.nl", "josephy-newton"), ("one.json", "auto"), ("one.json", "newton")]:
+    by_verdict = {
+        key: (row.status, row.success, row.false_success) for key, row in rows.items()
+    }
+    for key in [
+        ("market.nl", "auto"),
+        ("market.nl", "josephy-newton"),
+        ("one.json", "auto"),
+        ("one.json", "newton"),
+    ]:
         assert by_verdict[key] == ("solved", True, False)
-    for key in [("market.nl", "newton"), ("market.nl", "liar"), ("one.json", "josephy-newton")]:
+    for key in [
+        ("market.nl", "newton"),
+        ("market.nl", "liar"),
+        ("one.json", "josephy-newton"),
+    ]:
         assert by_verdict[key][0] == records.EXCLUDED
     assert rows["market.nl", "liar"].statement == "solves linear problems only"
     assert by_verdict["one.json", "liar"][2]
     assert rows["market.nl", "auto"].curve_of == "residual"
-    assert json.loads(Path("b.json").read_text())["cases"][0]["file"].endswith("market.nl")
-    assert_refused(lcp("bench", "market.nl", "--infinity", "1e20"), "--infinity: has no effect on a nonlinear model")
+    assert json.loads(Path("b.json").read_text())["cases"][0]["file"].endswith(
+        "market.nl"
+    )
+    assert_refused(
+        lcp("bench", "market.nl", "--infinity", "1e20"),
+        "--infinity: has no effect on a nonlinear model",
+    )
 
 
 # Min x^2 / 2, x >= 1: x = y = 1.
@@ -220,7 +282,12 @@ RANGE = from_qp(Q=[[1]], c=[-4], A=[[2]], row_lower=[0], row_upper=[4], upper=[9
         # x is too small by 0.1, which y multiplies.
         (HALF_SQUARE, (0.9, 0.9), 0.1, 0.1),
         (HALF_SQUARE, (1.0, -0.5), 1.5, 1.5),  # x - y is 1.5, and so is the gap
-        (STEEP, (1 + 2.0**-10,), 1e4 * (1 - 2.0**-10) * 2.0**-10, 2.0**-10 / (1 + 2.0**-10)),  # of terms of size 1
+        (
+            STEEP,
+            (1 + 2.0**-10,),
+            1e4 * (1 - 2.0**-10) * 2.0**-10,
+            2.0**-10 / (1 + 2.0**-10),
+        ),  # of terms of size 1
         (RANGE, (2.0, -1.0, 4.0), 0.0, 0.0),
         # 2 x is too large by 1, of terms that are at most 5 + 4.
         (RANGE, (2.5, -0.75, 4.0), 1.0, 1.0 / 9.0),
@@ -254,7 +321,13 @@ def test_other_problems_and_answers_out_of_range_are_not_measured() -> None:
 @pytest.mark.parametrize("size", [1e-150, 1.0, 1e150, 1e305])
 def test_terms_that_are_0_do_not_magnify_rounding(size: float) -> None:
     """No objective: multipliers are 0, and the gap is the product of two roundings."""
-    problem = from_qp(Q=[[0, 0], [0, 0]], c=[0, 0], A=[[0.1 * size, 0.7 * size]], row_lower=[size], row_upper=[size])
+    problem = from_qp(
+        Q=[[0, 0], [0, 0]],
+        c=[0, 0],
+        A=[[0.1 * size, 0.7 * size]],
+        row_lower=[size],
+        row_upper=[size],
+    )
     found = optimality(problem, np.array([3.0, 1.0, 2e-25]))
     assert found is not None
     assert max(found[RELATIVE], found[NATURAL]) < 1e-15
@@ -266,23 +339,46 @@ def test_a_point_that_moves_no_term_is_measured_by_its_bounds() -> None:
 
 
 def test_the_table_counts_what_is_claimed_and_accurate() -> None:
-    def row(problem: str, solver: str, size: float | None, claimed: bool = True) -> Measurement:
-        found = None if size is None else {ABSOLUTE: 100 * size, RELATIVE: size, NATURAL: size}
-        return measurement(problem, solver, success=claimed, seconds=[0.5], optimality=found)
+    def row(
+        problem: str, solver: str, size: float | None, claimed: bool = True
+    ) -> Measurement:
+        found = (
+            None
+            if size is None
+            else {ABSOLUTE: 100 * size, RELATIVE: size, NATURAL: size}
+        )
+        return measurement(
+            problem, solver, success=claimed, seconds=[0.5], optimality=found
+        )
 
-    rows = [row("a", "auto", 1e-12), row("a", "shi", 1e-8), row("b", "auto", 1e-7), row("b", "shi", 1e-12, False)]
+    rows = [
+        row("a", "auto", 1e-12),
+        row("a", "shi", 1e-8),
+        row("b", "auto", 1e-7),
+        row("b", "shi", 1e-12, False),
+    ]
     rows += [row("lcp", "auto", None), row("lcp", "shi", None)]
-    record = BenchRecord(["x"], [], ["auto", "shi"], [], [], SETTINGS, MACHINE, {}, rows)
+    record = BenchRecord(
+        ["x"], [], ["auto", "shi"], [], [], SETTINGS, MACHINE, {}, rows
+    )
     (group,) = report.optimality(record).tables[0].groups
-    mean = wording.digits(1e3 * shifted_geometric_mean([0.5, 10.0], report.PROGRAM_SHIFT))
+    mean = wording.digits(
+        1e3 * shifted_geometric_mean([0.5, 10.0], report.PROGRAM_SHIFT)
+    )
     assert group == [
         ["auto", "2", "2", "1", "1", "1", "1", "500"],
         ["shi", "2", "1", "0", "1", "0", "0", mean],
     ]
-    assert not any(report.optimality(replace(record, methods=["auto"], measurements=rows[4:5])).tables[0].groups)
+    assert not any(
+        report.optimality(replace(record, methods=["auto"], measurements=rows[4:5]))
+        .tables[0]
+        .groups
+    )
 
 
-CASES = [each for each in (*SUITES["stiff"].cases, *SUITES["extreme"].cases) if each.n <= 100]
+CASES = [
+    each for each in (*SUITES["stiff"].cases, *SUITES["extreme"].cases) if each.n <= 100
+]
 
 
 @pytest.mark.slow("the whole table of stability")
@@ -311,13 +407,22 @@ def test_sensitivity_is_what_perturbed_data_show(seed: int) -> None:
     largest = 0.0
     for row in range(n):
         signs = np.sign(inverse[row])
-        moved = np.linalg.solve(M - size * signs[:, np.newaxis] * np.abs(M), -q + size * signs * np.abs(q))
+        moved = np.linalg.solve(
+            M - size * signs[:, np.newaxis] * np.abs(M), -q + size * signs * np.abs(q)
+        )
         largest = max(largest, float(np.abs(moved - z).max()))
     assert largest == pytest.approx(size * predicted, rel=1e-3)
 
 
-def test_a_singular_basis_and_an_inverse_beyond_the_range_of_doubles_have_no_sensitivity() -> None:
-    assert sensitivity(Problem(np.ones((2, 2)), [-1.0, -1.0]), np.array([0.5, 0.5])) is None
+def test_a_singular_basis_and_an_inverse_beyond_the_range_of_doubles_have_no_sensitivity() -> (
+    None
+):
+    assert (
+        sensitivity(Problem(np.ones((2, 2)), [-1.0, -1.0]), np.array([0.5, 0.5]))
+        is None
+    )
     problem = Problem([[1e-320]], [-1e-320], solutions=[[1.0]])
     assert sensitivity(problem, np.ones(1)) is None
-    assert checked(problem, run_method("auto", problem, 1e-10, 5.0, with_curve=False), 1e-6)["success"]
+    assert checked(
+        problem, run_method("auto", problem, 1e-10, 5.0, with_curve=False), 1e-6
+    )["success"]

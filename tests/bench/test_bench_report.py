@@ -24,7 +24,14 @@ from lcpcli.bench.record import (
 )
 from lcpcli.bench.report import render
 from lcpcli.bench.suites import case
-from lcpcli.bench.timing import CURVES, LEAST_REPEATS, MOST_REPEATS, WARM_UP, is_stable, measure
+from lcpcli.bench.timing import (
+    CURVES,
+    LEAST_REPEATS,
+    MOST_REPEATS,
+    WARM_UP,
+    is_stable,
+    measure,
+)
 from lcpcli.peers.registry import Claim
 from lcpcli.report.document import FORMATS
 
@@ -42,8 +49,17 @@ SECONDS = {
 
 
 def row(solver: str, n: int, **changes: Any) -> Measurement:
-    plain: dict[str, Any] = {"family": "harker-pang", "seed": 0, "parameters": {"symmetric": False}}
-    plain |= {"residual": 1.25e-11, "scaled_residual": 2.5e-12, "iterations": n // 10, "evaluations": n}
+    plain: dict[str, Any] = {
+        "family": "harker-pang",
+        "seed": 0,
+        "parameters": {"symmetric": False},
+    }
+    plain |= {
+        "residual": 1.25e-11,
+        "scaled_residual": 2.5e-12,
+        "iterations": n // 10,
+        "evaluations": n,
+    }
     plain |= {"seconds": SECONDS.get((solver, n), [1.0]), "setup_seconds": 0.001}
     plain |= {"curve_of": "residual", "curve": [(0, 0.001, 1.0), (1, 0.01, 1e-11)]}
     return measurement(f"harker-pang {n}", solver, n, **plain | changes)
@@ -52,7 +68,12 @@ def row(solver: str, n: int, **changes: Any) -> Measurement:
 @pytest.fixture
 def record() -> BenchRecord:
     """Three sizes of one family by two methods and two peers, of which one lies once, and one takes nothing."""
-    failed = {"status": "time_limit", "statement": "stopped | at_the 5% limit", "claimed": False, "success": False}
+    failed = {
+        "status": "time_limit",
+        "statement": "stopped | at_the 5% limit",
+        "claimed": False,
+        "success": False,
+    }
     peer = {
         "kind": "peer",
         "status": "solved",
@@ -66,31 +87,53 @@ def record() -> BenchRecord:
     for n in (100, 200, 400):
         rows += [row("auto", n), row("lemke", n, **(failed if n == 400 else {}))]
         rows.append(row("liar", n, success=n != 200, false_success=n == 200, **peer))
-        rows.append(row("picky", n, **peer | {**failed, "status": EXCLUDED, "statement": "no", "seconds": []}))
+        rows.append(
+            row(
+                "picky",
+                n,
+                **peer
+                | {**failed, "status": EXCLUDED, "statement": "no", "seconds": []},
+            )
+        )
     cases = [case("harker-pang", n) for n in (100, 200, 400)]
     solvers = ["auto", "lemke"], ["liar", "picky"], ["absent"]
-    return BenchRecord(["dense"], cases, *solvers, SETTINGS, MACHINE, {"numpy": "2.0"}, rows)
+    return BenchRecord(
+        ["dense"], cases, *solvers, SETTINGS, MACHINE, {"numpy": "2.0"}, rows
+    )
 
 
 def larger(record: BenchRecord) -> BenchRecord:
     """With a fourth size, at which one peer is the fastest and the other one takes its only problem."""
     rows = [row("auto", 800, seconds=[0.08, 0.081, 0.082]), row("lemke", 800)]
-    rows += [row("liar", 800, seconds=[0.05]), row("picky", 800, seconds=[4.0], kind="peer")]
-    return replace(record, cases=[*record.cases, case("harker-pang", 800)], measurements=[*record.measurements, *rows])
+    rows += [
+        row("liar", 800, seconds=[0.05]),
+        row("picky", 800, seconds=[4.0], kind="peer"),
+    ]
+    return replace(
+        record,
+        cases=[*record.cases, case("harker-pang", 800)],
+        measurements=[*record.measurements, *rows],
+    )
 
 
 RECORDS: dict[str, tuple[Callable[[BenchRecord], BenchRecord], str]] = {
     "whole": (lambda record: record, "table csv"),
     "larger": (larger, "table"),
     "hard": (lambda record: replace(record, suite=["hard", "dense"]), "table"),
-    "unfinished": (lambda record: replace(record, measurements=record.measurements[:5]), "table"),
+    "unfinished": (
+        lambda record: replace(record, measurements=record.measurements[:5]),
+        "table",
+    ),
 }
 
 
 @pytest.mark.parametrize("name", RECORDS)
 def test_a_bench_has_the_same_text_as_before(name: str, record: BenchRecord) -> None:
     change, forms = RECORDS[name]
-    text = (f"--format {form}\n{render(change(record), form, None, False)}" for form in forms.split())
+    text = (
+        f"--format {form}\n{render(change(record), form, None, False)}"
+        for form in forms.split()
+    )
     assert_as_before(f"bench-{name}", "\n".join(text))
 
 
@@ -105,37 +148,59 @@ def test_json_is_the_record(record: BenchRecord) -> None:
 
 
 @pytest.mark.parametrize("width", [None, 40, 80, 100])
-def test_lines_are_no_wider_than_asked_for(record: BenchRecord, width: int | None) -> None:
+def test_lines_are_no_wider_than_asked_for(
+    record: BenchRecord, width: int | None
+) -> None:
     text = render(record, "table", width, False)
     assert max(len(line) for line in text.splitlines()) <= (width or 80)
-    assert ("\x1b[" in text, "\x1b[" in render(record, "table", width, True)) == (False, True)  # colours
+    assert ("\x1b[" in text, "\x1b[" in render(record, "table", width, True)) == (
+        False,
+        True,
+    )  # colours
     narrow = [line.split() for line in text.splitlines()]
-    heads = [cells for cells in narrow if cells[:2] in (["problem", "auto"], ["problem", "picky"])]
+    heads = [
+        cells
+        for cells in narrow
+        if cells[:2] in (["problem", "auto"], ["problem", "picky"])
+    ]
     # That repeat the problems.
     in_parts = [["problem", "auto", "lemke", "liar"], ["problem", "picky"]]
-    assert (heads == in_parts, ["harker-pang", "100", "-"] in narrow) == (width == 40, width == 40)
+    assert (heads == in_parts, ["harker-pang", "100", "-"] in narrow) == (
+        width == 40,
+        width == 40,
+    )
 
 
 @pytest.mark.slow("draws a figure in every form")
-@pytest.mark.parametrize(("form", "begins"), [("png", b"\x89PNG"), ("svg", b"<?xml"), ("pdf", b"%PDF")])
+@pytest.mark.parametrize(
+    ("form", "begins"), [("png", b"\x89PNG"), ("svg", b"<?xml"), ("pdf", b"%PDF")]
+)
 def test_picture_is_drawn(record: BenchRecord, form: str, begins: bytes) -> None:
     assert figure.draw_figure(record, form).startswith(begins)
 
 
-def test_peer_is_a_point_in_the_picture_and_nothing_is_drawn_of_what_is_excluded(record: BenchRecord) -> None:
+def test_peer_is_a_point_in_the_picture_and_nothing_is_drawn_of_what_is_excluded(
+    record: BenchRecord,
+) -> None:
     (panel,) = figure._panels(record)
     assert panel.title == "harker-pang 400"
     curves = {curve.name: curve for curve in panel.curves}
     assert list(curves) == ["auto", "lemke", "liar"]
     assert list(curves["auto"].k) == [0, 1]
-    assert (curves["liar"].k, curves["liar"].seconds, curves["liar"].errors) == ((None,), (1.0,), (1.25e-11,))
+    assert (curves["liar"].k, curves["liar"].seconds, curves["liar"].errors) == (
+        (None,),
+        (1.0,),
+        (1.25e-11,),
+    )
     assert [curve.solved for curve in panel.curves] == [True, False, True]
 
 
 class Machine:
     """A solver, a clock and a sleep on one time line; each run takes the next of the given seconds."""
 
-    def __init__(self, seconds: Iterator[float], claim: bool = True, curve: bool = True) -> None:
+    def __init__(
+        self, seconds: Iterator[float], claim: bool = True, curve: bool = True
+    ) -> None:
         self.now, self.rested, self.curves = 0.0, 0.0, []
         self._seconds, self._claim, self._curve = seconds, claim, curve
 
@@ -161,11 +226,26 @@ def wild() -> Iterator[float]:
 WARMED = [True, *[False] * LEAST_REPEATS]
 RUNS: dict[str, tuple[Machine, float, list[float], list[bool]]] = {
     # by what is measured: the budget, the times, and whether each run recorded a curve
-    "steady times": (Machine(chain([0.9], repeat(0.01))), 1.0, [0.01] * LEAST_REPEATS, [*WARMED, *[True] * CURVES]),
-    "a long warm-up": (Machine(chain([5.0], repeat(0.01))), 1.0, [0.01] * LEAST_REPEATS, [*WARMED, *[True] * CURVES]),
+    "steady times": (
+        Machine(chain([0.9], repeat(0.01))),
+        1.0,
+        [0.01] * LEAST_REPEATS,
+        [*WARMED, *[True] * CURVES],
+    ),
+    "a long warm-up": (
+        Machine(chain([5.0], repeat(0.01))),
+        1.0,
+        [0.01] * LEAST_REPEATS,
+        [*WARMED, *[True] * CURVES],
+    ),
     "a run longer than the budget": (Machine(repeat(2.0)), 1.0, [2.0], [True, False]),
     "a failure": (Machine(repeat(0.001), claim=False), 1.0, [0.001], [True]),
-    "a solver without a curve": (Machine(repeat(1.0), curve=False), 10.0, [1.0] * LEAST_REPEATS, WARMED),
+    "a solver without a curve": (
+        Machine(repeat(1.0), curve=False),
+        10.0,
+        [1.0] * LEAST_REPEATS,
+        WARMED,
+    ),
 }
 
 
@@ -174,10 +254,16 @@ def test_runs_are_as_many_as_times_and_curve_need(name: str) -> None:
     machine, budget, expected, curves = RUNS[name]
     answer, times = machine.measure(budget)
     assert (times, machine.curves) == (expected, curves)
-    assert answer.curve is None if "without" in name else answer.curve == [(0, times[0], 1.0)]
+    assert (
+        answer.curve is None
+        if "without" in name
+        else answer.curve == [(0, times[0], 1.0)]
+    )
 
 
-def test_times_that_never_settle_end_at_the_most_repeats_or_with_the_budget_which_rests_count_towards() -> None:
+def test_times_that_never_settle_end_at_the_most_repeats_or_with_the_budget_which_rests_count_towards() -> (
+    None
+):
     assert len(Machine(wild()).measure(budget=10.0)[1]) == MOST_REPEATS
     _, times = Machine(wild()).measure(budget=0.0085)
     assert len(times) == 5  # 3 + 1 + 3 + 1 ms have passed before the fifth
@@ -205,7 +291,9 @@ def test_brief_runs_are_warmed_up_before_they_count() -> None:
         ([0.1, 0.1, 1.0, 9.0, 9.0], False),
     ],
 )
-def test_median_is_stable_where_its_interval_is_narrow(times: list[float], stable: bool) -> None:
+def test_median_is_stable_where_its_interval_is_narrow(
+    times: list[float], stable: bool
+) -> None:
     assert is_stable(times) is stable
 
 
@@ -222,9 +310,20 @@ def test_median_and_quartiles_by_hand() -> None:
     ("n", "ranks"),
     # The largest rank with P(Bin(n, 1/2) < rank) <= 0.025, as tables of the sign test
     # have it.
-    [(1, (1, 1)), (3, (1, 3)), (5, (1, 5)), (6, (1, 6)), (8, (1, 8)), (9, (2, 8)), (12, (3, 10)), (25, (8, 18))],
+    [
+        (1, (1, 1)),
+        (3, (1, 3)),
+        (5, (1, 5)),
+        (6, (1, 6)),
+        (8, (1, 8)),
+        (9, (2, 8)),
+        (12, (3, 10)),
+        (25, (8, 18)),
+    ],
 )
-def test_interval_of_the_median_has_the_ranks_of_the_sign_test(n: int, ranks: tuple[int, int]) -> None:
+def test_interval_of_the_median_has_the_ranks_of_the_sign_test(
+    n: int, ranks: tuple[int, int]
+) -> None:
     assert median_interval([float(i) for i in range(n, 0, -1)]) == ranks
 
 
@@ -240,7 +339,11 @@ def test_performance_ratios_by_hand() -> None:
         "b": {"one": 2.0, "two": 2.0, "three": math.inf},
         "c": {"two": 3.0},
     }
-    assert performance_ratios(times) == {"a": [1.0, 2.0, math.inf], "b": [1.0, 2.0, math.inf], "c": [1.5]}
+    assert performance_ratios(times) == {
+        "a": [1.0, 2.0, math.inf],
+        "b": [1.0, 2.0, math.inf],
+        "c": [1.5],
+    }
 
 
 def test_growth_by_hand() -> None:

@@ -20,10 +20,23 @@ from ..cli.conftest import Lcp, assert_refused
 from ..documents import assert_as_before
 
 FIRST, SECOND = map(contents.shipped_path, contents.PAPER_EXAMPLES)
-RESULT: dict[str, Any] = {"problem": "p", "file": "a/p.json", "item": None, "label": "shi", "method": "shi"}
-RESULT |= {"status": "solved", "solved": True, "iterations": 12, "seconds": 1.0, "spread": 1.05}
+RESULT: dict[str, Any] = {
+    "problem": "p",
+    "file": "a/p.json",
+    "item": None,
+    "label": "shi",
+    "method": "shi",
+}
+RESULT |= {
+    "status": "solved",
+    "solved": True,
+    "iterations": 12,
+    "seconds": 1.0,
+    "spread": 1.05,
+}
 STALLED, INFEASIBLE, BROKEN, CUT = (
-    {"status": status, "solved": False} for status in ("stalled", "infeasible", "breakdown", "iteration_limit")
+    {"status": status, "solved": False}
+    for status in ("stalled", "infeasible", "breakdown", "iteration_limit")
 )
 
 
@@ -31,11 +44,15 @@ pytestmark = pytest.mark.usefixtures("in_folder")
 
 
 def results(file: str, *changes: Mapping[str, Any]) -> None:
-    Path(file).write_text("".join(json.dumps(RESULT | dict(change)) + "\n" for change in changes))
+    Path(file).write_text(
+        "".join(json.dumps(RESULT | dict(change)) + "\n" for change in changes)
+    )
 
 
 def verdicts(*files: str) -> list[str]:
-    return [change.verdict for change in changes_between(files or ["old.json", "new.json"])]
+    return [
+        change.verdict for change in changes_between(files or ["old.json", "new.json"])
+    ]
 
 
 @pytest.mark.parametrize(
@@ -50,7 +67,11 @@ def verdicts(*files: str) -> list[str]:
         (INFEASIBLE, {}, "contradiction"),
         (INFEASIBLE, INFEASIBLE | {"status": "unsolvable"}, "other status"),
         ({"digest": "1"}, INFEASIBLE | {"digest": "2"}, "another problem"),
-        ({"digest": "1"}, {"digest": "2", "status": "bad_input", "solved": False}, "worse"),
+        (
+            {"digest": "1"},
+            {"digest": "2", "status": "bad_input", "solved": False},
+            "worse",
+        ),
         ({}, {"seconds": 1.2}, "slower"),
         ({"seconds": 1.2}, {}, "faster"),
         ({}, {"seconds": 1.09}, "as before"),
@@ -69,9 +90,23 @@ def test_a_run_changes_by_its_status_and_then_by_its_time_beyond_the_spread(
     assert verdicts() == [verdict]
 
 
-def test_the_exit_code_is_1_for_a_worse_run_and_for_a_slower_one_if_that_is_asked(lcp: Lcp) -> None:
-    results("old.json", {}, {"label": "newton"}, {"label": "lemke"}, {"label": "auto"}, {"label": "auto"})
-    changed = {"seconds": 1.6}, {"label": "newton", "seconds": 0.5}, {"label": "milp"}, {"label": "auto"}
+def test_the_exit_code_is_1_for_a_worse_run_and_for_a_slower_one_if_that_is_asked(
+    lcp: Lcp,
+) -> None:
+    results(
+        "old.json",
+        {},
+        {"label": "newton"},
+        {"label": "lemke"},
+        {"label": "auto"},
+        {"label": "auto"},
+    )
+    changed = (
+        {"seconds": 1.6},
+        {"label": "newton", "seconds": 0.5},
+        {"label": "milp"},
+        {"label": "auto"},
+    )
     results("new.json", *changed, {"label": "auto", "iterations": 13})
     text = ""
     for form in ("table", "json", "csv"):
@@ -79,8 +114,12 @@ def test_the_exit_code_is_1_for_a_worse_run_and_for_a_slower_one_if_that_is_aske
         assert (outcome.code, outcome.err) == (0, "")
         text += outcome.out
     assert_as_before("compare-runs", text)  # in which the table has the changes alone
-    assert lcp("compare-runs", "old.json", "new.json", "--slower", "1.7", "-q").code == 0
-    assert lcp("compare-runs", "old.json", "new.json", "--slower", "1.5", "-q").code == 1
+    assert (
+        lcp("compare-runs", "old.json", "new.json", "--slower", "1.7", "-q").code == 0
+    )
+    assert (
+        lcp("compare-runs", "old.json", "new.json", "--slower", "1.5", "-q").code == 1
+    )
     for worse in (INFEASIBLE, STALLED):
         results("bad.json", worse)
         assert lcp("compare-runs", "old.json", "bad.json", "-q").code == 1
@@ -91,21 +130,43 @@ def test_records_of_lcp_bench_are_compared_and_logs_of_lcp_solve(lcp: Lcp) -> No
     for file, p in (("old.json", "1e15"), ("new.json", "10")):
         given = ("--method", "newton", "--method", f"shi:p={p}", "--budget", "0")
         assert lcp("bench", FIRST, *given, "-o", file, "-q").code == 0
-    found = {change.key[1]: change.verdict for change in changes_between(["old.json", "new.json"])}
+    found = {
+        change.key[1]: change.verdict
+        for change in changes_between(["old.json", "new.json"])
+    }
     assert {found["shi:p=1e15"], found["shi:p=10"]} == {"gone", "new"}
     for limit in ("100", "2"):
-        lcp("solve", FIRST, SECOND, "--method", "fixed-point", "--max-iterations", limit, "-o", f"log{limit}.jsonl")
+        lcp(
+            "solve",
+            FIRST,
+            SECOND,
+            "--method",
+            "fixed-point",
+            "--max-iterations",
+            limit,
+            "-o",
+            f"log{limit}.jsonl",
+        )
     outcome = lcp("compare-runs", "log100.jsonl", "log2.jsonl")
     assert outcome.code == 1
     assert "paper-example-1.json fixed-point worse" in outcome.out
     assert "solved -> iteration limit" in outcome.out
 
 
-def test_a_problem_that_cannot_be_read_any_more_is_worse_for_each_method(lcp: Lcp) -> None:
+def test_a_problem_that_cannot_be_read_any_more_is_worse_for_each_method(
+    lcp: Lcp,
+) -> None:
     results("old.json", {}, {"label": "newton"})
-    results("new.json", dict.fromkeys(RESULT) | {"file": "b/p.json", "status": "bad_input", "solved": False})
+    results(
+        "new.json",
+        dict.fromkeys(RESULT)
+        | {"file": "b/p.json", "status": "bad_input", "solved": False},
+    )
     changes = changes_between(["old.json", "new.json"])
-    assert [change.key for change in changes] == [("p.json", "shi"), ("p.json", "newton")]
+    assert [change.key for change in changes] == [
+        ("p.json", "shi"),
+        ("p.json", "newton"),
+    ]
     assert verdicts() == ["worse", "worse"]
     assert lcp("compare-runs", "old.json", "new.json", "-q").code == 1
     assert verdicts("new.json", "old.json") == ["better", "better"]
@@ -116,7 +177,9 @@ def test_a_last_line_that_was_cut_off_counts_as_not_written() -> None:
     Path("new.json").write_text(Path("old.json").read_text()[:-30])
     assert verdicts() == ["as before", "gone"]
     Path("new.json").write_text(Path("old.json").read_text()[:30])
-    with pytest.raises(OptionError, match=r"^new\.json: has neither a bench nor results; "):
+    with pytest.raises(
+        OptionError, match=r"^new\.json: has neither a bench nor results; "
+    ):
         verdicts()
 
 
@@ -129,8 +192,15 @@ def compared(lcp: Lcp, *arguments: str) -> list[dict[str, Any]]:
     return [json.loads(line) for line in outcome.out.splitlines()]
 
 
-def test_variant_is_written_as_it_is_read_and_its_options_are_numbers_of_their_kind() -> None:
-    for text in ("shi", "shi:p=10", "shi:p=1e4,k-star=5,rho=0.1,sigma=0.5", "fixed-point:omega=auto,scale"):
+def test_variant_is_written_as_it_is_read_and_its_options_are_numbers_of_their_kind() -> (
+    None
+):
+    for text in (
+        "shi",
+        "shi:p=10",
+        "shi:p=1e4,k-star=5,rho=0.1,sigma=0.5",
+        "fixed-point:omega=auto,scale",
+    ):
         assert str(parse(text)) == text
     assert parse("shi: p = 1e4, k_star = 5").options == {"p": 1e4, "k_star": 5}
     assert isinstance(parse("shi:k-star=5").options["k_star"], int)
@@ -138,7 +208,9 @@ def test_variant_is_written_as_it_is_read_and_its_options_are_numbers_of_their_k
     assert parse("fixed-point:omega=auto,scale,finish=false").options == own
 
 
-def test_several_sweeps_make_a_grid_and_leave_methods_without_the_option_alone() -> None:
+def test_several_sweeps_make_a_grid_and_leave_methods_without_the_option_alone() -> (
+    None
+):
     grid = sweep([parse("fixed-point"), parse("shi")], ["p=1,10", "k-star=5,100"])
     ours = [f"shi:p={p},k-star={k_star}" for p in (1, 10) for k_star in (5, 100)]
     assert [str(each) for each in grid] == ["fixed-point", *ours]
@@ -146,32 +218,75 @@ def test_several_sweeps_make_a_grid_and_leave_methods_without_the_option_alone()
 
 
 def test_names_say_in_what_the_runs_of_a_method_differ() -> None:
-    asked = [parse(text) for text in ("shi:p=1,k-star=5", "shi:p=10,k-star=5", "newton", "fixed-point:scale")]
+    asked = [
+        parse(text)
+        for text in (
+            "shi:p=1,k-star=5",
+            "shi:p=10,k-star=5",
+            "newton",
+            "fixed-point:scale",
+        )
+    ]
     assert labels(asked) == ["shi:p=1", "shi:p=10", "newton", "fixed-point:scale"]
     assert labels([Variant("shi"), parse("shi:p=10")]) == ["shi", "shi:p=10"]
 
 
 def test_every_value_that_is_asked_for_runs(lcp: Lcp) -> None:
-    runs = compared(lcp, "--method", "shi:p=10", "--method", "shi:p=100,k-star=5", "--method", "fixed-point")
-    asked = {"shi:p=10": (10, 100), "shi:p=100,k-star=5": (100, 5), "fixed-point": (None, None)}
-    assert {run["label"]: (run["options"].get("p"), run["options"].get("k_star")) for run in runs} == asked
-    assert [run["options"]["p"] for run in compared(lcp, "--method", "shi", "--sweep", "p=10,1e4")] == [10, 1e4]
-    runs = compared(lcp, "--method", "shi:p=10", "--method", "shi:k-star=7", "--p", "50")
+    runs = compared(
+        lcp,
+        "--method",
+        "shi:p=10",
+        "--method",
+        "shi:p=100,k-star=5",
+        "--method",
+        "fixed-point",
+    )
+    asked = {
+        "shi:p=10": (10, 100),
+        "shi:p=100,k-star=5": (100, 5),
+        "fixed-point": (None, None),
+    }
+    assert {
+        run["label"]: (run["options"].get("p"), run["options"].get("k_star"))
+        for run in runs
+    } == asked
+    assert [
+        run["options"]["p"]
+        for run in compared(lcp, "--method", "shi", "--sweep", "p=10,1e4")
+    ] == [10, 1e4]
+    runs = compared(
+        lcp, "--method", "shi:p=10", "--method", "shi:k-star=7", "--p", "50"
+    )
     assert [run["options"]["p"] for run in runs] == [10, 50]
-    result = json.loads(lcp("solve", EXAMPLE, "--method", "shi:k-star=5", "--format", "json").out)
+    result = json.loads(
+        lcp("solve", EXAMPLE, "--method", "shi:k-star=5", "--format", "json").out
+    )
     assert result["options"]["k_star"] == 5
 
 
 def test_bench_measures_variants_and_resumes_them(lcp: Lcp, tmp_path: Path) -> None:
     output = str(tmp_path / "bench.json")
-    given = ("--method", "shi", "--method", "newton", "--sweep", "p=100,1e4", "--budget", "0")
+    given = (
+        "--method",
+        "shi",
+        "--method",
+        "newton",
+        "--sweep",
+        "p=100,1e4",
+        "--budget",
+        "0",
+    )
     outcome = lcp("bench", EXAMPLE, *given, "-o", output)
     assert (outcome.code, outcome.err) == (0, "lcp: 3 of 3 measurements succeeded\n")
     record = records.read(output)
     assert record.methods == ["shi:p=100", "shi:p=1e4", "newton"]
     assert [row.solver for row in record.measurements] == record.methods
     resumed = lcp("bench", "--resume", output, "--format", "csv")
-    lines = list(csv.DictReader(line for line in resumed.out.splitlines() if not line.startswith("#")))
+    lines = list(
+        csv.DictReader(
+            line for line in resumed.out.splitlines() if not line.startswith("#")
+        )
+    )
     assert resumed.code == 0
     assert [line["solver"] for line in lines] == record.methods
     assert_refused(lcp("bench", "--resume", output, "--sweep", "p=1,2"))

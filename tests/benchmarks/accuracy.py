@@ -60,32 +60,57 @@ Curve = Sequence[tuple[int, float, float | None]]
 def reached(record: BenchRecord) -> Section:
     """Return the time that each method needs to reach an error of LISTED_LEVEL on each problem."""
     times = {
-        name: [own.get(method, {}).get(LISTED_LEVEL) for method in record.methods] for name, own in competing(record)
+        name: [own.get(method, {}).get(LISTED_LEVEL) for method in record.methods]
+        for name, own in competing(record)
     }
-    length, unit = wording.common_unit(seconds for own in times.values() for seconds in own if seconds is not None)
+    length, unit = wording.common_unit(
+        seconds for own in times.values() for seconds in own if seconds is not None
+    )
     rows = [
-        [name, *(NO_ENTRY if seconds is None else wording.digits(seconds / length) for seconds in own)]
+        [
+            name,
+            *(
+                NO_ENTRY if seconds is None else wording.digits(seconds / length)
+                for seconds in own
+            ),
+        ]
         for name, own in times.items()
     ]
     title = f"Time in {unit} to an error of {wording.level(LISTED_LEVEL)} relative to the solution's largest component"
     return sheet(title, ["problem", *record.methods], [rows])
 
 
-def competing(record: BenchRecord) -> Iterator[tuple[str, dict[str, dict[float, float]]]]:
+def competing(
+    record: BenchRecord,
+) -> Iterator[tuple[str, dict[str, dict[float, float]]]]:
     """Yield the problems with a known solution on which at least two methods ran: the name, and the seconds of each
     method until each level of error, by the iterates that the record has."""
     cases = {case.name: case for case in record.cases}
     for name, group in groupby(record.measurements, key=lambda row: row.problem):
-        curves = {row.solver: row.curve for row in group if row.curve and row.curve_of == "error"}
+        curves = {
+            row.solver: row.curve
+            for row in group
+            if row.curve and row.curve_of == "error"
+        }
         if len(curves) >= 2:
             size = prepare(cases[name]).size_of_solutions
-            yield name, {solver: dict(firsts_of(curve, size)) for solver, curve in curves.items()}
+            yield (
+                name,
+                {
+                    solver: dict(firsts_of(curve, size))
+                    for solver, curve in curves.items()
+                },
+            )
 
 
 def firsts_of(curve: Curve, size: float) -> Iterator[tuple[float, float]]:
     """Yield each level of error that a run reaches, with the seconds until then. size : of the solution."""
     for level in LEVELS:
-        times = [seconds for _, seconds, error in curve if error is not None and error <= level * size]
+        times = [
+            seconds
+            for _, seconds, error in curve
+            if error is not None and error <= level * size
+        ]
         if times:
             yield level, times[0]
 
@@ -93,7 +118,11 @@ def firsts_of(curve: Curve, size: float) -> Iterator[tuple[float, float]]:
 def condition(problem: object) -> float | None:
     """Return the condition of the only solution of a linear problem, its `sensitivity` over its largest component; None
     if it is unknown, or 0."""
-    if not isinstance(problem, Problem) or len(problem.solutions) != 1 or problem.n > MOST_INVERTED:
+    if (
+        not isinstance(problem, Problem)
+        or len(problem.solutions) != 1
+        or problem.n > MOST_INVERTED
+    ):
         return None
     found = sensitivity(problem, problem.solutions[0])
     return found / problem.size_of_solutions if found else None
@@ -102,7 +131,11 @@ def condition(problem: object) -> float | None:
 def forward_error(problem: Problem, error: float | None) -> float | None:
     """Return an error in units of eps times the condition: the effect of rounding the data."""
     own = condition(problem)
-    return None if own is None or error is None else error / EPS / (own * problem.size_of_solutions)
+    return (
+        None
+        if own is None or error is None
+        else error / EPS / (own * problem.size_of_solutions)
+    )
 
 
 @np.errstate(all="ignore")
@@ -113,7 +146,10 @@ def sensitivity(problem: Problem, z: Vector) -> float | None:
     w = problem.w(z)
     terms = matrices.absolute_product(problem.M, np.abs(z)) + np.abs(problem.q)
     box = problem.box
-    between, vanishing = (z > box.lower) & (z < box.upper), ~box.fixed & (np.abs(w) <= ROW_ROUNDING * terms)
+    between, vanishing = (
+        (z > box.lower) & (z < box.upper),
+        ~box.fixed & (np.abs(w) <= ROW_ROUNDING * terms),
+    )
     for active in (between | vanishing, between):
         P = np.flatnonzero(active)
         if not P.size:
@@ -133,18 +169,36 @@ def _inverse(problem: Problem, P: Indices) -> Matrix | None:
     A = matrices.dense(units.problem.M[P][:, P])
     if P.size <= MOST_INVERTED_EXACTLY:
         whole, power = in_integers(A.ravel())
-        rows, unit = np.array(whole, dtype=object).reshape(A.shape).tolist(), Fraction(2) ** -power
-        columns = [elimination.particular(rows, each) for each in np.eye(P.size, dtype=int).tolist()]
-        found = [rounded(unit * value for value in column) for column in columns if column is not None]
+        rows, unit = (
+            np.array(whole, dtype=object).reshape(A.shape).tolist(),
+            Fraction(2) ** -power,
+        )
+        columns = [
+            elimination.particular(rows, each)
+            for each in np.eye(P.size, dtype=int).tolist()
+        ]
+        found = [
+            rounded(unit * value for value in column)
+            for column in columns
+            if column is not None
+        ]
         inverse = np.array(found).T if len(found) == P.size else None
     else:
         inverse = well_conditioned_inverse(A, LARGEST_CONDITION)
-    return None if inverse is None else np.abs(units.C[P, np.newaxis] * inverse * units.R[P])
+    return (
+        None
+        if inverse is None
+        else np.abs(units.C[P, np.newaxis] * inverse * units.R[P])
+    )
 
 
 def stability(record: BenchRecord) -> Section:
     """Return one row per family and solver, or no rows if the suite is not in order of stiffness."""
-    groups = [_rungs(record, *ladder) for ladder in ladders(record.cases)] if ORDERED & {*record.suite} else []
+    groups = (
+        [_rungs(record, *ladder) for ladder in ladders(record.cases)]
+        if ORDERED & {*record.suite}
+        else []
+    )
     header = ["family", "up", "solver", "to", "error", "cond.", "then"]
     notes = [
         "to: the last value up to which all problems are solved, by recomputed residuals. error: the largest error on "
@@ -163,13 +217,25 @@ def ladders(cases: Sequence[Case]) -> list[tuple[str, str, dict[str, str]]]:
             families.setdefault((case.family, *case.parameters), []).append(case)
     found = []
     for (family, *parameters), own in families.items():
-        axis = next((name for name in parameters if len({str(case.parameters[name]) for case in own}) > 1), "n")
-        values = {case.name: str(case.parameters[axis] if axis in parameters else case.n) for case in own}
+        axis = next(
+            (
+                name
+                for name in parameters
+                if len({str(case.parameters[name]) for case in own}) > 1
+            ),
+            "n",
+        )
+        values = {
+            case.name: str(case.parameters[axis] if axis in parameters else case.n)
+            for case in own
+        }
         found.append((family, axis, values))
     return found
 
 
-def _rungs(record: BenchRecord, family: str, axis: str, values: dict[str, str]) -> list[list[str]]:
+def _rungs(
+    record: BenchRecord, family: str, axis: str, values: dict[str, str]
+) -> list[list[str]]:
     """Return up to what stiffness each solver measured on a ladder succeeds, and how it ends at the next step."""
     group: list[list[str]] = []
     cases = {case.name: case for case in record.cases}
@@ -182,13 +248,23 @@ def _rungs(record: BenchRecord, family: str, axis: str, values: dict[str, str]) 
         cells, then = [NO_ENTRY, "", ""], "all"
         if good:
             problems = [prepare(cases[row.problem]) for row in own[:good]]
-            errors = [forward_error(each, row.error) for each, row in zip(problems, own, strict=False)]
+            errors = [
+                forward_error(each, row.error)
+                for each, row in zip(problems, own, strict=False)
+            ]
             measures = errors, list(map(condition, problems))
-            largest = (max((size for size in sizes if size is not None), default=None) for sizes in measures)
+            largest = (
+                max((size for size in sizes if size is not None), default=None)
+                for sizes in measures
+            )
             cells = [values[own[good - 1].problem], *map(wording.short, largest)]
         if good < len(own):
             row = own[good]
-            outcome = row.status.replace("_", " ") if row.kind == "method" or not row.claimed else "claims to solve it"
+            outcome = (
+                row.status.replace("_", " ")
+                if row.kind == "method" or not row.claimed
+                else "claims to solve it"
+            )
             then = f"{values[row.problem]}: {'wrong' if row.false_success else outcome}"
         group.append([*(["", ""] if group else [family, axis]), solver, *cells, then])
     return group
@@ -198,12 +274,31 @@ def firsts(record: BenchRecord) -> Section:
     """Return on how many problems each method reached each level of error first; methods that tie all count."""
     problems, wins = [own for _, own in competing(record)], Counter[tuple[str, float]]()
     for own, level in product(problems, LEVELS):
-        times = {method: reached[level] for method, reached in own.items() if level in reached}
-        wins.update((method, level) for method in times if times[method] <= ALIKE * min(times.values()))
-    rows = [[method, *(str(wins[method, level]) for level in LEVELS)] for method in record.methods if problems]
+        times = {
+            method: reached[level]
+            for method, reached in own.items()
+            if level in reached
+        }
+        wins.update(
+            (method, level)
+            for method in times
+            if times[method] <= ALIKE * min(times.values())
+        )
+    rows = [
+        [method, *(str(wins[method, level]) for level in LEVELS)]
+        for method in record.methods
+        if problems
+    ]
     header = ["solver", *(f"to {wording.level(level)}" for level in LEVELS)]
-    notes = [f"Times within {ALIKE - 1:.0%} count as equal: several methods are then first."]
-    return sheet(f"How often first to reach an error, on {count(len(problems), 'problem')}", header, [rows], *notes)
+    notes = [
+        f"Times within {ALIKE - 1:.0%} count as equal: several methods are then first."
+    ]
+    return sheet(
+        f"How often first to reach an error, on {count(len(problems), 'problem')}",
+        header,
+        [rows],
+        *notes,
+    )
 
 
 def rates(record: BenchRecord) -> Section:
@@ -215,7 +310,11 @@ def rates(record: BenchRecord) -> Section:
         rate = None
         if row.solver == "fixed-point" and row.curve:
             problem = prepare(cases[row.problem])
-            rate = rate_of_fixed_point(problem, row.curve) if isinstance(problem, Problem) else None
+            rate = (
+                rate_of_fixed_point(problem, row.curve)
+                if isinstance(problem, Problem)
+                else None
+            )
         if rate is not None:
             cells = [f"{rate[name]:.4f}" if name in rate else "" for name in factors]
             rows.append([row.problem, str(row.iterations), *cells])
@@ -238,7 +337,11 @@ class Contraction(NamedTuple):
 
 def contraction(problem: Problem, x: Vector, omega: float = 1.0) -> Contraction | None:
     """Return the theoretical factors at the solution x = (z - w) / 2, shape (n,); None if omega I + M is singular."""
-    box, dense, shift = problem.box, matrices.dense(problem.M), omega * np.eye(problem.n)
+    box, dense, shift = (
+        problem.box,
+        matrices.dense(problem.M),
+        omega * np.eye(problem.n),
+    )
     kinks = ((2 * x == box.lower) | (2 * x == box.upper)) & ~box.fixed
     S = np.where(box.basis_of(x) == BASIC, 1.0, -1.0)
     try:
@@ -258,15 +361,23 @@ def rate_of_fixed_point(problem: Problem, curve: Curve) -> dict[str, float] | No
         return None
     size, z = problem.size_of_solutions, problem.solutions[0]
     errors = [error if error is not None else 0.0 for _, _, error in curve]
-    factor = empirical_rate([k for k, _, _ in curve], errors, RATE_BEGINS * size, RATE_ENDS * size)
-    theory = contraction(problem, problem.box.x_of(z, problem.w(z))) if factor is not None else None
+    factor = empirical_rate(
+        [k for k, _, _ in curve], errors, RATE_BEGINS * size, RATE_ENDS * size
+    )
+    theory = (
+        contraction(problem, problem.box.x_of(z, problem.w(z)))
+        if factor is not None
+        else None
+    )
     if factor is None or theory is None:
         return None
     local = {} if theory.local is None else {"local": theory.local}
     return {"measured": factor, **local, "bound": theory.bound}
 
 
-def empirical_rate(k: Sequence[int], errors: Sequence[float], largest: float, smallest: float) -> float | None:
+def empirical_rate(
+    k: Sequence[int], errors: Sequence[float], largest: float, smallest: float
+) -> float | None:
     """Return the reduction of the error per iteration, by least squares on the logarithms of the errors, from the first
     error below `largest` to the last one above `smallest`; None for fewer than LEAST_ITERATES iterates."""
     below = next((i for i, error in enumerate(errors) if error < largest), len(errors))
@@ -274,13 +385,19 @@ def empirical_rate(k: Sequence[int], errors: Sequence[float], largest: float, sm
     kept = [i for i in range(below, above + 1) if errors[i] > 0]
     if len(kept) < LEAST_ITERATES:
         return None
-    slope = float(np.polyfit([k[i] for i in kept], [math.log(errors[i]) for i in kept], 1)[0])
+    slope = float(
+        np.polyfit([k[i] for i in kept], [math.log(errors[i]) for i in kept], 1)[0]
+    )
     return math.exp(slope)
 
 
 def main(path: str) -> None:
     record = records.read(path)
-    tables = [own for own in (stability(record), reached(record), firsts(record), rates(record)) if own.tables[0].rows]
+    tables = [
+        own
+        for own in (stability(record), reached(record), firsts(record), rates(record))
+        if own.tables[0].rows
+    ]
     print(typeset(Document(path, tables), "table", None, False), end="")
 
 

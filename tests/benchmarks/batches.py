@@ -41,7 +41,9 @@ def lemke(M: Any, q: Any) -> Any:
 def padded_gradient(M: Vector, z: Vector, g: Vector) -> tuple[Vector, Vector]:
     basic = z > 0
     blocks = np.where(basic[:, :, None] & basic[:, None, :], M, np.eye(z.shape[1]))
-    by_q = -np.linalg.solve(blocks.transpose(0, 2, 1), np.where(basic, g, 0.0)[:, :, None])[:, :, 0]
+    by_q = -np.linalg.solve(
+        blocks.transpose(0, 2, 1), np.where(basic, g, 0.0)[:, :, None]
+    )[:, :, 0]
     return by_q[:, :, None] * z[:, None, :], by_q
 
 
@@ -51,7 +53,13 @@ def gradient(M: Vector, q: Vector, g: Vector) -> tuple[Vector, Vector]:
 
 
 def medians(*calls: Call) -> list[float]:
-    times = in_turns(*calls, most=REPETITIONS, least=REPETITIONS, warm_up=WARM_UP, clock=time.process_time)
+    times = in_turns(
+        *calls,
+        most=REPETITIONS,
+        least=REPETITIONS,
+        warm_up=WARM_UP,
+        clock=time.process_time,
+    )
     return [1e3 * statistics.median(own) for own in times]
 
 
@@ -62,18 +70,31 @@ def in_numpy(n: int, M: Vector, q: Vector, g: Vector) -> None:
     assert np.allclose(batch.z, z, rtol=0, atol=1e-8)
     assert np.allclose(batch.gradient(g).M, known[0], rtol=0, atol=1e-8)
     forward = medians(partial(lcpcli.solve_many, M, q), partial(lemke, M, q))
-    both = medians(partial(gradient, M, q, g), lambda: padded_gradient(M, lemke(M, q), g))
+    both = medians(
+        partial(gradient, M, q, g), lambda: padded_gradient(M, lemke(M, q), g)
+    )
     backward = [total - solve for total, solve in zip(both, forward, strict=True)]
-    for name, (ours, theirs) in {"forward": forward, "backward": backward, "both": both}.items():
+    for name, (ours, theirs) in {
+        "forward": forward,
+        "backward": backward,
+        "both": both,
+    }.items():
         show((n, name, ours, theirs, ours / theirs), WIDTHS)
 
 
 def main() -> None:
-    b, generator = int(sys.argv[1]) if len(sys.argv) > 1 else 1000, np.random.default_rng(0)
+    b, generator = (
+        int(sys.argv[1]) if len(sys.argv) > 1 else 1000,
+        np.random.default_rng(0),
+    )
     show(("n", "", "lcpcli/ms", "other/ms", "ratio"), WIDTHS)
     for n in SIZES:
         A, B = generator.standard_normal((2, b, n, n))
-        M = A @ A.transpose(0, 2, 1) / n + 0.1 * np.eye(n) + (B - B.transpose(0, 2, 1)) / np.sqrt(n)
+        M = (
+            A @ A.transpose(0, 2, 1) / n
+            + 0.1 * np.eye(n)
+            + (B - B.transpose(0, 2, 1)) / np.sqrt(n)
+        )
         q, g = generator.standard_normal((2, b, n))
         in_numpy(n, M, q, g)
 

@@ -26,7 +26,18 @@ SIZES = (5, 10, 50, 300, 1000, 2000)
 BUDGET, LEAST, MOST = 2.0, 5, 2000  # seconds and repetitions for the medians of a row
 SEEDS, ACTIVE = 3, (0.1, 0.5, 0.9)
 WIDTHS = (5, 11, 10, 5, 10, 7, 11, 13, 10, 9)
-HEADER = ("n", "problem", "symmetric", "seed", "call", "set-up", "iterations", "verification", "limit", "distance")
+HEADER = (
+    "n",
+    "problem",
+    "symmetric",
+    "seed",
+    "call",
+    "set-up",
+    "iterations",
+    "verification",
+    "limit",
+    "distance",
+)
 
 
 def planted(n: int, seed: int, symmetric: bool) -> lcpcli.Problem:
@@ -37,7 +48,10 @@ def planted(n: int, seed: int, symmetric: bool) -> lcpcli.Problem:
         M, active = (Q * np.geomspace(1, 1e4, n)) @ Q.T, 0.5
         M = (M + M.T) / 2
     else:
-        M, active = A.T @ A + (B - B.T) / 2 + 0.1 * np.eye(n), ACTIVE[seed % len(ACTIVE)]
+        M, active = (
+            A.T @ A + (B - B.T) / 2 + 0.1 * np.eye(n),
+            ACTIVE[seed % len(ACTIVE)],
+        )
     sizes, zero = random.uniform(0, 1, n), random.random(n) < active
     w = np.where(zero, sizes * (100 if symmetric else 1), 0)
     return lcpcli.Problem(M, w - M @ np.where(zero, 0, sizes))
@@ -45,17 +59,27 @@ def planted(n: int, seed: int, symmetric: bool) -> lcpcli.Problem:
 
 def row(n: int, name: str, symmetric: bool, seed: int, compiled: bool) -> list[str]:
     gallery = partial(families.make, "harker-pang", n, seed, symmetric=symmetric)
-    problem, results = planted(n, seed, symmetric) if name == "planted" else gallery(), list[lcpcli.Result]()
+    problem, results = (
+        planted(n, seed, symmetric) if name == "planted" else gallery(),
+        list[lcpcli.Result](),
+    )
     M, P, v = problem.M, np.flatnonzero(lcpcli.run(problem).z), np.ones(n)
     P = P if P.size else np.zeros(1, dtype=np.intp)  # z = 0
     block = M[np.ix_(P, P)]
-    factorize = partial(lapack.dpotrf, lower=True, clean=False) if symmetric else lapack.dgetrf
+    factorize = (
+        partial(lapack.dpotrf, lower=True, clean=False) if symmetric else lapack.dgetrf
+    )
     least = (lambda: factorize(block.T), lambda: M[P][:, P], lambda: M @ v)
     ours = partial(lcpcli.solve, M, problem.q, compiled=compiled)
-    times = in_turns(lambda: results.append(ours()), *least, most=MOST, least=LEAST, budget=BUDGET)
+    times = in_turns(
+        lambda: results.append(ours()), *least, most=MOST, least=LEAST, budget=BUDGET
+    )
     seconds, *parts = map(median, times)
     assert all(result.solved for result in results)
-    totals = [sum(result.parts[part] for result in results) for part in ("setup", "solve", "verify")]
+    totals = [
+        sum(result.parts[part] for result in results)
+        for part in ("setup", "solve", "verify")
+    ]
     shares = [f"{100 * total / sum(totals):.0f} %" for total in totals]
     call, limit = (f"{1e6 * t:.0f} us" for t in (seconds, sum(parts)))
     own = [str(n), name, "yes" if symmetric else "no", str(seed)]

@@ -53,17 +53,25 @@ def ours(A: Any, B: Any) -> tuple[int, str]:
 
 
 def lrsnash(A: Any, B: Any) -> tuple[int, str]:
-    rows = (" ".join(str(Fraction(payoff)) for payoff in row) for row in np.vstack((A, B)))
+    rows = (
+        " ".join(str(Fraction(payoff)) for payoff in row) for row in np.vstack((A, B))
+    )
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder, "game.txt")
-        path.write_text("\n".join([f"{A.shape[0]} {A.shape[1]}", *rows, ""]), encoding="ascii")
-        log = subprocess.run(["lrsnash", "-s", path], capture_output=True, text=True, check=True).stdout
+        path.write_text(
+            "\n".join([f"{A.shape[0]} {A.shape[1]}", *rows, ""]), encoding="ascii"
+        )
+        log = subprocess.run(
+            ["lrsnash", "-s", path], capture_output=True, text=True, check=True
+        ).stdout
     return int(re.findall(r"equilibria found: (\d+)", log)[-1]), ""
 
 
 def enummixed(A: Any, B: Any) -> tuple[int, str]:
     pygambit = import_module("pygambit")
-    game = pygambit.Game.from_arrays(*([[Fraction(payoff) for payoff in row] for row in table] for table in (A, B)))
+    game = pygambit.Game.from_arrays(
+        *([[Fraction(payoff) for payoff in row] for row in table] for table in (A, B))
+    )
     return len(pygambit.nash.enummixed_solve(game, rational=True).equilibria), ""
 
 
@@ -72,14 +80,20 @@ def nashpy(A: Any, B: Any, algorithm: str) -> tuple[int, str]:
         warnings.simplefilter("ignore")  # about degenerate games
         all_of_them = list(getattr(import_module("nashpy").Game(A, B), algorithm)())
     once = {
-        tuple(np.round(np.concatenate(each), 9) + 0.0) for each in all_of_them if np.isfinite(np.hstack(each)).all()
+        tuple(np.round(np.concatenate(each), 9) + 0.0)
+        for each in all_of_them
+        if np.isfinite(np.hstack(each)).all()
     }
     return len(once), f" of {len(all_of_them)}" if len(all_of_them) > len(once) else ""
 
 
 NASHPY = {
     name: partial(nashpy, algorithm=name)
-    for name in ("support_enumeration", "vertex_enumeration", "lemke_howson_enumeration")
+    for name in (
+        "support_enumeration",
+        "vertex_enumeration",
+        "lemke_howson_enumeration",
+    )
 }
 
 
@@ -89,7 +103,10 @@ def solvers() -> dict[str, Any]:
     found = {"lcpcli.solutions": ours}
     if shutil.which("lrsnash"):
         found["lrsnash"] = lrsnash
-    for package, algorithms in {"pygambit": {"enummixed": enummixed}, "nashpy": NASHPY}.items():
+    for package, algorithms in {
+        "pygambit": {"enummixed": enummixed},
+        "nashpy": NASHPY,
+    }.items():
         with suppress(ModuleNotFoundError):
             import_module(package)
             found |= algorithms
@@ -121,7 +138,12 @@ if __name__ == "__main__":
     widths = (16, *(max(26, len(name)) for name in asked))
     show(("game", *asked), widths)
     for name, payoffs in games().items():
-        cells = {each: told(limit, solve, *payoffs) if solve else "-" for each, solve in asked.items()}
+        cells = {
+            each: told(limit, solve, *payoffs) if solve else "-"
+            for each, solve in asked.items()
+        }
         show((name, *(cell or f"over {limit:g} s" for cell in cells.values())), widths)
         if name.startswith("random"):
-            asked = {each: solve if cells[each] else None for each, solve in asked.items()}
+            asked = {
+                each: solve if cells[each] else None for each, solve in asked.items()
+            }

@@ -35,7 +35,9 @@ class ExactBreakpoints:
         self.rows = np.array(flat, dtype=object).reshape(self.M.shape)
         ends = [family.bounds(share) for share in (0.0, 1.0)]
         self.q = _fixed([family.q(share) for share in (0.0, 1.0)])
-        self.lower, self.upper = (_fixed([end[side] for end in ends]) for side in (0, 1))
+        self.lower, self.upper = (
+            _fixed([end[side] for end in ends]) for side in (0, 1)
+        )
 
     def share(self, states: States, i: int, after: int) -> Fraction | None:
         """Return the s at which component i reaches its end in the basis of these states: a basic z_i the bound of its
@@ -48,13 +50,18 @@ class ExactBreakpoints:
             return None
         z[basic] = found
         bound = (self.upper if after == UPPER else self.lower)[i]
-        first, last = z[i] - bound if states[i] == BASIC else self._w(np.array([i]), z)[0]
+        first, last = (
+            z[i] - bound if states[i] == BASIC else self._w(np.array([i]), z)[0]
+        )
         return Fraction(int(first), int(first - last)) if first != last else None
 
     def _w(self, rows: Indices, z: Any) -> Any:
         """Return M z + q in these rows, rounded."""
         used = np.flatnonzero((z != 0).any(axis=1))
-        return _scaled(self.rows[np.ix_(rows, used)] @ z[used], self.exponent) + self.q[rows]
+        return (
+            _scaled(self.rows[np.ix_(rows, used)] @ z[used], self.exponent)
+            + self.q[rows]
+        )
 
     def _solve(self, basic: Indices, b: Any) -> Any:
         from scipy.linalg import lu_factor, lu_solve
@@ -82,12 +89,17 @@ def _scaled(values: Any, exponent: int) -> Any:
 
 def _fixed(columns: Sequence[Vector] | Vector) -> Any:
     """Return vectors as the columns of a matrix of integers, in units of 2^-BITS, with 0 for infinite entries."""
-    values = [[int(math.ldexp(v, BITS)) if math.isfinite(v) else 0 for v in column.tolist()] for column in columns]
+    values = [
+        [int(math.ldexp(v, BITS)) if math.isfinite(v) else 0 for v in column.tolist()]
+        for column in columns
+    ]
     return np.array(values, dtype=object).T
 
 
 def _floats(values: Any) -> Vector:
-    return np.array([[math.ldexp(float(v), -BITS) for v in row] for row in values.tolist()])
+    return np.array(
+        [[math.ldexp(float(v), -BITS) for v in row] for row in values.tolist()]
+    )
 
 
 def exact_shares(path: Path, most: int) -> list[tuple[int, Fraction]]:
@@ -96,12 +108,24 @@ def exact_shares(path: Path, most: int) -> list[tuple[int, Fraction]]:
     Of the two pieces at a breakpoint the one with fewer basic components is used. A piece on which t stands still, or
     whose basis is too ill-conditioned, gives none.
     """
-    inner = [k for k, changes in enumerate(path.changes, 1) if changes and path.t[k - 1] < path.t[k] < path.t[k + 1]]
-    chosen = [inner[k] for k in np.unique(np.linspace(0, len(inner) - 1, min(most, len(inner))).astype(int))]
+    inner = [
+        k
+        for k, changes in enumerate(path.changes, 1)
+        if changes and path.t[k - 1] < path.t[k] < path.t[k + 1]
+    ]
+    chosen = [
+        inner[k]
+        for k in np.unique(
+            np.linspace(0, len(inner) - 1, min(most, len(inner))).astype(int)
+        )
+    ]
     exact, found = ExactBreakpoints(path.family), []
     for k in chosen:
         i = path.changes[k - 1][0].index
-        pieces = sorted((path.states[k - 1], path.states[k]), key=lambda states: int((states == BASIC).sum()))
+        pieces = sorted(
+            (path.states[k - 1], path.states[k]),
+            key=lambda states: int((states == BASIC).sum()),
+        )
         share = exact.share(pieces[0], i, int(pieces[1][i]))
         if share is not None:
             found.append((k, share))

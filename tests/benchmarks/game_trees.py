@@ -26,7 +26,9 @@ BARGAINING = (50, 142, 312)
 
 
 def exact(problem: lcpcli.Problem) -> Any:
-    return prove(lambda: ExactProblem.of_decimals(problem), lcpcli.run(problem)).answer.exact
+    return prove(
+        lambda: ExactProblem.of_decimals(problem), lcpcli.run(problem)
+    ).answer.exact
 
 
 def gambit(game: Any, rational: bool) -> Any:
@@ -36,15 +38,45 @@ def gambit(game: Any, rational: bool) -> Any:
 if __name__ == "__main__":
     rounds = int(sys.argv[1]) if len(sys.argv) > 1 else 3
     widths = (18, 6, *4 * (12,), 26, 26)
-    show(("game", "n", "lcpcli", "Gambit", "in fractions", "Gambit", "payoffs", "of Gambit"), widths)
-    for family, n in (*(("poker", 12 * ranks + 4) for ranks in RANKS), *(("bargaining", n) for n in BARGAINING)):
+    show(
+        (
+            "game",
+            "n",
+            "lcpcli",
+            "Gambit",
+            "in fractions",
+            "Gambit",
+            "payoffs",
+            "of Gambit",
+        ),
+        widths,
+    )
+    for family, n in (
+        *(("poker", 12 * ranks + 4) for ranks in RANKS),
+        *(("bargaining", n) for n in BARGAINING),
+    ):
         problem: Any = make(family, n)
         game = pygambit.read_efg(io.StringIO(problem.origin.tree.text))
-        doubles = in_turns(partial(lcpcli.run, problem), partial(gambit, game, False), most=rounds)
-        calls = [partial(exact, problem), *[partial(gambit, game, True)] * (n <= MOST_EXACT)]
+        doubles = in_turns(
+            partial(lcpcli.run, problem), partial(gambit, game, False), most=rounds
+        )
+        calls = [
+            partial(exact, problem),
+            *[partial(gambit, game, True)] * (n <= MOST_EXACT),
+        ]
         fractions = in_turns(*calls, most=1, warm_up=0)
         found, other = exact(problem), gambit(game, False)
         payoffs = [f"{float(value):.6g}" for value in found.payoffs]
         theirs = [f"{float(other.payoff(player)):.6g}" for player in game.players]
         least = [min(seconds) for seconds in (*doubles, *fractions)]
-        show((problem.name, n, *least, *["-"] * (4 - len(least)), ", ".join(payoffs), ", ".join(theirs)), widths)
+        show(
+            (
+                problem.name,
+                n,
+                *least,
+                *["-"] * (4 - len(least)),
+                ", ".join(payoffs),
+                ", ".join(theirs),
+            ),
+            widths,
+        )

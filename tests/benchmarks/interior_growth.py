@@ -16,7 +16,11 @@ import lcpcli
 from lcpcli.gallery import families as gallery
 
 SIZES = (3_000, 10_000, 30_000, 100_000)
-FAMILIES = {"control": SIZES, "transport": SIZES, "two-obstacles": (3_025, 10_000, 30_276, 99_856)}
+FAMILIES = {
+    "control": SIZES,
+    "transport": SIZES,
+    "two-obstacles": (3_025, 10_000, 30_276, 99_856),
+}
 REPEATS = 3
 
 
@@ -29,7 +33,12 @@ def solved(family: str, n: int) -> dict[str, float]:
     assert all(result.solved for result in results)
     added = (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) / 2**10
     seconds = min(result.seconds for result in results)
-    return {"n": problem.n, "seconds": seconds, "iterations": results[0].iterations, "megabytes": added}
+    return {
+        "n": problem.n,
+        "seconds": seconds,
+        "iterations": results[0].iterations,
+        "megabytes": added,
+    }
 
 
 if __name__ == "__main__":

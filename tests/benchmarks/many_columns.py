@@ -47,7 +47,10 @@ def definite(n: int, generator: np.random.Generator) -> Vector:
 
 
 def problems(
-    family: Callable[[int, np.random.Generator], Vector], n: int, k: int, generator: np.random.Generator
+    family: Callable[[int, np.random.Generator], Vector],
+    n: int,
+    k: int,
+    generator: np.random.Generator,
 ) -> tuple[Vector, Vector]:
     """A P-matrix in units that make it indefinite, and q for which about half of z is positive."""
     R, C = 10 ** generator.uniform(-1, 1, (2, n))
@@ -86,30 +89,72 @@ def complementarity(k: int, generator: np.random.Generator) -> None:
             M, Q = problems(family, n, k, generator)
             some = np.ascontiguousarray(Q.T[:SAMPLE])
             assert lcp_lemke(M, some[0]).success
-            positive = np.mean([np.count_nonzero(result.z) for result in lcpcli.solve_many(M, Q[:, :SAMPLE])]) / n
+            positive = (
+                np.mean(
+                    [
+                        np.count_nonzero(result.z)
+                        for result in lcpcli.solve_many(M, Q[:, :SAMPLE])
+                    ]
+                )
+                / n
+            )
             one = microseconds(partial(one_by_one, partial(solved, M), some), len(some))
             many = microseconds(partial(together, M, Q), k)
-            theirs = microseconds(partial(one_by_one, partial(lcp_lemke, M), some), len(some))
-            show((f"P, {name}", n, f"{100 * positive:.0f} %", one, many, theirs, many / theirs), WIDTHS)
+            theirs = microseconds(
+                partial(one_by_one, partial(lcp_lemke, M), some), len(some)
+            )
+            show(
+                (
+                    f"P, {name}",
+                    n,
+                    f"{100 * positive:.0f} %",
+                    one,
+                    many,
+                    theirs,
+                    many / theirs,
+                ),
+                WIDTHS,
+            )
 
 
 def least_squares(k: int, generator: np.random.Generator) -> None:
     show(("b", "n", "x > 0", "", "solve_many", "scipy nnls", "of it"), WIDTHS)
-    A, E = generator.standard_normal((ROWS, UNKNOWNS)), generator.standard_normal((ROWS, k))
+    A, E = (
+        generator.standard_normal((ROWS, UNKNOWNS)),
+        generator.standard_normal((ROWS, k)),
+    )
     X = np.maximum(generator.standard_normal((UNKNOWNS, k)), 0.0)
     for name, B in (("random", E), ("A x + noise", A @ X + 0.1 * E)):
         some = np.ascontiguousarray(B.T[:SAMPLE])
         results = lcpcli.solve_many(A.T @ A, -(A.T @ B[:, :SAMPLE]))
-        pairs = [(result.z, nnls(A, b)[0]) for result, b in zip(results, some, strict=True)]
-        assert all(np.allclose(ours, theirs, rtol=0, atol=1e-9) for ours, theirs in pairs)
+        pairs = [
+            (result.z, nnls(A, b)[0]) for result, b in zip(results, some, strict=True)
+        ]
+        assert all(
+            np.allclose(ours, theirs, rtol=0, atol=1e-9) for ours, theirs in pairs
+        )
         positive = np.mean([np.count_nonzero(ours) for ours, _ in pairs]) / UNKNOWNS
         many = microseconds(partial(fitted_together, A, B), k)
         theirs = microseconds(partial(one_by_one, partial(nnls, A), some), len(some))
-        show((name, UNKNOWNS, f"{100 * positive:.0f} %", "", many, theirs, many / theirs), WIDTHS)
+        show(
+            (
+                name,
+                UNKNOWNS,
+                f"{100 * positive:.0f} %",
+                "",
+                many,
+                theirs,
+                many / theirs,
+            ),
+            WIDTHS,
+        )
 
 
 def main() -> None:
-    k, generator = int(sys.argv[1]) if len(sys.argv) > 1 else 10_000, np.random.default_rng(0)
+    k, generator = (
+        int(sys.argv[1]) if len(sys.argv) > 1 else 10_000,
+        np.random.default_rng(0),
+    )
     complementarity(k, generator)
     least_squares(k, generator)
 

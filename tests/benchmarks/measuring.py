@@ -26,7 +26,9 @@ def in_turns(
     """The seconds of each call in `least` to `most` rounds, as many as so many seconds allow, behind a warm-up."""
     rounds: list[list[float]] = []
     began = time.perf_counter()
-    while len(rounds) < warm_up + least or (len(rounds) < warm_up + most and time.perf_counter() - began < budget):
+    while len(rounds) < warm_up + least or (
+        len(rounds) < warm_up + most and time.perf_counter() - began < budget
+    ):
         rounds.append([])
         for call in calls:
             before = clock()
@@ -38,7 +40,10 @@ def in_turns(
 def show(cells: Iterable[Any], widths: Sequence[int]) -> None:
     """Print a row of a table, flush right."""
     texts = (f"{cell:.3g}" if isinstance(cell, float) else str(cell) for cell in cells)
-    print("  ".join(text.rjust(width) for text, width in zip(texts, widths, strict=True)), flush=True)
+    print(
+        "  ".join(text.rjust(width) for text, width in zip(texts, widths, strict=True)),
+        flush=True,
+    )
 
 
 def in_processes(script: str, name: str, sizes: Iterable[int], *measures: str) -> None:
@@ -46,8 +51,18 @@ def in_processes(script: str, name: str, sizes: Iterable[int], *measures: str) -
     rows = []
     for size in sizes:
         command = [sys.executable, script, "alone", name, str(size)]
-        rows.append(json.loads(subprocess.run(command, capture_output=True, text=True, check=True).stdout))
-        print(f"{name}: " + ", ".join(f"{key} {value:.4g}" for key, value in rows[-1].items()), flush=True)
+        rows.append(
+            json.loads(
+                subprocess.run(
+                    command, capture_output=True, text=True, check=True
+                ).stdout
+            )
+        )
+        print(
+            f"{name}: "
+            + ", ".join(f"{key} {value:.4g}" for key, value in rows[-1].items()),
+            flush=True,
+        )
     for measure in measures:
         if fit := growth([(row["n"], row[measure]) for row in rows]):
             print(f"  {measure}: n^{fit.exponent:.2f} ± {fit.margin:.2f}", flush=True)

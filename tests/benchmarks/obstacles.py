@@ -40,7 +40,10 @@ def hills(X: Vector, Y: Vector) -> Vector:
     """A random sum of smooth waves."""
     heights = np.random.default_rng(1).standard_normal((6, 6))
     waves = [
-        heights[i - 1, j - 1] / (i * i + j * j) ** 0.75 * np.sin(np.pi * i * X) * np.sin(np.pi * j * Y)
+        heights[i - 1, j - 1]
+        / (i * i + j * j) ** 0.75
+        * np.sin(np.pi * i * X)
+        * np.sin(np.pi * j * Y)
         for i in range(1, 7)
         for j in range(1, 7)
     ]
@@ -60,12 +63,26 @@ MEMBRANES: dict[str, Callable[[int], Data]] = {
     "cap": partial(membrane, obstacle=cap, load=-1.0),
     "gallery": lambda m: of_gallery("obstacle", m * m),
     "bumps": partial(membrane, obstacle=bumps, load=-1.0),
-    "pyramid": partial(membrane, obstacle=lambda X, Y: 0.4 - 1.5 * np.maximum(abs(X - 0.5), abs(Y - 0.5)), load=0.0),
-    "ring": partial(membrane, obstacle=lambda X, Y: 0.2 - 10 * (np.hypot(X - 0.5, Y - 0.5) - 0.25) ** 2, load=-2.0),
+    "pyramid": partial(
+        membrane,
+        obstacle=lambda X, Y: 0.4 - 1.5 * np.maximum(abs(X - 0.5), abs(Y - 0.5)),
+        load=0.0,
+    ),
+    "ring": partial(
+        membrane,
+        obstacle=lambda X, Y: 0.2 - 10 * (np.hypot(X - 0.5, Y - 0.5) - 0.25) ** 2,
+        load=-2.0,
+    ),
     "hills": partial(membrane, obstacle=hills, load=-1.0),
-    "nearly full contact": partial(membrane, obstacle=lambda X, Y: -0.1 - 0.2 * X * Y, load=-50.0),
-    "nearly no contact": partial(membrane, obstacle=lambda X, _: np.full_like(X, -0.07), load=-1.0),
-    "discontinuous load": partial(membrane, obstacle=lambda X, _: np.zeros_like(X), load=chessboard),
+    "nearly full contact": partial(
+        membrane, obstacle=lambda X, Y: -0.1 - 0.2 * X * Y, load=-50.0
+    ),
+    "nearly no contact": partial(
+        membrane, obstacle=lambda X, _: np.full_like(X, -0.07), load=-1.0
+    ),
+    "discontinuous load": partial(
+        membrane, obstacle=lambda X, _: np.zeros_like(X), load=chessboard
+    ),
     "bumps, anisotropic 10": partial(membrane, obstacle=bumps, load=-1.0, across=0.1),
     "cap, anisotropic 100": partial(membrane, obstacle=cap, load=-1.0, across=0.01),
 }

@@ -52,8 +52,12 @@ def turning_points(S: Vector, returns: Vector, most: Vector) -> Vector:
     k = returns.size
     budget = {"a": np.ones((1, k)), "b": np.ones(1)}
     bounds = {"lower_bounds": np.zeros(k), "upper_bounds": most}
-    found = CLA(mean=returns, covariance=IncrementalDenseCovariance(S), **budget, **bounds)
-    return np.array([point.lamb for point in found.turning_points if np.isfinite(point.lamb)])
+    found = CLA(
+        mean=returns, covariance=IncrementalDenseCovariance(S), **budget, **bounds
+    )
+    return np.array(
+        [point.lamb for point in found.turning_points if np.isfinite(point.lamb)]
+    )
 
 
 def penalties(X: Vector, y: Vector) -> Vector:
@@ -72,11 +76,17 @@ def frontier(n: int) -> tuple[Ours, Theirs]:
     first, last = (families.make("frontier", n, weight=each) for each in (weight, 0.0))
     # M writable, as the arrays of users are.
     M, q, lower, upper = first.M.copy(), first.q, first.lower, first.upper
-    S, returns, most = M[: n - 2, : n - 2].copy(), -q[: n - 2] / weight, upper[: n - 2].copy()
+    S, returns, most = (
+        M[: n - 2, : n - 2].copy(),
+        -q[: n - 2] / weight,
+        upper[: n - 2].copy(),
+    )
 
     def ours() -> Path:
         problem = Problem(M, q, lower=lower, upper=upper)
-        return lcpcli.path(problem, Problem(problem.M, last.q, lower=lower, upper=upper))
+        return lcpcli.path(
+            problem, Problem(problem.M, last.q, lower=lower, upper=upper)
+        )
 
     return ours, lambda: 1 - turning_points(S, returns, most) / weight
 
@@ -100,32 +110,59 @@ def lasso(n: int, samples: int) -> tuple[Ours, Theirs]:
 
 def error(shares: list[Fraction], exact: list[Fraction]) -> float:
     """The largest distance of an exact breakpoint from the nearest of these."""
-    return max((float(min(abs(found - share) for found in shares)) for share in exact), default=np.nan)
+    return max(
+        (float(min(abs(found - share) for found in shares)) for share in exact),
+        default=np.nan,
+    )
 
 
-def row(name: str, n: int, ours: Ours, theirs: Theirs | None, budget: float) -> list[object]:
+def row(
+    name: str, n: int, ours: Ours, theirs: Theirs | None, budget: float
+) -> list[object]:
     found, calls = ours(), (ours, theirs) if theirs else (ours,)
     assert (found.end, found.verified) == ("reached", True)
-    own, *other = in_turns(*calls, most=MOST_REPEATS, least=LEAST_REPEATS, budget=budget, warm_up=0)
+    own, *other = in_turns(
+        *calls, most=MOST_REPEATS, least=LEAST_REPEATS, budget=budget, warm_up=0
+    )
     exact = [share for _, share in exact_shares(found, MOST_EXACT)]
     first, last = Fraction(found.family.start), Fraction(found.family.stop)
     shares = [(Fraction(t) - first) / (last - first) for t in found.t.tolist()]
-    cells = [name, n, found.t.size, 1e6 * median(own) / found.t.size, error(shares, exact)]
+    cells = [
+        name,
+        n,
+        found.t.size,
+        1e6 * median(own) / found.t.size,
+        error(shares, exact),
+    ]
     if not theirs:
         return [*cells, "", "", ""]
-    others, ratios = theirs().tolist(), [one / another for one, another in zip(own, other[0], strict=True)]
-    return [*cells, 1e6 * median(other[0]) / len(others), error(list(map(Fraction, others)), exact), median(ratios)]
+    others, ratios = (
+        theirs().tolist(),
+        [one / another for one, another in zip(own, other[0], strict=True)],
+    )
+    return [
+        *cells,
+        1e6 * median(other[0]) / len(others),
+        error(list(map(Fraction, others)), exact),
+        median(ratios),
+    ]
 
 
 def main(budget: float) -> None:
-    show(("path", "n", "breakpoints", "us each", "error", "theirs", "error", "ratio"), WIDTHS)
+    show(
+        ("path", "n", "breakpoints", "us each", "error", "theirs", "error", "ratio"),
+        WIDTHS,
+    )
     for name, peer, follow, sizes in (
         ("frontier", "cvxcla", frontier, [(n,) for n in FRONTIERS]),
         ("lasso", "sklearn", lasso, LASSOS),
     ):
         for size in sizes:
             ours, theirs = follow(*size)
-            show(row(name, size[0], ours, theirs if find_spec(peer) else None, budget), WIDTHS)
+            show(
+                row(name, size[0], ours, theirs if find_spec(peer) else None, budget),
+                WIDTHS,
+            )
 
 
 if __name__ == "__main__":

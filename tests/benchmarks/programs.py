@@ -39,11 +39,21 @@ class Piqp:
     def solve(self) -> bool:
         data, solver = self._data, piqp.SparseSolver()
         equal, A = data.row_lower == data.row_upper, csr_array(data.A)
-        rows = {"A": csc_array(A[equal]), "b": data.row_lower[equal]} if equal.any() else {}
+        rows = (
+            {"A": csc_array(A[equal]), "b": data.row_lower[equal]}
+            if equal.any()
+            else {}
+        )
         if not equal.all():
-            rows |= {"G": csc_array(A[~equal]), "h_l": data.row_lower[~equal], "h_u": data.row_upper[~equal]}
+            rows |= {
+                "G": csc_array(A[~equal]),
+                "h_l": data.row_lower[~equal],
+                "h_u": data.row_upper[~equal],
+            }
         solver.settings.eps_abs = solver.settings.eps_rel = EPS
-        solver.setup(P=csc_array(data.Q), c=data.c, **rows, x_l=data.lower, x_u=data.upper)
+        solver.setup(
+            P=csc_array(data.Q), c=data.c, **rows, x_l=data.lower, x_u=data.upper
+        )
         return solver.solve() == piqp.PIQP_SOLVED
 
 
@@ -54,7 +64,12 @@ class Highs:
         self._data, self._columns = data, csc_array(data.A)
 
     def solve(self) -> bool:
-        solver, program, data, A = highspy.Highs(), highspy.HighsLp(), self._data, self._columns
+        solver, program, data, A = (
+            highspy.Highs(),
+            highspy.HighsLp(),
+            self._data,
+            self._columns,
+        )
         for option, value in (
             ("output_flag", False),
             ("threads", 1),
@@ -63,10 +78,18 @@ class Highs:
         ):
             solver.setOptionValue(option, value)
         program.num_row_, program.num_col_ = A.shape
-        program.col_cost_, program.col_lower_, program.col_upper_ = data.c, data.lower, data.upper
+        program.col_cost_, program.col_lower_, program.col_upper_ = (
+            data.c,
+            data.lower,
+            data.upper,
+        )
         program.row_lower_, program.row_upper_ = data.row_lower, data.row_upper
         program.a_matrix_.format_ = highspy.MatrixFormat.kColwise
-        program.a_matrix_.start_, program.a_matrix_.index_, program.a_matrix_.value_ = A.indptr, A.indices, A.data
+        program.a_matrix_.start_, program.a_matrix_.index_, program.a_matrix_.value_ = (
+            A.indptr,
+            A.indices,
+            A.data,
+        )
         solver.passModel(program)
         solver.run()
         return solver.getModelStatus() == highspy.HighsModelStatus.kOptimal
@@ -79,7 +102,12 @@ def row(path: Path) -> tuple[float, bool]:
     Q, A = csc_array(data.Q), csc_array(data.A)
     is_linear = not Q.nnz
     peer: Any = Highs(data) if is_linear else Piqp(data)
-    ends = {"row_lower": data.row_lower, "row_upper": data.row_upper, "lower": data.lower, "upper": data.upper}
+    ends = {
+        "row_lower": data.row_lower,
+        "row_upper": data.row_upper,
+        "lower": data.lower,
+        "upper": data.upper,
+    }
     results: list[lcpcli.Result] = []
     solved: list[bool] = []
 
@@ -87,9 +115,14 @@ def row(path: Path) -> tuple[float, bool]:
         made = lcpcli.from_qp(None if is_linear else Q, data.c, A, **ends)
         results.append(lcpcli.run(made))
 
-    times = in_turns(ours, lambda: solved.append(peer.solve()), most=MOST, least=LEAST, budget=BUDGET)
+    times = in_turns(
+        ours, lambda: solved.append(peer.solve()), most=MOST, least=LEAST, budget=BUDGET
+    )
     own, other = (1e3 * min(seconds) for seconds in times)
-    route, claims = ", ".join(results[-1].route)[:24], ([each.solved for each in results], solved)
+    route, claims = (
+        ", ".join(results[-1].route)[:24],
+        ([each.solved for each in results], solved),
+    )
     numbers = (path.stem[:12], problem.n, own, other, own / other, route)
     show((*numbers, *("yes" if all(each) else "no" for each in claims)), WIDTHS)
     return own / other, is_linear
@@ -97,9 +130,16 @@ def row(path: Path) -> tuple[float, bool]:
 
 if __name__ == "__main__":
     show(HEADER, WIDTHS)
-    paths = [path for folder in sys.argv[1:] for path in sorted(Path(folder).glob("*.mps"))]
+    paths = [
+        path for folder in sys.argv[1:] for path in sorted(Path(folder).glob("*.mps"))
+    ]
     ratios = [row(path) for path in paths]
-    for name, linear in (("quadratic programs beside PIQP", False), ("linear programs beside HiGHS", True)):
+    for name, linear in (
+        ("quadratic programs beside PIQP", False),
+        ("linear programs beside HiGHS", True),
+    ):
         own = [ratio for ratio, is_linear in ratios if is_linear == linear]
         if own:
-            print(f"{len(own)} {name}: geometric mean of the ratios {np.exp(np.mean(np.log(own))):.2f}")
+            print(
+                f"{len(own)} {name}: geometric mean of the ratios {np.exp(np.mean(np.log(own))):.2f}"
+            )

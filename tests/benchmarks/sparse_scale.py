@@ -44,7 +44,10 @@ def beside_piqp(m: int, repeats: int) -> None:
             times.append((own, claim.seconds))
         own, other = (median(column) for column in zip(*times, strict=True))
         seconds = f"{1e3 * own:8.1f} ms, PIQP {1e3 * other:8.1f} ms, ratio {median(a / b for a, b in times):.2f}"
-        print(f"{name:24} {seconds}; {result.status.word}, {result.relative_residual:.0e}", flush=True)
+        print(
+            f"{name:24} {seconds}; {result.status.word}, {result.relative_residual:.0e}",
+            flush=True,
+        )
 
 
 def alone(name: str, m: int) -> dict[str, float]:
@@ -56,7 +59,13 @@ def alone(name: str, m: int) -> dict[str, float]:
     seconds, processor = time.perf_counter() - began, time.process_time() - processor
     assert result.solved
     memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20
-    return {"n": m * m, "seconds": seconds, "processor": processor, "iterations": result.iterations, "GB": memory}
+    return {
+        "n": m * m,
+        "seconds": seconds,
+        "processor": processor,
+        "iterations": result.iterations,
+        "GB": memory,
+    }
 
 
 def others() -> None:
@@ -64,7 +73,10 @@ def others() -> None:
         data = make()
         results = [lcpcli.solve(*data) for _ in range(FEW)]
         seconds = f"{1e3 * median(result.seconds for result in results):9.1f} ms"
-        print(f"{name:34} {seconds}; {results[0].status.word} by {', '.join(results[0].route)}", flush=True)
+        print(
+            f"{name:34} {seconds}; {results[0].status.word} by {', '.join(results[0].route)}",
+            flush=True,
+        )
 
 
 def main() -> None:
@@ -75,7 +87,9 @@ def main() -> None:
     for part in parts:
         print(f"\n{part}", flush=True)
         if part in ("growth", "huge"):
-            names, widths = (GROWING, WIDTHS) if part == "growth" else (HUGE, HUGE_WIDTHS)
+            names, widths = (
+                (GROWING, WIDTHS) if part == "growth" else (HUGE, HUGE_WIDTHS)
+            )
             for name in names:
                 in_processes(__file__, name, widths, *MEASURES)
         elif part == "others":

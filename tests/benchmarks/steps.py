@@ -86,23 +86,44 @@ def market(hours: int, solve: Solve) -> None:
     regions, plants, lines = 8, 24, 12
     random, k = np.random.default_rng(regions), plants + lines
     M = np.zeros((k + regions, k + regions))
-    M[np.arange(k), np.arange(k)] = np.concatenate((random.uniform(0.05, 0.2, plants), np.full(lines, 0.02)))
+    M[np.arange(k), np.arange(k)] = np.concatenate(
+        (random.uniform(0.05, 0.2, plants), np.full(lines, 0.02))
+    )
     M[k + np.arange(plants) % regions, np.arange(plants)] = 1.0
     for line in range(lines):  # a ring, and lines across it
-        one, other = (line, (line + 1) % regions) if line < regions else (line - regions, line - regions // 2)
+        one, other = (
+            (line, (line + 1) % regions)
+            if line < regions
+            else (line - regions, line - regions // 2)
+        )
         M[k + one, plants + line], M[k + other, plants + line] = -1.0, 1.0
     M[:k, k:] = -M[k:, :k].T
     is_wind, costs = np.arange(plants) < regions, random.uniform(10, 60, plants)
     costs[is_wind] = 0.0
-    demand, most = random.uniform(60, 120, regions), np.where(is_wind, 60.0, np.where(np.arange(plants) < 16, 50, 200))
+    demand, most = (
+        random.uniform(60, 120, regions),
+        np.where(is_wind, 60.0, np.where(np.arange(plants) < 16, 50, 200)),
+    )
     wind = random.uniform(0.2, 0.8, regions)
-    lower = np.concatenate((np.zeros(plants), np.full(lines, -30.0), np.full(regions, -np.inf)))
+    lower = np.concatenate(
+        (np.zeros(plants), np.full(lines, -30.0), np.full(regions, -np.inf))
+    )
     for hour in range(hours):
         wind = np.clip(wind + random.normal(0, 0.05, regions), 0.05, 1.0)
-        now = demand * (1 + 0.25 * np.sin(2 * np.pi * (hour - 9) / 24) + random.normal(0, 0.01, regions))
+        now = demand * (
+            1
+            + 0.25 * np.sin(2 * np.pi * (hour - 9) / 24)
+            + random.normal(0, 0.01, regions)
+        )
         upper = np.concatenate((most, np.full(lines, 30.0), np.full(regions, np.inf)))
         upper[:regions] *= wind
-        solve(SequenceStep(M, np.concatenate((costs, np.zeros(lines), -now)), {"lower": lower, "upper": upper}))
+        solve(
+            SequenceStep(
+                M,
+                np.concatenate((costs, np.zeros(lines), -now)),
+                {"lower": lower, "upper": upper},
+            )
+        )
 
 
 def moving_load(m: int, steps: int, solve: Solve) -> None:
@@ -111,7 +132,10 @@ def moving_load(m: int, steps: int, solve: Solve) -> None:
     M, h = obstacle(m * m, 0).M, 1 / (m + 1)
     X, Y = np.meshgrid(*2 * [h * np.arange(1, m + 1)])
     for step in range(steps):
-        x, y = 0.5 + 0.25 * np.cos(0.02 * np.pi * step), 0.5 + 0.25 * np.sin(0.02 * np.pi * step)
+        x, y = (
+            0.5 + 0.25 * np.cos(0.02 * np.pi * step),
+            0.5 + 0.25 * np.sin(0.02 * np.pi * step),
+        )
         load = 60 * np.exp(-((X - x) ** 2 + (Y - y) ** 2) / 0.02) - 10
         solve(SequenceStep(M, (-h * h * load).ravel()))
 
@@ -134,11 +158,17 @@ class Ways:
     """The seconds of each step in each way. solver : is made anew where the number of unknowns changes."""
 
     def __init__(self) -> None:
-        self.seconds: dict[str, list[float]] = {"run": [], "Solver": [], "quantecon": []}
+        self.seconds: dict[str, list[float]] = {
+            "run": [],
+            "Solver": [],
+            "quantecon": [],
+        }
         self.steps, self.M, self.solver = 0, np.zeros((0, 0)), None
 
     def by_itself(self, step: SequenceStep) -> Vector | None:
-        result = lcpcli.run(Problem(step.M, step.q, **step.bounds), tol=TOL, time_limit=TIME_LIMIT)
+        result = lcpcli.run(
+            Problem(step.M, step.q, **step.bounds), tol=TOL, time_limit=TIME_LIMIT
+        )
         return result.z if result.solved else None
 
     def from_last(self, step: SequenceStep) -> Vector | None:
@@ -151,7 +181,11 @@ class Ways:
         return result.z if result.solved else None
 
     def by_quantecon(self, step: SequenceStep) -> Vector | None:
-        return registry.load("quantecon").solve(Problem(step.M, step.q, **step.bounds), TOL, TIME_LIMIT).z
+        return (
+            registry.load("quantecon")
+            .solve(Problem(step.M, step.q, **step.bounds), TOL, TIME_LIMIT)
+            .z
+        )
 
     def solve(self, step: SequenceStep) -> Vector | None:
         ways = {"run": self.by_itself, "Solver": self.from_last}

@@ -33,7 +33,12 @@ def few_repetitions(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.fixture
 def folder(in_folder: Path) -> Path:
     """A folder, entered, with good.json, none.json, which has no solution, and good.json in M.csv and q.csv."""
-    for name, text in {"good.json": GOOD, "none.json": INFEASIBLE, "M.csv": "2,1\n1,2\n", "q.csv": "-5\n-6\n"}.items():
+    for name, text in {
+        "good.json": GOOD,
+        "none.json": INFEASIBLE,
+        "M.csv": "2,1\n1,2\n",
+        "q.csv": "-5\n-6\n",
+    }.items():
         (in_folder / name).write_text(text)
     return in_folder
 
@@ -46,7 +51,9 @@ def still(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.fixture
-def session(lcp: Lcp, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, still: None) -> Callable[[str], None]:  # noqa: ARG001
+def session(
+    lcp: Lcp, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, still: None
+) -> Callable[[str], None]:  # noqa: ARG001
     """Compare what the commands of a document print one after the other with the document."""
 
     def compare(name: str) -> None:
@@ -58,8 +65,12 @@ def session(lcp: Lcp, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, still: No
             elif typed.file:
                 Path(typed.file).write_bytes(typed.content)
             else:
-                monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(typed.content)))
-                outcome = lcp(*(word.replace("FOLDER", str(tmp_path)) for word in typed.arguments))
+                monkeypatch.setattr(
+                    sys, "stdin", io.TextIOWrapper(io.BytesIO(typed.content))
+                )
+                outcome = lcp(
+                    *(word.replace("FOLDER", str(tmp_path)) for word in typed.arguments)
+                )
                 text += f"{outcome.out}{outcome.err}exit code {outcome.code}\n"
         assert_as_before(name, text.replace(str(tmp_path), "FOLDER"))
 
@@ -79,7 +90,9 @@ def record(outcome: Outcome) -> dict[str, Any]:
 
 def assert_refused(outcome: Outcome, *words: str) -> None:
     """One line on standard error says so, with these words, and that is all."""
-    assert (outcome.code, outcome.out, outcome.err.count("\n")) == (2, "", 1), outcome.err
+    assert (outcome.code, outcome.out, outcome.err.count("\n")) == (2, "", 1), (
+        outcome.err
+    )
     assert [word for word in words if word not in outcome.err] == [], outcome.err
 
 

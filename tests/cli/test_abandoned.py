@@ -77,20 +77,32 @@ A, zero, one = rng.standard_normal((300, 300)), np.zeros(300), rng.random(300)
 call = lambda: minimized(one, A, (zero - np.inf, -rng.random(300)), (zero, zero + np.inf))
 """
 IN_SUPERLU = "A = families.make('dominant', 3000, 0).M; lu = factors.sparse_lu(False); call = lambda: lu(A)"
-IN_LAPACK = "A = rng.random((4000, 4000)); call = lambda: factors.checked_solver(A, 1.0)"
+IN_LAPACK = (
+    "A = rng.random((4000, 4000)); call = lambda: factors.checked_solver(A, 1.0)"
+)
 
 
 @pytest.mark.slow("waits for calls of seconds")
 @pytest.mark.parametrize(
     ("calling", "ending", "code"),
-    [(IN_HIGHS, "", 0), (IN_SUPERLU, "sys.exit(3)", 3), (IN_LAPACK, "raise ValueError('planned')", 1)],
+    [
+        (IN_HIGHS, "", 0),
+        (IN_SUPERLU, "sys.exit(3)", 3),
+        (IN_LAPACK, "raise ValueError('planned')", 1),
+    ],
     ids=["HiGHS", "SuperLU", "LAPACK"],
 )
-def test_program_ends_as_it_says_although_a_compiled_call_was_abandoned(calling: str, ending: str, code: int) -> None:
+def test_program_ends_as_it_says_although_a_compiled_call_was_abandoned(
+    calling: str, ending: str, code: int
+) -> None:
     limited = "try:\n    with within(0.05):\n        call()\nexcept TimeIsUp:\n    print('late')"
     done = python(f"{CALLING}{calling}\n{limited}\n{ending}")
     assert (done.returncode, done.stdout) == (code, "late\n")
-    assert done.stderr.endswith("\nValueError: planned\n") if code == 1 else done.stderr == ""
+    assert (
+        done.stderr.endswith("\nValueError: planned\n")
+        if code == 1
+        else done.stderr == ""
+    )
 
 
 def test_interpreter_waits_for_an_abandoned_call() -> None:
@@ -105,7 +117,10 @@ join = threading.Thread.join
 threading.Thread.join = lambda *limit: print("waiting", flush=True) or join(*limit)
 """
     process = subprocess.Popen(
-        [sys.executable, "-c", code, "60"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+        [sys.executable, "-c", code, "60"],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
     )
     assert process.stdout is not None
     assert [process.stdout.readline() for _ in range(2)] == ["late\n", "waiting\n"]
@@ -117,9 +132,25 @@ threading.Thread.join = lambda *limit: print("waiting", flush=True) or join(*lim
 
 def test_command_ends_at_once(tmp_path: Path) -> None:
     file, rng = tmp_path / "random.npz", np.random.default_rng(0)
-    writing.write(Problem(rng.standard_normal((500, 500)), rng.standard_normal(500)), str(file))
-    done = python(MAIN, "solve", str(file), "--method", "milp", "--time-limit", "0.2", "--format", "json")
-    assert (done.returncode, done.stderr, json.loads(done.stdout)["status"]) == (1, "", "time_limit")
+    writing.write(
+        Problem(rng.standard_normal((500, 500)), rng.standard_normal(500)), str(file)
+    )
+    done = python(
+        MAIN,
+        "solve",
+        str(file),
+        "--method",
+        "milp",
+        "--time-limit",
+        "0.2",
+        "--format",
+        "json",
+    )
+    assert (done.returncode, done.stderr, json.loads(done.stdout)["status"]) == (
+        1,
+        "",
+        "time_limit",
+    )
 
 
 def test_time_limit_of_the_run_ends_a_linear_program_in_any_thread() -> None:
@@ -130,7 +161,9 @@ def test_time_limit_of_the_run_ends_a_linear_program_in_any_thread() -> None:
     def limited() -> None:
         try:
             with within(0.01):
-                minimized(-rng.random(300), A, (zero - np.inf, b), (zero, zero + np.inf))
+                minimized(
+                    -rng.random(300), A, (zero - np.inf, b), (zero, zero + np.inf)
+                )
         except BaseException as error:
             errors.append(error)
 
@@ -152,7 +185,9 @@ def test_remaining_seconds_are_those_of_the_innermost_context() -> None:
 
 
 @pytest.mark.parametrize("name", ["LONG_LU", "LONG_CHOLESKY"])
-def test_long_factorizations_give_the_same_solution(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_long_factorizations_give_the_same_solution(
+    name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
     rng = np.random.default_rng(0)
     A = rng.random((300, 300)) + 300 * np.eye(300)
     A = A + A.T if name == "LONG_CHOLESKY" else A
@@ -166,7 +201,9 @@ def test_long_factorizations_give_the_same_solution(name: str, monkeypatch: pyte
         A[0, 1] = A[1, 0] = 2.0  # so that it is not definite
         with pytest.raises(factors.SingularMatrix):
             factors.dense_factors().cholesky(A)
-        np.testing.assert_allclose(PrincipalSolver(A).solve(every, A.sum(axis=1)), np.ones(300))
+        np.testing.assert_allclose(
+            PrincipalSolver(A).solve(every, A.sum(axis=1)), np.ones(300)
+        )
 
 
 FACTORIZING = """
@@ -196,7 +233,9 @@ problem, method = Problem(M, rng.standard_normal(n)), "interior"
 
 
 @pytest.mark.parametrize(
-    "made", [NEARLY_DENSE, "problem, method = families.make('dominant', 4000), 'newton'"], ids=["interior", "newton"]
+    "made",
+    [NEARLY_DENSE, "problem, method = families.make('dominant', 4000), 'newton'"],
+    ids=["interior", "newton"],
 )
 def test_time_limit_ends_a_sparse_factorization_that_fills_in(made: str) -> None:
     """By a clock that goes on only where one waits for a compiled call that has not ended."""
@@ -205,9 +244,15 @@ def test_time_limit_ends_a_sparse_factorization_that_fills_in(made: str) -> None
     assert (done.stdout, done.stderr) == ("time_limit 1\n", "")
 
 
-def test_no_exact_system_is_begun_that_the_time_limit_does_not_leave_time_for(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_no_exact_system_is_begun_that_the_time_limit_does_not_leave_time_for(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     pytest.importorskip("flint")
-    A, call, begun = np.random.default_rng(0).standard_normal((450, 450)), subprocess.run, list[float]()
+    A, call, begun = (
+        np.random.default_rng(0).standard_normal((450, 450)),
+        subprocess.run,
+        list[float](),
+    )
 
     def limited(*given: Any, **how: Any) -> Any:
         begun.append(how["timeout"])
@@ -220,15 +265,25 @@ def test_no_exact_system_is_begun_that_the_time_limit_does_not_leave_time_for(mo
     assert all(0 <= each <= 1 for each in begun)
 
 
-def test_time_limit_holds_while_numbers_are_made_exact_and_while_long_rows_are_pivoted() -> None:
+def test_time_limit_holds_while_numbers_are_made_exact_and_while_long_rows_are_pivoted() -> (
+    None
+):
     data = ExactProblem.of_floats(PROBLEM)
-    assert (data.are_floats(), ExactProblem.of_decimals(Problem([[0.1]], [-1])).are_floats()) == (True, False)
+    assert (
+        data.are_floats(),
+        ExactProblem.of_decimals(Problem([[0.1]], [-1])).are_floats(),
+    ) == (True, False)
     z, sized = [Fraction(4, 3), Fraction(7, 3)], Doubles()
     sized("0.10000000000000000001")
     game = families.make("bimatrix", 20, 0)
     payoffs = costs(game)
     assert payoffs is not None
-    long = Dictionary({2: [1] * LONG_ROW, 3: [2] * LONG_ROW}, list(range(10, 9 + LONG_ROW)), (), lambda: None)
+    long = Dictionary(
+        {2: [1] * LONG_ROW, 3: [2] * LONG_ROW},
+        list(range(10, 9 + LONG_ROW)),
+        (),
+        lambda: None,
+    )
     for work in (
         lambda: ExactProblem.of_floats(PROBLEM),
         lambda: fraction("0.1"),
@@ -247,7 +302,9 @@ def test_time_limit_holds_while_numbers_are_made_exact_and_while_long_rows_are_p
             work()
 
 
-def test_numbers_that_cannot_be_made_exact_in_time_leave_the_result_without_a_proof() -> None:
+def test_numbers_that_cannot_be_made_exact_in_time_leave_the_result_without_a_proof() -> (
+    None
+):
     pytest.importorskip("flint")
 
     def late() -> ExactProblem:
@@ -302,45 +359,71 @@ def clock(monkeypatch: pytest.MonkeyPatch) -> Clock:
     return clock
 
 
-def test_driver_reports_by_the_clock_and_not_by_the_iterate(clock: Clock, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_driver_reports_by_the_clock_and_not_by_the_iterate(
+    clock: Clock, monkeypatch: pytest.MonkeyPatch
+) -> None:
     def method(problem: Problem, x0: Vector, **_: object) -> Stage:  # noqa: ARG001
         for k in range(1, 1000):
             clock.now = k * INTERVAL / 100
-            yield Iterate(np.array([9.0]), np.array([1.0 / (k + 1)]), "", k, method="shi")
+            yield Iterate(
+                np.array([9.0]), np.array([1.0 / (k + 1)]), "", k, method="shi"
+            )
         return Finished()
 
     monkeypatch.setattr(methods, "load", lambda name: method)  # noqa: ARG005
     reports: list[tuple[str, int, float, float]] = []
     run(Problem([[1.0]], [-1.0]), "newton", observe=lambda *seen: reports.append(seen))
     assert 9 <= len(reports) <= 10
-    assert all(later[3] - earlier[3] >= 0.999 * INTERVAL for earlier, later in itertools.pairwise(reports))
+    assert all(
+        later[3] - earlier[3] >= 0.999 * INTERVAL
+        for earlier, later in itertools.pairwise(reports)
+    )
     name, k, level, seconds = reports[0]
     assert (name, level) == ("shi", 1.0 / (k + 1))
     assert seconds == pytest.approx(k * INTERVAL / 100)
 
 
-def test_driver_reports_the_iterate_and_its_level(clock: Clock, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_driver_reports_the_iterate_and_its_level(
+    clock: Clock, monkeypatch: pytest.MonkeyPatch
+) -> None:
     def method(problem: Problem, x0: Vector, **_: object) -> Stage:  # noqa: ARG001
         for k in range(1, 4):
             clock.now = float(k)
-            yield Iterate(np.array([9.0]), np.array([4.0 / 2**k]), "", k, method="inner" if k == 2 else "")
+            yield Iterate(
+                np.array([9.0]),
+                np.array([4.0 / 2**k]),
+                "",
+                k,
+                method="inner" if k == 2 else "",
+            )
         return Finished()
 
     monkeypatch.setattr(methods, "load", lambda name: method)  # noqa: ARG005
     reports: list[tuple[str, int, float, float]] = []
     run(Problem([[1.0]], [-1.0]), "newton", observe=lambda *seen: reports.append(seen))
-    assert reports == [("newton", 1, 2.0, 1.0), ("inner", 2, 1.0, 2.0), ("newton", 3, 0.5, 3.0)]
+    assert reports == [
+        ("newton", 1, 2.0, 1.0),
+        ("inner", 2, 1.0, 2.0),
+        ("newton", 3, 0.5, 3.0),
+    ]
 
 
 def test_a_long_step_in_compiled_code_is_watched_too() -> None:
     looks: list[int] = []
     with interrupts.within(10.0, lambda: looks.append(1)), interrupts.within(9.0):
-        assert interrupts.interruptibly(lambda: time.sleep(3.5 * interrupts.WAIT) or "done") == "done"
+        assert (
+            interrupts.interruptibly(
+                lambda: time.sleep(3.5 * interrupts.WAIT) or "done"
+            )
+            == "done"
+        )
     assert looks
     assert interrupts.interruptibly(lambda: "unwatched") == "unwatched"
 
 
-def test_nothing_is_shown_in_the_first_second_and_all_is_gone_at_the_end(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_nothing_is_shown_in_the_first_second_and_all_is_gone_at_the_end(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     stream = Terminal()
     monkeypatch.setattr(sys, "stderr", stream)
     with terminal.Line() as line:
@@ -350,11 +433,18 @@ def test_nothing_is_shown_in_the_first_second_and_all_is_gone_at_the_end(monkeyp
         line.tell("shi", 1234, 2.5e-5, 1.5)
         line.tell("shi", 2345, float("inf"), 2.5)
     shown = stream.getvalue().split(terminal.ERASE)
-    assert shown == ["", "shi  k = 1234  relative residual about 2.5e-05  1.5 s", "shi  k = 2345  2.5 s", ""]
+    assert shown == [
+        "",
+        "shi  k = 1234  relative residual about 2.5e-05  1.5 s",
+        "shi  k = 2345  2.5 s",
+        "",
+    ]
     assert "\n" not in stream.getvalue()
 
 
-def test_quiet_and_a_terminal_that_cannot_erase_silence_it(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_quiet_and_a_terminal_that_cannot_erase_silence_it(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     for stream, quiet, term, shown in (
         (Terminal(), False, "xterm", True),
         (Terminal(), True, "xterm", False),
@@ -366,15 +456,28 @@ def test_quiet_and_a_terminal_that_cannot_erase_silence_it(monkeypatch: pytest.M
         assert terminal.shows_progress(quiet) is shown
 
 
-def test_long_solve_shows_its_line_on_standard_error(lcp: Lcp, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_long_solve_shows_its_line_on_standard_error(
+    lcp: Lcp, folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     stream = Terminal()
     monkeypatch.setattr(sys, "stderr", stream)
     monkeypatch.setenv("TERM", "xterm")
     monkeypatch.setattr(terminal, "PATIENCE", 0.0)
     monkeypatch.setattr("lcpcli.solving.loop.INTERVAL", 0.0)
     assert (folder / "none.json").exists()  # so that the iterates run off for ever
-    outcome = lcp("solve", "none.json", "--method", "fixed-point", "--max-iterations", "200", "--format", "json")
+    outcome = lcp(
+        "solve",
+        "none.json",
+        "--method",
+        "fixed-point",
+        "--max-iterations",
+        "200",
+        "--format",
+        "json",
+    )
     shown = stream.getvalue()
     assert (outcome.out[:1], outcome.out.count("\n")) == ("{", 1)
-    assert re.search(r"fixed-point  k = \d+  relative residual about \d\.\de[-+]\d+  \d\.\d s", shown)
+    assert re.search(
+        r"fixed-point  k = \d+  relative residual about \d\.\de[-+]\d+  \d\.\d s", shown
+    )
     assert (shown.endswith(terminal.ERASE), "\n" in shown) == (True, False)

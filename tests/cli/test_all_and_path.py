@@ -40,26 +40,45 @@ PROBLEMS = {
 def _files(in_folder: Path) -> None:
     for name, text in PROBLEMS.items():
         (in_folder / f"{name}.json").write_text(text)
-    for name, text in {"M": "2,1\n1,2\n", "q0": "1,1\n", "q1": "-5,-6\n", "d": "-6\n-7\n"}.items():
+    for name, text in {
+        "M": "2,1\n1,2\n",
+        "q0": "1,1\n",
+        "q1": "-5,-6\n",
+        "d": "-6\n-7\n",
+    }.items():
         (in_folder / f"{name}.csv").write_text(text)
 
 
-def test_list_that_is_as_long_as_was_asked_for_says_whether_there_are_others(session: Callable[..., None]) -> None:
-    Path("connected.json").write_text('{"A": [[1, 0], [0, 0], [1, 0]], "B": [[1, 0], [1, 1], [1, 1]]}')
+def test_list_that_is_as_long_as_was_asked_for_says_whether_there_are_others(
+    session: Callable[..., None],
+) -> None:
+    Path("connected.json").write_text(
+        '{"A": [[1, 0], [0, 0], [1, 0]], "B": [[1, 0], [1, 1], [1, 1]]}'
+    )
     session("as-many-as-asked-for")
 
 
-def test_list_that_is_stopped_while_numbers_are_read_is_none(lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_list_that_is_stopped_while_numbers_are_read_is_none(
+    lcp: Lcp, monkeypatch: pytest.MonkeyPatch
+) -> None:
     def reading_until_the_limit(_: Input) -> None:
         raise TimeIsUp
 
     monkeypatch.setattr(Input, "exact_parts", reading_until_the_limit)
     late = lcp("solve", "murty.json", "--all", "--time-limit", "9", "--format", "json")
-    assert (late.code, record(late)["status"], record(late)["complete"]) == (1, "time_limit", False)
+    assert (late.code, record(late)["status"], record(late)["complete"]) == (
+        1,
+        "time_limit",
+        False,
+    )
 
 
-@pytest.mark.parametrize(("name", "holding"), [("murty", "0111"), ("faces", "0011"), ("none", "0000")])
-def test_picture_marks_cones_that_hold_q(name: str, holding: str, lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize(
+    ("name", "holding"), [("murty", "0111"), ("faces", "0011"), ("none", "0000")]
+)
+def test_picture_marks_cones_that_hold_q(
+    name: str, holding: str, lcp: Lcp, monkeypatch: pytest.MonkeyPatch
+) -> None:
     pytest.importorskip("matplotlib")
     drawn: list[SolutionSet] = []
     usual = plotting.cones
@@ -73,18 +92,25 @@ def test_picture_marks_cones_that_hold_q(name: str, holding: str, lcp: Lcp, monk
     found = drawn[0]
     assert Path("cones.svg").read_text().startswith("<?xml")
     assert plane_figures.holding(found) == [mark == "1" for mark in holding]
-    assert "1" not in holding or found.count in lcp("solve", f"{name}.json", "--all").out
+    assert (
+        "1" not in holding or found.count in lcp("solve", f"{name}.json", "--all").out
+    )
 
 
 @pytest.mark.parametrize("name", ["murty", "both"])
-def test_long_table_is_cut_and_says_so(name: str, lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_long_table_is_cut_and_says_so(
+    name: str, lcp: Lcp, monkeypatch: pytest.MonkeyPatch
+) -> None:
     whole = lcp("solve", f"{name}.json", "--all").out.split("\n\n")
     monkeypatch.setattr(solutions, "MOST_LINES", 2)
     monkeypatch.setattr(solutions.wording, "LINE_ENTRIES", 1)
     head, rows = lcp("solve", f"{name}.json", "--all").out.split("\n\n")
-    assert re.search(r"the first 2 of [34] rows; --format json and csv have all of them", head)
+    assert re.search(
+        r"the first 2 of [34] rows; --format json and csv have all of them", head
+    )
     shown, expected = (
-        [line.split() for line in text.splitlines()[:-1] if "--" not in line] for text in (rows, whole[1])
+        [line.split() for line in text.splitlines()[:-1] if "--" not in line]
+        for text in (rows, whole[1])
     )
     assert shown[1:] == expected[1:3]
     assert ("subsets {1, 2}, ...: any" in " ".join(head.split())) == (name == "both")
@@ -101,10 +127,15 @@ def test_a_path_of_the_command_is_that_of_python(lcp: Lcp) -> None:
     found = record(lcp("path", "first.json", "last.json", "--format", "json"))
     own = lcpcli.path(lcpcli.read("first.json"), lcpcli.read("last.json")).to_dict()
     assert own.keys() == found.keys()
-    assert {**found, "file": None, "to_file": None, "seconds": 0} == {**own, "seconds": 0}
+    assert {**found, "file": None, "to_file": None, "seconds": 0} == {
+        **own,
+        "seconds": 0,
+    }
 
 
-def test_paths_to_every_end_are_the_same_as_before(session: Callable[..., None]) -> None:
+def test_paths_to_every_end_are_the_same_as_before(
+    session: Callable[..., None],
+) -> None:
     pytest.importorskip("flint")
     Path("0.6,1").mkdir()  # the folder of a file of this name
     for name, text in {"0.6,1/10": "not numbers", "e.csv": "-0.1\n"}.items():
@@ -114,5 +145,7 @@ def test_paths_to_every_end_are_the_same_as_before(session: Callable[..., None])
     program = Path(contents.shipped_path("programs/portfolio.json")).read_text()
     for name, least in (("from", "0.05"), ("to", "0.12")):
         limits = f'"row_lower": [1, {least}], "row_upper": [1, null], "upper"'
-        Path(f"{name}.json").write_text(re.sub(r'"row_lower".*"upper"', limits, program, flags=re.DOTALL))
+        Path(f"{name}.json").write_text(
+            re.sub(r'"row_lower".*"upper"', limits, program, flags=re.DOTALL)
+        )
     session("paths")

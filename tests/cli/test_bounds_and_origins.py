@@ -21,7 +21,9 @@ from ..far_bounds import FAR
 from .conftest import Lcp, assert_refused, record
 
 MIXED = '{"M": [[2, 1], [1, 2]], "q": [-5.1, -6], "lower": [-1e20, 0.1], "upper": [1e20, 1e400]}'
-REMARK = "lcp: far.json: 6 bounds of 1e20 or more; --infinity 1e20 makes them infinite\n"
+REMARK = (
+    "lcp: far.json: 6 bounds of 1e20 or more; --infinity 1e20 makes them infinite\n"
+)
 
 
 @pytest.fixture(autouse=True)
@@ -35,21 +37,59 @@ def files(in_folder: Path) -> Path:
     return in_folder
 
 
-def test_check_inspect_convert_compare_and_bench_read_the_same_problem_as_solve(lcp: Lcp) -> None:
+def test_check_inspect_convert_compare_and_bench_read_the_same_problem_as_solve(
+    lcp: Lcp,
+) -> None:
     infinity = ("--infinity", "1e20")
     assert lcp("solve", "far.json", *infinity, "-o", "z.csv").code == 0
     assert lcp("check", "far.json", "z.csv", *infinity).code == 0
     assert lcp("check", "far.json", "z.csv", *infinity, "--exact").code == 0
     assert lcp("inspect", "far.json", *infinity).out.startswith("far: n = 6 ")
-    assert lcp("convert", "far.json", *infinity, "-o", "near.json") == Outcome(0, "", "lcp: wrote near.json\n")
+    assert lcp("convert", "far.json", *infinity, "-o", "near.json") == Outcome(
+        0, "", "lcp: wrote near.json\n"
+    )
     near = read("near.json")
     assert near.n == read("far.json", infinity=1e20).n == 6
     assert not (near.q != from_qp(**FAR, infinity=1e20).q).any()
-    assert record(lcp("compare", "far.json", *infinity, "--method", "newton", "--format", "json"))["n"] == 6
-    lcp("bench", "far.json", *infinity, "--method", "newton", "--budget", "0", "-o", "bench.json", "-q")
+    assert (
+        record(
+            lcp(
+                "compare",
+                "far.json",
+                *infinity,
+                "--method",
+                "newton",
+                "--format",
+                "json",
+            )
+        )["n"]
+        == 6
+    )
+    lcp(
+        "bench",
+        "far.json",
+        *infinity,
+        "--method",
+        "newton",
+        "--budget",
+        "0",
+        "-o",
+        "bench.json",
+        "-q",
+    )
     assert json.loads(Path("bench.json").read_text())["measurements"][0]["n"] == 6
     assert lcp("bench", "--resume", "bench.json", "-q").code == 0
-    lcp("bench", "lcp.json", "--method", "newton", "--budget", "0", "-o", "older.json", "-q")
+    lcp(
+        "bench",
+        "lcp.json",
+        "--method",
+        "newton",
+        "--budget",
+        "0",
+        "-o",
+        "older.json",
+        "-q",
+    )
     text = Path("older.json").read_text()
     assert ', "infinity": null' in text
     Path("older.json").write_text(text.replace(', "infinity": null', ""))
@@ -82,7 +122,9 @@ FILES = {
 @pytest.fixture
 def bounds(lcp: Lcp, in_folder: Path) -> Lcp:
     """The lower and upper bounds of a problem of two unknowns with these options."""
-    (in_folder / "given.json").write_text('{"M": [[2, 1], [1, 2]], "q": [-5, -6], "lower": -9, "upper": [8, 9]}')
+    (in_folder / "given.json").write_text(
+        '{"M": [[2, 1], [1, 2]], "q": [-5, -6], "lower": -9, "upper": [8, 9]}'
+    )
 
     def given(*options: str) -> Any:
         held = record(lcp("convert", "given.json", *options))
@@ -97,12 +139,16 @@ def test_every_format_gives_the_same_bounds(name: str, bounds: Lcp) -> None:
     assert bounds("--lower", name) == ([None, -0.5], [8, 9])
 
 
-@pytest.mark.parametrize("typed", ["none,-0.5", "NONE -1/2", "[null, -0.5]", "-Infinity;-5e-1", "-inf, -.5"])
+@pytest.mark.parametrize(
+    "typed", ["none,-0.5", "NONE -1/2", "[null, -0.5]", "-Infinity;-5e-1", "-inf, -.5"]
+)
 def test_typed_bounds_are_those_meant(typed: str, bounds: Lcp) -> None:
     assert bounds("--lower", typed) == ([None, -0.5], [8, 9])
 
 
-def test_one_number_is_for_all_in_mat_too_and_none_takes_bounds_away(bounds: Lcp) -> None:
+def test_one_number_is_for_all_in_mat_too_and_none_takes_bounds_away(
+    bounds: Lcp,
+) -> None:
     assert bounds("--lower", "-1/2", "--upper", "none") == (-0.5, None)
     assert bounds("--lower", "0", "--upper", "inf") == (0, None)
     Path("one.mat").write_bytes(mat(lower=-1))
@@ -110,7 +156,12 @@ def test_one_number_is_for_all_in_mat_too_and_none_takes_bounds_away(bounds: Lcp
 
 
 PROGRAM = {"Q": [[2, 0], [0, 2]], "c": [-3, 1], "A": [[1, 1]], "b": [1]}
-GAME = {"A": [[3, 0], [0, 2]], "B": [[0, 2], [3, 0]], "rows": ["opera", "football"], "columns": ["left", "right"]}
+GAME = {
+    "A": [[3, 0], [0, 2]],
+    "B": [[0, 2], [3, 0]],
+    "rows": ["opera", "football"],
+    "columns": ["left", "right"],
+}
 
 
 BAD = ("--from-qp", "--from-game")
@@ -121,20 +172,33 @@ def test_bad_programs_games_and_origins_and_options_without_effect_are_reported_
 ) -> None:
     session("refused-origins")
     assert not (files / "made.json").exists()
-    told = {"3": "is a number; give an object with the key kind", "{": "line 1, column 2: ends too early"}
-    for origin, words in (told | {'{"kind": "qp", "variables": 9}': "does not yield this M and q"}).items():
-        np.savez(files / "bad.npz", M=[[2.0, 1.0], [1.0, 2.0]], q=[-1.0, -1.0], origin=origin)
+    told = {
+        "3": "is a number; give an object with the key kind",
+        "{": "line 1, column 2: ends too early",
+    }
+    for origin, words in (
+        told | {'{"kind": "qp", "variables": 9}': "does not yield this M and q"}
+    ).items():
+        np.savez(
+            files / "bad.npz", M=[[2.0, 1.0], [1.0, 2.0]], q=[-1.0, -1.0], origin=origin
+        )
         assert_refused(lcp("solve", "bad.npz"), f"lcp: bad.npz: origin: {words}")
 
 
 @pytest.mark.parametrize("place", [(0, 1), (0, 2), (2, 2), (3, 3)])
 @pytest.mark.parametrize("option", BAD)
-def test_a_changed_matrix_no_longer_fits_its_origin(option: str, place: tuple[int, int]) -> None:
+def test_a_changed_matrix_no_longer_fits_its_origin(
+    option: str, place: tuple[int, int]
+) -> None:
     program = from_qp(PROGRAM["Q"], [1, 2], [[1, 1]], [1], row_upper=[2])
     problem = program if option == "--from-qp" else from_game(GAME["A"], GAME["B"])
     M = problem.M.copy()
     M[place] += 1
     unit = np.eye(problem.n)[2]
-    for changes in ({"M": M}, {"q": problem.q + unit}, {"lower": unit, "upper": np.inf}):
+    for changes in (
+        {"M": M},
+        {"q": problem.q + unit},
+        {"lower": unit, "upper": np.inf},
+    ):
         with pytest.raises(ProblemError, match="origin: does not yield this M and q"):
             replace(problem, **changes)

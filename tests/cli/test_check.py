@@ -28,7 +28,9 @@ INFEASIBLE = '{"M": [[0, -0.1], [0, -0.3]], "q": [-0.1, -0.3]}'
 def checked(lcp: Lcp, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Lcp:
     """Check an answer, a text or an object for a file, to a problem in a file or an object for one."""
 
-    def run(answer: Any, *options: str, problem: Any = EXAMPLE, name: str = "answer") -> Any:
+    def run(
+        answer: Any, *options: str, problem: Any = EXAMPLE, name: str = "answer"
+    ) -> Any:
         monkeypatch.chdir(tmp_path)
         if not isinstance(problem, str):
             Path("p.json").write_text(json.dumps(problem))
@@ -39,24 +41,44 @@ def checked(lcp: Lcp, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Lcp:
     return run
 
 
-def test_what_is_said_of_answers_is_the_same_as_before(session: Callable[..., None], folder: Path) -> None:
+def test_what_is_said_of_answers_is_the_same_as_before(
+    session: Callable[..., None], folder: Path
+) -> None:
     (folder / "near.json").write_text('{"M": [[2, 1], [1, 2]], "q": [5, -6]}')
     identity = '{"M": [[1, 0, 0], [0, 1, 0], [0, 0, 1]], "q": [1, -4, 1], "lower": [null, 0, 0]}'
     (folder / "minus.json").write_text(identity)
     session("check")
 
 
-def test_results_of_solve_are_accepted_and_any_changed_digit_is_refused(lcp: Lcp, checked: Lcp) -> None:
+def test_results_of_solve_are_accepted_and_any_changed_digit_is_refused(
+    lcp: Lcp, checked: Lcp
+) -> None:
     solved = record(lcp("solve", EXAMPLE, "--exact", "--format", "json"))
     found = record(checked(solved, "--exact", "--format", "json"))
-    assert (found["accepted"], found["residual"], found["backward_error"], found["violations"]) == (True, 0, 0, [])
-    for vector, told in (("z", "not an exact solution"), ("w", "the given w is not Mz + q")):
+    assert (
+        found["accepted"],
+        found["residual"],
+        found["backward_error"],
+        found["violations"],
+    ) == (True, 0, 0, [])
+    for vector, told in (
+        ("z", "not an exact solution"),
+        ("w", "the given w is not Mz + q"),
+    ):
         for i, text in enumerate(solved["exact"][vector]):
-            place = [k for k, mark in enumerate(text) if mark.isdigit()][-1 - i % 2 * text.count("/")]
-            changed = text[:place] + str((int(text[place]) + 1) % 10) + text[place + 1 :]
+            place = [k for k, mark in enumerate(text) if mark.isdigit()][
+                -1 - i % 2 * text.count("/")
+            ]
+            changed = (
+                text[:place] + str((int(text[place]) + 1) % 10) + text[place + 1 :]
+            )
             answer = {
                 **solved["exact"],
-                vector: [*solved["exact"][vector][:i], changed, *solved["exact"][vector][i + 1 :]],
+                vector: [
+                    *solved["exact"][vector][:i],
+                    changed,
+                    *solved["exact"][vector][i + 1 :],
+                ],
             }
             outcome = checked(solved | {"exact": answer}, "--exact")
             assert (outcome.code, told in outcome.out) == (1, True), changed
@@ -65,9 +87,22 @@ def test_results_of_solve_are_accepted_and_any_changed_digit_is_refused(lcp: Lcp
 def test_at_most_ten_violations_are_listed(lcp: Lcp, tmp_path: Path) -> None:
     writing.write(Problem(np.eye(30), -np.arange(1.0, 31.0)), tmp_path / "p.json")
     (tmp_path / "z.txt").write_text("0 " * 30)
-    found = record(lcp("check", str(tmp_path / "p.json"), str(tmp_path / "z.txt"), "--format", "json"))
+    found = record(
+        lcp(
+            "check",
+            str(tmp_path / "p.json"),
+            str(tmp_path / "z.txt"),
+            "--format",
+            "json",
+        )
+    )
     assert (found["violated"], len(found["violations"])) == (30, 10)
-    assert "the worst 10 of 30" in lcp("check", str(tmp_path / "p.json"), str(tmp_path / "z.txt"), "--exact").out
+    assert (
+        "the worst 10 of 30"
+        in lcp(
+            "check", str(tmp_path / "p.json"), str(tmp_path / "z.txt"), "--exact"
+        ).out
+    )
 
 
 @pytest.mark.usefixtures("folder")
@@ -87,23 +122,34 @@ def minimum(problem: lcpcli.Problem) -> Minimum:
 
 
 @pytest.mark.parametrize("distance", [1e-3, -0.09])
-def test_what_is_missing_to_the_minimum_is_said_exactly_where_a_short_step_leads_there(distance: float) -> None:
+def test_what_is_missing_to_the_minimum_is_said_exactly_where_a_short_step_leads_there(
+    distance: float,
+) -> None:
     """x^2 - 2x has its minimum at 1, and x exceeds it by the square of the distance."""
     verification = lcpcli.check(lcpcli.from_qp([[2]], [-2]), [1 + distance])
     assert not verification.accepted
-    (gain,) = re.findall(r" is at least (\S+) above the minimum$", verification.statement)
+    (gain,) = re.findall(
+        r" is at least (\S+) above the minimum$", verification.statement
+    )
     assert 0.95 * distance**2 <= float(gain) <= distance**2
 
 
 @pytest.mark.parametrize("size", [1e-8, 1.0, 1e8])
-def test_gain_that_is_small_beside_the_terms_of_the_objective_is_none(size: float) -> None:
+def test_gain_that_is_small_beside_the_terms_of_the_objective_is_none(
+    size: float,
+) -> None:
     verification = lcpcli.check(lcpcli.from_qp([[2 * size]], [-2 * size]), [1 + 1e-6])
     statement = "x is feasible to the tolerance 1e-10, but not shown to be a minimizer"
     assert (verification.accepted, verification.statement) == (False, statement)
 
 
-@pytest.mark.parametrize("problem", [*map(lcpcli.read, SHIPPED), *(lcpcli.from_qp(**program(s)) for s in SEEDS[:5])])
-def test_x_alone_and_x_with_its_multipliers_are_accepted_and_a_changed_one_is_not(problem: lcpcli.Problem) -> None:
+@pytest.mark.parametrize(
+    "problem",
+    [*map(lcpcli.read, SHIPPED), *(lcpcli.from_qp(**program(s)) for s in SEEDS[:5])],
+)
+def test_x_alone_and_x_with_its_multipliers_are_accepted_and_a_changed_one_is_not(
+    problem: lcpcli.Problem,
+) -> None:
     answer = minimum(problem)
     alone = lcpcli.check(problem, answer.x)
     both = lcpcli.check(problem, np.concatenate((answer.x, answer.y)))
@@ -116,47 +162,91 @@ def test_x_alone_and_x_with_its_multipliers_are_accepted_and_a_changed_one_is_no
 
 def test_x_at_the_end_of_a_range_is_not_beyond_it_by_rounding() -> None:
     """0.1 + 0.1 + 0.1 is 0.30000000000000004."""
-    program = lcpcli.from_qp(np.eye(3), [-5] * 3, [[0.1, 0.1, 0.1]], row_lower=-1, row_upper=0.3)
-    assert max(lcpcli.check(program, x).relative_residual for x in ([1, 1, 1], [1, 1, 1, -40])) <= 1e-15
+    program = lcpcli.from_qp(
+        np.eye(3), [-5] * 3, [[0.1, 0.1, 0.1]], row_lower=-1, row_upper=0.3
+    )
+    assert (
+        max(
+            lcpcli.check(program, x).relative_residual
+            for x in ([1, 1, 1], [1, 1, 1, -40])
+        )
+        <= 1e-15
+    )
 
 
 def test_worst_row_is_the_one_violated_most_relative_to_its_terms() -> None:
-    program = lcpcli.from_qp([[1, 0], [0, 1]], [1, 1], [[1, 0], [0, 1]], row_lower=[1, 1e6], rows=["small", "large"])
+    program = lcpcli.from_qp(
+        [[1, 0], [0, 1]],
+        [1, 1],
+        [[1, 0], [0, 1]],
+        row_lower=[1, 1e6],
+        rows=["small", "large"],
+    )
     statement = lcpcli.check(program, [0.5, 1e6 - 10]).statement
-    assert statement == "x is not feasible: row small is 0.5, 0.5 below its lower bound 1; 1 other bound violated"
+    assert (
+        statement
+        == "x is not feasible: row small is 0.5, 0.5 below its lower bound 1; 1 other bound violated"
+    )
 
 
-def test_multipliers_of_a_maximum_have_the_sign_of_the_answer_or_of_z_and_wrong_ones_are_told() -> None:
+def test_multipliers_of_a_maximum_have_the_sign_of_the_answer_or_of_z_and_wrong_ones_are_told() -> (
+    None
+):
     for bounds in ({"row_upper": [4, 6]}, {"row_lower": [0, -9], "row_upper": [4, 6]}):
         problem = lcpcli.from_qp(None, [3, 2], [[1, 1], [1, 3]], sense="max", **bounds)
         answer = minimum(problem)
         for y in (answer.y, -answer.y):
             found = lcpcli.check(problem, np.concatenate((answer.x, y)))
-            assert (found.accepted, found.statement) == (True, "x is a maximizer of the linear program")
-    found = lcpcli.check(lcpcli.read(PORTFOLIO), [13 / 62, 41 / 124, 57 / 124, 0.1, 0.2])
-    assert (found.accepted, found.statement) == (False, f"{UNIQUE}, but with other multipliers")
+            assert (found.accepted, found.statement) == (
+                True,
+                "x is a maximizer of the linear program",
+            )
+    found = lcpcli.check(
+        lcpcli.read(PORTFOLIO), [13 / 62, 41 / 124, 57 / 124, 0.1, 0.2]
+    )
+    assert (found.accepted, found.statement) == (
+        False,
+        f"{UNIQUE}, but with other multipliers",
+    )
 
 
-def test_the_tolerance_is_told_that_accepts_what_was_rounded_of_a_maximum(checked: Lcp) -> None:
-    third, problem = 0.33333333, {"c": [1, 1], "A": [[3, 7]], "row_upper": [1], "sense": "max"}
+def test_the_tolerance_is_told_that_accepts_what_was_rounded_of_a_maximum(
+    checked: Lcp,
+) -> None:
+    third, problem = (
+        0.33333333,
+        {"c": [1, 1], "A": [[3, 7]], "row_upper": [1], "sense": "max"},
+    )
     for answer in ([third, 0, -third], {"x": [third, 0], "y": [third]}):
         assert "; --tol 1e-07 accepts it\n" in checked(answer, problem=problem).out
 
 
 def test_stationary_point_is_not_called_a_minimizer() -> None:
-    problem = lcpcli.from_qp([[-2, 0], [0, 1]], [1, 0], [[1, 1]], row_lower=-1, row_upper=2)
+    problem = lcpcli.from_qp(
+        [[-2, 0], [0, 1]], [1, 0], [[1, 1]], row_lower=-1, row_upper=2
+    )
     found = lcpcli.check(problem, [0.5, 0])
     assert found.accepted
-    assert found.statement.startswith("x is a stationary point and need not be a minimizer")
+    assert found.statement.startswith(
+        "x is a stationary point and need not be a minimizer"
+    )
 
 
 PROVED = {
     "unbounded": {"c": [-1, -1], "A": [[1, -1]], "b": [-2], "columns": ["up", "out"]},
-    "without-x": {"c": [1, 1], "A": [[1, 1]], "row_lower": [3], "upper": 1, "rows": ["both"]},
+    "without-x": {
+        "c": [1, 1],
+        "A": [[1, 1]],
+        "row_lower": [3],
+        "upper": 1,
+        "rows": ["both"],
+    },
 }
 
 
-def test_a_proof_is_told_in_terms_of_the_program(session: Callable[..., None], lcp: Lcp, folder: Path) -> None:
+def test_a_proof_is_told_in_terms_of_the_program(
+    session: Callable[..., None], lcp: Lcp, folder: Path
+) -> None:
     for name, given_too in PROVED.items():
         (folder / f"{name}.json").write_text(json.dumps(given_too))
         assert lcp("solve", f"{name}.json", "-q", "-o", f"{name}.jsonl").code == 3
@@ -166,12 +256,16 @@ def test_a_proof_is_told_in_terms_of_the_program(session: Callable[..., None], l
 NAMED = '{{"name": "{}", "M": [[2, 1], [1, 2]], "q": [-5, {}]}}\n'
 
 
-def test_a_log_that_another_program_has_written_again_without_blanks_is_read(lcp: Lcp, folder: Path) -> None:
+def test_a_log_that_another_program_has_written_again_without_blanks_is_read(
+    lcp: Lcp, folder: Path
+) -> None:
     for i in range(3):
         (folder / f"p{i}.json").write_text(NAMED.format("trial", -i))
     lcp("solve", *(f"p{i}.json" for i in range(3)), "-o", "log.jsonl")
     found = [json.loads(line) for line in Path("log.jsonl").read_text().splitlines()]
-    Path("bare.jsonl").write_text("".join(json.dumps(record, separators=(",", ":")) + "\n" for record in found))
+    Path("bare.jsonl").write_text(
+        "".join(json.dumps(record, separators=(",", ":")) + "\n" for record in found)
+    )
     (folder / "elsewhere").mkdir()
     for i in range(3):
         (folder / "elsewhere" / f"p{i}.json").write_text(NAMED.format("trial", -i))
@@ -180,13 +274,23 @@ def test_a_log_that_another_program_has_written_again_without_blanks_is_read(lcp
 
 
 @pytest.mark.parametrize("n", [8, 30])
-def test_of_an_ill_posed_problem_the_proof_stands_and_no_solution(n: int, lcp: Lcp, checked: Lcp, folder: Path) -> None:
+def test_of_an_ill_posed_problem_the_proof_stands_and_no_solution(
+    n: int, lcp: Lcp, checked: Lcp, folder: Path
+) -> None:
     """Weights in a row whose rounding leaves a solution: they are chosen so that the exact pivots are positive."""
-    M = 2.2 * np.eye(n) - np.diag(np.full(n - 1, 1.1), 1) - np.diag(np.full(n - 1, 1.1), -1)
+    M = (
+        2.2 * np.eye(n)
+        - np.diag(np.full(n - 1, 1.1), 1)
+        - np.diag(np.full(n - 1, 1.1), -1)
+    )
     M[0, 0], M[-1, -1] = 1.1, np.nextafter(1.1, 2)
-    (folder / "ill.json").write_text(json.dumps({"M": M.tolist(), "q": [-1.0] + [0.0] * (n - 1)}))
+    (folder / "ill.json").write_text(
+        json.dumps({"M": M.tolist(), "q": [-1.0] + [0.0] * (n - 1)})
+    )
     solved = lcp("solve", "ill.json", "--format", "json")
     result = record(solved)
     assert (solved.code, result["status"], result["solved"]) == (1, "ill_posed", False)
     assert result["certificate"]["kind"] == "farkas"
-    assert [checked(answer, problem="ill.json").code for answer in (result, result["z"])] == [0, 1]
+    assert [
+        checked(answer, problem="ill.json").code for answer in (result, result["z"])
+    ] == [0, 1]

@@ -134,7 +134,11 @@ def test_limits_and_seconds_count_the_same(monkeypatch: pytest.MonkeyPatch) -> N
     assert 99.9 < result.seconds <= 110
     with interrupts.within(3.0):
         interrupts.check()
-    with interrupts.within(0.5), interrupts.within(9.0), pytest.raises(interrupts.TimeIsUp):
+    with (
+        interrupts.within(0.5),
+        interrupts.within(9.0),
+        pytest.raises(interrupts.TimeIsUp),
+    ):
         interrupts.check()
 
 
@@ -162,18 +166,26 @@ def test_no_part_of_a_call_is_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
     ticking = Time()
     monkeypatch.setattr("lcpcli.solving.call.seconds", ticking)
     real = lcpcli.solving.call.driver.run
-    monkeypatch.setattr("lcpcli.solving.call.driver.run", lambda *given, **named: real(*given, clock=ticking, **named))
+    monkeypatch.setattr(
+        "lcpcli.solving.call.driver.run",
+        lambda *given, **named: real(*given, clock=ticking, **named),
+    )
     result = lcpcli.solve([[2, 1], [1, 2]], [-5, -6])
     assert result.seconds == ticking.now - 1.0
 
 
 @pytest.mark.parametrize(
-    ("command", "method"), [("solve", "auto"), ("solve", "shi"), ("solve", "lemke"), ("compare", "milp")]
+    ("command", "method"),
+    [("solve", "auto"), ("solve", "shi"), ("solve", "lemke"), ("compare", "milp")],
 )
 def test_parts_add_up_in_every_command(command: str, method: str, lcp: Lcp) -> None:
     trace = ["--trace"] * (command == "solve")
-    found = record(lcp(command, EXAMPLE, "--method", method, "--format", "json", *trace))
-    assert found["seconds"] == pytest.approx(sum(found[part] for part in PARTS), rel=1e-12)
+    found = record(
+        lcp(command, EXAMPLE, "--method", method, "--format", "json", *trace)
+    )
+    assert found["seconds"] == pytest.approx(
+        sum(found[part] for part in PARTS), rel=1e-12
+    )
     assert min(found[part] for part in PARTS) > 0
     times = [0.0, *(row["seconds"] for row in found["trace"] or ()), found["seconds"]]
     assert times == sorted(times)
@@ -214,15 +226,21 @@ def runs(monkeypatch: pytest.MonkeyPatch) -> list[lcpcli.Result]:
     return results
 
 
-def test_a_first_run_of_a_method_is_made_again_for_one_problem_as_for_many(lcp: Lcp, runs: list[lcpcli.Result]) -> None:
+def test_a_first_run_of_a_method_is_made_again_for_one_problem_as_for_many(
+    lcp: Lcp, runs: list[lcpcli.Result]
+) -> None:
     shown = record(lcp("solve", EXAMPLE, "--method", "newton", "--format", "json"))
     assert 1 < len(runs) <= 1 + driver.MOST_REPETITIONS
     assert shown["seconds"] == pytest.approx(least_of(runs[1:]))
     assert len({id(run.problem) for run in runs}) == len(runs)
     runs.clear()
-    found = records(lcp("solve", EXAMPLE, EXAMPLE, "--method", "lemke", "--format", "json"))
+    found = records(
+        lcp("solve", EXAMPLE, EXAMPLE, "--method", "lemke", "--format", "json")
+    )
     *first, last = runs
-    assert [each["seconds"] for each in found] == pytest.approx([least_of(first[1:]), last.seconds])
+    assert [each["seconds"] for each in found] == pytest.approx(
+        [least_of(first[1:]), last.seconds]
+    )
 
 
 def least_of(runs: list[lcpcli.Result]) -> float:
@@ -242,7 +260,9 @@ def test_the_fastest_repetition_counts_and_long_pauses_in_the_others_are_told(
     def once(again: bool) -> lcpcli.Result:
         runs.append(again)
         waited = 0.5 if not again else 1.0 + pause * (len(runs) % 2)
-        return replace(whole, parts={part: waited * spent for part, spent in whole.parts.items()})
+        return replace(
+            whole, parts={part: waited * spent for part, spent in whole.parts.items()}
+        )
 
     (result,) = driver.repeated(once, compared=True, is_first=True)
     assert runs == [False] + [True] * MOST_REPETITIONS
@@ -256,8 +276,16 @@ def test_claim_is_checked_anew_and_not_believed() -> None:
     honest = lcpcli.run(read(EXAMPLE), "fixed-point")
     assert verified(honest).verified is True
     for wrong in (honest.z + 1e-3, -honest.z):
-        assert verified(replace(honest, point=Point(Criterion(honest.problem), wrong))).verified is False
-    assert verified(lcpcli.run(read(EXAMPLE), "fixed-point", max_iterations=1)).verified is None
+        assert (
+            verified(
+                replace(honest, point=Point(Criterion(honest.problem), wrong))
+            ).verified
+            is False
+        )
+    assert (
+        verified(lcpcli.run(read(EXAMPLE), "fixed-point", max_iterations=1)).verified
+        is None
+    )
 
 
 def test_small_residual_far_from_the_solution_is_remarked() -> None:

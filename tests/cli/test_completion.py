@@ -49,8 +49,15 @@ def offered(*words: str) -> list[str]:
 @pytest.mark.parametrize("name", lcp.commands)
 def test_options(name: str) -> None:
     command = lcp.commands[name]
-    params = command.get_params(click.Context(command, help_option_names=["-h", "--help"]))
-    own = [flag for param in params if isinstance(param, click.Option) for flag in (*param.opts, *param.secondary_opts)]
+    params = command.get_params(
+        click.Context(command, help_option_names=["-h", "--help"])
+    )
+    own = [
+        flag
+        for param in params
+        if isinstance(param, click.Option)
+        for flag in (*param.opts, *param.secondary_opts)
+    ]
     # Click 8.1 has -h and --help in either order.
     assert sorted(offered(name, "-")) == sorted(own)
     assert offered(name, "--he") == ["--help"]
@@ -61,7 +68,10 @@ def test_options(name: str) -> None:
     [
         ([""], sorted(lcp.commands)),
         (["co"], ["compare", "compare-runs", "completion", "convert"]),
-        *(([name, "--method", ""], list(METHODS)) for name in ("solve", "compare", "bench")),
+        *(
+            ([name, "--method", ""], list(METHODS))
+            for name in ("solve", "compare", "bench")
+        ),
         (["solve", "--method", "ne"], ["newton"]),
         (["make", ""], list(gallery.FAMILIES)),
         (["make", "near-"], ["near-singular", "near-degenerate"]),
@@ -99,18 +109,29 @@ def test_what_is_offered_can_be_given(run: Lcp) -> None:
         (["solve", "--method", ""], False),
     ],
 )
-def test_files_are_offered_where_a_word_may_name_one(words: list[str], files: bool) -> None:
-    assert [item.value for item in items(*words) if item.type == "file"] == [words[-1]] * files
+def test_files_are_offered_where_a_word_may_name_one(
+    words: list[str], files: bool
+) -> None:
+    assert [item.value for item in items(*words) if item.type == "file"] == [
+        words[-1]
+    ] * files
 
 
 def test_what_words_mean_fits_into_the_lines() -> None:
     commands = [lcp.commands[name] for name in lcp.commands]
-    shown = [item for command in commands for item in command.shell_complete(click.Context(command), "-")]
+    shown = [
+        item
+        for command in commands
+        for item in command.shell_complete(click.Context(command), "-")
+    ]
     shown += lcp.shell_complete(click.Context(lcp), "")
     assert all(item.help and "\n" not in item.help for item in shown)
 
 
-@pytest.mark.parametrize("words", ["lcp solve --method ", "lcp make ", "lcp bench --peer ", "lcp check --help"])
+@pytest.mark.parametrize(
+    "words",
+    ["lcp solve --method ", "lcp make ", "lcp bench --peer ", "lcp check --help"],
+)
 def test_a_word_is_completed_and_help_is_shown_without_numpy(words: str) -> None:
     code = (
         "import atexit, sys; sys.argv[0] = 'lcp'\n"
@@ -118,9 +139,17 @@ def test_a_word_is_completed_and_help_is_shown_without_numpy(words: str) -> None
         "atexit.register(lambda: print(sorted({m.split('.')[0] for m in sys.modules} & heavy)))\n"
         f"{MAIN}"
     )
-    asked = {VARIABLE: "bash_complete", "COMP_WORDS": words, "COMP_CWORD": str(len(words.split()))}
+    asked = {
+        VARIABLE: "bash_complete",
+        "COMP_WORDS": words,
+        "COMP_CWORD": str(len(words.split())),
+    }
     is_help = words.endswith("--help")
-    done = python(code, *words.split()[1:], env=dict(os.environ) if is_help else os.environ | asked)
+    done = python(
+        code,
+        *words.split()[1:],
+        env=dict(os.environ) if is_help else os.environ | asked,
+    )
     *lines, loaded = done.stdout.splitlines()
     assert (done.returncode, done.stderr, loaded) == (0, "", "[]")
     assert lines
@@ -142,7 +171,10 @@ def test_script_is_printed_for_each_shell_and_works_in_bash(
     for shell in SHELLS:
         outcome = run("completion", shell)
         assert (outcome.code, outcome.err) == (0, "")
-        assert f"{VARIABLE}={shell}_complete" in outcome.out or f"{VARIABLE} {shell}_complete" in outcome.out
+        assert (
+            f"{VARIABLE}={shell}_complete" in outcome.out
+            or f"{VARIABLE} {shell}_complete" in outcome.out
+        )
     if shutil.which("bash") is None:
         pytest.skip("bash is not installed")
     (tmp_path / "script").write_text(run("completion", "bash").out)
@@ -150,7 +182,13 @@ def test_script_is_printed_for_each_shell_and_works_in_bash(
     command.write_text(f'#!/bin/sh\nexec "{sys.executable}" -m lcpcli "$@"\n')
     command.chmod(0o755)
     monkeypatch.setenv("PATH", str(tmp_path), prepend=os.pathsep)
-    done = subprocess.run(["bash", "--norc", "-c", BASH], cwd=tmp_path, capture_output=True, text=True, timeout=60)
+    done = subprocess.run(
+        ["bash", "--norc", "-c", BASH],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        timeout=60,
+    )
     shown = ["newton", "files", "sparse", "speed", "files", ""]
     assert (done.stdout.splitlines(), done.stderr) == (shown, "")
 
@@ -164,7 +202,11 @@ KINDS = {
     "format": list(FORMATS),
     "shell": list(SHELLS),
     "topic": list(TOPICS),
-    "option": [param.opts[-1] for param in group.lcp.commands["solve"].params if isinstance(param, click.Option)],
+    "option": [
+        param.opts[-1]
+        for param in group.lcp.commands["solve"].params
+        if isinstance(param, click.Option)
+    ],
 }
 
 
@@ -181,7 +223,9 @@ def test_a_slip_of_the_finger_is_corrected(kind: str) -> None:
     for word in known:
         if len(set(word)) >= 4:  # --x0 is as near to --z0
             wrong = {slip for slip in misspelt(word) if slip not in known}
-            assert {slip: likely(slip, known) for slip in wrong} == dict.fromkeys(wrong, f"did you mean {word}?")
+            assert {slip: likely(slip, known) for slip in wrong} == dict.fromkeys(
+                wrong, f"did you mean {word}?"
+            )
 
 
 def test_capitals_and_beginnings_are_understood() -> None:
@@ -193,7 +237,10 @@ def test_capitals_and_beginnings_are_understood() -> None:
 
 def test_every_command_suggests_the_likely_option(lcp: Lcp) -> None:
     for name in group.lcp.commands:
-        assert_refused(lcp(name, "--hepl"), f"lcp: --hepl: is not an option of lcp {name}; did you mean --help?")
+        assert_refused(
+            lcp(name, "--hepl"),
+            f"lcp: --hepl: is not an option of lcp {name}; did you mean --help?",
+        )
 
 
 def test_a_longer_word_for_an_option_is_understood() -> None:

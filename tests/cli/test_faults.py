@@ -62,11 +62,16 @@ def test_file_that_cannot_be_written_leaves_the_old_one_and_nothing_else(
     told = r"lcp: out\.\w+: cannot be written \(%s\); choose another location\n"
     with no_file_larger_than(200):
         outcome = lcp(*line.split())
-    assert (outcome.code, bool(re.fullmatch(told % "File too large", outcome.err))) == (2, True), outcome.err
+    assert (outcome.code, bool(re.fullmatch(told % "File too large", outcome.err))) == (
+        2,
+        True,
+    ), outcome.err
     monkeypatch.setattr("tempfile.TemporaryFile", refuse)
     monkeypatch.setattr(driver, "run", lambda *_, **__: pytest.fail("worked in vain"))
     assert_refused(lcp(*line.split()), "cannot be written (Read-only file system); ")
-    assert {path.name: path.read_text() for path in in_folder.iterdir()} == {old.name: "old"}
+    assert {path.name: path.read_text() for path in in_folder.iterdir()} == {
+        old.name: "old"
+    }
 
 
 @pytest.mark.parametrize("line", ["--help", f"solve {EXAMPLE} --format json"])
@@ -75,7 +80,9 @@ def test_pipe_that_nobody_reads_ends_with_141(line: str) -> None:
     os.close(reading)
     try:
         command = [sys.executable, "-c", MAIN, *line.split()]
-        done = subprocess.run(command, stdout=writing, stderr=subprocess.PIPE, check=False)
+        done = subprocess.run(
+            command, stdout=writing, stderr=subprocess.PIPE, check=False
+        )
     finally:
         os.close(writing)
     assert (done.returncode, done.stderr) == (141, b"")
@@ -88,9 +95,13 @@ def test_error_that_cannot_be_reported_keeps_its_exit_code(redirection: str) -> 
     assert (done.returncode, done.stdout, done.stderr) == (2, b"", b"")
 
 
-@pytest.mark.skipif(sys.platform != "linux", reason="elsewhere the limit is not one of addresses")
+@pytest.mark.skipif(
+    sys.platform != "linux", reason="elsewhere the limit is not one of addresses"
+)
 @pytest.mark.parametrize("line", [f"solve {EXAMPLE}", "make obstacle -o out.npz"])
-def test_memory_too_small_for_numpy_is_reported_in_one_line(line: str, tmp_path: Path) -> None:
+def test_memory_too_small_for_numpy_is_reported_in_one_line(
+    line: str, tmp_path: Path
+) -> None:
     size = 50 * 2**20
     limit = f"import resource; resource.setrlimit(resource.RLIMIT_AS, ({size}, {size})); {MAIN}"
     done = python(limit, *line.split(), cwd=tmp_path)
@@ -108,7 +119,9 @@ ERRORS = {
 
 
 @pytest.mark.parametrize("kind", ERRORS)
-def test_stray_fault_is_reported_in_one_line(kind: str, lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_stray_fault_is_reported_in_one_line(
+    kind: str, lcp: Lcp, monkeypatch: pytest.MonkeyPatch
+) -> None:
     def refuse(*_: Any) -> Any:
         if kind == "library":
             raise ImportError("a page\nof advice") from ERRORS[kind]
@@ -123,7 +136,9 @@ def test_stray_fault_is_reported_in_one_line(kind: str, lcp: Lcp, monkeypatch: p
         assert re.fullmatch(r"lcp: .*memory.*\n", outcome.err)
 
 
-def test_call_for_which_there_is_no_thread_is_made_all_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_call_for_which_there_is_no_thread_is_made_all_the_same(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     def refuse(*_: Any) -> Any:
         raise RuntimeError("can't start new thread")
 
@@ -132,12 +147,20 @@ def test_call_for_which_there_is_no_thread_is_made_all_the_same(monkeypatch: pyt
 
 
 @pytest.mark.parametrize("method", ["shi", "fixed-point"])
-def test_an_overflow_is_told_in_words_of_the_field(method: str, lcp: Lcp, tmp_path: Path) -> None:
-    (tmp_path / "p.json").write_text('{"M": [[1e200, 1e300], [1e300, -1e308]], "q": [-1, -1e300]}')
-    outcome = lcp("solve", str(tmp_path / "p.json"), "--method", method, "--max-iterations", "100")
+def test_an_overflow_is_told_in_words_of_the_field(
+    method: str, lcp: Lcp, tmp_path: Path
+) -> None:
+    (tmp_path / "p.json").write_text(
+        '{"M": [[1e200, 1e300], [1e300, -1e308]], "q": [-1, -1e300]}'
+    )
+    outcome = lcp(
+        "solve", str(tmp_path / "p.json"), "--method", method, "--max-iterations", "100"
+    )
     assert (outcome.code, outcome.err) == (1, "")
     assert "encountered" not in outcome.out
-    assert ("shi broke down: an overflow of double precision" in outcome.out) is (method == "shi")
+    assert ("shi broke down: an overflow of double precision" in outcome.out) is (
+        method == "shi"
+    )
 
 
 PRINTING = """
@@ -158,14 +181,23 @@ sys.argv[0] = "lcp"
 ORDERLY = "sys.settrace(lambda *_: None)\n"
 
 
-@pytest.mark.parametrize(("files", "ending"), [(1, ORDERLY), (2, "")], ids=["orderly", "at once"])
-def test_what_compiled_code_prints_is_not_in_the_output(files: int, ending: str) -> None:
+@pytest.mark.parametrize(
+    ("files", "ending"), [(1, ORDERLY), (2, "")], ids=["orderly", "at once"]
+)
+def test_what_compiled_code_prints_is_not_in_the_output(
+    files: int, ending: str
+) -> None:
     words = ["solve", *files * [EXAMPLE], "--format", "json"]
     done = python(f"{PRINTING}{ending}main()", *words)
-    assert (done.returncode, [json.loads(line)["solved"] for line in done.stdout.splitlines()]) == (0, files * [True])
+    assert (
+        done.returncode,
+        [json.loads(line)["solved"] for line in done.stdout.splitlines()],
+    ) == (0, files * [True])
 
 
-def test_program_that_calls_the_command_has_its_output_back(lcp: Lcp, capfd: pytest.CaptureFixture[str]) -> None:
+def test_program_that_calls_the_command_has_its_output_back(
+    lcp: Lcp, capfd: pytest.CaptureFixture[str]
+) -> None:
     usual = sys.stdout, sys.__stdout__
     assert json.loads(lcp("solve", EXAMPLE, "--format", "json").out)["solved"]
     os.write(1, b"back")
@@ -174,38 +206,53 @@ def test_program_that_calls_the_command_has_its_output_back(lcp: Lcp, capfd: pyt
 
 @pytest.mark.skipif(not os.path.exists("/dev/stdout"), reason="has no such file")
 def test_standard_output_may_be_named_as_a_file() -> None:
-    assert json.loads(python(MAIN, "solve", EXAMPLE, "--format", "json", "-o", "/dev/stdout").stdout)["solved"]
+    assert json.loads(
+        python(MAIN, "solve", EXAMPLE, "--format", "json", "-o", "/dev/stdout").stdout
+    )["solved"]
 
 
 LINEAR = model(1, [((4, 1), {0: 1}, 0)], [(3,)])
 
 
 @pytest.mark.parametrize("line", [1, 7])
-def test_a_count_of_thousands_of_digits_in_a_model_is_refused(line: int, lcp: Lcp, folder: Path) -> None:
+def test_a_count_of_thousands_of_digits_in_a_model_is_refused(
+    line: int, lcp: Lcp, folder: Path
+) -> None:
     lines = LINEAR.split(b"\n")
     lines[line] = b" " + 4400 * b"1" + lines[line].lstrip().lstrip(b"0123456789")
     (folder / "long.nl").write_bytes(b"\n".join(lines))
     assert_refused(lcp("solve", "long.nl"), f"long.nl: line {line + 1}")
 
 
-def test_a_number_longer_than_cells_of_csv_may_be_is_read(lcp: Lcp, folder: Path) -> None:
+def test_a_number_longer_than_cells_of_csv_may_be_is_read(
+    lcp: Lcp, folder: Path
+) -> None:
     (folder / "M.csv").write_text("2,1\n1,2\n")
     (folder / "q.csv").write_text(f"-1.{140_000 * '0'}\n-1\n")
     assert lcp("solve", "M.csv", "q.csv", "-q").code == 0
 
 
-def test_closed_standard_output_is_an_error_only_where_it_is_written(tmp_path: Path) -> None:
+def test_closed_standard_output_is_an_error_only_where_it_is_written(
+    tmp_path: Path,
+) -> None:
     def closed(*arguments: str) -> subprocess.CompletedProcess[str]:
         return python(MAIN, *arguments, preexec_fn=lambda: os.close(1))
 
     refused = closed("solve", "paper-example-1")
     assert (refused.returncode, refused.stderr.count("\n")) == (2, 1)
     assert "standard output cannot be written" in refused.stderr
-    assert closed("solve", "paper-example-1", "-o", str(tmp_path / "result.json")).returncode == 0
+    assert (
+        closed(
+            "solve", "paper-example-1", "-o", str(tmp_path / "result.json")
+        ).returncode
+        == 0
+    )
     assert closed("solve", "paper-example-1", "-q").returncode == 0
 
 
-def test_a_refused_run_for_ampl_leaves_no_answer_of_an_earlier_one(lcp: Lcp, folder: Path) -> None:
+def test_a_refused_run_for_ampl_leaves_no_answer_of_an_earlier_one(
+    lcp: Lcp, folder: Path
+) -> None:
     (folder / "stub.nl").write_bytes(LINEAR)
     assert lcp("stub", "-AMPL").code == 0
     assert (folder / "stub.sol").is_file()
@@ -214,9 +261,13 @@ def test_a_refused_run_for_ampl_leaves_no_answer_of_an_earlier_one(lcp: Lcp, fol
 
 
 @pytest.mark.slow("each in a process of its own")
-@pytest.mark.parametrize("command", [f"solve {EXAMPLE}", "compare --format json", "--help"])
+@pytest.mark.parametrize(
+    "command", [f"solve {EXAMPLE}", "compare --format json", "--help"]
+)
 def test_full_device_is_reported_in_one_line(command: str) -> None:
     script = f"{sys.executable} -m lcpcli {command} > /dev/full"
-    done = subprocess.run(script, shell=True, capture_output=True, text=True, check=False)
+    done = subprocess.run(
+        script, shell=True, capture_output=True, text=True, check=False
+    )
     assert (done.returncode, len(done.stderr.splitlines())) == (2, 1)
     assert "standard output cannot be written (No space left on device)" in done.stderr

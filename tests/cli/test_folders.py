@@ -16,7 +16,12 @@ from lcpcli.solving import solver
 from .conftest import Lcp, assert_refused, records
 
 ONE = '{"M": [[2]], "q": [-1]}'
-FILES = {"b.json": ONE, "a.csv": "2,-1\n", "c.JSON": ONE.replace("2", "4"), "notes.txt": "none"}
+FILES = {
+    "b.json": ONE,
+    "a.csv": "2,-1\n",
+    "c.JSON": ONE.replace("2", "4"),
+    "notes.txt": "none",
+}
 INSIDE = ["inside/a.csv", "inside/b.json", "inside/c.JSON"]
 
 
@@ -33,20 +38,50 @@ def folder(in_folder: Path) -> Path:
     return inside
 
 
-def test_solve_takes_its_files_in_the_order_of_their_names(folder: Path, session: Callable[..., None]) -> None:
+def test_solve_takes_its_files_in_the_order_of_their_names(
+    folder: Path, session: Callable[..., None]
+) -> None:
     (folder / ".hidden.json").write_text(ONE)
     session("folder")
 
 
 def test_bench_and_compare_take_the_same_files(lcp: Lcp) -> None:
-    assert lcp("bench", "inside", "--method", "newton", "--budget", "0", "-o", "r.json", "-q").code == 0
-    assert [case["file"] for case in json.loads(Path("r.json").read_text())["cases"]] == INSIDE
+    assert (
+        lcp(
+            "bench",
+            "inside",
+            "--method",
+            "newton",
+            "--budget",
+            "0",
+            "-o",
+            "r.json",
+            "-q",
+        ).code
+        == 0
+    )
+    assert [
+        case["file"] for case in json.loads(Path("r.json").read_text())["cases"]
+    ] == INSIDE
     outcome = lcp("compare", "inside", "--method", "newton", "--format", "json")
     assert [record["file"] for record in records(outcome)] == INSIDE
-    assert_refused(lcp("solve", "r.json"), "r.json: is a result, not a problem; name the file of the problem")
+    assert_refused(
+        lcp("solve", "r.json"),
+        "r.json: is a result, not a problem; name the file of the problem",
+    )
     Path("wrong.json").write_text("{")
     assert (
-        lcp("bench", "wrong.json", "inside/deeper.json", "inside", "-q", "--method", "newton", "--budget", "0").code
+        lcp(
+            "bench",
+            "wrong.json",
+            "inside/deeper.json",
+            "inside",
+            "-q",
+            "--method",
+            "newton",
+            "--budget",
+            "0",
+        ).code
         == 2
     )
     assert lcp("bench", "wrong.json", "-o", "none.json").code == 2
@@ -92,7 +127,12 @@ def test_a_vector_after_a_problem_leaves_it_and_named_files_go_together(
 
 PROBLEM = '{"M": [[2, 1], [1, 2]], "q": [-5, -6]}'
 GAME = '{"A": [[1, 0], [0, 1]], "B": [[0, 1], [1, 0]]}'
-INPUTS = {"p.json": PROBLEM, "to.json": PROBLEM.replace("-5", "5"), "v.json": "[1, 1]", "g.json": GAME}
+INPUTS = {
+    "p.json": PROBLEM,
+    "to.json": PROBLEM.replace("-5", "5"),
+    "v.json": "[1, 1]",
+    "g.json": GAME,
+}
 TABLES = {"M.csv": "2,1\n1,2\n", "q.csv": "-5\n-6\n"}
 OF_Q = "%%MatrixMarket matrix array real general\n2 1\n-5\n-6\n"
 
@@ -106,16 +146,22 @@ def inputs(in_folder: Path) -> Path:
     return in_folder
 
 
-def test_an_output_that_is_read_is_refused(session: Callable[[str], None], inputs: Path) -> None:
+def test_an_output_that_is_read_is_refused(
+    session: Callable[[str], None], inputs: Path
+) -> None:
     os.link(inputs / "p.json", inputs / "hard.json")
     os.symlink("p.json", inputs / "soft.json")
     before = {file: file.read_bytes() for file in inputs.rglob("*") if file.is_file()}
     session("refused-outputs")
-    assert {file: file.read_bytes() for file in inputs.rglob("*") if file.is_file()} == before
+    assert {
+        file: file.read_bytes() for file in inputs.rglob("*") if file.is_file()
+    } == before
 
 
 @pytest.mark.parametrize("command", ["solve p.json", "path p.json to.json"])
-def test_a_picture_that_is_read_is_refused(command: str, lcp: Lcp, inputs: Path) -> None:
+def test_a_picture_that_is_read_is_refused(
+    command: str, lcp: Lcp, inputs: Path
+) -> None:
     pytest.importorskip("matplotlib")
     os.link(inputs / "p.json", inputs / "picture.svg")
     told = "lcp: picture.svg: holds the problem; choose another file for the output\n"
@@ -128,30 +174,60 @@ CONTACT = [[2, 2, -1], [2, 2, -1], [1, 1, 0]]
 
 
 def step(load: float, size: float = 1.0) -> str:
-    return json.dumps({"M": [[size * a for a in row] for row in CONTACT], "q": [-load, -load, 0.5]})
+    return json.dumps(
+        {"M": [[size * a for a in row] for row in CONTACT], "q": [-load, -load, 0.5]}
+    )
 
 
-def test_folder_has_the_same_verdicts_and_keys_in_fewer_pivots_and_columns_are_steps_too(lcp: Lcp) -> None:
-    alone, found = (records(lcp("solve", "steps", "--format", "json", *own)) for own in ((), ("--sequence",)))
+def test_folder_has_the_same_verdicts_and_keys_in_fewer_pivots_and_columns_are_steps_too(
+    lcp: Lcp,
+) -> None:
+    alone, found = (
+        records(lcp("solve", "steps", "--format", "json", *own))
+        for own in ((), ("--sequence",))
+    )
     for one, other in zip(alone, found, strict=True):
         assert list(one) == list(other)
-        for key in ("file", "item", "problem", "n", "status", "solved", "method", "options", "tol"):
+        for key in (
+            "file",
+            "item",
+            "problem",
+            "n",
+            "status",
+            "solved",
+            "method",
+            "options",
+            "tol",
+        ):
             assert one[key] == other[key]
         assert other["relative_residual"] <= 1e-10
     assert [record["route"] for record in alone] == [["lemke"]] * 4
-    assert [record["route"] for record in found] == [["lemke"], ["newton"], ["newton"], ["newton"]]
+    assert [record["route"] for record in found] == [
+        ["lemke"],
+        ["newton"],
+        ["newton"],
+        ["newton"],
+    ]
     np.savetxt("M.csv", CONTACT, delimiter=",")
     np.savetxt("q.csv", [[-1, -1.1, -1.2]] * 2 + [[0.5] * 3], delimiter=",")
     columns = records(lcp("solve", "M.csv", "q.csv", "--sequence", "--format", "json"))
     assert [record["item"] for record in columns] == [1, 2, 3]
-    assert [record["route"] for record in columns] == [["lemke"], ["newton"], ["newton"]]
+    assert [record["route"] for record in columns] == [
+        ["lemke"],
+        ["newton"],
+        ["newton"],
+    ]
 
 
-def test_options_without_effect_are_refused_in_a_line(session: Callable[[str], None]) -> None:
+def test_options_without_effect_are_refused_in_a_line(
+    session: Callable[[str], None],
+) -> None:
     session("refused-sequences")
 
 
-def test_interrupted_sequence_goes_on_from_its_log(lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_interrupted_sequence_goes_on_from_its_log(
+    lcp: Lcp, monkeypatch: pytest.MonkeyPatch
+) -> None:
     def interrupted(self: solver.Solver, problem: Any) -> Any:
         if problem.q[0] < -1.15:
             raise KeyboardInterrupt
@@ -163,8 +239,14 @@ def test_interrupted_sequence_goes_on_from_its_log(lcp: Lcp, monkeypatch: pytest
         outcome = lcp("solve", "steps", "--sequence", "-o", "log.jsonl")
     told = "lcp: 2 problems: 2 solved; interrupted; go on with --resume log.jsonl\n"
     assert (outcome.code, outcome.err) == (130, told)
-    assert_refused(lcp("solve", "steps", "--resume", "log.jsonl"), "sequence True, but here it is none")
-    assert lcp("solve", "steps", "--sequence", "--resume", "log.jsonl").err == "lcp: 4 problems: 4 solved\n"
+    assert_refused(
+        lcp("solve", "steps", "--resume", "log.jsonl"),
+        "sequence True, but here it is none",
+    )
+    assert (
+        lcp("solve", "steps", "--sequence", "--resume", "log.jsonl").err
+        == "lcp: 4 problems: 4 solved\n"
+    )
     found = [json.loads(line) for line in Path("log.jsonl").read_text().splitlines()]
     assert [record["number"] for record in found] == [1, 2, 3, 4]
     assert [record["route"] for record in found] == [["lemke"], ["newton"]] * 2

@@ -19,7 +19,14 @@ from lcpcli.cli import command as group
 from lcpcli.cli import help as command
 from lcpcli.cli.declarations import STARTS
 from lcpcli.cli.help import FOLDER, TOPICS
-from lcpcli.methods.registry import ADDITIONS, METHODS, NONLINEAR, OPTIONS, known_options, load
+from lcpcli.methods.registry import (
+    ADDITIONS,
+    METHODS,
+    NONLINEAR,
+    OPTIONS,
+    known_options,
+    load,
+)
 from lcpcli.options import ACCEPT, BUDGET, EVERY, LIMITS
 from lcpcli.peers.registry import PEERS
 from lcpcli.report import terminal
@@ -33,8 +40,28 @@ SHARED = {option.name: option for option in (*LIMITS, ACCEPT, BUDGET, EVERY)}
 COMMANDS: dict[str, Any] = {"": group.lcp, **group.lcp.commands}
 HEADINGS = {
     "": ["Commands", "Help", "Exit codes"],
-    "solve": ["Problem", "Method", "Answer", "Start", "Stopping", "Output", "Help", "Methods", "Exit codes"],
-    "compare": ["Problem", "Method", "Start", "Stopping", "Answer", "Output", "Help", "Methods", "Exit codes"],
+    "solve": [
+        "Problem",
+        "Method",
+        "Answer",
+        "Start",
+        "Stopping",
+        "Output",
+        "Help",
+        "Methods",
+        "Exit codes",
+    ],
+    "compare": [
+        "Problem",
+        "Method",
+        "Start",
+        "Stopping",
+        "Answer",
+        "Output",
+        "Help",
+        "Methods",
+        "Exit codes",
+    ],
     "path": ["Problem", "Path", "Stopping", "Output", "Exit codes"],
     "bench": ["Problems", "Solvers", "Stopping", "Measuring", "Output"],
     "check": ["Problem and solution", "Verification", "Output"],
@@ -75,38 +102,63 @@ def terms_of(section: str) -> list[str]:
     return re.findall(r"^  (\S.*?)(?:  +.*)?$", section, flags=re.MULTILINE)
 
 
-def test_one_sentence_comes_first_and_examples_next_and_every_argument_is_explained(name: str, lcp: Lcp) -> None:
+def test_one_sentence_comes_first_and_examples_next_and_every_argument_is_explained(
+    name: str, lcp: Lcp
+) -> None:
     text = help_of(lcp, name)
     usage, opening, examples, *_ = text.split("\n\n")
     assert usage.startswith("Usage: ")
     assert re.fullmatch(r"[A-Z][^.]*\.", opening.strip())
-    assert examples.splitlines() == ["Examples:", *(f"  {line}" for line in COMMANDS[name].examples)]
-    assert any(line.startswith(f"lcp {name}".strip()) for line in COMMANDS[name].examples)
-    terms = " ".join(term for section in sections_of(text).values() for term in terms_of(section))
-    words = set(re.findall(r"[A-Z_]{4,}", usage.replace("Usage", ""))) - {"OPTIONS", "COMMAND", "ARGS"}
+    assert examples.splitlines() == [
+        "Examples:",
+        *(f"  {line}" for line in COMMANDS[name].examples),
+    ]
+    assert any(
+        line.startswith(f"lcp {name}".strip()) for line in COMMANDS[name].examples
+    )
+    terms = " ".join(
+        term for section in sections_of(text).values() for term in terms_of(section)
+    )
+    words = set(re.findall(r"[A-Z_]{4,}", usage.replace("Usage", ""))) - {
+        "OPTIONS",
+        "COMMAND",
+        "ARGS",
+    }
     assert {word for word in words if word not in terms} == set()
 
 
 def test_every_option_stands_once_under_a_heading(name: str, lcp: Lcp) -> None:
     sections = sections_of(help_of(lcp, name))
     assert set(HEADINGS[name]) <= set(sections)
-    terms = [term for heading, text in sections.items() if heading != "Examples" for term in terms_of(text)]
+    terms = [
+        term
+        for heading, text in sections.items()
+        if heading != "Examples"
+        for term in terms_of(text)
+    ]
     command = COMMANDS[name]
     for param in command.get_params(click.Context(command)):
         if isinstance(param, click.Option):
-            named = [term for term in terms if param.opts[-1] in re.split(r"[ ,]+", term)]
+            named = [
+                term for term in terms if param.opts[-1] in re.split(r"[ ,]+", term)
+            ]
             assert len(named) == 1, param.opts
 
 
 def test_defaults_are_shown(name: str) -> None:
     for param in COMMANDS[name].params:
-        if not isinstance(param, click.Option) or (param.is_flag and not param.secondary_opts):
+        if not isinstance(param, click.Option) or (
+            param.is_flag and not param.secondary_opts
+        ):
             continue
         record = param.get_help_record(click.Context(COMMANDS[name]))
         assert record
         known = SHARED.get(str(param.name)) or OPTIONS.get(str(param.name))
         if isinstance(param.default, (str, float)):
-            assert f"default: {param.default}]" in record[1] or f"default {param.default:g}]" in record[1]
+            assert (
+                f"default: {param.default}]" in record[1]
+                or f"default {param.default:g}]" in record[1]
+            )
         elif known and known.default is not None:
             assert re.search(r"; default (no limit|[\d.e-]+|[a-z]+)\]$", record[1])
         elif param.opts[-1] not in WITHOUT_DEFAULT[name]:
@@ -116,7 +168,11 @@ def test_defaults_are_shown(name: str) -> None:
 def test_lines_fit(name: str, lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> None:
     for columns, most in ((80, 80), (200, 100)):
         monkeypatch.setenv("COLUMNS", str(columns))
-        assert most // 2 < max(len(line) for line in help_of(lcp, name).splitlines()) <= most
+        assert (
+            most // 2
+            < max(len(line) for line in help_of(lcp, name).splitlines())
+            <= most
+        )
 
 
 def run(line: str, lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> Outcome:
@@ -125,7 +181,9 @@ def run(line: str, lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> Outcome:
     for part in line.split(" | "):
         program, *arguments = shlex.split(part)
         assert program == "lcp"
-        monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(outcome.out.encode())))
+        monkeypatch.setattr(
+            sys, "stdin", io.TextIOWrapper(io.BytesIO(outcome.out.encode()))
+        )
         outcome = lcp(*arguments)
         # Which finds today's runs slower by chance.
         assert outcome.code == 0 or arguments[0] == "compare-runs", line
@@ -135,10 +193,14 @@ def run(line: str, lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> Outcome:
 
 
 @pytest.mark.slow("all examples of all commands")
-def test_examples_run(name: str, lcp: Lcp, in_folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_examples_run(
+    name: str, lcp: Lcp, in_folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """In their order, in an empty folder; a suite is one small problem, to be quick."""
     for suite, its in suites.SUITES.items():
-        monkeypatch.setitem(suites.SUITES, suite, replace(its, text="tridiagonal 10", budget=0.0))
+        monkeypatch.setitem(
+            suites.SUITES, suite, replace(its, text="tridiagonal 10", budget=0.0)
+        )
     for line in COMMANDS[name].examples:
         before = set(in_folder.iterdir())
         shown = run(line, lcp, monkeypatch).out
@@ -165,10 +227,21 @@ def test_options_stand_under_the_methods_that_have_them(lcp: Lcp) -> None:
     sections = sections_of(help_of(lcp, "solve"))
     for name, method in METHODS.items():
         parameters = inspect.signature(load(name)).parameters.values()
-        taken = {p.name for p in parameters if p.kind is p.KEYWORD_ONLY} - {*STARTS, "states", "near", "tried"}
+        taken = {p.name for p in parameters if p.kind is p.KEYWORD_ONLY} - {
+            *STARTS,
+            "states",
+            "near",
+            "tried",
+        }
         assert taken == {*(option.name for option in method.options), *method.switches}
-        terms = {flag(option) for option in taken} | {flag(one) for one in ADDITIONS if method.iterates}
-        own = [text for heading, text in sections.items() if re.search(rf"^Methods?\b.* {name}\b(?!-)", heading)]
+        terms = {flag(option) for option in taken} | {
+            flag(one) for one in ADDITIONS if method.iterates
+        }
+        own = [
+            text
+            for heading, text in sections.items()
+            if re.search(rf"^Methods?\b.* {name}\b(?!-)", heading)
+        ]
         assert {term.split()[0] for text in own for term in terms_of(text)} == terms
 
 
@@ -186,13 +259,17 @@ def test_topics_and_commands_are_listed_with_their_meanings(lcp: Lcp) -> None:
     for topic, meaning in TOPICS.items():
         assert f"\n  {topic} " in outcome.out
         assert source(topic).startswith(f"# {meaning}\n\n")
-    assert all(f"\n  {name} " in outcome.out for name in group.lcp.commands if name != "help")
+    assert all(
+        f"\n  {name} " in outcome.out for name in group.lcp.commands if name != "help"
+    )
     assert not set(TOPICS) & set(group.lcp.commands)
     assert all(topic in lcp("--help").out for topic in TOPICS)
 
 
 @pytest.mark.parametrize("name", [name for name in COMMANDS if name])
-def test_help_of_every_command_is_one_screen_and_leads_to_the_rest(name: str, lcp: Lcp) -> None:
+def test_help_of_every_command_is_one_screen_and_leads_to_the_rest(
+    name: str, lcp: Lcp
+) -> None:
     text = lcp(name, "--help").out
     assert len(text.splitlines()) <= 60
     assert text == help_of(lcp, name) or f"lcp help {name} --all" in text
@@ -201,24 +278,38 @@ def test_help_of_every_command_is_one_screen_and_leads_to_the_rest(name: str, lc
 
 @pytest.mark.parametrize("method", [*METHODS, *NONLINEAR])
 def test_help_on_a_method_ends_with_all_of_its_options(method: str, lcp: Lcp) -> None:
-    text = lcp("help", method).out.partition(f"\nOptions of lcp solve for {method}:\n")[2]
+    text = lcp("help", method).out.partition(f"\nOptions of lcp solve for {method}:\n")[
+        2
+    ]
     assert set(re.findall(r"^  --(?:no-)?([a-z][\w-]*)", text, re.MULTILINE)) == {
         flag(name)[2:] for name in known_options(method)
     }
 
 
 def test_a_section_of_a_page_can_be_asked_for(lcp: Lcp) -> None:
-    assert re.findall("^#.*", lcp("help", "formats", "csv").out, re.MULTILINE) == re.findall(
-        "^#.*", lcp("help", "csv").out, re.MULTILINE
+    assert re.findall(
+        "^#.*", lcp("help", "formats", "csv").out, re.MULTILINE
+    ) == re.findall("^#.*", lcp("help", "csv").out, re.MULTILINE)
+    assert_refused(
+        lcp("help", "solve", "csv"), "lcp: SECTION: 'solve' is no page; leave it out"
     )
-    assert_refused(lcp("help", "solve", "csv"), "lcp: SECTION: 'solve' is no page; leave it out")
-    assert_refused(lcp("help", "csv", "--all"), "lcp: --all: shows all options of a command; name one: lcp help solve")
+    assert_refused(
+        lcp("help", "csv", "--all"),
+        "lcp: --all: shows all options of a command; name one: lcp help solve",
+    )
 
 
-def test_help_on_a_command_is_its_own_help_and_on_a_topic_in_a_pipe_its_markdown(lcp: Lcp) -> None:
+def test_help_on_a_command_is_its_own_help_and_on_a_topic_in_a_pipe_its_markdown(
+    lcp: Lcp,
+) -> None:
     for name in group.lcp.commands:
         assert lcp("help", name).out == lcp(name, "--help").out
-    meant = {"exit": "statuses", "exit-codes": "statuses", "resume": "many", "residual": "statuses"}
+    meant = {
+        "exit": "statuses",
+        "exit-codes": "statuses",
+        "resume": "many",
+        "residual": "statuses",
+    }
     meant |= {"bounds": "mixed", "qp": "programs", "citing": "cite"}
     for word, topic in (meant | {topic: topic for topic in TOPICS}).items():
         assert lcp("help", word).out == source(topic)
@@ -226,18 +317,43 @@ def test_help_on_a_command_is_its_own_help_and_on_a_topic_in_a_pipe_its_markdown
 
 def test_help_on_a_word_with_sections_of_its_own_is_these_sections(lcp: Lcp) -> None:
     problems = "## Problems: .json, .jsonl, .mtx, .npz, .npy, .mat, .gz\n"
-    headings = {"mps": "### Files: MPS, LP and arrays", "shi": "## shi", "games": "## Games", "nfg": "## Games"}
-    headings |= {"efg": "## Game trees", "nl": "## What is read of .nl files", "jsonl": "## JSON in and out"}
-    for word, heading in (headings | dict.fromkeys(("mtx", "npz", "npy", "mat", "gz"), problems)).items():
+    headings = {
+        "mps": "### Files: MPS, LP and arrays",
+        "shi": "## shi",
+        "games": "## Games",
+        "nfg": "## Games",
+    }
+    headings |= {
+        "efg": "## Game trees",
+        "nl": "## What is read of .nl files",
+        "jsonl": "## JSON in and out",
+    }
+    for word, heading in (
+        headings | dict.fromkeys(("mtx", "npz", "npy", "mat", "gz"), problems)
+    ).items():
         out = lcp("help", word).out
         assert out.startswith(heading)
         assert out.count("\n#") == 0
-    assert re.findall("^#.*", lcp("help", "csv").out, re.MULTILINE) == ["### Problems in CSV", "### Results in CSV"]
+    assert re.findall("^#.*", lcp("help", "csv").out, re.MULTILINE) == [
+        "### Problems in CSV",
+        "### Results in CSV",
+    ]
 
 
-@pytest.mark.parametrize("name", ["solve", "compare", "bench", "check", "inspect", "convert"])
-def test_help_of_a_command_that_reads_problems_names_all_kinds_of_files(name: str, lcp: Lcp) -> None:
-    assert set(words(lcp(name, "--help").out)) >= {"mps", "qps", "lp", "nl", "nfg", "efg"}
+@pytest.mark.parametrize(
+    "name", ["solve", "compare", "bench", "check", "inspect", "convert"]
+)
+def test_help_of_a_command_that_reads_problems_names_all_kinds_of_files(
+    name: str, lcp: Lcp
+) -> None:
+    assert set(words(lcp(name, "--help").out)) >= {
+        "mps",
+        "qps",
+        "lp",
+        "nl",
+        "nfg",
+        "efg",
+    }
 
 
 @pytest.mark.parametrize("page", command.OF_THE_SOURCE)
@@ -247,28 +363,48 @@ def test_a_page_that_is_not_installed_is_named_in_a_line(page: str, lcp: Lcp) ->
     assert (root / path).is_file()
     assert f'exclude = ["{path}"]' in (root / "pyproject.toml").read_text()
     outcome = lcp("help", page)
-    assert (outcome.code, outcome.out, outcome.err) == (0, f"{page}: {path} of the source is this page\n", "")
+    assert (outcome.code, outcome.out, outcome.err) == (
+        0,
+        f"{page}: {path} of the source is this page\n",
+        "",
+    )
 
 
 def test_a_word_that_is_no_topic_is_looked_for_on_all_pages(lcp: Lcp) -> None:
     outcome = lcp("help", "duality gap")
     assert outcome.code == 0
     assert outcome.out.startswith("Pages with 'duality gap', and their sections:")
-    shown = {line.split()[0] for line in outcome.out.splitlines()[1:] if re.match(r"  \w", line)}
-    assert shown == {topic for topic in TOPICS if re.search(r"\bduality gap\b", source(topic))}
+    shown = {
+        line.split()[0]
+        for line in outcome.out.splitlines()[1:]
+        if re.match(r"  \w", line)
+    }
+    assert shown == {
+        topic for topic in TOPICS if re.search(r"\bduality gap\b", source(topic))
+    }
 
 
 @pytest.mark.parametrize("topic", TOPICS)
-def test_page_fits_a_terminal_with_every_word_and_every_line_of_code_whole(topic: str) -> None:
+def test_page_fits_a_terminal_with_every_word_and_every_line_of_code_whole(
+    topic: str,
+) -> None:
     shown = terminal.page(source(topic), 80, color=False)
     assert max(map(len, shown.splitlines())) <= 80
-    assert sorted(words(shown)) == sorted(words(re.sub(r"^```\w*$", "", source(topic), flags=re.MULTILINE)))
-    for block in re.findall(r"^```\w+\n(.*?)^```$", source(topic), flags=re.MULTILINE | re.DOTALL):
-        assert all(f" {line}".rstrip() in shown.splitlines() for line in block.splitlines())
+    assert sorted(words(shown)) == sorted(
+        words(re.sub(r"^```\w*$", "", source(topic), flags=re.MULTILINE))
+    )
+    for block in re.findall(
+        r"^```\w+\n(.*?)^```$", source(topic), flags=re.MULTILINE | re.DOTALL
+    ):
+        assert all(
+            f" {line}".rstrip() in shown.splitlines() for line in block.splitlines()
+        )
 
 
 @pytest.mark.parametrize("color", [False, True])
-def test_terminal_shows_the_page_formatted(color: bool, lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_terminal_shows_the_page_formatted(
+    color: bool, lcp: Lcp, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(command, "terminal", lambda: (200, color))
     shown = lcp("help", "statuses").out
     assert ("```" in shown, "**" in shown, "\x1b[" in shown) == (False, False, color)
@@ -278,4 +414,6 @@ def test_terminal_shows_the_page_formatted(color: bool, lcp: Lcp, monkeypatch: p
 
 def test_the_version_is_that_of_the_page_on_citation(lcp: Lcp) -> None:
     assert lcp("--version").out == f"lcp, version {VERSION}\n"
-    assert f"note = {{Version {VERSION}}}" in (FOLDER / "cite.md").read_text(encoding="utf-8")
+    assert f"note = {{Version {VERSION}}}" in (FOLDER / "cite.md").read_text(
+        encoding="utf-8"
+    )

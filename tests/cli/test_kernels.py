@@ -27,29 +27,51 @@ ahead = pytest.importorskip("lcpcli.kernels.announcement")
 pytestmark = pytest.mark.usefixtures("kernels_by_default")
 
 
-def test_records_figures_and_the_version_say_that_a_process_uses_the_kernels(folder: Path, lcp: Lcp) -> None:
+def test_records_figures_and_the_version_say_that_a_process_uses_the_kernels(
+    folder: Path, lcp: Lcp
+) -> None:
     (folder / "two.jsonl").write_text(2 * '{"M": [[2, 1], [1, 2]], "q": [-5, -6]}\n')
-    commands = (("good.json",), ("two.jsonl", "--jobs", "2"), ("two.jsonl", "--sequence"), ("M.csv", "q.csv"))
+    commands = (
+        ("good.json",),
+        ("two.jsonl", "--jobs", "2"),
+        ("two.jsonl", "--sequence"),
+        ("M.csv", "q.csv"),
+    )
     for command in (("solve", *files, "--format", "json") for files in commands):
         lcpcli.use_kernels(False)
-        assert {"compiled" in each["options"] for each in records(lcp(*command))} == {False}
+        assert {"compiled" in each["options"] for each in records(lcp(*command))} == {
+            False
+        }
         lcpcli.use_kernels()
-        assert {each["options"]["compiled"] for each in records(lcp(*command))} == {True}
+        assert {each["options"]["compiled"] for each in records(lcp(*command))} == {
+            True
+        }
     first = lcp("--version").out.splitlines()[0]
-    assert first == f"lcp, version {VERSION}, with kernels compiled by numba {numba.__version__}"
+    assert (
+        first
+        == f"lcp, version {VERSION}, with kernels compiled by numba {numba.__version__}"
+    )
     assert "; auto: compiled=true\n" in lcp("solve", "good.json").out
     assert "compiled" not in lcp("solve", "good.json", "--method", "newton").out
 
 
-def test_a_bench_records_the_version_of_numba_and_is_not_resumed_without_the_kernels(folder: Path, lcp: Lcp) -> None:
+def test_a_bench_records_the_version_of_numba_and_is_not_resumed_without_the_kernels(
+    folder: Path, lcp: Lcp
+) -> None:
     bench = ("bench", "good.json", "--method", "auto", "--budget", "0")
     lcpcli.use_kernels()
     assert lcp(*bench, "-o", "bench.json").code == 0
-    assert json.loads((folder / "bench.json").read_text())["versions"]["numba"] == numba.__version__
+    assert (
+        json.loads((folder / "bench.json").read_text())["versions"]["numba"]
+        == numba.__version__
+    )
     lcpcli.use_kernels(False)
     unfinished = json.loads((folder / "bench.json").read_text()) | {"measurements": []}
     (folder / "bench.json").write_text(json.dumps(unfinished))
-    assert_refused(lcp("bench", "--resume", "bench.json"), f"was measured with numba {numba.__version__}, not None")
+    assert_refused(
+        lcp("bench", "--resume", "bench.json"),
+        f"was measured with numba {numba.__version__}, not None",
+    )
     assert "numba" not in record(lcp(*bench, "--format", "json"))["versions"]
 
 
@@ -58,8 +80,16 @@ def test_another_value_of_the_variable_is_refused(
 ) -> None:
     (folder / "two.jsonl").write_text(2 * '{"M": [[2, 1], [1, 2]], "q": [-5, -6]}\n')
     kernels_by_default("yes")
-    for command in ("solve two.jsonl", "solve good.json --method shi", "compare good.json", "bench good.json", "-V"):
-        assert_refused(lcp(*command.split()), "lcp: LCPCLI_KERNELS: is 'yes'; set it to 1 ")
+    for command in (
+        "solve two.jsonl",
+        "solve good.json --method shi",
+        "compare good.json",
+        "bench good.json",
+        "-V",
+    ):
+        assert_refused(
+            lcp(*command.split()), "lcp: LCPCLI_KERNELS: is 'yes'; set it to 1 "
+        )
     assert lcp("help", "speed").code == lcp("completion", "bash").code == 0
 
 
@@ -68,28 +98,40 @@ def test_without_numba_there_is_nothing_to_compile(
 ) -> None:
     for module in (help, options):
         monkeypatch.setattr(module, "has_numba", lambda: False)
-    assert_refused(lcp("kernels"), "lcp: kernels: needs numba; pip install 'linear-complementarity[fast]'")
+    assert_refused(
+        lcp("kernels"),
+        "lcp: kernels: needs numba; pip install 'linear-complementarity[fast]'",
+    )
     kernels_by_default("1")
     assert_refused(lcp("--version"), "lcp: LCPCLI_KERNELS: needs numba; pip install")
 
 
-def test_the_number_of_kernels_and_the_folder_of_the_cache_are_said_in_one_line(lcp: Lcp) -> None:
+def test_the_number_of_kernels_and_the_folder_of_the_cache_are_said_in_one_line(
+    lcp: Lcp,
+) -> None:
     outcome = lcp("kernels")
     assert (outcome.code, outcome.err) == (0, "")
-    found = re.fullmatch(r"(\d+) kernels? compiled, (\d+) already there; the cache is in (.*)\n", outcome.out)
+    found = re.fullmatch(
+        r"(\d+) kernels? compiled, (\d+) already there; the cache is in (.*)\n",
+        outcome.out,
+    )
     assert found
     assert int(found[1]) + int(found[2]) == ahead.KERNELS
     assert [*Path(found[3]).rglob("*solve_rows*.nbi")] != []
 
 
 @pytest.mark.slow("compiles all kernels")
-def test_all_kernels_are_compiled_ahead_of_time_with_a_bar_on_a_terminal(tmp_path: Path) -> None:
+def test_all_kernels_are_compiled_ahead_of_time_with_a_bar_on_a_terminal(
+    tmp_path: Path,
+) -> None:
     own = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path), "TERM": "xterm", KERNELS: ""}
     shown, lines = [], []
     for _ in range(2):
         ours, terminal = pty.openpty()
         command = [sys.executable, "-c", MAIN, "kernels"]
-        process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=terminal, text=True, env=own)
+        process = subprocess.Popen(
+            command, stdout=subprocess.PIPE, stderr=terminal, text=True, env=own
+        )
         os.close(terminal)
         text = b""
         try:
@@ -103,5 +145,8 @@ def test_all_kernels_are_compiled_ahead_of_time_with_a_bar_on_a_terminal(tmp_pat
     assert process.returncode == 0
     where = f"the cache is in {tmp_path}\n"
     numbers = (ahead.KERNELS, 0), (0, ahead.KERNELS)
-    assert lines == [f"{now} kernels compiled, {before} already there; {where}" for now, before in numbers]
+    assert lines == [
+        f"{now} kernels compiled, {before} already there; {where}"
+        for now, before in numbers
+    ]
     assert ["solve_rows" in text for text in shown] == [True, False]

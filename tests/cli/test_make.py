@@ -31,13 +31,19 @@ EXIT_CODES = {"infeasible": 3, "unsolvable": 3, "solved": 0}
 
 
 @pytest.mark.parametrize("family", gallery.FAMILIES)
-def test_what_is_made_can_be_solved_from_its_file(family: str, lcp: Lcp, tmp_path: Path) -> None:
+def test_what_is_made_can_be_solved_from_its_file(
+    family: str, lcp: Lcp, tmp_path: Path
+) -> None:
     made = lcp("make", family)
     assert (made.code, made.err) == (0, "")
     file = tmp_path / "made.json"
     file.write_text(made.out)
     problem, expected = read(file), gallery.make(family)
-    assert (problem.name, problem.source, problem.note) == (expected.name, expected.source, expected.note)
+    assert (problem.name, problem.source, problem.note) == (
+        expected.name,
+        expected.source,
+        expected.note,
+    )
     assert np.array_equal(problem.q, expected.q)
     outcome = lcp("solve", str(file), "--format", "json")
     status = json.loads(outcome.out)["status"]
@@ -48,21 +54,36 @@ def test_what_is_made_can_be_solved_from_its_file(family: str, lcp: Lcp, tmp_pat
 
 def test_a_pipe_to_a_reader_that_has_enough() -> None:
     script = f"{sys.executable} -m lcpcli make harker-pang -n 200 | head -1; echo ${{PIPESTATUS[0]}}"
-    done = subprocess.run(["bash", "-c", script], capture_output=True, text=True, check=True)
-    assert (done.stdout in (f"{{\n{terminal.CLOSED_PIPE}\n", "{\n0\n"), done.stderr) == (True, "")
+    done = subprocess.run(
+        ["bash", "-c", script], capture_output=True, text=True, check=True
+    )
+    assert (
+        done.stdout in (f"{{\n{terminal.CLOSED_PIPE}\n", "{\n0\n"),
+        done.stderr,
+    ) == (True, "")
 
 
 @pytest.mark.parametrize(
     ("line", "family", "arguments"),
     [
-        ("harker-pang -n 4 --seed 3 --set symmetric=true", "harker-pang", {"n": 4, "seed": 3, "symmetric": True}),
+        (
+            "harker-pang -n 4 --seed 3 --set symmetric=true",
+            "harker-pang",
+            {"n": 4, "seed": 3, "symmetric": True},
+        ),
         ("harker-pang --set symmetric=No", "harker-pang", {"symmetric": False}),
         ("diagonal --set decades=2", "diagonal", {"decades": 2}),
-        ("contact --set friction=1e-1 --set compliance=2", "contact", {"friction": 0.1, "compliance": 2.0}),
+        (
+            "contact --set friction=1e-1 --set compliance=2",
+            "contact",
+            {"friction": 0.1, "compliance": 2.0},
+        ),
         ("murty -o -", "murty", {}),
     ],
 )
-def test_options_reach_the_family(line: str, family: str, arguments: dict[str, Any], lcp: Lcp, tmp_path: Path) -> None:
+def test_options_reach_the_family(
+    line: str, family: str, arguments: dict[str, Any], lcp: Lcp, tmp_path: Path
+) -> None:
     file = tmp_path / "made.json"
     file.write_text(lcp("make", *line.split()).out)
     problem, expected = read(file), gallery.make(family, **arguments)
@@ -70,10 +91,14 @@ def test_options_reach_the_family(line: str, family: str, arguments: dict[str, A
     assert np.array_equal(problem.q, expected.q)
 
 
-def test_the_list_shows_every_family_on_narrow_and_wide_screens(lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_list_shows_every_family_on_narrow_and_wide_screens(
+    lcp: Lcp, monkeypatch: pytest.MonkeyPatch
+) -> None:
     lines = lcp("make", "--list").out.splitlines()
     assert max(map(len, lines)) <= 80
-    assert [line.split()[0] for line in lines[3:] if not line.startswith(" ")] == list(gallery.FAMILIES)
+    assert [line.split()[0] for line in lines[3:] if not line.startswith(" ")] == list(
+        gallery.FAMILIES
+    )
     words = " ".join(lines).split()
     assert {"eccentricity=0.8", "symmetric=false", "epsilon=1e-08"} <= set(words)
     for family, description in gallery.FAMILIES.items():
@@ -81,12 +106,17 @@ def test_the_list_shows_every_family_on_narrow_and_wide_screens(lcp: Lcp, monkey
         assert set(gallery.entry(family).matrices.split()) <= set(words)
     monkeypatch.setenv("COLUMNS", "200")
     lines = lcp("make", "--list").out.splitlines()
-    assert [line.split()[0] for line in lines if "no z >= 0 with Mz + q >= 0" in line] == ["infeasible"]
+    assert [
+        line.split()[0] for line in lines if "no z >= 0 with Mz + q >= 0" in line
+    ] == ["infeasible"]
     assert len(lines) == 3 + len(gallery.FAMILIES)
 
 
 def test_one_line_says_where_what_and_how_to_fix_it_before_anything_is_made(
-    session: Callable[[str], None], lcp: Lcp, folder: Path, monkeypatch: pytest.MonkeyPatch
+    session: Callable[[str], None],
+    lcp: Lcp,
+    folder: Path,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     files = set(folder.iterdir())
     session("refused-make")
@@ -95,8 +125,14 @@ def test_one_line_says_where_what_and_how_to_fix_it_before_anything_is_made(
         assert_refused(outcome)
         assert len(outcome.err) < 1000
     monkeypatch.setattr(gallery, "make", lambda *_, **__: pytest.fail("made in vain"))
-    assert_refused(lcp("make", "murty", "-o", "own.xyz"), "own.xyz: has the unknown suffix .xyz; use .json")
-    assert_refused(lcp("make", "murty", "-o", "nowhere/own.json"), "nowhere/own.json: there is no folder")
+    assert_refused(
+        lcp("make", "murty", "-o", "own.xyz"),
+        "own.xyz: has the unknown suffix .xyz; use .json",
+    )
+    assert_refused(
+        lcp("make", "murty", "-o", "nowhere/own.json"),
+        "nowhere/own.json: there is no folder",
+    )
     assert set(folder.iterdir()) == files
 
 
@@ -120,53 +156,111 @@ def parts(problem: Problem, named: bool = True) -> list[Any]:
 
 
 @pytest.mark.parametrize(("low", "high"), [(0.1, 1e17), (-1e17, 0.1), (-3.0, 7.0)])
-def test_range_in_mps_starts_at_the_side_that_leads_to_the_other(low: float, high: float, tmp_path: Path) -> None:
+def test_range_in_mps_starts_at_the_side_that_leads_to_the_other(
+    low: float, high: float, tmp_path: Path
+) -> None:
     """As other readers add a range to the right-hand side of a row G, and take it from that of a row L."""
     write(from_qp([[1]], [1], [[1]], row_lower=low, row_upper=high), tmp_path / "p.mps")
     words = [line.split() for line in (tmp_path / "p.mps").read_text().splitlines()]
     (kind,) = (word[0] for word in words if word[-1:] == ["r1"])
-    side, size = (float(word[-1]) for word in words if word[0] in ("RHS", "RNG") and "r1" in word)
+    side, size = (
+        float(word[-1]) for word in words if word[0] in ("RHS", "RNG") and "r1" in word
+    )
     ends = (side, side + size) if kind == "G" else (side - size, side)
     assert ends == pytest.approx((low, high), rel=1e-15, abs=0)
 
 
-MIXED: dict[str, Any] = {"row_lower": [0.25, -INF, 3], "row_upper": [0.75, 9, 3], "lower": [-INF, 2], "upper": [INF, 2]}
+MIXED: dict[str, Any] = {
+    "row_lower": [0.25, -INF, 3],
+    "row_upper": [0.75, 9, 3],
+    "lower": [-INF, 2],
+    "upper": [INF, 2],
+}
 ODD = from_qp(
-    [[2, 0.1], [0.1, 3]], [1 / 3, -1e5], [[1, 0], [1e-6, 2], [0, 1]], **MIXED, sense="max", constant=0.1, name="odd"
+    [[2, 0.1], [0.1, 3]],
+    [1 / 3, -1e5],
+    [[1, 0], [1e-6, 2], [0, 1]],
+    **MIXED,
+    sense="max",
+    constant=0.1,
+    name="odd",
 )
-NAMED = from_qp(None, [1, -1], [[1, 1]], row_lower=[1], rows=["R 1,"], columns=["-ä;", ""], name="S_", note="a note")
+NAMED = from_qp(
+    None,
+    [1, -1],
+    [[1, 1]],
+    row_lower=[1],
+    rows=["R 1,"],
+    columns=["-ä;", ""],
+    name="S_",
+    note="a note",
+)
 
 
 @pytest.mark.parametrize("ending", ["mps", "json", "npz", "mat"])
 def test_programs_are_read_back_as_they_were(ending: str, tmp_path: Path) -> None:
     """But for names in MPS."""
-    shipped_ones = [read(file) for file in sorted(Path(contents.shipped_path("programs")).glob("*.json"))]
+    shipped_ones = [
+        read(file)
+        for file in sorted(Path(contents.shipped_path("programs")).glob("*.json"))
+    ]
     made = [gallery.make(name, 30) for name in ("portfolio", "control", "transport")]
     for problem in [ODD, NAMED, *shipped_ones, *made]:
         write(problem, tmp_path / f"p.{ending}", as_program=True)
-        assert parts(read(tmp_path / f"p.{ending}"), ending != "mps") == parts(problem, ending != "mps")
+        assert parts(read(tmp_path / f"p.{ending}"), ending != "mps") == parts(
+            problem, ending != "mps"
+        )
 
 
-def test_starting_points_and_solutions_keep_the_conditions(lcp: Lcp, tmp_path: Path) -> None:
+def test_starting_points_and_solutions_keep_the_conditions(
+    lcp: Lcp, tmp_path: Path
+) -> None:
     problem = read(PORTFOLIO)
     solved = lcpcli.run(problem).z
     known = Problem(
-        problem.M, problem.q, lower=problem.lower, upper=problem.upper, origin=problem.origin, solutions=[solved]
+        problem.M,
+        problem.q,
+        lower=problem.lower,
+        upper=problem.upper,
+        origin=problem.origin,
+        solutions=[solved],
     )
     write(known, tmp_path / "known.json")
-    assert set(json.loads(lcp("convert", str(tmp_path / "known.json")).out)) >= {"M", "q", "solution"}
-    outcome = lcp("convert", str(tmp_path / "known.json"), "-o", str(tmp_path / "known.mps"))
+    assert set(json.loads(lcp("convert", str(tmp_path / "known.json")).out)) >= {
+        "M",
+        "q",
+        "solution",
+    }
+    outcome = lcp(
+        "convert", str(tmp_path / "known.json"), "-o", str(tmp_path / "known.mps")
+    )
     assert (outcome.code, outcome.err.count("left out: solution")) == (0, 1)
 
 
 def test_what_mps_cannot_hold_is_refused_in_one_line(tmp_path: Path) -> None:
-    with pytest.raises(ProblemError, match=r"upper: has a bound of 1e.20 or more, which means no bound in MPS"):
+    with pytest.raises(
+        ProblemError,
+        match=r"upper: has a bound of 1e.20 or more, which means no bound in MPS",
+    ):
         write(from_qp(None, [1], upper=1e21), tmp_path / "far.mps")
     assert list(tmp_path.iterdir()) == []
 
 
-SPARSE, NAMED_GAME = gallery.make("tridiagonal", 5), from_game([[3, 0], [0, 2]], [[2, 0], [0, 3]], name="Übung")
-RICH = Problem([[1, 1], [1, 1]], [-1, -1], "rich", [1, 2], [3, 4], [[1, 0], [0.25, 0.75]], "", "a book", "a note")
+SPARSE, NAMED_GAME = (
+    gallery.make("tridiagonal", 5),
+    from_game([[3, 0], [0, 2]], [[2, 0], [0, 3]], name="Übung"),
+)
+RICH = Problem(
+    [[1, 1], [1, 1]],
+    [-1, -1],
+    "rich",
+    [1, 2],
+    [3, 4],
+    [[1, 0], [0.25, 0.75]],
+    "",
+    "a book",
+    "a note",
+)
 
 
 def files_of(path: Path) -> list[str]:
@@ -175,19 +269,37 @@ def files_of(path: Path) -> list[str]:
     return [str(path), *([str(q)] if q.exists() else [])]
 
 
-@pytest.mark.parametrize(("first", "second"), [*pairwise([*GENERAL_SUFFIXES, GENERAL_SUFFIXES[0]])])
-def test_numbers_are_the_same_in_all_formats(tmp_path: Path, lcp: Lcp, first: str, second: str) -> None:
+@pytest.mark.parametrize(
+    ("first", "second"), [*pairwise([*GENERAL_SUFFIXES, GENERAL_SUFFIXES[0]])]
+)
+def test_numbers_are_the_same_in_all_formats(
+    tmp_path: Path, lcp: Lcp, first: str, second: str
+) -> None:
     write(Problem([[0.1, 1e-300], [-1 / 3, 5e20]], [0.7, -2]), tmp_path / f"a{first}")
-    outcome = lcp("convert", *files_of(tmp_path / f"a{first}"), "-o", str(tmp_path / f"b{second}"))
+    outcome = lcp(
+        "convert", *files_of(tmp_path / f"a{first}"), "-o", str(tmp_path / f"b{second}")
+    )
     assert (outcome.code, outcome.out, outcome.err.count("\n")) == (0, "", 1)
     assert outcome.err.startswith(f"lcp: wrote {tmp_path / 'b'}")
-    assert numbers(read(*files_of(tmp_path / f"b{second}"))) == ([[0.1, 1e-300], [-1 / 3, 5e20]], [0.7, -2])
+    assert numbers(read(*files_of(tmp_path / f"b{second}"))) == (
+        [[0.1, 1e-300], [-1 / 3, 5e20]],
+        [0.7, -2],
+    )
 
 
 @pytest.mark.parametrize("ending", COMPLETE)
-@pytest.mark.parametrize("problem", [SPARSE, NAMED_GAME, RICH], ids=lambda problem: problem.name)
-def test_complete_formats_keep_everything(tmp_path: Path, lcp: Lcp, ending: str, problem: Problem) -> None:
+@pytest.mark.parametrize(
+    "problem", [SPARSE, NAMED_GAME, RICH], ids=lambda problem: problem.name
+)
+def test_complete_formats_keep_everything(
+    tmp_path: Path, lcp: Lcp, ending: str, problem: Problem
+) -> None:
     write(problem, tmp_path / "a.json", as_program=True)
-    assert lcp("convert", str(tmp_path / "a.json"), "-o", str(tmp_path / f"b{ending}")).code == 0
+    assert (
+        lcp(
+            "convert", str(tmp_path / "a.json"), "-o", str(tmp_path / f"b{ending}")
+        ).code
+        == 0
+    )
     outcome = lcp("convert", str(tmp_path / f"b{ending}"))
     assert outcome.out.encode() == (tmp_path / "a.json").read_bytes()

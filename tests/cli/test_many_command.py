@@ -49,23 +49,47 @@ SLOW = line_of(families.make("ray", 80, 0))  # takes more iterations than one wa
 
 
 @pytest.mark.parametrize("jobs", ["1", "2"])
-def test_a_mixture_has_records_a_summary_and_the_exit_code_of_the_worst(jobs: str, lcp: Lcp, files: Path) -> None:
+def test_a_mixture_has_records_a_summary_and_the_exit_code_of_the_worst(
+    jobs: str, lcp: Lcp, files: Path
+) -> None:
     lines = [line_of(random_problem(seed)) for seed in range(37)]
     for at, line in ((10, MALFORMED), (20, INFEASIBLE), (30, SLOW)):
         lines.insert(at, line)
     (files / "all.jsonl").write_text("".join(f"{line}\n" for line in lines))
-    outcome = lcp("solve", "all.jsonl", "--format", "json", "--max-iterations", "100", "--jobs", jobs)
+    outcome = lcp(
+        "solve",
+        "all.jsonl",
+        "--format",
+        "json",
+        "--max-iterations",
+        "100",
+        "--jobs",
+        jobs,
+    )
     found = records(outcome)
     assert outcome.code == 2
-    assert [(record["file"], record["item"]) for record in found] == [("all.jsonl", k) for k in range(1, 41)]
-    others = {k: record["status"] for k, record in enumerate(found) if record["status"] != "solved"}
+    assert [(record["file"], record["item"]) for record in found] == [
+        ("all.jsonl", k) for k in range(1, 41)
+    ]
+    others = {
+        k: record["status"]
+        for k, record in enumerate(found)
+        if record["status"] != "solved"
+    }
     assert others == {10: "bad_input", 20: "infeasible", 30: "iteration_limit"}
     complaint, summary = outcome.err.splitlines()
-    assert complaint.startswith("lcp: all.jsonl: line 11: column 38: ends too early; is the file cut off?")
+    assert complaint.startswith(
+        "lcp: all.jsonl: line 11: column 38: ends too early; is the file cut off?"
+    )
     assert found[10]["message"] == complaint.removeprefix("lcp: ")
-    assert summary == "lcp: 40 problems: 37 solved, 1 bad input, 1 infeasible, 1 iteration limit"
+    assert (
+        summary
+        == "lcp: 40 problems: 37 solved, 1 bad input, 1 infeasible, 1 iteration limit"
+    )
     for record in (record for record in found if record["solved"]):
-        problem = random_problem(record["item"] - 1 - sum(k < record["item"] - 1 for k in others))
+        problem = random_problem(
+            record["item"] - 1 - sum(k < record["item"] - 1 for k in others)
+        )
         assert np.allclose(record["z"], lcpcli.run(problem).z)
 
 
@@ -73,7 +97,12 @@ def test_files_of_M_and_q_and_whole_problems_come_in_any_order(lcp: Lcp) -> None
     np.save("whole.npy", np.array([[2.0, 1, -5], [1, 2, -6]]))
     given = ("M.csv", "q.csv", "good.json", "M.csv", "q.csv", "whole.npy")
     found = records(lcp("solve", *given, "--format", "json"))
-    assert [record["file"] for record in found] == ["M.csv", "good.json", "M.csv", "whole.npy"]
+    assert [record["file"] for record in found] == [
+        "M.csv",
+        "good.json",
+        "M.csv",
+        "whole.npy",
+    ]
     assert all(np.allclose(record["z"], [4 / 3, 7 / 3]) for record in found)
     Path("bad.csv").write_text("2,x\n1,2\n")
     for whole in ("good.json", "bad.csv", "nowhere.csv"):
@@ -85,7 +114,13 @@ def columns(k: int) -> tuple[lcpcli.Problem, Any]:
     """A problem in A.csv, and k other q for it in the columns of Q, in each format."""
     problem, Q = random_problem(1), np.random.default_rng(2).standard_normal((5, k))
     np.savetxt("A.csv", problem.M, delimiter=",")
-    np.savetxt("Q.csv", Q, delimiter=",", header=",".join(f"day {j}" for j in range(k)), comments="")
+    np.savetxt(
+        "Q.csv",
+        Q,
+        delimiter=",",
+        header=",".join(f"day {j}" for j in range(k)),
+        comments="",
+    )
     np.save("Q.npy", Q)
     np.savez("Q.npz", q=Q)
     Path("Q.json").write_text(json.dumps(Q.tolist()))
@@ -94,12 +129,22 @@ def columns(k: int) -> tuple[lcpcli.Problem, Any]:
 
 @pytest.mark.parametrize(
     ("name", "options"),
-    [("Q.csv", ""), ("Q.npy", "--jobs 2"), ("Q.npz", "--exact"), ("Q.json", "--method lemke"), ("Q.csv", "--trace")],
+    [
+        ("Q.csv", ""),
+        ("Q.npy", "--jobs 2"),
+        ("Q.npz", "--exact"),
+        ("Q.json", "--method lemke"),
+        ("Q.csv", "--trace"),
+    ],
 )
-def test_several_q_for_one_M_are_the_columns_of_a_file(name: str, options: str, lcp: Lcp) -> None:
+def test_several_q_for_one_M_are_the_columns_of_a_file(
+    name: str, options: str, lcp: Lcp
+) -> None:
     problem, Q = columns(4)
     found = records(lcp("solve", "A.csv", name, "--format", "json", *options.split()))
-    assert [(record["file"], record["item"]) for record in found] == [(name, j) for j in range(1, 5)]
+    assert [(record["file"], record["item"]) for record in found] == [
+        (name, j) for j in range(1, 5)
+    ]
     for record, q in zip(found, Q.T, strict=True):
         assert np.allclose(record["z"], lcpcli.solve(problem.M, q).z)
     names = [f"day {j}" if name == "Q.csv" else f"q{j + 1}" for j in range(4)]
@@ -111,18 +156,27 @@ def test_bounds_are_those_of_every_problem(lcp: Lcp) -> None:
     for given in (["A.csv", "Q.csv"], ["good.json", "good.json"]):
         found = records(lcp("solve", *given, "--upper", "0.1", "--format", "json"))
         assert all(max(record["z"]) <= 0.1 for record in found)
-        assert given[0] == "good.json" or np.allclose(found[1]["z"], lcpcli.solve(problem.M, Q[:, 1], upper=0.1).z)
+        assert given[0] == "good.json" or np.allclose(
+            found[1]["z"], lcpcli.solve(problem.M, Q[:, 1], upper=0.1).z
+        )
 
 
-def test_what_many_problems_do_not_have_is_refused_in_a_line(session: Callable[[str], None]) -> None:
+def test_what_many_problems_do_not_have_is_refused_in_a_line(
+    session: Callable[[str], None],
+) -> None:
     session("refused-many")
-    assert [Path(name).read_text() for name in ("good.json", "bad.json")] == [GOOD, MALFORMED]
+    assert [Path(name).read_text() for name in ("good.json", "bad.json")] == [
+        GOOD,
+        MALFORMED,
+    ]
 
 
 LINE = f"{GOOD}\n".encode()
 
 
-def test_the_first_problem_of_a_stream_does_not_wait_for_the_second_line(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_first_problem_of_a_stream_does_not_wait_for_the_second_line(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     def given() -> Iterator[bytes]:
         yield from (b"\n", LINE)
         pytest.fail("the next line is waited for")
@@ -138,7 +192,9 @@ def test_the_first_problem_of_a_stream_does_not_wait_for_the_second_line(monkeyp
 
 @pytest.mark.usefixtures("folder")
 @pytest.mark.parametrize("option", ["--jobs 1", "-o log.jsonl", "--resume log.jsonl"])
-def test_a_problem_alone_is_a_stream_of_one(option: str, lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_problem_alone_is_a_stream_of_one(
+    option: str, lcp: Lcp, monkeypatch: pytest.MonkeyPatch
+) -> None:
     class Stream:
         buffer = iter([LINE])
 
@@ -147,17 +203,32 @@ def test_a_problem_alone_is_a_stream_of_one(option: str, lcp: Lcp, monkeypatch: 
     assert (outcome.code, outcome.err) == (0, "lcp: 1 problem: 1 solved\n")
 
 
-@pytest.mark.parametrize("command", ["solve - --resume own.jsonl < own.jsonl", "solve own.jsonl >> own.jsonl"])
+@pytest.mark.parametrize(
+    "command",
+    ["solve - --resume own.jsonl < own.jsonl", "solve own.jsonl >> own.jsonl"],
+)
 def test_output_to_a_file_that_is_read_is_refused(command: str, tmp_path: Path) -> None:
     own = tmp_path / "own.jsonl"
     own.write_bytes(LINE * 2)
     script = f"{sys.executable} -m lcpcli {command}"
-    done = subprocess.run(["bash", "-c", script], capture_output=True, cwd=tmp_path, timeout=60, check=False)
-    assert (done.returncode, len(done.stderr.splitlines()), own.read_bytes()) == (2, 1, LINE * 2)
+    done = subprocess.run(
+        ["bash", "-c", script],
+        capture_output=True,
+        cwd=tmp_path,
+        timeout=60,
+        check=False,
+    )
+    assert (done.returncode, len(done.stderr.splitlines()), own.read_bytes()) == (
+        2,
+        1,
+        LINE * 2,
+    )
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="the full disk of Linux")
-def test_a_full_folder_of_temporary_files_is_named(lcp: Lcp, in_folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_full_folder_of_temporary_files_is_named(
+    lcp: Lcp, in_folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     usual = tempfile.TemporaryFile
 
     def full(**options: Any) -> Any:
@@ -166,7 +237,9 @@ def test_a_full_folder_of_temporary_files_is_named(lcp: Lcp, in_folder: Path, mo
     (in_folder / "two.jsonl").write_bytes(LINE * 2)
     monkeypatch.setattr(tempfile, "TemporaryFile", full)
     told = f"cannot be collected in {tempfile.gettempdir()} (No space left on device); set TMPDIR to a folder with room"
-    assert_refused(lcp("solve", "two.jsonl", "-o", "out.csv"), f"lcp: out.csv: {told}\n")
+    assert_refused(
+        lcp("solve", "two.jsonl", "-o", "out.csv"), f"lcp: out.csv: {told}\n"
+    )
     assert not (in_folder / "out.csv").exists()
 
 
@@ -184,29 +257,55 @@ def written(lcp: Lcp, folder: Path) -> Path:
     return folder / "log.jsonl"
 
 
-def test_a_log_goes_on_where_it_was_cut_off_and_counts_what_it_had(lcp: Lcp, folder: Path) -> None:
+def test_a_log_goes_on_where_it_was_cut_off_and_counts_what_it_had(
+    lcp: Lcp, folder: Path
+) -> None:
     (folder / "two.jsonl").write_text(f"{GOOD}\n{GOOD.replace('5', '4')}\n")
-    np.savetxt("Q.csv", np.arange(8.0).reshape(2, 4) - 3, delimiter=",", header="a,b,c,d", comments="")
+    np.savetxt(
+        "Q.csv",
+        np.arange(8.0).reshape(2, 4) - 3,
+        delimiter=",",
+        header="a,b,c,d",
+        comments="",
+    )
     files = ("good.json", "two.jsonl", "M.csv", "Q.csv")
     assert lcp("solve", *files, "-o", "log.jsonl").code == 0
     path = folder / "log.jsonl"
     whole = path.read_text().splitlines(keepends=True)
     unfinished = whole[4].replace('"solved"', '"interrupted"')
-    cuts = ["", "".join(whole[:1]), "".join(whole[:4]) + whole[4][:50], "".join(whole[:4]) + unfinished, "".join(whole)]
+    cuts = [
+        "",
+        "".join(whole[:1]),
+        "".join(whole[:4]) + whole[4][:50],
+        "".join(whole[:4]) + unfinished,
+        "".join(whole),
+    ]
     for cut in cuts:
         path.write_text(cut)
         outcome = lcp("solve", *files, "--resume", "log.jsonl")
-        assert (outcome.code, outcome.out, outcome.err) == (0, "", "lcp: 7 problems: 7 solved\n")
+        assert (outcome.code, outcome.out, outcome.err) == (
+            0,
+            "",
+            "lcp: 7 problems: 7 solved\n",
+        )
         places, expected = (
-            [tuple(each[key] for key in ("file", "item", "problem", "z")) for each in records_of(text)]
+            [
+                tuple(each[key] for key in ("file", "item", "problem", "z"))
+                for each in records_of(text)
+            ]
             for text in (path.read_text(), "".join(whole))
         )
         assert places == expected
     (folder / "bad.json").write_text(GOOD[:-1])
     path.unlink()
     lcp("solve", "bad.json", "good.json", "-o", "log.jsonl")
-    outcome = lcp("solve", "bad.json", "good.json", "none.json", "--resume", "log.jsonl")
-    assert (outcome.code, outcome.err) == (2, "lcp: 3 problems: 1 bad input, 1 solved, 1 infeasible\n")
+    outcome = lcp(
+        "solve", "bad.json", "good.json", "none.json", "--resume", "log.jsonl"
+    )
+    assert (outcome.code, outcome.err) == (
+        2,
+        "lcp: 3 problems: 1 bad input, 1 solved, 1 infeasible\n",
+    )
     assert len(path.read_text().splitlines()) == 3
 
 
@@ -217,18 +316,38 @@ DAMAGED = "good.json that is damaged"
     ("was", "becomes", "line", "words"),
     [
         ("", "", "none.json good.json", "a problem other than none.json as number 1"),
-        ("", "", "good.json", "a result of problem 2, but the last problem is number 1"),
+        (
+            "",
+            "",
+            "good.json",
+            "a result of problem 2, but the last problem is number 1",
+        ),
         ("", "", "good.json none.json --tol 1e-8", "tol 1e-10"),
         ("", "", "good.json none.json --method lemke", "method auto"),
         ("", "", "good.json none.json --exact", "exact none, but here it is True"),
         ('"status": "solved"', '"status": "fine"', "good.json none.json", DAMAGED),
         ('"status": "solved"', '"status": null', "good.json none.json", DAMAGED),
         ('"exact": null', '"exact": {}', "good.json none.json", DAMAGED),
-        ('"given": {', '"given": ["a", {', "good.json none.json", "is not a log of results (line 1)"),
+        (
+            '"given": {',
+            '"given": ["a", {',
+            "good.json none.json",
+            "is not a log of results (line 1)",
+        ),
         ('"number": 1,', '"number": 0,', "good.json none.json", DAMAGED),
         ('"number": 1,', '"number": -1,', "good.json none.json", DAMAGED),
-        (".*\n", "", "none.json good.json", "has none.json under another number than 1"),
-        (', "number": .*}', "}", "good.json none.json", "log.jsonl: is not a log of results (line 1)"),
+        (
+            ".*\n",
+            "",
+            "none.json good.json",
+            "has none.json under another number than 1",
+        ),
+        (
+            ', "number": .*}',
+            "}",
+            "good.json none.json",
+            "log.jsonl: is not a log of results (line 1)",
+        ),
     ],
 )
 def test_a_log_of_something_else_or_that_was_edited_is_refused_and_kept(
@@ -236,20 +355,26 @@ def test_a_log_of_something_else_or_that_was_edited_is_refused_and_kept(
 ) -> None:
     text = written.read_text()
     if was:
-        text = re.sub(re.escape(was) if ".*" not in was else was, becomes, text, count=1)
+        text = re.sub(
+            re.escape(was) if ".*" not in was else was, becomes, text, count=1
+        )
     written.write_text(text)
     assert_refused(lcp("solve", *line.split(), "--resume", "log.jsonl"), words)
     assert written.read_text() == text
 
 
-def test_a_log_has_files_of_any_name_and_goes_on_after_them(lcp: Lcp, folder: Path) -> None:
+def test_a_log_has_files_of_any_name_and_goes_on_after_them(
+    lcp: Lcp, folder: Path
+) -> None:
     name = os.fsdecode(b"odd\xff.json")
     try:
         (folder / name).write_text(GOOD)
     except OSError:
         pytest.skip("no such names on this system")
     assert lcp("solve", name, "good.json", "-o", "log.jsonl").code == 0
-    assert lcp("solve", name, "good.json", "none.json", "--resume", "log.jsonl").code == 3
+    assert (
+        lcp("solve", name, "good.json", "none.json", "--resume", "log.jsonl").code == 3
+    )
     files = [each["file"] for each in records_of((folder / "log.jsonl").read_text())]
     assert files == [name, "good.json", "none.json"]
 
@@ -263,10 +388,15 @@ def test_a_full_disk_is_told_of_the_log(lcp: Lcp, folder: Path) -> None:
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no such locks")
 @pytest.mark.parametrize("option", ["--output", "--resume"])
-def test_a_log_that_another_run_writes_is_left_to_it(option: str, lcp: Lcp, written: Path) -> None:
+def test_a_log_that_another_run_writes_is_left_to_it(
+    option: str, lcp: Lcp, written: Path
+) -> None:
     before = written.read_text()
     with atomic_write.open_log("log.jsonl", anew=False):
-        assert_refused(lcp(*BOTH, option, "log.jsonl"), "log.jsonl: is being written by another run")
+        assert_refused(
+            lcp(*BOTH, option, "log.jsonl"),
+            "log.jsonl: is being written by another run",
+        )
     assert written.read_text() == before
 
 
@@ -275,19 +405,29 @@ def test_a_resumed_run_without_a_proof_has_its_exit_code(
 ) -> None:
     monkeypatch.setattr(proof, "EXACT_SEARCH_EFFORT", 0.0)
     (folder / "face.json").write_text(FACE)
-    assert lcp("solve", "good.json", "face.json", "--exact", "-o", "log.jsonl").code == 1
+    assert (
+        lcp("solve", "good.json", "face.json", "--exact", "-o", "log.jsonl").code == 1
+    )
     assert records_of((folder / "log.jsonl").read_text())[1]["exact"]["status"] is None
-    assert lcp("solve", "good.json", "face.json", "--exact", "--resume", "log.jsonl").code == 1
+    assert (
+        lcp("solve", "good.json", "face.json", "--exact", "--resume", "log.jsonl").code
+        == 1
+    )
 
 
-def test_a_problem_that_has_changed_is_solved_again_once_its_line_is_gone(lcp: Lcp, written: Path) -> None:
+def test_a_problem_that_has_changed_is_solved_again_once_its_line_is_gone(
+    lcp: Lcp, written: Path
+) -> None:
     lines = written.read_text().splitlines(keepends=True)
     Path("good.json").write_text(GOOD.replace("5", "4"))
     told = "has a problem other than good.json as number 1; give the same files, delete its line to solve it again"
     assert_refused(lcp(*BOTH, "--resume", "log.jsonl"), told)
     assert written.read_text() == "".join(lines)
     written.write_text(lines[1])
-    assert lcp(*BOTH, "--resume", "log.jsonl").err == "lcp: 2 problems: 1 infeasible, 1 solved\n"
+    assert (
+        lcp(*BOTH, "--resume", "log.jsonl").err
+        == "lcp: 2 problems: 1 infeasible, 1 solved\n"
+    )
     assert [each["number"] for each in records_of(written.read_text())] == [2, 1]
 
 
@@ -296,7 +436,11 @@ def test_summary_of_an_interrupted_run_says_how_many_have_a_result(
 ) -> None:
     (folder / "Q.csv").write_text("a,b,c\n-1,-2,-3\n-1,1,2\n")
     run, left = Request.run, iter([1])
-    monkeypatch.setattr(Request, "run", lambda *given, **named: run(*given, **named) if any(left) else interrupt())
+    monkeypatch.setattr(
+        Request,
+        "run",
+        lambda *given, **named: run(*given, **named) if any(left) else interrupt(),
+    )
     outcome = lcp("solve", "good.json", "good.json", "-", "M.csv", "Q.csv")
     told = "lcp: 1 problem: 1 solved; interrupted; with -o FILE.jsonl it could be resumed\n"
     assert (outcome.code, outcome.err) == (130, told)

@@ -30,7 +30,9 @@ from lcpcli.methods.registry import Variant
 
 from .conftest import MAIN, python
 
-pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="the processes are found in /proc")
+pytestmark = pytest.mark.skipif(
+    sys.platform != "linux", reason="the processes are found in /proc"
+)
 COMMAND = [sys.executable, "-c", MAIN]
 MANY = 400
 PATIENCE = 60.0  # seconds until something that must happen has not
@@ -39,7 +41,10 @@ PATIENCE = 60.0  # seconds until something that must happen has not
 def lines(k: int) -> list[str]:
     rng = np.random.default_rng(0)
     every = rng.standard_normal((k, 5, 5)) + 9 * np.eye(5)
-    return [json.dumps({"M": M.tolist(), "q": rng.standard_normal(5).tolist()}) for M in every]
+    return [
+        json.dumps({"M": M.tolist(), "q": rng.standard_normal(5).tolist()})
+        for M in every
+    ]
 
 
 def until(holds: Any) -> None:
@@ -52,13 +57,21 @@ def until(holds: Any) -> None:
 def started_by(pid: int) -> list[int]:
     """The processes that solve problems for another."""
     children = Path(f"/proc/{pid}/task/{pid}/children").read_text().split()
-    return [int(child) for child in children if b"resource_tracker" not in Path(f"/proc/{child}/cmdline").read_bytes()]
+    return [
+        int(child)
+        for child in children
+        if b"resource_tracker" not in Path(f"/proc/{child}/cmdline").read_bytes()
+    ]
 
 
 @contextmanager
 def solving(*options: str) -> Iterator[tuple[subprocess.Popen[bytes], IO[bytes]]]:
     """A run of `lcp solve -` that gets its problems one by one."""
-    process = subprocess.Popen([*COMMAND, "solve", "-", *options], stdin=subprocess.PIPE, stderr=subprocess.PIPE)
+    process = subprocess.Popen(
+        [*COMMAND, "solve", "-", *options],
+        stdin=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+    )
     assert process.stdin is not None
     try:
         yield process, process.stdin
@@ -79,7 +92,10 @@ def items(log: Path) -> list[int]:
 
 
 def assert_all_solved(process: subprocess.Popen[bytes], told: bytes, log: Path) -> None:
-    assert (process.returncode, told.decode()) == (0, f"lcp: {MANY} problems: {MANY} solved\n")
+    assert (process.returncode, told.decode()) == (
+        0,
+        f"lcp: {MANY} problems: {MANY} solved\n",
+    )
     assert sorted(items(log)) == list(range(1, MANY + 1))
 
 
@@ -99,7 +115,11 @@ def test_killed_process_costs_no_record_and_no_order(tmp_path: Path) -> None:
     ("jobs", "number", "code"),
     [
         *(("1", signal.SIGKILL, -9), ("2", signal.SIGKILL, -9)),
-        *(("1", signal.SIGINT, 130), ("2", signal.SIGINT, 130), ("2", signal.SIGTERM, 143)),
+        *(
+            ("1", signal.SIGINT, 130),
+            ("2", signal.SIGINT, 130),
+            ("2", signal.SIGTERM, 143),
+        ),
     ],
 )
 def test_ended_program_leaves_what_is_solved_and_no_process_and_goes_on_from_its_log(
@@ -112,12 +132,16 @@ def test_ended_program_leaves_what_is_solved_and_no_process_and_goes_on_from_its
         process.send_signal(number)
         _, told = process.communicate(timeout=PATIENCE)
     assert (process.returncode, len(others)) == (code, 2 if jobs == "2" else 0)
-    expected = "" if code == -9 else f"lcp: .*; interrupted; go on with --resume {log}\n"
+    expected = (
+        "" if code == -9 else f"lcp: .*; interrupted; go on with --resume {log}\n"
+    )
     assert re.fullmatch(expected, told.decode())
     until(lambda: not any(Path(f"/proc/{pid}").exists() for pid in others))
     assert 10 <= len(set(items(log))) == len(items(log)) < MANY
     with solving("--jobs", jobs, "--resume", str(log)) as (process, stdin):
-        _, told = process.communicate("".join(f"{line}\n" for line in problems).encode(), timeout=PATIENCE)
+        _, told = process.communicate(
+            "".join(f"{line}\n" for line in problems).encode(), timeout=PATIENCE
+        )
     assert_all_solved(process, told, log)
 
 
@@ -128,7 +152,9 @@ def torn() -> None:
     os.kill(os.getpid(), signal.SIGKILL)
 
 
-def test_process_that_dies_while_it_hands_over_a_result_ends_the_others_at_the_next_look() -> None:
+def test_process_that_dies_while_it_hands_over_a_result_ends_the_others_at_the_next_look() -> (
+    None
+):
     pool = pools.Local(2)
     first, idle = pool.submit(os.getpid), pool.submit(time.sleep, PATIENCE)
     assert first.result(PATIENCE)
@@ -158,12 +184,23 @@ def test_processes_are_copies_where_there_are_no_other_threads() -> None:
     assert python(COPIED).stdout == "True\n"
 
 
-def test_work_that_takes_long_comes_back_without_the_rest(monkeypatch: pytest.MonkeyPatch) -> None:
-    task = tasks.Task(Request(inputs=Inputs([]), variants=[Variant("auto")], exact=False), "json", 20, None)
-    works = [Input(("-",), (text.encode(),), line=k) for k, text in enumerate(lines(4), 1)]
+def test_work_that_takes_long_comes_back_without_the_rest(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    task = tasks.Task(
+        Request(inputs=Inputs([]), variants=[Variant("auto")], exact=False),
+        "json",
+        20,
+        None,
+    )
+    works = [
+        Input(("-",), (text.encode(),), line=k) for k, text in enumerate(lines(4), 1)
+    ]
     for limit, expected in ((np.inf, [1, 2, 3, 4]), (1e-9, [1])):
         monkeypatch.setattr(tasks, "PIECE_SECONDS", limit)
-        assert [json.loads(record.text)["item"] for (record,) in task.all_of(works)[0]] == expected
+        assert [
+            json.loads(record.text)["item"] for (record,) in task.all_of(works)[0]
+        ] == expected
 
 
 def scheduler_and_workers(folder: Path) -> list[subprocess.Popen[bytes]]:
@@ -171,13 +208,33 @@ def scheduler_and_workers(folder: Path) -> list[subprocess.Popen[bytes]]:
     python, file = sys.executable, str(folder / "scheduler.json")
     quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
     common = ["--scheduler-file", file, "--no-dashboard"]
-    scheduler = ["distributed.cli.dask_scheduler", *common, "--port", "0", "--host", "127.0.0.1"]
-    worker = ["distributed.cli.dask_worker", *common, "--nthreads", "1", "--no-nanny", "--local-directory", str(folder)]
-    return [subprocess.Popen([python, "-m", *each], **quiet) for each in (scheduler, worker, worker)]  # type: ignore[call-overload]
+    scheduler = [
+        "distributed.cli.dask_scheduler",
+        *common,
+        "--port",
+        "0",
+        "--host",
+        "127.0.0.1",
+    ]
+    worker = [
+        "distributed.cli.dask_worker",
+        *common,
+        "--nthreads",
+        "1",
+        "--no-nanny",
+        "--local-directory",
+        str(folder),
+    ]
+    return [
+        subprocess.Popen([python, "-m", *each], **quiet)
+        for each in (scheduler, worker, worker)
+    ]  # type: ignore[call-overload]
 
 
 @pytest.mark.slow("starts a cluster")
-def test_killed_worker_of_a_cluster_costs_no_record_and_no_order(tmp_path: Path) -> None:
+def test_killed_worker_of_a_cluster_costs_no_record_and_no_order(
+    tmp_path: Path,
+) -> None:
     pytest.importorskip("distributed")
     log, problems = tmp_path / "log.jsonl", lines(MANY)
     cluster = scheduler_and_workers(tmp_path)
@@ -239,7 +296,9 @@ def test_cluster_without_workers_is_told_of_once(
         ("tls://1:8", "needs certificates"),
     ],
 )
-def test_cluster_that_cannot_be_there_is_told_in_a_line(address: str, fault: str) -> None:
+def test_cluster_that_cannot_be_there_is_told_in_a_line(
+    address: str, fault: str
+) -> None:
     pytest.importorskip("distributed")
     with solving("--cluster", address) as (process, _):
         _, told = process.communicate(lines(1)[0].encode(), timeout=PATIENCE)
@@ -259,7 +318,9 @@ def solved(*texts: Any, seconds: float = 1.0) -> tuple[list[list[TaskRecord]], f
 
 def told(task: Any, n: int, pool: Any, in_order: bool) -> list[str]:
     """The records of n problems, as they come."""
-    return [record.text for record in tasks.all_records(task, problems(n), pool, in_order)]
+    return [
+        record.text for record in tasks.all_records(task, problems(n), pool, in_order)
+    ]
 
 
 class Deadly:
@@ -268,7 +329,9 @@ class Deadly:
     kill_error, end_errors = BrokenExecutor, (OSError,)
     size, most = 1, 256
 
-    def __init__(self, always: Collection[int] = (), once: Collection[int] = ()) -> None:
+    def __init__(
+        self, always: Collection[int] = (), once: Collection[int] = ()
+    ) -> None:
         self.always, self.once = set(always), set(once)
 
     def submit(self, _: Any, works: list[Input]) -> Future[Any]:
@@ -291,13 +354,17 @@ class Deadly:
 
 
 @pytest.mark.parametrize("in_order", [True, False])
-@pytest.mark.parametrize(("always", "once"), [((7,), (3,)), ((1, 2, 50), (20, 21)), ((), ())])
+@pytest.mark.parametrize(
+    ("always", "once"), [((7,), (3,)), ((1, 2, 50), (20, 21)), ((), ())]
+)
 def test_problem_that_kills_its_process_again_is_the_only_one_without_a_result(
     always: tuple[int, ...], once: tuple[int, ...], in_order: bool
 ) -> None:
     pool = Deadly(always, once)
     texts = told(pool, 100, pool, in_order)
-    expected = [f"{k}: {tasks.KILLED}" if k in always else str(k) for k in range(1, 101)]
+    expected = [
+        f"{k}: {tasks.KILLED}" if k in always else str(k) for k in range(1, 101)
+    ]
     assert texts == expected if in_order else sorted(texts) == sorted(expected)
 
 
@@ -320,7 +387,9 @@ def test_second_attempt_is_alone_though_another_piece_has_a_rest_that_kills() ->
 
     for kills, killed_once in product(range(4, 12), range(12, 24)):
         pool = Together((kills,), (killed_once,))
-        expected = [f"{k}: {tasks.KILLED}" if k == kills else str(k) for k in range(1, 101)]
+        expected = [
+            f"{k}: {tasks.KILLED}" if k == kills else str(k) for k in range(1, 101)
+        ]
         assert told(pool, 100, pool, True) == expected
 
 
@@ -351,7 +420,9 @@ def test_behind_one_that_takes_long_more_and_more_are_handed_over_at_once() -> N
 
 
 @pytest.mark.parametrize("in_order", [True, False])
-def test_inputs_that_a_process_hands_back_are_solved_in_their_order(in_order: bool) -> None:
+def test_inputs_that_a_process_hands_back_are_solved_in_their_order(
+    in_order: bool,
+) -> None:
     class Slow(Deadly):
         def submit(self, _: Any, works: list[Input]) -> Future[Any]:
             return super().submit(_, works[: 1 + (works[0].line or 0) % 3])
@@ -389,7 +460,9 @@ def test_each_record_is_known_at_once_where_no_order_is_kept() -> None:
     assert sorted(numbers) == [*range(1, 1001)]
 
 
-def test_in_order_only_so_much_is_solved_behind_one_that_takes_long_as_there_is_room_for() -> None:
+def test_in_order_only_so_much_is_solved_behind_one_that_takes_long_as_there_is_room_for() -> (
+    None
+):
     length = tasks.MOST_BYTES // 100
     pool = Stuck(until=90, length=length)
     assert [int(text) for text in told(pool, 200, pool, True)] == [*range(1, 201)]
@@ -406,10 +479,14 @@ def test_in_order_only_so_much_is_solved_behind_one_that_takes_long_as_there_is_
     stuck.first.set_result(solved(1))
 
 
-def test_columns_of_one_matrix_are_taken_in_parts_and_nothing_beside_them_is_lost() -> None:
+def test_columns_of_one_matrix_are_taken_in_parts_and_nothing_beside_them_is_lost() -> (
+    None
+):
     all_read = threading.Event()
     single = list(problems(3))
-    columns = QColumns(("M.npy", "Q.npy"), np.eye(2), np.ones((2, 150)), [str(j) for j in range(150)])
+    columns = QColumns(
+        ("M.npy", "Q.npy"), np.eye(2), np.ones((2, 150)), [str(j) for j in range(150)]
+    )
 
     def works() -> Iterator[Any]:
         yield from (single[0], single[1], columns, single[2])

@@ -41,12 +41,23 @@ CHOICE = model(
     [(2, 0), (2, 0)],
     objective=("+", ("neg", ("-", "v0", "v1")), -3),
 )
-UNBOUNDED = model(2, [((5, 1, 1), {1: 1}, 0), ((5, 1, 2), {1: 1}, 0)], [(2, 0), (2, 0)], objective=("neg", "v0"))
-HOPELESS = model(1, [((4, 0), {0: 0}, ("+", 1, ("square", "v0")))], [(3,)], start={0: 0.5})
+UNBOUNDED = model(
+    2,
+    [((5, 1, 1), {1: 1}, 0), ((5, 1, 2), {1: 1}, 0)],
+    [(2, 0), (2, 0)],
+    objective=("neg", "v0"),
+)
+HOPELESS = model(
+    1, [((4, 0), {0: 0}, ("+", 1, ("square", "v0")))], [(3,)], start={0: 0.5}
+)
 
 
 # Two equations for x, and none for y.
-SINGULAR = model(2, [((4, 0), {0: 1}, ("exp", "v0")), ((4, 0), {0: 2}, ("square", "v0"))], [(3,), (3,)])
+SINGULAR = model(
+    2,
+    [((4, 0), {0: 1}, ("exp", "v0")), ((4, 0), {0: 2}, ("square", "v0"))],
+    [(3,), (3,)],
+)
 
 
 def test_compressed_models_have_their_names(models: Path, lcp: Lcp) -> None:
@@ -56,22 +67,53 @@ def test_compressed_models_have_their_names(models: Path, lcp: Lcp) -> None:
 
 @pytest.fixture(autouse=True)
 def models(folder: Path) -> Path:
-    contents = {"market": MARKET, "linear": LINEAR, "undefined": UNDEFINED, "hopeless": HOPELESS}
-    contents |= {"infeasible": INFEASIBLE, "choice": CHOICE, "unbounded": UNBOUNDED, "plant": PLANT}
-    contents |= {"singular": SINGULAR, "empty": b"", "twice": model(1, 2 * [((5, 1, 1), {0: 1}, 0)], [(2, 0)])}
-    contents["curved"] = model(1, [((5, 1, 1), {0: 0}, ("-", ("exp", "v0"), 40))], [(0, 0, 3)])
+    contents = {
+        "market": MARKET,
+        "linear": LINEAR,
+        "undefined": UNDEFINED,
+        "hopeless": HOPELESS,
+    }
+    contents |= {
+        "infeasible": INFEASIBLE,
+        "choice": CHOICE,
+        "unbounded": UNBOUNDED,
+        "plant": PLANT,
+    }
+    contents |= {
+        "singular": SINGULAR,
+        "empty": b"",
+        "twice": model(1, 2 * [((5, 1, 1), {0: 1}, 0)], [(2, 0)]),
+    }
+    contents["curved"] = model(
+        1, [((5, 1, 1), {0: 0}, ("-", ("exp", "v0"), 40))], [(0, 0, 3)]
+    )
     for name, content in contents.items():
         (folder / f"{name}.nl").write_bytes(content)
-    names = {"plant.col": "plant", "curved.col": "plant", "market.col": "price\nsupply\nincome"}
-    for name, text in (names | {"twice.col": "price", "twice.row": "market\nclearing"}).items():
+    names = {
+        "plant.col": "plant",
+        "curved.col": "plant",
+        "market.col": "price\nsupply\nincome",
+    }
+    for name, text in (
+        names | {"twice.col": "price", "twice.row": "market\nclearing"}
+    ).items():
         (folder / name).write_text(f"{text}\n")
     return folder
 
 
 @pytest.mark.parametrize(
-    "kind", ["models-solved", "models-checked", "models-for-ampl", "inspect-models", "refused-models"]
+    "kind",
+    [
+        "models-solved",
+        "models-checked",
+        "models-for-ampl",
+        "inspect-models",
+        "refused-models",
+    ],
 )
-def test_what_is_said_of_models_is_the_same_as_before(kind: str, session: Callable[[str], None]) -> None:
+def test_what_is_said_of_models_is_the_same_as_before(
+    kind: str, session: Callable[[str], None]
+) -> None:
     session(kind)
 
 
@@ -80,22 +122,42 @@ def test_ampl_is_told_of_a_stationary_point_with_its_values_and_gives_options_in
 ) -> None:
     assert "stalled: z is nearly a stationary point" in lcp("hopeless", "-AMPL").out
     *_, value, last = (models / "hopeless.sol").read_text().splitlines()
-    assert (np.isfinite(float(value)), 403 <= int(last.removeprefix("objno 0 ")) < 500) == (True, True)
+    assert (
+        np.isfinite(float(value)),
+        403 <= int(last.removeprefix("objno 0 ")) < 500,
+    ) == (True, True)
     monkeypatch.setenv("lcp_options", "max_iterations=0 tol=1e-8")
     assert lcp("linear", "-AMPL").code == 0
     for options, number in (((), 400), (("max_iterations=90",), 0)):
         assert lcp("market", "-AMPL", *options).code == 0
-        assert (models / "market.sol").read_text().splitlines()[-1] == f"objno 0 {number}"
+        assert (models / "market.sol").read_text().splitlines()[
+            -1
+        ] == f"objno 0 {number}"
 
 
 def test_number_for_ampl_says_solved_of_nothing_but_what_is_solved() -> None:
-    assert {status for status, number in NUMBERS.items() if number < 200} == {Status.SOLVED}
-    assert all(200 <= number < 300 for status, number in NUMBERS.items() if status.has_no_solution)
+    assert {status for status, number in NUMBERS.items() if number < 200} == {
+        Status.SOLVED
+    }
+    assert all(
+        200 <= number < 300
+        for status, number in NUMBERS.items()
+        if status.has_no_solution
+    )
 
 
-def test_run_without_a_finite_point_writes_no_values(models: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    for number, z, told in ((404, np.array([np.nan, 1.0]), 500), (401, None, 500), (201, None, 201), (300, None, 300)):
-        monkeypatch.setattr(ampl, "_answer", lambda *_, own=(number, z): ("a message", *own))
+def test_run_without_a_finite_point_writes_no_values(
+    models: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for number, z, told in (
+        (404, np.array([np.nan, 1.0]), 500),
+        (401, None, 500),
+        (201, None, 201),
+        (300, None, 300),
+    ):
+        monkeypatch.setattr(
+            ampl, "_answer", lambda *_, own=(number, z): ("a message", *own)
+        )
         assert ampl.run(str(models / "market"), []) == 0
         lines = (models / "market.sol").read_text().splitlines()
         assert (lines[-2], lines[-1]) == ("0", f"objno 0 {told}")
@@ -103,9 +165,15 @@ def test_run_without_a_finite_point_writes_no_values(models: Path, monkeypatch: 
 
 def test_terms_that_cancel_keep_their_domain(lcp: Lcp, folder: Path) -> None:
     log = ("log", "v0")
-    for name, terms in (("difference", ("-", log, log)), ("product", ("*", 0, log)), ("power", ("^", log, 0))):
+    for name, terms in (
+        ("difference", ("-", log, log)),
+        ("product", ("*", 0, log)),
+        ("power", ("^", log, 0)),
+    ):
         side = 0 if name == "power" else -1  # x = -1, where the logarithm is undefined
-        (folder / f"{name}.nl").write_bytes(model(1, [((4, side), {0: 1}, terms)], [(3,)]))
+        (folder / f"{name}.nl").write_bytes(
+            model(1, [((4, side), {0: 1}, terms)], [(3,)])
+        )
         done = lcp("solve", f"{name}.nl", "--z0", "1", "--restarts", "0", "--quiet")
         assert done.code == 1, done
 
@@ -114,11 +182,15 @@ def test_nonlinear_problems_are_verified_in_python() -> None:
     problem = gallery.josephy()
     assert lcpcli.check(problem, problem.solutions[0]).accepted
     assert not lcpcli.check(problem, [0, 0, 0, 1]).accepted
-    cancelling = NonlinearProblem(lambda z: np.exp(z) - 1.0000000001, lower=None, x0=[0.0])
+    cancelling = NonlinearProblem(
+        lambda z: np.exp(z) - 1.0000000001, lower=None, x0=[0.0]
+    )
     for each in (cancelling, *(family() for family in gallery.FAMILIES.values())):
         assert lcpcli.check(each, lcpcli.solve_mcp(each).z).accepted, each
     assert not lcpcli.check(cancelling, [1e-9]).accepted
-    assert not lcpcli.check(NonlinearProblem(lambda z: z - 1, x0=[0.0], upper=0.5), [1.0]).accepted
+    assert not lcpcli.check(
+        NonlinearProblem(lambda z: z - 1, x0=[0.0], upper=0.5), [1.0]
+    ).accepted
 
 
 def test_inspection_of_problems_without_an_expression_has_no_operators() -> None:

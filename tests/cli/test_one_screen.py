@@ -16,27 +16,46 @@ from .test_nl_models import LINEAR, MARKET
 @pytest.fixture
 def tables(folder: Path) -> Path:
     """The folder with Mq.csv, which has M and q; other.csv, of the same shape with another M; and two.csv, two q."""
-    for name, text in {"Mq": "2,1,-5\n1,2,-6\n", "other": "1,0,-1\n0,1,-3\n", "two": "-5,-1\n-6,-3\n"}.items():
+    for name, text in {
+        "Mq": "2,1,-5\n1,2,-6\n",
+        "other": "1,0,-1\n0,1,-3\n",
+        "two": "-5,-1\n-6,-3\n",
+    }.items():
         (folder / f"{name}.csv").write_text(text)
     return folder
 
 
 @pytest.mark.usefixtures("tables")
-def test_what_cannot_be_q_is_refused_in_one_line(session: Callable[[str], None]) -> None:
+def test_what_cannot_be_q_is_refused_in_one_line(
+    session: Callable[[str], None],
+) -> None:
     session("refused-q")
 
 
-def test_a_file_beside_the_report_is_announced_unless_it_is_to_be_quiet(lcp: Lcp, folder: Path) -> None:
+def test_a_file_beside_the_report_is_announced_unless_it_is_to_be_quiet(
+    lcp: Lcp, folder: Path
+) -> None:
     pytest.importorskip("matplotlib")
     commands = {
         "solve": ("good.json", "--paths", "paths.svg", "--trace", "trace.csv"),
         "path": ("good.json", "--direction", "1,1", "--to", "2"),
         "bench": ("good.json", "--method", "newton", "--budget", "0"),
     }
-    for name, words in {"compare": ("good.json",), "solve --all": ("good.json",), **commands}.items():
+    for name, words in {
+        "compare": ("good.json",),
+        "solve --all": ("good.json",),
+        **commands,
+    }.items():
         told = lcp(*name.split(), *words, "--plot", "plot.svg")
-        files = {line.removeprefix("lcp: wrote ") for line in told.err.splitlines() if line != "lcp: wrote "}
-        assert files == {"plot.svg", *(word for word in words if word in ("paths.svg", "trace.csv"))}
+        files = {
+            line.removeprefix("lcp: wrote ")
+            for line in told.err.splitlines()
+            if line != "lcp: wrote "
+        }
+        assert files == {
+            "plot.svg",
+            *(word for word in words if word in ("paths.svg", "trace.csv")),
+        }
         assert all((folder / file).stat().st_size for file in files)
         assert lcp(*name.split(), *words, "--plot", "plot.svg", "--quiet").err == ""
 
@@ -53,13 +72,23 @@ def test_the_table_of_many_keeps_to_the_width(
     (long / "unreadable.json").write_text("{")
     shown = lcp("solve", long.name, "none.json").out.splitlines()
     assert max(map(len, shown)) <= width
-    assert [word for word in ("name-0.json", "solved", "bad input", "infeasible") if word not in "\n".join(shown)] == []
+    assert [
+        word
+        for word in ("name-0.json", "solved", "bad input", "infeasible")
+        if word not in "\n".join(shown)
+    ] == []
     assert [("  k" in shown[0]), ("  by" in shown[0])] == [width > 60, width == 120]
 
 
-def test_a_program_fits_on_a_screen_and_its_objective_is_in_the_verdict(lcp: Lcp, folder: Path) -> None:
+def test_a_program_fits_on_a_screen_and_its_objective_is_in_the_verdict(
+    lcp: Lcp, folder: Path
+) -> None:
     n = 60
-    program = {"c": list(range(1, n + 1)), "A": [[1] * n, [1, 2] * (n // 2)], "row_lower": [3, 4]}
+    program = {
+        "c": list(range(1, n + 1)),
+        "A": [[1] * n, [1, 2] * (n // 2)],
+        "row_lower": [3, 4],
+    }
     (folder / "program.json").write_text(json.dumps(program))
     shown = lcp("solve", "program.json").out.splitlines()
     assert len(shown) < 60
@@ -71,9 +100,15 @@ def test_a_program_fits_on_a_screen_and_its_objective_is_in_the_verdict(lcp: Lcp
 
 
 @pytest.mark.usefixtures("folder")
-def test_a_table_shows_0_for_a_residual_whose_digits_depend_on_the_machine_and_json_all_digits(lcp: Lcp) -> None:
+def test_a_table_shows_0_for_a_residual_whose_digits_depend_on_the_machine_and_json_all_digits(
+    lcp: Lcp,
+) -> None:
     lcp("make", "harker-pang", "-n", "20", "-o", "rounded.json")
-    assert 0 < record(lcp("solve", "rounded.json", "--format", "json"))["relative_residual"] < 1e-14
+    assert (
+        0
+        < record(lcp("solve", "rounded.json", "--format", "json"))["relative_residual"]
+        < 1e-14
+    )
     shown = lcp("solve", "rounded.json").out
     assert "residual 0, relative 0\n" in shown
     assert not re.search(r"\de-1[3-9]", shown)
@@ -90,21 +125,37 @@ OTHER_NAMES = {
 @pytest.mark.parametrize("method", OTHER_NAMES)
 def test_a_method_is_suggested_for_another_name(lcp: Lcp, method: str) -> None:
     for word in OTHER_NAMES[method].split():
-        assert_refused(lcp("solve", EXAMPLE, "--method", word), f"did you mean {method}?")
+        assert_refused(
+            lcp("solve", EXAMPLE, "--method", word), f"did you mean {method}?"
+        )
         helped = lcp("help", word)
         assert f"did you mean {method}?" in helped.err or method in helped.out
 
 
-def test_pages_that_explain_a_word_come_before_those_that_only_have_it(lcp: Lcp) -> None:
-    pages = [line.split()[0] for line in lcp("help", "tables").out.splitlines()[1:] if line[2] != " "]
+def test_pages_that_explain_a_word_come_before_those_that_only_have_it(
+    lcp: Lcp,
+) -> None:
+    pages = [
+        line.split()[0]
+        for line in lcp("help", "tables").out.splitlines()[1:]
+        if line[2] != " "
+    ]
     assert pages[0] == "formats"
     assert set(pages) & {"paper", "programs"}
     assert pages.index("changes") > pages.index("speed")
 
 
 @pytest.mark.parametrize("name", ["market", "linear"])
-@pytest.mark.parametrize("words", [("inspect", "linear.nl"), ("inspect", "market.nl"), ("solve", "--q", "q.csv")])
-def test_a_second_file_beside_a_model_is_refused(lcp: Lcp, folder: Path, name: str, words: tuple[str, ...]) -> None:
+@pytest.mark.parametrize(
+    "words",
+    [("inspect", "linear.nl"), ("inspect", "market.nl"), ("solve", "--q", "q.csv")],
+)
+def test_a_second_file_beside_a_model_is_refused(
+    lcp: Lcp, folder: Path, name: str, words: tuple[str, ...]
+) -> None:
     for each, content in {"market": MARKET, "linear": LINEAR}.items():
         (folder / f"{each}.nl").write_bytes(content)
-    assert_refused(lcp(words[0], f"{name}.nl", *words[1:]), f"{words[-1]}: is not needed: {name}.nl ")
+    assert_refused(
+        lcp(words[0], f"{name}.nl", *words[1:]),
+        f"{words[-1]}: is not needed: {name}.nl ",
+    )

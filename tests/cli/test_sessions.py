@@ -15,6 +15,8 @@ q-by-its-option many-problems answers-in-tables runs-refused"""
 
 @pytest.mark.parametrize("name", SESSIONS.split())
 @pytest.mark.usefixtures("in_folder")
-def test_a_session_is_the_same_as_before(name: str, session: Callable[[str], None]) -> None:
+def test_a_session_is_the_same_as_before(
+    name: str, session: Callable[[str], None]
+) -> None:
     pytest.importorskip("flint")
     session(f"session-{name}")

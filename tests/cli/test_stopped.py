@@ -37,16 +37,25 @@ pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="has no such sig
 
 BENCH = f"bench {EXAMPLE} --method newton --budget 0"
 PROGRAM = contents.shipped_path("programs/portfolio.json")
-SIGNALS = pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
-SHI, BEST = "solve paper-example-2 --method shi", """solve game.json --maximize '"payoff of row"' """
+SIGNALS = pytest.mark.parametrize(
+    ("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)]
+)
+SHI, BEST = (
+    "solve paper-example-2 --method shi",
+    """solve game.json --maximize '"payoff of row"' """,
+)
 SOLVED, CUT = {"status": "solved", "z": [1, 0, 1, 0]}, {"status": "interrupted"}
 UNFINISHED = CUT | {"complete": False}
 GOOD, WITHOUT_BOUND = {"solved": True}, {"solved": True, "error_bound": None}
-UNEXAMINED = "x satisfies the first-order conditions; whether it is a minimizer was not examined"
+UNEXAMINED = (
+    "x satisfies the first-order conditions; whether it is a minimizer was not examined"
+)
 
 
 @pytest.fixture
-def stopped(lcp: Lcp, folder: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., Outcome]:
+def stopped(
+    lcp: Lcp, folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> Callable[..., Outcome]:
     """Run a command that gets a signal, or an error, at a call of a function: after so many others, or at the first one
     with such arguments."""
     rng = np.random.default_rng(0)
@@ -58,11 +67,22 @@ def stopped(lcp: Lcp, folder: Path, monkeypatch: pytest.MonkeyPatch) -> Callable
     (folder / "game.json").write_text(json.dumps({"A": A, "B": B}))
     (folder / "murty.json").write_text('{"M": [[1, 2], [2, 1]], "q": [-1, -1]}')
 
-    def run(line: str, place: str, when: int | Callable[..., bool], cause: int | type[BaseException]) -> Outcome:
-        function, number, over = pkgutil.resolve_name(place), itertools.count(), list[bool]()
+    def run(
+        line: str,
+        place: str,
+        when: int | Callable[..., bool],
+        cause: int | type[BaseException],
+    ) -> Outcome:
+        function, number, over = (
+            pkgutil.resolve_name(place),
+            itertools.count(),
+            list[bool](),
+        )
 
         def counted(*given: Any, **named: Any) -> Any:
-            if not over and (next(number) == when if isinstance(when, int) else when(*given)):
+            if not over and (
+                next(number) == when if isinstance(when, int) else when(*given)
+            ):
                 over.append(True)
                 if not isinstance(cause, int):
                     raise cause
@@ -82,20 +102,85 @@ def _has_a_bound(search: Any, *_: Any) -> bool:
 # The command, and the call at which it is stopped.
 STAGES: dict[str, tuple[str, str, Any, list[dict[str, Any]]]] = {
     "an iteration": (SHI, "solving.loop.Loop._take", 3, [CUT | {"iterations": 2}]),
-    "a path": ("path from.npz to.npz", "parametric.following.check", 20, [{"end": "interrupted", "verified": True}]),
-    "the best solution": (BEST, "enumeration.optimum._Search.children", _has_a_bound, [CUT]),
-    "all solutions": ("solve murty.json --all", "enumeration.search.Solutions.__next__", 2, [UNFINISHED]),
-    "the first run": (f"compare {EXAMPLE} --plot error.svg", "solving.driver.run", 0, []),
-    "the second run": (f"compare {EXAMPLE}", "solving.driver.run", 1, [{"method": "fixed-point"}]),
-    "the second bound": (f"compare {EXAMPLE} --bound", "verify.error_theorems.error_bound", 1, [GOOD, WITHOUT_BOUND]),
-    "a proof": (f"solve {EXAMPLE} --exact", "solving.proof.from_point", 0, [SOLVED | CUT]),
-    "the verification": (f"compare {EXAMPLE} --method newton", "solving.driver.verified", 0, [SOLVED]),
-    "other solutions": (f"solve {EXAMPLE}", "enumeration.others.search_others", 0, [SOLVED]),
+    "a path": (
+        "path from.npz to.npz",
+        "parametric.following.check",
+        20,
+        [{"end": "interrupted", "verified": True}],
+    ),
+    "the best solution": (
+        BEST,
+        "enumeration.optimum._Search.children",
+        _has_a_bound,
+        [CUT],
+    ),
+    "all solutions": (
+        "solve murty.json --all",
+        "enumeration.search.Solutions.__next__",
+        2,
+        [UNFINISHED],
+    ),
+    "the first run": (
+        f"compare {EXAMPLE} --plot error.svg",
+        "solving.driver.run",
+        0,
+        [],
+    ),
+    "the second run": (
+        f"compare {EXAMPLE}",
+        "solving.driver.run",
+        1,
+        [{"method": "fixed-point"}],
+    ),
+    "the second bound": (
+        f"compare {EXAMPLE} --bound",
+        "verify.error_theorems.error_bound",
+        1,
+        [GOOD, WITHOUT_BOUND],
+    ),
+    "a proof": (
+        f"solve {EXAMPLE} --exact",
+        "solving.proof.from_point",
+        0,
+        [SOLVED | CUT],
+    ),
+    "the verification": (
+        f"compare {EXAMPLE} --method newton",
+        "solving.driver.verified",
+        0,
+        [SOLVED],
+    ),
+    "other solutions": (
+        f"solve {EXAMPLE}",
+        "enumeration.others.search_others",
+        0,
+        [SOLVED],
+    ),
     "digits": (f"solve {EXAMPLE}", "verify.digits.digits", 0, [SOLVED]),
-    "digits of many": (f"solve {EXAMPLE} {EXAMPLE}", "verify.digits.digits", 0, [SOLVED]),
-    "the second of many": (f"solve {EXAMPLE} {EXAMPLE}", "cli.problems.Request.run", 1, [SOLVED]),
-    "a figure": (f"solve {EXAMPLE} --plot error.svg", "report.plotting.convergence", 0, [SOLVED]),
-    "the kind of a point": (f"solve {PROGRAM}", "solving.minimum.kind_of_point", 0, [GOOD]),
+    "digits of many": (
+        f"solve {EXAMPLE} {EXAMPLE}",
+        "verify.digits.digits",
+        0,
+        [SOLVED],
+    ),
+    "the second of many": (
+        f"solve {EXAMPLE} {EXAMPLE}",
+        "cli.problems.Request.run",
+        1,
+        [SOLVED],
+    ),
+    "a figure": (
+        f"solve {EXAMPLE} --plot error.svg",
+        "report.plotting.convergence",
+        0,
+        [SOLVED],
+    ),
+    "the kind of a point": (
+        f"solve {PROGRAM}",
+        "solving.minimum.kind_of_point",
+        0,
+        [GOOD],
+    ),
     "reading": (f"check {EXAMPLE} {EXAMPLE}", "files.reading.problem_of", 0, []),
     "reading a problem": (f"solve {EXAMPLE}", "files.reading.problem_of", 0, []),
     "the reference": (f"compare {EXAMPLE}", "solving.proof.with_reference", 0, []),
@@ -104,7 +189,11 @@ STAGES: dict[str, tuple[str, str, Any, list[dict[str, Any]]]] = {
 
 
 MANY = "1 problem: 1 solved; interrupted; with -o FILE.jsonl it could be resumed"
-TOLD = {"the reference": "before the first run", "digits of many": MANY, "the second of many": MANY}
+TOLD = {
+    "the reference": "before the first run",
+    "digits of many": MANY,
+    "the second of many": MANY,
+}
 
 
 @SIGNALS
@@ -132,18 +221,32 @@ def test_signal_leaves_what_is_finished(
     ]
 
 
-def test_path_that_is_stopped_has_its_points_in_a_file_and_says_why(stopped: Callable[..., Outcome]) -> None:
+def test_path_that_is_stopped_has_its_points_in_a_file_and_says_why(
+    stopped: Callable[..., Outcome],
+) -> None:
     check, path = "lcpcli.parametric.following.check", "path from.npz to.npz"
     outcome = stopped(f"{path} --at 0.01,1 -o part.csv", check, 20, KeyboardInterrupt)
     assert (outcome.code, outcome.err) == (130, "lcp: to.npz: interrupted\n")
     lines = Path("part.csv").read_text().splitlines()
-    assert ("interrupted; " in lines[1], lines[1].endswith(", verified"), lines[-1][:6]) == (True, True, ",0.01,")
-    late = stopped(f"{path} --time-limit 100 --format json", check, 20, following.TimeIsUp)
+    assert (
+        "interrupted; " in lines[1],
+        lines[1].endswith(", verified"),
+        lines[-1][:6],
+    ) == (True, True, ",0.01,")
+    late = stopped(
+        f"{path} --time-limit 100 --format json", check, 20, following.TimeIsUp
+    )
     found = record(late)
     assert (late.code, found["end"], found["verified"]) == (1, "time_limit", True)
-    assert (found["message"], 1 < len(found["t"]) <= 21) == ("stopped at the time limit", True)
+    assert (found["message"], 1 < len(found["t"]) <= 21) == (
+        "stopped at the time limit",
+        True,
+    )
     broken = stopped(path, check, 1, SingularMatrix)
-    assert (broken.code, "broke down: a basis is too ill-conditioned" in broken.out) == (1, True)
+    assert (
+        broken.code,
+        "broke down: a basis is too ill-conditioned" in broken.out,
+    ) == (1, True)
 
 
 @pytest.mark.parametrize("kind", [ImportError, SystemError])
@@ -157,7 +260,11 @@ def test_interrupt_that_a_library_wraps_is_one_and_leaves_what_is_measured(
     monkeypatch.setattr("lcpcli.peers.packages.piqp.solve", wrapped)
     outcome = lcp(*BENCH.split(), "--peer", "piqp")
     told = "lcp bench: interrupted after 1 of 2 measurements; with -o FILE.json it could be resumed\n"
-    assert (outcome.code, outcome.err, "1 of 2 measured" in outcome.out) == (130, told, True)
+    assert (outcome.code, outcome.err, "1 of 2 measured" in outcome.out) == (
+        130,
+        told,
+        True,
+    )
     monkeypatch.setattr(reading, "problem_of", wrapped)
     assert lcp("solve", EXAMPLE) == Outcome(130, "", "")
 
@@ -189,26 +296,47 @@ reading.problem_of = read
 """
 
 
-@pytest.mark.parametrize("program", [LOADING, IN_A_CALLBACK], ids=["modules are loaded", "a callback runs"])
-def test_interrupt_while_the_interpreter_is_at_work_ends_without_a_word(program: str) -> None:
+@pytest.mark.parametrize(
+    "program", [LOADING, IN_A_CALLBACK], ids=["modules are loaded", "a callback runs"]
+)
+def test_interrupt_while_the_interpreter_is_at_work_ends_without_a_word(
+    program: str,
+) -> None:
     done = python(program, "solve", EXAMPLE, timeout=60)
     assert (done.returncode, done.stdout, done.stderr.strip()) == (130, "", "")
 
 
 @SIGNALS
-def test_signal_while_a_file_is_read_ends_at_once(number: signal.Signals, code: int, tmp_path: Path) -> None:
+def test_signal_while_a_file_is_read_ends_at_once(
+    number: signal.Signals, code: int, tmp_path: Path
+) -> None:
     pipe = tmp_path / "problem.json"
     os.mkfifo(pipe)
-    command = [sys.executable, "-c", MAIN, "solve", str(pipe), "-o", str(tmp_path / "result.json")]
+    command = [
+        sys.executable,
+        "-c",
+        MAIN,
+        "solve",
+        str(pipe),
+        "-o",
+        str(tmp_path / "result.json"),
+    ]
     process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
     with pipe.open("w"):  # waits for the reader
         process.send_signal(number)
         out, err = process.communicate(timeout=60)
-    assert (process.returncode, out, err.strip(), list(tmp_path.iterdir())) == (code, b"", b"", [pipe])
+    assert (process.returncode, out, err.strip(), list(tmp_path.iterdir())) == (
+        code,
+        b"",
+        b"",
+        [pipe],
+    )
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_signal_waits_until_files_are_whole(number: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_signal_waits_until_files_are_whole(
+    number: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     def pressed(target: Path, data: bytes) -> Path:
         signal.raise_signal(number)
         return temporary(target, data)
@@ -220,7 +348,9 @@ def test_signal_waits_until_files_are_whole(number: int, tmp_path: Path, monkeyp
     temporary, usual = atomic_write._temporary, signal.signal(number, handler)
     monkeypatch.setattr(atomic_write, "_temporary", pressed)
     try:
-        atomic_write.write_together({str(tmp_path / "M.mtx"): "M", str(tmp_path / "q.mtx"): "q"})
+        atomic_write.write_together(
+            {str(tmp_path / "M.mtx"): "M", str(tmp_path / "q.mtx"): "q"}
+        )
         assert signal.getsignal(number) is handler
     finally:
         signal.signal(number, usual)
@@ -237,7 +367,9 @@ def test_signal_while_an_extension_module_loads_is_not_lost(
             signal.raise_signal(number)
 
     def load(*_: Any) -> None:  # and work for a minute
-        ExtensionFileLoader("compiled", "compiled.so").exec_module(ModuleType("compiled"))
+        ExtensionFileLoader("compiled", "compiled.so").exec_module(
+            ModuleType("compiled")
+        )
         for _ in range(6000):
             time.sleep(0.01)
 
@@ -259,8 +391,12 @@ PROBLEM = lcpcli.Problem([[2, 1], [1, 2]], [-5, -6])
 CALLS: dict[str, Callable[..., Any]] = {
     "run": lcpcli.run,
     "solve": lambda problem, **options: lcpcli.solve(problem.M, problem.q, **options),
-    "solve_many of problems": lambda problem, **options: next(lcpcli.solve_many([problem], **options)),
-    "solve_many of columns": lambda problem, **options: next(lcpcli.solve_many(problem.M, [[-5], [-6]], **options)),
+    "solve_many of problems": lambda problem, **options: next(
+        lcpcli.solve_many([problem], **options)
+    ),
+    "solve_many of columns": lambda problem, **options: next(
+        lcpcli.solve_many(problem.M, [[-5], [-6]], **options)
+    ),
     "exact": lcpcli.exact,
 }
 
@@ -279,9 +415,15 @@ def test_ctrl_c_raises_with_the_best_iterate_or_returns_it(name: str) -> None:
     with pytest.raises(lcpcli.Interrupted, match="interrupted") as ending:
         call(PROBLEM)
     assert isinstance(ending.value, KeyboardInterrupt)
-    assert (ending.value.result.status, ending.value.result.z.tolist()) == (Status.INTERRUPTED, [0, 0])
+    assert (ending.value.result.status, ending.value.result.z.tolist()) == (
+        Status.INTERRUPTED,
+        [0, 0],
+    )
     assert call(PROBLEM, interrupts="return").interrupted
-    with pytest.raises(lcpcli.errors.OptionError, match='interrupts: \'ignore\' is unknown; give "raise" or "return"'):
+    with pytest.raises(
+        lcpcli.errors.OptionError,
+        match='interrupts: \'ignore\' is unknown; give "raise" or "return"',
+    ):
         call(PROBLEM, interrupts="ignore")
     assert isinstance(pickle.loads(pickle.dumps(ending.value)), lcpcli.Interrupted)
 
@@ -295,16 +437,23 @@ def test_ctrl_c_is_not_lost_although_the_last_iterate_is_a_solution() -> None:
 LINEAR = {"Q": None, "c": [1, 1], "A": [[1, 1]], "row_lower": [1]}
 
 
-def test_ctrl_c_after_the_iteration_raises_with_the_best_iterate(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_ctrl_c_after_the_iteration_raises_with_the_best_iterate(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     once, real = iter([interrupt]), Loop._verified
     monkeypatch.setattr(Loop, "_verified", lambda *given: next(once, real)(*given))
     problem = lcpcli.from_qp(**LINEAR)
     with pytest.raises(lcpcli.Interrupted) as ending:
         lcpcli.run(problem, "interior", trace=True)
-    assert (ending.value.result.interrupted, ending.value.result.z.size) == (True, problem.n)
+    assert (ending.value.result.interrupted, ending.value.result.z.size) == (
+        True,
+        problem.n,
+    )
 
 
-def test_ctrl_c_while_a_conclusion_is_worked_out_leaves_it_to_the_next_reader(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_ctrl_c_while_a_conclusion_is_worked_out_leaves_it_to_the_next_reader(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     result = lcpcli.run(lcpcli.from_qp(**LINEAR))
     with monkeypatch.context() as patched:
         patched.setattr("lcpcli.solving.minimum.has_other_minimum", interrupt)

@@ -44,21 +44,30 @@ class Polyhedron(NamedTuple):
         points = [(*vertex, Fraction(1)) for vertex in hull.vertices]
         rays = [(*ray, Fraction(0)) for ray in hull.rays]
         lines = [(*line, Fraction(0)) for line in hull.lines]
-        return not any(dot(row, x) for row in self.equations for x in points + rays + lines) and all(
-            dot(row, x) >= 0 for row in self.inequalities for x in points + rays + [*lines, *map(negative, lines)]
+        return not any(
+            dot(row, x) for row in self.equations for x in points + rays + lines
+        ) and all(
+            dot(row, x) >= 0
+            for row in self.inequalities
+            for x in points + rays + [*lines, *map(negative, lines)]
         )
 
     def hull(self, n: int) -> Hull | None:
         """Its vertices, rays and lines; None if it is empty."""
         lines = null_space([row[:-1] for row in self.equations + self.inequalities], n)
-        across = [tuple(Fraction(int(j == leading(line))) for j in range(n + 1)) for line in lines]
+        across = [
+            tuple(Fraction(int(j == leading(line))) for j in range(n + 1))
+            for line in lines
+        ]
         fixed = reduced([*self.equations, *across], n)
         missing = n - len([row for row in fixed if any(row[:-1])])
         within = Polyhedron([*self.equations, *across], self.inequalities)
         vertices = set()
         for rows in combinations(self.inequalities, missing):
             z = solved([*fixed, *rows], n)
-            if z is not None and within.holds(Hull(frozenset([z]), frozenset(), frozenset())):
+            if z is not None and within.holds(
+                Hull(frozenset([z]), frozenset(), frozenset())
+            ):
                 vertices.add(z)
         if not vertices:
             return None
@@ -73,16 +82,24 @@ class Polyhedron(NamedTuple):
 
 def maximal(data: Data) -> set[Hull]:
     n = len(data.q)
-    found = [(each, hull) for each in choices(data) if (hull := each.hull(n)) is not None]
+    found = [
+        (each, hull) for each in choices(data) if (hull := each.hull(n)) is not None
+    ]
     hulls = {hull for _, hull in found}
-    return {hull for hull in hulls if not any(each.holds(hull) and other != hull for each, other in found)}
+    return {
+        hull
+        for hull in hulls
+        if not any(each.holds(hull) and other != hull for each, other in found)
+    }
 
 
 def choices(data: Data) -> Iterator[Polyhedron]:
     """The polyhedron of each choice of states."""
     n = len(data.q)
     options = []
-    for i, (a, b, low, high) in enumerate(zip(data.M, data.q, data.lower, data.upper, strict=True)):
+    for i, (a, b, low, high) in enumerate(
+        zip(data.M, data.q, data.lower, data.upper, strict=True)
+    ):
         w, unit = (*a, b), tuple(Fraction(int(i == j)) for j in range(n))
         above = [] if low is None else [(*unit, -low)]
         below = [] if high is None else [negative((*unit, -high))]
@@ -90,15 +107,29 @@ def choices(data: Data) -> Iterator[Polyhedron]:
             options.append([(above, [])])
             continue
         options.append([([w], above + below)])
-        options[-1] += [(above, [w])] * (low is not None) + [(below, [negative(w)])] * (high is not None)
+        options[-1] += [(above, [w])] * (low is not None) + [(below, [negative(w)])] * (
+            high is not None
+        )
     for chosen in product(*options):
-        yield Polyhedron([row for part in chosen for row in part[0]], [row for part in chosen for row in part[1]])
+        yield Polyhedron(
+            [row for part in chosen for row in part[0]],
+            [row for part in chosen for row in part[1]],
+        )
 
 
-def canonical(vertices: Iterable[Row], rays: Iterable[Row], lines: Sequence[Row]) -> Hull:
+def canonical(
+    vertices: Iterable[Row], rays: Iterable[Row], lines: Sequence[Row]
+) -> Hull:
     """A hull from any generators of it."""
-    reduced_lines = [primitive(line) for line in reduced([(*line, Fraction(0)) for line in lines], None)]
-    basis = [tuple(Fraction(v) / line[leading(line)] for v in line[:-1]) for line in reduced_lines if any(line)]
+    reduced_lines = [
+        primitive(line)
+        for line in reduced([(*line, Fraction(0)) for line in lines], None)
+    ]
+    basis = [
+        tuple(Fraction(v) / line[leading(line)] for v in line[:-1])
+        for line in reduced_lines
+        if any(line)
+    ]
     return Hull(
         frozenset(across(vertex, basis) for vertex in vertices),
         frozenset(primitive(across(ray, basis)) for ray in rays),
@@ -125,7 +156,11 @@ def reduced(rows: Sequence[Row], n: int | None) -> list[Row]:
         pivot = [value / pivot[column] for value in pivot]
         for row in left + done:
             factor = row[column]
-            row[:] = [a - factor * b for a, b in zip(row, pivot, strict=True)] if factor else row
+            row[:] = (
+                [a - factor * b for a, b in zip(row, pivot, strict=True)]
+                if factor
+                else row
+            )
         done.append(pivot)
     return [tuple(row) for row in done + left if any(row)]
 
@@ -169,16 +204,27 @@ def dot(a: Row, b: Row) -> Fraction:
     return sum((x * y for x, y in zip(a, b, strict=True)), Fraction(0))
 
 
-def random_problem(generator: np.random.Generator, most: int, least: int = 1) -> tuple[Any, Any, Any, Any]:
+def random_problem(
+    generator: np.random.Generator, most: int, least: int = 1
+) -> tuple[Any, Any, Any, Any]:
     """M, q, l and u of small integers, most of them degenerate or singular; half of them are LCPs."""
     n, size = int(generator.integers(least, most + 1)), int(generator.integers(1, 3))
     M = generator.integers(-size, size + 1, (n, n))
     kind = generator.integers(7)
     if kind < 4:
-        M = (M @ M.T, M - M.T, np.outer(M[0], M[:, 0]), M[generator.integers(n, size=n)])[kind]
+        M = (
+            M @ M.T,
+            M - M.T,
+            np.outer(M[0], M[:, 0]),
+            M[generator.integers(n, size=n)],
+        )[kind]
     elif kind == 4:
         M = np.where(generator.random((n, n)) < 0.5, M, 0)
-    q = generator.integers(-2, 3, n) if generator.random() < 0.4 else -M @ generator.integers(0, 2, n)
+    q = (
+        generator.integers(-2, 3, n)
+        if generator.random() < 0.4
+        else -M @ generator.integers(0, 2, n)
+    )
     if generator.random() < 0.3:  # an unknown apart
         j = generator.integers(n)
         M[j], M[:, j], q[j] = 0, 0, 0
@@ -192,5 +238,12 @@ def random_problem(generator: np.random.Generator, most: int, least: int = 1) ->
 
 
 def in_fractions(M: Any, q: Any, lower: Any, upper: Any) -> Data:
-    bounds = [[Fraction(v) if np.isfinite(v) else None for v in bound.tolist()] for bound in (lower, upper)]
-    return Data([tuple(map(Fraction, row)) for row in M.tolist()], tuple(map(Fraction, q.tolist())), *bounds)
+    bounds = [
+        [Fraction(v) if np.isfinite(v) else None for v in bound.tolist()]
+        for bound in (lower, upper)
+    ]
+    return Data(
+        [tuple(map(Fraction, row)) for row in M.tolist()],
+        tuple(map(Fraction, q.tolist())),
+        *bounds,
+    )

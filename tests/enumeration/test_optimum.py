@@ -39,10 +39,14 @@ def random_problem(seed: int) -> tuple[lcpcli.Problem, list[int]]:
     q = random.integers(0, 3, n) * (z == 0) - M @ z
     free, boxed = random.random((2, n)) < 0.25 * (seed % 3 == 2)
     lower = np.where(free, -np.inf, 0.0)
-    return lcpcli.Problem(M, q, lower=lower, upper=np.where(boxed, 3.0, np.inf)), random.integers(-4, 5, n).tolist()
+    return lcpcli.Problem(
+        M, q, lower=lower, upper=np.where(boxed, 3.0, np.inf)
+    ), random.integers(-4, 5, n).tolist()
 
 
-def best_of_all(problem: lcpcli.Problem, costs: list[int]) -> tuple[str, Fraction | None]:
+def best_of_all(
+    problem: lcpcli.Problem, costs: list[int]
+) -> tuple[str, Fraction | None]:
     """The least objective of the vertices of all pieces, unless it falls along a ray."""
     pieces = list(lcpcli.solutions(problem))
 
@@ -51,7 +55,9 @@ def best_of_all(problem: lcpcli.Problem, costs: list[int]) -> tuple[str, Fractio
 
     if not pieces:
         return "unsolvable", None
-    if any(value(ray) < 0 for each in pieces for ray in each.rays) or any(map(value, _lines(pieces))):
+    if any(value(ray) < 0 for each in pieces for ray in each.rays) or any(
+        map(value, _lines(pieces))
+    ):
         return "unbounded", None
     return "optimal", min(value(vertex) for each in pieces for vertex in each.vertices)
 
@@ -66,13 +72,19 @@ def test_it_is_the_best_of_all_solutions() -> None:
         problem, costs = random_problem(seed)
         expected = best_of_all(problem, costs)
         found = lcpcli.optimum(problem, costs)
-        assert (found.status, found.value if found.status == "optimal" else None) == expected, seed
+        assert (
+            found.status,
+            found.value if found.status == "optimal" else None,
+        ) == expected, seed
         largest = lcpcli.optimum(problem, [-cost for cost in costs], sense="max")
         assert (largest.status, largest.z) == (found.status, found.z)
         ends.append(found.status)
         if found.status == "optimal":
             assert found.z is not None
-            assert (found.gap, found.value) == (0, sum(c * v for c, v in zip(costs, found.z, strict=True)))
+            assert (found.gap, found.value) == (
+                0,
+                sum(c * v for c, v in zip(costs, found.z, strict=True)),
+            )
             assert lcpcli.check(problem, found.z).accepted
     assert {"optimal", "unbounded", "unsolvable"} == set(ends)
 
@@ -80,18 +92,32 @@ def test_it_is_the_best_of_all_solutions() -> None:
 def test_a_constant_that_is_large_enough_elsewhere_is_none_here() -> None:
     """Bilevel programs are solved wrongly with complementarity by constants of 1e4 or so: z_1 = 1e9 is no error."""
     problem = lcpcli.Problem(
-        [[0, 0, 0], [0, 0, 1], [0, -1, 0]], [0, -1, 1e9], lower=[0, 0, 0], upper=[5, np.inf, np.inf]
+        [[0, 0, 0], [0, 0, 1], [0, -1, 0]],
+        [0, -1, 1e9],
+        lower=[0, 0, 0],
+        upper=[5, np.inf, np.inf],
     )
     assert lcpcli.optimum(problem, {"z1": -1, "z3": -1, "z2": 1}).z == [5, 10**9, 1]
 
 
-def test_at_a_limit_there_is_the_best_so_far_and_a_proved_gap(lcp: Lcp, tmp_path: Path) -> None:
+def test_at_a_limit_there_is_the_best_so_far_and_a_proved_gap(
+    lcp: Lcp, tmp_path: Path
+) -> None:
     problem = make("planted", 40, seed=1)
     found = lcpcli.optimum(problem, np.ones(40), time_limit=0.05)
     assert found.status == "time_limit"
     assert found.bound is None or found.value is None or found.bound <= found.value
     lcpcli.write(problem, tmp_path / "p.json")
-    ended = lcp("solve", str(tmp_path / "p.json"), "--minimize", "z1", "--time-limit", "1e-6", "--format", "json")
+    ended = lcp(
+        "solve",
+        str(tmp_path / "p.json"),
+        "--minimize",
+        "z1",
+        "--time-limit",
+        "1e-6",
+        "--format",
+        "json",
+    )
     assert (ended.code, json.loads(ended.out)["status"]) == (1, "time_limit")
 
 
@@ -99,9 +125,15 @@ def test_the_best_equilibrium_of_a_player_is_the_least_of_its_costs() -> None:
     entry = """EFG 2 R "entry" { "entrant" "incumbent" } p "" 1 1 "" { "in" "out" } 0
         p "" 2 1 "" { "fight" "share" } 0 t "" 1 "" { -1 -1 } t "" 2 "" { 1 1 } t "" 3 "" { 0 2 }"""
     problem = lcpcli.from_efg(entry)
-    plans = [lcpcli.optimum(problem, f'"cost of {who}"').z[:3] for who in ("entrant", "incumbent")]  # type: ignore[index]
+    plans = [
+        lcpcli.optimum(problem, f'"cost of {who}"').z[:3]
+        for who in ("entrant", "incumbent")
+    ]  # type: ignore[index]
     assert plans == [[1, 1, 0], [1, 0, 1]]
-    values = [lcpcli.optimum(problem, f'"payoff of {who}"', sense="max").value for who in ("entrant", "incumbent")]
+    values = [
+        lcpcli.optimum(problem, f'"payoff of {who}"', sense="max").value
+        for who in ("entrant", "incumbent")
+    ]
     assert values == [1, 2]
 
 
@@ -110,34 +142,58 @@ def test_the_best_equilibrium_by_payoffs_is_that_of_all_equilibria() -> None:
     for _ in range(15):
         shape = random.integers(1, 5, 2)
         game = lcpcli.from_game(*random.integers(-3, 4, (2, *shape)))
-        objective = dict(zip(("payoff of row", "payoff of column"), random.integers(-2, 3, 2).tolist(), strict=True))
+        objective = dict(
+            zip(
+                ("payoff of row", "payoff of column"),
+                random.integers(-2, 3, 2).tolist(),
+                strict=True,
+            )
+        )
         everything = lcpcli.solutions(game)
         list(everything)
         assert everything.equilibria is not None
-        values = [value_of(objective, each.payoffs) for each in everything.equilibria.extreme]
+        values = [
+            value_of(objective, each.payoffs) for each in everything.equilibria.extreme
+        ]
         for sense, best in (("min", min), ("max", max)):
             found = lcpcli.optimum(game, objective, sense=sense)
             assert found.equilibrium is not None
             assert (found.status, found.bound) == ("optimal", found.value)
-            assert found.value == best(values) == value_of(objective, found.equilibrium.payoffs)
+            assert (
+                found.value
+                == best(values)
+                == value_of(objective, found.equilibrium.payoffs)
+            )
 
 
 def value_of(objective: dict[str, int], payoffs: tuple[Fraction, Fraction]) -> Fraction:
-    return sum((a * b for a, b in zip(objective.values(), payoffs, strict=True)), Fraction(0))
+    return sum(
+        (a * b for a, b in zip(objective.values(), payoffs, strict=True)), Fraction(0)
+    )
 
 
-def test_expressions_are_sums_of_terms_and_those_of_one_unknown_add_up_whatever_it_is_called() -> None:
-    problem = lcpcli.Problem([[1, 2], [2, 1]], [-1, -1], names=["first price", "second"])
+def test_expressions_are_sums_of_terms_and_those_of_one_unknown_add_up_whatever_it_is_called() -> (
+    None
+):
+    problem = lcpcli.Problem(
+        [[1, 2], [2, 1]], [-1, -1], names=["first price", "second"]
+    )
     assert lcpcli.optimum(problem, '3 z1 - "first price" - z1', sense="max").value == 1
     assert coefficients("-z1+.5 z2 - 1e1*z1") == {"z1": -11, "z2": Fraction(1, 2)}
     for wrong in ("", "z1 +", "z1 z2", "3", "z1 + 3", "z1 * z2", "2 +"):
-        with pytest.raises(errors.ProblemError, match=r"objective: has .* in place of a term"):
+        with pytest.raises(
+            errors.ProblemError, match=r"objective: has .* in place of a term"
+        ):
             coefficients(wrong)
 
 
 @settings(max_examples=40)
-@given(st.integers(-(10**9), 10**9), st.integers(1, 10**9), st.sampled_from(["min", "max"]))
-def test_every_number_that_is_shown_of_an_optimum_is_a_bound(p: int, d: int, sense: str) -> None:
+@given(
+    st.integers(-(10**9), 10**9), st.integers(1, 10**9), st.sampled_from(["min", "max"])
+)
+def test_every_number_that_is_shown_of_an_optimum_is_a_bound(
+    p: int, d: int, sense: str
+) -> None:
     problem = lcpcli.Problem([[d]], [-p], lower=-np.inf)
     found = lcpcli.optimum(problem, [1], sense=sense)
     side = 1 if sense == "max" else -1
@@ -145,18 +201,35 @@ def test_every_number_that_is_shown_of_an_optimum_is_a_bound(p: int, d: int, sen
         solutions.build(found, False, "table"),
         json.loads(solutions.report(found, SOURCE, False).render("json")),
     )
-    words = " ".join([report.sections[0].verdict, *report.sections[0].facts[:2], record["message"]])
-    shown = [Fraction(word) for word in re.findall(r"-?[0-9][0-9.]*(?:e[-+]?[0-9]+)?", words)]
+    words = " ".join(
+        [report.sections[0].verdict, *report.sections[0].facts[:2], record["message"]]
+    )
+    shown = [
+        Fraction(word) for word in re.findall(r"-?[0-9][0-9.]*(?:e[-+]?[0-9]+)?", words)
+    ]
     assert len(shown) == 4
     assert all(side * (value - Fraction(p, d)) >= 0 for value in shown)
     for value in (record["value"], record["bound"]):
-        assert 0 <= side * (Fraction(value) - Fraction(p, d)) <= abs(Fraction(p, d)) / 2**51
+        assert (
+            0
+            <= side * (Fraction(value) - Fraction(p, d))
+            <= abs(Fraction(p, d)) / 2**51
+        )
 
 
 def test_at_a_limit_the_best_so_far_and_the_bound_are_rounded_apart() -> None:
     third = Fraction(1, 3)
     for sense, value, bound in (("min", 2 * third, third), ("max", third, 2 * third)):
-        found = Optimum(ExactProblem.of_floats(make("murty", 2)), sense, TIME_LIMIT, None, value, bound, 1, 0.0)
+        found = Optimum(
+            ExactProblem.of_floats(make("murty", 2)),
+            sense,
+            TIME_LIMIT,
+            None,
+            value,
+            bound,
+            1,
+            0.0,
+        )
         record = json.loads(solutions.report(found, SOURCE, False).render("json"))
         low, high = sorted((record["value"], record["bound"]))
         assert Fraction(low) <= third
@@ -164,13 +237,24 @@ def test_at_a_limit_the_best_so_far_and_the_bound_are_rounded_apart() -> None:
         assert Fraction(record["gap"]) >= third
 
 
-def test_a_table_of_an_optimum_says_where_it_is_cut(lcp: Lcp, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_table_of_an_optimum_says_where_it_is_cut(
+    lcp: Lcp, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     n, file = 13, tmp_path / "p.json"
     monkeypatch.setattr(solutions, "MOST_LINES", n - 1)
-    diagonal = {"format": "coo", "shape": [n, n], "rows": [*range(n)], "cols": [*range(n)], "values": [1] * n}
+    diagonal = {
+        "format": "coo",
+        "shape": [n, n],
+        "rows": [*range(n)],
+        "cols": [*range(n)],
+        "values": [1] * n,
+    }
     file.write_text(json.dumps({"M": diagonal, "q": [-1] * n}))
     shown = lcp("solve", str(file), "--minimize", "z1").out
-    assert f"the first {n - 1} of {n} rows; --format json and csv have all of them" in shown
+    assert (
+        f"the first {n - 1} of {n} rows; --format json and csv have all of them"
+        in shown
+    )
     assert (f"z{n - 1} " in shown, f"z{n} " in shown) == (True, False)
 
 
@@ -197,15 +281,26 @@ class Program(NamedTuple):
 
     def problem(self) -> lcpcli.Problem:
         """Return the mixed problem in x, y, the multipliers of the rows, and one unknown for each row of the leader."""
-        k, m, outer, n = len(self.follower), len(self.rows), len(self.limits), len(self.leader)
+        k, m, outer, n = (
+            len(self.follower),
+            len(self.rows),
+            len(self.limits),
+            len(self.leader),
+        )
         G, H = np.array(self.rows), np.reshape(self.upper, (outer, n))
         M = np.zeros((n + m + outer, n + m + outer))
         M[n - k : n, :n] = self.curvature or 0
         M[n - k : n, n : n + m] = G[:, n - k :].T
         M[n : n + m, :n], M[n + m :, :n] = -G, -H
         q = [*[0] * (n - k), *self.follower, *self.sides, *self.limits]
-        lower = [*[0] * n, *[-np.inf] * self.equations, *[0] * (m - self.equations + outer)]
-        return lcpcli.Problem(M, q, lower=lower, upper=[*[self.most] * n, *[np.inf] * (m + outer)])
+        lower = [
+            *[0] * n,
+            *[-np.inf] * self.equations,
+            *[0] * (m - self.equations + outer),
+        ]
+        return lcpcli.Problem(
+            M, q, lower=lower, upper=[*[self.most] * n, *[np.inf] * (m + outer)]
+        )
 
 
 PROGRAMS = [
@@ -218,7 +313,15 @@ PROGRAMS = [
         [1, 1, 1],
         equations=3,
     ),
-    Program("Clark and Westerberg 1988", "-37", [1, -4], [1], [[-2, 1], [2, 5], [2, -3]], [0, 108, -4], most=30),
+    Program(
+        "Clark and Westerberg 1988",
+        "-37",
+        [1, -4],
+        [1],
+        [[-2, 1], [2, 5], [2, -3]],
+        [0, 108, -4],
+        most=30,
+    ),
     Program(
         "Savard 1989",
         "-14.6",

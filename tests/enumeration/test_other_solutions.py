@@ -28,31 +28,50 @@ def found(problem: Problem, z: np.ndarray) -> others.Findings:
     return others.search_others(problem, z, lambda: ExactProblem.of_decimals(problem))
 
 
-def test_no_claim_is_made_about_a_problem_without_a_solution_or_with_many_unknowns() -> None:
+def test_no_claim_is_made_about_a_problem_without_a_solution_or_with_many_unknowns() -> (
+    None
+):
     assert found(families.make("infeasible", 5, 0), np.zeros(5)).others is None
-    assert not others.is_asked(families.make("tridiagonal", others.MOST_UNKNOWNS + 1, 0))
+    assert not others.is_asked(
+        families.make("tridiagonal", others.MOST_UNKNOWNS + 1, 0)
+    )
     assert not others.is_asked(from_qp(np.eye(2), [1, 1]))
 
 
 @pytest.mark.parametrize("family", ["tridiagonal", "harker-pang"])
 @pytest.mark.parametrize("n", [4, 50])
-def test_theorem_tells_of_definite_and_scaled_dominant_matrices_without_a_search(family: str, n: int) -> None:
+def test_theorem_tells_of_definite_and_scaled_dominant_matrices_without_a_search(
+    family: str, n: int
+) -> None:
     problem = families.make(family, n, 0)
-    assert others.search_others(problem, run(problem).z, lambda: pytest.fail("a search was begun")) == (False, True)
+    assert others.search_others(
+        problem, run(problem).z, lambda: pytest.fail("a search was begun")
+    ) == (False, True)
 
 
-def test_theorem_tells_of_every_matrix_that_inspect_proves_to_be_dominant_after_scaling() -> None:
+def test_theorem_tells_of_every_matrix_that_inspect_proves_to_be_dominant_after_scaling() -> (
+    None
+):
     """The scaling varies by 3^39, more than the digits of a double."""
     problem = families.make("all-cones", 40, 1)
     assert classify(problem.M, last="h_plus")["h_plus"].word == YES
-    assert pieces.shape_of(ExactProblem.of_floats(problem), lambda: None) == pieces.POINT
-    assert others.search_others(problem, run(problem).z, lambda: pytest.fail("a search was begun")) == (False, True)
+    assert (
+        pieces.shape_of(ExactProblem.of_floats(problem), lambda: None) == pieces.POINT
+    )
+    assert others.search_others(
+        problem, run(problem).z, lambda: pytest.fail("a search was begun")
+    ) == (False, True)
 
 
 def test_more_than_a_few_unknowns_are_not_searched() -> None:
     M = np.kron(np.eye(6), [[1, 2], [2, 1]])
     problem = Problem(M, -np.ones(12))
-    assert others.search_others(problem, run(problem).z, lambda: pytest.fail("a search was begun")) == others.Findings()
+    assert (
+        others.search_others(
+            problem, run(problem).z, lambda: pytest.fail("a search was begun")
+        )
+        == others.Findings()
+    )
 
 
 @settings(max_examples=50)
@@ -73,25 +92,35 @@ def test_theorem_says_only_what_all_solutions_in_fractions_show(
         assert not others.is_only(problem, z + 1e-3)
 
 
-def test_theorem_tells_nothing_where_rounding_may_change_the_class_of_the_matrix() -> None:
+def test_theorem_tells_nothing_where_rounding_may_change_the_class_of_the_matrix() -> (
+    None
+):
     nearly = Problem([[1, 1], [1, 1 + 2e-16]], [-1, -1])
     assert not others.is_only(nearly, np.array([1.0, 0.0]))
     skew = Problem([[1e-17, 1], [-1, 1e-17]], [-1, 1])
     assert not others.is_only(skew, np.array([1.0, 1.0]))
 
 
-@pytest.mark.parametrize(("far", "is_told"), [(1e-5, True), (1e-7, False), (1e-12, False)])
-def test_theorem_counts_what_rounding_the_rows_does_to_z_whatever_its_signs_are(far: float, is_told: bool) -> None:
+@pytest.mark.parametrize(
+    ("far", "is_told"), [(1e-5, True), (1e-7, False), (1e-12, False)]
+)
+def test_theorem_counts_what_rounding_the_rows_does_to_z_whatever_its_signs_are(
+    far: float, is_told: bool
+) -> None:
     """With the rows as they are written, z_2 may differ in as many digits as 1e-16 / far has."""
     problem = Problem([[1, 1], [1, 1 + far]], [-2, -2 - far])
     for left in (-3e-14, 0.0, 3e-14):
         assert others.is_only(problem, np.array([1 + left, 1])) is is_told
 
 
-def test_a_solution_is_not_called_the_only_one_where_the_search_has_stopped(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_solution_is_not_called_the_only_one_where_the_search_has_stopped(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     real, murty = search.solutions, Problem([[1, 2], [2, 1]], [-1, -1])
     first = np.array(next(real(murty)).vertices[0], dtype=float)
-    monkeypatch.setattr(others, "quick_search", lambda data: real(data, max_solutions=1))
+    monkeypatch.setattr(
+        others, "quick_search", lambda data: real(data, max_solutions=1)
+    )
     assert found(murty, first) == others.Findings(others=None, solvable=True)
 
 
@@ -110,8 +139,14 @@ def test_error_in_the_search_for_others_leaves_the_solution(
 
 def with_ones(generator: np.random.Generator, n: int, twins: bool) -> np.ndarray:
     """A sparse matrix with ones on the diagonal: the others 1 or -1, or with two equal rows."""
-    values = generator.integers(-3, 4, (n, n)) if twins else generator.choice([-1.0, 1.0], (n, n))
-    M = np.where(generator.random((n, n)) < (0.3 if twins else 0.1), values, 0).astype(float)
+    values = (
+        generator.integers(-3, 4, (n, n))
+        if twins
+        else generator.choice([-1.0, 1.0], (n, n))
+    )
+    M = np.where(generator.random((n, n)) < (0.3 if twins else 0.1), values, 0).astype(
+        float
+    )
     np.fill_diagonal(M, 1)
     if twins:
         i, j = generator.choice(n, 2, replace=False)
@@ -126,8 +161,14 @@ def test_singular_matrices_are_searched_without_an_error(twins: bool) -> None:
     generator, proved = np.random.default_rng(5), 0
     for _ in range(COUNT):
         n = int(generator.integers(11, 25))
-        M, q = with_ones(generator, n, twins), generator.integers(-3, 4, n).astype(float)
-        proved += pieces.shape_of(ExactProblem.of_floats(Problem(M, q)), lambda: None) == pieces.POINT
+        M, q = (
+            with_ones(generator, n, twins),
+            generator.integers(-3, 4, n).astype(float),
+        )
+        proved += (
+            pieces.shape_of(ExactProblem.of_floats(Problem(M, q)), lambda: None)
+            == pieces.POINT
+        )
     assert (proved > 0) == (not twins)
 
 
@@ -143,12 +184,22 @@ def test_rows_that_are_only_just_not_dominant_leave_others() -> None:
 
 def test_only_solution_is_not_said_to_be_another_point_near_it() -> None:
     for distance, known in ((1e-9, False), (1e-5, None)):
-        assert found(Problem([[2, 1], [1, 2]], [-5, -6]), np.array([4 / 3, 7 / 3]) + distance) == (known, True)
+        assert found(
+            Problem([[2, 1], [1, 2]], [-5, -6]), np.array([4 / 3, 7 / 3]) + distance
+        ) == (known, True)
 
 
-def test_errors_in_few_unknowns_refer_to_the_nearest_of_all_isolated_solutions() -> None:
-    problem = others.with_all_references(with_reference(Problem([[1, 3], [2, 1]], [-3, -4])))
-    assert sorted(z.round(12).tolist() for z in problem.solutions) == [[0, 4], [1.8, 0.4], [3, 0]]
+def test_errors_in_few_unknowns_refer_to_the_nearest_of_all_isolated_solutions() -> (
+    None
+):
+    problem = others.with_all_references(
+        with_reference(Problem([[1, 3], [2, 1]], [-3, -4]))
+    )
+    assert sorted(z.round(12).tolist() for z in problem.solutions) == [
+        [0, 4],
+        [1.8, 0.4],
+        [3, 0],
+    ]
     assert run(problem, "fixed-point").error == 0
     of_a_ray = with_reference(Problem([[0, 0], [0, 1]], [0, -1]))
     assert others.with_all_references(of_a_ray) is of_a_ray

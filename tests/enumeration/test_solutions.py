@@ -20,7 +20,13 @@ import pytest
 import lcpcli
 from lcpcli import Problem
 from lcpcli.enumeration import pieces
-from lcpcli.enumeration.search import ENOUGH, TIME_LIMIT, Equilibria, Solutions, SolutionSet
+from lcpcli.enumeration.search import (
+    ENOUGH,
+    TIME_LIMIT,
+    Equilibria,
+    Solutions,
+    SolutionSet,
+)
 from lcpcli.files import contents
 from lcpcli.files.contents import Source
 from lcpcli.rational.exact_problem import ExactProblem, decimal_parts_of
@@ -57,8 +63,12 @@ def test_multipliers_beyond_the_range_of_doubles_prove_the_only_solution() -> No
 
 def test_semidefinite_problems_have_one_piece_which_is_found_whole() -> None:
     """A linear program with an edge of minima: min -x1 - x2, x1 + x2 <= 2, x1 <= 1, x >= 0."""
-    M = np.array([[0, 0, 1, 1], [0, 0, 1, 0], [-1, -1, 0, 0], [-1, 0, 0, 0]], dtype=float)
-    (piece,) = lcpcli.solutions(Problem(np.kron(np.eye(3), M), np.tile([-1, -1, 2, 1], 3)))
+    M = np.array(
+        [[0, 0, 1, 1], [0, 0, 1, 0], [-1, -1, 0, 0], [-1, 0, 0, 0]], dtype=float
+    )
+    (piece,) = lcpcli.solutions(
+        Problem(np.kron(np.eye(3), M), np.tile([-1, -1, 2, 1], 3))
+    )
     assert len(piece.vertices) == 2**3
     assert {vertex[:4] for vertex in piece.vertices} == {(0, 2, 1, 0), (1, 1, 1, 0)}
 
@@ -76,7 +86,11 @@ def test_degenerate_points_take_no_time() -> None:
 def test_decimals_count_as_written_if_they_are_given_exactly() -> None:
     third, tenth = Fraction(1, 3), Fraction(1, 10)
     problem = Problem([[1 / 3, 0.1], [0.1, 0.03]], [-1, -0.3])
-    exact = ExactProblem(problem, [{0: third, 1: tenth}, {0: tenth, 1: tenth * 3 / 10}], [Fraction(-1), -3 * tenth])
+    exact = ExactProblem(
+        problem,
+        [{0: third, 1: tenth}, {0: tenth, 1: tenth * 3 / 10}],
+        [Fraction(-1), -3 * tenth],
+    )
     # The rows are multiples of each other, and in doubles they are not.
     (piece,) = lcpcli.solutions(exact)
     assert set(piece.vertices) == {(3, 0), (0, 10)}
@@ -91,8 +105,14 @@ def test_a_limit_ends_the_list_which_is_then_not_complete() -> None:
     stopped = lcpcli.solutions(problem)
     next(stopped)
     stopped.stop()
-    assert (list(stopped), len(stopped.pieces), stopped.complete) == (stopped.pieces, 1, False)
-    segments = lcpcli.solutions(Problem(np.kron(np.eye(40), np.ones((2, 2))), -np.ones(80)), time_limit=0.2)
+    assert (list(stopped), len(stopped.pieces), stopped.complete) == (
+        stopped.pieces,
+        1,
+        False,
+    )
+    segments = lcpcli.solutions(
+        Problem(np.kron(np.eye(40), np.ones((2, 2))), -np.ones(80)), time_limit=0.2
+    )
     # One piece with 2^40 vertices.
     assert (list(segments), segments.complete) == ([], False)
     late = lcpcli.solutions(problem, time_limit=1e-9)
@@ -104,7 +124,11 @@ def test_as_many_as_were_asked_for_are_all_if_a_search_as_long_finds_no_other() 
     problem = Problem([[1, 2], [2, 1]], [-1, -1])
     for most, others in ((2, True), (3, False), (4, False)):
         found = lcpcli.solutions(problem, max_solutions=most)
-        assert (len(list(found)), found.others, found.complete) == (min(most, 3), others, not others)
+        assert (len(list(found)), found.others, found.complete) == (
+            min(most, 3),
+            others,
+            not others,
+        )
         assert ("not all" in repr(found)) == others
     ended = lcpcli.solutions(problem, max_solutions=2)
     assert [next(ended), next(ended)] == ended.pieces
@@ -116,7 +140,9 @@ def test_as_many_as_were_asked_for_are_all_if_a_search_as_long_finds_no_other() 
 def test_blocks_are_searched_no_further_than_it_takes() -> None:
     """Two blocks of 2^30 solutions each, and one block without any beside one of those."""
     block = -np.eye(30) + np.ones((30, 30)) / 64
-    found = lcpcli.solutions(Problem(np.kron(np.eye(2), block), np.ones(60)), max_solutions=5)
+    found = lcpcli.solutions(
+        Problem(np.kron(np.eye(2), block), np.ones(60)), max_solutions=5
+    )
     assert (len({piece.vertices for piece in found}), found.others) == (5, True)
     M = np.zeros((32, 32))
     M[:30, :30], M[30:, 30:] = block, [[0, 1], [1, 0]]
@@ -141,27 +167,37 @@ def test_only_a_piece_of_one_point_is_an_isolated_solution(
 ) -> None:
     found = lcpcli.solutions(Problem(M, q, lower=lower))
     assert sorted((piece.is_point for piece in found), reverse=True) == are_points
-    assert ("all isolated" in SolutionSet(found, "", 0.0).message) == (are_points == [True, True])
+    assert ("all isolated" in SolutionSet(found, "", 0.0).message) == (
+        are_points == [True, True]
+    )
 
 
 def test_what_has_been_found_is_printed_and_given_again_by_one_search() -> None:
     found = lcpcli.solutions(Problem([[-1, 0], [0, -1]], [1, 1]))
     assert repr(found) == "<Solutions: 0 pieces, as far as the search has come>"
     first = next(iter(found))
-    assert repr(found).startswith("<Solutions: 1 piece, as far as the search has come: (")
+    assert repr(found).startswith(
+        "<Solutions: 1 piece, as far as the search has come: ("
+    )
     pieces = list(found)
     assert (pieces[0] is first, len(pieces)) == (True, 4)
     assert repr(found).startswith("<Solutions: 4 pieces, all of them: (")
-    assert all(one is other for one, other in zip(found, found, strict=True)), "loops that take turns"
+    assert all(one is other for one, other in zip(found, found, strict=True)), (
+        "loops that take turns"
+    )
     assert next(found, None) is None
     faces = lcpcli.solutions(Problem([[1, 1], [1, 1]], [-1, -1]))
     list(faces)
     assert "hull of (" in repr(faces)
 
 
-def test_pieces_with_many_bases_come_last_but_all_come(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_pieces_with_many_bases_come_last_but_all_come(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     problems = [Problem(-np.ones((n, n)), np.ones(n), lower=0, upper=2) for n in (2, 3)]
-    expected = [{str(piece) for piece in lcpcli.solutions(problem)} for problem in problems]
+    expected = [
+        {str(piece) for piece in lcpcli.solutions(problem)} for problem in problems
+    ]
     assert min(map(len, expected)) > 1
     monkeypatch.setattr(pieces, "MOST_BASES_AT_FIRST", 1)
     for problem, own in zip(problems, expected, strict=True):
@@ -170,10 +206,14 @@ def test_pieces_with_many_bases_come_last_but_all_come(monkeypatch: pytest.Monke
         assert {str(piece) for piece in found} == own
 
 
-def test_point_beyond_its_bounds_or_with_w_of_the_wrong_sign_at_one_is_no_piece() -> None:
+def test_point_beyond_its_bounds_or_with_w_of_the_wrong_sign_at_one_is_no_piece() -> (
+    None
+):
     for z, w in (((-1, 2), 0), ((3, 0), 0), ((4, -1), 0), ((0, 1), -1), ((2, 1), 1)):
         q = [w - sum(z), -sum(z)]
-        data = ExactProblem.of_floats(Problem([[1, 1], [1, 1]], q, lower=0, upper=[2, np.inf]))
+        data = ExactProblem.of_floats(
+            Problem([[1, 1], [1, 1]], q, lower=0, upper=[2, np.inf])
+        )
         point = tuple(map(Fraction, z))
         with pytest.raises(ArithmeticError):
             pieces.Piece.of([pieces.states_of(data, point)], (point,))
@@ -184,13 +224,22 @@ LISTS = COUNT // 10  # lists that are cut, of each kind
 MOST = 5 if "LCP_ORACLE" in os.environ else 4
 
 
-def agrees(M: np.ndarray, q: np.ndarray, lower: np.ndarray, upper: np.ndarray) -> list[oracle.Hull]:
+def agrees(
+    M: np.ndarray, q: np.ndarray, lower: np.ndarray, upper: np.ndarray
+) -> list[oracle.Hull]:
     """The pieces of a problem, each once, which are those of the oracle."""
     found = lcpcli.solutions(lcpcli.Problem(M, q, lower=lower, upper=upper))
-    pieces = [oracle.canonical(piece.vertices, piece.rays, piece.lines) for piece in found]
+    pieces = [
+        oracle.canonical(piece.vertices, piece.rays, piece.lines) for piece in found
+    ]
     assert found.complete
     assert len(set(pieces)) == len(pieces)
-    assert set(pieces) == oracle.maximal(oracle.in_fractions(M, q, lower, upper)), (M, q, lower, upper)
+    assert set(pieces) == oracle.maximal(oracle.in_fractions(M, q, lower, upper)), (
+        M,
+        q,
+        lower,
+        upper,
+    )
     return pieces
 
 
@@ -199,7 +248,10 @@ def test_the_pieces_are_the_maximal_polyhedra_of_all_choices_of_states() -> None
     sets = [agrees(*oracle.random_problem(generator, MOST)) for _ in range(COUNT)]
     assert sum(not pieces for pieces in sets) > 0.05 * COUNT
     assert sum(len(pieces) > 1 for pieces in sets) > 0.1 * COUNT
-    assert sum(any(len(hull.vertices) > 1 for hull in pieces) for pieces in sets) > 0.05 * COUNT
+    assert (
+        sum(any(len(hull.vertices) > 1 for hull in pieces) for pieces in sets)
+        > 0.05 * COUNT
+    )
     assert sum(any(hull.rays for hull in pieces) for pieces in sets) > 0.2 * COUNT
     assert sum(any(hull.lines for hull in pieces) for pieces in sets) > 0.02 * COUNT
 
@@ -211,7 +263,10 @@ def test_unknowns_between_two_bounds() -> None:
     sets = []
     for _ in range(count):
         n = int(generator.integers(2, 5))
-        M, q = generator.integers(-2, 3, (n, n)).astype(float), generator.integers(-2, 3, n).astype(float)
+        M, q = (
+            generator.integers(-2, 3, (n, n)).astype(float),
+            generator.integers(-2, 3, n).astype(float),
+        )
         lower = generator.integers(-1, 1, n).astype(float)
         sets.append(agrees(M, q, lower, lower + generator.integers(1, 3, n)))
     assert min(map(len, sets)) > 0
@@ -224,15 +279,20 @@ Whole = set[oracle.Hull]
 def random_game(generator: np.random.Generator) -> lcpcli.Problem:
     """A game of up to 3 x 3 strategies with few different payoffs, so that most have ties."""
     shape = tuple(generator.integers(1, 4, 2).tolist())
-    return lcpcli.from_game(*generator.integers(0, generator.integers(2, 4), (2, *shape)))
+    return lcpcli.from_game(
+        *generator.integers(0, generator.integers(2, 4), (2, *shape))
+    )
 
 
 def whole_of(found: Solutions) -> Whole:
     data = found.problem
     rows = [
-        tuple(Fraction(row.get(j, 0), d) for j in range(data.n)) for row, d in zip(data.rows, data.scales, strict=True)
+        tuple(Fraction(row.get(j, 0), d) for j in range(data.n))
+        for row, d in zip(data.rows, data.scales, strict=True)
     ]
-    q = tuple(Fraction(value, d) for value, d in zip(data.constants, data.scales, strict=True))
+    q = tuple(
+        Fraction(value, d) for value, d in zip(data.constants, data.scales, strict=True)
+    )
     return oracle.maximal(oracle.Data(rows, q, list(data.lower), list(data.upper)))
 
 
@@ -241,26 +301,43 @@ def connected(hulls: Whole) -> int:
     parts: list[set[Any]] = []
     for hull in hulls:
         apart = [part for part in parts if not part & hull.vertices]
-        joined = set(hull.vertices).union(*(part for part in parts if part & hull.vertices))
+        joined = set(hull.vertices).union(
+            *(part for part in parts if part & hull.vertices)
+        )
         parts = [*apart, joined]
     return len(parts)
 
 
 def check(found: Solutions, whole: Whole, ended: str) -> tuple[bool, bool | None]:
     """Compare all that a list says with the whole; whether it is complete, and whether there are others."""
-    pieces = [oracle.canonical(piece.vertices, piece.rays, piece.lines) for piece in found.pieces]
+    pieces = [
+        oracle.canonical(piece.vertices, piece.rays, piece.lines)
+        for piece in found.pieces
+    ]
     assert len(set(pieces)) == len(pieces)
     assert set(pieces) <= whole, "a piece is a maximal one"
-    assert found.others in ((False,) if len(pieces) == len(whole) and found.complete else (True, None))
+    assert found.others in (
+        (False,) if len(pieces) == len(whole) and found.complete else (True, None)
+    )
     assert found.others is not True or len(pieces) < len(whole)
     assert not found.complete or set(pieces) == whole
     shown = SolutionSet(found, ended, 0.0)
-    held = json.loads(solutions.report(shown, Source("file", None), exact=True).render("json"))
-    assert (held["complete"], held["others"], len(held["pieces"])) == (found.complete, found.others, len(pieces))
+    held = json.loads(
+        solutions.report(shown, Source("file", None), exact=True).render("json")
+    )
+    assert (held["complete"], held["others"], len(held["pieces"])) == (
+        found.complete,
+        found.others,
+        len(pieces),
+    )
     assert (held["status"] == ended) == (not found.complete)
     vertices = {vertex for piece in found.pieces for vertex in piece.vertices}
     assert {tuple(map(Fraction, each["z"])) for each in held["solutions"]} == vertices
-    isolated = [hull for hull in pieces if len(hull.vertices) == 1 and not hull.rays and not hull.lines]
+    isolated = [
+        hull
+        for hull in pieces
+        if len(hull.vertices) == 1 and not hull.rays and not hull.lines
+    ]
     check_words(shown.message, found, len(isolated), whole)
     (section,) = solutions.build(shown, exact=True, form="table").sections
     assert section.settled == found.complete
@@ -268,7 +345,9 @@ def check(found: Solutions, whole: Whole, ended: str) -> tuple[bool, bool | None
         assert held["components"] is None
     else:
         check_game(found, whole, held)
-        assert found.complete or not any("sum to" in remark for remark in section.remarks)
+        assert found.complete or not any(
+            "sum to" in remark for remark in section.remarks
+        )
     return found.complete, found.others
 
 
@@ -283,7 +362,13 @@ def check_words(message: str, found: Solutions, isolated: int, whole: Whole) -> 
     assert ("there may be others" in message) == (found.others is None)
     assert ("infinitely many" in message) == (isolated < number)
     assert ("all isolated" in message) <= (found.complete and isolated == len(whole))
-    numbers = dict(zip(("faces", "subsets", "components"), (number - isolated, number, connected(whole)), strict=True))
+    numbers = dict(
+        zip(
+            ("faces", "subsets", "components"),
+            (number - isolated, number, connected(whole)),
+            strict=True,
+        )
+    )
     for word, expected in numbers.items():
         for stated in re.findall(rf"(\d+) (?:maximal Nash )?{word[:-1]}", message):
             assert int(stated) == expected
@@ -293,10 +378,21 @@ def check_words(message: str, found: Solutions, isolated: int, whole: Whole) -> 
 def check_game(found: Solutions, whole: Whole, held: dict[str, Any]) -> None:
     """Extreme equilibria, subsets, components, degeneracy and indices of a game."""
     game, equilibria = found.problem.problem.origin, found.equilibria
-    assert {k for subset in equilibria.subsets for k in subset.extreme} == set(range(len(equilibria.extreme)))
-    assert [len(set(piece["vertices"])) for piece in held["pieces"]] == [len(s.extreme) for s in equilibria.subsets]
-    assert all(len(subset.rows) * len(subset.columns) == len(subset.extreme) for subset in equilibria.subsets)
-    assert (equilibria.components is None) == (held["components"] is None) == (not found.complete)
+    assert {k for subset in equilibria.subsets for k in subset.extreme} == set(
+        range(len(equilibria.extreme))
+    )
+    assert [len(set(piece["vertices"])) for piece in held["pieces"]] == [
+        len(s.extreme) for s in equilibria.subsets
+    ]
+    assert all(
+        len(subset.rows) * len(subset.columns) == len(subset.extreme)
+        for subset in equilibria.subsets
+    )
+    assert (
+        (equilibria.components is None)
+        == (held["components"] is None)
+        == (not found.complete)
+    )
     if found.complete:
         assert len(held["components"]) == connected(whole)
     A, B = game.payoffs()  # type: ignore[union-attr]
@@ -304,16 +400,28 @@ def check_game(found: Solutions, whole: Whole, held: dict[str, Any]) -> None:
         by_row = [oracle.dot(tuple(row), each.column) for row in A]
         by_column = [oracle.dot(column, each.row) for column in zip(*B, strict=True)]
         best = [values.count(max(values)) for values in (by_row, by_column)]
-        played = [sum(value > 0 for value in strategy) for strategy in (each.column, each.row)]
-        assert (each.index is None) == any(a > b for a, b in zip(best, played, strict=True))
+        played = [
+            sum(value > 0 for value in strategy) for strategy in (each.column, each.row)
+        ]
+        assert (each.index is None) == any(
+            a > b for a, b in zip(best, played, strict=True)
+        )
     indices = [each.index for each in equilibria.extreme]
-    assert equilibria.is_degenerate == (True if None in indices else False if found.complete else None)
-    assert not found.complete or None in indices or sum(map(int, filter(None, indices))) == 1
+    assert equilibria.is_degenerate == (
+        True if None in indices else False if found.complete else None
+    )
+    assert (
+        not found.complete
+        or None in indices
+        or sum(map(int, filter(None, indices))) == 1
+    )
 
 
 @pytest.mark.parametrize("kind", ["game", "mixed"])
 @pytest.mark.parametrize("cut", ["number", "time"])
-def test_cut_list_says_nothing_that_is_false(kind: str, cut: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_cut_list_says_nothing_that_is_false(
+    kind: str, cut: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
     generator, said = np.random.default_rng(31), list[tuple[bool, bool | None]]()
     for _ in range(LISTS):
         if kind == "game":
@@ -323,17 +431,24 @@ def test_cut_list_says_nothing_that_is_false(kind: str, cut: str, monkeypatch: p
             problem = lcpcli.Problem(M, q, lower=lower, upper=upper)
         whole = whole_of(lcpcli.solutions(problem))
         if cut == "number":
-            found = lcpcli.solutions(problem, max_solutions=int(generator.integers(1, 4)))
+            found = lcpcli.solutions(
+                problem, max_solutions=int(generator.integers(1, 4))
+            )
             list(found)
         else:
             clock = count()
             with monkeypatch.context() as patched:
                 patched.setattr("time.perf_counter", lambda clock=clock: next(clock))
-                found = lcpcli.solutions(problem, time_limit=int(generator.integers(1, 60)))
+                found = lcpcli.solutions(
+                    problem, time_limit=int(generator.integers(1, 60))
+                )
                 list(found)
         said.append(check(found, whole, ENOUGH if cut == "number" else TIME_LIMIT))
     assert sum(complete for complete, _ in said) > 0.1 * LISTS
-    assert sum(others is (True if cut == "number" else None) for _, others in said) > 0.05 * LISTS
+    assert (
+        sum(others is (True if cut == "number" else None) for _, others in said)
+        > 0.05 * LISTS
+    )
 
 
 def all_of(A: Any, B: Any) -> Equilibria:
@@ -355,26 +470,39 @@ def checked(problem: Problem) -> Equilibria:
         by_column = [oracle.dot(column, x) for column in zip(*B, strict=True)]
         assert each.payoffs == (max(by_row), max(by_column))
         assert {value for value, p in zip(by_row, x, strict=True) if p} == {max(by_row)}
-        assert {value for value, p in zip(by_column, y, strict=True) if p} == {max(by_column)}
+        assert {value for value, p in zip(by_column, y, strict=True) if p} == {
+            max(by_column)
+        }
     return found.equilibria
 
 
 def texts(found: Equilibria) -> list[tuple[str, str]]:
-    return [(" ".join(map(str, each.row)), " ".join(map(str, each.column))) for each in found.extreme]
+    return [
+        (" ".join(map(str, each.row)), " ".join(map(str, each.column)))
+        for each in found.extreme
+    ]
 
 
 @pytest.mark.parametrize("n", [2, 3, 6])
-def test_coordination_games_have_one_equilibrium_for_each_set_of_strategies(n: int) -> None:
+def test_coordination_games_have_one_equilibrium_for_each_set_of_strategies(
+    n: int,
+) -> None:
     found = all_of(np.eye(n), np.eye(n))
     assert len({each.row for each in found.extreme}) == len(found.extreme) == 2**n - 1
     assert sum(each.is_pure for each in found.extreme) == n
-    assert all(each.index == (1 if np.count_nonzero(each.row) % 2 else -1) for each in found.extreme)
+    assert all(
+        each.index == (1 if np.count_nonzero(each.row) % 2 else -1)
+        for each in found.extreme
+    )
 
 
 @pytest.mark.parametrize(
-    ("name", "extreme", "components"), [("coordination-4", 15, 15), ("winkels", 12, 1), ("von-stengel-75", 75, 75)]
+    ("name", "extreme", "components"),
+    [("coordination-4", 15, 15), ("winkels", 12, 1), ("von-stengel-75", 75, 75)],
 )
-def test_shipped_games_have_the_known_number_of_equilibria(name: str, extreme: int, components: int) -> None:
+def test_shipped_games_have_the_known_number_of_equilibria(
+    name: str, extreme: int, components: int
+) -> None:
     found = checked(lcpcli.read(contents.shipped_path(f"games/{name}.nfg")))
     assert (len(found.extreme), len(found.components)) == (extreme, components)
 
@@ -387,7 +515,9 @@ def test_a_game_whose_payoffs_sum_to_a_constant_has_one_subset() -> None:
         game = lcpcli.from_game(A, 5 - A)
         M, q, *_ = decimal_parts_of(game)
         alone = ExactProblem(Problem(game.M, game.q), M, q or [])
-        (of_game,), (of_lcp,) = (list(lcpcli.solutions(given)) for given in (game, alone))
+        (of_game,), (of_lcp,) = (
+            list(lcpcli.solutions(given)) for given in (game, alone)
+        )
         assert set(of_game.vertices) == set(of_lcp.vertices)
         faces += len(of_game.vertices) > 1
     assert faces > 2
@@ -396,7 +526,9 @@ def test_a_game_whose_payoffs_sum_to_a_constant_has_one_subset() -> None:
 @pytest.mark.parametrize("sum_is_constant", [True, False])
 def test_a_large_game_has_an_equilibrium_at_once(sum_is_constant: bool) -> None:
     A, B = np.random.default_rng(0).integers(-50, 50, (2, 18, 18))
-    found = lcpcli.solutions(lcpcli.from_game(A, -A if sum_is_constant else B), max_solutions=1)
+    found = lcpcli.solutions(
+        lcpcli.from_game(A, -A if sum_is_constant else B), max_solutions=1
+    )
     assert (len(list(found)), found.complete) == (1, sum_is_constant)
 
 
@@ -407,26 +539,42 @@ def test_payoffs_are_exact_fractions_also_in_files(tmp_path: Path) -> None:
     (tmp_path / "game.json").write_text('{"A": [["1/3", 0]], "B": [["2/7", 0.1]]}')
     lcpcli.write(lcpcli.read(tmp_path / "game.json"), tmp_path / "again.json")
     for name in ("game.json", "again.json"):
-        assert checked(lcpcli.read(tmp_path / name)).extreme[0].payoffs == (Fraction(1, 3), Fraction(2, 7))
+        assert checked(lcpcli.read(tmp_path / name)).extreme[0].payoffs == (
+            Fraction(1, 3),
+            Fraction(2, 7),
+        )
 
 
 @pytest.mark.parametrize(
     "payoffs",
-    [1 - np.eye(24), np.eye(24), np.random.default_rng(1).integers(0, 2, (24, 24)), np.zeros((12, 12))],
+    [
+        1 - np.eye(24),
+        np.eye(24),
+        np.random.default_rng(1).integers(0, 2, (24, 24)),
+        np.zeros((12, 12)),
+    ],
     ids=["crown", "identity", "zeros and ones", "zero"],
 )
-def test_some_equilibria_are_found_where_there_are_too_many_to_be_listed(payoffs: np.ndarray) -> None:
+def test_some_equilibria_are_found_where_there_are_too_many_to_be_listed(
+    payoffs: np.ndarray,
+) -> None:
     """The first two have 2^24 - 1 maximal Nash subsets each; of the third some have more vertices than can be listed,
     and come last."""
     found = lcpcli.solutions(lcpcli.from_game(payoffs, payoffs), max_solutions=2)
     pieces = list(found)
     held = found.equilibria
-    assert (len(pieces), found.complete, found.others) == ((2, False, True) if payoffs.any() else (1, True, False))
-    assert {k for subset in held.subsets for k in subset.extreme} == set(range(len(held.extreme)))
+    assert (len(pieces), found.complete, found.others) == (
+        (2, False, True) if payoffs.any() else (1, True, False)
+    )
+    assert {k for subset in held.subsets for k in subset.extreme} == set(
+        range(len(held.extreme))
+    )
     assert (held.components is None) == payoffs.any()
 
 
-def test_a_limit_holds_where_there_are_more_subsets_than_can_be_listed(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_limit_holds_where_there_are_more_subsets_than_can_be_listed(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     """By a clock that goes on by 0.1 ms each time it is read, which is before each step, on any machine."""
     seconds = count(0.0, 1e-4)
     monkeypatch.setattr("time.perf_counter", lambda: next(seconds))

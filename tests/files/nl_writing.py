@@ -81,12 +81,17 @@ def value(expression: Expression, variables: Mapping[str, float]) -> float:
     return function(*(value(argument, variables) for argument in arguments))
 
 
-def _integral(slopes: Sequence[float], breakpoints: Sequence[float], end: float) -> float:
+def _integral(
+    slopes: Sequence[float], breakpoints: Sequence[float], end: float
+) -> float:
     """The integral of a step function from 0."""
     ends, sign = sorted((0.0, end)), 1.0 if end > 0 else -1.0
     edges = [-math.inf, *breakpoints, math.inf]
     steps = zip(slopes, edges[:-1], edges[1:], strict=True)
-    return sign * sum(slope * max(min(high, ends[1]) - max(low, ends[0]), 0.0) for slope, low, high in steps)
+    return sign * sum(
+        slope * max(min(high, ends[1]) - max(low, ends[0]), 0.0)
+        for slope, low, high in steps
+    )
 
 
 def terms(expression: Expression) -> list[tuple[str, Any]]:
@@ -98,11 +103,27 @@ def terms(expression: Expression) -> list[tuple[str, Any]]:
     operator, *arguments = expression
     if operator == "pieces":
         slopes, breakpoints, argument = arguments
-        numbers = [slopes[0], *(number for pair in zip(breakpoints, slopes[1:], strict=True) for number in pair)]
-        return [("o", 64), ("", len(slopes)), *(("n", number) for number in numbers), *terms(argument)]
+        numbers = [
+            slopes[0],
+            *(
+                number
+                for pair in zip(breakpoints, slopes[1:], strict=True)
+                for number in pair
+            ),
+        ]
+        return [
+            ("o", 64),
+            ("", len(slopes)),
+            *(("n", number) for number in numbers),
+            *terms(argument),
+        ]
     number = 35 if operator == "if" else {**UNARY, **BINARY, **NARY}[operator][0]
     count = [("", len(arguments))] if operator in NARY else []
-    return [("o", number), *count, *(term for argument in arguments for term in terms(argument))]
+    return [
+        ("o", number),
+        *count,
+        *(term for argument in arguments for term in terms(argument)),
+    ]
 
 
 def model(
@@ -123,16 +144,36 @@ def model(
     """
     entries = sum(len(linear) for _, linear, _ in rows)
     lines = ["b3 1 1 0" if binary else "g3 1 1 0\t# problem", f" {n} {len(rows)} 1 0 0"]
-    lines += [" 0 0 0 0 0 0", " 0 0", " 0 0 0", " 0 0 0 1", " 0 0 0 0 0", f" {entries} 0", " 0 0"]
+    lines += [
+        " 0 0 0 0 0 0",
+        " 0 0",
+        " 0 0 0",
+        " 0 0 0 1",
+        " 0 0 0 0 0",
+        f" {entries} 0",
+        " 0 0",
+    ]
     lines += [f" {len(common)} 0 0 0 0"]
     for number, line in (header or {}).items():
         lines[number - 1] = line
     tokens: list[tuple[str, Any]] = []
     for i, (linear, expression) in enumerate(common):
-        tokens += [("V", n + i), ("", len(linear)), ("", 0), *_linear(linear), *terms(expression)]
+        tokens += [
+            ("V", n + i),
+            ("", len(linear)),
+            ("", 0),
+            *_linear(linear),
+            *terms(expression),
+        ]
     for i, (_, _, expression) in enumerate(rows):
         tokens += [("C", i), *terms(expression)]
-    tokens += [("O", 0), ("", 0), *terms(objective), ("x", len(start or {})), *_linear(start or {})]
+    tokens += [
+        ("O", 0),
+        ("", 0),
+        *terms(objective),
+        ("x", len(start or {})),
+        *_linear(start or {}),
+    ]
     tokens += [("r", None), *(token for side, _, _ in rows for token in _side(side))]
     tokens += [("b", None), *(token for side in bounds for token in _side(side))]
     tokens += [("k", max(n - 1, 0)), *[("", 0)] * (n - 1)]
@@ -144,7 +185,11 @@ def model(
 
 
 def _linear(linear: Mapping[int, Any]) -> list[tuple[str, Any]]:
-    return [token for variable, factor in linear.items() for token in (("", variable), ("=", factor))]
+    return [
+        token
+        for variable, factor in linear.items()
+        for token in (("", variable), ("=", factor))
+    ]
 
 
 def _side(side: Sequence[Any]) -> list[tuple[str, Any]]:
@@ -165,4 +210,8 @@ def _packed(token: tuple[str, Any]) -> bytes:
     code = b"" if letter == "=" else letter.encode()
     if number is None:
         return code
-    return code + (struct.pack("<d", float(number)) if letter in ("n", "=") else struct.pack("<i", number))
+    return code + (
+        struct.pack("<d", float(number))
+        if letter in ("n", "=")
+        else struct.pack("<i", number)
+    )

@@ -29,7 +29,11 @@ PROBLEMS = {
 
 
 def table(file: Path) -> list[dict[str, str]]:
-    return list(csv.DictReader(line for line in StringIO(file.read_text()) if not line.startswith("#")))
+    return list(
+        csv.DictReader(
+            line for line in StringIO(file.read_text()) if not line.startswith("#")
+        )
+    )
 
 
 @pytest.fixture
@@ -42,7 +46,9 @@ def folder(in_folder: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 @pytest.mark.usefixtures("folder")
-def test_table_that_leaves_z_in_doubt_is_refused(session: Callable[[str], None]) -> None:
+def test_table_that_leaves_z_in_doubt_is_refused(
+    session: Callable[[str], None],
+) -> None:
     session("refused-tables")
 
 
@@ -50,50 +56,97 @@ def test_trace_file_has_every_iterate_whatever_is_shown(lcp: Lcp, folder: Path) 
     arguments = ("solve", EXAMPLE, "--method", "fixed-point")
     alone = lcp(*arguments).out.splitlines()
     beside = lcp(*arguments, "--trace", "t.csv").out.splitlines()
-    assert [line.split()[:-1] for line in beside[6:]] == [line.split()[:-1] for line in alone[6:]]
+    assert [line.split()[:-1] for line in beside[6:]] == [
+        line.split()[:-1] for line in alone[6:]
+    ]
     rows = table(folder / "t.csv")
     assert [int(row["k"]) for row in rows] == list(range(len(rows)))
     assert [row["status"] for row in rows] == [""] * (len(rows) - 1) + ["solved"]
-    assert json.loads(lcp(*arguments, "--trace", "t.csv", "--format", "json").out)["trace"] is None
+    assert (
+        json.loads(lcp(*arguments, "--trace", "t.csv", "--format", "json").out)["trace"]
+        is None
+    )
     assert lcp(*arguments, "-q", "--trace", "t.csv", "--every", "10").out == ""
     assert len(table(folder / "t.csv")) < len(rows) / 5
 
 
-def test_a_trace_from_which_a_table_is_taken_is_thinned_as_one_that_is_kept_for_it() -> None:
+def test_a_trace_from_which_a_table_is_taken_is_thinned_as_one_that_is_kept_for_it() -> (
+    None
+):
     whole = Trace()
     run(read(EXAMPLE), "fixed-point", trace=whole)
     for most in (None, *range(5, 40)):
         alone = Trace(5, most)
         run(read(EXAMPLE), "fixed-point", trace=alone)
-        assert [row.k for row in whole.selected(5, most, None).rows] == [row.k for row in alone.rows]
+        assert [row.k for row in whole.selected(5, most, None).rows] == [
+            row.k for row in alone.rows
+        ]
 
 
-def test_figure_can_be_redrawn_from_the_trace(lcp: Lcp, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_figure_can_be_redrawn_from_the_trace(
+    lcp: Lcp, folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """By the same clock from the same beginning: its points are rows of the file."""
     drawn: list[Panel] = []
     usual = plotting.convergence
-    monkeypatch.setattr(plotting, "convergence", lambda panels: drawn.extend(panels) or usual(panels))
-    lcp("compare", EXAMPLE, "--method", "shi", "--sweep", "k-star=5,20", "--plot", "figure.svg", "--trace", "t.csv")
-    assert [curve.label for curve in drawn[0].curves] == ["shi:k-star=5", "shi:k-star=20"]
+    monkeypatch.setattr(
+        plotting, "convergence", lambda panels: drawn.extend(panels) or usual(panels)
+    )
+    lcp(
+        "compare",
+        EXAMPLE,
+        "--method",
+        "shi",
+        "--sweep",
+        "k-star=5,20",
+        "--plot",
+        "figure.svg",
+        "--trace",
+        "t.csv",
+    )
+    assert [curve.label for curve in drawn[0].curves] == [
+        "shi:k-star=5",
+        "shi:k-star=20",
+    ]
     rows = table(folder / "t.csv")
     for curve in drawn[0].curves:
         own = {int(row["k"]): row for row in rows if row["method"] == curve.label}
         for k, seconds, error in zip(curve.k, curve.seconds, curve.errors, strict=True):
             assert k is not None
-            assert (seconds, error) == (float(own[k]["seconds"]), float(own[k]["error"]))
+            assert (seconds, error) == (
+                float(own[k]["seconds"]),
+                float(own[k]["error"]),
+            )
         assert curve.solved == (list(own.values())[-1]["status"] == "solved")
 
 
 @pytest.mark.parametrize("exact", [[], ["--exact"]], ids=["rounded", "exact"])
 @pytest.mark.parametrize("form", ["json", "csv"])
 @pytest.mark.parametrize("name", ["murty", "faces", "line", "both", "transport"])
-def test_each_solution_of_a_list_is_checked(name: str, form: str, exact: list[str], lcp: Lcp, folder: Path) -> None:
+def test_each_solution_of_a_list_is_checked(
+    name: str, form: str, exact: list[str], lcp: Lcp, folder: Path
+) -> None:
     """The lists are of an LCP, a mixed problem, a game and a program."""
     problem = f"{name}.json" if (folder / f"{name}.json").exists() else name
-    assert lcp("solve", problem, "--all", *exact, "--format", form, "-o", f"all.{form}").code == 0
+    assert (
+        lcp(
+            "solve", problem, "--all", *exact, "--format", form, "-o", f"all.{form}"
+        ).code
+        == 0
+    )
     outcome = lcp("check", problem, f"all.{form}", *exact, "--format", "json")
-    vertices = {"murty": 3, "faces": 1 + (form == "csv"), "line": 1, "both": 3, "transport": 2}[name]
-    assert (outcome.code, outcome.err, len(outcome.out.splitlines())) == (0, "", vertices)
+    vertices = {
+        "murty": 3,
+        "faces": 1 + (form == "csv"),
+        "line": 1,
+        "both": 3,
+        "transport": 2,
+    }[name]
+    assert (outcome.code, outcome.err, len(outcome.out.splitlines())) == (
+        0,
+        "",
+        vertices,
+    )
 
 
 @pytest.mark.parametrize(
@@ -104,7 +157,10 @@ def test_each_solution_of_a_list_is_checked(name: str, form: str, exact: list[st
 def test_wrong_solution_among_others_in_csv_is_told_apart(
     name: str, swapped: tuple[int, int], cell: int, other: str, lcp: Lcp, folder: Path
 ) -> None:
-    assert lcp("solve", f"{name}.json", "--all", "--format", "csv", "-o", "all.csv").code == 0
+    assert (
+        lcp("solve", f"{name}.json", "--all", "--format", "csv", "-o", "all.csv").code
+        == 0
+    )
     lines = (folder / "all.csv").read_text().splitlines()
     first, second = (next(csv.reader([lines[k]])) for k in swapped)
     first[cell], second[cell] = second[cell], other or first[cell]
@@ -116,8 +172,12 @@ def test_wrong_solution_among_others_in_csv_is_told_apart(
     assert (outcome.code, correct.count(False)) == (1, 1)
 
 
-def test_a_table_of_equilibria_that_lacks_a_player_is_refused_in_a_line(lcp: Lcp, folder: Path) -> None:
-    (folder / "all.csv").write_text("equilibrium,player,strategy,probability\n1,column,1,1/2\n1,column,2,1/2\n")
+def test_a_table_of_equilibria_that_lacks_a_player_is_refused_in_a_line(
+    lcp: Lcp, folder: Path
+) -> None:
+    (folder / "all.csv").write_text(
+        "equilibrium,player,strategy,probability\n1,column,1,1/2\n1,column,2,1/2\n"
+    )
     outcome = lcp("check", "both.json", "all.csv")
     fault = "lcp: all.csv: has an equilibrium with the strategy of one player alone; give both strategies\n"
     assert (outcome.code, outcome.out, outcome.err) == (2, "", fault)

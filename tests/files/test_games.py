@@ -22,7 +22,10 @@ from ..cli.conftest import Lcp
 from ..conftest import read_exact
 
 HEAD = 'NFG 1 R "a game" { "Alice" "Bob" }\n'
-PAYOFFS = HEAD + '{ { "up" "down" } { "left" "mid" "right" } }\n"a comment"\n1 2 3 4\n1/3 -0.5, 1e1 .25\n0 0 -7/2 +1\n'
+PAYOFFS = (
+    HEAD
+    + '{ { "up" "down" } { "left" "mid" "right" } }\n"a comment"\n1 2 3 4\n1/3 -0.5, 1e1 .25\n0 0 -7/2 +1\n'
+)
 COUNTS = HEAD + "{ 2 3 }\n" + PAYOFFS.partition('"a comment"\n')[2]
 OUTCOMES = HEAD + (
     '{ { "up" "down" } { "left" "mid" "right" } }\n'
@@ -51,12 +54,18 @@ def _tables(in_folder: Path) -> None:  # noqa: ARG001
     put(",left,right\nopera,3,0\nbox,0,2\n", "2;0\n0;3\n")
 
 
-@pytest.mark.parametrize("text", [PAYOFFS, COUNTS, OUTCOMES], ids=["payoffs", "counts", "outcomes"])
-def test_all_versions_have_the_payoffs_with_the_first_player_in_the_rows(text: str) -> None:
+@pytest.mark.parametrize(
+    "text", [PAYOFFS, COUNTS, OUTCOMES], ids=["payoffs", "counts", "outcomes"]
+)
+def test_all_versions_have_the_payoffs_with_the_first_player_in_the_rows(
+    text: str,
+) -> None:
     """It is recognized by its first word."""
     game = game_of(text, "g.txt")
     assert game.payoffs() == (A, B)
-    assert (game.rows, game.columns) == (((), ()) if text == COUNTS else (("up", "down"), ("left", "mid", "right")))
+    assert (game.rows, game.columns) == (
+        ((), ()) if text == COUNTS else (("up", "down"), ("left", "mid", "right"))
+    )
 
 
 def test_numbers_are_no_names_of_strategies() -> None:
@@ -77,16 +86,26 @@ TREE = 'EFG 2 R "a game" { "Ann" "Bob" }\n'
 TWO = TREE + 'p "" 1 1 "" { "a" "b" } 0\n'
 
 
-def test_what_is_wrong_is_said_in_one_line_with_its_place(session: Callable[[str], None]) -> None:
+def test_what_is_wrong_is_said_in_one_line_with_its_place(
+    session: Callable[[str], None],
+) -> None:
     session("refused-games")
 
 
-def test_both_forms_are_only_read_and_complete_formats_keep_payoffs_and_tree(lcp: Lcp) -> None:
-    winkels, kept = contents.shipped_path("games/winkels.nfg"), game_of(GAME, "g.efg").tree.ends
+def test_both_forms_are_only_read_and_complete_formats_keep_payoffs_and_tree(
+    lcp: Lcp,
+) -> None:
+    winkels, kept = (
+        contents.shipped_path("games/winkels.nfg"),
+        game_of(GAME, "g.efg").tree.ends,
+    )
     assert lcp("convert", winkels, "-o", "w.json").code == 0
     assert read("w.json").origin.payoffs()[0][4][0] == Fraction(5, 2)
     for suffix in ("json", "npz", "mat"):
-        assert lcp("convert", "g.efg", "-o", f"g.{suffix}").err == f"lcp: wrote g.{suffix}\n"
+        assert (
+            lcp("convert", "g.efg", "-o", f"g.{suffix}").err
+            == f"lcp: wrote g.{suffix}\n"
+        )
         again = read(f"g.{suffix}")
         assert again.origin.tree.ends == kept
         assert (again.M == read("g.efg").M).all()
@@ -94,7 +113,10 @@ def test_both_forms_are_only_read_and_complete_formats_keep_payoffs_and_tree(lcp
         done = lcp("convert", winkels, "-o", output)
         assert (done.code, "is of a format that is only read" in done.err) == (2, True)
     done = lcp("convert", "g.efg", "-o", "g.csv")
-    assert "written as the game's mixed problem, M, q and bounds; left out: name, game tree, names" in done.err
+    assert (
+        "written as the game's mixed problem, M, q and bounds; left out: name, game tree, names"
+        in done.err
+    )
     lcpcli.write(read("g.efg"), "m.json")
     data = json.loads(Path("m.json").read_text())
     data["M"][0][3] += 1
@@ -105,8 +127,14 @@ def test_both_forms_are_only_read_and_complete_formats_keep_payoffs_and_tree(lcp
 GAMES = {
     "labelled": (",l,r\nu,3,0\nd,0,2\n", ",l,r\nu,2,0\nd,0,3\n"),
     "square": ("3,0\n0,2\n", "2,0\n0,3\n"),
-    "labelled below a name": ("firm,low,mid\nenter,3,1\nstay,2,2\n", "firm,low,mid\nenter,1,3\nstay,2,1\n"),
-    "labelled like M and q": (",l,c,r\nu,3,0,1\nd,0,2,1\n", ",l,c,r\nu,2,0,1\nd,0,3,1\n"),
+    "labelled below a name": (
+        "firm,low,mid\nenter,3,1\nstay,2,2\n",
+        "firm,low,mid\nenter,1,3\nstay,2,1\n",
+    ),
+    "labelled like M and q": (
+        ",l,c,r\nu,3,0,1\nd,0,2,1\n",
+        ",l,c,r\nu,2,0,1\nd,0,3,1\n",
+    ),
     "long": ("3,0\n0,2\n1,1\n", "2,0\n0,3\n1,1\n"),
     "wide": ("3;0;1;2\n0;2;1;2\n", "2;0;1;2\n0;3;1;2\n"),
 }
@@ -133,7 +161,12 @@ def test_two_tables_that_may_be_a_game_get_a_hint(kind: str, lcp: Lcp) -> None:
         (",0,1\n0,3,0\n1,0,2\n", "2,0\n0,3\n", (), ()),
         ("left,right\n3,0\n0,2\n", "2,0\n0,3\n", (), ("left", "right")),
         ("3,0\n0,2\n", "left,right\n2,0\n0,3\n", (), ("left", "right")),
-        ("event,left,right\nopera,3,0\nbox,0,2\n", "2,0\n0,3\n", ("opera", "box"), ("left", "right")),
+        (
+            "event,left,right\nopera,3,0\nbox,0,2\n",
+            "2,0\n0,3\n",
+            ("opera", "box"),
+            ("left", "right"),
+        ),
     ],
     ids=["numbers", "of-A", "of-B", "below-a-named-corner"],
 )
@@ -159,7 +192,9 @@ def test_whole_numbers_as_text_are_payoffs_as_str_writes_them(last: int) -> None
 def test_costs_are_minimized(lcp: Lcp) -> None:
     costs = {"A": [["1/3", 0], [0, 2]], "B": [[2, 0], [0, 3]]}
     negated = {"A": [["-1/3", 0], [0, -2]], "B": [[-2, 0], [0, -3]]}
-    Path("costs.json").write_text(json.dumps(costs | {"sense": "min", "players": ["Ann", "Bob"]}))
+    Path("costs.json").write_text(
+        json.dumps(costs | {"sense": "min", "players": ["Ann", "Bob"]})
+    )
     Path("payoffs.json").write_text(json.dumps(negated))
     cost, payoff = (read(f"{name}.json") for name in ("costs", "payoffs"))
     assert cost.M.tolist() == payoff.M.tolist()
@@ -185,12 +220,30 @@ GAME = TREE + (
 def test_events_sets_and_outcomes_are_said_once_and_their_payoffs_add_up() -> None:
     tree = game_of(GAME, "g.efg").tree
     ann, bob = tree.players
-    assert ([own.number for own in ann.sets], ann.sets[0].actions, bob.labels()) == ([7], ("up", "down"), ["there"])
+    assert ([own.number for own in ann.sets], ann.sets[0].actions, bob.labels()) == (
+        [7],
+        ("up", "down"),
+        ["there"],
+    )
     assert tree.events[0].probabilities == (Fraction(1, 4), Fraction(3, 4))
     ends = [i for i, node in enumerate(tree.nodes) if node.owner == -2]
     first = (Fraction(1, 3) - 1, Fraction(1, 2))
-    assert [tree.nodes[i].payoffs for i in ends] == [first, (1, 4), (-1, 1), first, (1, 4), (3, 5)]
-    assert [tree.nodes[i].sequences for i in ends] == [(1, 1), (1, 2), (2, 0), (1, 1), (1, 2), (2, 0)]
+    assert [tree.nodes[i].payoffs for i in ends] == [
+        first,
+        (1, 4),
+        (-1, 1),
+        first,
+        (1, 4),
+        (3, 5),
+    ]
+    assert [tree.nodes[i].sequences for i in ends] == [
+        (1, 1),
+        (1, 2),
+        (2, 0),
+        (1, 1),
+        (1, 2),
+        (2, 0),
+    ]
 
 
 def test_repeated_and_empty_labels_get_numbers_in_names() -> None:
@@ -201,7 +254,9 @@ def test_repeated_and_empty_labels_get_numbers_in_names() -> None:
     assert names[3:6] == ["Ann 2", "Ann 2: there: yes 1", "Ann 2: there: yes 2"]
 
 
-def test_it_is_recognized_by_its_first_word_also_compressed_and_from_text(lcp: Lcp) -> None:
+def test_it_is_recognized_by_its_first_word_also_compressed_and_from_text(
+    lcp: Lcp,
+) -> None:
     Path("g.efg.gz").write_bytes(gzip.compress(GAME.encode()))
     assert game_of(GAME, "g.txt").sizes == (3, 3, 2, 2)
     found = [read("g.efg.gz"), lcpcli.from_efg(GAME), read("g.txt")]
@@ -209,7 +264,9 @@ def test_it_is_recognized_by_its_first_word_also_compressed_and_from_text(lcp: L
     assert lcp("solve", "g.efg.gz", "-q").code == lcp("inspect", "g.efg.gz").code == 0
     Path("g.efg").write_text(GAME)
     assert "g.efg" in map(str, map(Path, contents.files_in(["."], print)))
-    with pytest.raises(errors.ProblemError, match=r"efg: is a number; give the text of an .efg file"):
+    with pytest.raises(
+        errors.ProblemError, match=r"efg: is a number; give the text of an .efg file"
+    ):
         lcpcli.from_efg(1)  # type: ignore[arg-type]
 
 
@@ -222,12 +279,17 @@ def test_labels_in_latin_1_are_read_and_what_is_no_text_is_refused(lcp: Lcp) -> 
         read("g.efg")
 
 
-def test_players_who_forget_their_moves_are_refused_and_those_who_forget_nothing_are_not() -> None:
+def test_players_who_forget_their_moves_are_refused_and_those_who_forget_nothing_are_not() -> (
+    None
+):
     ends = 't "" 0 ' * 4
     forgetful = TWO + f'p "" 1 2 {{ "l" "r" }} 0 {ends[:14]} p "" 1 2 0 {ends[:14]}'
     with pytest.raises(errors.ProblemError, match="has no perfect recall"):
         lcpcli.from_efg(forgetful)
-    assert lcpcli.from_efg(forgetful.replace('p "" 1 2 0', 'p "" 1 3 { "l" "r" } 0')).n == 13
+    assert (
+        lcpcli.from_efg(forgetful.replace('p "" 1 2 0', 'p "" 1 3 { "l" "r" } 0')).n
+        == 13
+    )
     assert lcpcli.from_efg(forgetful.replace(" 1 2 ", " 2 2 ")).n == 10
 
 
@@ -238,14 +300,25 @@ def test_a_tree_may_be_one_end_and_a_player_may_have_no_move() -> None:
     assert answer.payoffs == (5.0, 6.0)
 
 
-def test_chance_moves_in_a_long_row_are_refused_before_their_product_takes_all_memory() -> None:
+def test_chance_moves_in_a_long_row_are_refused_before_their_product_takes_all_memory() -> (
+    None
+):
     row = "".join(f'c "" {k} {{ "" 1/3 "" 2/3 }} 0 t "" 0\n' for k in range(1, 3000))
-    with pytest.raises(errors.ProblemError, match="has chances whose fractions are longer than a thousand digits"):
+    with pytest.raises(
+        errors.ProblemError,
+        match="has chances whose fractions are longer than a thousand digits",
+    ):
         lcpcli.from_efg(f'{TREE}{row}t "" 0')
 
 
 def test_a_deep_tree_costs_no_recursion() -> None:
-    row = "".join(f'p "" {1 + k % 2} {k} {{ "go" "stop" }} {k} {{ 1 {k % 7} }}\n' for k in range(1, 400))
+    row = "".join(
+        f'p "" {1 + k % 2} {k} {{ "go" "stop" }} {k} {{ 1 {k % 7} }}\n'
+        for k in range(1, 400)
+    )
     tree = f'{TREE}{row}t "" 0 ' + 't "" 0 ' * 399
     problem = lcpcli.from_efg(tree)
-    assert (problem.n, lcpcli.run(problem).answer.gains) == (2 * 399 + 4 + 399, (0.0, 0.0))
+    assert (problem.n, lcpcli.run(problem).answer.gains) == (
+        2 * 399 + 4 + 399,
+        (0.0, 0.0),
+    )

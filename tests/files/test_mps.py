@@ -96,25 +96,53 @@ def test_fixed_format_with_spaces_in_names(tmp_path: Path) -> None:
 
 def test_the_lp_format_is_read(tmp_path: Path) -> None:
     pytest.importorskip("highspy")
-    lines = ["max", " obj: 3 x - y + [ -2 x^2 + 2 x * y - 4 y^2 ] / 2 + 5", "st", " r: x + y >= 1", " s: x + y <= 4"]
-    lines += [" t: x + y >= -1e30", "bounds", " -1e20 <= x <= 1e25", " y <= 9e19", " z free", "end", ""]
-    origin, data = program(read(written(tmp_path, "\n".join(lines).replace("5\n", "5 + 0 z\n", 1), "p.lp")))
+    lines = [
+        "max",
+        " obj: 3 x - y + [ -2 x^2 + 2 x * y - 4 y^2 ] / 2 + 5",
+        "st",
+        " r: x + y >= 1",
+        " s: x + y <= 4",
+    ]
+    lines += [
+        " t: x + y >= -1e30",
+        "bounds",
+        " -1e20 <= x <= 1e25",
+        " y <= 9e19",
+        " z free",
+        "end",
+        "",
+    ]
+    origin, data = program(
+        read(written(tmp_path, "\n".join(lines).replace("5\n", "5 + 0 z\n", 1), "p.lp"))
+    )
     assert (origin.sense, origin.constant) == ("max", 5)
     assert (-np.array(data.Q)).tolist() == [[-2, 1, 0], [1, -4, 0], [0, 0, 0]]
-    assert (data.row_lower.tolist(), data.row_upper.tolist()) == ([1, -INF, -INF], [INF, 4, INF])
-    assert (data.lower.tolist(), data.upper.tolist()) == ([-INF, 0, -INF], [INF, 9e19, INF])
+    assert (data.row_lower.tolist(), data.row_upper.tolist()) == (
+        [1, -INF, -INF],
+        [INF, 4, INF],
+    )
+    assert (data.lower.tolist(), data.upper.tolist()) == (
+        [-INF, 0, -INF],
+        [INF, 9e19, INF],
+    )
 
 
-def test_exact_answers_are_of_the_decimals_in_the_file(tmp_path: Path, lcp: Lcp) -> None:
+def test_exact_answers_are_of_the_decimals_in_the_file(
+    tmp_path: Path, lcp: Lcp
+) -> None:
     pytest.importorskip("flint")
     text = "NAME e\nROWS\n N c\n G r\nCOLUMNS\n x c 0.1 r 0.3\nRHS\n b r 0.7\nENDATA\n"
     outcome = lcp("solve", str(written(tmp_path, text)), "--exact", "--format", "json")
     assert json.loads(outcome.out)["answer"]["exact"] == {"x": ["7/3"], "y": ["1/3"]}
 
 
-def test_without_its_reader_the_extra_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_its_reader_the_extra_is_named(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setitem(sys.modules, "highspy", None)
-    with pytest.raises(ProblemError, match=r"highspy, which is not installed; pip install '.*\[mps\]'"):
+    with pytest.raises(
+        ProblemError, match=r"highspy, which is not installed; pip install '.*\[mps\]'"
+    ):
         read(written(tmp_path, "min\n obj: x\nst\n r: x >= 1\nend\n", "p.lp"))
     assert read(written(tmp_path, FEATURES)).name == "features"
 
@@ -124,7 +152,10 @@ def test_large_programs_are_sparse_and_small_ones_dense(tmp_path: Path) -> None:
         columns = "".join(f" x{j} c 1 r 1\n" for j in range(k))
         return f"NAME n\nROWS\n N c\n G r\nCOLUMNS\n{columns}RHS\n b r 1\nENDATA\n"
 
-    assert [is_sparse(read(written(tmp_path, text(k))).M) for k in (5, 500)] == [False, True]
+    assert [is_sparse(read(written(tmp_path, text(k))).M) for k in (5, 500)] == [
+        False,
+        True,
+    ]
 
 
 DIET = """NAME diet
@@ -147,10 +178,22 @@ ENDATA
 UP = " UP b bread 4"
 # What is other than in DIET, and what is read of it.
 READ: dict[str, tuple[dict[str, str], dict[str, Any]]] = {
-    "entries of any size": ({"protein 8": "protein 1e-12", "fat 1": "fat 1e17"}, {"A": [[1e-12, 9], [0, 1e17]]}),
-    "a triangle of the quadratic part": ({"ENDATA": f"QUADOBJ\n{TRIANGLE}ENDATA"}, {"Q": [[2, -1], [-1, 4]]}),
-    "the same in another section": ({"ENDATA": f"QSECTION cost\n{TRIANGLE}ENDATA"}, {"Q": [[2, -1], [-1, 4]]}),
-    "the whole matrix": ({"ENDATA": f"QMATRIX\n{TRIANGLE} milk bread -1\nENDATA"}, {"Q": [[2, -1], [-1, 4]]}),
+    "entries of any size": (
+        {"protein 8": "protein 1e-12", "fat 1": "fat 1e17"},
+        {"A": [[1e-12, 9], [0, 1e17]]},
+    ),
+    "a triangle of the quadratic part": (
+        {"ENDATA": f"QUADOBJ\n{TRIANGLE}ENDATA"},
+        {"Q": [[2, -1], [-1, 4]]},
+    ),
+    "the same in another section": (
+        {"ENDATA": f"QSECTION cost\n{TRIANGLE}ENDATA"},
+        {"Q": [[2, -1], [-1, 4]]},
+    ),
+    "the whole matrix": (
+        {"ENDATA": f"QMATRIX\n{TRIANGLE} milk bread -1\nENDATA"},
+        {"Q": [[2, -1], [-1, 4]]},
+    ),
     "sides of 1e20": (
         {"protein 36 fat 5": "protein -1e20 fat 1e30"},
         {"row_lower": 2 * [-INF], "row_upper": 2 * [INF]},
@@ -163,14 +206,35 @@ READ: dict[str, tuple[dict[str, str], dict[str, Any]]] = {
         {"BOUNDS": "RANGES\n g protein 1e20\nBOUNDS"},
         {"row_lower": [36, -INF], "row_upper": [INF, 5]},
     ),
-    "a range of an equation": ({"L fat": "E fat", "BOUNDS": "RANGES\n g fat -1e25\nBOUNDS"}, {"row_lower": [36, -INF]}),
-    "bounds of 1e20": ({UP: " LO b bread -1e20\n UP b bread 1e20"}, {"lower": [-INF, 0], "upper": [INF, INF]}),
-    "a bound below 1e20": ({UP: " MI b bread\n UP b bread 9.9e19"}, {"lower": [-INF, 0], "upper": [9.9e19, INF]}),
-    "a negative upper bound": ({UP: " MI b bread\n UP b bread -3"}, {"lower": [-INF, 0], "upper": [-3, INF]}),
+    "a range of an equation": (
+        {"L fat": "E fat", "BOUNDS": "RANGES\n g fat -1e25\nBOUNDS"},
+        {"row_lower": [36, -INF]},
+    ),
+    "bounds of 1e20": (
+        {UP: " LO b bread -1e20\n UP b bread 1e20"},
+        {"lower": [-INF, 0], "upper": [INF, INF]},
+    ),
+    "a bound below 1e20": (
+        {UP: " MI b bread\n UP b bread 9.9e19"},
+        {"lower": [-INF, 0], "upper": [9.9e19, INF]},
+    ),
+    "a negative upper bound": (
+        {UP: " MI b bread\n UP b bread -3"},
+        {"lower": [-INF, 0], "upper": [-3, INF]},
+    ),
     "a fixed variable": ({UP: " FX b bread 2"}, {"lower": [2, 0], "upper": [2, INF]}),
-    "a number behind FR": ({UP: " FR b bread 0"}, {"lower": [-INF, 0], "upper": [INF, INF]}),
-    "a number behind MI": ({UP: " MI b bread 0"}, {"lower": [-INF, 0], "upper": [INF, INF]}),
-    "a number behind PL": ({UP: " PL b bread 0"}, {"lower": [0, 0], "upper": [INF, INF]}),
+    "a number behind FR": (
+        {UP: " FR b bread 0"},
+        {"lower": [-INF, 0], "upper": [INF, INF]},
+    ),
+    "a number behind MI": (
+        {UP: " MI b bread 0"},
+        {"lower": [-INF, 0], "upper": [INF, INF]},
+    ),
+    "a number behind PL": (
+        {UP: " PL b bread 0"},
+        {"lower": [0, 0], "upper": [INF, INF]},
+    ),
     "a variable of the quadratic part alone": (
         *(
             {UP: " UP b rye 3", "ENDATA": "QUADOBJ\n rye rye 1\nENDATA"},
@@ -179,11 +243,29 @@ READ: dict[str, tuple[dict[str, str], dict[str, Any]]] = {
     ),
     "line ends": ({"\n": "\r\n"}, {}),
     "blank lines": ({"\n": "\n\n"}, {}),
-    "comments": ({" milk fat 1": "* the fat of milk\n milk fat 1", "BOUNDS\n": "BOUNDS\n* of loaves\n"}, {}),
-    "remarks after dollar signs": ({" milk fat 1": " milk fat 1 $ a remark", UP: f"{UP} $ another"}, {}),
-    "names of sets and blanks missing": ({" r protein": " protein", " UP b": " UP", " milk cost": "milk cost"}, {}),
-    "headings in small letters": ({name: name.lower() for name in ("NAME", "ROWS", "COLUMNS", "RHS", "BOUNDS")}, {}),
-    "another free row with a side": ({" G prot": " N price\n G prot", "fat 5": "fat 5\n r price 7"}, {}),
+    "comments": (
+        {
+            " milk fat 1": "* the fat of milk\n milk fat 1",
+            "BOUNDS\n": "BOUNDS\n* of loaves\n",
+        },
+        {},
+    ),
+    "remarks after dollar signs": (
+        {" milk fat 1": " milk fat 1 $ a remark", UP: f"{UP} $ another"},
+        {},
+    ),
+    "names of sets and blanks missing": (
+        {" r protein": " protein", " UP b": " UP", " milk cost": "milk cost"},
+        {},
+    ),
+    "headings in small letters": (
+        {name: name.lower() for name in ("NAME", "ROWS", "COLUMNS", "RHS", "BOUNDS")},
+        {},
+    ),
+    "another free row with a side": (
+        {" G prot": " N price\n G prot", "fat 5": "fat 5\n r price 7"},
+        {},
+    ),
 }
 
 
@@ -212,11 +294,18 @@ def test_bad_programs_are_refused_in_our_words(session: Callable[[str], None]) -
 def test_sides_are_read_back_as_the_doubles_that_they_were(tmp_path: Path) -> None:
     """In doubles 0.3 - 0.1 is not 0.2. A row without sides has none."""
     sides = {"row_lower": [0.1, -INF, -INF, 0.5], "row_upper": [0.3, INF, 0.7, INF]}
-    write(from_qp(None, [1.0, 1.0], np.ones((4, 2)) + np.eye(4, 2), **sides), tmp_path / "p.mps")
+    write(
+        from_qp(None, [1.0, 1.0], np.ones((4, 2)) + np.eye(4, 2), **sides),
+        tmp_path / "p.mps",
+    )
     assert " 0.2\n" in (tmp_path / "p.mps").read_text()  # the range in decimals
     _, found = program(read(tmp_path / "p.mps"))
     rows = sorted(zip(found.row_lower.tolist(), found.row_upper.tolist(), strict=True))
-    assert [row for row in rows if row != (-INF, INF)] == [(-INF, 0.7), (0.1, 0.3), (0.5, INF)]
+    assert [row for row in rows if row != (-INF, INF)] == [
+        (-INF, 0.7),
+        (0.1, 0.3),
+        (0.5, INF),
+    ]
 
 
 def test_sides_beyond_the_range_of_doubles_are_no_bounds(tmp_path: Path) -> None:
@@ -224,9 +313,16 @@ def test_sides_beyond_the_range_of_doubles_are_no_bounds(tmp_path: Path) -> None
     text = "NAME n\nROWS\n N c\n L low\n G high\nCOLUMNS\n x c 1 low 1\n x high 1\nRHS\n b low 1e400 high -1e400\n"
     for ranges in ("", "RANGES\n r low 1e400 high 1e20\n"):
         _, found = program(read(written(tmp_path, f"{text}{ranges}ENDATA\n")))
-        assert [found.row_lower.tolist(), found.row_upper.tolist()] == [[-INF, -INF], [INF, INF]]
+        assert [found.row_lower.tolist(), found.row_upper.tolist()] == [
+            [-INF, -INF],
+            [INF, INF],
+        ]
         with pytest.raises(ProblemError, match="row low: has a bound of 1e20 or more"):
-            read(written(tmp_path, f"{text.replace('low 1e', 'low -1e')}{ranges}ENDATA\n"))
+            read(
+                written(
+                    tmp_path, f"{text.replace('low 1e', 'low -1e')}{ranges}ENDATA\n"
+                )
+            )
 
 
 def test_a_variable_of_the_quadratic_part_alone_in_lp(tmp_path: Path) -> None:

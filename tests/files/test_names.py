@@ -24,52 +24,118 @@ MATRIX = ",a,b,c\na,4,-1,0\nb,-1,4,-1\nc,0,-1,4\n"
 Q = ",q\na,-1\nb,2\nc,-3\n"
 
 
-NAMED: dict[str, Any] = {"name": "market", "M": [[2, 1], [1, 2]], "q": [-5, -6], "names": ["north sea", "süd"]}
-MODEL: dict[str, Any] = {"M": [[2, 1], [1, 2]], "names": ["wheat", "price n0"], "lower": [0, -1], "upper": 1}
-COORDINATES = {"format": "coo", "shape": [2, 2], "rows": [0, 0, 1, 1], "cols": [0, 1, 0, 1], "values": [2, 1, 1, 2]}
+NAMED: dict[str, Any] = {
+    "name": "market",
+    "M": [[2, 1], [1, 2]],
+    "q": [-5, -6],
+    "names": ["north sea", "süd"],
+}
+MODEL: dict[str, Any] = {
+    "M": [[2, 1], [1, 2]],
+    "names": ["wheat", "price n0"],
+    "lower": [0, -1],
+    "upper": 1,
+}
+COORDINATES = {
+    "format": "coo",
+    "shape": [2, 2],
+    "rows": [0, 0, 1, 1],
+    "cols": [0, 1, 0, 1],
+    "values": [2, 1, 1, 2],
+}
 
 
 @pytest.fixture(autouse=True)
 def folder(in_folder: Path) -> Path:
-    texts = {"whole": WHOLE, "matrix": MATRIX, "q": Q, "row": "a,b,c\n-1,2,-3\n", "blank": "name q\na -1\nb 2\nc -3\n"}
+    texts = {
+        "whole": WHOLE,
+        "matrix": MATRIX,
+        "q": Q,
+        "row": "a,b,c\n-1,2,-3\n",
+        "blank": "name q\na -1\nb 2\nc -3\n",
+    }
     # Which do not count.
     texts |= {"numbered": ",q\n0,-1\n1,2\n2,-3\n", "others": ",q\nx,-1\ny,2\nu,-3\n"}
     texts["short"] = '"a" "b" "c" "q"\n"a" 4 -1 0 -1\n"b" -1 4 -1 2\n"c" 0 -1 4 -3\n'
     texts["bounded"] = ",q,a,upper,b,c\na,-1,4,7,-1,0\nb,2,-1,8,4,-1\nc,-3,0,9,-1,4\n"
-    texts |= {"ended": "a,b,c,,\n-1,2,-3,,\n,,,,\n", "indexed": '"a" "b" "c"\n"1" -1 2 -3\n'}
-    texts |= {"mixed": ",a,b,c,q\nb,-1,4,-1,2\nc,0,-1,4,-3\na,4,-1,0,-1\n", "swapped": "c,b,a\n-3,2,-1\n"}
+    texts |= {
+        "ended": "a,b,c,,\n-1,2,-3,,\n,,,,\n",
+        "indexed": '"a" "b" "c"\n"1" -1 2 -3\n',
+    }
+    texts |= {
+        "mixed": ",a,b,c,q\nb,-1,4,-1,2\nc,0,-1,4,-3\na,4,-1,0,-1\n",
+        "swapped": "c,b,a\n-3,2,-1\n",
+    }
     for name, text in (texts | {"plain": "-5\n3.3\n"}).items():
         Path(f"{name}.csv").write_text(text)
     objects = {"m": M, "p": M | {"q": [-1, 2, -3]}, "market": NAMED, "model": MODEL}
-    for name, held in (objects | {"sparse": MODEL | {"M": COORDINATES}, "whole": MODEL | {"q": [-5, 3.3]}}).items():
+    for name, held in (
+        objects
+        | {"sparse": MODEL | {"M": COORDINATES}, "whole": MODEL | {"q": [-5, 3.3]}}
+    ).items():
         Path(f"{name}.json").write_text(json.dumps(held))
-    np.savez("model.npz", M=MODEL["M"], lower=MODEL["lower"], upper=[1, 1], names=MODEL["names"])
+    np.savez(
+        "model.npz",
+        M=MODEL["M"],
+        lower=MODEL["lower"],
+        upper=[1, 1],
+        names=MODEL["names"],
+    )
     return in_folder
 
 
-def test_labels_and_names_keep_numbers_in_their_places_or_are_refused(session: Callable[[str], None]) -> None:
+def test_labels_and_names_keep_numbers_in_their_places_or_are_refused(
+    session: Callable[[str], None],
+) -> None:
     session("names-in-files")
 
 
 @pytest.mark.parametrize("ending", ["json", "npz", "mat"])
-def test_several_q_belong_to_a_file_of_M_with_bounds_and_names(ending: str, lcp: Lcp, folder: Path) -> None:
-    (folder / "m.json").write_text(json.dumps(M | {"lower": [None, 0, 0], "upper": [9, 9, 0.5], "q": [0, 0, 0]}))
+def test_several_q_belong_to_a_file_of_M_with_bounds_and_names(
+    ending: str, lcp: Lcp, folder: Path
+) -> None:
+    (folder / "m.json").write_text(
+        json.dumps(M | {"lower": [None, 0, 0], "upper": [9, 9, 0.5], "q": [0, 0, 0]})
+    )
     assert lcp("convert", "m.json", "-o", f"whole.{ending}").code == 0
     whole = read(f"whole.{ending}")
-    given: Any = {"M": whole.M, "names": list(whole.names), "lower": whole.lower, "upper": whole.upper}
+    given: Any = {
+        "M": whole.M,
+        "names": list(whole.names),
+        "lower": whole.lower,
+        "upper": whole.upper,
+    }
     if ending == "json":
-        (folder / "alone.json").write_text(json.dumps(M | {"lower": [None, 0, 0], "upper": [9, 9, 0.5]}))
+        (folder / "alone.json").write_text(
+            json.dumps(M | {"lower": [None, 0, 0], "upper": [9, 9, 0.5]})
+        )
     elif ending == "npz":
         np.savez(folder / "alone.npz", **given)
     else:
-        savemat(folder / "alone.mat", given | {"names": np.array(given["names"], dtype=object)})
+        savemat(
+            folder / "alone.mat",
+            given | {"names": np.array(given["names"], dtype=object)},
+        )
     (folder / "qs.csv").write_text(",base,tax\na,-1,1\nb,2,2\nc,-3,-3\n")
-    lines = lcp("solve", f"alone.{ending}", "qs.csv", "--format", "json").out.splitlines()
+    lines = lcp(
+        "solve", f"alone.{ending}", "qs.csv", "--format", "json"
+    ).out.splitlines()
     records = [json.loads(line) for line in lines]
-    assert [record["z"] for record in records] == [pytest.approx([0.25, 0, 0.5]), pytest.approx([-0.25, 0, 0.5])]
-    assert [(record["problem"], record["names"]) for record in records] == [("base", NAMES), ("tax", NAMES)]
-    alone = lcp("solve", f"alone.{ending}", "qs.csv", "--exact", "--format", "json").out.splitlines()
-    assert [json.loads(line)["exact"]["z"] for line in alone] == [["1/4", "0", "1/2"], ["-1/4", "0", "1/2"]]
+    assert [record["z"] for record in records] == [
+        pytest.approx([0.25, 0, 0.5]),
+        pytest.approx([-0.25, 0, 0.5]),
+    ]
+    assert [(record["problem"], record["names"]) for record in records] == [
+        ("base", NAMES),
+        ("tax", NAMES),
+    ]
+    alone = lcp(
+        "solve", f"alone.{ending}", "qs.csv", "--exact", "--format", "json"
+    ).out.splitlines()
+    assert [json.loads(line)["exact"]["z"] for line in alone] == [
+        ["1/4", "0", "1/2"],
+        ["-1/4", "0", "1/2"],
+    ]
 
 
 def test_a_link_to_nothing_is_a_file_that_is_missing(lcp: Lcp, folder: Path) -> None:
@@ -103,10 +169,16 @@ def test_columns_of_one_name_leave_the_rows_where_they_are(folder: Path) -> None
         ("a,,q\n2,1,-5\n1,2,-6\n", ["", ""]),
     ],
 )
-def test_a_header_names_the_unknowns_unless_it_is_a_title_or_numbers(text: str, names: list[str], folder: Path) -> None:
+def test_a_header_names_the_unknowns_unless_it_is_a_title_or_numbers(
+    text: str, names: list[str], folder: Path
+) -> None:
     (folder / "p.csv").write_text(text)
     problem = read("p.csv")
-    assert (list(problem.names), problem.M.tolist(), problem.q.tolist()) == (names, [[2, 1], [1, 2]], [-5, -6])
+    assert (list(problem.names), problem.M.tolist(), problem.q.tolist()) == (
+        names,
+        [[2, 1], [1, 2]],
+        [-5, -6],
+    )
 
 
 def test_a_workspace_may_have_other_names_and_a_program_has_its_own() -> None:
@@ -117,13 +189,24 @@ def test_a_workspace_may_have_other_names_and_a_program_has_its_own() -> None:
         Problem(program.M, program.q, origin=program.origin, names=["z"])
 
 
-HEADINGS = [["wheat", "price n0"], ["wheat", "q"], ["wheat", "Lower"], ["wheat", "1st"], ["a,b", "c"], ["wheat", ""]]
+HEADINGS = [
+    ["wheat", "price n0"],
+    ["wheat", "q"],
+    ["wheat", "Lower"],
+    ["wheat", "1st"],
+    ["a,b", "c"],
+    ["wheat", ""],
+]
 
 
 @pytest.mark.parametrize("names", HEADINGS)
-def test_a_table_is_headed_by_names_that_a_header_can_hold(names: list[str], lcp: Lcp) -> None:
+def test_a_table_is_headed_by_names_that_a_header_can_hold(
+    names: list[str], lcp: Lcp
+) -> None:
     header = "wheat,price n0,q" if names == HEADINGS[0] else None
-    Path("p.json").write_text(json.dumps({"M": [[2, 1], [1, 2]], "q": [-5, 3], "names": names}))
+    Path("p.json").write_text(
+        json.dumps({"M": [[2, 1], [1, 2]], "q": [-5, 3], "names": names})
+    )
     converted = lcp("convert", "p.json", "-o", "p.csv")
     assert ("left out: names" in converted.err) == (header is None)
     first = Path("p.csv").read_text().splitlines()[0]

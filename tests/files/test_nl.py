@@ -41,9 +41,14 @@ def nonlinear(content: bytes, path: str = "model.nl") -> NonlinearProblem:
     return problem
 
 
-def functions_of(expressions: Sequence[Expression], n: int, **more: Any) -> NonlinearProblem:
+def functions_of(
+    expressions: Sequence[Expression], n: int, **more: Any
+) -> NonlinearProblem:
     """The problem with these expressions for n variables with lower bounds."""
-    rows = [((5, 1, i + 1), dict.fromkeys(range(n), 0), expression) for i, expression in enumerate(expressions)]
+    rows = [
+        ((5, 1, i + 1), dict.fromkeys(range(n), 0), expression)
+        for i, expression in enumerate(expressions)
+    ]
     return nonlinear(model(n, rows, [NONNEGATIVE] * n, **more))
 
 
@@ -51,7 +56,9 @@ def jacobian(problem: NonlinearProblem, z: Vector) -> Vector:
     return np.asarray(dense(problem.jacobian(z)))
 
 
-def differences(expressions: Sequence[Expression], z: Vector, common: Sequence[Expression] = ()) -> Vector:
+def differences(
+    expressions: Sequence[Expression], z: Vector, common: Sequence[Expression] = ()
+) -> Vector:
     """The Jacobian by differences of fourth order."""
     n, h = len(z), 1e-3
 
@@ -60,22 +67,31 @@ def differences(expressions: Sequence[Expression], z: Vector, common: Sequence[E
         moved[j] += step * h
         return values(expressions, moved, common)
 
-    columns = [(8 * (at(j, 1) - at(j, -1)) - (at(j, 2) - at(j, -2))) / (12 * h) for j in range(n)]
+    columns = [
+        (8 * (at(j, 1) - at(j, -1)) - (at(j, 2) - at(j, -2))) / (12 * h)
+        for j in range(n)
+    ]
     return np.array(columns).T
 
 
-def values(expressions: Sequence[Expression], z: Vector, common: Sequence[Expression] = ()) -> Vector:
+def values(
+    expressions: Sequence[Expression], z: Vector, common: Sequence[Expression] = ()
+) -> Vector:
     known = {f"v{j}": float(component) for j, component in enumerate(z)}
     for k, expression in enumerate(common, len(z)):
         known[f"v{k}"] = value(expression, known)
     return np.array([value(expression, known) for expression in expressions])
 
 
-def check_functions(problem: Any, expressions: Any, z: Vector, common: Any = (), smooth: bool = True) -> None:
+def check_functions(
+    problem: Any, expressions: Any, z: Vector, common: Any = (), smooth: bool = True
+) -> None:
     """Values and derivatives are those of the evaluator of the tests."""
     assert problem.values(z) == pytest.approx(values(expressions, z, common), rel=1e-13)
     if smooth:
-        assert jacobian(problem, z) == pytest.approx(differences(expressions, z, common), rel=1e-7, abs=1e-9)
+        assert jacobian(problem, z) == pytest.approx(
+            differences(expressions, z, common), rel=1e-7, abs=1e-9
+        )
 
 
 def safely(operator: str, argument: Expression) -> Expression:
@@ -87,7 +103,9 @@ def an_expression(rng: random.Random, n: int, depth: int) -> Expression:
     if depth == 0:
         return rng.choice([f"v{rng.randrange(n)}", round(rng.uniform(-2, 2), 2)])
     a, b = (an_expression(rng, n, depth - 1) for _ in range(2))
-    operator = rng.choice([*"+-*/", "sum", "power", "root", *sorted(set(UNARY) - {"abs", "not"})])
+    operator = rng.choice(
+        [*"+-*/", "sum", "power", "root", *sorted(set(UNARY) - {"abs", "not"})]
+    )
     if operator == "/":
         return ("/", a, ("+", 1.5, ("square", ("sin", b))))
     if operator in ("*", "square"):
@@ -104,7 +122,13 @@ def an_expression(rng: random.Random, n: int, depth: int) -> Expression:
 A, B, FAR = "v0", ("*", 2, "v1"), ("+", "v1", 3)
 SEVERAL = {
     "arithmetic": ("sum", ("*", A, B), ("/", A, FAR), ("^", FAR, A), ("-", B, A)),
-    "choices": ("sum", ("less", A, B), ("min", A, B, 0.5), ("max", B, FAR, A), ("atan2", A, FAR)),
+    "choices": (
+        "sum",
+        ("less", A, B),
+        ("min", A, B, 0.5),
+        ("max", B, FAR, A),
+        ("atan2", A, FAR),
+    ),
     "powers": ("sum", ("constant^", 1.7, A), ("^constant", FAR, 2.5), ("^", A, -1)),
     "pieces": ("sum", ("pieces", [-1, 2, 0.5], [-0.25, 1], B), ("abs", A)),
 }
@@ -115,13 +139,22 @@ def test_values_and_derivatives_of_functions(operator: str) -> None:
     if operator in SEVERAL:
         expressions = [SEVERAL[operator], ("*", A, "v1")]
     else:
-        expressions = [safely(operator, ("+", "v0", ("*", 0.5, "v1"))), ("*", "v0", safely(operator, "v1"))]
+        expressions = [
+            safely(operator, ("+", "v0", ("*", 0.5, "v1"))),
+            ("*", "v0", safely(operator, "v1")),
+        ]
     problem = functions_of(expressions, 2)
-    for z in np.array([[0.3, 0.7], [1.2, 0.1], [0.9, -0.8], [-0.4, -0.8]][: 3 if operator in SEVERAL else 4]):
+    for z in np.array(
+        [[0.3, 0.7], [1.2, 0.1], [0.9, -0.8], [-0.4, -0.8]][
+            : 3 if operator in SEVERAL else 4
+        ]
+    ):
         check_functions(problem, expressions, z)
 
 
-def test_branches_by_conditions_of_which_only_the_one_that_is_taken_has_to_be_defined() -> None:
+def test_branches_by_conditions_of_which_only_the_one_that_is_taken_has_to_be_defined() -> (
+    None
+):
     conditions = [
         *((relation, "v0", 0.25) for relation in RELATIONS),
         ("and", ("<", 0, "v0"), ("not", ("<", "v1", 0.5))),
@@ -129,7 +162,9 @@ def test_branches_by_conditions_of_which_only_the_one_that_is_taken_has_to_be_de
         ("all", ("<", "v0", 1), ("<", "v1", 1), ("<", "v0", "v1")),
         ("any", ("<", "v0", 0), ("<", "v1", 0)),
     ]
-    expressions = [("if", condition, ("exp", "v0"), ("*", "v0", "v1")) for condition in conditions]
+    expressions = [
+        ("if", condition, ("exp", "v0"), ("*", "v0", "v1")) for condition in conditions
+    ]
     expressions += [("if", ("<", 0, "v0"), ("log", "v0"), ("sqrt", ("neg", "v0")))]
     n = len(expressions)
     problem = functions_of(expressions, n)
@@ -148,7 +183,9 @@ def test_random_expressions_and_their_enclosures() -> None:
         problem = functions_of(own, n)
         z = points.normal(size=n)
         assert problem.values(z) == pytest.approx(values(own, z), rel=1e-11, abs=1e-12)
-        assert jacobian(problem, z) == pytest.approx(differences(own, z), rel=1e-4, abs=1e-5)
+        assert jacobian(problem, z) == pytest.approx(
+            differences(own, z), rel=1e-4, abs=1e-5
+        )
         assert problem.interval is not None
         for width in (0.0, 1e-6, 0.1, 2.0):
             found = problem.interval(z - width, z + width)
@@ -158,16 +195,26 @@ def test_random_expressions_and_their_enclosures() -> None:
                 exact, J = values(own, at), jacobian(problem, at)
                 slack = 1e-12 * (1 + np.abs(exact))  # of the evaluators in doubles
                 rounding = 1e-9 * (1 + np.abs(J))
-                assert ((found.F_lower <= exact + slack) & (exact - slack <= found.F_upper)).all()
+                assert (
+                    (found.F_lower <= exact + slack) & (exact - slack <= found.F_upper)
+                ).all()
                 assert ((J_lower <= J + rounding) & (J - rounding <= J_upper)).all()
         assert (found.F_upper > found.F_lower).all()
 
 
 @pytest.mark.parametrize(
     ("name", "ends"),
-    [("asin", (0.5, 2)), ("acos", (0.5, 2)), ("atanh", (0.5, 2)), ("acosh", (0, 2)), ("sqrt", (-1, 1))],
+    [
+        ("asin", (0.5, 2)),
+        ("acos", (0.5, 2)),
+        ("atanh", (0.5, 2)),
+        ("acosh", (0, 2)),
+        ("sqrt", (-1, 1)),
+    ],
 )
-def test_nothing_is_enclosed_where_a_function_is_not_defined_everywhere(name: str, ends: tuple[float, float]) -> None:
+def test_nothing_is_enclosed_where_a_function_is_not_defined_everywhere(
+    name: str, ends: tuple[float, float]
+) -> None:
     interval = functions_of([(name, "v0")], 1).interval
     assert interval is not None
     found = interval(*np.array([ends]).T)
@@ -175,22 +222,36 @@ def test_nothing_is_enclosed_where_a_function_is_not_defined_everywhere(name: st
 
 
 @pytest.mark.parametrize("relation", ["<", "<=", "=", ">=", ">", "!="])
-def test_an_enclosure_holds_where_a_comparison_is_of_something_undefined_in_a_part_of_the_box(relation: str) -> None:
+def test_an_enclosure_holds_where_a_comparison_is_of_something_undefined_in_a_part_of_the_box(
+    relation: str,
+) -> None:
     problem = functions_of(
-        [("if", (relation, ("log", "v0"), 0), "v0", ("*", -3, "v0")), (relation, ("log", "v0"), 0)], 2
+        [
+            ("if", (relation, ("log", "v0"), 0), "v0", ("*", -3, "v0")),
+            (relation, ("log", "v0"), 0),
+        ],
+        2,
     )
     assert problem.interval is not None
     found = problem.interval(np.array([-1.0, 0.0]), np.array([2.0, 0.0]))
     with np.errstate(all="ignore"):
-        values = np.array([problem.F(np.array([x, 0.0])) for x in (-0.5, 0.5, 1.0, 2.0)])
+        values = np.array(
+            [problem.F(np.array([x, 0.0])) for x in (-0.5, 0.5, 1.0, 2.0)]
+        )
     assert not (values < found.F_lower).any()
     assert not (values > found.F_upper).any()
 
 
-@pytest.mark.parametrize("ends", [(-2.0, 0.0), (-2.0, -1.0), (0.0, 0.0), (-1.0, 2.0), (1.0, 3.0)])
-def test_an_enclosure_holds_for_conditions_that_are_numbers(ends: tuple[float, float]) -> None:
+@pytest.mark.parametrize(
+    "ends", [(-2.0, 0.0), (-2.0, -1.0), (0.0, 0.0), (-1.0, 2.0), (1.0, 3.0)]
+)
+def test_an_enclosure_holds_for_conditions_that_are_numbers(
+    ends: tuple[float, float],
+) -> None:
     """An if takes its first branch wherever the condition is not 0, as in AMPL."""
-    problem = functions_of([("if", "v0", ("*", 2, "v1"), ("*", -3, "v1")), ("if", "v0", "v0", 1)], 2)
+    problem = functions_of(
+        [("if", "v0", ("*", 2, "v1"), ("*", -3, "v1")), ("if", "v0", "v0", 1)], 2
+    )
     assert problem.interval is not None
     found = problem.interval(np.array([ends[0], 1.0]), np.array([ends[1], 1.0]))
     for x in np.linspace(*ends, 5):
@@ -216,38 +277,65 @@ def test_enclosures_take_decimals_as_written() -> None:
     assert Fraction(rounded.interval(z, z).F_upper[0]) >= exact
 
 
-COMMON = [({0: 1.5}, ("sin", "v1")), ({}, ("*", "v2", "v2")), ({1: -1}, ("exp", ("*", 0.1, "v3")))]
+COMMON = [
+    ({0: 1.5}, ("sin", "v1")),
+    ({}, ("*", "v2", "v2")),
+    ({1: -1}, ("exp", ("*", 0.1, "v3"))),
+]
 
 
 @pytest.mark.parametrize("binary", [False, True])
 def test_common_expressions_in_text_and_in_binary(binary: bool) -> None:
-    rows = [((5, 1, 1), {0: 2.5, 1: 0}, ("+", "v3", "v4")), ((5, 3, 2), {0: 0, 1: 0}, ("*", "v4", "v2"))]
-    problem = nonlinear(model(2, rows, [NONNEGATIVE, BOXED], common=COMMON, start={1: 0.5}, binary=binary))
-    common = [("+", ("*", 1.5, "v0"), COMMON[0][1]), COMMON[1][1], ("-", COMMON[2][1], "v1")]
+    rows = [
+        ((5, 1, 1), {0: 2.5, 1: 0}, ("+", "v3", "v4")),
+        ((5, 3, 2), {0: 0, 1: 0}, ("*", "v4", "v2")),
+    ]
+    problem = nonlinear(
+        model(
+            2, rows, [NONNEGATIVE, BOXED], common=COMMON, start={1: 0.5}, binary=binary
+        )
+    )
+    common = [
+        ("+", ("*", 1.5, "v0"), COMMON[0][1]),
+        COMMON[1][1],
+        ("-", COMMON[2][1], "v1"),
+    ]
     expressions = [("sum", ("*", 2.5, "v0"), "v3", "v4"), ("*", "v4", "v2")]
     z = np.array([0.4, 1.3])
     check_functions(problem, expressions, z, common)
-    assert (problem.x0.tolist(), problem.lower.tolist(), problem.upper.tolist()) == ([0, 0.5], [0, -1], [np.inf, 2])
+    assert (problem.x0.tolist(), problem.lower.tolist(), problem.upper.tolist()) == (
+        [0, 0.5],
+        [0, -1],
+        [np.inf, 2],
+    )
 
 
-def test_equations_belong_to_the_free_variables_with_large_entries_and_fixed_variables_are_constants() -> None:
+def test_equations_belong_to_the_free_variables_with_large_entries_and_fixed_variables_are_constants() -> (
+    None
+):
     rows = [
         (EQUATION, {0: 1, 2: 0.01}, ("sin", "v1")),
         ((5, 1, 2), {1: 1, 3: 2}, 0),
         ((4, 7), {0: 0.1, 2: 5}, ("exp", "v1")),
     ]
-    model_read = Model(model(4, rows, [FREE, NONNEGATIVE, FREE, (4, 3.5)], start={2: 1}), "model.nl")
+    model_read = Model(
+        model(4, rows, [FREE, NONNEGATIVE, FREE, (4, 3.5)], start={2: 1}), "model.nl"
+    )
     problem = model_read.problem
     assert isinstance(problem, NonlinearProblem)
     assert list(problem.names) == ["v0", "v1", "v2"]
     z = np.array([1.0, 0.5, 2.0])
-    assert problem.values(z) == pytest.approx([1 + 0.02 + np.sin(0.5), 0.5 + 7, 0.1 + 10 + np.exp(0.5) - 7])
+    assert problem.values(z) == pytest.approx(
+        [1 + 0.02 + np.sin(0.5), 0.5 + 7, 0.1 + 10 + np.exp(0.5) - 7]
+    )
     assert np.abs(jacobian(problem, z).diagonal()).tolist() == [1, 1, 5]
     assert model_read.model.values(z).tolist() == [1, 0.5, 2, 3.5]
 
 
 @pytest.mark.parametrize("number", [50, 250])
-def test_equation_that_no_free_variable_occurs_in_is_paired_with_any(number: int) -> None:
+def test_equation_that_no_free_variable_occurs_in_is_paired_with_any(
+    number: int,
+) -> None:
     """h(x) = 0 belongs to its multiplier, which does not occur in it; dense and sparse."""
     rows: list[Any] = [((5, 1, j + 1), {j: 1, number: -1}, 0) for j in range(number)]
     rows += [((4, 1), dict.fromkeys(range(number), 1), ("*", "v0", "v0"))]
@@ -266,7 +354,11 @@ def test_linear_model_is_a_linear_problem_with_its_decimals(tmp_path: Path) -> N
     file.write_bytes(model(2, rows, [NONNEGATIVE, FREE]))
     problem = read(file)
     assert dense(problem.M) == pytest.approx(np.array([[0.3, 1], [-1, -0.1]]))
-    assert (problem.q.tolist(), problem.name, list(problem.names)) == ([-0.3, 0.7], "model", ["v0", "v1"])
+    assert (problem.q.tolist(), problem.name, list(problem.names)) == (
+        [-0.3, 0.7],
+        "model",
+        ["v0", "v1"],
+    )
     exact = read_exact(str(file))
     assert [Fraction(row[0], row[1]) for row in exact.rows] == [Fraction(3, 10), 10]
 
@@ -277,7 +369,10 @@ def test_names_are_in_the_file_beside(tmp_path: Path) -> None:
     (tmp_path / "model.col").write_text("fixed\nprice\n")
     assert list(read(file).names) == ["price"]
     (tmp_path / "model.col").write_text("fixed\n")
-    with pytest.raises(ProblemError, match=r"model\.col: has 1 name, but .* has the variable v1; write both again"):
+    with pytest.raises(
+        ProblemError,
+        match=r"model\.col: has 1 name, but .* has the variable v1; write both again",
+    ):
         read(file)
 
 
@@ -288,11 +383,21 @@ LINEAR = [((5, 1, 1), {0: 1}, -1)]
 @pytest.mark.parametrize(
     ("rows", "objective", "fault"),
     [
-        (ONE, "v0", "has an objective, and is not linear; take the objective out to find one solution, or"),
-        (LINEAR, ("square", "v0"), "has an objective that is not linear; write a linear one, or take it out"),
+        (
+            ONE,
+            "v0",
+            "has an objective, and is not linear; take the objective out to find one solution, or",
+        ),
+        (
+            LINEAR,
+            ("square", "v0"),
+            "has an objective that is not linear; write a linear one, or take it out",
+        ),
     ],
 )
-def test_objectives_are_refused_that_are_not_linear_as_the_model(rows: Any, objective: Expression, fault: str) -> None:
+def test_objectives_are_refused_that_are_not_linear_as_the_model(
+    rows: Any, objective: Expression, fault: str
+) -> None:
     read_model = Model(model(1, rows, [NONNEGATIVE], objective=objective), "model.nl")
     with pytest.raises(ProblemError, match=fault):
         assert read_model.problem is read_model.objective
@@ -300,22 +405,41 @@ def test_objectives_are_refused_that_are_not_linear_as_the_model(rows: Any, obje
 
 def test_objective_has_its_decimals_and_its_constant() -> None:
     objective = ("+", ("*", 0.1, "v0"), ("-", 0.3, "v1"))
-    read_model = Model(model(2, [*LINEAR, (EQUATION, {1: 1}, 0)], [NONNEGATIVE, FREE], objective=objective), "m.nl")
+    read_model = Model(
+        model(
+            2,
+            [*LINEAR, (EQUATION, {1: 1}, 0)],
+            [NONNEGATIVE, FREE],
+            objective=objective,
+        ),
+        "m.nl",
+    )
     found = read_model.objective
     assert found is not None
-    assert (found.costs, found.sense, found.constant) == ([Fraction(1, 10), -1], "min", Fraction(3, 10))
+    assert (found.costs, found.sense, found.constant) == (
+        [Fraction(1, 10), -1],
+        "min",
+        Fraction(3, 10),
+    )
     assert Model(model(1, LINEAR, [NONNEGATIVE], objective=7), "m.nl").objective is None
 
 
 @pytest.mark.usefixtures("in_folder")
-def test_what_is_no_square_continuous_problem_is_refused_in_words(session: Callable[[str], None]) -> None:
+def test_what_is_no_square_continuous_problem_is_refused_in_words(
+    session: Callable[[str], None],
+) -> None:
     session("refused-nl")
 
 
 @pytest.mark.parametrize("binary", [False, True])
 def test_file_that_is_cut_off_anywhere_is_refused(binary: bool) -> None:
-    rows = [((5, 1, 1), {0: 2.5, 1: 0.5}, ("min", "v2", "v1", 3)), ((5, 3, 2), {0: 1}, ("*", "v1", "v2"))]
-    content = model(2, rows, [NONNEGATIVE, BOXED], common=COMMON[:1], start={1: 0.5}, binary=binary)
+    rows = [
+        ((5, 1, 1), {0: 2.5, 1: 0.5}, ("min", "v2", "v1", 3)),
+        ((5, 3, 2), {0: 1}, ("*", "v1", "v2")),
+    ]
+    content = model(
+        2, rows, [NONNEGATIVE, BOXED], common=COMMON[:1], start={1: 0.5}, binary=binary
+    )
     whole = Model(content, "model.nl").problem
     assert isinstance(whole, NonlinearProblem)
     for end in range(len(content.rstrip())):
@@ -327,22 +451,34 @@ def test_file_that_is_cut_off_anywhere_is_refused(binary: bool) -> None:
 
 def test_start_is_that_of_each_variable_wherever_its_unknown_stands() -> None:
     """The first variable is no unknown, as its bounds fix it."""
-    rows = [((5, 1, 2), {}, ("+", ("exp", "v1"), -2.0)), ((5, 1, 3), {}, ("+", ("exp", "v2"), "v0"))]
-    problem = nonlinear(model(3, rows, [(4, 1), NONNEGATIVE, NONNEGATIVE], start={1: 5.0, 2: 7.0}))
+    rows = [
+        ((5, 1, 2), {}, ("+", ("exp", "v1"), -2.0)),
+        ((5, 1, 3), {}, ("+", ("exp", "v2"), "v0")),
+    ]
+    problem = nonlinear(
+        model(3, rows, [(4, 1), NONNEGATIVE, NONNEGATIVE], start={1: 5.0, 2: 7.0})
+    )
     assert problem.x0.tolist() == [5.0, 7.0]
 
 
 def test_entries_of_a_large_sparse_jacobian_stand_where_differences_put_them() -> None:
     n = 300
-    rows = [((5, 1, i + 1), {i: 2.0, (i + 7) % n: -1.0}, ("square", f"v{(i * 13 + 5) % n}")) for i in range(n)]
+    rows = [
+        ((5, 1, i + 1), {i: 2.0, (i + 7) % n: -1.0}, ("square", f"v{(i * 13 + 5) % n}"))
+        for i in range(n)
+    ]
     problem = nonlinear(model(n, rows, [NONNEGATIVE] * n))
     z, steps = np.random.default_rng(0).random(n), 1e-6 * np.eye(n)
-    by_differences = np.array([(problem.values(z + step) - problem.values(z - step)) / 2e-6 for step in steps]).T
+    by_differences = np.array(
+        [(problem.values(z + step) - problem.values(z - step)) / 2e-6 for step in steps]
+    ).T
     assert issparse(problem.jacobian(z))
     np.testing.assert_allclose(jacobian(problem, z), by_differences, atol=1e-6)
 
 
-@pytest.mark.parametrize("constant", [b"s" + struct.pack("<h", 2), b"l" + struct.pack("<i", 2)])
+@pytest.mark.parametrize(
+    "constant", [b"s" + struct.pack("<h", 2), b"l" + struct.pack("<i", 2)]
+)
 def test_constants_of_every_size_in_binary_files_are_read(constant: bytes) -> None:
     rows = [((5, 1, 1), {0: 1}, ("+", ("^", "v0", 2.0), -3.0))]
     content = model(1, rows, [NONNEGATIVE], binary=True)
@@ -351,8 +487,12 @@ def test_constants_of_every_size_in_binary_files_are_read(constant: bytes) -> No
     assert problem.values(np.array([3.0])).tolist() == [9.0]
 
 
-@pytest.mark.parametrize(("kind", "number"), [(0, "1"), (1, "2"), (4, "1.5"), (5, "1.5")])
-def test_suffixes_of_variables_and_of_constraints_may_be_whole_or_real_numbers(kind: int, number: str) -> None:
+@pytest.mark.parametrize(
+    ("kind", "number"), [(0, "1"), (1, "2"), (4, "1.5"), (5, "1.5")]
+)
+def test_suffixes_of_variables_and_of_constraints_may_be_whole_or_real_numbers(
+    kind: int, number: str
+) -> None:
     content = model(1, [((5, 1, 1), {0: 1}, -3.0)], [NONNEGATIVE])
     at = content.index(b"r\n")
     suffixed = content[:at] + f"S{kind} 1 scale\n0 {number}\n".encode() + content[at:]
@@ -360,12 +500,30 @@ def test_suffixes_of_variables_and_of_constraints_may_be_whole_or_real_numbers(k
 
 
 def test_row_that_is_the_constant_0_is_0() -> None:
-    problem = nonlinear(model(2, [((5, 1, 1), {}, 0.0), ((5, 1, 2), {1: 1.0}, ("square", "v1"))], [NONNEGATIVE] * 2))
+    problem = nonlinear(
+        model(
+            2,
+            [((5, 1, 1), {}, 0.0), ((5, 1, 2), {1: 1.0}, ("square", "v1"))],
+            [NONNEGATIVE] * 2,
+        )
+    )
     assert problem.values(np.array([1.0, 2.0])).tolist() == [0.0, 6.0]
 
 
-def test_values_and_not_multipliers_of_another_solver_are_its_solution(tmp_path: Path) -> None:
+def test_values_and_not_multipliers_of_another_solver_are_its_solution(
+    tmp_path: Path,
+) -> None:
     file, written = tmp_path / "model.nl", tmp_path / "model.sol"
-    file.write_bytes(model(2, [((5, 1, i + 1), {i: 1.0}, -float(i + 1)) for i in range(2)], [NONNEGATIVE] * 2))
-    written.write_text("other solver\n\nOptions\n3\n1\n1\n0\n2\n2\n2\n2\n0.5\n0.25\n1\n2\nobjno 0 0\n")
-    assert [float(x) for x in Model(file.read_bytes(), str(file)).solution_in(str(written))] == [1.0, 2.0]
+    file.write_bytes(
+        model(
+            2,
+            [((5, 1, i + 1), {i: 1.0}, -float(i + 1)) for i in range(2)],
+            [NONNEGATIVE] * 2,
+        )
+    )
+    written.write_text(
+        "other solver\n\nOptions\n3\n1\n1\n0\n2\n2\n2\n2\n0.5\n0.25\n1\n2\nobjno 0 0\n"
+    )
+    assert [
+        float(x) for x in Model(file.read_bytes(), str(file)).solution_in(str(written))
+    ] == [1.0, 2.0]

@@ -26,12 +26,16 @@ def at(kinds: int, variable: int) -> tuple[int, int, int]:
     return (5, kinds, variable + 1)
 
 
-def solved(n: int, rows: Sequence[Any], bounds: Sequence[Any]) -> tuple[list[float], str]:
+def solved(
+    n: int, rows: Sequence[Any], bounds: Sequence[Any]
+) -> tuple[list[float], str]:
     """The values of all variables, and the remark."""
     read = Model(model(n, rows, bounds), "model.nl")
     assert isinstance(read.problem, lcpcli.Problem)
     problem = read.problem
-    result = lcpcli.solve(problem.M, problem.q, lower=problem.lower, upper=problem.upper)
+    result = lcpcli.solve(
+        problem.M, problem.q, lower=problem.lower, upper=problem.upper
+    )
     assert result.solved, result.message
     assert lcpcli.solve_mcp(read.nonlinear).z == pytest.approx(result.z)
     return read.model.values(result.z).tolist(), read.remark
@@ -59,7 +63,9 @@ def test_all_bounds_of_a_variable_count(
     assert (STATED in remark) == is_remarked
 
 
-def test_remark_has_names_and_a_number_and_goes_with_the_problem(tmp_path: Path) -> None:
+def test_remark_has_names_and_a_number_and_goes_with_the_problem(
+    tmp_path: Path,
+) -> None:
     rows = [(at(LOWER, 0), {0: 2}, -10), (at(LOWER, 1), {1: 2}, -10)]
     file = tmp_path / "model.nl"
     file.write_bytes(model(2, rows, [CAPACITY, CAPACITY]))
@@ -83,10 +89,15 @@ def test_bound_is_that_of_its_multiplier_if_there_is_one(cap: float) -> None:
 
 
 @pytest.mark.parametrize("sign", [1, -1])
-def test_bounds_of_a_variable_belong_to_the_condition_of_one_that_stands_for_it(sign: int) -> None:
+def test_bounds_of_a_variable_belong_to_the_condition_of_one_that_stands_for_it(
+    sign: int,
+) -> None:
     """0 <= v complements 2 x - 10 >= 0, where v = x; or v = 3 - x, and 10 - 2 x."""
     tie = {0: 1, 1: -1} if sign > 0 else {0: 1, 1: 1}
-    rows = [(at(LOWER, 0), {1: 2 * sign}, -10 * sign), (EQUATION, tie, 0 if sign > 0 else -3)]
+    rows = [
+        (at(LOWER, 0), {1: 2 * sign}, -10 * sign),
+        (EQUATION, tie, 0 if sign > 0 else -3),
+    ]
     values, remark = solved(2, rows, [NONNEGATIVE, CAPACITY])
     assert values == ([3, 3] if sign > 0 else [0, 3])
     assert "0 <= v1 <= 3 is complementary to" in remark
@@ -95,7 +106,9 @@ def test_bounds_of_a_variable_belong_to_the_condition_of_one_that_stands_for_it(
 def test_bounds_of_what_no_condition_is_about_are_refused() -> None:
     # v1 is no variable of the condition.
     rows = [(at(LOWER, 0), {0: 1, 1: 1}, 0), (EQUATION, {0: 1, 1: -2}, 1)]
-    with pytest.raises(ProblemError, match="v1: has bounds but no row that it complements"):
+    with pytest.raises(
+        ProblemError, match="v1: has bounds but no row that it complements"
+    ):
         Model(model(2, rows, [NONNEGATIVE, CAPACITY]), "model.nl")
 
 
@@ -106,49 +119,99 @@ def test_bounds_of_what_no_condition_is_about_are_refused() -> None:
         (0.3, ({2: -1}, 0.2), ({2: -1, 0: 1}, -0.1)),
     ],
 )
-def test_bounds_are_compared_as_decimals(cap: float, slack: Any, tie: Any, tmp_path: Path) -> None:
+def test_bounds_are_compared_as_decimals(
+    cap: float, slack: Any, tie: Any, tmp_path: Path
+) -> None:
     """In doubles 0.3 - 0.1 is less than 0.2, and the multiplier's bound would seem to be the tighter one; 0.1 + 0.2 is
     more than 0.3, and it would seem to imply none."""
     rows = [(at(LOWER, 0), {0: 1, 1: 1}, -10), (at(LOWER, 1), *slack), (EQUATION, *tie)]
     file = tmp_path / "model.nl"
     file.write_bytes(model(3, rows, [(0, 0, cap), NONNEGATIVE, FREE]))
     exact = read_exact(str(file))
-    assert [end is None for end in exact.upper] == [math.isinf(end) for end in lcpcli.read(file).upper] == [True] * 3
+    assert (
+        [end is None for end in exact.upper]
+        == [math.isinf(end) for end in lcpcli.read(file).upper]
+        == [True] * 3
+    )
 
 
 @pytest.mark.parametrize("side", [{0: -1}, {0: -2}, {0: -1, 3: -2}])
-def test_condition_that_has_lost_the_bounds_of_an_expression_is_refused(side: dict[int, int]) -> None:
+def test_condition_that_has_lost_the_bounds_of_an_expression_is_refused(
+    side: dict[int, int],
+) -> None:
     """As Pyomo writes 0 <= e <= 3 complements F: v1 and v2 are the two sides, here of v0 and perhaps v3."""
-    rows = [(at(0, 1), {2: 1}, 0), (EQUATION, {0: 1, 2: 1, 3: -1}, -1), (EQUATION, {**side, 1: 1}, 10)]
+    rows = [
+        (at(0, 1), {2: 1}, 0),
+        (EQUATION, {0: 1, 2: 1, 3: -1}, -1),
+        (EQUATION, {**side, 1: 1}, 10),
+    ]
     rows += [(at(LOWER, 3), {3: 1, 0: 1}, -2)]
-    with pytest.raises(ProblemError, match=r"v1: is complementary to v2, and neither has bounds; .*Var\(bounds"):
+    with pytest.raises(
+        ProblemError,
+        match=r"v1: is complementary to v2, and neither has bounds; .*Var\(bounds",
+    ):
         Model(model(4, rows, [FREE, FREE, FREE, NONNEGATIVE]), "model.nl")
 
 
-V1_COUNTS = f"0 <= v1 <= 3 is complementary to the expression of its condition, {STATED}"
+V1_COUNTS = (
+    f"0 <= v1 <= 3 is complementary to the expression of its condition, {STATED}"
+)
 SOLVED = {  # rows and bounds, the values of all variables, and the remark
     "multiplier of a bound by a slack variable, as Pyomo writes it: slack = 3 - x": (
-        [(at(LOWER, 0), {0: 2, 1: 1}, -10), (at(LOWER, 1), {2: 1}, 0), (EQUATION, {0: 1, 2: 1}, -3)],
+        [
+            (at(LOWER, 0), {0: 2, 1: 1}, -10),
+            (at(LOWER, 1), {2: 1}, 0),
+            (EQUATION, {0: 1, 2: 1}, -3),
+        ],
         *([CAPACITY, NONNEGATIVE, FREE], [3, 4, 0], ""),
     ),
     "of two variables that of the one with both bounds: 0 <= w complements x >= 0, where w = 2 x - 10": (
-        [(at(LOWER, 0), {2: 1}, 0), (EQUATION, {2: 1, 1: -1}, 0), (EQUATION, {0: 1, 1: -2}, 10)],
+        [
+            (at(LOWER, 0), {2: 1}, 0),
+            (EQUATION, {2: 1, 1: -1}, 0),
+            (EQUATION, {0: 1, 1: -2}, 10),
+        ],
         *([NONNEGATIVE, CAPACITY, FREE], [-4, 3, 3], V1_COUNTS),
     ),
     "of the variable with both bounds, where the other one has an upper bound: w <= 4 complements x - 3 <= 0": (
-        [(at(UPPER, 0), {2: 1}, 0), (EQUATION, {2: 1, 1: -1}, 3), (EQUATION, {0: 1, 1: -2}, 0)],
+        [
+            (at(UPPER, 0), {2: 1}, 0),
+            (EQUATION, {2: 1, 1: -1}, 3),
+            (EQUATION, {0: 1, 1: -2}, 0),
+        ],
         *([(1, 4), CAPACITY, FREE], [4, 2, -1], V1_COUNTS),
     ),
     "bounds that conditions imply: w = 2 x - 5 complements x, through a variable that equals x": (
-        [(at(LOWER, 0), {2: 1}, 0), (EQUATION, {2: 1, 1: -1}, 0), (EQUATION, {0: 1, 1: -2}, 5)],
+        [
+            (at(LOWER, 0), {2: 1}, 0),
+            (EQUATION, {2: 1, 1: -1}, 0),
+            (EQUATION, {0: 1, 1: -2}, 5),
+        ],
         *([NONNEGATIVE, NONNEGATIVE, FREE], [0, 2.5, 2.5], ""),
     ),
     "a function of the free variable that complements it: v1 = v0 - 10": (
-        *([(at(0, 0), {1: 1}, 0), (EQUATION, {1: -1, 0: 1}, -10)], [FREE, FREE], [10, 0], ""),
+        *(
+            [(at(0, 0), {1: 1}, 0), (EQUATION, {1: -1, 0: 1}, -10)],
+            [FREE, FREE],
+            [10, 0],
+            "",
+        ),
     ),
-    "v1 = 2 v0 - 10": (*([(at(0, 0), {1: 1}, 0), (EQUATION, {1: -1, 0: 2}, -10)], [FREE, FREE], [5, 0], ""),),
+    "v1 = 2 v0 - 10": (
+        *(
+            [(at(0, 0), {1: 1}, 0), (EQUATION, {1: -1, 0: 2}, -10)],
+            [FREE, FREE],
+            [5, 0],
+            "",
+        ),
+    ),
     "a condition without bounds is an equation": (
-        *([(at(0, 0), {0: 2, 1: 1}, -4), (EQUATION, {0: 1, 1: -1}, -1)], [FREE, FREE], [5 / 3, 2 / 3], ""),
+        *(
+            [(at(0, 0), {0: 2, 1: 1}, -4), (EQUATION, {0: 1, 1: -1}, -1)],
+            [FREE, FREE],
+            [5 / 3, 2 / 3],
+            "",
+        ),
     ),
 }
 

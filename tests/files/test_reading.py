@@ -108,7 +108,9 @@ VECTORS = {
 
 
 @pytest.mark.parametrize("content", VECTORS.values(), ids=VECTORS)
-def test_q_and_a_start_are_read_from_a_file(tmp_path: Path, content: bytes, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_q_and_a_start_are_read_from_a_file(
+    tmp_path: Path, content: bytes, monkeypatch: pytest.MonkeyPatch
+) -> None:
     (tmp_path / "M.csv").write_bytes(b"2,-1\n-0.5,2\n")
     (tmp_path / "q.csv").write_bytes(content)
     feed(monkeypatch, content)
@@ -118,12 +120,22 @@ def test_q_and_a_start_are_read_from_a_file(tmp_path: Path, content: bytes, monk
     assert read_start("--x0", str(tmp_path / "q.csv"), 2).tolist() == Q
 
 
-def test_a_start_is_taken_from_a_file_or_hundreds_of_typed_numbers(lcp: Lcp, tmp_path: Path) -> None:
+def test_a_start_is_taken_from_a_file_or_hundreds_of_typed_numbers(
+    lcp: Lcp, tmp_path: Path
+) -> None:
     file, start = str(tmp_path / "problem.json"), str(tmp_path / "start")
     Path(file).write_text(JSON)
     Path(start).write_text("-1\n0.25\n")
     for number, option in enumerate(("--x0", "--x1")):
-        options = (option, start, "--format", "json", "--trace", "--max-iterations", "1")
+        options = (
+            option,
+            start,
+            "--format",
+            "json",
+            "--trace",
+            "--max-iterations",
+            "1",
+        )
         trace = json.loads(lcp("solve", file, "--method", "shi", *options).out)["trace"]
         assert trace[number]["z"] == [0, 0.5]
     write(Problem(2 * sparse.eye_array(300, format="csr"), np.full(300, -1.0)), file)
@@ -132,9 +144,17 @@ def test_a_start_is_taken_from_a_file_or_hundreds_of_typed_numbers(lcp: Lcp, tmp
 
 
 def test_one_solution_or_several_are_read_from_json(tmp_path: Path) -> None:
-    for solution, expected in (([1, 0], [[1, 0]]), ([[1, 0]], [[1, 0]]), ([[1, 0], [0, 2.5]], [[1, 0], [0, 2.5]])):
-        (tmp_path / "problem.json").write_text(json.dumps({**json.loads(JSON), "solution": solution}))
-        assert [z.tolist() for z in read(tmp_path / "problem.json").solutions] == expected
+    for solution, expected in (
+        ([1, 0], [[1, 0]]),
+        ([[1, 0]], [[1, 0]]),
+        ([[1, 0], [0, 2.5]], [[1, 0], [0, 2.5]]),
+    ):
+        (tmp_path / "problem.json").write_text(
+            json.dumps({**json.loads(JSON), "solution": solution})
+        )
+        assert [
+            z.tolist() for z in read(tmp_path / "problem.json").solutions
+        ] == expected
 
 
 def mat(**variables: Any) -> bytes:
@@ -178,39 +198,78 @@ def folder(in_folder: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 @pytest.mark.usefixtures("folder")
-@pytest.mark.parametrize("files", ["M.npy q.npy", "M.mat b.mat", "M.csv q.csv", "M.npy q.csv"])
+@pytest.mark.parametrize(
+    "files", ["M.npy q.npy", "M.mat b.mat", "M.csv q.csv", "M.npy q.csv"]
+)
 def test_two_files_are_one_problem_in_every_command(lcp: Lcp, files: str) -> None:
-    for line in ("solve {} --exact --quiet", "compare {} --method lemke -q", "check {} 0.5,0"):
+    for line in (
+        "solve {} --exact --quiet",
+        "compare {} --method lemke -q",
+        "check {} 0.5,0",
+    ):
         outcome = lcp(*line.format(files).split())
         assert (outcome.code, outcome.err) == (0, "")
 
 
-def test_a_file_that_holds_M_alone_takes_exactly_the_next_one(folder: Path, lcp: Lcp) -> None:
+def test_a_file_that_holds_M_alone_takes_exactly_the_next_one(
+    folder: Path, lcp: Lcp
+) -> None:
     files = ["p.csv", "M.npy", "q.npy", "M.mat", "b.mat", "p.csv"]
     found = lcp("compare", *files, "--method", "newton", "--format", "json")
-    assert [json.loads(line)["problem"] for line in found.out.splitlines()] == ["p", "M", "M", "p"]
+    assert [json.loads(line)["problem"] for line in found.out.splitlines()] == [
+        "p",
+        "M",
+        "M",
+        "p",
+    ]
     assert lcp("compare", "p.csv", "M.npy").err.strip() == (
         "lcp: M.npy: contains M, 2 x 2, but no q; add q, or name the file of q after it"
     )
     lcp("bench", *files, "--method", "newton", "--budget", "0", "-q", "-o", "b.json")
     record = json.loads((folder / "b.json").read_text())
-    assert [case["name"] for case in record["cases"]] == ["p.csv", "M.npy q.npy", "M.mat b.mat"]
+    assert [case["name"] for case in record["cases"]] == [
+        "p.csv",
+        "M.npy q.npy",
+        "M.mat b.mat",
+    ]
     record["measurements"].clear()
     (folder / "b.json").write_text(json.dumps(record))
     assert lcp("bench", "--resume", "b.json", "-q").code == 0
-    assert all(row["success"] for row in json.loads((folder / "b.json").read_text())["measurements"])
+    assert all(
+        row["success"]
+        for row in json.loads((folder / "b.json").read_text())["measurements"]
+    )
 
 
 @pytest.mark.usefixtures("in_folder")
-def test_numbers_are_typed_in_any_usual_way_unless_a_file_has_their_name(lcp: Lcp) -> None:
+def test_numbers_are_typed_in_any_usual_way_unless_a_file_has_their_name(
+    lcp: Lcp,
+) -> None:
     Path("p.csv").write_text("1,0,0,-1\n0,1,0,2.5\n0,0,1,-1\n")
-    for text in ("1,-2.5,1/3", "1 -2.5 1/3", "[1, -2.5, 1/3]", " 1; -2.5;1/3", "[1,-2.5 1/3]"):
+    for text in (
+        "1,-2.5,1/3",
+        "1 -2.5 1/3",
+        "[1, -2.5, 1/3]",
+        " 1; -2.5;1/3",
+        "[1,-2.5 1/3]",
+    ):
         assert beside.typed_numbers(text) == ["1", "-2.5", "1/3"]
         assert lcp("solve", "p.csv", "--x0", text, "-q").code == 0
-        assert lcp("check", "p.csv", text.replace("-2.5", "0").replace("1/3", "3/3")).code == 0
-    assert beside.typed_vector("--x0", ["1", "-2.5", "1/3"], 3).tolist() == [1, -2.5, 1 / 3]
+        assert (
+            lcp("check", "p.csv", text.replace("-2.5", "0").replace("1/3", "3/3")).code
+            == 0
+        )
+    assert beside.typed_vector("--x0", ["1", "-2.5", "1/3"], 3).tolist() == [
+        1,
+        -2.5,
+        1 / 3,
+    ]
     Path("1").write_text("5")
-    assert (beside.typed_numbers("1"), beside.typed_numbers("2"), beside.typed_numbers("p.csv")) == (None, ["2"], None)
+    assert (
+        beside.typed_numbers("1"),
+        beside.typed_numbers("2"),
+        beside.typed_numbers("p.csv"),
+    ) == (None, ["2"], None)
 
 
 SHEET = archive("[Content_Types].xml", "xl/workbook.xml")
@@ -219,16 +278,30 @@ FOREIGN = [
     ("p.xlsx", SHEET, "is a spreadsheet; save it as CSV"),
     ("p.csv", SHEET, "is a spreadsheet; save it as CSV"),
     ("p.zip", archive("p.json"), "is compressed; uncompress it first"),
-    ("p.mat", mat(A=M, b=Q), "M: is missing; call the matrix M and the vector q; the file holds A, b"),
-    ("p.mat", mat(M=np.array(M) * 1j, q=Q), "M: is complex (complex128); give real numbers"),
-    ("p.npy", npy(np.column_stack((M, Q)) * 1j), "q: is complex (complex128); give real numbers"),
+    (
+        "p.mat",
+        mat(A=M, b=Q),
+        "M: is missing; call the matrix M and the vector q; the file holds A, b",
+    ),
+    (
+        "p.mat",
+        mat(M=np.array(M) * 1j, q=Q),
+        "M: is complex (complex128); give real numbers",
+    ),
+    (
+        "p.npy",
+        npy(np.column_stack((M, Q)) * 1j),
+        "q: is complex (complex128); give real numbers",
+    ),
     ("p.npy", npy(np.array([1, "a"], dtype=object)), UNREAD_NPY),
     ("p.npy", npy(M)[:-8], UNREAD_NPY),
 ]
 
 
 @pytest.mark.parametrize(("name", "content", "words"), FOREIGN)
-def test_what_is_not_read_is_refused_by_name(tmp_path: Path, lcp: Lcp, name: str, content: bytes, words: str) -> None:
+def test_what_is_not_read_is_refused_by_name(
+    tmp_path: Path, lcp: Lcp, name: str, content: bytes, words: str
+) -> None:
     (tmp_path / name).write_bytes(content)
     outcome = lcp("solve", str(tmp_path / name))
     assert outcome.err.startswith(f"lcp: {tmp_path / name}: {words}"), outcome.err
@@ -236,7 +309,9 @@ def test_what_is_not_read_is_refused_by_name(tmp_path: Path, lcp: Lcp, name: str
 
 
 @pytest.mark.usefixtures("in_folder")
-def test_texts_of_other_programs_are_refused_by_name(session: Callable[[str], None]) -> None:
+def test_texts_of_other_programs_are_refused_by_name(
+    session: Callable[[str], None],
+) -> None:
     session("refused-files")
 
 
@@ -250,15 +325,24 @@ def problem(request: pytest.FixtureRequest) -> Problem:
 
 
 def test_these_problems_ship() -> None:
-    others = ["paper-example-1.json", "paper-example-2.json", "tridiagonal-100.json", "two-unknowns.json"]
+    others = [
+        "paper-example-1.json",
+        "paper-example-2.json",
+        "tridiagonal-100.json",
+        "two-unknowns.json",
+    ]
     assert ["bimatrix.json", "diode-bridge.json", *others] == NAMES
 
 
-def test_each_has_a_name_a_source_and_a_solution_and_stands_in_the_folders_readme(problem: Problem) -> None:
+def test_each_has_a_name_a_source_and_a_solution_and_stands_in_the_folders_readme(
+    problem: Problem,
+) -> None:
     assert f"{problem.name}.json" in NAMES
     assert problem.source
     assert problem.solutions
-    assert f"| {problem.name}.json | {problem.n} |" in (FOLDER / "README.md").read_text()
+    assert (
+        f"| {problem.name}.json | {problem.n} |" in (FOLDER / "README.md").read_text()
+    )
 
 
 def test_known_solutions_are_exact_solutions(problem: Problem) -> None:
@@ -266,15 +350,22 @@ def test_known_solutions_are_exact_solutions(problem: Problem) -> None:
     for solution in problem.solutions:
         given = [Fraction(t) for t in solution.tolist()]
         z = [value.limit_denominator(1000) for value in given]
-        assert max(abs(near - value) for near, value in zip(z, given, strict=True)) <= Fraction(1, 10**15)
+        assert max(
+            abs(near - value) for near, value in zip(z, given, strict=True)
+        ) <= Fraction(1, 10**15)
         assert exact.solves(problem, z)
 
 
 @pytest.mark.parametrize("method", ["shi", "fixed-point"])
-def test_all_but_the_game_are_solved_by_both_methods(problem: Problem, method: str) -> None:
+def test_all_but_the_game_are_solved_by_both_methods(
+    problem: Problem, method: str
+) -> None:
     result = run(problem, method)
     assert result.solved is (problem.name != "bimatrix")
-    assert problem.name != "bimatrix" or result.status in (Status.STALLED, Status.DIVERGED)
+    assert problem.name != "bimatrix" or result.status in (
+        Status.STALLED,
+        Status.DIVERGED,
+    )
 
 
 @pytest.fixture
@@ -292,7 +383,9 @@ def test_each_is_read_by_its_name_from_any_folder(elsewhere: Path) -> None:
     assert not list(elsewhere.iterdir())
 
 
-def test_every_command_that_reads_a_problem_takes_the_names(elsewhere: Path, lcp: Callable[..., Any]) -> None:
+def test_every_command_that_reads_a_problem_takes_the_names(
+    elsewhere: Path, lcp: Callable[..., Any]
+) -> None:
     assert lcp("solve", "bimatrix", "-o", "result.json").code == 0
     for line in (
         "solve bimatrix diode-bridge -q",

@@ -65,12 +65,17 @@ def test_matrix_market_is_read(tmp_path: Path, text: str) -> None:
 def test_kinds_of_matrix_market_are_read(
     tmp_path: Path, header: str, entries: str, expected: list[list[float]]
 ) -> None:
-    (tmp_path / "M.mtx").write_text("\n".join([f"{BANNER} {header}", *entries.split("|")]))
+    (tmp_path / "M.mtx").write_text(
+        "\n".join([f"{BANNER} {header}", *entries.split("|")])
+    )
     (tmp_path / "q.csv").write_text("1,1")
     files = [str(tmp_path / name) for name in ("M.mtx", "q.csv")]
     assert numbers(read(*files))[0] == expected
     rows, scales = read_exact(*files).rows, read_exact(*files).scales
-    assert [[row.get(j, 0) / scale for j in (0, 1)] for row, scale in zip(rows, scales, strict=True)] == expected
+    assert [
+        [row.get(j, 0) / scale for j in (0, 1)]
+        for row, scale in zip(rows, scales, strict=True)
+    ] == expected
 
 
 @pytest.mark.parametrize(
@@ -82,7 +87,9 @@ def test_kinds_of_matrix_market_are_read(
         "coordinate real general\n1 2 2\n1 2 0.25\n1 1 -1\n",
     ],
 )
-def test_q_is_read_from_matrix_market_beside_any_format(tmp_path: Path, text: str) -> None:
+def test_q_is_read_from_matrix_market_beside_any_format(
+    tmp_path: Path, text: str
+) -> None:
     (tmp_path / "M.csv").write_text("2,-1\n-0.5,2\n")
     (tmp_path / "M.mtx.gz").write_bytes(gzip.compress(MATRICES["coordinate"].encode()))
     np.savez(tmp_path / "M.npz", M=M)
@@ -99,7 +106,9 @@ COLUMNS = sparse.csc_array(M)
 
 
 def parts_of(matrix: Any) -> dict[str, Any]:
-    return {part: getattr(matrix, part) for part in ("data", "indices", "indptr", "shape")}
+    return {
+        part: getattr(matrix, part) for part in ("data", "indices", "indptr", "shape")
+    }
 
 
 def saved(save: Callable[..., None], *array: Any, **arrays: Any) -> bytes:
@@ -114,30 +123,53 @@ def mat(**arrays: Any) -> bytes:
 
 def small(**options: Any) -> bytes:
     """A MAT file with all kinds of variables."""
-    held = {"M": COLUMNS if options.pop("sparse", False) else MATRIX, "q": VECTOR, "name": "small"}
+    held = {
+        "M": COLUMNS if options.pop("sparse", False) else MATRIX,
+        "q": VECTOR,
+        "name": "small",
+    }
     if options.get("format") != "4":
-        held |= {"names": NAMES, "other": {"a": 1.0}, "cell": np.array([[MATRIX, "t"]], object)}
+        held |= {
+            "names": NAMES,
+            "other": {"a": 1.0},
+            "cell": np.array([[MATRIX, "t"]], object),
+        }
     return saved(savemat, held, **options)
 
 
-KINDS = [{}, {"sparse": True}, {"do_compression": True}, {"format": "4"}, {"format": "4", "sparse": True}]
+KINDS = [
+    {},
+    {"sparse": True},
+    {"do_compression": True},
+    {"format": "4"},
+    {"format": "4", "sparse": True},
+]
 BESIDE = np.column_stack((MATRIX, VECTOR))
 BINARY = {
     "dense.npz": saved(np.savez, M=M, q=Q),
     "compressed.npz": saved(np.savez_compressed, M=M, q=Q),
     "column.npz": saved(np.savez, M=M, q=VECTOR[:, np.newaxis]),
     "row.npz": saved(np.savez, M=M, q=[Q]),
-    "of-the-other-end.npz": saved(np.savez, M=np.array(M, dtype=">f4"), q=np.array(Q, dtype=">f8")),
+    "of-the-other-end.npz": saved(
+        np.savez, M=np.array(M, dtype=">f4"), q=np.array(Q, dtype=">f8")
+    ),
     "fortran-order.npz": saved(np.savez, M=np.asfortranarray(M), q=Q),
     "sparse.npz": saved(np.savez, **parts_of(SPARSE), q=Q),
-    "sparse-with-its-name.npz": saved(np.savez, **{f"M.{part}": own for part, own in parts_of(SPARSE).items()}, q=Q),
+    "sparse-with-its-name.npz": saved(
+        np.savez, **{f"M.{part}": own for part, own in parts_of(SPARSE).items()}, q=Q
+    ),
     "sparse-by-columns.npz": saved(np.savez, **parts_of(COLUMNS), format="csc", q=Q),
     "column.mat": mat(M=MATRIX, q=VECTOR[:, np.newaxis]),
     "sparse.mat": mat(M=COLUMNS, q=sparse.csc_array(VECTOR[:, np.newaxis])),
-    "workspace.mat": mat(M=M, q=Q, ans=3.0, options={"tol": 1.0}, cells=np.array([1, "a"], dtype=object)),
+    "workspace.mat": mat(
+        M=M, q=Q, ans=3.0, options={"tol": 1.0}, cells=np.array([1, "a"], dtype=object)
+    ),
     "by-columns.npy": saved(np.save, np.asfortranarray(BESIDE)),
     "numbers.npy": saved(np.save, BESIDE),
-    **{f"{'sparse-' * ('sparse' in own)}{i}.mat": small(**own) for i, own in enumerate(KINDS)},
+    **{
+        f"{'sparse-' * ('sparse' in own)}{i}.mat": small(**own)
+        for i, own in enumerate(KINDS)
+    },
 }
 
 
@@ -154,7 +186,9 @@ def test_arrays_are_read_to_the_right_numbers_from_a_file_and_from_standard_inpu
     for problem in map(read, sources):
         assert numbers(problem) == (M, Q)
         assert is_sparse(problem.M) == ("sparse" in name)
-    assert list(problem.names) == (["first", "é"] if name in ("0.mat", "sparse-1.mat", "2.mat") else ["", ""])
+    assert list(problem.names) == (
+        ["first", "é"] if name in ("0.mat", "sparse-1.mat", "2.mat") else ["", ""]
+    )
 
 
 def test_whole_numbers_are_numbers(tmp_path: Path) -> None:
@@ -162,7 +196,10 @@ def test_whole_numbers_are_numbers(tmp_path: Path) -> None:
     assert (read(tmp_path / "p.npy").M / 4).tolist() == M
 
 
-@pytest.mark.parametrize("kind", [f"{form}_array" for form in ("csr", "csc", "bsr", "coo", "dia")] + ["csr_matrix"])
+@pytest.mark.parametrize(
+    "kind",
+    [f"{form}_array" for form in ("csr", "csc", "bsr", "coo", "dia")] + ["csr_matrix"],
+)
 def test_what_scipy_saves_is_read_beside_q(tmp_path: Path, kind: str) -> None:
     sparse.save_npz(tmp_path / "M.npz", getattr(sparse, kind)(np.array(M)))
     np.savez(tmp_path / "q.npz", Q)
@@ -175,34 +212,51 @@ def test_all_that_a_problem_may_hold_is_read(tmp_path: Path) -> None:
     texts = {"name": "n\u00e4me", "source": "s", "note": "", "verdict": "ray"}
     held = {"M": M, "q": Q, "x0": [1, 2], "x1": [[3], [4]], **texts}
     solutions = [[0.5, 0.0], [0.25, 0.125]]
-    np.savez(tmp_path / "p.npz", **{**held, "source": np.bytes_("s"), "solution": solutions})  # type: ignore[arg-type]
+    np.savez(
+        tmp_path / "p.npz", **{**held, "source": np.bytes_("s"), "solution": solutions}
+    )  # type: ignore[arg-type]
     in_columns = {**held, "solution": np.transpose(solutions)}
     savemat(tmp_path / "p.mat", in_columns)
-    (tmp_path / "p.json").write_text(json.dumps({**held, "x1": [3, 4.0], "solution": solutions}))
+    (tmp_path / "p.json").write_text(
+        json.dumps({**held, "x1": [3, 4.0], "solution": solutions})
+    )
     for suffix in ("npz", "mat", "json"):
         problem = read(tmp_path / f"p.{suffix}")
-        assert [x is not None and x.tolist() for x in (problem.x0, problem.x1)] == [[1, 2], [3, 4]]
+        assert [x is not None and x.tolist() for x in (problem.x0, problem.x1)] == [
+            [1, 2],
+            [3, 4],
+        ]
         assert [z.tolist() for z in problem.solutions] == solutions
         assert {key: getattr(problem, key) for key in texts} == texts
 
 
-def test_a_vector_is_read_from_npz_by_its_name_or_as_the_only_one(tmp_path: Path) -> None:
+def test_a_vector_is_read_from_npz_by_its_name_or_as_the_only_one(
+    tmp_path: Path,
+) -> None:
     for arrays in ({"x0": Q, "q": [1, 1]}, {"anything": [Q]}):
         np.savez(tmp_path / "vectors.npz", **arrays)
         assert read_start("--x0", str(tmp_path / "vectors.npz"), 2).tolist() == Q
 
 
-def test_scipy_is_loaded_for_a_sparse_or_matrix_market_file_alone(tmp_path: Path) -> None:
+def test_scipy_is_loaded_for_a_sparse_or_matrix_market_file_alone(
+    tmp_path: Path,
+) -> None:
     np.savez(tmp_path / "p.npz", M=M, q=Q)
     code = f"import sys, lcpcli; lcpcli.read({str(tmp_path / 'p.npz')!r}); print('scipy' in sys.modules)"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True
+    )
     assert done.stdout.strip() == "False"
 
 
 def test_a_text_of_characters_that_do_not_exist_is_refused(tmp_path: Path) -> None:
-    name = np.frombuffer(np.array([2**30], dtype="<u4").tobytes(), dtype="<U1").reshape(())
+    name = np.frombuffer(np.array([2**30], dtype="<u4").tobytes(), dtype="<U1").reshape(
+        ()
+    )
     np.savez(tmp_path / "p.npz", M=np.eye(2), q=-np.ones(2), name=name)
-    with pytest.raises(ProblemError, match="name: is not an array of numbers or texts, or is damaged"):
+    with pytest.raises(
+        ProblemError, match="name: is not an array of numbers or texts, or is damaged"
+    ):
         read(tmp_path / "p.npz")
 
 
@@ -214,9 +268,14 @@ def outcome(content: bytes) -> str:
     return ""
 
 
-@pytest.mark.parametrize("most", [2, pytest.param(3, marks=pytest.mark.slow("changes each byte three times"))])
+@pytest.mark.parametrize(
+    "most",
+    [2, pytest.param(3, marks=pytest.mark.slow("changes each byte three times"))],
+)
 @pytest.mark.parametrize("options", KINDS)
-def test_any_changed_byte_leaves_a_file_that_is_read_or_refused(options: dict[str, Any], most: int) -> None:
+def test_any_changed_byte_leaves_a_file_that_is_read_or_refused(
+    options: dict[str, Any], most: int
+) -> None:
     content, source = small(**options), random.Random(5)
     refused = 0
     for at in range(len(content)):
@@ -235,14 +294,24 @@ def test_dimensions_that_are_not_those_of_the_values_are_refused(size: int) -> N
         assert "is not a MAT file, or is damaged" in outcome(damaged)
 
 
-def test_parts_of_a_sparse_matrix_of_a_program_have_its_name_in_front(tmp_path: Path) -> None:
+def test_parts_of_a_sparse_matrix_of_a_program_have_its_name_in_front(
+    tmp_path: Path,
+) -> None:
     np.savez(tmp_path / "program.npz", c=[-5, -6], row_upper=[1, 1], **parts_of(SPARSE))
-    with pytest.raises(ProblemError, match="data: is part of a sparse matrix that has no name"):
+    with pytest.raises(
+        ProblemError, match="data: is part of a sparse matrix that has no name"
+    ):
         read(tmp_path / "program.npz")
 
 
-@pytest.mark.parametrize(("place", "byte"), [(136, 118), (145, 75)], ids=["element-of-unknown-type", "complex-flag"])
-def test_a_damaged_mat_file_on_which_scipy_crashes_is_refused(place: int, byte: int) -> None:
+@pytest.mark.parametrize(
+    ("place", "byte"),
+    [(136, 118), (145, 75)],
+    ids=["element-of-unknown-type", "complex-flag"],
+)
+def test_a_damaged_mat_file_on_which_scipy_crashes_is_refused(
+    place: int, byte: int
+) -> None:
     content = bytearray(mat(M=np.eye(3), q=-np.ones(3)))
     content[place] = byte
     assert "is not a MAT file, or is damaged" in outcome(bytes(content))
@@ -251,5 +320,7 @@ def test_a_damaged_mat_file_on_which_scipy_crashes_is_refused(place: int, byte: 
 def test_bounds_called_a_and_b_in_a_mat_file_are_not_ignored(tmp_path: Path) -> None:
     own = {"M": np.eye(2), "q": [1.0, 2.0], "a": [0.0, 0.0], "b": [1.0, 1.0]}
     savemat(tmp_path / "p.mat", own)
-    with pytest.raises(ProblemError, match="a: may hold bounds of z, which are called lower and upper"):
+    with pytest.raises(
+        ProblemError, match="a: may hold bounds of z, which are called lower and upper"
+    ):
         read(tmp_path / "p.mat")

@@ -37,7 +37,13 @@ def bounds(draw: st.DrawFn, n: int) -> dict[str, list[float]]:
     """Any bounds of n unknowns, infinite ones among them; or none."""
     if draw(st.booleans()):
         return {}
-    pairs = draw(st.lists(st.tuples(st.floats(allow_nan=False), st.floats(allow_nan=False)), min_size=n, max_size=n))
+    pairs = draw(
+        st.lists(
+            st.tuples(st.floats(allow_nan=False), st.floats(allow_nan=False)),
+            min_size=n,
+            max_size=n,
+        )
+    )
     lower, upper = ([choose(pair) for pair in pairs] for choose in (min, max))
     return {
         "lower": [-math.inf if value == math.inf else value for value in lower],
@@ -54,7 +60,9 @@ def problems(draw: st.DrawFn, *, in_coordinates: bool) -> Problem:
         places = st.tuples(st.integers(0, n - 1), st.integers(0, n - 1))
         entries = draw(st.dictionaries(places, FLOATS))
         rows, cols = [i for i, _ in entries], [j for _, j in entries]
-        matrix = sparse.coo_array((list(entries.values()), (rows, cols)), shape=(n, n), dtype=float)
+        matrix = sparse.coo_array(
+            (list(entries.values()), (rows, cols)), shape=(n, n), dtype=float
+        )
     else:
         matrix = draw(st.lists(vectors, min_size=n, max_size=n))
     return Problem(
@@ -67,7 +75,11 @@ def problems(draw: st.DrawFn, *, in_coordinates: bool) -> Problem:
         verdict=draw(st.sampled_from(["", *VERDICTS])),
         source=draw(st.text()),
         note=draw(st.text()),
-        names=draw(st.sampled_from([[], ["north sea", "süd", "", "a name longer than a column"][:n]])),
+        names=draw(
+            st.sampled_from(
+                [[], ["north sea", "süd", "", "a name longer than a column"][:n]]
+            )
+        ),
         **draw(bounds(n)),
     )
 
@@ -75,7 +87,14 @@ def problems(draw: st.DrawFn, *, in_coordinates: bool) -> Problem:
 def everything(problem: Problem) -> list[Any]:
     """All that a problem holds, its numbers bit by bit."""
     bounds = [np.asarray(bound) for bound in (problem.lower, problem.upper)]
-    vectors = [dense(problem.M), problem.q, problem.x0, problem.x1, *bounds, *problem.solutions]
+    vectors = [
+        dense(problem.M),
+        problem.q,
+        problem.x0,
+        problem.x1,
+        *bounds,
+        *problem.solutions,
+    ]
     bits = [None if v is None else v.tobytes() for v in vectors]
     texts = [problem.name, problem.source, problem.note, problem.verdict]
     return [*bits, is_sparse(problem.M), *texts, list(problem.names)]
@@ -100,13 +119,21 @@ BOUNDED = Problem(
 )
 
 
-WHOLE = Problem(EXTREME, EXTREME[0], name="extreme", x0=EXTREME[1], x1=EXTREME[2], solutions=EXTREME)
-WHOLE_SPARSE = Problem(sparse.csr_array(EXTREME), EXTREME[0], name="extreme", solutions=EXTREME[:1])
+WHOLE = Problem(
+    EXTREME, EXTREME[0], name="extreme", x0=EXTREME[1], x1=EXTREME[2], solutions=EXTREME
+)
+WHOLE_SPARSE = Problem(
+    sparse.csr_array(EXTREME), EXTREME[0], name="extreme", solutions=EXTREME[:1]
+)
 KEPT: dict[str, Callable[[Problem], Problem]] = {  # what a file keeps, by its name
     "all.json": lambda whole: whole,
     "all.npz": lambda whole: whole,
-    "all.mat": lambda whole: Problem(whole.M, whole.q, name="all", lower=whole.lower, upper=whole.upper),
-    "all.csv": lambda whole: Problem(dense(whole.M), whole.q, name="all", lower=whole.lower, upper=whole.upper),
+    "all.mat": lambda whole: Problem(
+        whole.M, whole.q, name="all", lower=whole.lower, upper=whole.upper
+    ),
+    "all.csv": lambda whole: Problem(
+        dense(whole.M), whole.q, name="all", lower=whole.lower, upper=whole.upper
+    ),
     "all.mtx": lambda whole: Problem(whole.M, whole.q, name="all"),
 }
 
@@ -117,8 +144,12 @@ KEPT: dict[str, Callable[[Problem], Problem]] = {  # what a file keeps, by its n
 @example(problem=WHOLE)
 @example(problem=WHOLE_SPARSE)
 @example(problem=BOUNDED)
-def test_what_a_file_keeps_is_read_back_exactly(folder: Path, name: str, problem: Problem) -> None:
-    if name == "all.npz" and any(text.endswith("\0") for text in (problem.name, problem.source, problem.note)):
+def test_what_a_file_keeps_is_read_back_exactly(
+    folder: Path, name: str, problem: Problem
+) -> None:
+    if name == "all.npz" and any(
+        text.endswith("\0") for text in (problem.name, problem.source, problem.note)
+    ):
         return  # which numpy leaves out
     kept = KEPT[name](problem)
     write(kept, folder / name)
@@ -137,13 +168,24 @@ NUMBERS = st.one_of(
     st.integers(-9, 9).map(str),
     st.floats(-1e9, 1e9).map(repr),
     st.integers(-(10**30), 10**30).map(str),
-    st.tuples(st.integers(0, 10**25), st.integers(-60, 5)).map(lambda pair: f"{pair[0]}e{pair[1]}"),
+    st.tuples(st.integers(0, 10**25), st.integers(-60, 5)).map(
+        lambda pair: f"{pair[0]}e{pair[1]}"
+    ),
     st.sampled_from(
-        ["0.1", DIGITS, "0.10000000000000001", "0.1" + 30 * "0" + "1", "-0.09999999999999999999", "1e-400"]
+        [
+            "0.1",
+            DIGITS,
+            "0.10000000000000001",
+            "0.1" + 30 * "0" + "1",
+            "-0.09999999999999999999",
+            "1e-400",
+        ]
     ),
     st.sampled_from(["3.00000000000000000001", "2.99999999999999999999", INTEGER]),
 )
-MODERATE = NUMBERS.filter(lambda text: not fraction(text) or 1e-6 < abs(fraction(text)) < 1e14)  # as HiGHS takes them
+MODERATE = NUMBERS.filter(
+    lambda text: not fraction(text) or 1e-6 < abs(fraction(text)) < 1e14
+)  # as HiGHS takes them
 
 
 def convert(*arguments: Path) -> None:
@@ -154,16 +196,22 @@ def convert(*arguments: Path) -> None:
 
 def files_of(path: Path) -> list[Path]:
     """The file of a problem, with that of q beside it."""
-    return [path, *([path.with_suffix(f".q{path.suffix}")] if path.suffix == ".mtx" else [])]
+    return [
+        path,
+        *([path.with_suffix(f".q{path.suffix}")] if path.suffix == ".mtx" else []),
+    ]
 
 
 def exact(path: Path) -> list[Any]:
     """All numbers of a problem as they are written."""
     held = read_exact(*map(str, files_of(path)))
     rows = [
-        {j: Fraction(a, scale) for j, a in row.items() if a} for row, scale in zip(held.rows, held.scales, strict=True)
+        {j: Fraction(a, scale) for j, a in row.items() if a}
+        for row, scale in zip(held.rows, held.scales, strict=True)
     ]
-    q = [Fraction(a, scale) for a, scale in zip(held.constants, held.scales, strict=True)]
+    q = [
+        Fraction(a, scale) for a, scale in zip(held.constants, held.scales, strict=True)
+    ]
     return [rows, q, held.lower, held.upper]
 
 
@@ -181,21 +229,38 @@ def texts(draw: st.DrawFn) -> Texts:
 
 @settings(max_examples=10)
 @given(problem=texts(), in_coordinates=st.booleans())
-@example(problem=([[DIGITS, "0.1"], ["0", INTEGER]], ["-" + DIGITS, "1e-400"], [None, None]), in_coordinates=True)
-@example(problem=([["1", "0"], [INTEGER, DIGITS]], ["0", "-" + DIGITS], [DIGITS, None]), in_coordinates=False)
-def test_every_text_format_passes_the_digits_on(folder: Path, problem: Texts, in_coordinates: bool) -> None:
+@example(
+    problem=([[DIGITS, "0.1"], ["0", INTEGER]], ["-" + DIGITS, "1e-400"], [None, None]),
+    in_coordinates=True,
+)
+@example(
+    problem=([["1", "0"], [INTEGER, DIGITS]], ["0", "-" + DIGITS], [DIGITS, None]),
+    in_coordinates=False,
+)
+def test_every_text_format_passes_the_digits_on(
+    folder: Path, problem: Texts, in_coordinates: bool
+) -> None:
     M, q, upper = problem
     n, listed = len(q), plain(M)
     if in_coordinates:
         places_of = [(i, j) for i in range(n) for j in range(n)]
-        rows_of, columns_of = (plain([str(place[k]) for place in places_of]) for k in (0, 1))
-        values = plain([M[i][j] for i, j in places_of])
-        listed = (
-            f'{{"format": "coo", "shape": [{n}, {n}], "rows": {rows_of}, "cols": {columns_of}, "values": {values}}}'
+        rows_of, columns_of = (
+            plain([str(place[k]) for place in places_of]) for k in (0, 1)
         )
-    (folder / "a.json").write_text(f'{{"M": {listed}, "q": {plain(q)}, "upper": {plain(upper)}}}')
-    rows = [{j: fraction(text) for j, text in enumerate(row) if fraction(text)} for row in M]
-    expected = [rows, list(map(fraction, q)), [0] * n, [None if text is None else fraction(text) for text in upper]]
+        values = plain([M[i][j] for i, j in places_of])
+        listed = f'{{"format": "coo", "shape": [{n}, {n}], "rows": {rows_of}, "cols": {columns_of}, "values": {values}}}'
+    (folder / "a.json").write_text(
+        f'{{"M": {listed}, "q": {plain(q)}, "upper": {plain(upper)}}}'
+    )
+    rows = [
+        {j: fraction(text) for j, text in enumerate(row) if fraction(text)} for row in M
+    ]
+    expected = [
+        rows,
+        list(map(fraction, q)),
+        [0] * n,
+        [None if text is None else fraction(text) for text in upper],
+    ]
     formats = ["json", "csv", *["mtx"] * (upper == [None] * n)]
     for first in formats:
         convert(folder / "a.json", folder / f"b.{first}")
@@ -208,12 +273,25 @@ def test_every_text_format_passes_the_digits_on(folder: Path, problem: Texts, in
 def plain(value: Any) -> str:
     if isinstance(value, list):
         return f"[{', '.join(map(plain, value))}]"
-    return "null" if value is None else json.dumps(value) if value in ("min", "max") else value
+    return (
+        "null"
+        if value is None
+        else json.dumps(value)
+        if value in ("min", "max")
+        else value
+    )
 
 
 def test_bounds_typed_beside_a_file_keep_their_digits(folder: Path, lcp: Lcp) -> None:
     (folder / "a.json").write_text('{"M": [[1, 0], [0, 1]], "q": [0, -1]}')
-    lcp("convert", str(folder / "a.json"), "--upper", f"{DIGITS},1/8", "-o", str(folder / "b.csv"))
+    lcp(
+        "convert",
+        str(folder / "a.json"),
+        "--upper",
+        f"{DIGITS},1/8",
+        "-o",
+        str(folder / "b.csv"),
+    )
     assert exact(folder / "b.csv")[3] == [Fraction(DIGITS), Fraction(1, 8)]
 
 
@@ -221,31 +299,69 @@ def test_two_files_keep_the_digits_of_both(folder: Path) -> None:
     (folder / "M.csv").write_text(f"{DIGITS};0\n0;1\n".replace(".", ","))
     (folder / "q.json").write_text(f"[-1, -{INTEGER}]")
     convert(folder / "M.csv", folder / "q.json", folder / "b.json")
-    assert exact(folder / "b.json")[:2] == [[{0: Fraction(DIGITS)}, {1: 1}], [-1, -Fraction(INTEGER)]]
+    assert exact(folder / "b.json")[:2] == [
+        [{0: Fraction(DIGITS)}, {1: 1}],
+        [-1, -Fraction(INTEGER)],
+    ]
 
 
 def numbers_of(data: dict[str, Any]) -> dict[str, Any]:
     """The numbers of a program, and null; as by default where it has none."""
     k = len(data["c"])
-    default = {"Q": [[0] * k] * k, "lower": [0] * k, "upper": [None] * k, "constant": 0, "sense": "min"}
-    return default | {key: _fractions(value) for key, value in data.items() if key not in ("rows", "columns", "name")}
+    default = {
+        "Q": [[0] * k] * k,
+        "lower": [0] * k,
+        "upper": [None] * k,
+        "constant": 0,
+        "sense": "min",
+    }
+    return default | {
+        key: _fractions(value)
+        for key, value in data.items()
+        if key not in ("rows", "columns", "name")
+    }
 
 
 def _fractions(value: Any) -> Any:
     if isinstance(value, list):
         return list(map(_fractions, value))
-    return fraction(value) if isinstance(value, str) and value not in ("min", "max") else value
+    return (
+        fraction(value)
+        if isinstance(value, str) and value not in ("min", "max")
+        else value
+    )
 
 
 @settings(max_examples=10)
-@given(numbers=st.lists(MODERATE, min_size=15, max_size=15), sense=st.sampled_from(["min", "max"]))
-def test_programs_keep_their_digits_in_json_and_mps(folder: Path, numbers: list[str], sense: str) -> None:
+@given(
+    numbers=st.lists(MODERATE, min_size=15, max_size=15),
+    sense=st.sampled_from(["min", "max"]),
+)
+def test_programs_keep_their_digits_in_json_and_mps(
+    folder: Path, numbers: list[str], sense: str
+) -> None:
     a, b, c, constant, *others = numbers
     low, high = sorted(others[:2], key=fraction)
-    program = {"Q": [[a, b], [b, c]], "c": others[2:4], "A": [others[k : k + 2] for k in (4, 5, 7, 9)]}
-    program |= {"row_lower": [low, low, None, high], "row_upper": [high, None, high, high]}
-    program |= {"lower": [low, None], "upper": [high, high], "sense": sense, "constant": constant}
-    (folder / "p.json").write_text("{" + ", ".join(f'"{key}": {plain(value)}' for key, value in program.items()) + "}")
+    program = {
+        "Q": [[a, b], [b, c]],
+        "c": others[2:4],
+        "A": [others[k : k + 2] for k in (4, 5, 7, 9)],
+    }
+    program |= {
+        "row_lower": [low, low, None, high],
+        "row_upper": [high, None, high, high],
+    }
+    program |= {
+        "lower": [low, None],
+        "upper": [high, high],
+        "sense": sense,
+        "constant": constant,
+    }
+    (folder / "p.json").write_text(
+        "{"
+        + ", ".join(f'"{key}": {plain(value)}' for key, value in program.items())
+        + "}"
+    )
     for step in (["q.json"], ["q.mps", "r.mps", "q.json"]):
         files = [folder / name for name in ["p.json", *step]]
         for source, target in pairwise(files):
@@ -255,11 +371,19 @@ def test_programs_keep_their_digits_in_json_and_mps(folder: Path, numbers: list[
 
 
 def test_games_keep_their_payoffs(folder: Path, lcp: Lcp) -> None:
-    (folder / "g.json").write_text(f'{{"A": [[{DIGITS}, "1/3"], [{INTEGER}, 2]], "B": [[1, 2], [3, 0.25]]}}')
+    (folder / "g.json").write_text(
+        f'{{"A": [[{DIGITS}, "1/3"], [{INTEGER}, 2]], "B": [[1, 2], [3, 0.25]]}}'
+    )
     convert(folder / "g.json", folder / "h.json")
     held = json.loads((folder / "h.json").read_text(), parse_int=str, parse_float=str)
-    assert held == {"name": "g", "A": [[DIGITS, "1/3"], [INTEGER, "2"]], "B": [["1", "2"], ["3", "0.25"]]}
-    (folder / "g.nfg").write_text('NFG 1 R "a" {"1" "2"} {2 1} 1/3 2 0.10000000000000000555 1\n')
+    assert held == {
+        "name": "g",
+        "A": [[DIGITS, "1/3"], [INTEGER, "2"]],
+        "B": [["1", "2"], ["3", "0.25"]],
+    }
+    (folder / "g.nfg").write_text(
+        'NFG 1 R "a" {"1" "2"} {2 1} 1/3 2 0.10000000000000000555 1\n'
+    )
     convert(folder / "g.nfg", folder / "h.json")
     held = json.loads((folder / "h.json").read_text(), parse_int=str, parse_float=str)
     assert held["A"] == [["1/3"], ["0.10000000000000000555"]]
@@ -270,15 +394,28 @@ def test_games_keep_their_payoffs(folder: Path, lcp: Lcp) -> None:
 
 
 @pytest.mark.parametrize("ending", ["npz", "mat", "npy"])
-def test_doubles_are_rounded_with_one_remark(folder: Path, lcp: Lcp, ending: str) -> None:
-    (folder / "a.json").write_text(f'{{"M": [[{DIGITS}, 0], [0, {INTEGER}]], "q": [0, -1]}}')
+def test_doubles_are_rounded_with_one_remark(
+    folder: Path, lcp: Lcp, ending: str
+) -> None:
+    (folder / "a.json").write_text(
+        f'{{"M": [[{DIGITS}, 0], [0, {INTEGER}]], "q": [0, -1]}}'
+    )
     output = folder / f"a.{ending}"
     outcome = lcp("convert", str(folder / "a.json"), "-o", str(output))
-    assert (outcome.code, outcome.err.count("\n"), "were rounded" in outcome.err) == (0, 2, True)
+    assert (outcome.code, outcome.err.count("\n"), "were rounded" in outcome.err) == (
+        0,
+        2,
+        True,
+    )
     again = read(*([output, folder / "a.q.npy"] if ending == "npy" else [output]))
     assert again.M.tolist() == [[0.1, 0.0], [0.0, float(INTEGER)]]
     (folder / "b.json").write_text('{"M": [[0.1]], "q": [-0.3333333333333333]}')
-    assert lcp("convert", str(folder / "b.json"), "-o", str(folder / f"b.{ending}"), "-q").err == ""
+    assert (
+        lcp(
+            "convert", str(folder / "b.json"), "-o", str(folder / f"b.{ending}"), "-q"
+        ).err
+        == ""
+    )
 
 
 @settings(max_examples=30)
@@ -286,4 +423,6 @@ def test_doubles_are_rounded_with_one_remark(folder: Path, lcp: Lcp, ending: str
 def test_decimals_are_exact(value: Fraction, power: int) -> None:
     number = value.numerator / Fraction(10) ** power
     assert fraction(decimal(number)) == number
-    assert (places(Fraction(1, value.denominator)) is None) == (10**40 % value.denominator != 0)
+    assert (places(Fraction(1, value.denominator)) is None) == (
+        10**40 % value.denominator != 0
+    )

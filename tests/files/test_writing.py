@@ -30,14 +30,19 @@ from ..conftest import JSON, M, Outcome, Q, numbers
 EXAMPLE = Problem(M, Q, name="example")
 
 
-@pytest.mark.parametrize("name", ["problem.txt", "problem", "problem.json.gz", "problem.mtx.gz", "json", ".csv"])
+@pytest.mark.parametrize(
+    "name",
+    ["problem.txt", "problem", "problem.json.gz", "problem.mtx.gz", "json", ".csv"],
+)
 def test_no_file_is_written_in_an_unknown_format(tmp_path: Path, name: str) -> None:
     with pytest.raises(ProblemError, match=rf"{name}.*\.json.*\.csv"):
         write(EXAMPLE, str(tmp_path / name))
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_new_file_has_the_usual_permissions_and_an_old_one_keeps_its_own(tmp_path: Path) -> None:
+def test_a_new_file_has_the_usual_permissions_and_an_old_one_keeps_its_own(
+    tmp_path: Path,
+) -> None:
     path = tmp_path / "problem.json"
     before = os.umask(0o027)
     try:
@@ -86,7 +91,12 @@ def refused_rename(error: BaseException) -> Iterator[None]:
         raise error
 
     with pytest.MonkeyPatch.context() as patch:
-        for owner, name in ((os, "replace"), (os, "rename"), (Path, "replace"), (Path, "rename")):
+        for owner, name in (
+            (os, "replace"),
+            (os, "rename"),
+            (Path, "replace"),
+            (Path, "rename"),
+        ):
             patch.setattr(owner, name, refuse)
         yield
 
@@ -107,7 +117,9 @@ def test_a_file_that_cannot_be_written_stays_as_it_was_and_a_new_one_is_not_left
     for name in ("old.json", "new.json", "problem.mtx", "problem.npz"):
         with pytest.raises(error), failure():
             write(EXAMPLE, str(tmp_path / name))
-    assert {entry.name: entry.read_text() for entry in tmp_path.iterdir()} == {"old.json": "old"}
+    assert {entry.name: entry.read_text() for entry in tmp_path.iterdir()} == {
+        "old.json": "old"
+    }
 
 
 def test_of_a_pair_none_is_replaced_if_one_cannot_be_written(tmp_path: Path) -> None:
@@ -129,7 +141,9 @@ def test_a_device_is_written_to_and_not_replaced(lcp: Lcp, file: str) -> None:
         outcome = lcp("solve", file, "-q", "-o", "/dev/null")
         write_whole("/dev/null", "text")
     assert outcome == Outcome(0, "", "")
-    assert_refused(lcp("solve", file, "-o", "/dev/full"), "lcp: /dev/full: cannot be written")
+    assert_refused(
+        lcp("solve", file, "-o", "/dev/full"), "lcp: /dev/full: cannot be written"
+    )
     assert stat.S_ISCHR(Path("/dev/null").stat().st_mode)
 
 
@@ -154,8 +168,12 @@ def test_a_pipe_is_written_to_and_not_replaced_and_read_from(tmp_path: Path) -> 
 
 
 @pytest.mark.parametrize("ending", ["md", "tex", "csv", "json", "txt"])
-def test_a_name_that_is_no_unicode_loses_no_result(lcp: Lcp, file: str, tmp_path: Path, ending: str) -> None:
-    assert lcp("solve", file, "-q", "-o", str(tmp_path / f"result.{ending}")) == Outcome(0, "", "")
+def test_a_name_that_is_no_unicode_loses_no_result(
+    lcp: Lcp, file: str, tmp_path: Path, ending: str
+) -> None:
+    assert lcp(
+        "solve", file, "-q", "-o", str(tmp_path / f"result.{ending}")
+    ) == Outcome(0, "", "")
     assert "half" in (tmp_path / f"result.{ending}").read_text(encoding="utf-8")
 
 
@@ -194,7 +212,9 @@ def test_a_log_in_any_order_goes_on_with_what_it_lacks(lcp: Lcp, folder: Path) -
     path = folder / "log.jsonl"
     whole = whole_log(lcp)
     path.write_text("".join(whole[at] for at in (7, 2, 5, 0, 3)) + whole[1][:40])
-    assert lcp("check", "good.json", "log.jsonl", "-q").code == 0, "the first problem is that of number 1"
+    assert lcp("check", "good.json", "log.jsonl", "-q").code == 0, (
+        "the first problem is that of number 1"
+    )
     assert lcp("solve", "good.json", "--z0", "log.jsonl", "-q").code == 0
     outcome = lcp("solve", *TOGETHER, "--resume", "log.jsonl")
     assert (outcome.code, outcome.err) == (0, "lcp: 8 problems: 8 solved\n")
@@ -212,7 +232,10 @@ def test_a_log_with_results_is_not_replaced(lcp: Lcp, folder: Path) -> None:
     whole = whole_log(lcp)
     for kept in ("".join(whole[:3]), "".join(whole)[:-5], "".join(whole)):
         path.write_text(kept)
-        assert_refused(lcp("solve", *TOGETHER, "-o", "log.jsonl"), "go on with --resume log.jsonl, or delete it")
+        assert_refused(
+            lcp("solve", *TOGETHER, "-o", "log.jsonl"),
+            "go on with --resume log.jsonl, or delete it",
+        )
         assert path.read_text() == kept
 
 
@@ -226,7 +249,9 @@ def test_a_log_with_results_is_not_replaced(lcp: Lcp, folder: Path) -> None:
         (["--tol", "1e-9"], [], "tol 1e-09, but here it is 1e-10"),
     ],
 )
-def test_other_options_are_refused(then: list[str], now: list[str], words: str, lcp: Lcp, folder: Path) -> None:
+def test_other_options_are_refused(
+    then: list[str], now: list[str], words: str, lcp: Lcp, folder: Path
+) -> None:
     (folder / "u.json").write_text("[1, 2]")
     lcp("solve", "three.jsonl", "-o", "log.jsonl", *then)
     before = (folder / "log.jsonl").read_text()
@@ -235,11 +260,18 @@ def test_other_options_are_refused(then: list[str], now: list[str], words: str, 
     assert (folder / "log.jsonl").read_text() == before
 
 
-@pytest.mark.parametrize("tail", ["\0" * 4096, '{"ver' + "\0" * 100, '{"version": "0.1.0", "fi\0\0'])
-def test_zeros_at_the_end_are_what_was_not_written(tail: str, lcp: Lcp, folder: Path) -> None:
+@pytest.mark.parametrize(
+    "tail", ["\0" * 4096, '{"ver' + "\0" * 100, '{"version": "0.1.0", "fi\0\0']
+)
+def test_zeros_at_the_end_are_what_was_not_written(
+    tail: str, lcp: Lcp, folder: Path
+) -> None:
     path = folder / "log.jsonl"
     path.write_text("".join(whole_log(lcp, "three.jsonl")[:2]) + tail)
-    assert lcp("solve", "three.jsonl", "--resume", "log.jsonl").err == "lcp: 3 problems: 3 solved\n"
+    assert (
+        lcp("solve", "three.jsonl", "--resume", "log.jsonl").err
+        == "lcp: 3 problems: 3 solved\n"
+    )
     assert [record["number"] for record in records(path)] == [1, 2, 3]
 
 
@@ -298,6 +330,9 @@ def test_a_file_that_is_replaced_just_before_it_is_locked_is_opened_again(
 def test_a_log_that_was_never_begun_leaves_no_file(lcp: Lcp, folder: Path) -> None:
     outcome = lcp("solve", "three.jsonl", "-o", "log.jsonl", "--jobs", "0")
     assert outcome.code == 2
-    with pytest.raises(OSError, match="nothing"), atomic_write.open_log("log.jsonl", anew=True):
+    with (
+        pytest.raises(OSError, match="nothing"),
+        atomic_write.open_log("log.jsonl", anew=True),
+    ):
         raise OSError("nothing")
     assert not (folder / "log.jsonl").exists()

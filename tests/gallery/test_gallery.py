@@ -21,14 +21,54 @@ from .. import exact
 
 FIXED = [name for name in gallery.FAMILIES if gallery.REGISTRY[name].size]
 SPARSE = (
-    *("tridiagonal", "dominant", "obstacle", "journal-bearing", "american-put", "diagonal"),
-    *("two-obstacles", "torsion", "circuit", "spatial-prices", "portfolio", "control", "transport"),
+    *(
+        "tridiagonal",
+        "dominant",
+        "obstacle",
+        "journal-bearing",
+        "american-put",
+        "diagonal",
+    ),
+    *(
+        "two-obstacles",
+        "torsion",
+        "circuit",
+        "spatial-prices",
+        "portfolio",
+        "control",
+        "transport",
+    ),
 )
 WITH_SOLUTION = (
-    *("lp", "qp", "murty", "fathi", "ben-gharbia-gilbert", "curtis-han-robinson", "kostreva", "growth", "hilbert"),
-    *("diagonal", "degenerate", "near-degenerate", "ray", "boxes", "planted", "indefinite"),
+    *(
+        "lp",
+        "qp",
+        "murty",
+        "fathi",
+        "ben-gharbia-gilbert",
+        "curtis-han-robinson",
+        "kostreva",
+        "growth",
+        "hilbert",
+    ),
+    *(
+        "diagonal",
+        "degenerate",
+        "near-degenerate",
+        "ray",
+        "boxes",
+        "planted",
+        "indefinite",
+    ),
 )
-GRAINS = {"rigid-boxes": 8, "circuit": 8, "control": 20, "portfolio": 8, "poker": 28, "bargaining": 100}  # together
+GRAINS = {
+    "rigid-boxes": 8,
+    "circuit": 8,
+    "control": 20,
+    "portfolio": 8,
+    "poker": 28,
+    "bargaining": 100,
+}  # together
 # What exact arithmetic says of a matrix of the class that a family has in these words.
 CLASSES = {
     "P": {"p_matrix": YES},
@@ -71,23 +111,41 @@ OTHER_PARAMETERS: list[tuple[str, dict[str, Any]]] = [
 ]
 
 
-@pytest.mark.parametrize(("name", "parameters"), [*((name, {}) for name in gallery.FAMILIES), *OTHER_PARAMETERS])
-def test_matrices_are_of_the_stated_class_and_known_solutions_exact(name: str, parameters: dict[str, Any]) -> None:
+@pytest.mark.parametrize(
+    ("name", "parameters"),
+    [*((name, {}) for name in gallery.FAMILIES), *OTHER_PARAMETERS],
+)
+def test_matrices_are_of_the_stated_class_and_known_solutions_exact(
+    name: str, parameters: dict[str, Any]
+) -> None:
     for n in (1, 2, 3, 6, 9, 18):
         problem = of_size(name, n, seed=n, **parameters)
-        for words in gallery.entry(name).matrices.split(", ") if n == 9 or n == 3 >= problem.n else ():
+        for words in (
+            gallery.entry(name).matrices.split(", ")
+            if n == 9 or n == 3 >= problem.n
+            else ()
+        ):
             found = classify(problem.M, last=[*CLASSES[words], "symmetric"][0])
-            assert {each: found[each].word for each in CLASSES[words]} == CLASSES[words], words
+            assert {each: found[each].word for each in CLASSES[words]} == CLASSES[
+                words
+            ], words
         for z in problem.solutions:
             denominator = IN_FRACTIONS.get(name)
-            rational = [Fraction(v).limit_denominator(denominator) if denominator else Fraction(v) for v in z.tolist()]
+            rational = [
+                Fraction(v).limit_denominator(denominator)
+                if denominator
+                else Fraction(v)
+                for v in z.tolist()
+            ]
             assert [float(v) for v in rational] == z.tolist()
             assert exact.solves(problem, rational)
 
 
 @settings(max_examples=15)
 @given(n=st.integers(1, 6), seed=st.integers(0, 10**6))
-def test_infeasible_problems_are_so_by_the_vector_in_the_note_and_unsolvable_ones_not(n: int, seed: int) -> None:
+def test_infeasible_problems_are_so_by_the_vector_in_the_note_and_unsolvable_ones_not(
+    n: int, seed: int
+) -> None:
     problem = gallery.make("infeasible", n, seed)
     k = int(problem.note.split("first ")[1].split(" ")[0])
     assert proves_infeasible(problem, (np.arange(n) < k).astype(float))
@@ -99,18 +157,28 @@ def test_infeasible_problems_are_so_by_the_vector_in_the_note_and_unsolvable_one
 
 @settings(max_examples=15)
 @given(n=st.integers(1, 12), seed=st.integers(0, 10**6))
-def test_lemke_ends_on_a_ray_on_some_families_and_needs_two_to_the_n_pivots_on_another(n: int, seed: int) -> None:
+def test_lemke_ends_on_a_ray_on_some_families_and_needs_two_to_the_n_pivots_on_another(
+    n: int, seed: int
+) -> None:
     problem = gallery.make("ray", n, seed)
     assert exact.solves(problem, [Fraction(v) for v in problem.solutions[0].tolist()])
     assert run(problem, "lemke").status is Status.RAY
     result = run(gallery.make("bimatrix", 3 * n, seed), "lemke")
     assert (result.status, result.iterations) == (Status.RAY, 1)
     if n <= 8:
-        assert run(gallery.make("fathi", n), "lemke", cover="ones", ties="lexicographic").iterations == 2**n
+        assert (
+            run(
+                gallery.make("fathi", n), "lemke", cover="ones", ties="lexicographic"
+            ).iterations
+            == 2**n
+        )
 
 
 def test_lemke_solves_most_rigid_contact_problems() -> None:
-    problems = [gallery.make("contact", 20, seed, friction=float(seed % 2), compliance=0.0) for seed in range(20)]
+    problems = [
+        gallery.make("contact", 20, seed, friction=float(seed % 2), compliance=0.0)
+        for seed in range(20)
+    ]
     assert sum(run(problem, "lemke").solved for problem in problems) >= 18
 
 
@@ -147,7 +215,9 @@ def test_programs_have_the_one_solution_that_is_known(n: int, seed: int) -> None
 def test_linear_programs_are_sparse_when_large_and_solved() -> None:
     problem = gallery.make("lp", 600)
     assert [is_sparse(problem.M), is_sparse(gallery.make("lp", 200).M)] == [True, False]
-    assert (np.minimum(problem.solutions[0], problem.w(problem.solutions[0])) == 0).all()
+    assert (
+        np.minimum(problem.solutions[0], problem.w(problem.solutions[0])) == 0
+    ).all()
     assert run(problem).solved
 
 
@@ -156,7 +226,9 @@ def test_same_arguments_give_the_same_numbers_and_other_seeds_others(name: str) 
     one, same, other = (of_size(name, 10, seed) for seed in (3, 3, 4))
     assert np.array_equal(dense(one.M), dense(same.M))
     assert np.array_equal(one.q, same.q)
-    equal = np.array_equal(dense(one.M), dense(other.M)) and np.array_equal(one.q, other.q)
+    equal = np.array_equal(dense(one.M), dense(other.M)) and np.array_equal(
+        one.q, other.q
+    )
     assert equal is not gallery.is_random(name)
 
 
@@ -173,7 +245,9 @@ def test_families_say_what_they_are_and_auto_comes_to_what_is_known(name: str) -
     assert is_sparse(problem.M) or name not in SPARSE
     assert len(problem.solutions) == 1 or name not in WITH_SOLUTION
     assert problem.verdict == name or name not in ("infeasible", "unsolvable")
-    assert run(problem).status.word == (problem.verdict or "solved") or name == "gaussian"
+    assert (
+        run(problem).status.word == (problem.verdict or "solved") or name == "gaussian"
+    )
     for parameter in gallery.parameters_of(name):
         assert parameter in str(inspect.getdoc(family))
     if name not in FIXED:

@@ -14,7 +14,15 @@ from lcpcli import Problem, Status, inspect, run
 from lcpcli.errors import OptionError
 from lcpcli.gallery import families as gallery
 from lcpcli.gallery import programs
-from lcpcli.gallery.rigid_bodies import GRAVITY, HALF, NEAR, STEP, Contact, Scene, contact_in_time
+from lcpcli.gallery.rigid_bodies import (
+    GRAVITY,
+    HALF,
+    NEAR,
+    STEP,
+    Contact,
+    Scene,
+    contact_in_time,
+)
 from lcpcli.linalg.matrices import dense
 from lcpcli.parametric.following import path
 
@@ -30,7 +38,9 @@ def newton_without_safeguard(problem: Problem, steps: int) -> list[tuple[int, ..
     return sets
 
 
-def test_newton_cycles_from_the_starts_of_ben_gharbia_and_gilbert_and_curtis_han_and_robinson() -> None:
+def test_newton_cycles_from_the_starts_of_ben_gharbia_and_gilbert_and_curtis_han_and_robinson() -> (
+    None
+):
     for n in (3, 7, 11):
         sets = newton_without_safeguard(gallery.make("ben-gharbia-gilbert", n), n)
         assert sets[n] == sets[0]
@@ -55,7 +65,9 @@ def test_murty_takes_exponentially_many_steps_of_least_index_pivoting() -> None:
     assert f"{steps + 1} - 1" in problem.note.replace("2^6", "64")
 
 
-def test_half_of_the_places_are_degenerate_or_have_a_margin_of_epsilon_and_so_has_an_eigenvalue() -> None:
+def test_half_of_the_places_are_degenerate_or_have_a_margin_of_epsilon_and_so_has_an_eigenvalue() -> (
+    None
+):
     problem = gallery.make("degenerate", 30)
     (z,) = problem.solutions
     assert np.count_nonzero((z == 0) & (problem.w(z) == 0)) == 15
@@ -72,7 +84,9 @@ def test_half_of_the_places_are_degenerate_or_have_a_margin_of_epsilon_and_so_ha
 
 
 @pytest.mark.parametrize("symmetric", [False, True])
-def test_indefinite_problems_have_w_0_everywhere_unless_complementarity_is_to_be_strict(symmetric: bool) -> None:
+def test_indefinite_problems_have_w_0_everywhere_unless_complementarity_is_to_be_strict(
+    symmetric: bool,
+) -> None:
     for strict in (False, True):
         problem = gallery.make("indefinite", 30, symmetric=symmetric, strict=strict)
         (z,) = problem.solutions
@@ -94,7 +108,9 @@ def test_planted_solutions_are_strictly_complementary(entries: int) -> None:
 
 
 def test_ill_scaled_is_harker_pang_in_other_units() -> None:
-    plain, scaled = (run(gallery.make(name, 6, 5), "auto") for name in ("harker-pang", "ill-scaled"))
+    plain, scaled = (
+        run(gallery.make(name, 6, 5), "auto") for name in ("harker-pang", "ill-scaled")
+    )
     assert np.array_equal(plain.z > 0, scaled.z > 0)
     entries = abs(gallery.make("ill-scaled", 20).M)
     assert entries.max() / entries.min() > 1e12
@@ -109,14 +125,21 @@ def test_pressure_of_the_infinite_bearing_vanishes_where_the_film_opens() -> Non
     assert 50 < np.argmax(z) < 100
 
 
-def test_american_put_at_the_exercise_price_is_worth_what_the_formula_says_and_exercised_below_some_price() -> None:
+def test_american_put_at_the_exercise_price_is_worth_what_the_formula_says_and_exercised_below_some_price() -> (
+    None
+):
     """The European put by Black and Scholes; one time step is eight per cent below it, the American put a bit above."""
     r, s, T = 0.1, 0.4, 0.5
-    normal = [(1 + math.erf(-(r + sign * s * s / 2) * math.sqrt(T / 2) / s)) / 2 for sign in (1, -1)]
+    normal = [
+        (1 + math.erf(-(r + sign * s * s / 2) * math.sqrt(T / 2) / s)) / 2
+        for sign in (1, -1)
+    ]
     european = math.exp(-r * T) * normal[1] - normal[0]
     z = run(gallery.make("american-put", 399, rate=r, volatility=s, years=T), "auto").z
     k, t = 2 * r / s**2, s * s * T / 2
-    assert math.exp(-((k + 1) ** 2) * t / 4) * z[199] == pytest.approx(european, rel=0.1)
+    assert math.exp(-((k + 1) ** 2) * t / 4) * z[199] == pytest.approx(
+        european, rel=0.1
+    )
     held = np.flatnonzero(z > 0)
     assert np.array_equal(held, np.arange(held[0], 399))
     assert 0 < held[0] < 199
@@ -125,11 +148,20 @@ def test_american_put_at_the_exercise_price_is_worth_what_the_formula_says_and_e
 
 def test_unknowns_of_spatial_prices_have_names_in_the_order_of_z() -> None:
     problem = gallery.make("spatial-prices", 8)
-    assert list(problem.names[:5]) == ["supply1", "supply2", "demand1", "demand2", "flow1-1"]
+    assert list(problem.names[:5]) == [
+        "supply1",
+        "supply2",
+        "demand1",
+        "demand2",
+        "flow1-1",
+    ]
     assert list(problem.names[5:]) == ["flow1-2", "flow2-1", "flow2-2"]
     flow = problem.names.index("flow1-2")
     column = problem.M.toarray()[:, flow]
-    assert {problem.names[i]: column[i] for i in column.nonzero()[0]} == {"supply1": -1, "demand2": 1}
+    assert {problem.names[i]: column[i] for i in column.nonzero()[0]} == {
+        "supply1": -1,
+        "demand2": 1,
+    }
 
 
 MOVES = [
@@ -151,7 +183,9 @@ MOVES = [
 def test_the_parameter_leaves_m_as_it_is_and_a_verified_path_goes_from_one_value_to_the_other(
     family: str, n: int, moved: dict[str, tuple[float, float]]
 ) -> None:
-    values: list[dict[str, Any]] = [{name: ends[k] for name, ends in moved.items()} for k in (0, 1)]
+    values: list[dict[str, Any]] = [
+        {name: ends[k] for name, ends in moved.items()} for k in (0, 1)
+    ]
     first, last = (gallery.make(family, n, **given) for given in values)
     assert np.array_equal(dense(first.M), dense(last.M))
     moves_bounds = set(moved) & {"most", "gap", "capacity"}
@@ -161,10 +195,15 @@ def test_the_parameter_leaves_m_as_it_is_and_a_verified_path_goes_from_one_value
     assert (found.end, found.verified) == ("reached", True)
 
 
-def test_the_frontier_has_the_return_of_its_target_or_more_where_less_risk_has_more() -> None:
+def test_the_frontier_has_the_return_of_its_target_or_more_where_less_risk_has_more() -> (
+    None
+):
     problem = gallery.make("frontier", 22, 3)
     returns = problem.M[-1, :20]
-    least, best = float(returns @ run(problem).z[:20]), float(np.sort(returns)[-5:].mean())
+    least, best = (
+        float(returns @ run(problem).z[:20]),
+        float(np.sort(returns)[-5:].mean()),
+    )
     for target in (0.0, 0.9 * least, 1.1 * least, best - 1e-6):
         z = run(gallery.make("frontier", 22, 3, target=target)).z
         assert z[:20].sum() == pytest.approx(1)
@@ -172,7 +211,10 @@ def test_the_frontier_has_the_return_of_its_target_or_more_where_less_risk_has_m
         # a target is met with the multiplier of its row as the weight
         other = run(gallery.make("frontier", 22, 3, weight=float(z[-1]))).z
         assert other[:20] == pytest.approx(z[:20], abs=1e-9)
-    assert run(gallery.make("frontier", 22, 3, target=best + 1e-6)).status is Status.INFEASIBLE
+    assert (
+        run(gallery.make("frontier", 22, 3, target=best + 1e-6)).status
+        is Status.INFEASIBLE
+    )
 
 
 def test_the_lasso_satisfies_its_optimality_conditions_in_the_features() -> None:
@@ -184,13 +226,18 @@ def test_the_lasso_satisfies_its_optimality_conditions_in_the_features() -> None
         assert np.abs(slopes).max() <= level * (1 + 1e-12) + 1e-12
         assert slopes[b != 0] == pytest.approx(level * np.sign(b[b != 0]), abs=1e-12)
         assert least <= np.count_nonzero(b) <= 12 * least
-        assert result.answer.objective == pytest.approx(((y - X @ b) ** 2).sum() / 2 + level * abs(b).sum())
+        assert result.answer.objective == pytest.approx(
+            ((y - X @ b) ** 2).sum() / 2 + level * abs(b).sum()
+        )
 
 
 def test_a_tax_ends_trade_and_leaves_the_prices_without_it() -> None:
     names = gallery.make("spatial-prices", 24).names
     flows = [i for i, name in enumerate(names) if name.startswith("flow")]
-    volumes = [run(gallery.make("spatial-prices", 24, tax=tax)).z[flows].sum() for tax in (0.0, 2.0, 6.0, 18.0)]
+    volumes = [
+        run(gallery.make("spatial-prices", 24, tax=tax)).z[flows].sum()
+        for tax in (0.0, 2.0, 6.0, 18.0)
+    ]
     assert volumes == sorted(volumes, reverse=True)
     assert volumes[0] > 0
     assert volumes[-1] == 0
@@ -199,7 +246,9 @@ def test_a_tax_ends_trade_and_leaves_the_prices_without_it() -> None:
 INERTIA = float(HALF @ HALF) / 3  # of a box, whose mass is 1
 
 
-def steps(scene: Scene, count: int) -> Iterator[tuple[list[Contact], np.ndarray, np.ndarray, np.ndarray]]:
+def steps(
+    scene: Scene, count: int
+) -> Iterator[tuple[list[Contact], np.ndarray, np.ndarray, np.ndarray]]:
     """Move a scene on, and yield the contacts of each step with their normal impulses, their tangential impulses, and
     their sliding speeds gamma."""
     for _ in range(count):
@@ -220,11 +269,18 @@ def momentum(scene: Scene) -> np.ndarray:
 
 
 def energy(scene: Scene) -> float:
-    return float((scene.velocities[1:] ** 2 @ [0.5, 0.5, INERTIA / 2] + GRAVITY * scene.centres[1:, 1]).sum())
+    return float(
+        (
+            scene.velocities[1:] ** 2 @ [0.5, 0.5, INERTIA / 2]
+            + GRAVITY * scene.centres[1:, 1]
+        ).sum()
+    )
 
 
 @pytest.mark.parametrize(("kind", "boxes"), [("tower", 4), ("pyramid", 3), ("heap", 5)])
-def test_only_gravity_and_the_floor_change_the_momentum_and_energy_is_lost(kind: str, boxes: int) -> None:
+def test_only_gravity_and_the_floor_change_the_momentum_and_energy_is_lost(
+    kind: str, boxes: int
+) -> None:
     """Impulses are in the friction cones, and on them where contacts slide, and no box sinks into another one."""
     scene, slid = contact_in_time(kind, boxes), 0
     last = first = energy(scene)
@@ -248,7 +304,9 @@ def test_only_gravity_and_the_floor_change_the_momentum_and_energy_is_lost(kind:
     assert last < first - 0.01
 
 
-def test_a_tower_comes_to_rest_where_it_is_and_a_heap_keeps_making_and_losing_contacts() -> None:
+def test_a_tower_comes_to_rest_where_it_is_and_a_heap_keeps_making_and_losing_contacts() -> (
+    None
+):
     tower = contact_in_time("tower", 4)
     numbers = {len(contacts) for contacts, *_ in steps(tower, 50)}
     assert numbers == {8}
@@ -277,7 +335,9 @@ def test_the_same_seed_gives_the_same_motion_and_another_one_another() -> None:
         contact_in_time("heap", 0)
 
 
-def test_the_matrix_of_bricks_on_two_others_is_singular_symmetric_in_friction_and_copositive_by_its_layout() -> None:
+def test_the_matrix_of_bricks_on_two_others_is_singular_symmetric_in_friction_and_copositive_by_its_layout() -> (
+    None
+):
     scene = contact_in_time("pyramid", 3)
     assert len(scene.contacts) == 2 * 3 + 4 * (2 + 1)
     assert np.linalg.matrix_rank(scene.problem().M[:18, :18]) < 18

@@ -19,7 +19,15 @@ from scipy import sparse
 
 from lcpcli.gallery import families
 from lcpcli.inspection.classes import semidefinite_rank
-from lcpcli.inspection.verdict import CLASSES, NO, UNDECIDED, YES, Verdict, called, classify
+from lcpcli.inspection.verdict import (
+    CLASSES,
+    NO,
+    UNDECIDED,
+    YES,
+    Verdict,
+    called,
+    classify,
+)
 from lcpcli.interrupts import within
 
 from .. import exact
@@ -27,7 +35,12 @@ from ..methods.grids import plane
 
 IMPLIED = {
     "positive_definite": ("positive_semidefinite", "p_matrix", "strictly_copositive"),
-    "positive_semidefinite": ("p0_matrix", "column_sufficient", "row_sufficient", "copositive_plus"),
+    "positive_semidefinite": (
+        "p0_matrix",
+        "column_sufficient",
+        "row_sufficient",
+        "copositive_plus",
+    ),
     "m_matrix": ("h_plus", "z_matrix"),
     "h_plus": ("p_matrix",),
     "p_matrix": ("p0_matrix", "column_sufficient", "row_sufficient"),
@@ -44,15 +57,25 @@ def check(M: Any, found: dict[str, Verdict], decided: bool = True) -> None:
     A = rational(M)
     for name, truth in belongs(A).items():
         word = found[name].word
-        assert word == (YES if truth else NO) or (word == UNDECIDED and not decided), (name, found[name], M)
+        assert word == (YES if truth else NO) or (word == UNDECIDED and not decided), (
+            name,
+            found[name],
+            M,
+        )
     for name, implied in IMPLIED.items():
-        assert found[name].word != YES or all(found[other].word == YES for other in implied), name
+        assert found[name].word != YES or all(
+            found[other].word == YES for other in implied
+        ), name
     check_witnesses(A, found)
 
 
 def check_witnesses(A: Rows, found: dict[str, Verdict]) -> None:
     """What is shown as a counterexample is one, exactly."""
-    for name, sign in (("positive_definite", 0), ("copositive", -1), ("strictly_copositive", 0)):
+    for name, sign in (
+        ("positive_definite", 0),
+        ("copositive", -1),
+        ("strictly_copositive", 0),
+    ):
         v = found[name].vector
         if found[name].word == NO and v is not None:
             value = form(A, v)
@@ -61,7 +84,10 @@ def check_witnesses(A: Rows, found: dict[str, Verdict]) -> None:
             assert name == "positive_definite" or min(v) >= 0
     v = found["positive_semidefinite"].vector
     assert found["positive_semidefinite"].word != NO or v is None or form(A, v) < 0
-    for name, B in (("column_sufficient", A), ("row_sufficient", [list(column) for column in zip(*A, strict=True)])):
+    for name, B in (
+        ("column_sufficient", A),
+        ("row_sufficient", [list(column) for column in zip(*A, strict=True)]),
+    ):
         z = found[name].vector
         if found[name].word == NO and z is not None and "z_i" in found[name].evidence:
             assert max(products(B, z)) <= 0 > min(products(B, z))
@@ -73,7 +99,10 @@ def check_witnesses(A: Rows, found: dict[str, Verdict]) -> None:
     d = found["h_plus"].vector
     if found["h_plus"].word == YES and d is not None:
         assert min(d) > 0
-        assert all(sum(c * Fraction(x) for c, x in zip(row, d, strict=True)) > 0 for row in comparison(A))
+        assert all(
+            sum(c * Fraction(x) for c, x in zip(row, d, strict=True)) > 0
+            for row in comparison(A)
+        )
 
 
 def whole(n: int, size: int) -> st.SearchStrategy[Any]:
@@ -86,12 +115,22 @@ def test_small_integer_matrices_are_classified_as_the_definitions_say(M: Any) ->
     found = classify(M)
     check(M, found)
     for name, violated in refuted(M).items():
-        assert found[name].word == NO or (found[name].word == YES and not violated), (name, M, found[name])
+        assert found[name].word == NO or (found[name].word == YES and not violated), (
+            name,
+            M,
+            found[name],
+        )
 
 
 @settings(max_examples=50)
-@given(st.integers(1, 4).flatmap(lambda n: whole(n, 3)), st.integers(0, 4), st.integers(-1, 1))
-def test_singular_semidefinite_matrices_are_told_from_others_by_less_than_rounding(A: Any, r: int, nudge: int) -> None:
+@given(
+    st.integers(1, 4).flatmap(lambda n: whole(n, 3)),
+    st.integers(0, 4),
+    st.integers(-1, 1),
+)
+def test_singular_semidefinite_matrices_are_told_from_others_by_less_than_rounding(
+    A: Any, r: int, nudge: int
+) -> None:
     M = A[:, :r] @ A[:, :r].T
     M[0, 0] += nudge * np.spacing(M[0, 0])
     skew = np.triu(A, 1) - np.triu(A, 1).T
@@ -102,8 +141,14 @@ def test_singular_semidefinite_matrices_are_told_from_others_by_less_than_roundi
 
 
 @settings(max_examples=50)
-@given(st.integers(2, 4).flatmap(lambda n: whole(n, 9)), st.sampled_from([1, 0.1, 0.3, 1 / 3]), st.integers(-1, 1))
-def test_rows_that_are_dominant_up_to_rounding_are_decided_exactly(A: Any, unit: float, nudge: int) -> None:
+@given(
+    st.integers(2, 4).flatmap(lambda n: whole(n, 9)),
+    st.sampled_from([1, 0.1, 0.3, 1 / 3]),
+    st.integers(-1, 1),
+)
+def test_rows_that_are_dominant_up_to_rounding_are_decided_exactly(
+    A: Any, unit: float, nudge: int
+) -> None:
     np.fill_diagonal(A, 0)
     np.fill_diagonal(A, np.abs(A).sum(axis=1))
     M = A * unit
@@ -148,20 +193,56 @@ def whole_singular(random: Generator, n: int) -> Any:
 
 
 KNOWN: list[tuple[Callable[[Generator, int], Any], dict[str, str]]] = [
-    (spd, {"symmetric": YES, "positive_definite": YES, "p_matrix": YES, "strictly_copositive": YES}),
-    (lambda r, n: spd(r, n) + skew(r, n), {"symmetric": NO, "positive_definite": YES, "row_sufficient": YES}),
-    (skew, {"skew_symmetric": YES, "positive_definite": NO, "positive_semidefinite": YES, "p_matrix": NO}),
+    (
+        spd,
+        {
+            "symmetric": YES,
+            "positive_definite": YES,
+            "p_matrix": YES,
+            "strictly_copositive": YES,
+        },
+    ),
+    (
+        lambda r, n: spd(r, n) + skew(r, n),
+        {"symmetric": NO, "positive_definite": YES, "row_sufficient": YES},
+    ),
+    (
+        skew,
+        {
+            "skew_symmetric": YES,
+            "positive_definite": NO,
+            "positive_semidefinite": YES,
+            "p_matrix": NO,
+        },
+    ),
     (dominant, {"strictly_diagonally_dominant": YES, "h_plus": YES, "p_matrix": YES}),
-    (lambda r, n: dominant(r, n) * 10.0 ** r.uniform(-3, 3, n), {"h_plus": YES, "p_matrix": YES}),
+    (
+        lambda r, n: dominant(r, n) * 10.0 ** r.uniform(-3, 3, n),
+        {"h_plus": YES, "p_matrix": YES},
+    ),
     (nonsingular_m, {"m_matrix": YES, "z_matrix": YES, "p_matrix": YES}),
     (z_not_m, {"z_matrix": YES, "m_matrix": NO, "h_plus": NO}),
     (
         lambda r, n: np.eye(n) + np.triu(r.uniform(5, 9, (n, n)), 1),
         {"p_matrix": YES, "positive_definite": NO, "h_plus": YES},
     ),
-    (lambda r, n: r.random((n, n)), {"copositive": YES, "strictly_copositive": YES, "skew_symmetric": NO}),
-    (indefinite, {"positive_semidefinite": NO, "p_matrix": NO, "p0_matrix": NO, "column_sufficient": NO}),
-    (whole_singular, {"positive_definite": NO, "positive_semidefinite": YES, "copositive_plus": YES}),
+    (
+        lambda r, n: r.random((n, n)),
+        {"copositive": YES, "strictly_copositive": YES, "skew_symmetric": NO},
+    ),
+    (
+        indefinite,
+        {
+            "positive_semidefinite": NO,
+            "p_matrix": NO,
+            "p0_matrix": NO,
+            "column_sufficient": NO,
+        },
+    ),
+    (
+        whole_singular,
+        {"positive_definite": NO, "positive_semidefinite": YES, "copositive_plus": YES},
+    ),
 ]
 
 
@@ -196,8 +277,15 @@ def test_scaling_by_powers_of_ten_hides_no_class() -> None:
 
 
 @pytest.mark.parametrize("huge", [1e308, 1e-308])
-def test_ends_of_the_range_of_floats_are_classified_without_overflow(huge: float) -> None:
-    for pattern in ([[1, 0.5], [0.5, 1]], [[1, 1], [1, 1]], [[0.5, 1], [1, 0.5]], [[0, -1], [1, 0]]):
+def test_ends_of_the_range_of_floats_are_classified_without_overflow(
+    huge: float,
+) -> None:
+    for pattern in (
+        [[1, 0.5], [0.5, 1]],
+        [[1, 1], [1, 1]],
+        [[0.5, 1], [1, 0.5]],
+        [[0, -1], [1, 0]],
+    ):
         M = np.array(pattern) * huge
         check(M, classify(M))
 
@@ -207,8 +295,15 @@ def test_horn_form_is_copositive_though_neither_semidefinite_nor_nonnegative() -
     row = np.array([1.0, -1, 1, 1, -1])
     M = np.array([np.roll(row, i) for i in range(5)])
     found = classify(M)
-    words = {name: found[name].word for name in ("copositive", "strictly_copositive", "copositive_plus")}
-    assert words == {"copositive": YES, "strictly_copositive": NO, "copositive_plus": NO}
+    words = {
+        name: found[name].word
+        for name in ("copositive", "strictly_copositive", "copositive_plus")
+    }
+    assert words == {
+        "copositive": YES,
+        "strictly_copositive": NO,
+        "copositive_plus": NO,
+    }
     assert found["positive_semidefinite"].word == NO
     M[0, 0] -= 1e-9
     assert classify(M)["copositive"].word == NO
@@ -224,11 +319,21 @@ def test_sufficiency_of_rows_is_not_that_of_columns() -> None:
 
 def test_a_minor_that_is_0_in_doubles_only_excludes_nothing() -> None:
     """That of the first two rows is 2^-53; the other two rule out what makes it needless to look at minors."""
-    found = classify(np.array([[1, 8, 0, 0], [(1 - 2**-53) / 8, 1, 0, 0], [0, 0, 1, 2], [0, 0, -2, 1]]))
-    assert (found["positive_definite"].word, found["h_plus"].word, found["p_matrix"].word) == (NO, NO, YES)
+    found = classify(
+        np.array(
+            [[1, 8, 0, 0], [(1 - 2**-53) / 8, 1, 0, 0], [0, 0, 1, 2], [0, 0, -2, 1]]
+        )
+    )
+    assert (
+        found["positive_definite"].word,
+        found["h_plus"].word,
+        found["p_matrix"].word,
+    ) == (NO, NO, YES)
 
 
-@pytest.mark.parametrize("M", [[[1, 2, 0], [0, 1, 2], [-0.25, 0, 1]], [[0, 1, 0], [0, 0, 1], [-1, 0, 0]]])
+@pytest.mark.parametrize(
+    "M", [[[1, 2, 0], [0, 1, 2], [-0.25, 0, 1]], [[0, 1, 0], [0, 0, 1], [-1, 0, 0]]]
+)
 def test_a_determinant_that_excludes_is_found_where_no_other_minor_does(M: Any) -> None:
     """It is 0 where all others are positive, and negative where they are 0."""
     check(M, classify(np.array(M, dtype=float)))
@@ -244,9 +349,19 @@ def test_without_time_only_what_takes_none_is_decided() -> None:
 
 
 def test_classes_have_words() -> None:
-    words = ("symmetric", "skew-symmetric", "a Z-matrix", "strictly diagonally dominant", "an H+-matrix", "an M-matrix")
+    words = (
+        "symmetric",
+        "skew-symmetric",
+        "a Z-matrix",
+        "strictly diagonally dominant",
+        "an H+-matrix",
+        "an M-matrix",
+    )
     assert tuple(map(called, CLASSES))[: len(words)] == words
-    assert [called(name) for name in ("p0_matrix", "copositive_plus")] == ["a P0-matrix", "copositive-plus"]
+    assert [called(name) for name in ("p0_matrix", "copositive_plus")] == [
+        "a P0-matrix",
+        "copositive-plus",
+    ]
 
 
 def test_large_sparse_matrices_are_classified_without_becoming_dense() -> None:
@@ -255,17 +370,25 @@ def test_large_sparse_matrices_are_classified_without_becoming_dense() -> None:
     found = classify(L)
     assert (found["m_matrix"].word, found["positive_definite"].word) == (YES, YES)
     saddle = classify(sparse.block_array([[H, -L.T], [L, None]]).tocsr())
-    assert (saddle["positive_semidefinite"].word, saddle["positive_definite"].word) == (YES, NO)
+    assert (saddle["positive_semidefinite"].word, saddle["positive_definite"].word) == (
+        YES,
+        NO,
+    )
     unbalanced = classify(sparse.block_array([[H, -L.T], [2 * L, None]]).tocsr())
     assert unbalanced["positive_semidefinite"].word == NO
     assert classify((L @ L + H).tocsr())["positive_definite"].word == YES
     shifted = classify((L - 0.001 * H).tocsr())
     assert (shifted["positive_definite"].word, shifted["m_matrix"].word) == (YES, YES)
     shifted = classify((L @ L - 0.5 * H).tocsr())
-    assert (shifted["positive_definite"].word, shifted["positive_semidefinite"].word) == (NO, NO)
+    assert (
+        shifted["positive_definite"].word,
+        shifted["positive_semidefinite"].word,
+    ) == (NO, NO)
 
 
-def test_singular_matrix_without_negative_minors_is_not_excluded_by_a_null_vector() -> None:
+def test_singular_matrix_without_negative_minors_is_not_excluded_by_a_null_vector() -> (
+    None
+):
     """A triangular one, whose principal minors are products of diagonal entries, some of which are 0."""
     M = np.diag(np.arange(20.0) % 3) + np.diag(np.full(19, 5.0), 1)
     for matrix in (M, sparse.csr_array(M)):
@@ -275,14 +398,23 @@ def test_singular_matrix_without_negative_minors_is_not_excluded_by_a_null_vecto
 
 
 @pytest.mark.parametrize("as_matrix", [np.asarray, sparse.csr_array])
-def test_matrix_of_contact_with_friction_is_copositive_in_any_order(as_matrix: Any) -> None:
+def test_matrix_of_contact_with_friction_is_copositive_in_any_order(
+    as_matrix: Any,
+) -> None:
     problem = families.make("contact", 48, 1)
     order = np.random.default_rng(0).permutation(problem.n)
-    M = problem.M.toarray()[order][:, order] if sparse.issparse(problem.M) else problem.M[order][:, order]
+    M = (
+        problem.M.toarray()[order][:, order]
+        if sparse.issparse(problem.M)
+        else problem.M[order][:, order]
+    )
     found = classify(as_matrix(M), last="copositive")
     assert (found["copositive"].word, found["positive_semidefinite"].word) == (YES, NO)
     slacks = np.flatnonzero(M.diagonal() == 0)
-    assert f"no negative entry in the {slacks.size} rows where its diagonal is 0" in found["copositive"].evidence
+    assert (
+        f"no negative entry in the {slacks.size} rows where its diagonal is 0"
+        in found["copositive"].evidence
+    )
     worse = M.copy()
     rest = np.flatnonzero(M.diagonal())[:2]
     worse[np.ix_(rest, rest)] = [[1.0, -3.0], [-3.0, 1.0]]
@@ -295,7 +427,10 @@ def test_singular_sum_of_squares_is_decided_at_every_size(n: int) -> None:
     """The squares of x_i - x_(i+1): one null vector, of ones, for which elimination in fractions needs n steps."""
     F = np.eye(n) - np.eye(n, k=1)
     S = F[:-1].T @ F[:-1] + 0.0
-    assert [semidefinite_rank(matrix) for matrix in (S, sparse.csr_array(S))] == [n - 1, n - 1]
+    assert [semidefinite_rank(matrix) for matrix in (S, sparse.csr_array(S))] == [
+        n - 1,
+        n - 1,
+    ]
     for less in (2.0**-40, 2.0**-50):
         S[0, 0] = 1 - less
         assert semidefinite_rank(S) is None
@@ -314,32 +449,44 @@ def minor(A: Rows, indices: tuple[int, ...]) -> Fraction:
 
 def minors(A: Rows) -> list[Fraction]:
     n = len(A)
-    return [minor(A, P) for size in range(1, n + 1) for P in combinations(range(n), size)]
+    return [
+        minor(A, P) for size in range(1, n + 1) for P in combinations(range(n), size)
+    ]
 
 
 def form(A: Rows, v: Any) -> Fraction:
     x = [Fraction(float(value)) for value in v]
-    return sum((x[i] * A[i][j] * x[j] for i in range(len(x)) for j in range(len(x))), Fraction(0))
+    return sum(
+        (x[i] * A[i][j] * x[j] for i in range(len(x)) for j in range(len(x))),
+        Fraction(0),
+    )
 
 
 def products(A: Rows, v: Any) -> list[Fraction]:
     """v_i (Av)_i for all i."""
     x = [Fraction(float(value)) for value in v]
     return [
-        a * sum((value * b for value, b in zip(row, x, strict=True)), Fraction(0)) for a, row in zip(x, A, strict=True)
+        a * sum((value * b for value, b in zip(row, x, strict=True)), Fraction(0))
+        for a, row in zip(x, A, strict=True)
     ]
 
 
 def comparison(A: Rows) -> Rows:
     """|a_ii| on the diagonal, -|a_ij| off it."""
-    return [[abs(v) if i == j else -abs(v) for j, v in enumerate(row)] for i, row in enumerate(A)]
+    return [
+        [abs(v) if i == j else -abs(v) for j, v in enumerate(row)]
+        for i, row in enumerate(A)
+    ]
 
 
 def belongs(A: Rows) -> dict[str, bool]:
     """For each class that minors or entries decide, whether A belongs to it."""
     n = len(A)
     T = [list(column) for column in zip(*A, strict=True)]
-    S = [[a + b for a, b in zip(row, column, strict=True)] for row, column in zip(A, T, strict=True)]
+    S = [
+        [a + b for a, b in zip(row, column, strict=True)]
+        for row, column in zip(A, T, strict=True)
+    ]
     of_A, of_S = minors(A), minors(S)
     off = [A[i][j] for i in range(n) for j in range(n) if i != j]
     z_matrix = all(value <= 0 for value in off)
@@ -371,7 +518,10 @@ def refuted(M: Any, size: int = 3) -> dict[str, bool]:
     values = np.einsum("ki,ij,kj->k", x, S, x)
     zeros = values == 0
     plus = bool((x[zeros] @ S).any())
-    found = {"copositive": bool((values < 0).any()), "strictly_copositive": bool((values <= 0).any())}
+    found = {
+        "copositive": bool((values < 0).any()),
+        "strictly_copositive": bool((values <= 0).any()),
+    }
     found["copositive_plus"] = found["copositive"] or plus
     z = np.array(grid(n, size, -size))
     for name, A in (("column_sufficient", M), ("row_sufficient", M.T)):

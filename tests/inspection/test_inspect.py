@@ -34,7 +34,9 @@ from ..conftest import Outcome
 Lcp = Callable[..., Outcome]
 OWN = ("auto", "shi", "fixed-point", "newton", "interior", "lemke", "milp")
 EXAMPLE = contents.shipped_path("paper-example-1.json")
-OBJECT = json.loads(inspection_text.report(inspect(Problem([[1.0]], [1.0]))).render("json"))
+OBJECT = json.loads(
+    inspection_text.report(inspect(Problem([[1.0]], [1.0]))).render("json")
+)
 
 
 def random_problem(seed: int, n: int, symmetric: bool) -> Problem:
@@ -45,7 +47,9 @@ def random_problem(seed: int, n: int, symmetric: bool) -> Problem:
 
 
 def tridiagonal(n: int, diagonal: float = 2.0) -> Problem:
-    M = sparse.diags_array([-1.0, diagonal, -1.0], offsets=[-1, 0, 1], shape=(n, n)).tocsr()
+    M = sparse.diags_array(
+        [-1.0, diagonal, -1.0], offsets=[-1, 0, 1], shape=(n, n)
+    ).tocsr()
     return Problem(M, np.random.default_rng(n).standard_normal(n))
 
 
@@ -60,10 +64,16 @@ def test_facts_of_the_first_example_are_those_of_its_matrix() -> None:
     found = inspect(Problem(M, [-4, 3, -4, 2]))
     assert found.spectrum.smallest == pytest.approx(4 - 2 * math.cos(math.pi / 5))
     assert found.spectrum.largest == pytest.approx(4 + 2 * math.cos(math.pi / 5))
-    assert found.condition == pytest.approx(np.abs(M).sum(axis=0).max() * np.abs(np.linalg.inv(M)).sum(axis=0).max())
+    assert found.condition == pytest.approx(
+        np.abs(M).sum(axis=0).max() * np.abs(np.linalg.inv(M)).sum(axis=0).max()
+    )
     assert found.nonzeros == 10
-    assert found.published.factor == pytest.approx((found.spectrum.largest - 1) / (found.spectrum.largest + 1))
-    assert {name for name, guarantee in found.guarantees.items() if guarantee.word == "yes"} >= {*OWN}
+    assert found.published.factor == pytest.approx(
+        (found.spectrum.largest - 1) / (found.spectrum.largest + 1)
+    )
+    assert {
+        name for name, guarantee in found.guarantees.items() if guarantee.word == "yes"
+    } >= {*OWN}
     assert found.smoothing_error == pytest.approx(math.log(3) / found.p * 5)
 
 
@@ -83,12 +93,24 @@ def test_estimates_for_large_and_sparse_matrices_agree_with_the_exact_figures() 
 
 
 @pytest.mark.parametrize(
-    ("n", "kind"), [(5, "symmetric"), (100, "symmetric"), (5, "other"), (100, "other"), (20, "bounded")]
+    ("n", "kind"),
+    [
+        (5, "symmetric"),
+        (100, "symmetric"),
+        (5, "other"),
+        (100, "other"),
+        (20, "bounded"),
+    ],
 )
-def test_measured_rate_of_fixed_point_is_the_local_one_and_below_the_bound(n: int, kind: str) -> None:
+def test_measured_rate_of_fixed_point_is_the_local_one_and_below_the_bound(
+    n: int, kind: str
+) -> None:
     problem = random_problem(n, n, kind != "other")
     if kind == "bounded":
-        lower, upper = np.where(np.arange(n) % 3, -0.3, -np.inf), np.where(np.arange(n) % 4, 0.4, np.inf)
+        lower, upper = (
+            np.where(np.arange(n) % 3, -0.3, -np.inf),
+            np.where(np.arange(n) % 4, 0.4, np.inf),
+        )
         problem = Problem(problem.M, problem.q, lower=lower, upper=upper)
     problem = with_reference(problem)
     z, box = problem.solutions[0], problem.box if problem.is_mixed else ORTHANT
@@ -96,20 +118,31 @@ def test_measured_rate_of_fixed_point_is_the_local_one_and_below_the_bound(n: in
     theory = contraction(problem, x)
     curve = Trace(components=np.empty(0, dtype=np.intp), residuals=False)
     run(problem, "fixed-point", limits=Limits(tol=1e-14), curve=curve)
-    rate = empirical_rate([row.k for row in curve.rows], [row.error or 0.0 for row in curve.rows], 1e-2, 1e-11)
+    rate = empirical_rate(
+        [row.k for row in curve.rows],
+        [row.error or 0.0 for row in curve.rows],
+        1e-2,
+        1e-11,
+    )
     assert rate == pytest.approx(theory.local, rel=0.1)
     assert max(rate, theory.local) <= theory.bound
     x[1] = box.x_of(np.full(n, 0.4), np.zeros(n))[1] if kind == "bounded" else 0.0
     assert contraction(problem, x).local is None, "at a degenerate solution"
 
 
-def test_bound_of_a_symmetric_matrix_is_that_of_its_eigenvalues_and_a_singular_iteration_has_none() -> None:
+def test_bound_of_a_symmetric_matrix_is_that_of_its_eigenvalues_and_a_singular_iteration_has_none() -> (
+    None
+):
     eigenvalues = np.array([0.2, 1.0, 9.0])
     Q = np.linalg.qr(np.random.default_rng(0).standard_normal((3, 3)))[0]
     M = Q @ np.diag(eigenvalues) @ Q.T
     for omega in (1.0, 1.5):
-        theory = contraction(Problem(sparse.csr_array(M), np.ones(3)), np.ones(3), omega)
-        assert theory.bound == pytest.approx(np.abs((omega - eigenvalues) / (omega + eigenvalues)).max())
+        theory = contraction(
+            Problem(sparse.csr_array(M), np.ones(3)), np.ones(3), omega
+        )
+        assert theory.bound == pytest.approx(
+            np.abs((omega - eigenvalues) / (omega + eigenvalues)).max()
+        )
     assert contraction(Problem([[-1.0]], [1.0]), np.ones(1)) is None
 
 
@@ -117,9 +150,13 @@ def kostreva(n: int) -> Problem:
     return Problem(np.eye(n) + 2 * np.roll(np.eye(n), 1, 1), -np.ones(n))
 
 
-def test_kostrevas_matrix_is_no_h_matrix_so_the_modulus_iteration_is_not_guaranteed() -> None:
+def test_kostrevas_matrix_is_no_h_matrix_so_the_modulus_iteration_is_not_guaranteed() -> (
+    None
+):
     guarantees = inspect(kostreva(5), math.inf).guarantees
-    assert {name: guarantees[name].word for name in OWN} == dict.fromkeys(OWN, "yes") | {
+    assert {name: guarantees[name].word for name in OWN} == dict.fromkeys(
+        OWN, "yes"
+    ) | {
         "fixed-point": "no",
         "interior": "no",
     }
@@ -151,10 +188,16 @@ def test_hints_come_with_evidence_only() -> None:
 
 def test_what_is_obvious_is_said() -> None:
     assert "the unique one" in inspect(Problem(np.eye(2), [0.0, 1.0])).obvious
-    assert inspect(Problem(-np.eye(2), [0.0, 1.0])).obvious == "q >= 0: z = 0 is a solution"
+    assert (
+        inspect(Problem(-np.eye(2), [0.0, 1.0])).obvious
+        == "q >= 0: z = 0 is a solution"
+    )
     for M in ([[1.0, 0.0], [0.0, -1.0]], sparse.csr_array([[1.0, 0.0], [0.0, -1.0]])):
         assert "no solution, as w2 < 0" in inspect(Problem(M, [-1.0, -1.0])).obvious
-    assert "exactly one solution, for this and every other q" in inspect(random_problem(0, 5, True)).obvious
+    assert (
+        "exactly one solution, for this and every other q"
+        in inspect(random_problem(0, 5, True)).obvious
+    )
     assert inspect(Problem([[0.0, 1.0], [1.0, 0.0]], [-1.0, -1.0])).obvious == ""
 
 
@@ -181,32 +224,47 @@ def test_odd_problems_are_inspected_without_a_warning(problem: Problem) -> None:
         assert text.count("\n") == 1
         shown = json.loads(text, parse_constant=lambda word: pytest.fail(word))
         assert shown.keys() == OBJECT.keys()
-        assert (shown["classes"].keys(), shown["methods"].keys()) == (CLASSES.keys(), METHODS.keys())
+        assert (shown["classes"].keys(), shown["methods"].keys()) == (
+            CLASSES.keys(),
+            METHODS.keys(),
+        )
         assert max(map(len, inspection_text.report(found).render().splitlines())) <= 80
 
 
-def test_command_shows_or_writes_a_table_of_80_columns_or_one_json_object(lcp: Lcp, tmp_path: Path) -> None:
+def test_command_shows_or_writes_a_table_of_80_columns_or_one_json_object(
+    lcp: Lcp, tmp_path: Path
+) -> None:
     table = lcp("inspect", EXAMPLE)
     assert (table.code, table.err) == (0, "")
     assert "P-matrix               yes: it is positive definite" in table.out
     assert len(table.out.splitlines()) <= 28
-    assert "P-matrix                      yes  it is positive definite" in lcp("inspect", EXAMPLE, "--all").out
+    assert (
+        "P-matrix                      yes  it is positive definite"
+        in lcp("inspect", EXAMPLE, "--all").out
+    )
     assert max(map(len, table.out.splitlines())) <= 80
     shown = lcp("inspect", EXAMPLE, "--format", "json")
     assert json.loads(shown.out)["classes"]["m_matrix"]["verdict"] == "yes"
     for name, start in (("out.json", "{"), ("out.txt", "paper-example-1: n = 4")):
-        assert lcp("inspect", EXAMPLE, "-o", str(tmp_path / name), "--quiet") == Outcome(0, "", "")
+        assert lcp(
+            "inspect", EXAMPLE, "-o", str(tmp_path / name), "--quiet"
+        ) == Outcome(0, "", "")
         assert (tmp_path / name).read_text().startswith(start)
     (tmp_path / "M.csv").write_text("2,1\n1,2\n")
     (tmp_path / "q.csv").write_text("-5\n-6\n")
     assert lcp("inspect", str(tmp_path / "M.csv"), str(tmp_path / "q.csv")).code == 0
 
 
-def test_a_large_sparse_problem_is_inspected_without_a_dense_matrix(lcp: Lcp, tmp_path: Path) -> None:
+def test_a_large_sparse_problem_is_inspected_without_a_dense_matrix(
+    lcp: Lcp, tmp_path: Path
+) -> None:
     file = tmp_path / "large.npz"
     write(tridiagonal(30_000), str(file))
     shown = json.loads(lcp("inspect", str(file), "--format", "json").out)
-    assert [shown["classes"][name]["verdict"] for name in ("m_matrix", "p_matrix")] == ["yes", "yes"]
+    assert [shown["classes"][name]["verdict"] for name in ("m_matrix", "p_matrix")] == [
+        "yes",
+        "yes",
+    ]
     assert shown["factor_entries"] == 90_000
 
 
@@ -220,9 +278,13 @@ def test_a_large_sparse_problem_is_inspected_without_a_dense_matrix(lcp: Lcp, tm
         ([[1.0, 0.0], [-1.0, 0.0]], [1.0, -1.0], "q2 < 0 and no entry of row 2"),
     ],
 )
-def test_rows_and_entries_are_counted_from_1(M: list[list[float]], q: list[float], told: str) -> None:
+def test_rows_and_entries_are_counted_from_1(
+    M: list[list[float]], q: list[float], told: str
+) -> None:
     found = inspect(Problem(M, q))
-    assert told in " ".join([found.obvious, *(verdict.evidence for verdict in found.classes.values())])
+    assert told in " ".join(
+        [found.obvious, *(verdict.evidence for verdict in found.classes.values())]
+    )
 
 
 INF = math.inf
@@ -240,20 +302,28 @@ def random_mixed_problem(kind: str, random: Generator) -> Problem:
         "definite": A @ A.T + 0.5 * np.eye(n) + S,
         "nonnegative": np.abs(A) + np.eye(n),
     }[kind]
-    lower = np.where(random.random(n) < 0.3, random.choice([-INF, 0.0]), random.integers(-3, 3, n))
+    lower = np.where(
+        random.random(n) < 0.3, random.choice([-INF, 0.0]), random.integers(-3, 3, n)
+    )
     upper = np.where(np.isinf(lower), 1, lower) + random.choice([0, 1, 3, INF], n)
     return Problem(M, random.integers(-5, 6, n).astype(float), lower=lower, upper=upper)
 
 
 @pytest.mark.parametrize("kind", ["semidefinite", "definite", "nonnegative"])
-def test_methods_said_to_be_guaranteed_solve_the_problem_or_prove_that_it_has_no_solution(kind: str) -> None:
+def test_methods_said_to_be_guaranteed_solve_the_problem_or_prove_that_it_has_no_solution(
+    kind: str,
+) -> None:
     guaranteed = set()
     for seed in range(10):
         problem = random_mixed_problem(kind, np.random.default_rng(seed))
         for method, guarantee in inspect(problem, INF).guarantees.items():
             if guarantee.word == "yes" and method != "shi":  # which rounding may stall
                 guaranteed.add(method)
-                assert lcpcli.run(problem, method).status.word in ("solved", "infeasible", "unsolvable")
+                assert lcpcli.run(problem, method).status.word in (
+                    "solved",
+                    "infeasible",
+                    "unsolvable",
+                )
     assert {"auto", "lemke", "milp"} <= guaranteed
 
 
@@ -275,9 +345,15 @@ GUARANTEED: list[tuple[Any, dict[str, Any], dict[str, str]]] = [
 ]
 
 
-@pytest.mark.parametrize(("M", "bounds", "words"), GUARANTEED, ids=range(len(GUARANTEED)))
-def test_what_is_guaranteed_depends_on_bounds_and_size(M: Any, bounds: Any, words: dict[str, str]) -> None:
-    found = inspect(Problem(M, -np.ones(np.shape(M)[0]), **bounds), 0.1 if M is LARGE else INF)
+@pytest.mark.parametrize(
+    ("M", "bounds", "words"), GUARANTEED, ids=range(len(GUARANTEED))
+)
+def test_what_is_guaranteed_depends_on_bounds_and_size(
+    M: Any, bounds: Any, words: dict[str, str]
+) -> None:
+    found = inspect(
+        Problem(M, -np.ones(np.shape(M)[0]), **bounds), 0.1 if M is LARGE else INF
+    )
     assert {method: found.guarantees[method].word for method in words} == words
     assert M is not COPOSITIVE or found.classes["strictly_copositive"].word == "yes"
 
@@ -286,23 +362,38 @@ def test_evident_solutions_are_said_for_the_bounds() -> None:
     def obvious(q: Any, M: Any = SWAPPED, **bounds: Any) -> str:
         return inspect(Problem(M, q, **bounds), INF).obvious
 
-    assert obvious([-1, -2], lower=0, upper=1) == "there is a solution, as all bounds are finite"
+    assert (
+        obvious([-1, -2], lower=0, upper=1)
+        == "there is a solution, as all bounds are finite"
+    )
     assert obvious([-1, -2], lower=0, upper=[1, INF]) == ""
-    assert obvious([-1, -2], lower=2).startswith("the z within the bounds nearest to 0 is a solution")
+    assert obvious([-1, -2], lower=2).startswith(
+        "the z within the bounds nearest to 0 is a solution"
+    )
     for bounds in ({"lower": None}, {"lower": 1, "upper": 2}):
-        assert "exactly one solution, for these and all other bounds" in obvious([-9, -2], np.eye(2) * 3, **bounds)
+        assert "exactly one solution, for these and all other bounds" in obvious(
+            [-9, -2], np.eye(2) * 3, **bounds
+        )
 
 
 def test_json_counts_the_kinds_of_variables() -> None:
     mixed = Problem(np.eye(3), np.ones(3), lower=[None, 0, 1], upper=[None, 2, 1])
     shown = json.loads(inspection_text.report(inspect(mixed)).render("json"))
     assert shown["bounds"] == {"free": 1, "boxed": 1, "fixed": 1}
-    assert json.loads(inspection_text.report(inspect(Problem([[1]], [1]))).render("json"))["bounds"] is None
+    assert (
+        json.loads(inspection_text.report(inspect(Problem([[1]], [1]))).render("json"))[
+            "bounds"
+        ]
+        is None
+    )
 
 
 def test_smoothing_parameter_is_the_one_that_shi_uses() -> None:
     problem = Problem([[2, 1], [1, 2]], [1e-3, 2e-3], lower=1e6)
-    assert smoothing(problem)[0] == lcpcli.run(problem, "shi", max_iterations=1).options["p"]
+    assert (
+        smoothing(problem)[0]
+        == lcpcli.run(problem, "shi", max_iterations=1).options["p"]
+    )
 
 
 def test_a_contradiction_that_is_rounding_is_not_stated() -> None:

@@ -29,7 +29,10 @@ from lcpcli.linalg.units import PseudoInverse
 
 def bordered(n: int, places: list[int], random: np.random.Generator) -> csr_array:
     """Tridiagonal and dominant but for dense rows and columns."""
-    M = diags_array([np.full(n - 1, -1.0), np.full(n, 4.0), np.full(n - 1, -0.5)], offsets=[-1, 0, 1]).tolil()
+    M = diags_array(
+        [np.full(n - 1, -1.0), np.full(n, 4.0), np.full(n - 1, -0.5)],
+        offsets=[-1, 0, 1],
+    ).tolil()
     for place in places:
         M[place, :], M[:, place] = random.normal(size=n), random.normal(size=(n, 1))
         M[place, place] = 50.0
@@ -46,7 +49,9 @@ def test_bordered_systems_are_those_of_the_whole_matrix(places: list[int]) -> No
         d, b = random.uniform(0, 9, 500), random.normal(size=500)
         systems.factorize(d)
         expected = np.linalg.solve(M.toarray() + np.diag(d), b)
-        assert np.abs(systems.solve(b) - expected).max() <= 1e-12 * np.abs(expected).max()
+        assert (
+            np.abs(systems.solve(b) - expected).max() <= 1e-12 * np.abs(expected).max()
+        )
     assert systems._inner._lu.nnz < M.shape[0] * 20
 
 
@@ -56,7 +61,9 @@ def test_a_finish_with_few_dense_rows_eliminates_the_diagonal_rest_densely() -> 
     random = np.random.default_rng(3)
     A, D = random.normal(size=(40, 300)), np.arange(300.0) % 3
     M = np.block([[np.diag(D), -A.T], [A, np.zeros((40, 40))]])
-    chosen = shifted_systems.systems(csr_array(M), np.repeat([1.0, -1.0], [300, 40]), once=True)
+    chosen = shifted_systems.systems(
+        csr_array(M), np.repeat([1.0, -1.0], [300, 40]), once=True
+    )
     assert isinstance(chosen, Bordered)
     d, b = np.full(340, 1e-3), random.normal(size=340)
     chosen.factorize(d)
@@ -67,43 +74,70 @@ def test_a_finish_with_few_dense_rows_eliminates_the_diagonal_rest_densely() -> 
 
 
 @given(st.integers(0, 2**32), st.integers(1, 12), st.integers(0, 12))
-def test_blocks_and_products_of_sparse_matrices_are_those_of_dense_ones(seed: int, m: int, n: int) -> None:
+def test_blocks_and_products_of_sparse_matrices_are_those_of_dense_ones(
+    seed: int, m: int, n: int
+) -> None:
     random = np.random.default_rng(seed)
     A = random.integers(-3, 4, (m, n)) * (random.random((m, n)) < random.random())
     M = csr_array(A.astype(float))
-    rows, columns = (np.flatnonzero(random.random(size) < random.random()) for size in (m, n))
+    rows, columns = (
+        np.flatnonzero(random.random(size) < random.random()) for size in (m, n)
+    )
     indptr, indices, data = block(M, rows, columns)
     found = csr_array((data, indices, indptr), shape=(rows.size, columns.size))
     assert np.array_equal(found.toarray(), A[rows][:, columns])
     assert found.has_canonical_format
-    v, wide = random.integers(-9, 10, n).astype(float), random.integers(-9, 10, (n, 2)).astype(float)
+    v, wide = (
+        random.integers(-9, 10, n).astype(float),
+        random.integers(-9, 10, (n, 2)).astype(float),
+    )
     for form in (M, M.tocsc(), M.astype(np.float32)):
         for each in (v, wide, wide[:, 0], v.astype(np.float32)):
             assert np.array_equal(matrices.product(form, each), A @ each)
-            assert np.array_equal(matrices.absolute_product(form, each), np.abs(A) @ each)
+            assert np.array_equal(
+                matrices.absolute_product(form, each), np.abs(A) @ each
+            )
     with pytest.raises(ValueError, match=r"(?i)dimension|mismatch"):
         matrices.product(M, np.zeros(n + 1))
 
 
 def test_a_singular_border_is_told() -> None:
-    M = csr_array(np.block([[np.eye(3), np.ones((3, 1))], [np.ones((1, 3)), np.full((1, 1), 3.0)]]))
+    M = csr_array(
+        np.block(
+            [[np.eye(3), np.ones((3, 1))], [np.ones((1, 3)), np.full((1, 1), 3.0)]]
+        )
+    )
     with pytest.raises(SingularMatrix):
         Bordered(M, np.array([3])).factorize(np.zeros(4))
 
 
 def test_many_dense_rows_are_no_border() -> None:
-    assert not dense_places(bordered(900, list(range(MOST_SPLIT_OFF + 1)), np.random.default_rng(0))).size
+    assert not dense_places(
+        bordered(900, list(range(MOST_SPLIT_OFF + 1)), np.random.default_rng(0))
+    ).size
     assert not dense_places(csr_array(np.ones((50, 50)))).size
 
 
-def test_programs_with_dense_rows_are_solved_by_scipy_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_programs_with_dense_rows_are_solved_by_scipy_alone(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     """min |x - t|^2 / 2 over x >= 0 with a few sums of all x, and differences of neighbours, bounded."""
     pytest.importorskip("qdldl")
     n, random = 500, np.random.default_rng(0)
-    differences = diags_array([np.full(n, 1.0), np.full(n, -1.0)], offsets=[0, 1], shape=(n - 1, n))
+    differences = diags_array(
+        [np.full(n, 1.0), np.full(n, -1.0)], offsets=[0, 1], shape=(n - 1, n)
+    )
     A = sparse.vstack([csr_array(random.random((3, n))), differences]).tocsr()
-    low, high = (np.append(A[:3] @ np.ones(n), np.full(n - 1, end)) for end in (-0.5, 0.5))
-    problem = from_qp(sparse.eye_array(n).tocsr(), random.normal(size=n), A, row_lower=low, row_upper=high)
+    low, high = (
+        np.append(A[:3] @ np.ones(n), np.full(n - 1, end)) for end in (-0.5, 0.5)
+    )
+    problem = from_qp(
+        sparse.eye_array(n).tocsr(),
+        random.normal(size=n),
+        A,
+        row_lower=low,
+        row_upper=high,
+    )
     by_qdldl = run(problem, "interior")
     monkeypatch.setattr(shifted_systems, "has_qdldl", lambda: False)
     assert isinstance(shifted_systems.systems(problem.M, problem.signs), Bordered)
@@ -113,7 +147,9 @@ def test_programs_with_dense_rows_are_solved_by_scipy_alone(monkeypatch: pytest.
 
 
 @given(st.integers(2, 12), st.integers(0, 2**32 - 1))
-def test_principal_systems_of_tridiagonal_matrices_are_those_of_the_dense_matrix(n: int, seed: int) -> None:
+def test_principal_systems_of_tridiagonal_matrices_are_those_of_the_dense_matrix(
+    n: int, seed: int
+) -> None:
     random = np.random.default_rng(seed)
     below, diagonal, above = (random.normal(size=size) for size in (n - 1, n, n - 1))
     M = csr_array(diags_array([below, diagonal, above], offsets=[-1, 0, 1]))
@@ -122,7 +158,9 @@ def test_principal_systems_of_tridiagonal_matrices_are_those_of_the_dense_matrix
     if not P.size or np.linalg.cond(A) > 1e6:
         return
     expected = np.linalg.solve(A, b)
-    assert np.abs(PrincipalSolver(M).at(P)(b) - expected).max() <= 1e-7 * max(1.0, np.abs(expected).max())
+    assert np.abs(PrincipalSolver(M).at(P)(b) - expected).max() <= 1e-7 * max(
+        1.0, np.abs(expected).max()
+    )
 
 
 @pytest.mark.parametrize("P", [[0], [0, 1]])
@@ -141,7 +179,9 @@ def test_each_submatrix_is_factorized_once(monkeypatch: pytest.MonkeyPatch) -> N
     B = generator.standard_normal((m, n))
     factorized: list[int] = []
     real = np.linalg.solve
-    monkeypatch.setattr(np.linalg, "solve", lambda A, b: factorized.append(A.shape[0]) or real(A, b))
+    monkeypatch.setattr(
+        np.linalg, "solve", lambda A, b: factorized.append(A.shape[0]) or real(A, b)
+    )
     X = factors.solve_principal(M, sets, B)
     assert sum(factorized) == 5
     for x, P, b in zip(X, sets, B, strict=True):
@@ -157,7 +197,10 @@ def test_sets_of_most_indices_are_solved_for_by_their_complements() -> None:
     assert sets[-1].all()
     B, inverse = generator.standard_normal((m, n)), factors.well_conditioned_inverse(M)
     assert inverse is not None
-    ours, plain = factors.solve_principal(M, sets, B, inverse), factors.solve_principal(M, sets, B)
+    ours, plain = (
+        factors.solve_principal(M, sets, B, inverse),
+        factors.solve_principal(M, sets, B),
+    )
     assert np.allclose(ours, plain, rtol=0, atol=1e-12)
     assert np.array_equal(ours != 0, sets)
     assert factors.well_conditioned_inverse(M * np.geomspace(1, 1e9, n)) is None
@@ -166,7 +209,10 @@ def test_sets_of_most_indices_are_solved_for_by_their_complements() -> None:
 
 def test_singular_submatrices_spoil_no_others() -> None:
     M = np.diag([1.0, 0.0, 2.0, 4.0])
-    sets = np.array([[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 1, 1], [1, 1, 0, 0]], dtype=bool)
+    sets = np.array(
+        [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 1, 1], [1, 1, 0, 0]],
+        dtype=bool,
+    )
     X = factors.solve_principal(M, sets, np.full((5, 4), 4.0))
     assert np.isnan(X).any(axis=1).tolist() == [False, True, False, False, True]
     assert X[[0, 2, 3]].tolist() == [[4, 0, 0, 0], [0, 0, 2, 0], [0, 0, 2, 1]]
@@ -174,7 +220,9 @@ def test_singular_submatrices_spoil_no_others() -> None:
 
 def arrow(n: int) -> csr_array:
     """A full row, a full column, and the diagonal."""
-    hub = csr_array((np.ones(n - 1), (np.zeros(n - 1, dtype=int), np.arange(1, n))), shape=(n, n))
+    hub = csr_array(
+        (np.ones(n - 1), (np.zeros(n - 1, dtype=int), np.arange(1, n))), shape=(n, n)
+    )
     return csr_array(diags_array(np.ones(n)) + hub + hub.T)
 
 
@@ -195,12 +243,16 @@ def test_unknowns_that_a_long_row_couples_are_in_order_of_their_entries_before_t
     assert n // 2 <= width < n
 
 
-def test_long_rows_are_left_to_an_order_that_does_not_go_through_them_again_and_again() -> None:
+def test_long_rows_are_left_to_an_order_that_does_not_go_through_them_again_and_again() -> (
+    None
+):
     assert order_of(arrow(40_000)) == "COLAMD"
     assert order_of(arrow(9000)) == "MMD_AT_PLUS_A"
 
 
-def test_structurally_singular_patterns_are_those_of_which_all_matrices_are_singular() -> None:
+def test_structurally_singular_patterns_are_those_of_which_all_matrices_are_singular() -> (
+    None
+):
     random = np.random.default_rng(0)
     found = set()
     for _ in range(60):
@@ -217,7 +269,10 @@ def is_feasible(A: np.ndarray, b: np.ndarray, zero: list[int]) -> bool:
     upper = np.full(n + m, np.inf)
     upper[zero] = 0.0
     equations = np.hstack((-A, np.eye(m)))
-    return minimized(np.zeros(n + m), equations, (b, b), (np.zeros(n + m), upper)) is not None
+    return (
+        minimized(np.zeros(n + m), equations, (b, b), (np.zeros(n + m), upper))
+        is not None
+    )
 
 
 @settings(max_examples=50)
@@ -242,8 +297,12 @@ def test_points_and_multipliers_agree_with_an_lp_solver(seed: int) -> None:
     if y is not None:
         product = A.T @ y
         assert b @ y < 0
-        assert (product[[j for j in range(n) if j not in zero]] <= 1e-6 * np.abs(y).max()).all()
-        assert (y[[i for i in range(m) if n + i not in zero]] >= -1e-9 * np.abs(y).max()).all()
+        assert (
+            product[[j for j in range(n) if j not in zero]] <= 1e-6 * np.abs(y).max()
+        ).all()
+        assert (
+            y[[i for i in range(m) if n + i not in zero]] >= -1e-9 * np.abs(y).max()
+        ).all()
 
 
 def test_a_point_that_only_the_margin_admits_is_none() -> None:
@@ -257,7 +316,9 @@ def test_a_point_that_only_the_margin_admits_is_none() -> None:
     assert system.point() is None
 
 
-def by_both(monkeypatch: pytest.MonkeyPatch, *program: object) -> tuple[Optimum | None, Optimum | None]:
+def by_both(
+    monkeypatch: pytest.MonkeyPatch, *program: object
+) -> tuple[Optimum | None, Optimum | None]:
     pytest.importorskip("highspy")
     own = minimized(*program)  # type: ignore[arg-type]
     monkeypatch.setattr(programs, "find_spec", lambda _: None)
@@ -266,24 +327,41 @@ def by_both(monkeypatch: pytest.MonkeyPatch, *program: object) -> tuple[Optimum 
 
 @pytest.mark.parametrize("seed", range(3))
 @pytest.mark.parametrize("form", [np.asarray, csr_array])
-def test_both_find_the_same_minimum_and_multipliers(seed: int, form: type, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_both_find_the_same_minimum_and_multipliers(
+    seed: int, form: type, monkeypatch: pytest.MonkeyPatch
+) -> None:
     random = np.random.default_rng(seed)
     A, x = random.integers(-3, 4, (7, 12)).astype(float), random.random(12)
-    low, high = A @ x - np.array([0, 0, 1, 1, 1, 2, 3]), A @ x + np.array([0, 0, np.inf, np.inf, 1, 2, 3])
+    low, high = (
+        A @ x - np.array([0, 0, 1, 1, 1, 2, 3]),
+        A @ x + np.array([0, 0, np.inf, np.inf, 1, 2, 3]),
+    )
     low[4] = -np.inf
     bounds = np.where(random.random(12) < 0.2, -5.0, 0.0), np.full(12, 5.0)
     objective = random.standard_normal(12)
     for found in by_both(monkeypatch, objective, form(A), (low, high), bounds):
         assert found.value == pytest.approx(objective @ found.x)
         reduced = objective - A.T @ found.y
-        for multipliers, values, ends in ((found.y, A @ found.x, (low, high)), (reduced, found.x, bounds)):
+        for multipliers, values, ends in (
+            (found.y, A @ found.x, (low, high)),
+            (reduced, found.x, bounds),
+        ):
             nonzero = np.abs(multipliers) > 1e-9
-            assert values[nonzero] == pytest.approx(np.where(multipliers > 0, *ends)[nonzero])
+            assert values[nonzero] == pytest.approx(
+                np.where(multipliers > 0, *ends)[nonzero]
+            )
 
 
-@pytest.mark.parametrize(("c", "high"), [(-1.0, np.inf), (1.0, -1.0)], ids=["unbounded", "infeasible"])
-def test_neither_finds_a_minimum_where_there_is_none(c: float, high: float, monkeypatch: pytest.MonkeyPatch) -> None:
-    ends, bounds = (np.array([-np.inf]), np.array([high])), (np.zeros(1), np.full(1, np.inf))
+@pytest.mark.parametrize(
+    ("c", "high"), [(-1.0, np.inf), (1.0, -1.0)], ids=["unbounded", "infeasible"]
+)
+def test_neither_finds_a_minimum_where_there_is_none(
+    c: float, high: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    ends, bounds = (
+        (np.array([-np.inf]), np.array([high])),
+        (np.zeros(1), np.full(1, np.inf)),
+    )
     assert by_both(monkeypatch, np.full(1, c), np.eye(1), ends, bounds) == (None, None)
 
 
@@ -297,7 +375,9 @@ assert found.value == 1.0, found
 
 
 def test_a_linear_program_prints_nothing() -> None:
-    done = subprocess.run([sys.executable, "-c", CODE], capture_output=True, text=True, check=False)
+    done = subprocess.run(
+        [sys.executable, "-c", CODE], capture_output=True, text=True, check=False
+    )
     assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
 
 

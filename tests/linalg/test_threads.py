@@ -62,13 +62,21 @@ def clean(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def python(code: str, *arguments: str) -> subprocess.CompletedProcess[str]:
-    return subprocess.run([sys.executable, "-c", code, *arguments], capture_output=True, text=True, check=False)
+    return subprocess.run(
+        [sys.executable, "-c", code, *arguments],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
 
 
 @pytest.mark.slow("each in a process of its own")
 @pytest.mark.usefixtures("clean")
 @pytest.mark.parametrize("number", [None, "2"])
-@pytest.mark.parametrize("line", [f"solve {EXAMPLE}", "compare", f"bench {EXAMPLE} --method newton --budget 0"])
+@pytest.mark.parametrize(
+    "line",
+    [f"solve {EXAMPLE}", "compare", f"bench {EXAMPLE} --method newton --budget 0"],
+)
 def test_command_settles_the_number_before_numpy_is_loaded_also_against_the_environment(
     line: str, number: str | None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -78,7 +86,10 @@ def test_command_settles_the_number_before_numpy_is_loaded_also_against_the_envi
     done = python(COMMAND, *line.split(), *(["--threads", number] if number else []))
     assert done.returncode == 0, done.stderr
     seen = json.loads(done.stderr.splitlines()[-1])
-    assert (seen["early"], seen["numbers"]) == (True, [number or "1"] * len(threads.VARIABLES))
+    assert (seen["early"], seen["numbers"]) == (
+        True,
+        [number or "1"] * len(threads.VARIABLES),
+    )
     assert number or set(seen["blas"]) <= {1}
 
 
@@ -101,7 +112,9 @@ def test_command_keeps_what_the_environment_says(
 
 
 @pytest.mark.usefixtures("clean")
-def test_very_large_file_leaves_the_number_to_the_blas(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+def test_very_large_file_leaves_the_number_to_the_blas(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
     monkeypatch.setattr("os.environ", dict(os.environ))
     file = tmp_path / "large.npz"
     for size, number in ((cli.LARGE_FILE, None), (cli.LARGE_FILE - 1, 1)):
@@ -112,14 +125,31 @@ def test_very_large_file_leaves_the_number_to_the_blas(monkeypatch: pytest.Monke
 
 
 @pytest.mark.usefixtures("clean")
-def test_bench_records_the_number_and_is_resumed_with_the_same(lcp: Callable[..., Any], tmp_path: Path) -> None:
+def test_bench_records_the_number_and_is_resumed_with_the_same(
+    lcp: Callable[..., Any], tmp_path: Path
+) -> None:
     file = tmp_path / "r.json"
-    lcp("bench", EXAMPLE, "--method", "newton", "--budget", "0", "--threads", "2", "-q", "-o", str(file))
+    lcp(
+        "bench",
+        EXAMPLE,
+        "--method",
+        "newton",
+        "--budget",
+        "0",
+        "--threads",
+        "2",
+        "-q",
+        "-o",
+        str(file),
+    )
     record = json.loads(file.read_text())
     assert record["machine"]["threads"] == 2
     assert "2 threads" in lcp("bench", "--resume", str(file)).out
     file.write_text(json.dumps({**record, "measurements": []}))
-    assert "was measured with threads 2, not 1; give --threads 2" in lcp("bench", "--resume", str(file)).err
+    assert (
+        "was measured with threads 2, not 1; give --threads 2"
+        in lcp("bench", "--resume", str(file)).err
+    )
     assert lcp("bench", "--resume", str(file), "--threads", "2", "-q").code == 0
 
 
@@ -143,7 +173,11 @@ def solve(n: int, form: Callable[[Any], Any] = np.asarray, **options: Any) -> No
 
 
 @pytest.mark.parametrize(
-    ("form", "limits"), [(np.asarray, {99: [], 100: [1], 149: [1], 150: []}), (sparse.csr_array, {99: [], 150: [1]})]
+    ("form", "limits"),
+    [
+        (np.asarray, {99: [], 100: [1], 149: [1], 150: []}),
+        (sparse.csr_array, {99: [], 150: [1]}),
+    ],
 )
 def test_one_thread_where_the_blas_would_use_more_and_they_do_not_pay(
     form: Callable[[Any], Any], limits: dict[int, list[int]], numbers: list[int]
@@ -175,7 +209,11 @@ def test_program_keeps_what_the_environment_says(
 def test_number_is_limited_in_the_blas_of_numpy_and_of_scipy_and_put_back() -> None:
     """A small problem does not even load threadpoolctl."""
     info = pytest.importorskip("threadpoolctl").threadpool_info
-    processors = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
+    processors = (
+        len(os.sched_getaffinity(0))
+        if hasattr(os, "sched_getaffinity")
+        else os.cpu_count()
+    )
     if processors == 1 or not any(each["user_api"] == "blas" for each in info()):
         pytest.skip("one thread in any case")
     code = """
@@ -236,13 +274,20 @@ except lcpcli.errors.OptionError as error:
 PROBLEMS = 50
 # Some M are so large that calls limit the threads of the BLAS, and the factors of the
 # largest are kept.
-FAMILIES = {"harker-pang": (6, 120, 220), "near-singular": (8, 210), "bimatrix": (4,), "obstacle": (100,)}
+FAMILIES = {
+    "harker-pang": (6, 120, 220),
+    "near-singular": (8, 210),
+    "bimatrix": (4,),
+    "obstacle": (100,),
+}
 
 
 def problems(seed: int) -> list[Problem]:
     """Problems of several kinds: solvable, infeasible, mixed, programs, games, sparse."""
     random = np.random.default_rng(seed)
-    of_families = [families.make(name, n, seed) for name, sizes in FAMILIES.items() for n in sizes]
+    of_families = [
+        families.make(name, n, seed) for name, sizes in FAMILIES.items() for n in sizes
+    ]
     A, q = random.standard_normal((8, 8)), random.standard_normal(8)
     own = [
         Problem(A @ A.T, q, lower=-1.0, upper=np.where(q < 0, 0.5, np.inf)),
@@ -261,14 +306,24 @@ def solved(given: list[Problem], together: Barrier | None = None) -> list[Any]:
         together.wait(20)
     for problem in islice(cycle(given), PROBLEMS):
         result = lcpcli.run(problem)
-        found.append((result.status, result.message, result.route, result.iterations, result.z.tobytes()))
+        found.append(
+            (
+                result.status,
+                result.message,
+                result.route,
+                result.iterations,
+                result.z.tobytes(),
+            )
+        )
         if result.solved and problem.n > 200 and not problem.is_mixed:
             gradient = result.gradient(np.ones(problem.n))
             found.append((gradient.kinks, gradient.q.tobytes()))
     return found
 
 
-@pytest.mark.parametrize("seeds", [(0, 1), (0, 0)], ids=["problems apart", "the same problems"])
+@pytest.mark.parametrize(
+    "seeds", [(0, 1), (0, 0)], ids=["problems apart", "the same problems"]
+)
 def test_results_of_two_threads_are_those_of_one(seeds: tuple[int, int]) -> None:
     one, other = problems(0), problems(1)
     given = [(one, other)[seed] for seed in seeds]
@@ -284,7 +339,11 @@ def test_smallest_number_counts_until_the_last_thread_is_done() -> None:
     controller = pytest.importorskip("threadpoolctl").ThreadpoolController
 
     def numbers() -> set[int]:
-        return {each["num_threads"] for each in controller().info() if each["user_api"] == "blas"}
+        return {
+            each["num_threads"]
+            for each in controller().info()
+            if each["user_api"] == "blas"
+        }
 
     def other(entered: Event, ending: Event) -> None:
         with limited(1):

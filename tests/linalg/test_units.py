@@ -15,7 +15,13 @@ from scipy.sparse import coo_array, csc_array, csr_array, diags_array, random_ar
 from lcpcli import Problem, from_qp
 from lcpcli.linalg import compressed_rows
 from lcpcli.linalg.compressed_rows import of_columns
-from lcpcli.linalg.matrices import column_maxima, multiplier, norm_inf, row_and_column_maxima, row_maxima
+from lcpcli.linalg.matrices import (
+    column_maxima,
+    multiplier,
+    norm_inf,
+    row_and_column_maxima,
+    row_maxima,
+)
 from lcpcli.linalg.stencils import Operator
 from lcpcli.linalg.units import LARGEST_ELIMINATED, equilibrate, units
 from lcpcli.typing import Matrix
@@ -23,8 +29,14 @@ from lcpcli.typing import Matrix
 from ..methods.grids import plane, space, stream
 
 
-@given(seed=st.integers(0, 2**32 - 1), spread=st.integers(0, 400), density=st.sampled_from([0.2, 0.5, 1.0]))
-def test_units_of_rows_and_columns_follow_powers_of_two(seed: int, spread: int, density: float) -> None:
+@given(
+    seed=st.integers(0, 2**32 - 1),
+    spread=st.integers(0, 400),
+    density=st.sampled_from([0.2, 0.5, 1.0]),
+)
+def test_units_of_rows_and_columns_follow_powers_of_two(
+    seed: int, spread: int, density: float
+) -> None:
     generator = np.random.default_rng(seed)
     powers = generator.integers(-spread, spread + 1, (2, 6)).astype(float)
     M = generator.standard_normal((6, 6)) * (generator.random((6, 6)) < density)
@@ -33,17 +45,27 @@ def test_units_of_rows_and_columns_follow_powers_of_two(seed: int, spread: int, 
     for part in range(plain.parts):
         rows, columns = plain.row_part == part, plain.column_part == part
         moved = np.concatenate(
-            ((other.rows - plain.rows + powers[0])[rows], (plain.columns - other.columns - powers[1])[columns])
+            (
+                (other.rows - plain.rows + powers[0])[rows],
+                (plain.columns - other.columns - powers[1])[columns],
+            )
         )
         assert np.ptp(moved) <= 1e-8
     assert np.allclose(sparse.rows, other.rows, atol=1e-6)
-    pairs = {(a, b) for a, b in zip(other.row_part.tolist(), sparse.row_part.tolist(), strict=True)}
-    assert len(pairs) == len({a for a, _ in pairs}) == len({b for _, b in pairs}), "the same components"
+    pairs = {
+        (a, b)
+        for a, b in zip(other.row_part.tolist(), sparse.row_part.tolist(), strict=True)
+    }
+    assert len(pairs) == len({a for a, _ in pairs}) == len({b for _, b in pairs}), (
+        "the same components"
+    )
 
 
 @pytest.mark.parametrize("shape", ["chain", "tree", "band", "ring"])
 @pytest.mark.parametrize("n", [40, 300])
-def test_units_are_the_least_squares_however_long_the_graph_is(n: int, shape: str) -> None:
+def test_units_are_the_least_squares_however_long_the_graph_is(
+    n: int, shape: str
+) -> None:
     random = np.random.default_rng(n)
     i = np.arange(1, n)
     above = random.integers(0, i) if shape == "tree" else i - 1
@@ -54,25 +76,35 @@ def test_units_are_the_least_squares_however_long_the_graph_is(n: int, shape: st
     M[0, -1] = 0.3 if shape == "ring" else M[0, -1]
     used, logarithms = M != 0, np.log2(np.where(M != 0, M, 1.0))
     for found in (units(M), units(csr_array(M))):
-        left = np.where(used, logarithms + found.rows[:, np.newaxis] + found.columns, 0.0)
+        left = np.where(
+            used, logarithms + found.rows[:, np.newaxis] + found.columns, 0.0
+        )
         assert np.abs(left.sum(axis=0)).max() <= 1e-9
         assert np.abs(left.sum(axis=1)).max() <= 1e-9
         assert shape in ("band", "ring") or np.abs(left).max() <= 1e-9
 
 
 @pytest.mark.parametrize("shape", ["chain", "tree"])
-def test_all_entries_of_a_large_forest_become_1_in_its_units_in_whatever_order_its_rows_are(shape: str) -> None:
+def test_all_entries_of_a_large_forest_become_1_in_its_units_in_whatever_order_its_rows_are(
+    shape: str,
+) -> None:
     n, random = LARGEST_ELIMINATED + 1, np.random.default_rng(0)
     order, i = random.permutation(n), np.arange(1, n)
     above = order[random.integers(0, i) if shape == "tree" else i - 1]
     places = np.concatenate((order, order[1:])), np.concatenate((order, above))
     M = csr_array((10.0 ** random.uniform(-3, 3, 2 * n - 1), places), shape=(n, n))
     found = units(M)
-    left = np.log2(M.data) + np.repeat(found.rows, np.diff(M.indptr)) + found.columns[M.indices]
+    left = (
+        np.log2(M.data)
+        + np.repeat(found.rows, np.diff(M.indptr))
+        + found.columns[M.indices]
+    )
     assert np.abs(left).max() <= 1e-8
 
 
-@given(seed=st.integers(0, 2**32 - 1), spread=st.integers(0, 40), is_program=st.booleans())
+@given(
+    seed=st.integers(0, 2**32 - 1), spread=st.integers(0, 40), is_program=st.booleans()
+)
 def test_rows_and_columns_have_the_same_units_where_entries_are_as_large_as_those_of_the_transpose(
     seed: int, spread: int, is_program: bool
 ) -> None:
@@ -91,17 +123,25 @@ def test_rows_and_columns_have_the_same_units_where_entries_are_as_large_as_thos
 
 
 @given(seed=st.integers(0, 2**32 - 1), spread=st.integers(0, 40))
-def test_equilibrated_rows_and_columns_have_entries_near_one(seed: int, spread: int) -> None:
+def test_equilibrated_rows_and_columns_have_entries_near_one(
+    seed: int, spread: int
+) -> None:
     generator = np.random.default_rng(seed)
     powers = generator.integers(-spread, spread + 1, (2, 6)).astype(float)
-    M = np.exp2(powers[0])[:, None] * generator.standard_normal((6, 6)) * np.exp2(powers[1])
+    M = (
+        np.exp2(powers[0])[:, None]
+        * generator.standard_normal((6, 6))
+        * np.exp2(powers[1])
+    )
     for matrix in (M, csr_array(M)):
         R, C = equilibrate(matrix, np.ones(6))
         scaled = R[:, None] * np.abs(M) * C
         largest = np.concatenate((scaled.max(axis=0), scaled.max(axis=1)))
         assert largest.min() >= 1 / 2
         assert largest.max() <= 2
-        assert np.array_equal(np.concatenate((R, C)), np.exp2(np.rint(np.log2(np.concatenate((R, C))))))
+        assert np.array_equal(
+            np.concatenate((R, C)), np.exp2(np.rint(np.log2(np.concatenate((R, C)))))
+        )
 
 
 def test_equilibration_keeps_symmetry() -> None:
@@ -121,7 +161,9 @@ def test_rows_and_columns_of_zeros_are_equilibrated_too(other: float) -> None:
 
 @pytest.mark.parametrize("n", [5, 150])
 @pytest.mark.parametrize("form", [np.asarray, csr_array])
-def test_largest_entries_are_those_of_absolute_values_whatever_the_size(n: int, form: type) -> None:
+def test_largest_entries_are_those_of_absolute_values_whatever_the_size(
+    n: int, form: type
+) -> None:
     random = np.random.default_rng(n)
     M = random.uniform(-2, 1, (n, n)) * (random.random((n, n)) < 0.5)
     R, C = random.random((2, n))
@@ -135,7 +177,9 @@ def test_largest_entries_are_those_of_absolute_values_whatever_the_size(n: int, 
 
 def test_units_of_a_large_matrix_are_found_by_blocks_of_rows() -> None:
     random = np.random.default_rng(0)
-    M = np.exp2(random.integers(-9, 10, 500))[:, None] * random.standard_normal((500, 500))
+    M = np.exp2(random.integers(-9, 10, 500))[:, None] * random.standard_normal(
+        (500, 500)
+    )
     found, whole = units(M), units(csr_array(M))
     assert found.parts == whole.parts == 1
     for own, other in ((found.rows, whole.rows), (found.columns, whole.columns)):
@@ -153,7 +197,10 @@ def test_products_are_those_of_the_operator_of_scipy_with_its_routine_or_without
         monkeypatch.setitem(sys.modules, "scipy.sparse._sparsetools", None)
     random = np.random.default_rng(0)
     for shape in ((5, 5), (3, 7), (40, 1)):
-        A, v = random.standard_normal(shape) * (random.random(shape) < 0.3), random.standard_normal(shape[1])
+        A, v = (
+            random.standard_normal(shape) * (random.random(shape) < 0.3),
+            random.standard_normal(shape[1]),
+        )
         for M in (A, csr_array(A)):
             times = multiplier(M)
             assert np.array_equal(times(v), times(v))
@@ -171,7 +218,11 @@ def routines(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) ->
 def same(made: Matrix, expected: Any) -> bool:
     """Whether both have the same entries, and scipy accepts the arrays of the first one."""
     made.check_format(full_check=True)
-    return bool(made.has_canonical_format and made.shape == expected.shape and not (made != csr_array(expected)).nnz)
+    return bool(
+        made.has_canonical_format
+        and made.shape == expected.shape
+        and not (made != csr_array(expected)).nnz
+    )
 
 
 def test_columns_become_rows_whatever_their_order_and_the_type_of_indices() -> None:
@@ -179,16 +230,25 @@ def test_columns_become_rows_whatever_their_order_and_the_type_of_indices() -> N
         A = csc_array(random_array(shape, density=0.4, rng=1))
         assert same(of_columns(A), A)
         wide = A.copy()
-        wide.indptr, wide.indices = wide.indptr.astype(np.int64), wide.indices.astype(np.int64)
+        wide.indptr, wide.indices = (
+            wide.indptr.astype(np.int64),
+            wide.indices.astype(np.int64),
+        )
         assert same(of_columns(wide), A)
-    A = csc_array((np.array([1.0, 2, 4]), np.array([2, 0, 2]), np.array([0, 3, 3, 3])), shape=(3, 3))
+    A = csc_array(
+        (np.array([1.0, 2, 4]), np.array([2, 0, 2]), np.array([0, 3, 3, 3])),
+        shape=(3, 3),
+    )
     assert same(Problem(A, np.ones(3)).M, np.array([[2.0, 0, 0], [0, 0, 0], [5, 0, 0]]))
 
 
 def test_programs_by_columns_and_by_rows_have_the_same_conditions() -> None:
     A, Q = random_array((5, 8), density=0.5, rng=4), csr_array(np.diag(np.arange(8.0)))
     ends = {"row_lower": [0.0, -1, -np.inf, 2, 3], "row_upper": [1.0, np.inf, 2, 2, 4]}
-    made = [from_qp(form(Q), np.ones(8), form(A), **ends) for form in (csr_array, csc_array, coo_array)]
+    made = [
+        from_qp(form(Q), np.ones(8), form(A), **ends)
+        for form in (csr_array, csc_array, coo_array)
+    ]
     dense = from_qp(Q.toarray(), np.ones(8), A.toarray(), **ends)
     for problem in made:
         assert same(problem.M, dense.M)
@@ -224,8 +284,12 @@ def test_products_are_those_of_the_matrix(name: str) -> None:
     assert np.allclose(operator(x), M @ x, rtol=0, atol=1e-13)
     assert np.allclose(operator(x, factors), factors * (M @ x), rtol=0, atol=1e-13)
     residual = factors * (b - M @ x)
-    assert np.allclose(operator.residual(x, b, factors, np.empty_like(x)), residual, rtol=0, atol=1e-13)
-    assert np.allclose(operator.relaxed(x, b, factors, 0.5), x + 0.5 * residual, rtol=0, atol=1e-13)
+    assert np.allclose(
+        operator.residual(x, b, factors, np.empty_like(x)), residual, rtol=0, atol=1e-13
+    )
+    assert np.allclose(
+        operator.relaxed(x, b, factors, 0.5), x + 0.5 * residual, rtol=0, atol=1e-13
+    )
     image = operator.in_single_precision()(x.astype(np.float32))
     assert image.dtype == np.float32
     assert np.allclose(image, M @ x, rtol=0, atol=1e-4)

@@ -9,7 +9,11 @@ from lcpcli.typing import Matrix, Vector
 
 
 def line(m: int, middle: float = 2.0) -> Matrix:
-    return csr_array(diags_array([-np.ones(m - 1), np.full(m, middle), -np.ones(m - 1)], offsets=[-1, 0, 1]))
+    return csr_array(
+        diags_array(
+            [-np.ones(m - 1), np.full(m, middle), -np.ones(m - 1)], offsets=[-1, 0, 1]
+        )
+    )
 
 
 def plane(m: int, across: float = 1.0) -> Matrix:
@@ -23,7 +27,10 @@ def space(m: int) -> Matrix:
 def stream(m: int, speed: float) -> Matrix:
     """Convection and diffusion with upwind differences, which is not symmetric."""
     upwind = diags_array([-np.ones(m - 1), np.ones(m)], offsets=[-1, 0])
-    return csr_array(plane(m) + speed / m * (kron(upwind, eye_array(m)) + 0.5 * kron(eye_array(m), upwind)))
+    return csr_array(
+        plane(m)
+        + speed / m * (kron(upwind, eye_array(m)) + 0.5 * kron(eye_array(m), upwind))
+    )
 
 
 def smooth(n: int, seed: int = 0) -> Vector:

@@ -35,14 +35,21 @@ def matrix(kind: str, n: int, random: Generator) -> Matrix:
     }[kind]
 
 
-def solvable(kind: str, n: int, random: Generator, degenerate: bool = False, sparse: bool = False) -> Problem:
+def solvable(
+    kind: str, n: int, random: Generator, degenerate: bool = False, sparse: bool = False
+) -> Problem:
     """A problem built around a solution, with bounds of all kinds; if degenerate, w is 0 at half of those attained."""
     M = matrix(kind, n, random)
     lower, upper = with_all_bounds(n, random)
     states = random.integers(0, 3, n)
-    at_lower, at_upper = (states == AT_LOWER) & np.isfinite(lower), (states == AT_UPPER) & np.isfinite(upper)
+    at_lower, at_upper = (
+        (states == AT_LOWER) & np.isfinite(lower),
+        (states == AT_UPPER) & np.isfinite(upper),
+    )
     some = random.standard_normal(n)
-    z = np.where(at_lower, lower, np.where(at_upper, upper, np.clip(some, lower, upper)))
+    z = np.where(
+        at_lower, lower, np.where(at_upper, upper, np.clip(some, lower, upper))
+    )
     w = random.uniform(0.5, 2, n) * (at_lower * 1.0 - at_upper * 1.0)
     if degenerate:
         w[random.random(n) < 0.5] = 0.0

@@ -24,7 +24,13 @@ class Rows(NamedTuple):
 
     def problem(self) -> Problem:
         return from_qp(
-            self.Q, self.c, self.A, row_lower=self.low, row_upper=self.high, lower=self.lower, upper=self.upper
+            self.Q,
+            self.c,
+            self.A,
+            row_lower=self.low,
+            row_upper=self.high,
+            lower=self.lower,
+            upper=self.upper,
         )
 
 
@@ -32,11 +38,25 @@ def random_program(seed: int, most: int = 160, kind: str = "") -> Rows:
     """Return a program of integers: "infeasible" for every even seed, else with a minimum, "unbounded" or "both";
     dense or sparse, linear or quadratic, with equations, inequalities, ranges, free and bounded variables."""
     random = np.random.default_rng(seed)
-    kind = kind or ("infeasible" if seed % 2 == 0 else str(random.choice(["minimum", "minimum", "unbounded", "both"])))
+    kind = kind or (
+        "infeasible"
+        if seed % 2 == 0
+        else str(random.choice(["minimum", "minimum", "unbounded", "both"]))
+    )
     k = int(np.exp(random.uniform(np.log(14), np.log(most))))
-    m, size = max(2, int(k * random.uniform(0.2, 1.1))), int(random.choice([1, 5, 100, 1000]))
-    density, rank = float(random.choice([1.0, 0.3, 0.1, 3 / k])), int(random.integers(1, k + 1))
-    A, B = (random.integers(-size, size + 1, (rows, k)) * (random.random((rows, k)) < density) for rows in (m, rank))
+    m, size = (
+        max(2, int(k * random.uniform(0.2, 1.1))),
+        int(random.choice([1, 5, 100, 1000])),
+    )
+    density, rank = (
+        float(random.choice([1.0, 0.3, 0.1, 3 / k])),
+        int(random.integers(1, k + 1)),
+    )
+    A, B = (
+        random.integers(-size, size + 1, (rows, k))
+        * (random.random((rows, k)) < density)
+        for rows in (m, rank)
+    )
     A, B = A.astype(float), np.clip(B, -10, 10) * float(random.integers(2))
     x = (random.integers(0, 6, k) * (random.random(k) < 0.5)).astype(float)
     lower, upper = np.zeros(k), np.full(k, np.inf)
@@ -44,20 +64,27 @@ def random_program(seed: int, most: int = 160, kind: str = "") -> Rows:
         lower[random.random(k) < 0.3] = -np.inf
         boxed = random.random(k) < 0.2
         upper[boxed] = x[boxed] + random.integers(0, 4, boxed.sum())
-    forms, gap = random.choice(4, m, p=(0.25, 0.25, 0.3, 0.2)), random.integers(0, 4, m).astype(float)
+    forms, gap = (
+        random.choice(4, m, p=(0.25, 0.25, 0.3, 0.2)),
+        random.integers(0, 4, m).astype(float),
+    )
     direction = np.zeros(k)
     if kind in ("unbounded", "both"):
         upper[0] = np.inf
         direction = np.where(np.isfinite(upper), 0.0, random.integers(0, 3, k))
         direction[0] = 1.0
-        rise = np.where(forms == 1, 1, np.where(forms == 2, -1, 0)) * random.integers(0, 3, m)
+        rise = np.where(forms == 1, 1, np.where(forms == 2, -1, 0)) * random.integers(
+            0, 3, m
+        )
         A[:, 0], B[:, 0] = A[:, 0] + rise - A @ direction, B[:, 0] - B @ direction
     Q, Ax = B.T @ B, A @ x
     low, high = (
         np.where(forms == 2, -np.inf, Ax - gap * (forms > 0)),
         np.where(forms == 1, np.inf, Ax + gap * (forms > 1)),
     )
-    y = np.where((gap == 0) | (forms == 0), random.integers(1, 5, m), 0) * np.where(high == Ax, -1.0, 1.0)
+    y = np.where((gap == 0) | (forms == 0), random.integers(1, 5, m), 0) * np.where(
+        high == Ax, -1.0, 1.0
+    )
     c = A.T @ y + np.where(x == lower, random.integers(0, 4, k), 0) - Q @ x
     c[0] -= max(c @ direction + 1, 0) * direction.any()
     if kind in ("infeasible", "both"):
@@ -65,9 +92,13 @@ def random_program(seed: int, most: int = 160, kind: str = "") -> Rows:
     return Rows(Q, c, A, low, high, lower, upper, kind == "minimum")
 
 
-def _with_contradiction(A: Vector, low: Vector, high: Vector, random: np.random.Generator) -> tuple[Vector, ...]:
+def _with_contradiction(
+    A: Vector, low: Vector, high: Vector, random: np.random.Generator
+) -> tuple[Vector, ...]:
     """Return the rows with one more: a combination of some of them, above the bound that follows from these."""
-    chosen = random.choice(low.size, int(random.integers(1, min(low.size, 12) + 1)), replace=False)
+    chosen = random.choice(
+        low.size, int(random.integers(1, min(low.size, 12) + 1)), replace=False
+    )
     above = np.isfinite(high[chosen])
     factors = random.integers(1, 4, chosen.size) * np.where(above, 1.0, -1.0)
     bound = factors @ np.where(above, high[chosen], low[chosen])
@@ -83,10 +114,20 @@ def with_rounded_combination(seed: int, k: int = 40, m: int = 20) -> Rows:
     """Return a linear program with a Gaussian matrix, whose last row is a combination of others, rounded to doubles,
     with another right-hand side."""
     random = np.random.default_rng(seed)
-    A, x = random.standard_normal((m, k)) * (random.random((m, k)) < 0.3), random.random(k)
+    A, x = (
+        random.standard_normal((m, k)) * (random.random((m, k)) < 0.3),
+        random.random(k),
+    )
     factors = random.integers(0, 3, m).astype(float)
     A = np.vstack((A, factors @ A))
     end = A @ x + np.append(np.zeros(m), -1.0)
     return Rows(
-        np.zeros((k, k)), A.T @ np.ones(m + 1) + random.random(k), A, end, end, np.zeros(k), np.full(k, np.inf), False
+        np.zeros((k, k)),
+        A.T @ np.ones(m + 1) + random.random(k),
+        A,
+        end,
+        end,
+        np.zeros(k),
+        np.full(k, np.inf),
+        False,
     )

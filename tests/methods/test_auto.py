@@ -21,7 +21,13 @@ from scipy.sparse import block_array, block_diag, csr_array, diags_array, identi
 
 from lcpcli import Problem, Status, Trace, clock, plan, run, solve, write
 from lcpcli.auto import attempts as auto_table
-from lcpcli.auto.attempts import MOST_PIVOTED_BY_NUMPY, ROUNDS, Row, Structure, in_rounds
+from lcpcli.auto.attempts import (
+    MOST_PIVOTED_BY_NUMPY,
+    ROUNDS,
+    Row,
+    Structure,
+    in_rounds,
+)
 from lcpcli.auto.policy import _for_half_of_the_time
 from lcpcli.gallery import families
 from lcpcli.interrupts import check, remaining, within
@@ -48,7 +54,12 @@ def counting(_: Structure) -> Stage:
         yield Iterate(np.zeros(PROBLEM.n), None, "", 2 * k)
 
 
-def row(name: str, begin: auto_table.Callable[[Structure], Stage], share: float = 3, first_round: int = 0) -> Row:
+def row(
+    name: str,
+    begin: auto_table.Callable[[Structure], Stage],
+    share: float = 3,
+    first_round: int = 0,
+) -> Row:
     return Row(name, "", "", lambda _: True, begin, lambda _: share, first_round)
 
 
@@ -62,21 +73,36 @@ def turns_of(*rows: Row) -> tuple[list[tuple[str, int]], Turns]:
 
 def test_attempts_go_on_in_rounds_with_doubled_shares() -> None:
     taken, turns = turns_of(row("a", counting), row("b", counting, 1))
-    assert taken == [(name, share * 2**k) for k in range(ROUNDS) for name, share in (("a", 3), ("b", 1))]
+    assert taken == [
+        (name, share * 2**k)
+        for k in range(ROUNDS)
+        for name, share in (("a", 3), ("b", 1))
+    ]
     assert turns.last.evaluations == 2 * sum(iterates for _, iterates in taken)
 
 
-@pytest.mark.parametrize("name", ["harker-pang", "bimatrix", "lp", "contact", "planted", "obstacle", "circuit"])
+@pytest.mark.parametrize(
+    "name",
+    ["harker-pang", "bimatrix", "lp", "contact", "planted", "obstacle", "circuit"],
+)
 @pytest.mark.parametrize("n", [18, 500])
 def test_the_route_of_a_run_is_a_part_of_its_plan(name: str, n: int) -> None:
     problem = families.make(name, min(n, {"bimatrix": 200, "planted": 60}.get(name, n)))
     planned = {attempt.method for attempt in plan(problem)} | {"auto"}
-    inside = {"krylov", "multilevel", "gradient"} if planned & {"sparse", "newton"} else set()
+    inside = (
+        {"krylov", "multilevel", "gradient"}
+        if planned & {"sparse", "newton"}
+        else set()
+    )
     assert set(run(problem, trace=True).route) <= planned | inside
 
 
 def test_a_plan_says_that_presolve_and_exact_arithmetic_take_part() -> None:
-    bounded = Problem(np.diag([1.0, 0.0, 2.0]) + np.triu(np.ones((3, 3)), 1), -np.ones(3), upper=[1, 2, np.inf])
+    bounded = Problem(
+        np.diag([1.0, 0.0, 2.0]) + np.triu(np.ones((3, 3)), 1),
+        -np.ones(3),
+        upper=[1, 2, np.inf],
+    )
     methods = [attempt.method for attempt in plan(bounded)]
     assert "presolve" in methods
     assert methods.index("exact") < methods.index("milp")
@@ -111,7 +137,9 @@ def looking(seen: list[float]) -> Stage:
     return Finished()
 
 
-def test_the_second_half_is_left_and_no_context_is_open_in_between(now: list[float]) -> None:
+def test_the_second_half_is_left_and_no_context_is_open_in_between(
+    now: list[float],
+) -> None:
     seen: list[float] = []
     with within(100.0):
         stage = _for_half_of_the_time(looking(seen))
@@ -130,22 +158,37 @@ def gaussian(n: int, seed: int) -> Problem:
 
 
 @pytest.mark.parametrize("family", ["contact", "lp", "qp", "transport"])
-def test_zeros_on_the_diagonal_call_for_lemke_and_for_interior_before_it_where_pivots_cost_more(family: str) -> None:
-    small, large = (run(families.make(family, n), trace=True) for n in (MOST_PIVOTED_BY_NUMPY // 2, MOST_PIVOTED + 50))
+def test_zeros_on_the_diagonal_call_for_lemke_and_for_interior_before_it_where_pivots_cost_more(
+    family: str,
+) -> None:
+    small, large = (
+        run(families.make(family, n), trace=True)
+        for n in (MOST_PIVOTED_BY_NUMPY // 2, MOST_PIVOTED + 50)
+    )
     assert (small.solved, small.route) == (True, ("lemke",))
-    assert (large.solved, {"interior", "piqp"} & {*large.route} != set(), "lemke" in large.route) == (True, True, False)
+    assert (
+        large.solved,
+        {"interior", "piqp"} & {*large.route} != set(),
+        "lemke" in large.route,
+    ) == (True, True, False)
 
 
-def test_attempts_that_the_direct_run_has_made_are_not_made_again(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_attempts_that_the_direct_run_has_made_are_not_made_again(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     made, pivoted = [], lemke.pivoted
-    monkeypatch.setattr(lemke, "pivoted", lambda *given: made.append(given) or pivoted(*given))
+    monkeypatch.setattr(
+        lemke, "pivoted", lambda *given: made.append(given) or pivoted(*given)
+    )
     result = run(families.make("ray", 24), trace=True)
     assert (result.solved, result.route[-1], len(made)) == (True, "milp", 1)
 
 
 def test_factors_of_narrow_bands_come_first_as_long_as_they_settle_fast() -> None:
     for n in (200, 1000):
-        M = families.make("tridiagonal", n).M + diags_array([np.ones(n - 2)], offsets=[2])  # no Z-matrix
+        M = families.make("tridiagonal", n).M + diags_array(
+            [np.ones(n - 2)], offsets=[2]
+        )  # no Z-matrix
         assert run(Problem(M, -np.ones(n))).route == ("newton",)
 
 
@@ -156,7 +199,9 @@ def test_planted_solutions_are_found() -> None:
 
 
 @pytest.mark.parametrize("seed", range(100, 106))
-def test_problems_without_a_known_solution_are_decided_and_infeasible_ones_wait_for_no_search(seed: int) -> None:
+def test_problems_without_a_known_solution_are_decided_and_infeasible_ones_wait_for_no_search(
+    seed: int,
+) -> None:
     result = run(gaussian(20 + seed % 2 * 10, seed), time_limit=60)
     assert result.solved or result.status.has_no_solution
     assert result.status is not Status.INFEASIBLE or "reflections" not in result.route
@@ -168,18 +213,26 @@ def test_a_solution_that_rounding_hides_from_a_linear_program_is_found() -> None
     A = block_diag([[[1 + eps, -1], [-1, 1]], identity(k)])
     b, c = np.ones(k + 2), np.ones(k + 2)
     b[1], c[:2] = small - 1, 0
-    result = run(Problem(csr_array(block_array([[None, -A.T], [A, None]])), np.append(c, -b)))
+    result = run(
+        Problem(csr_array(block_array([[None, -A.T], [A, None]])), np.append(c, -b))
+    )
     assert result.solved
 
 
 @pytest.mark.parametrize(("n", "is_dense"), [(100, True), (401, True), (1000, False)])
-def test_a_first_time_step_of_an_american_put_is_solved_although_far_prices_are_tiny(n: int, is_dense: bool) -> None:
+def test_a_first_time_step_of_an_american_put_is_solved_although_far_prices_are_tiny(
+    n: int, is_dense: bool
+) -> None:
     """Far out of the money they fall to 1e-38, and q is 0 there: from q < 0, each step of pivoting finds one more."""
     strike, rate, volatility, step = 100.0, 0.05, 0.2, 0.01
     x, h = np.linspace(-1.2, 1.2, n + 2, retstep=True)
     payoff = np.maximum(strike - strike * np.exp(x), 0.0)
     a, b = volatility**2 / (2 * h**2), (rate - volatility**2 / 2) / (2 * h)
-    M = diags_array([-(a - b) * step, 1 + (2 * a + rate) * step, -(a + b) * step], offsets=[-1, 0, 1], shape=(n, n))
+    M = diags_array(
+        [-(a - b) * step, 1 + (2 * a + rate) * step, -(a + b) * step],
+        offsets=[-1, 0, 1],
+        shape=(n, n),
+    )
     q = M @ payoff[1:-1] - payoff[1:-1]
     q[0] -= (a - b) * step * payoff[0]
     result = run(Problem(M.toarray() if is_dense else csr_array(M), q))
@@ -191,25 +244,47 @@ def test_a_few_nodes_prove_that_there_is_no_solution_before_a_search() -> None:
     """Also where the problem is feasible, but each complementary set is excluded."""
     results = [run(families.make("gaussian", 40, seed)) for seed in (0, 3)]
     assert [result.status for result in results] == 2 * [Status.UNSOLVABLE]
-    assert all(result.route[-1] == "milp" and "reflections" not in result.route for result in results)
-    plans = [plan(families.make(name, 40)) for name in ("gaussian", "harker-pang", "boxes")]
-    assert ["a few nodes" in [attempt.part for attempt in each] for each in plans] == [True, False, False]
+    assert all(
+        result.route[-1] == "milp" and "reflections" not in result.route
+        for result in results
+    )
+    plans = [
+        plan(families.make(name, 40)) for name in ("gaussian", "harker-pang", "boxes")
+    ]
+    assert ["a few nodes" in [attempt.part for attempt in each] for each in plans] == [
+        True,
+        False,
+        False,
+    ]
 
 
 def test_the_trivial_solution_is_seen_at_once_unless_the_run_has_a_start() -> None:
     problem = families.make("ben-gharbia-gilbert", 51)
     assert problem.x0 is not None
     result = run(problem)
-    assert (result.solved, result.evaluations, np.count_nonzero(result.z)) == (True, 0, 0)
+    assert (result.solved, result.evaluations, np.count_nonzero(result.z)) == (
+        True,
+        0,
+        0,
+    )
     assert run(problem, x0=np.ones(problem.n)).evaluations > 0
 
 
-@pytest.mark.parametrize(("n", "sparse"), [(100, False), (400, False), (200, True), (800, True)])
+@pytest.mark.parametrize(
+    ("n", "sparse"), [(100, False), (400, False), (200, True), (800, True)]
+)
 def test_chains_and_trees_of_zeros_take_one_system(n: int, sparse: bool) -> None:
     """Each q_i but those of a few roots is 0: from q < 0, each step finds the children of the last variables."""
     random = np.random.default_rng(n)
-    for parents in (np.arange(n) - 1, np.array([int(random.integers(0, max(i, 1))) for i in range(n)])):
-        M, q, roots = np.eye(n), np.zeros(n), [0, *random.integers(1, n, size=3).tolist()]
+    for parents in (
+        np.arange(n) - 1,
+        np.array([int(random.integers(0, max(i, 1))) for i in range(n)]),
+    ):
+        M, q, roots = (
+            np.eye(n),
+            np.zeros(n),
+            [0, *random.integers(1, n, size=3).tolist()],
+        )
         M[np.arange(1, n), parents[1:]] = -(10.0 ** random.uniform(-3, 3, size=n - 1))
         M[roots] = np.eye(n)[roots]
         q[roots] = -(10.0 ** random.uniform(-3, 3, size=len(roots)))
@@ -224,8 +299,14 @@ def test_sparse_infeasible_problems_are_proved_so() -> None:
     n = 250
     ends = np.full(n, 2.0)
     ends[[0, -1]] = 1.0
-    neumann = sparse.diags_array([-np.ones(n - 1), ends, -np.ones(n - 1)], offsets=[-1, 0, 1])
-    for M in (sparse.csr_array((n, n)), sparse.diags_array(np.minimum(np.arange(n), 1.0)).tocsr(), neumann):
+    neumann = sparse.diags_array(
+        [-np.ones(n - 1), ends, -np.ones(n - 1)], offsets=[-1, 0, 1]
+    )
+    for M in (
+        sparse.csr_array((n, n)),
+        sparse.diags_array(np.minimum(np.arange(n), 1.0)).tocsr(),
+        neumann,
+    ):
         assert run(Problem(M, -np.ones(n))).status is Status.INFEASIBLE
 
 
@@ -233,12 +314,16 @@ def test_sparse_infeasible_problems_are_proved_so() -> None:
 OF_HIGHS = ("HiGHS", "THIRD_PARTY_NOTICES")
 
 
-def test_structurally_singular_blocks_print_nothing(capfd: pytest.CaptureFixture[str]) -> None:
+def test_structurally_singular_blocks_print_nothing(
+    capfd: pytest.CaptureFixture[str],
+) -> None:
     generator = np.random.default_rng(3)
     M = sparse.csr_array(sparse.random_array((300, 300), density=0.01, rng=generator))
     run(Problem(M, generator.standard_normal(300)), time_limit=1.0)
     printed = capfd.readouterr().out.splitlines()
-    assert [line for line in printed if not any(word in line for word in OF_HIGHS)] == []
+    assert [
+        line for line in printed if not any(word in line for word in OF_HIGHS)
+    ] == []
 
 
 def test_units_near_the_ends_of_double_range_do_not_look_like_divergence() -> None:
@@ -248,10 +333,24 @@ def test_units_near_the_ends_of_double_range_do_not_look_like_divergence() -> No
 
 def test_interrupt_reaches_the_solver_of_programs(tmp_path: Path) -> None:
     write(families.make("bimatrix", 120), tmp_path / "game.json")
-    command = [sys.executable, "-m", "lcpcli", "solve", str(tmp_path / "game.json"), "--method", "milp"]
-    with subprocess.Popen([*command, "--format", "json"], stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
+    command = [
+        sys.executable,
+        "-m",
+        "lcpcli",
+        "solve",
+        str(tmp_path / "game.json"),
+        "--method",
+        "milp",
+    ]
+    with subprocess.Popen(
+        [*command, "--format", "json"], stdout=subprocess.PIPE, stderr=subprocess.PIPE
+    ) as process:
         maps, deadline = Path(f"/proc/{process.pid}/maps"), time.monotonic() + 30.0
-        while maps.exists() and "highs" not in maps.read_text() and time.monotonic() < deadline:
+        while (
+            maps.exists()
+            and "highs" not in maps.read_text()
+            and time.monotonic() < deadline
+        ):
             # Until the solver is loaded, which takes longer where other processes are
             # busy.
             time.sleep(0.05)
@@ -266,26 +365,43 @@ def test_interrupt_reaches_the_solver_of_programs(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("method", ["shi", "fixed-point"])
-def test_scale_and_finish_are_added_to_the_literal_methods_in_the_open(method: str) -> None:
+def test_scale_and_finish_are_added_to_the_literal_methods_in_the_open(
+    method: str,
+) -> None:
     generator = np.random.default_rng(5)
     factor = generator.standard_normal((20, 20))
     M, q = factor @ factor.T + 20 * np.eye(20), generator.standard_normal(20)
-    plain, scaled = (solve(M, q, method, scale=scale, max_iterations=20000) for scale in (False, True))
+    plain, scaled = (
+        solve(M, q, method, scale=scale, max_iterations=20000)
+        for scale in (False, True)
+    )
     ticks, trace = count(), Trace()
     # So that the time for tries is the same every time.
     limits, clock = Limits(tol=1e-13), lambda: float(next(ticks))
-    finished = driver.run(Problem(M, q), method, scale=True, finish=True, limits=limits, trace=trace, clock=clock)
+    finished = driver.run(
+        Problem(M, q),
+        method,
+        scale=True,
+        finish=True,
+        limits=limits,
+        trace=trace,
+        clock=clock,
+    )
     assert (scaled.solved, scaled.iterations < plain.iterations) == (True, True)
     assert (finished.solved, trace.rows[-1].step) == (True, "finish")
     assert (finished.options["scale"], finished.options["finish"]) == (True, True)
 
 
-def test_attempts_with_large_matrices_are_not_held(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_attempts_with_large_matrices_are_not_held(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     monkeypatch.setattr(auto_table, "MOST_HELD", PROBLEM.n - 1)
     assert turns_of(row("a", counting))[0] == [("a", 3)]
 
 
-def test_a_row_that_is_added_is_tried_and_shown_and_its_claim_is_not_believed(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_row_that_is_added_is_tried_and_shown_and_its_claim_is_not_believed(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     """The first two rows of all end at a point that is no solution, and at one that is known beforehand."""
     problem = families.make("planted", 150)
     z = problem.box.project(np.asarray(problem.solutions[0]))
@@ -295,7 +411,11 @@ def test_a_row_that_is_added_is_tried_and_shown_and_its_claim_is_not_believed(mo
         return Finished()
 
     liar, known = (
-        row(*each, math.inf) for each in (("liar", lambda _: ending_at(0 * z)), ("known", lambda _: ending_at(z)))
+        row(*each, math.inf)
+        for each in (
+            ("liar", lambda _: ending_at(0 * z)),
+            ("known", lambda _: ending_at(z)),
+        )
     )
     new = (liar, known._replace(reason="it is known"))
     for place in ("auto.attempts", "auto.policy", "inspection.inspection"):

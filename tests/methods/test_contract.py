@@ -74,9 +74,13 @@ FAULTS = {
     "changes M or q": yielding(changes_q),
     "changes an array that it has yielded": yielding(changes_x, changes_x),
     "counts fewer evaluations than before": yielding(step(1.0, 2), step(2.0, 1)),
-    "yields other iterates when it is run again": yielding(lambda *_: step(np.random.default_rng().random())(*_)),
+    "yields other iterates when it is run again": yielding(
+        lambda *_: step(np.random.default_rng().random())(*_)
+    ),
     "yields an x with nan": yielding(step(np.nan)),
-    "yields an x that is not an array of numbers": yielding(lambda _, x0: Iterate(x0.tolist(), None, "", 1)),
+    "yields an x that is not an array of numbers": yielding(
+        lambda _, x0: Iterate(x0.tolist(), None, "", 1)
+    ),
     "counts None evaluations": yielding(step(0.0, None)),
     "raises KeyError: 'no such key'": yielding(step(1.0), raises),
     "takes the options ['sweeps'], but declares []": takes_an_option,
@@ -84,13 +88,17 @@ FAULTS = {
 }
 
 
-def declare(monkeypatch: pytest.MonkeyPatch, function: Callable[..., Any], **declared: Any) -> None:
+def declare(
+    monkeypatch: pytest.MonkeyPatch, function: Callable[..., Any], **declared: Any
+) -> None:
     """Declare a method of a package toys as a function of a module of it."""
     module = ModuleType("toys.methods")
     function.__module__ = "toys.methods"
     setattr(module, "toy", function)  # noqa: B010
     monkeypatch.setitem(sys.modules, "toys.methods", module)
-    monkeypatch.setitem(METHODS, "toy", Method("a toy", location=("toys.methods", "toy"), **declared))
+    monkeypatch.setitem(
+        METHODS, "toy", Method("a toy", location=("toys.methods", "toy"), **declared)
+    )
 
 
 @pytest.mark.parametrize("fault", FAULTS)
@@ -106,14 +114,22 @@ def test_a_start_that_matters_is_declared(monkeypatch: pytest.MonkeyPatch) -> No
             yield Iterate(x0 + 1.0, None, "", 1)
 
     declare(monkeypatch, steps)
-    with pytest.raises(AssertionError, match="depends on the start, but does not declare uses_start"):
+    with pytest.raises(
+        AssertionError, match="depends on the start, but does not declare uses_start"
+    ):
         check_method("toy")
     declare(monkeypatch, steps, uses_start=True)
     check_method("toy")
 
 
-def test_a_method_is_not_begun_with_more_unknowns_than_it_declares(monkeypatch: pytest.MonkeyPatch) -> None:
-    declare(monkeypatch, yielding(lambda problem, _: Iterate(-np.ones(problem.n), None, "", 1)), max_unknowns=2)
+def test_a_method_is_not_begun_with_more_unknowns_than_it_declares(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    declare(
+        monkeypatch,
+        yielding(lambda problem, _: Iterate(-np.ones(problem.n), None, "", 1)),
+        max_unknowns=2,
+    )
     few, many = (solve(-np.eye(n), -np.ones(n), "toy") for n in (2, 3))
     assert few.iterations == 1
     assert (many.status, many.iterations) == (Status.BREAKDOWN, 0)
@@ -125,7 +141,10 @@ def test_a_default_is_in_its_range(monkeypatch: pytest.MonkeyPatch) -> None:
         while True:
             yield Iterate(x0 + sweeps, None, "", 1)
 
-    right, wrong = (Option("sweeps", int, n, "whole number >= 1", lambda own: own >= 1, "Sweeps.") for n in (1, 0))
+    right, wrong = (
+        Option("sweeps", int, n, "whole number >= 1", lambda own: own >= 1, "Sweeps.")
+        for n in (1, 0)
+    )
     declare(monkeypatch, steps, uses_start=True, options=(right,))
     check_method("toy")
     declare(monkeypatch, steps, uses_start=True, options=(wrong,))
@@ -206,14 +225,24 @@ def python(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
     """What Python does in that folder, whose packages it finds."""
     environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(folder), str(ROOT)])}
     command = [sys.executable, *arguments]
-    return subprocess.run(command, capture_output=True, text=True, check=False, cwd=folder, env=environment)
+    return subprocess.run(
+        command,
+        capture_output=True,
+        text=True,
+        check=False,
+        cwd=folder,
+        env=environment,
+    )
 
 
-def test_a_fault_of_a_method_of_another_package_is_the_status_of_its_run_or_one_line(faulty: Path) -> None:
+def test_a_fault_of_a_method_of_another_package_is_the_status_of_its_run_or_one_line(
+    faulty: Path,
+) -> None:
     """The record names the package and its version."""
     own = "broke down: the package faulty "
     told = {
-        "raises": own + f"raises KeyError: 'no such key' ({faulty / 'faulty' / 'methods.py'}, line 10)",
+        "raises": own
+        + f"raises KeyError: 'no such key' ({faulty / 'faulty' / 'methods.py'}, line 10)",
         "short": own + "yields an x of shape (1,) for 2 unknowns",
         "nothing": own + "yields or returns None",
         "done": "a sweep moved less than 1e-9, but z does not solve the problem",
@@ -222,12 +251,18 @@ def test_a_fault_of_a_method_of_another_package_is_the_status_of_its_run_or_one_
         "raisse": "method: 'raisse' is unknown; did you mean raises?",
     }
     seen = json.loads(python(faulty, "-c", RUNS).stdout)
-    assert {method: text for method, text in told.items() if text not in seen[method][0]} == {}
+    assert {
+        method: text for method, text in told.items() if text not in seen[method][0]
+    } == {}
     packages = {method: package for method, (_, package) in seen.items()}
-    assert packages == dict.fromkeys(NAMES, "faulty 1.0") | dict.fromkeys(["newton", "nowhere", "raisse"])
+    assert packages == dict.fromkeys(NAMES, "faulty 1.0") | dict.fromkeys(
+        ["newton", "nowhere", "raisse"]
+    )
 
 
-def test_a_fault_of_a_format_of_another_package_is_the_line_of_its_file(faulty: Path) -> None:
+def test_a_fault_of_a_format_of_another_package_is_the_line_of_its_file(
+    faulty: Path,
+) -> None:
     done = python(faulty, "-m", "lcpcli", "solve", "p.raises", "p.nothing", "good.json")
     assert done.returncode == 2
     assert re.search(
@@ -239,6 +274,10 @@ def test_a_fault_of_a_format_of_another_package_is_the_line_of_its_file(faulty: 
 
 
 def test_a_method_is_known_by_its_author() -> None:
-    for name, method in {"schaefer": "fixed-point", "vector-division": "shi", "Mehrotra": "interior"}.items():
+    for name, method in {
+        "schaefer": "fixed-point",
+        "vector-division": "shi",
+        "Mehrotra": "interior",
+    }.items():
         with pytest.raises(OptionError, match=f"is unknown; did you mean {method}"):
             solve([[2]], [-1], name)

@@ -17,20 +17,39 @@ from lcpcli.methods.direct import may_be_program
 
 from .programs import Rows, random_program
 
-pytestmark = pytest.mark.skipif(find_spec("piqp") is None, reason="the extra programs is not installed")
+pytestmark = pytest.mark.skipif(
+    find_spec("piqp") is None, reason="the extra programs is not installed"
+)
 
 
 def sparse(rows: Rows) -> Problem:
-    ends = {"row_lower": rows.low, "row_upper": rows.high, "lower": rows.lower, "upper": rows.upper}
+    ends = {
+        "row_lower": rows.low,
+        "row_upper": rows.high,
+        "lower": rows.lower,
+        "upper": rows.upper,
+    }
     return lcpcli.from_qp(csr_array(rows.Q), rows.c, csr_array(rows.A), **ends)
 
 
 def spread(rows: Rows, decades: float, seed: int) -> Rows:
     """The same program in units of rows and variables that are far apart, powers of two."""
     random = np.random.default_rng(seed)
-    R, C = (2.0 ** random.integers(-(most := int(3.3 * decades)), most, size) for size in rows.A.shape)
-    own = {"A": rows.A * R[:, np.newaxis] * C, "Q": rows.Q * C[:, np.newaxis] * C, "c": rows.c * C}
-    ends = {"low": rows.low * R, "high": rows.high * R, "lower": rows.lower / C, "upper": rows.upper / C}
+    R, C = (
+        2.0 ** random.integers(-(most := int(3.3 * decades)), most, size)
+        for size in rows.A.shape
+    )
+    own = {
+        "A": rows.A * R[:, np.newaxis] * C,
+        "Q": rows.Q * C[:, np.newaxis] * C,
+        "c": rows.c * C,
+    }
+    ends = {
+        "low": rows.low * R,
+        "high": rows.high * R,
+        "lower": rows.lower / C,
+        "upper": rows.upper / C,
+    }
     return rows._replace(**own, **ends)
 
 
@@ -45,7 +64,9 @@ def dependent(rows: Rows) -> Rows:
 
 def solved(problem: Problem) -> Result:
     result = lcpcli.run(problem)
-    assert result.solved == (result.relative_residual <= result.tol or result.relative_residual <= 1e-15)
+    assert result.solved == (
+        result.relative_residual <= result.tol or result.relative_residual <= 1e-15
+    )
     return result
 
 
@@ -55,7 +76,12 @@ def solved(problem: Problem) -> Result:
 def test_programs_are_solved_in_all_units_and_with_dependent_rows(seed: int) -> None:
     rows = random_program(seed, kind="minimum")
     minima = set[float]()
-    for given in (rows, spread(rows, 1, seed), dependent(rows), spread(dependent(rows), 1, seed)):
+    for given in (
+        rows,
+        spread(rows, 1, seed),
+        dependent(rows),
+        spread(dependent(rows), 1, seed),
+    ):
         problem = sparse(given)
         if problem.n == given.c.size:
             continue
@@ -63,7 +89,9 @@ def test_programs_are_solved_in_all_units_and_with_dependent_rows(seed: int) -> 
         assert result.solved
         assert problem.n < 50 or "piqp" in result.route
         minima.add(float(result.answer.objective))
-    assert max(minima, default=0.0) - min(minima, default=0.0) <= 1e-7 * (1 + max(map(abs, minima), default=0.0))
+    assert max(minima, default=0.0) - min(minima, default=0.0) <= 1e-7 * (
+        1 + max(map(abs, minima), default=0.0)
+    )
 
 
 @pytest.mark.parametrize("seed", [2028, 2037, 2048])
@@ -83,25 +111,62 @@ def test_programs_without_a_minimum_are_never_solved(seed: int) -> None:
 
 def test_bounds_of_all_kinds_fixed_variables_and_bounds_that_stand_for_none() -> None:
     """Six programs in one, with different objectives: with bounds of 1e20, and with none in their place."""
-    A = csr_array(np.array([[1.0, 1, 1, 1, 0, 2], [0, 1, -1, 0, 3, 1], [1.0, 0, 0, 0, 1, 0], [0, 0, 2, 1, 0, 1]]))
-    A, Q = block_diag([A] * 6, format="csr"), block_diag([np.diag([0.0, 1, 2, 0, 0, 0])] * 6, format="csr")
+    A = csr_array(
+        np.array(
+            [
+                [1.0, 1, 1, 1, 0, 2],
+                [0, 1, -1, 0, 3, 1],
+                [1.0, 0, 0, 0, 1, 0],
+                [0, 0, 2, 1, 0, 1],
+            ]
+        )
+    )
+    A, Q = (
+        block_diag([A] * 6, format="csr"),
+        block_diag([np.diag([0.0, 1, 2, 0, 0, 0])] * 6, format="csr"),
+    )
     c = np.outer(np.arange(1.0, 7), [1.0, -1, -4, 2, -3, -5]).ravel()
-    lower, upper = np.tile([0.0, -np.inf, 1, 2, -1e20, -3], 6), np.tile([np.inf, 5, 1, 2, 4, 1e20], 6)
-    sides = {"row_lower": np.tile([-np.inf, 2, -6, -7], 6), "row_upper": np.tile([8, 2, np.inf, 9], 6)}
-    ends = np.where(lower == -1e20, -np.inf, lower), np.where(upper == 1e20, np.inf, upper)
-    results = [solved(lcpcli.from_qp(Q, c, A, **sides, lower=low, upper=high)) for low, high in ((lower, upper), ends)]
+    lower, upper = (
+        np.tile([0.0, -np.inf, 1, 2, -1e20, -3], 6),
+        np.tile([np.inf, 5, 1, 2, 4, 1e20], 6),
+    )
+    sides = {
+        "row_lower": np.tile([-np.inf, 2, -6, -7], 6),
+        "row_upper": np.tile([8, 2, np.inf, 9], 6),
+    }
+    ends = (
+        np.where(lower == -1e20, -np.inf, lower),
+        np.where(upper == 1e20, np.inf, upper),
+    )
+    results = [
+        solved(lcpcli.from_qp(Q, c, A, **sides, lower=low, upper=high))
+        for low, high in ((lower, upper), ends)
+    ]
     assert all(result.solved and "piqp" in result.route for result in results)
-    expected = lcpcli.run(lcpcli.from_qp(Q, c, A, **sides, lower=ends[0], upper=ends[1]), "interior")
+    expected = lcpcli.run(
+        lcpcli.from_qp(Q, c, A, **sides, lower=ends[0], upper=ends[1]), "interior"
+    )
     assert expected.solved
     for result in results:
-        assert result.answer.objective == pytest.approx(expected.answer.objective, rel=1e-9)
+        assert result.answer.objective == pytest.approx(
+            expected.answer.objective, rel=1e-9
+        )
 
 
-def test_a_row_without_ends_is_solved_and_nothing_is_printed(capfd: pytest.CaptureFixture[str]) -> None:
+def test_a_row_without_ends_is_solved_and_nothing_is_printed(
+    capfd: pytest.CaptureFixture[str],
+) -> None:
     """PIQP would print a line about such rows."""
     rows = random_program(2004, kind="minimum")
-    A, low, high = np.vstack((rows.A, rows.A[:1])), np.append(rows.low, -np.inf), np.append(rows.high, np.inf)
-    expected, result = solved(sparse(rows)), solved(sparse(rows._replace(A=A, low=low, high=high)))
+    A, low, high = (
+        np.vstack((rows.A, rows.A[:1])),
+        np.append(rows.low, -np.inf),
+        np.append(rows.high, np.inf),
+    )
+    expected, result = (
+        solved(sparse(rows)),
+        solved(sparse(rows._replace(A=A, low=low, high=high))),
+    )
     assert result.route == ("piqp",)
     assert result.answer.objective == pytest.approx(expected.answer.objective, rel=1e-9)
     assert capfd.readouterr() == ("", "")
@@ -110,7 +175,9 @@ def test_a_row_without_ends_is_solved_and_nothing_is_printed(capfd: pytest.Captu
 def test_what_is_no_program_takes_the_usual_way() -> None:
     for problem in (
         lcpcli.from_qp(csr_array(np.diag(np.arange(1.0, 31))), -np.ones(30)),
-        Problem(csr_array(np.diag(np.full(400, 4.0)) - np.eye(400, k=1)), -np.ones(400)),
+        Problem(
+            csr_array(np.diag(np.full(400, 4.0)) - np.eye(400, k=1)), -np.ones(400)
+        ),
     ):
         assert not may_be_program(problem)
         assert "piqp" not in solved(problem).route
@@ -131,20 +198,30 @@ def test_options_and_limits_hold() -> None:
 def test_fixed_variables_count_as_the_constants_that_they_are(density: float) -> None:
     random = np.random.default_rng(7)
     A = random.integers(-5, 6, (20, 60)) * (random.random((20, 60)) < density)
-    x, c, F = random.integers(0, 4, 60), random.integers(1, 9, 60), random.integers(-2, 3, (30, 60))
+    x, c, F = (
+        random.integers(0, 4, 60),
+        random.integers(1, 9, 60),
+        random.integers(-2, 3, (30, 60)),
+    )
     Q = F.T @ F if density == 1 else np.diag(np.arange(60) % 3)
     fixed = np.arange(60) % 3 == 1
     lower, upper = np.where(fixed, x, 0), np.where(fixed, x, np.inf)
     ends = {"row_lower": A @ x, "row_upper": A @ x + 1}
-    whole = lcpcli.run(lcpcli.from_qp(csr_array(Q), c, csr_array(A), **ends, lower=lower, upper=upper))
+    whole = lcpcli.run(
+        lcpcli.from_qp(csr_array(Q), c, csr_array(A), **ends, lower=lower, upper=upper)
+    )
     constants = {name: end - A @ lower for name, end in ends.items()}
     part = (c + Q @ lower)[~fixed], csr_array(A[:, ~fixed])
-    rest = lcpcli.run(lcpcli.from_qp(csr_array(Q[~fixed][:, ~fixed]), *part, **constants))
+    rest = lcpcli.run(
+        lcpcli.from_qp(csr_array(Q[~fixed][:, ~fixed]), *part, **constants)
+    )
     assert whole.solved
     assert whole.route == rest.route == ("piqp",)
     assert np.array_equal(whole.z[:60][fixed], x[fixed])
     constant = lower @ Q @ lower / 2 + c @ lower
-    assert whole.answer.objective == pytest.approx(rest.answer.objective + constant, rel=1e-9)
+    assert whole.answer.objective == pytest.approx(
+        rest.answer.objective + constant, rel=1e-9
+    )
 
 
 def test_a_point_that_only_rounding_separates_from_the_solution_needs_no_factorization(
@@ -165,7 +242,10 @@ def test_a_point_that_only_rounding_separates_from_the_solution_needs_no_factori
 def test_a_point_at_which_piqp_was_stopped_is_used_if_it_is_near(
     moved: float, is_used: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    problem, usual = sparse(random_program(2001, kind="minimum")), convex_program.convex_minimum
+    problem, usual = (
+        sparse(random_program(2001, kind="minimum")),
+        convex_program.convex_minimum,
+    )
 
     def stopped(*given: Any) -> Ended:
         ended = usual(*given)

@@ -19,25 +19,35 @@ from .planted import KINDS, solvable
 
 def natural_residual(problem: Problem, z: Vector) -> float:
     """The largest component of z - mid(l, u, z - w), from the definition."""
-    return float(np.abs(z - np.clip(z - (problem.M @ z + problem.q), problem.lower, problem.upper)).max())
+    return float(
+        np.abs(
+            z - np.clip(z - (problem.M @ z + problem.q), problem.lower, problem.upper)
+        ).max()
+    )
 
 
 def relative_residual(problem: Problem, z: Vector) -> float:
     """The same relative to the terms of w."""
-    return natural_residual(problem, z) / float((abs(problem.M) @ np.abs(z) + np.abs(problem.q)).max())
+    return natural_residual(problem, z) / float(
+        (abs(problem.M) @ np.abs(z) + np.abs(problem.q)).max()
+    )
 
 
 @pytest.mark.parametrize("sparse", [False, True])
 @pytest.mark.parametrize("degenerate", [False, True])
 @pytest.mark.parametrize("kind", KINDS)
-def test_every_kind_of_monotone_problem_is_solved_in_few_steps(kind: str, degenerate: bool, sparse: bool) -> None:
+def test_every_kind_of_monotone_problem_is_solved_in_few_steps(
+    kind: str, degenerate: bool, sparse: bool
+) -> None:
     """With free variables, boxes, fixed variables and equations in each, and z_i = w_i = 0 in the degenerate ones;
     others end at the basic solution of the active set, not at a point of the path near it. In other units too. Whether
     the first basic solution counts as exact may hang on its last digit, so that single runs may take twice as long."""
     steps = list[int]()
     for seed in range(3):
         random = np.random.default_rng(seed)
-        problem = solvable(kind, int(random.integers(3, 40)), random, degenerate, sparse)
+        problem = solvable(
+            kind, int(random.integers(3, 40)), random, degenerate, sparse
+        )
         result = run(problem, "interior")
         assert result.solved
         steps.append(result.iterations)
@@ -45,22 +55,33 @@ def test_every_kind_of_monotone_problem_is_solved_in_few_steps(kind: str, degene
         assert ((problem.lower <= result.z) & (result.z <= problem.upper)).all()
         d = 2.0 ** random.integers(-20, 21, problem.n)
         M = problem.M * d[:, np.newaxis] * d
-        scaled = Problem(M, d * problem.q, lower=problem.lower / d, upper=problem.upper / d)
+        scaled = Problem(
+            M, d * problem.q, lower=problem.lower / d, upper=problem.upper / d
+        )
         assert run(scaled, "interior", tol=1e-8).solved
     assert sparse or np.median(steps) <= 13
 
 
 @pytest.mark.parametrize("sparse", [False, True])
-def test_programs_without_a_feasible_point_or_a_minimum_are_refuted(sparse: bool) -> None:
+def test_programs_without_a_feasible_point_or_a_minimum_are_refuted(
+    sparse: bool,
+) -> None:
     """The rows of A x >= b add up to 0 >= 1, in integers; or |A| x >= 1 does not bound the sum of x."""
     for seed in range(4):
         random = np.random.default_rng(seed)
         n, m = 8, 6
-        A, b = random.integers(-5, 6, (m, n)).astype(float), random.integers(-5, 6, m).astype(float)
+        A, b = (
+            random.integers(-5, 6, (m, n)).astype(float),
+            random.integers(-5, 6, m).astype(float),
+        )
         A[-1], b[-1] = -A[:-1].sum(axis=0), 1 - b[:-1].sum()
         M = np.block([[definite(n, random)[0], -A.T], [A, np.zeros((m, m))]])
         lower = np.concatenate((np.full(n, -np.inf), np.zeros(m)))
-        infeasible = Problem(csr_array(M) if sparse else M, np.append(random.standard_normal(n), -b), lower=lower)
+        infeasible = Problem(
+            csr_array(M) if sparse else M,
+            np.append(random.standard_normal(n), -b),
+            lower=lower,
+        )
         unbounded = from_qp(np.zeros((n, n)), -np.ones(n), np.abs(A), np.ones(m))
         for problem in (infeasible, from_qp(np.eye(n), np.ones(n), A, b), unbounded):
             result = run(problem, "interior")
@@ -68,7 +89,18 @@ def test_programs_without_a_feasible_point_or_a_minimum_are_refuted(sparse: bool
             assert check(problem, y=result.certificate.vector).accepted
 
 
-MODELS = [(family, 40) for family in ("portfolio", "control", "transport", "circuit", "spatial-prices", "qp", "lp")]
+MODELS = [
+    (family, 40)
+    for family in (
+        "portfolio",
+        "control",
+        "transport",
+        "circuit",
+        "spatial-prices",
+        "qp",
+        "lp",
+    )
+]
 MODELS += [("portfolio", 300), ("transport", 300), ("control", 300)]
 # Small components lose their digits in differences from the reference point.
 MODELS += [("control", 10_000)]
@@ -80,7 +112,9 @@ def test_models_are_solved_to_rounding(family: str, n: int) -> None:
     result = run(problem, "interior")
     assert result.solved
     scale = 1 + abs(problem.M) @ np.abs(result.z) + np.abs(problem.q)
-    assert (np.abs(problem.box.gaps(result.z, problem.w(result.z))) / scale).max() < 1e-10
+    assert (
+        np.abs(problem.box.gaps(result.z, problem.w(result.z))) / scale
+    ).max() < 1e-10
 
 
 def test_the_options_change_the_iterates() -> None:
@@ -108,7 +142,10 @@ def test_small_and_extreme_problems_are_solved() -> None:
         assert run(problem, "interior").solved
 
 
-@pytest.mark.parametrize(("cut", "status"), [(MemoryError, Status.BREAKDOWN), (KeyboardInterrupt, Status.INTERRUPTED)])
+@pytest.mark.parametrize(
+    ("cut", "status"),
+    [(MemoryError, Status.BREAKDOWN), (KeyboardInterrupt, Status.INTERRUPTED)],
+)
 @pytest.mark.parametrize("at", [1, 6])
 def test_a_cut_off_in_a_factorization_leaves_the_best_iterate(
     cut: type[BaseException], status: Status, at: int, monkeypatch: pytest.MonkeyPatch
@@ -133,29 +170,41 @@ def test_a_singular_basis_is_solved_although_diagonal_pivots_lose_the_shift() ->
     A = np.array([[1.0, 2.0, 0.0, 1.0], [1.0, 2.0, 0.0, 1.0], [3.0, 6.0, 0.0, 3.0]])
     c, b = np.array([1.0, 2.0, 1.0, 1.0]), np.array([4.0, 4.0, 12.0])
     M = csr_array(np.block([[np.zeros((4, 4)), -A.T], [A, np.zeros((3, 3))]]))
-    problem = Problem(M, np.append(c, -b), lower=np.append(np.zeros(4), np.full(3, -np.inf)))
+    problem = Problem(
+        M, np.append(c, -b), lower=np.append(np.zeros(4), np.full(3, -np.inf))
+    )
     result = run(problem, "interior")
     assert result.solved
     assert relative_residual(problem, result.z) <= 1e-13
 
 
-def test_a_proof_from_a_diverging_iterate_is_rounded_to_one_that_holds_exactly() -> None:
+def test_a_proof_from_a_diverging_iterate_is_rounded_to_one_that_holds_exactly() -> (
+    None
+):
     """A chain x_1 >= x_2 >= ... >= x_n >= x_1 + 1: y is constant, on more columns than are corrected exactly."""
     n = 80
     A = np.eye(n) - np.roll(np.eye(n), 1, axis=1)
     M = csr_array(np.block([[np.zeros((n, n)), -A.T], [A, np.zeros((n, n))]]))
     q = np.append(np.zeros(2 * n - 1), -1.0)
-    result = run(Problem(M, q, lower=np.append(np.full(n, -np.inf), np.zeros(n))), "interior")
+    result = run(
+        Problem(M, q, lower=np.append(np.full(n, -np.inf), np.zeros(n))), "interior"
+    )
     assert result.status is Status.INFEASIBLE
     y = result.certificate.vector[n:]
     assert y.min() == y.max() > 0
 
 
-def test_superlu_takes_the_order_that_qdldl_has_found(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_superlu_takes_the_order_that_qdldl_has_found(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     """Its own search for one may take longer than all factorizations."""
     pytest.importorskip("qdldl")
     orders, own = list[str](), linalg.splu
-    monkeypatch.setattr(linalg, "splu", lambda A, **how: orders.append(how["permc_spec"]) or own(A, **how))
+    monkeypatch.setattr(
+        linalg,
+        "splu",
+        lambda A, **how: orders.append(how["permc_spec"]) or own(A, **how),
+    )
     monkeypatch.setattr("lcpcli.linalg.shifted_systems.MOST_PER_ENTRY", 0.0)
     assert run(gallery.make("control", 100), "interior").solved
     assert set(orders) == {"NATURAL"}
@@ -166,7 +215,10 @@ def test_convex_programs_in_units_that_are_far_apart_are_solved() -> None:
     k, m = 200, 80
     for seed in range(3):
         random = np.random.default_rng(seed)
-        A, R = (random.integers(-2, 3, (rows, k)) * (random.random((rows, k)) < 4 / k) for rows in (m, k))
+        A, R = (
+            random.integers(-2, 3, (rows, k)) * (random.random((rows, k)) < 4 / k)
+            for rows in (m, k)
+        )
         x = random.random(k) * (random.random(k) < 0.5)
         y = random.random(m) * (random.random(m) < 0.5)
         c = A.T @ y - R.T @ (R @ x) + np.where(x > 0, 0.0, random.random(k))

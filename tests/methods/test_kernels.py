@@ -20,7 +20,15 @@ from lcpcli import Problem, run
 from lcpcli.basis import tableau
 from lcpcli.gallery import families
 from lcpcli.kernels import announcement, compiled
-from lcpcli.kernels.compiled import NUMBERS_AT_ONCE, direct_many, lemke, mixed, rows_of, solves, surely_solves
+from lcpcli.kernels.compiled import (
+    NUMBERS_AT_ONCE,
+    direct_many,
+    lemke,
+    mixed,
+    rows_of,
+    solves,
+    surely_solves,
+)
 from lcpcli.kernels.kernels import solve_one
 from lcpcli.methods.direct import CERTAIN, NOTHING
 from lcpcli.methods.lemke import LemkePath, reduced
@@ -41,9 +49,13 @@ def with_bounds_of_all_kinds(seed: int, n: int, density: float = 1.0) -> Problem
     lower = np.choose(kinds, (0, -np.inf, -np.inf, -1, 1, far, far))
     upper = np.choose(kinds, (np.inf, np.inf, far, 1, 1, np.inf, beyond))
     z = np.clip(2 * generator.standard_normal(n), lower, upper)
-    w = np.where(z == lower, 1.0, np.where(z == upper, -1.0, 0.0)) * (generator.random(n) < 0.7)
+    w = np.where(z == lower, 1.0, np.where(z == upper, -1.0, 0.0)) * (
+        generator.random(n) < 0.7
+    )
     q = w - M @ z if seed % 3 else np.rint(generator.standard_normal(n))
-    R, C = 10.0 ** generator.uniform(-6, 6, (2, n)) if seed % 5 == 0 else np.ones((2, n))
+    R, C = (
+        10.0 ** generator.uniform(-6, 6, (2, n)) if seed % 5 == 0 else np.ones((2, n))
+    )
     return Problem(R[:, np.newaxis] * M * C, R * q, lower=lower / C, upper=upper / C)
 
 
@@ -54,7 +66,10 @@ def test_an_answer_of_the_kernels_is_a_solution(seed: int, n: int) -> None:
     if not problem.is_mixed:
         return
     answer = mixed(problem, 1e-10)
-    assert answer is None or Point(Criterion(problem), answer.z, is_admissible=False).solves()
+    assert (
+        answer is None
+        or Point(Criterion(problem), answer.z, is_admissible=False).solves()
+    )
 
 
 def test_most_monotone_problems_are_answered_by_the_kernels() -> None:
@@ -63,13 +78,29 @@ def test_most_monotone_problems_are_answered_by_the_kernels() -> None:
 
 
 @settings(max_examples=100)
-@given(seed=st.integers(0, 10**6), n=st.integers(1, 10), size=st.integers(-16, 0), density=st.sampled_from([0.2, 1.0]))
-def test_the_compiled_checks_say_nothing_else_than_the_measure(seed: int, n: int, size: int, density: float) -> None:
-    problem, random = with_bounds_of_all_kinds(seed, n, density), np.random.default_rng(seed)
-    z = problem.box.project(lcpcli.run(problem).z * (1 + 10.0**size * random.standard_normal(n)))
-    if problem.is_mixed and surely_solves(*rows_of(problem), problem.q, *problem.box.vectors(n), 1e-10, z):
+@given(
+    seed=st.integers(0, 10**6),
+    n=st.integers(1, 10),
+    size=st.integers(-16, 0),
+    density=st.sampled_from([0.2, 1.0]),
+)
+def test_the_compiled_checks_say_nothing_else_than_the_measure(
+    seed: int, n: int, size: int, density: float
+) -> None:
+    problem, random = (
+        with_bounds_of_all_kinds(seed, n, density),
+        np.random.default_rng(seed),
+    )
+    z = problem.box.project(
+        lcpcli.run(problem).z * (1 + 10.0**size * random.standard_normal(n))
+    )
+    if problem.is_mixed and surely_solves(
+        *rows_of(problem), problem.q, *problem.box.vectors(n), 1e-10, z
+    ):
         assert Point(Criterion(problem), z).solves()
-    sparse = Problem(csr_array(problem.M), problem.q, lower=problem.lower, upper=problem.upper)
+    sparse = Problem(
+        csr_array(problem.M), problem.q, lower=problem.lower, upper=problem.upper
+    )
     point = Point(Criterion(sparse), z)
     if sparse.is_moderate:
         surely, rows = compiled.judged_by_entries(sparse, z, 1e-10)
@@ -79,17 +110,31 @@ def test_the_compiled_checks_say_nothing_else_than_the_measure(seed: int, n: int
             assert np.all(np.abs(rows.w - usual.w) <= rows.error + usual.error)
             assert all(map(partial(np.allclose, atol=0), rows[1:3], usual[1:3]))
             assert np.all(rows.error >= (1 - 1e-12) * usual.error)
-    assert Point(Criterion(sparse, judge=compiled.judged_by_entries), z).solves() == point.solves()
+    assert (
+        Point(Criterion(sparse, judge=compiled.judged_by_entries), z).solves()
+        == point.solves()
+    )
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_the_kernels_take_the_steps_of_the_program_where_variables_are_fixed(seed: int) -> None:
+def test_the_kernels_take_the_steps_of_the_program_where_variables_are_fixed(
+    seed: int,
+) -> None:
     random = np.random.default_rng(seed)
     A, B = random.normal(size=(2, 14, 14))
     lower = np.where(random.random(14) < 0.3, -1.0, 0.0)
-    upper = np.where(random.random(14) < 0.4, lower, np.where(random.random(14) < 0.3, 1.0, np.inf))
-    problem = Problem(A @ A.T + B - B.T + np.eye(14), 3 * random.normal(size=14), lower=lower, upper=upper)
-    kernels, plain = (lcpcli.run(problem, compiled=compiled) for compiled in (True, False))
+    upper = np.where(
+        random.random(14) < 0.4, lower, np.where(random.random(14) < 0.3, 1.0, np.inf)
+    )
+    problem = Problem(
+        A @ A.T + B - B.T + np.eye(14),
+        3 * random.normal(size=14),
+        lower=lower,
+        upper=upper,
+    )
+    kernels, plain = (
+        lcpcli.run(problem, compiled=compiled) for compiled in (True, False)
+    )
     assert (kernels.route, kernels.iterations) == (plain.route, plain.iterations)
     np.testing.assert_allclose(kernels.z, plain.z, rtol=1e-9, atol=1e-12)
 
@@ -98,13 +143,22 @@ def test_stored_zeros_tie_no_components_together() -> None:
     """x1 - x2 = 0 and x1 - x2 = 1 are nearly satisfied beside x near 1e12, which is small only in the last row."""
     M = np.zeros((5, 5))
     M[:2, 2:4], M[2:4, :2], M[4, 4] = [[-1, -1], [1, 1]], [[1, -1], [1, -1]], 1.0
-    z, free = np.array([1e12 + 0.5, 1e12, 0, 0, 1e12]), np.array([False, False, True, True, False])
+    z, free = (
+        np.array([1e12 + 0.5, 1e12, 0, 0, 1e12]),
+        np.array([False, False, True, True, False]),
+    )
     full = csr_array(np.where(M == 0, 7.0, M))
     full.data[full.data == 7.0] = 0.0
     for stored in (csr_array(M), full):
-        problem = Problem(stored, [0, 0, 0, -1, -1e12], lower=np.where(free, -np.inf, 0.0))
+        problem = Problem(
+            stored, [0, 0, 0, -1, -1e12], lower=np.where(free, -np.inf, 0.0)
+        )
         assert not compiled.solves(problem, z, 1e-10)
-        assert compiled.solves(Problem(stored, [0, 0, 0, 0, -1e12], lower=problem.lower), z * [0, 0, 0, 0, 1], 1e-10)
+        assert compiled.solves(
+            Problem(stored, [0, 0, 0, 0, -1e12], lower=problem.lower),
+            z * [0, 0, 0, 0, 1],
+            1e-10,
+        )
 
 
 def test_no_component_of_a_degenerate_solution_is_negative() -> None:
@@ -120,11 +174,16 @@ def test_no_component_of_a_degenerate_solution_is_negative() -> None:
         assert not found or (z >= 0).all()
 
 
-def test_small_numbers_beside_large_ones_are_left_to_exact_arithmetic_only_where_they_may_decide_a_state() -> None:
+def test_small_numbers_beside_large_ones_are_left_to_exact_arithmetic_only_where_they_may_decide_a_state() -> (
+    None
+):
     """Of the last one, w_2 is 1/3 less the double next to it."""
     q = np.array([-1.0, 1e-9])
     assert solve_one(np.eye(2), q, q < 0, False, 1.0, 1e-10)[0] == CERTAIN
-    M, q = np.array([[3.0, 0, 0], [1, 1, 0], [0, 0, 1]]), np.array([-1.0, -1 / 3, 1e-17])
+    M, q = (
+        np.array([[3.0, 0, 0], [1, 1, 0], [0, 0, 1]]),
+        np.array([-1.0, -1 / 3, 1e-17]),
+    )
     assert solve_one(M, q, q < 0, False, 3.0, 1e-10)[0] == NOTHING
     assert lemke(Problem(M, q), 1e-10).z.tolist() == [1 / 3, 0, 0]
 
@@ -138,17 +197,23 @@ def test_each_matrix_of_many_is_measured_by_itself() -> None:
 
 def test_one_matrix_of_many_q_is_that_of_each_block() -> None:
     Q = -np.ones((NUMBERS_AT_ONCE // 4 + 2, 2))  # more than are solved at once
-    assert (direct_many(2 * np.eye(2)[np.newaxis], Q, np.array([2.0]), 1e-10)[0] == 0.5).all()
+    assert (
+        direct_many(2 * np.eye(2)[np.newaxis], Q, np.array([2.0]), 1e-10)[0] == 0.5
+    ).all()
 
 
-def test_the_compiled_check_takes_rounding_at_the_reference_point_for_no_size_of_q() -> None:
+def test_the_compiled_check_takes_rounding_at_the_reference_point_for_no_size_of_q() -> (
+    None
+):
     """Row 1 at the lower bounds is 4e-12, and -1.5e-11 as doubles sum it up; the last two rows are infeasible."""
     M, lower = np.zeros((5, 5)), np.zeros(5)
     M[0, :4] = 0.42717905926330113, 0.5768579307407304, 0.8747103493618308, 1.0
     M[1, 1] = M[2, 2] = 1.0
     M[3:, 3:] = [[1, -1], [-1, 1]]
     lower[:3] = 84718.05368988577, 79721.55013113268, 92199.35749096583
-    problem = Problem(M, [-162825.5191238109, 1 - lower[1], 1 - lower[2], -1e-22, -1e-22], lower=lower)
+    problem = Problem(
+        M, [-162825.5191238109, 1 - lower[1], 1 - lower[2], -1e-22, -1e-22], lower=lower
+    )
     z = lower + np.array([0, 0, 0, 1e-8, 1e-8])
     assert not Point(Criterion(problem), z).solves()
     assert not solves(problem, z, 1e-10)
@@ -166,7 +231,11 @@ def test_a_variable_that_blocks_itself_at_its_upper_bound_changes_its_end() -> N
 def test_a_ray_is_believed_only_of_a_tableau_that_is_made_again() -> None:
     def spoiled(tableau_: tableau.Tableau, *how: Any) -> tuple[int, int, int, float]:
         end, pivots, entering, way = tableau.follow(tableau_, *how[:-1], 1)
-        return (tableau.RAY, pivots, entering, way) if end == tableau.PAUSED else (end, pivots, entering, way)
+        return (
+            (tableau.RAY, pivots, entering, way)
+            if end == tableau.PAUSED
+            else (end, pivots, entering, way)
+        )
 
     M = 2 * np.eye(4) + np.ones((4, 4))
     problem = Problem(M, -np.arange(1.0, 5.0))
@@ -176,11 +245,17 @@ def test_a_ray_is_believed_only_of_a_tableau_that_is_made_again() -> None:
 
 
 @pytest.mark.parametrize("family", ["harker-pang", "near-singular"])
-def test_projected_gradients_lead_to_the_states_of_the_solution_with_and_without_kernels(family: str) -> None:
+def test_projected_gradients_lead_to_the_states_of_the_solution_with_and_without_kernels(
+    family: str,
+) -> None:
     problem = families.make(family, 250, 1)
     one, other = (run(problem, compiled=compiled) for compiled in (False, True))
     assert one.solved
-    assert (one.route[0], one.route, one.basis) == ("gradient", other.route, other.basis)
+    assert (one.route[0], one.route, one.basis) == (
+        "gradient",
+        other.route,
+        other.basis,
+    )
     np.testing.assert_allclose(one.z, other.z, rtol=1e-9, atol=1e-12)
 
 
@@ -204,6 +279,10 @@ def test_kernels_are_forgotten_that_are_older_than_the_files_they_use(
 
 def test_a_violation_is_not_small_in_the_units_of_another_row() -> None:
     R, z = np.array([2.0**-30, 2.0**30]), np.array([2.0**20, 2.0**20 + 1])
-    problem = Problem(csr_array(R[:, np.newaxis] * [[1.0, -1.0], [-1.0, 1.0]]), R * [-1.0, -1.0])
+    problem = Problem(
+        csr_array(R[:, np.newaxis] * [[1.0, -1.0], [-1.0, 1.0]]), R * [-1.0, -1.0]
+    )
     assert not solves(problem, z, 1e-4)
-    assert not surely_solves(*rows_of(problem), problem.q, *map(np.array, problem.box.vectors(2)), 1e-4, z)
+    assert not surely_solves(
+        *rows_of(problem), problem.q, *map(np.array, problem.box.vectors(2)), 1e-4, z
+    )

@@ -29,14 +29,22 @@ def exactly(M: list[list[int]], q: list[int]) -> tuple[list[Fraction] | None, in
     n = len(q)
     if min(q) >= 0:
         return [Fraction(0)] * n, 0
-    T = [[Fraction(v) for v in [*np.eye(n, dtype=int)[i].tolist(), *(-m for m in M[i]), -1, q[i]]] for i in range(n)]
+    T = [
+        [
+            Fraction(v)
+            for v in [*np.eye(n, dtype=int)[i].tolist(), *(-m for m in M[i]), -1, q[i]]
+        ]
+        for i in range(n)
+    ]
     basic, entering, pivots = list(range(n)), 2 * n, 0
     row = min(range(n), key=lambda i: [T[i][-1], *T[i][:n]])
     while True:
         T[row] = [v / T[row][entering] for v in T[row]]
         for i in range(n):
             if i != row and T[i][entering]:
-                T[i] = [a - T[i][entering] * b for a, b in zip(T[i], T[row], strict=True)]
+                T[i] = [
+                    a - T[i][entering] * b for a, b in zip(T[i], T[row], strict=True)
+                ]
         leaving, basic[row] = basic[row], entering
         pivots += 1
         if leaving == 2 * n:
@@ -59,9 +67,14 @@ def test_number_of_pivots_doubles_with_every_unknown_on_the_worst_cases(n: int) 
         assert result.evaluations == result.iterations == 2**n
 
 
-def integers(generator: np.random.Generator, kind: str) -> tuple[list[list[int]], list[int]]:
+def integers(
+    generator: np.random.Generator, kind: str
+) -> tuple[list[list[int]], list[int]]:
     n = int(generator.integers(1, 10))
-    square, wide = generator.integers(-2, 3, (n, n)), generator.integers(-1, 2, (max(1, n // 2), n))
+    square, wide = (
+        generator.integers(-2, 3, (n, n)),
+        generator.integers(-1, 2, (max(1, n // 2), n)),
+    )
     matrices = {
         "any": square,
         "P": 2 * n * np.eye(n, dtype=int) + square,
@@ -74,15 +87,22 @@ def integers(generator: np.random.Generator, kind: str) -> tuple[list[list[int]]
 @pytest.mark.parametrize("kind", ["any", "P", "positive semidefinite", "copositive"])
 @settings(max_examples=40)
 @given(seed=st.integers(0, 2**32 - 1))
-def test_path_is_that_of_exact_arithmetic_however_many_ties(kind: str, seed: int) -> None:
+def test_path_is_that_of_exact_arithmetic_however_many_ties(
+    kind: str, seed: int
+) -> None:
     M, q = integers(np.random.default_rng(seed), kind)
     z, pivots = exactly(M, q)
     result = run(Problem(M, q, x0=-np.ones(len(q))), "lemke", **TEXTBOOK)
     assert result.solved == (z is not None)
     assert result.evaluations == pivots
     if z is not None:
-        w = [sum((m * t for m, t in zip(row, z, strict=True)), Fraction(qi)) for row, qi in zip(M, q, strict=True)]
-        assert all(zi >= 0 and wi >= 0 and zi * wi == 0 for zi, wi in zip(z, w, strict=True))
+        w = [
+            sum((m * t for m, t in zip(row, z, strict=True)), Fraction(qi))
+            for row, qi in zip(M, q, strict=True)
+        ]
+        assert all(
+            zi >= 0 and wi >= 0 and zi * wi == 0 for zi, wi in zip(z, w, strict=True)
+        )
         exact = np.array([float(t) for t in z])
         assert np.allclose(result.z, exact, rtol=0, atol=1e-12 * max(1.0, exact.max()))
     elif kind == "positive semidefinite":
@@ -103,14 +123,27 @@ def test_iterates_are_complementary_and_their_F_is_minus_the_covering_vector() -
     assert sorted(covers, reverse=True) == covers
 
 
-def test_every_pivot_is_an_iteration_and_a_row_of_the_trace_and_the_start_is_not_used() -> None:
+def test_every_pivot_is_an_iteration_and_a_row_of_the_trace_and_the_start_is_not_used() -> (
+    None
+):
     problem, (trace, other) = families.make("harker-pang", 20, 2), (Trace(), Trace())
     result = run(problem, "lemke", trace=trace)
     assert result.solved
     assert [row.k for row in trace.rows] == list(range(result.evaluations + 1))
-    assert np.array_equal(run(replace(problem, x0=np.arange(20.0)), "lemke", trace=other).z, result.z)
-    assert all(map(np.array_equal, [row.z for row in trace.rows[1:]], [row.z for row in other.rows[1:]]))
-    assert run(problem, "lemke", limits=Limits(max_iterations=3)).status is Status.ITERATION_LIMIT
+    assert np.array_equal(
+        run(replace(problem, x0=np.arange(20.0)), "lemke", trace=other).z, result.z
+    )
+    assert all(
+        map(
+            np.array_equal,
+            [row.z for row in trace.rows[1:]],
+            [row.z for row in other.rows[1:]],
+        )
+    )
+    assert (
+        run(problem, "lemke", limits=Limits(max_iterations=3)).status
+        is Status.ITERATION_LIMIT
+    )
 
 
 @pytest.mark.parametrize(
@@ -122,7 +155,9 @@ def test_every_pivot_is_an_iteration_and_a_row_of_the_trace_and_the_start_is_not
         ([0, 1, 0], [[-4, -2, 2], [-1, -1, -4], [1, 1, -2]], [3, -3, 3]),
     ],
 )
-def test_infeasible_problem_is_proved_to_be(y: list[float], M: ArrayLike, q: ArrayLike) -> None:
+def test_infeasible_problem_is_proved_to_be(
+    y: list[float], M: ArrayLike, q: ArrayLike
+) -> None:
     result = run(Problem(M, q), "lemke")
     assert result.status is Status.INFEASIBLE
     found = result.certificate.vector
@@ -135,7 +170,11 @@ BIMATRIX = read(contents.shipped_path("bimatrix.json"))
 
 @pytest.mark.parametrize(
     ("M", "q"),
-    [([[0, 1], [0, 0]], [-1, 0]), ([[0, 1], [1, 0]], [-1, 1]), (BIMATRIX.M, BIMATRIX.q)],
+    [
+        ([[0, 1], [0, 0]], [-1, 0]),
+        ([[0, 1], [1, 0]], [-1, 1]),
+        (BIMATRIX.M, BIMATRIX.q),
+    ],
     ids=["solvable", "feasible but unsolvable", "bimatrix game"],
 )
 def test_ray_of_a_feasible_problem_is_no_proof(M: ArrayLike, q: ArrayLike) -> None:
@@ -147,7 +186,9 @@ def test_ray_of_a_feasible_problem_is_no_proof(M: ArrayLike, q: ArrayLike) -> No
     assert (result.certificate.kind, (ray >= 0).all(), ray.any()) == ("ray", True, True)
 
 
-def test_too_many_unknowns_are_refused_unless_there_is_nothing_to_do_and_overflow_is_a_breakdown() -> None:
+def test_too_many_unknowns_are_refused_unless_there_is_nothing_to_do_and_overflow_is_a_breakdown() -> (
+    None
+):
     most = METHODS["lemke"].max_unknowns
     assert most is not None
     n = most + 1
@@ -164,25 +205,49 @@ def test_a_path_goes_on_from_upper_bounds() -> None:
         n = int(rng.integers(2, 7))
         M = rng.integers(-3, 4, (n, n)).astype(float)
         q = rng.integers(-9, 10, n).astype(float)
-        result = run(Problem(M, q, lower=-1.0, upper=rng.integers(1, 4, n).astype(float)), "lemke")
+        result = run(
+            Problem(M, q, lower=-1.0, upper=rng.integers(1, 4, n).astype(float)),
+            "lemke",
+        )
         assert result.solved, seed
 
 
 @pytest.mark.parametrize("ties", ["largest", "lexicographic"])
 def test_path_of_lemke_says_what_enters_and_leaves_and_has_z0(ties: str) -> None:
     trace = Trace()
-    result = run(Problem([[2, 1], [1, 2]], [-5, -6]), "lemke", ties=ties, cover="ones", trace=trace)
+    result = run(
+        Problem([[2, 1], [1, 2]], [-5, -6]),
+        "lemke",
+        ties=ties,
+        cover="ones",
+        trace=trace,
+    )
     assert result.solved
-    assert [row.step for row in trace.rows[1:]] == ["z0 for w2", "z2 for w1", "z1 for z0"]
+    assert [row.step for row in trace.rows[1:]] == [
+        "z0 for w2",
+        "z2 for w1",
+        "z1 for z0",
+    ]
     assert [row.z0 for row in trace.rows[1:]] == pytest.approx([6, 4, 0])
 
 
-def test_in_doubles_ties_are_broken_as_in_integers_so_that_a_path_does_not_cycle() -> None:
-    M, q = np.array([[-1.0, 2.0, 0.0], [0.0, 1.0, 1.0], [0.0, -1.0, 0.0]]), np.array([-1.0, -1.0, 0.0])
+def test_in_doubles_ties_are_broken_as_in_integers_so_that_a_path_does_not_cycle() -> (
+    None
+):
+    M, q = (
+        np.array([[-1.0, 2.0, 0.0], [0.0, 1.0, 1.0], [0.0, -1.0, 0.0]]),
+        np.array([-1.0, -1.0, 0.0]),
+    )
     traces = []
     for factor in (1.0, 1 / 3):
         traces.append(Trace())
-        run(Problem(M, factor * q), "lemke", **TEXTBOOK, trace=traces[-1], limits=Limits(max_iterations=30))
+        run(
+            Problem(M, factor * q),
+            "lemke",
+            **TEXTBOOK,
+            trace=traces[-1],
+            limits=Limits(max_iterations=30),
+        )
     first, second = ([row.step for row in trace.rows] for trace in traces)
     assert first == second
     assert len(first) < 10
@@ -196,7 +261,13 @@ SINGULAR = {
         1,
     ),
     "an objective that is not along the equations": (
-        [[1, 1, -1, 1, 1], [1, 2, -1, -1, -2], [-1, -1, 1, -2, 2], [-1, 1, 2, 0, 0], [-1, 2, -2, 0, 0]],
+        [
+            [1, 1, -1, 1, 1],
+            [1, 2, -1, -1, -2],
+            [-1, -1, 1, -2, 2],
+            [-1, 1, 2, 0, 0],
+            [-1, 2, -2, 0, 0],
+        ],
         [2, 2, 0, -3, 4],
         2,
     ),
@@ -204,23 +275,37 @@ SINGULAR = {
 
 
 @pytest.mark.parametrize("name", SINGULAR)
-def test_monotone_problems_whose_free_variables_have_a_singular_block_are_solved(name: str) -> None:
+def test_monotone_problems_whose_free_variables_have_a_singular_block_are_solved(
+    name: str,
+) -> None:
     M, q, free = SINGULAR[name]
     lower = np.append(np.zeros(len(q) - free), np.full(free, -np.inf))
     assert run(Problem(M, q, lower=lower), "lemke").solved
 
 
-def test_a_path_reaches_the_minimizer_of_most_programs_with_equations_whose_rows_have_units_of_their_own() -> None:
+def test_a_path_reaches_the_minimizer_of_most_programs_with_equations_whose_rows_have_units_of_their_own() -> (
+    None
+):
     solved = 0
     for seed in range(40):
         rng = np.random.default_rng(seed)
         k, m = int(rng.integers(4, 12)), int(rng.integers(1, 4))
-        G, A, x = rng.normal(size=(k, k)), rng.normal(size=(m, k)), np.maximum(rng.normal(size=k), 0.0)
-        c = np.where(x > 0, 0.0, rng.random(k)) - G @ (G.T @ x) + A.T @ rng.normal(size=m)
+        G, A, x = (
+            rng.normal(size=(k, k)),
+            rng.normal(size=(m, k)),
+            np.maximum(rng.normal(size=k), 0.0),
+        )
+        c = (
+            np.where(x > 0, 0.0, rng.random(k))
+            - G @ (G.T @ x)
+            + A.T @ rng.normal(size=m)
+        )
         units = 2.0 ** rng.integers(-10, 11, k + m)
         M = units[:, np.newaxis] * np.block([[G @ G.T, -A.T], [A, np.zeros((m, m))]])
         lower = np.append(np.zeros(k), np.full(m, -np.inf))
-        solved += run(Problem(M, units * np.append(c, -A @ x), lower=lower), "lemke").solved
+        solved += run(
+            Problem(M, units * np.append(c, -A @ x), lower=lower), "lemke"
+        ).solved
     # Without units of rows and columns, a third of the paths end on rays.
     assert solved >= 36
 

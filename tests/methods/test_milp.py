@@ -62,7 +62,11 @@ ENDINGS: dict[str, tuple[Any, Any, str]] = {
     "one unknown": ([[-1]], [-1], "infeasible"),
     "zero": ([[0]], [-1], "infeasible"),
     "solution of size 1 / eps": ([[1, -1], [-1, 1 + 2.0**-52]], [-1, 0], "solved"),
-    "12 without solution": (np.kron(np.eye(6), SWAP), np.tile([-1.0, 1.0], 6), "unsolvable"),
+    "12 without solution": (
+        np.kron(np.eye(6), SWAP),
+        np.tile([-1.0, 1.0], 6),
+        "unsolvable",
+    ),
 }
 
 
@@ -71,35 +75,57 @@ def test_known_problem_ends_as_it_must(name: str) -> None:
     M, q, word = ENDINGS[name]
     result = run(Problem(M, q), "milp")
     assert result.status.word == word
-    assert word != "infeasible" or proves_infeasible(result.problem, result.certificate.vector)
+    assert word != "infeasible" or proves_infeasible(
+        result.problem, result.certificate.vector
+    )
 
 
 LONG = pytest.param("tridiagonal-100", marks=pytest.mark.slow("15 seconds"))
 
 
-@pytest.mark.parametrize("file", ["bimatrix", "paper-example-1", "paper-example-2", LONG])
+@pytest.mark.parametrize(
+    "file", ["bimatrix", "paper-example-1", "paper-example-2", LONG]
+)
 def test_shipped_problem_is_solved_to_rounding(file: str) -> None:
     result = run(read(contents.shipped_path(f"{file}.json")), "milp")
-    assert (result.solved, result.relative_residual <= 1e-15, result.error <= 1e-14) == (True, True, True)
+    assert (
+        result.solved,
+        result.relative_residual <= 1e-15,
+        result.error <= 1e-14,
+    ) == (True, True, True)
 
 
 @pytest.mark.slow("many problems, each against exact arithmetic")
 @pytest.mark.parametrize("start", range(0, 300, 50))
-def test_agrees_with_exact_arithmetic_on_every_kind_of_problem_in_any_units_and_sparse(start: int) -> None:
+def test_agrees_with_exact_arithmetic_on_every_kind_of_problem_in_any_units_and_sparse(
+    start: int,
+) -> None:
     random = np.random.default_rng(start)
     for seed in range(start, start + 50):
         problem = exact.random_problem(seed)
-        sparse, scaled = Problem(csr_array(problem.M), problem.q), exact.rescaled(problem, random)
+        sparse, scaled = (
+            Problem(csr_array(problem.M), problem.q),
+            exact.rescaled(problem, random),
+        )
         result = run(problem, "milp")
         assert is_right(problem, result), problem.name
         assert run(sparse, "milp").solved == result.solved, problem.name
         assert is_right(scaled, run(scaled, "milp")), problem.name
 
 
-def test_problem_without_solution_is_not_solved_by_what_is_one_to_the_tolerance_only() -> None:
+def test_problem_without_solution_is_not_solved_by_what_is_one_to_the_tolerance_only() -> (
+    None
+):
     """Rows of R q from 5e-4 to 5e5: what violates z >= 0 by 1e-11 of the largest has a residual below tol."""
-    M = [[0, 0, 0.75, -0.03125], [0, 0, 2, 0.75], [1, 0, 0, 0], [0.001953125, 0.5, 0, 0]]
-    problem = Problem(M, [-185688.13643428445, -524288.0, -0.25, -0.00046563688320586636])
+    M = [
+        [0, 0, 0.75, -0.03125],
+        [0, 0, 2, 0.75],
+        [1, 0, 0, 0],
+        [0.001953125, 0.5, 0, 0],
+    ]
+    problem = Problem(
+        M, [-185688.13643428445, -524288.0, -0.25, -0.00046563688320586636]
+    )
     assert exact.solution(problem) is None
     assert run(problem, "milp").status is Status.UNSOLVABLE
 
@@ -130,10 +156,14 @@ def test_time_limit_is_kept_and_called_so(monkeypatch: pytest.MonkeyPatch) -> No
     assert (result.status, "time limit" in result.message) == (Status.TIME_LIMIT, True)
 
 
-def test_set_that_is_neither_solved_nor_excluded_leaves_open_whether_there_is_a_solution() -> None:
+def test_set_that_is_neither_solved_nor_excluded_leaves_open_whether_there_is_a_solution() -> (
+    None
+):
     """But for last digits 3 w_1 + w_2 = 4 z_4 - 4 z_1 - 5, where z_4 = 0 as w_4 >= 1: so z has size 1e31. The unknowns
     from z_5 on are there as exact arithmetic would decide a problem of FEW_UNKNOWNS by itself."""
-    rows = np.array([[-2, 1, -1], [2, -3, 3], [6, -3, 3]]) + 2.0**-52 * np.array([[2, 1, 1], [-4, 6, -4], [-8, -4, 6]])
+    rows = np.array([[-2, 1, -1], [2, -3, 3], [6, -3, 3]]) + 2.0**-52 * np.array(
+        [[2, 1, 1], [-4, 6, -4], [-8, -4, 6]]
+    )
     M, q = np.eye(FEW_UNKNOWNS + 1), np.ones(FEW_UNKNOWNS + 1)
     M[:3, :3], M[:3, 3], q[:3] = rows, 1, [-2, 1, 5]
     problem, z = Problem(M, q), exact.solution(Problem(rows, q[:3]))
@@ -144,31 +174,67 @@ def test_set_that_is_neither_solved_nor_excluded_leaves_open_whether_there_is_a_
 def test_several_basic_solutions_are_not_taken_for_the_only_one() -> None:
     """z_2 = z_1 + 1: the one with z_1 = -1 is no solution, but (0, 1) is."""
     M, q = np.array([[-1.0, 1.0], [1.0, -1.0]]), np.array([-1.0, 1.0])
-    found = exact_basis(ExactProblem.of_floats(Problem(M, q)), of_masks(np.ones(2, dtype=bool)))
+    found = exact_basis(
+        ExactProblem.of_floats(Problem(M, q)), of_masks(np.ones(2, dtype=bool))
+    )
     assert (found.z, found.unique, found.solves) == ([-1, 0], False, False)
     assert not system(M, q).excluded(np.ones(2, dtype=bool))
 
 
-KNOWN = {"kostreva": 3, "murty": 20, "fathi": 12, "curtis-han-robinson": 3, "ben-gharbia-gilbert": 9, "growth": 40}
-TINY = [([[2.0]], [-1.0], [0.5]), ([[2e-9]], [-1e5], [5e13]), ([[0, 1], [-1, 0]], [0, 0], [0, 0])]
+KNOWN = {
+    "kostreva": 3,
+    "murty": 20,
+    "fathi": 12,
+    "curtis-han-robinson": 3,
+    "ben-gharbia-gilbert": 9,
+    "growth": 40,
+}
+TINY = [
+    ([[2.0]], [-1.0], [0.5]),
+    ([[2e-9]], [-1e5], [5e13]),
+    ([[0, 1], [-1, 0]], [0, 0], [0, 0]),
+]
 
 
 @pytest.mark.parametrize("method", ["auto", "lemke", "milp"])
-def test_known_solutions_are_found_and_systems_with_hilbert_matrices_solved(method: str) -> None:
-    known = [families.make(name, n) for name, n in (*KNOWN.items(), ("murty", 8), ("diagonal", 13))]
+def test_known_solutions_are_found_and_systems_with_hilbert_matrices_solved(
+    method: str,
+) -> None:
+    known = [
+        families.make(name, n)
+        for name, n in (*KNOWN.items(), ("murty", 8), ("diagonal", 13))
+    ]
     # Of Ben Gharbia and Gilbert, q = -e.
     known += [Problem(known[4].M, -np.ones(9), solutions=[np.full(9, 1 / 3)])]
-    known += [Problem(M, q, solutions=[z]) for M, q, z in TINY] + [Problem([[-1]], [1]), Problem([[0]], [0])]
-    known += [Problem(1 / (np.arange(n)[:, None] + np.arange(n) + 1.0), -np.ones(n)) for n in (2, 5, 8, 12)]
+    known += [Problem(M, q, solutions=[z]) for M, q, z in TINY] + [
+        Problem([[-1]], [1]),
+        Problem([[0]], [0]),
+    ]
+    known += [
+        Problem(1 / (np.arange(n)[:, None] + np.arange(n) + 1.0), -np.ones(n))
+        for n in (2, 5, 8, 12)
+    ]
     for problem in known:
-        result = run(Problem(problem.M, problem.q, x0=-np.ones(problem.n) if method == "lemke" else None), method)
+        result = run(
+            Problem(
+                problem.M,
+                problem.q,
+                x0=-np.ones(problem.n) if method == "lemke" else None,
+            ),
+            method,
+        )
         assert result.solved
-        assert all(np.allclose(result.z, z, rtol=1e-15, atol=1e-15) for z in problem.solutions), problem.name
+        assert all(
+            np.allclose(result.z, z, rtol=1e-15, atol=1e-15) for z in problem.solutions
+        ), problem.name
 
 
 def test_solution_for_a_skew_matrix_is_that_of_a_linear_program() -> None:
     bipartite = [[0, 3, 0, 2], [-3, 0, -1, 0], [0, 1, 0, -2], [-2, 0, 2, 0]]
-    for M, q in ((bipartite, [-3, 2, -1, 0]), ([[0, 1, -1], [-1, 0, 1], [1, -1, 0]], [-1, 2, 0])):
+    for M, q in (
+        (bipartite, [-3, 2, -1, 0]),
+        ([[0, 1, -1], [-1, 0, 1], [1, -1, 0]], [-1, 2, 0]),
+    ):
         problem = Problem(csr_array(np.array(M, dtype=float)), q)
         iterates, _ = through(linear(problem))
         assert Point(Criterion(problem), problem.box.z_of(iterates[-1].x)).solves()
@@ -183,10 +249,16 @@ def is_decided(seed: int, most: int) -> bool:
         return result.solved
     certificate = result.certificate
     assert certificate is None or not certificate.is_rounded
-    if result.status is not Status.INFEASIBLE or certificate is None or certificate.vector is None:
+    if (
+        result.status is not Status.INFEASIBLE
+        or certificate is None
+        or certificate.vector is None
+    ):
         return False
     y = certificate.vector
-    return bool((y != np.rint(y)).any()) or exact.refutes(problem, [Fraction(value) for value in y.tolist()])
+    return bool((y != np.rint(y)).any()) or exact.refutes(
+        problem, [Fraction(value) for value in y.tolist()]
+    )
 
 
 LARGE = pytest.param(range(100, 200), 160, marks=pytest.mark.slow("100 programs"))
@@ -198,7 +270,9 @@ def test_integer_programs_are_decided_with_proofs(seeds: range, most: int) -> No
 
 
 @pytest.mark.parametrize("seed", [1, 2])
-def test_contradiction_hidden_by_rounding_is_said_to_be_one_but_for_rounding(seed: int) -> None:
+def test_contradiction_hidden_by_rounding_is_said_to_be_one_but_for_rounding(
+    seed: int,
+) -> None:
     problem = with_rounded_combination(seed).problem()
     result = run(problem, time_limit=120)
     assert result.status is Status.INFEASIBLE
@@ -211,7 +285,10 @@ def test_contradiction_hidden_by_rounding_is_said_to_be_one_but_for_rounding(see
 
 
 def test_signs_that_rounding_has_made_wrong_cost_no_proof() -> None:
-    own, open_set = system([[-1.0, 0.0], [0.0, 1.0]], [-1.0, 1.0]), np.full(2, module.OPEN)
+    own, open_set = (
+        system([[-1.0, 0.0], [0.0, 1.0]], [-1.0, 1.0]),
+        np.full(2, module.OPEN),
+    )
     assert own.refutes(open_set, np.array([1.0, -1e-17]))
     assert not own.refutes(open_set, np.array([-1.0, 0.0]))
 
@@ -225,21 +302,29 @@ def planted(n: int, seed: int, density: float = 1.0) -> tuple[Vector, Vector]:
     M = random.standard_normal((n, n))
     M *= random.random((n, n)) < density
     basic = random.random(n) < 0.5
-    z, w = np.where(basic, random.random(n) + 0.1, 0), np.where(basic, 0, random.random(n) + 0.1)
+    z, w = (
+        np.where(basic, random.random(n) + 0.1, 0),
+        np.where(basic, 0, random.random(n) + 0.1),
+    )
     return M, w - M @ z
 
 
 @pytest.mark.parametrize(
-    ("n", "seed"), [(60, 0), (60, 1), pytest.param(300, 1, marks=pytest.mark.slow("many unknowns"))]
+    ("n", "seed"),
+    [(60, 0), (60, 1), pytest.param(300, 1, marks=pytest.mark.slow("many unknowns"))],
 )
-def test_planted_problems_that_pivoting_does_not_solve_are_solved(n: int, seed: int) -> None:
+def test_planted_problems_that_pivoting_does_not_solve_are_solved(
+    n: int, seed: int
+) -> None:
     M, q = planted(n, seed)
     assert solve(M, q, "reflections").solved
     assert n > 60 or not solve(M, q, "newton", max_iterations=500).solved
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
-def test_a_proof_by_the_equation_of_a_free_variable_is_one_for_the_problem_as_given(sign: float) -> None:
+def test_a_proof_by_the_equation_of_a_free_variable_is_one_for_the_problem_as_given(
+    sign: float,
+) -> None:
     problem = Problem([[1, 0], [sign, 0]], [0, sign], lower=[0, -np.inf])
     result = run(problem, "milp")
     assert result.status is Status.INFEASIBLE
@@ -247,14 +332,21 @@ def test_a_proof_by_the_equation_of_a_free_variable_is_one_for_the_problem_as_gi
 
 
 @pytest.mark.parametrize("seed", range(2))
-def test_sparse_problems_and_those_with_bounds_and_free_variables_are_solved(seed: int) -> None:
+def test_sparse_problems_and_those_with_bounds_and_free_variables_are_solved(
+    seed: int,
+) -> None:
     M, q = planted(60, seed, 0.15)
     assert solve(csr_array(M), q, "reflections").solved
     assert run(solvable("any", 40, np.random.default_rng(seed)), "reflections").solved
 
 
-@pytest.mark.parametrize(("rows", "columns", "q"), [(2.0**20, 1.0, 1.0), (1.0, 2.0**-20, 1.0), (1.0, 1.0, 2.0**20)])
-def test_planted_problems_in_other_units_are_solved(rows: float, columns: float, q: float) -> None:
+@pytest.mark.parametrize(
+    ("rows", "columns", "q"),
+    [(2.0**20, 1.0, 1.0), (1.0, 2.0**-20, 1.0), (1.0, 1.0, 2.0**20)],
+)
+def test_planted_problems_in_other_units_are_solved(
+    rows: float, columns: float, q: float
+) -> None:
     M, given = planted(40, 1)
     one = np.random.default_rng(0).random(40) < 0.5
     R, C = np.where(one, rows, 1.0), np.where(one, columns, 1.0)
@@ -264,11 +356,18 @@ def test_planted_problems_in_other_units_are_solved(rows: float, columns: float,
 @pytest.mark.parametrize("option", [{"beta": 0.3}, {"walkers": 3}, {"seed": 5}])
 def test_each_option_has_an_effect(option: dict[str, float]) -> None:
     M, q = planted(60, 3)
-    assert solve(M, q, "reflections", **option).evaluations != solve(M, q, "reflections").evaluations
+    assert (
+        solve(M, q, "reflections", **option).evaluations
+        != solve(M, q, "reflections").evaluations
+    )
 
 
-def test_nothing_is_claimed_where_there_is_no_solution_or_there_are_no_units_in_which_to_search() -> None:
-    result = solve([[-1.0, 0.0], [0.0, 1.0]], [-1.0, -1.0], "reflections", max_iterations=50)
+def test_nothing_is_claimed_where_there_is_no_solution_or_there_are_no_units_in_which_to_search() -> (
+    None
+):
+    result = solve(
+        [[-1.0, 0.0], [0.0, 1.0]], [-1.0, -1.0], "reflections", max_iterations=50
+    )
     assert (result.status, result.certificate) == (Status.ITERATION_LIMIT, None)
     assert solve([[0.0]], [-1.0], "reflections").status is Status.BREAKDOWN
 
@@ -285,7 +384,9 @@ BOXES = {
 @pytest.mark.parametrize("kind", BOXES)
 @settings(max_examples=50)
 @given(z=st.floats(-3, 3, width=32), w=st.floats(-3, 3, width=32))
-def test_the_nearest_complementary_point_is_nearer_than_all_others(kind: str, z: float, w: float) -> None:
+def test_the_nearest_complementary_point_is_nearer_than_all_others(
+    kind: str, z: float, w: float
+) -> None:
     lower, upper = BOXES[kind]
     box = ORTHANT if kind == "orthant" else Box(np.array([lower]), np.array([upper]))
     iteration = _Iteration(np.eye(1), np.zeros(1), box, 1)

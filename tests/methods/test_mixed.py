@@ -27,7 +27,9 @@ from .planted import solvable
 
 
 def iterates(problem: Problem, method: str, count: int) -> list[Vector]:
-    stage = {"fixed-point": fixed_point, "shi": shi}[method](problem, np.zeros(problem.n))
+    stage = {"fixed-point": fixed_point, "shi": shi}[method](
+        problem, np.zeros(problem.n)
+    )
     return [iterate.x for iterate in islice(stage, count)]
 
 
@@ -37,14 +39,22 @@ def test_fixed_point_converges_on_boxes_at_the_rate_of_the_theory() -> None:
         generator = np.random.default_rng(seed)
         M, q = definite(int(generator.integers(2, 30)), generator)
         lower = -generator.uniform(0, 1, q.size)
-        problem = Problem(M, q, lower=lower, upper=lower + generator.uniform(0, 2, q.size))
+        problem = Problem(
+            M, q, lower=lower, upper=lower + generator.uniform(0, 2, q.size)
+        )
         exact = lcpcli.run(problem)
         x = problem.box.x_of(exact.z, problem.w(exact.z))
         eigenvalues = np.linalg.eigvalsh(M)
         rate = float(np.max(np.abs(1 - eigenvalues) / (1 + eigenvalues)))
-        errors = [float(np.linalg.norm(each - x)) for each in (np.zeros(q.size), *iterates(problem, "fixed-point", 60))]
+        errors = [
+            float(np.linalg.norm(each - x))
+            for each in (np.zeros(q.size), *iterates(problem, "fixed-point", 60))
+        ]
         floor = 1e-12 * (1 + float(np.linalg.norm(x)))
-        assert all(after <= rate * before * (1 + 1e-6) + floor for before, after in pairwise(errors))
+        assert all(
+            after <= rate * before * (1 + 1e-6) + floor
+            for before, after in pairwise(errors)
+        )
 
 
 def with_bounds(seed: int) -> dict[str, Any]:
@@ -55,29 +65,47 @@ def with_bounds(seed: int) -> dict[str, Any]:
     return {"M": M, "q": q, "lower": lower, "upper": upper}
 
 
-GUARANTEED = [name for name, own in lcpcli.inspect(Problem(**with_bounds(0))).guarantees.items() if own.word == "yes"]
+GUARANTEED = [
+    name
+    for name, own in lcpcli.inspect(Problem(**with_bounds(0))).guarantees.items()
+    if own.word == "yes"
+]
 
 
-def test_methods_that_are_guaranteed_to_solve_positive_definite_problems_with_bounds_are_all_of_the_package() -> None:
-    assert {"auto", "shi", "fixed-point", "newton", "interior", "lemke", "milp"} <= {*GUARANTEED}
+def test_methods_that_are_guaranteed_to_solve_positive_definite_problems_with_bounds_are_all_of_the_package() -> (
+    None
+):
+    assert {"auto", "shi", "fixed-point", "newton", "interior", "lemke", "milp"} <= {
+        *GUARANTEED
+    }
 
 
 @pytest.mark.parametrize("method", GUARANTEED)
-def test_every_guaranteed_method_solves_problems_with_all_kinds_of_bounds(method: str) -> None:
+def test_every_guaranteed_method_solves_problems_with_all_kinds_of_bounds(
+    method: str,
+) -> None:
     for seed in range(8):
         data = with_bounds(seed)
-        result, reference = (lcpcli.solve(**data, method=name) for name in (method, "newton"))
+        result, reference = (
+            lcpcli.solve(**data, method=name) for name in (method, "newton")
+        )
         assert (result.solved, reference.solved) == (True, True)
-        assert np.abs(result.z - reference.z).max() <= 1e-6 * (1 + np.abs(reference.z).max())
+        assert np.abs(result.z - reference.z).max() <= 1e-6 * (
+            1 + np.abs(reference.z).max()
+        )
         assert ((data["lower"] <= result.z) & (result.z <= data["upper"])).all()
 
 
-def test_point_at_a_bound_is_there_exactly_once_the_reference_point_is_moved_back() -> None:
+def test_point_at_a_bound_is_there_exactly_once_the_reference_point_is_moved_back() -> (
+    None
+):
     """u - l + l is not always u in doubles: here for some of the unknowns."""
     generator = np.random.default_rng(0)
     lower, upper = generator.random(500), 1 + 9 * generator.random(500)
     assert ((upper - lower) + lower < upper).any()
-    problem = Problem(np.eye(500), generator.standard_normal(500), lower=lower, upper=upper)
+    problem = Problem(
+        np.eye(500), generator.standard_normal(500), lower=lower, upper=upper
+    )
     change = shifted(problem)
     for moved, bound in ((change.problem.lower, lower), (change.problem.upper, upper)):
         assert np.array_equal(problem.box.z_of(change.back(moved / 2)), bound)
@@ -93,14 +121,18 @@ def planted(seed: int, n: int, program: bool) -> Problem:
     problem = solvable("program" if program else "half", n, random)
     M, q, free = problem.M.copy(), problem.q.copy(), np.flatnonzero(problem.box.free)
     order = random.permutation(free)
-    factors = (10.0 ** random.uniform(-2, 2, free.size)) * random.choice([-1.0, 1.0], free.size)
+    factors = (10.0 ** random.uniform(-2, 2, free.size)) * random.choice(
+        [-1.0, 1.0], free.size
+    )
     M[free], q[free] = factors[:, np.newaxis] * M[order], factors * q[order]
     return Problem(M, q, lower=problem.lower, upper=problem.upper)
 
 
 @settings(max_examples=60)
 @given(seed=st.integers(0, 10**6), n=st.integers(2, 40), program=st.booleans())
-def test_planted_problems_are_solved_however_their_equations_are_written(seed: int, n: int, program: bool) -> None:
+def test_planted_problems_are_solved_however_their_equations_are_written(
+    seed: int, n: int, program: bool
+) -> None:
     assert run(planted(seed, n, program), "lemke").solved
 
 
@@ -118,12 +150,17 @@ def tower(boxes: int, seed: int) -> Problem:
     free variables: forces of about 0.1, and horizontal momenta, and tilts of the contacts, that are rounding."""
     generator = np.random.default_rng(seed)
     m, friction = 3 * boxes, generator.uniform(0.1, 1.0)
-    mass = np.repeat(generator.uniform(0.5, 2.0, boxes), 3) * np.tile([1.0, 1.0, 0.1], boxes)
+    mass = np.repeat(generator.uniform(0.5, 2.0, boxes), 3) * np.tile(
+        [1.0, 1.0, 0.1], boxes
+    )
     normals, tangents = np.zeros((2, m, 2 * boxes))
     for i in range(boxes):
         tilt, offset = 1e-18 * generator.normal(), 0.02 * generator.normal()
         for k, corner in ((2 * i, -0.5), (2 * i + 1, 0.5)):
-            normals[3 * i : 3 * i + 3, k], tangents[3 * i : 3 * i + 3, k] = [tilt, 1, corner], [1, -tilt, 0.25]
+            normals[3 * i : 3 * i + 3, k], tangents[3 * i : 3 * i + 3, k] = (
+                [tilt, 1, corner],
+                [1, -tilt, 0.25],
+            )
             if i:
                 normals[3 * i - 3 : 3 * i, k] = [-tilt, -1, -(corner + offset)]
                 tangents[3 * i - 3 : 3 * i, k] = [-1, tilt, 0.25]
@@ -137,13 +174,17 @@ def tower(boxes: int, seed: int) -> Problem:
             [zero((c, m)), friction * np.eye(c), -E.T, zero((c, c))],
         ]
     )
-    momenta = np.column_stack([1e-17 * generator.normal(size=boxes), 0.1 * mass[::3], 1e-18 * np.ones(boxes)])
+    momenta = np.column_stack(
+        [1e-17 * generator.normal(size=boxes), 0.1 * mass[::3], 1e-18 * np.ones(boxes)]
+    )
     q = np.append(momenta.ravel(), zero(4 * c))
     return Problem(M, q, lower=np.where(np.arange(q.size) < m, -INF, 0.0))
 
 
 @pytest.mark.parametrize("boxes", [1, 3, 8])
-def test_boxes_at_rest_are_solved_with_their_velocities_as_free_variables(boxes: int) -> None:
+def test_boxes_at_rest_are_solved_with_their_velocities_as_free_variables(
+    boxes: int,
+) -> None:
     """Rows of velocities have nothing but rounding in them, which has to be 0."""
     for seed in range(5):
         assert run(tower(boxes, seed), "lemke").solved
@@ -171,16 +212,26 @@ def test_ray_of_a_problem_with_equations_proves_that_it_is_infeasible(
 
 
 @pytest.mark.parametrize("small", [1e-8, 1e-17, 1e-40])
-def test_numbers_far_smaller_than_others_are_settled_by_their_own_rows(small: float) -> None:
+def test_numbers_far_smaller_than_others_are_settled_by_their_own_rows(
+    small: float,
+) -> None:
     """Where the path ends, z_0 is within rounding of the large numbers, but not of the small ones."""
     block, q = np.array([[2.0, 1.0], [1.0, 2.0]]), np.array([-5.0, -6.0])
     M = np.kron(np.eye(2), block)
     result = run(Problem(M, np.concatenate([q, small * q])), "lemke")
     assert result.solved
-    assert np.allclose(result.z, np.array([4, 7, 4 * small, 7 * small]) / 3, rtol=1e-12, atol=0)
+    assert np.allclose(
+        result.z, np.array([4, 7, 4 * small, 7 * small]) / 3, rtol=1e-12, atol=0
+    )
 
 
-KINDS = {"free": (-INF, INF), "lower": (1, INF), "upper": (-INF, 1), "boxed": (0, 1), "fixed": (1, 1)}
+KINDS = {
+    "free": (-INF, INF),
+    "lower": (1, INF),
+    "upper": (-INF, 1),
+    "boxed": (0, 1),
+    "fixed": (1, 1),
+}
 
 
 def box_of(kinds: list[str], shift: float, width: float) -> Box:
@@ -188,16 +239,30 @@ def box_of(kinds: list[str], shift: float, width: float) -> Box:
     return Box(shift + low * width, shift + high * width)
 
 
-@given(st.lists(st.sampled_from(list(KINDS)), min_size=1, max_size=6), st.integers(0, 20), st.booleans())
-def test_a_reduction_holds_for_all_bounds_of_the_same_kinds(kinds: list[str], seed: int, is_singular: bool) -> None:
+@given(
+    st.lists(st.sampled_from(list(KINDS)), min_size=1, max_size=6),
+    st.integers(0, 20),
+    st.booleans(),
+)
+def test_a_reduction_holds_for_all_bounds_of_the_same_kinds(
+    kinds: list[str], seed: int, is_singular: bool
+) -> None:
     random = np.random.default_rng(seed)
-    M = random.integers(-3, 4, (len(kinds), len(kinds))) * 10.0 ** random.integers(-2, 3, len(kinds))
+    M = random.integers(-3, 4, (len(kinds), len(kinds))) * 10.0 ** random.integers(
+        -2, 3, len(kinds)
+    )
     if is_singular:
         M[:, 0] = M[0] = 0.0
-    q, (box, other) = random.normal(size=len(kinds)), (box_of(kinds, 0.0, 1.0), box_of(kinds, -3.0, 2.5))
+    q, (box, other) = (
+        random.normal(size=len(kinds)),
+        (box_of(kinds, 0.0, 1.0), box_of(kinds, -3.0, 2.5)),
+    )
     anew, again = Reduction(M, other), Reduction(M, box).within(other)
     y, inside = random.uniform(size=anew.d.size), random.random(anew.d.size) < 0.5
-    ours, theirs = ((each.d, each.constants(q), *each.given(y, inside, ~inside)) for each in (again, anew))
+    ours, theirs = (
+        (each.d, each.constants(q), *each.given(y, inside, ~inside))
+        for each in (again, anew)
+    )
     assert all(map(np.array_equal, ours, theirs))
 
 
@@ -212,7 +277,9 @@ def problem_with_free(n: int, seed: int) -> Problem:
     rng = np.random.default_rng(seed)
     A = rng.uniform(-1, 1, (n, n)) * (rng.random((n, n)) < 3 / n)
     M = csr_array(A - A.T + np.diag(rng.uniform(0.5, 1, n)))
-    return Problem(M, rng.uniform(-1, 1, n), lower=np.where(np.arange(n) % 2, 0.0, -np.inf))
+    return Problem(
+        M, rng.uniform(-1, 1, n), lower=np.where(np.arange(n) % 2, 0.0, -np.inf)
+    )
 
 
 @pytest.mark.parametrize("n", [6, 40, 101])

@@ -29,8 +29,16 @@ from .stages import scripted, through
 def test_rows_of_the_papers_first_table_are_its_own() -> None:
     """From any start with all components negative: 0; 4, 0, 4, 0; 1, 0, 1, 0, the vector-division rows."""
     trace = Trace()
-    run(read(contents.shipped_path("paper-example-1.json")), "newton", [-1.0, -1.0, -1.0, -1.0], trace=trace)
-    assert [row.z.tolist() for row in trace.rows[1:]] == [[4.0, 0.0, 4.0, 0.0], [1.0, 0.0, 1.0, 0.0]]
+    run(
+        read(contents.shipped_path("paper-example-1.json")),
+        "newton",
+        [-1.0, -1.0, -1.0, -1.0],
+        trace=trace,
+    )
+    assert [row.z.tolist() for row in trace.rows[1:]] == [
+        [4.0, 0.0, 4.0, 0.0],
+        [1.0, 0.0, 1.0, 0.0],
+    ]
 
 
 @pytest.mark.parametrize("n", [3, 5, 21])
@@ -45,15 +53,22 @@ def test_cycle_of_plain_newton_is_broken(n: int) -> None:
 
 @pytest.mark.parametrize("n", [1, 10, 201])
 @pytest.mark.parametrize("symmetric", [True, False])
-def test_positive_definite_problems_take_a_handful_of_steps(n: int, symmetric: bool) -> None:
+def test_positive_definite_problems_take_a_handful_of_steps(
+    n: int, symmetric: bool
+) -> None:
     generator = np.random.default_rng(n)
     A, B = generator.uniform(-5, 5, (2, n, n))
     M = A.T @ A + np.eye(n) + (0 if symmetric else B - B.T)
     q = generator.uniform(-500, 500, n)
-    dense, sparse = run(Problem(M, q), "newton"), run(Problem(csr_array(M), q), "newton")
+    dense, sparse = (
+        run(Problem(M, q), "newton"),
+        run(Problem(csr_array(M), q), "newton"),
+    )
     assert dense.solved
     assert dense.iterations <= 12
-    assert np.allclose(dense.z, sparse.z, rtol=0, atol=1e-9 * max(1.0, float(np.abs(dense.z).max())))
+    assert np.allclose(
+        dense.z, sparse.z, rtol=0, atol=1e-9 * max(1.0, float(np.abs(dense.z).max()))
+    )
 
 
 def test_singular_principal_submatrix_is_a_breakdown() -> None:
@@ -69,18 +84,28 @@ def sizes(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     found: list[int] = []
 
     def counting(real: Callable[..., Any]) -> Callable[..., Any]:
-        return lambda self, A, *how: (A.shape[0] > 50 and found.append(A.shape[0])) or real(self, A, *how)
+        return lambda self, A, *how: (
+            (A.shape[0] > 50 and found.append(A.shape[0])) or real(self, A, *how)
+        )
 
     for name in ("cholesky", "lu"):
-        monkeypatch.setattr(factors._DenseFactors, name, counting(getattr(factors._DenseFactors, name)))
+        monkeypatch.setattr(
+            factors._DenseFactors, name, counting(getattr(factors._DenseFactors, name))
+        )
     return found
 
 
 @pytest.mark.parametrize("symmetric", [True, False])
-def test_auto_factorizes_once_from_an_active_set_that_is_nearly_right(symmetric: bool, sizes: list[int]) -> None:
+def test_auto_factorizes_once_from_an_active_set_that_is_nearly_right(
+    symmetric: bool, sizes: list[int]
+) -> None:
     problem = families.make("harker-pang", 250, 3, symmetric=symmetric)
     result = run(problem, "auto")
-    assert (result.solved, result.route, len(sizes)) == (True, ("gradient", "newton"), 1)
+    assert (result.solved, result.route, len(sizes)) == (
+        True,
+        ("gradient", "newton"),
+        1,
+    )
     plain = run(problem, "newton")
     assert np.allclose(result.z, plain.z, rtol=0, atol=1e-12 * np.abs(plain.z).max())
 
@@ -89,11 +114,15 @@ def test_auto_factorizes_once_from_an_active_set_that_is_nearly_right(symmetric:
 def precisions(monkeypatch: pytest.MonkeyPatch) -> set[np.dtype[np.floating]]:
     """The types of the matrices of which products are taken."""
     seen: set[np.dtype[np.floating]] = set()
-    monkeypatch.setattr(newton, "product", lambda M, v: seen.add(M.dtype) or matrices.product(M, v))
+    monkeypatch.setattr(
+        newton, "product", lambda M, v: seen.add(M.dtype) or matrices.product(M, v)
+    )
     return seen
 
 
-@pytest.mark.parametrize("family", ["harker-pang", "boxes", "near-singular", "degenerate"])
+@pytest.mark.parametrize(
+    "family", ["harker-pang", "boxes", "near-singular", "degenerate"]
+)
 def test_steps_in_single_precision_lead_to_the_solution_in_doubles(
     family: str, precisions: set[np.dtype[np.floating]]
 ) -> None:
@@ -104,7 +133,9 @@ def test_steps_in_single_precision_lead_to_the_solution_in_doubles(
     assert precisions == {np.dtype(np.float32)}
 
 
-@pytest.mark.parametrize(("of_M", "of_q"), [(2.0**-60, 1.0), (2.0**60, 1.0), (1.0, 2.0**-60), (1.0, 2.0**60)])
+@pytest.mark.parametrize(
+    ("of_M", "of_q"), [(2.0**-60, 1.0), (2.0**60, 1.0), (1.0, 2.0**-60), (1.0, 2.0**60)]
+)
 def test_numbers_beyond_the_range_of_single_precision_are_left_to_doubles(
     of_M: float, of_q: float, precisions: set[np.dtype[np.floating]]
 ) -> None:
@@ -120,7 +151,10 @@ def test_numbers_beyond_the_range_of_single_precision_are_left_to_doubles(
 def test_steps_end_where_states_do_not_settle() -> None:
     """M = 0.1 I + A'A + B - B' with B as large as A: the iteration has no reason to converge."""
     A, B = np.random.default_rng(0).standard_normal((2, 300, 300)) / np.sqrt(300)
-    M, q = 0.1 * np.eye(300) + A.T @ A + (B - B.T), np.random.default_rng(1).standard_normal(300)
+    M, q = (
+        0.1 * np.eye(300) + A.T @ A + (B - B.T),
+        np.random.default_rng(1).standard_normal(300),
+    )
     stage = newton.projected_gradient(Problem(M, q), np.zeros(300))
     evaluations = [iterate.evaluations for iterate in stage]
     assert len(evaluations) == 1
@@ -144,9 +178,17 @@ def with_solution(M: Matrix, seed: int) -> tuple[Problem, Vector]:
 @pytest.mark.parametrize("n", [5, factors.MOST_NUMPY_ROWS + 20])
 @pytest.mark.parametrize("kind", ["dense", "sparse", "nonsymmetric"])
 def test_right_signs_give_the_solution_to_rounding(n: int, kind: str) -> None:
-    M = matrix("monotone" if kind == "nonsymmetric" else "definite", n, np.random.default_rng(1))
+    M = matrix(
+        "monotone" if kind == "nonsymmetric" else "definite",
+        n,
+        np.random.default_rng(1),
+    )
     problem, x = with_solution(csr_array(M) if kind == "sparse" else M, 2)
-    *_, last = finish(problem, None, constant(np.sign(x) * np.random.default_rng(3).uniform(0.1, 1, n)))
+    *_, last = finish(
+        problem,
+        None,
+        constant(np.sign(x) * np.random.default_rng(3).uniform(0.1, 1, n)),
+    )
     assert last.step == FINISH
     z = ORTHANT.z_of(last.x)
     rounding = 1e-13 * (np.abs(M) @ z + np.abs(problem.q)).max()
@@ -172,8 +214,12 @@ def test_degenerate_solution_is_recognised() -> None:
         assert np.allclose(ORTHANT.z_of(last.x), z, rtol=0, atol=1e-15)
 
 
-@pytest.mark.parametrize("M", [np.ones((3, 3)), csr_array(np.ones((3, 3)))], ids=["dense", "sparse"])
-def test_singular_block_leaves_the_method_its_iterates_and_its_ending(M: Matrix) -> None:
+@pytest.mark.parametrize(
+    "M", [np.ones((3, 3)), csr_array(np.ones((3, 3)))], ids=["dense", "sparse"]
+)
+def test_singular_block_leaves_the_method_its_iterates_and_its_ending(
+    M: Matrix,
+) -> None:
     problem = Problem(M, np.array([-1.0, -2.0, -3.0]))
     for ending in (Finished(), Stalled("rounding"), Breakdown("no more")):
         given, _ = through(constant(np.ones(3)))
@@ -183,5 +229,8 @@ def test_singular_block_leaves_the_method_its_iterates_and_its_ending(M: Matrix)
 
 def test_a_method_that_ends_is_finished_at_its_last_iterate() -> None:
     problem, x = with_solution(np.diag([1.0, 2.0, 3.0]), 7)
-    steps = [iterate.step for iterate in finish(problem, None, constant(x, Stalled("here"), times=1))]
+    steps = [
+        iterate.step
+        for iterate in finish(problem, None, constant(x, Stalled("here"), times=1))
+    ]
     assert steps == ["", FINISH]

@@ -42,7 +42,10 @@ def graph(n: int, edges: int, shift: float) -> Matrix:
     j = np.concatenate((np.arange(1, n), random.integers(0, n, edges)))
     i, j = i[i != j], j[i != j]
     weights = 10.0 ** random.uniform(-1, 1, i.size)
-    W = coo_array((np.tile(weights, 2), (np.concatenate((i, j)), np.concatenate((j, i)))), shape=(n, n)).tocsr()
+    W = coo_array(
+        (np.tile(weights, 2), (np.concatenate((i, j)), np.concatenate((j, i)))),
+        shape=(n, n),
+    ).tocsr()
     return csr_array(diags_array(W.sum(axis=0) + shift) - W)
 
 
@@ -70,15 +73,22 @@ def tridiagonal(n: int) -> Problem:
 def dominant(n: int) -> Problem:
     """A nonsymmetric strictly diagonally dominant matrix with random places, whose factors would be full."""
     generator = np.random.default_rng(1)
-    A = csr_array((generator.standard_normal(9 * n), tuple(generator.integers(0, n, (2, 9 * n)))), shape=(n, n))
+    A = csr_array(
+        (generator.standard_normal(9 * n), tuple(generator.integers(0, n, (2, 9 * n)))),
+        shape=(n, n),
+    )
     A = A - diags_array(A.diagonal())
-    return Problem(A + diags_array(1.1 * abs(A).sum(axis=1) + 0.01), generator.standard_normal(n))
+    return Problem(
+        A + diags_array(1.1 * abs(A).sum(axis=1) + 0.01), generator.standard_normal(n)
+    )
 
 
 def solve(problem: Problem, x0: Vector | None = None) -> tuple[Vector, list[str]]:
     """The first z that meets the tolerance by its residual, and the methods of the route."""
     criterion, methods = Criterion(problem), []
-    for k, iterate in enumerate(sparse_route(problem, np.zeros(problem.n) if x0 is None else x0)):
+    for k, iterate in enumerate(
+        sparse_route(problem, np.zeros(problem.n) if x0 is None else x0)
+    ):
         methods.append(iterate.method)
         z = ORTHANT.z_of(iterate.x)
         if Point(criterion, z).relative_residual <= TOL:
@@ -113,11 +123,16 @@ def test_auto_solves_what_the_route_leaves() -> None:
 def test_bounds_on_both_sides(name: str) -> None:
     M = MATRICES[name]()
     n = M.shape[0]
-    for upper in (0.05, np.where(np.arange(n) % 7 == 0, np.inf, 0.02 + 0.05 * np.linspace(0, 1, n))):
+    for upper in (
+        0.05,
+        np.where(np.arange(n) % 7 == 0, np.inf, 0.02 + 0.05 * np.linspace(0, 1, n)),
+    ):
         problem = Problem(M, smooth(n), lower=-0.05, upper=upper)
         iterates, ending = through(multilevel(problem, is_symmetric(problem.M)))
         assert isinstance(ending, Stalled)
-        assert_equal_to_newton(problem, problem.box.project(problem.box.z_of(iterates[-1].x)))
+        assert_equal_to_newton(
+            problem, problem.box.project(problem.box.z_of(iterates[-1].x))
+        )
 
 
 def test_coarse_versions_leave_little_to_be_pivoted() -> None:
@@ -176,14 +191,21 @@ def test_p_matrix_that_is_not_positive_definite() -> None:
 
 
 @pytest.mark.parametrize(
-    "M", [-plane(30), csr_array((900, 900)), plane(30) - 0.5 * eye_array(900)], ids=["negative", "zero", "indefinite"]
+    "M",
+    [-plane(30), csr_array((900, 900)), plane(30) - 0.5 * eye_array(900)],
+    ids=["negative", "zero", "indefinite"],
 )
 def test_matrices_it_is_not_made_for_end_in_words(M: Matrix) -> None:
     criterion = Criterion(Problem(M, -np.ones(900)))
     with np.errstate(over="raise", invalid="raise"):
-        iterates, ending = through(limited(sparse_route(criterion.problem, np.zeros(900)), 300))
+        iterates, ending = through(
+            limited(sparse_route(criterion.problem, np.zeros(900)), 300)
+        )
     assert isinstance(ending, (Breakdown, Stalled))
-    assert all(Point(criterion, ORTHANT.z_of(step.x)).relative_residual > TOL for step in iterates)
+    assert all(
+        Point(criterion, ORTHANT.z_of(step.x)).relative_residual > TOL
+        for step in iterates
+    )
 
 
 def disc(m: int) -> Mask:
@@ -212,8 +234,13 @@ def test_number_of_steps_does_not_grow_with_the_grid(m: int, masked: bool) -> No
 
 def m_matrix(rng: np.random.Generator, n: int, spread: int) -> Vector:
     """A tridiagonal M-matrix: M v > 0 for some v > 0, with entries off the diagonal of any size, some of them 0."""
-    below, above = (rng.uniform(0, 1, n - 1) * 10.0 ** rng.integers(-spread, spread + 1, n - 1) for _ in range(2))
-    N = np.diag(below * (rng.random(n - 1) < 0.9), -1) + np.diag(above * (rng.random(n - 1) < 0.9), 1)
+    below, above = (
+        rng.uniform(0, 1, n - 1) * 10.0 ** rng.integers(-spread, spread + 1, n - 1)
+        for _ in range(2)
+    )
+    N = np.diag(below * (rng.random(n - 1) < 0.9), -1) + np.diag(
+        above * (rng.random(n - 1) < 0.9), 1
+    )
     v = 10.0 ** rng.uniform(-1, 1, n)
     return np.array(np.diag((N @ v) / v * (1 + rng.uniform(0.01, 1, n)) + 1e-6) - N)
 
@@ -232,12 +259,16 @@ def by_chandrasekaran(M: Vector, q: Vector) -> Vector:
 
 @settings(max_examples=100)
 @given(st.integers(0, 10**6), st.integers(2, 30), st.integers(0, 2))
-def test_the_solution_is_found_wherever_the_basic_variables_lie(seed: int, n: int, spread: int) -> None:
+def test_the_solution_is_found_wherever_the_basic_variables_lie(
+    seed: int, n: int, spread: int
+) -> None:
     rng = np.random.default_rng(seed)
     M, q = m_matrix(rng, n, spread), rng.standard_normal(n)
     iterates, ending = through(eliminated(Problem(csr_array(M), q)))
     assert isinstance(ending, Finished)
-    np.testing.assert_allclose(2 * np.maximum(iterates[-1].x, 0), by_chandrasekaran(M, q), rtol=1e-6, atol=1e-9)
+    np.testing.assert_allclose(
+        2 * np.maximum(iterates[-1].x, 0), by_chandrasekaran(M, q), rtol=1e-6, atol=1e-9
+    )
 
 
 def stopping(n: int, drift: float) -> tuple[Matrix, Vector]:
@@ -246,7 +277,11 @@ def stopping(n: int, drift: float) -> tuple[Matrix, Vector]:
     up, down = 0.045 / h**2 + max(drift, 0) / h, 0.045 / h**2 + max(-drift, 0) / h
     diagonal = np.full(n, 0.05 + up + down)
     diagonal[[0, -1]] -= down, up
-    M = diags_array([np.full(n - 1, -down), diagonal, np.full(n - 1, -up)], offsets=(-1, 0, 1), format="csr")
+    M = diags_array(
+        [np.full(n - 1, -down), diagonal, np.full(n - 1, -up)],
+        offsets=(-1, 0, 1),
+        format="csr",
+    )
     return M, M @ (np.abs(x) - 0.2)
 
 
@@ -293,14 +328,18 @@ def tree(n: int) -> Matrix:
 
 @pytest.mark.parametrize("upper", [np.inf, 0.1])
 @pytest.mark.parametrize("shift", [0.5, 10.0, 1000.0])
-@pytest.mark.parametrize("make", [lambda: plane(60), lambda: tree(4000)], ids=["plane", "tree"])
+@pytest.mark.parametrize(
+    "make", [lambda: plane(60), lambda: tree(4000)], ids=["plane", "tree"]
+)
 def test_a_solution_that_decays_along_zeros_of_q_is_found(
     make: Callable[[], Matrix], shift: float, upper: float
 ) -> None:
     M = make()
     M = csr_array(M / M.diagonal().max() + shift * eye_array(M.shape[0]))
     i, n = np.arange(M.shape[0]), M.shape[0]
-    result = lcpcli.solve(M, np.where(i < 5, -1.0, np.where(i > 0.95 * n, 0.01, 0.0)), upper=upper)
+    result = lcpcli.solve(
+        M, np.where(i < 5, -1.0, np.where(i > 0.95 * n, 0.01, 0.0)), upper=upper
+    )
     assert result.solved
     assert result.iterations < 1000
 
@@ -315,10 +354,14 @@ def test_a_solution_that_decays_to_the_smallest_doubles_is_found(upper: float) -
 
 
 @pytest.mark.parametrize("diagonal", [2.001, 2.0 + 1e-7])
-def test_a_solution_that_reaches_far_along_a_shuffled_chain_takes_few_steps(diagonal: float) -> None:
+def test_a_solution_that_reaches_far_along_a_shuffled_chain_takes_few_steps(
+    diagonal: float,
+) -> None:
     n = 2500
     order = np.random.default_rng(3).permutation(n)
-    chain = csr_array(diags_array([-1.0, diagonal, -1.0], offsets=(-1, 0, 1), shape=(n, n)))
+    chain = csr_array(
+        diags_array([-1.0, diagonal, -1.0], offsets=(-1, 0, 1), shape=(n, n))
+    )
     q = np.full(n, 1e-6)
     q[[0, 1, n // 2]] = -30.0, 0.0, -30.0
     result = lcpcli.solve(chain[order][:, order], q)

@@ -21,7 +21,12 @@ class Circulant(System):
     """M_ij = c_(i - j modulo n), symmetric and positive definite, by fast Fourier transforms."""
 
     def __init__(self, c: Vector, q: Vector) -> None:
-        self.q, self.box, self._spectrum, self._sizes = q, ORTHANT, np.fft.rfft(c), np.fft.rfft(np.abs(c))
+        self.q, self.box, self._spectrum, self._sizes = (
+            q,
+            ORTHANT,
+            np.fft.rfft(c),
+            np.fft.rfft(np.abs(c)),
+        )
         self.largest = float(np.abs(c).max())
         self.row_maxima = np.full(c.size, self.largest)
 
@@ -29,7 +34,9 @@ class Circulant(System):
         return np.fft.irfft(self._spectrum * np.fft.rfft(z), z.size)
 
     def terms(self, z: Vector, rows: Indices | None = None) -> Vector:
-        terms = np.fft.irfft(self._sizes * np.fft.rfft(np.abs(z)), z.size) + np.abs(self.q)
+        terms = np.fft.irfft(self._sizes * np.fft.rfft(np.abs(z)), z.size) + np.abs(
+            self.q
+        )
         return terms if rows is None else terms[rows]
 
     def solver(self, indices: Indices):
@@ -38,12 +45,16 @@ class Circulant(System):
             z[indices] = v
             return self.product(z)[indices]
 
-        return lambda b: conjugate_gradients(part, b, np.zeros(b.size), HALF_OF_THE_DIGITS * norm(b), 100, identity)[0]
+        return lambda b: conjugate_gradients(
+            part, b, np.zeros(b.size), HALF_OF_THE_DIGITS * norm(b), 100, identity
+        )[0]
 
 
 def circulant(n: int) -> tuple[Vector, Vector]:
     distances = np.minimum(np.arange(n), n - np.arange(n))
-    return np.exp(-1.0 * distances) + (distances == 0), np.random.default_rng(n).standard_normal(n)
+    return np.exp(-1.0 * distances) + (distances == 0), np.random.default_rng(
+        n
+    ).standard_normal(n)
 
 
 @pytest.mark.parametrize("n", [1, 2, 60, 400])

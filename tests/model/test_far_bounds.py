@@ -14,7 +14,14 @@ from scipy.sparse import csr_array
 
 import lcpcli
 from lcpcli import Problem, Status, from_qp, from_qpsolvers, read, run, solve, write
-from lcpcli.model.changes import Composed, composed, relaxed, scale, shifted, with_infinity
+from lcpcli.model.changes import (
+    Composed,
+    composed,
+    relaxed,
+    scale,
+    shifted,
+    with_infinity,
+)
 from lcpcli.solving.minimum import Minimum
 from lcpcli.verify.certificate import proves_infeasible
 
@@ -31,16 +38,25 @@ def same(one: Problem, other: Problem) -> bool:
     """Whether two problems have the same numbers, and come from programs of the same size."""
     if one.n != other.n or (one.M != other.M).sum() or one.origin != other.origin:
         return False
-    return all(np.array_equal(getattr(one, name), getattr(other, name)) for name in ("q", "lower", "upper"))
+    return all(
+        np.array_equal(getattr(one, name), getattr(other, name))
+        for name in ("q", "lower", "upper")
+    )
 
 
-@pytest.mark.parametrize(("seed", "size"), [(0, 1e30), (5, 1e20), (12, 1e20), (19, 1e30)])
-def test_programs_with_far_bounds_have_the_minima_of_those_without_in_as_many_steps(seed: int, size: float) -> None:
+@pytest.mark.parametrize(
+    ("seed", "size"), [(0, 1e30), (5, 1e20), (12, 1e20), (19, 1e30)]
+)
+def test_programs_with_far_bounds_have_the_minima_of_those_without_in_as_many_steps(
+    seed: int, size: float
+) -> None:
     program = random_program(seed, 20 + 3 * seed)
     plain = run(from_qp(**program))
     far = run(from_qp(**with_far_bounds(program, size)), time_limit=60)
     assert (plain.solved, far.solved) == (True, True)
-    assert far.answer.objective == pytest.approx(plain.answer.objective, rel=1e-9, abs=1e-9)
+    assert far.answer.objective == pytest.approx(
+        plain.answer.objective, rel=1e-9, abs=1e-9
+    )
     assert far.iterations <= 2 * plain.iterations + 10
 
 
@@ -49,7 +65,11 @@ def test_all_ways_to_say_it_make_the_same_problem(seed: int, tmp_path: Path) -> 
     program = random_program(seed, 8)
     far, plain = with_far_bounds(program, 1e20), from_qp(**program)
     assert same(from_qp(**far, infinity=1e20), plain)
-    for name, problem in {"own.json": lists(far), "z.json": None, "z.npz": None}.items():
+    for name, problem in {
+        "own.json": lists(far),
+        "z.json": None,
+        "z.npz": None,
+    }.items():
         if problem is None:
             write(from_qp(**far), tmp_path / name)
         else:
@@ -60,17 +80,35 @@ def test_all_ways_to_say_it_make_the_same_problem(seed: int, tmp_path: Path) -> 
 
 
 def test_sparse_programs_names_senses_and_starts_stay_what_they_are() -> None:
-    names = {"rows": list("abcd"), "columns": ["x", "y"], "sense": "max", "constant": 3.0}
+    names = {
+        "rows": list("abcd"),
+        "columns": ["x", "y"],
+        "sense": "max",
+        "constant": 3.0,
+    }
     parts = FAR | {"Q": None, "A": csr_array(np.array(FAR["A"], dtype=float))}
     given = from_qp(**parts, **names)
     z = np.arange(given.n) + 0.5
-    known = {"name": "far", "x0": z, "x1": -z, "solutions": [z, 2 * z], "verdict": "ray"}
+    known = {
+        "name": "far",
+        "x0": z,
+        "x1": -z,
+        "solutions": [z, 2 * z],
+        "verdict": "ray",
+    }
     changed = with_infinity(replace(given, **known), 1e20)
     assert same(changed, from_qp(**parts, **names, infinity=1e20))
-    assert (changed.origin.sense, changed.origin.columns, changed.origin.ranges) == ("max", ("x", "y"), 0)
+    assert (changed.origin.sense, changed.origin.columns, changed.origin.ranges) == (
+        "max",
+        ("x", "y"),
+        0,
+    )
     assert (changed.name, changed.verdict) == ("far", "")
     assert changed.x0.tolist() == z[:6].tolist()
-    assert [each.tolist() for each in changed.solutions] == [z[:6].tolist(), (2 * z[:6]).tolist()]
+    assert [each.tolist() for each in changed.solutions] == [
+        z[:6].tolist(),
+        (2 * z[:6]).tolist(),
+    ]
 
 
 def test_bounds_of_z_are_none_from_infinity_on_wherever_they_are_given() -> None:
@@ -87,7 +125,10 @@ def test_bounds_of_z_are_none_from_infinity_on_wherever_they_are_given() -> None
         for result in lcpcli.solve_many(M, Q, lower=bound, upper=1e30, infinity=1e20):
             assert result.problem.box.kinds == {"free": 2}
     G, h = [[1.0, 0.0], [0.0, 1.0]], [1e20, 5.0]
-    assert same(from_qpsolvers(M, q, G, h, lb=lower, infinity=1e20), from_qpsolvers(M, q, G, [INF, 5.0]))
+    assert same(
+        from_qpsolvers(M, q, G, h, lb=lower, infinity=1e20),
+        from_qpsolvers(M, q, G, [INF, 5.0]),
+    )
     x = lcpcli.solve_qp(M, [-4.0, -2.0], G, h, ub=1e25, infinity=1e20)
     assert x.tolist() == [2, 0]
 
@@ -97,7 +138,10 @@ def test_a_minimum_at_a_far_bound_is_found_where_nobody_takes_it_for_none() -> N
         program = {"Q": None, "c": -np.ones(variables), "upper": 1e20}
         x = minimum(from_qp(**program)).x
         assert set(x.tolist()) == {1e20}
-        assert minimum(from_qp(**program, infinity=1e20)).statement == "the program is unbounded below"
+        assert (
+            minimum(from_qp(**program, infinity=1e20)).statement
+            == "the program is unbounded below"
+        )
 
 
 @pytest.mark.parametrize("size", [1e20, 1e30])
@@ -107,7 +151,8 @@ def test_proofs_are_of_the_program_with_its_far_bounds(size: float) -> None:
     row[:, 0] = 1
     opposed = {"A": np.vstack((program["A"], row))}
     opposed |= {
-        name: np.append(program[name], ends) for name, ends in (("row_lower", [5, -INF]), ("row_upper", [INF, 4]))
+        name: np.append(program[name], ends)
+        for name, ends in (("row_lower", [5, -INF]), ("row_upper", [INF, 4]))
     }
     problem = from_qp(**with_far_bounds(program | opposed, size))
     result = run(problem, time_limit=60)
@@ -122,7 +167,12 @@ def test_only_far_bounds_are_left_out_at_first() -> None:
     assert not relaxed(from_qp(None, [1.0], [[1.0]], row_upper=[1e20])).is_identity
     change = relaxed(from_qp(**FAR))
     assert not change.is_identity
-    assert change.problem.box.kinds == {"free": 4, "lower bound": 3, "upper bound": 1, "fixed": 1}
+    assert change.problem.box.kinds == {
+        "free": 4,
+        "lower bound": 3,
+        "upper bound": 1,
+        "fixed": 1,
+    }
     z = np.array([1.5, 0, 0, 0, 0, 0, 1.5, 1.5, 0])
     x = change.back(change.problem.box.x_of(z, change.problem.w(z)))
     assert change.original.box.z_of(x).tolist() == z.tolist()
@@ -142,7 +192,9 @@ def test_changes_are_made_in_turn_and_undone_in_reverse() -> None:
     assert np.array_equal(change.start(x), second.start(first.start(x)))
     assert np.array_equal(change.back(change.start(x)), x)
     F = np.array([0.25, -3.0])
-    assert np.array_equal(change.residual(second.problem.q), first.residual(first.problem.q))
+    assert np.array_equal(
+        change.residual(second.problem.q), first.residual(first.problem.q)
+    )
     assert np.array_equal(change.residual(F), first.residual(second.residual(F)))
     assert change.is_exact
 
@@ -155,7 +207,9 @@ def test_a_change_that_loses_a_bound_makes_the_whole_inexact() -> None:
 
 def test_a_proof_comes_out_of_several_changes() -> None:
     """w_1 = -2^40 z_1 - 2^-30 is negative for z >= 0, and z_2 has a lower bound of 1."""
-    problem = Problem([[-(2.0**40), 0], [0, 1]], [-(2.0**-30), 1], lower=[0, 1], upper=INF)
+    problem = Problem(
+        [[-(2.0**40), 0], [0, 1]], [-(2.0**-30), 1], lower=[0, 1], upper=INF
+    )
     change = composed(problem, shifted, scale)
     y = np.array([1.0, 0])
     assert proves_infeasible(change.problem, y)

@@ -36,7 +36,9 @@ class Frame(Series):
 
     def take(self, places: Any, axis: str) -> Any:
         if axis == "columns":
-            return Frame(self.values[:, places], self.index, [self.columns[i] for i in places])
+            return Frame(
+                self.values[:, places], self.index, [self.columns[i] for i in places]
+            )
         return Frame(self.values[places], [self.index[i] for i in places], self.columns)
 
 
@@ -85,20 +87,38 @@ def results(s: Any, w: Any, t: Any, v: Any) -> dict[str, Any]:
         "a matrix that counts its unknowns": lcpcli.solve(Frame(M), Series(Q, "ab")).z,
         "bounds": lcpcli.Problem(s(M, "ab"), Q, upper=v([1.0, 9], "ab")).upper,
         "a start": lcpcli.Problem(s(M, "ab"), Q, x0=v([1.0, 2], "ab")).x0,
-        "a known solution": lcpcli.Problem(s(M, "ab"), Q, solutions=[v(Z, "ab")]).solutions[0],
-        "columns": next(lcpcli.solve_many(s(M, "ab"), t([[-9, -9], [-4, -4]], "ab", range(2)))).z,
+        "a known solution": lcpcli.Problem(
+            s(M, "ab"), Q, solutions=[v(Z, "ab")]
+        ).solutions[0],
+        "columns": next(
+            lcpcli.solve_many(s(M, "ab"), t([[-9, -9], [-4, -4]], "ab", range(2)))
+        ).z,
         "a program": parts(
-            lcpcli.from_qp(s(P, "ab"), v(C, "ab"), w(A, "rs", "ab"), row_lower=v([1, 2], "rs"), upper=v([8, 9], "ab"))
+            lcpcli.from_qp(
+                s(P, "ab"),
+                v(C, "ab"),
+                w(A, "rs", "ab"),
+                row_lower=v([1, 2], "rs"),
+                upper=v([8, 9], "ab"),
+            )
         ),
-        "a linear program": parts(lcpcli.from_qp(None, v(C, "ab"), Frame(A, "rs", "ab"), b=v([1, 2], "rs"))),
-        "payoffs": lcpcli.from_game(Frame(A, "ob", "lr"), t(M, "ob", "lr")).origin.data()["B"],
-        "qpsolvers": lcpcli.solve_qp(s(P, "ab"), v(C, "ab"), w([[1.0, 0]], ["row"], "ab"), [0.25]),
+        "a linear program": parts(
+            lcpcli.from_qp(None, v(C, "ab"), Frame(A, "rs", "ab"), b=v([1, 2], "rs"))
+        ),
+        "payoffs": lcpcli.from_game(
+            Frame(A, "ob", "lr"), t(M, "ob", "lr")
+        ).origin.data()["B"],
+        "qpsolvers": lcpcli.solve_qp(
+            s(P, "ab"), v(C, "ab"), w([[1.0, 0]], ["row"], "ab"), [0.25]
+        ),
         "its bounds": lcpcli.solve_qp(s(P, "ab"), v(C, "ab"), ub=v([9.0, 0.1], "ab")),
         "a later q": solver.solve(v(Q3, names)).z,
         "later bounds": solver.solve(v(Q3, names), upper=v([9, 9, 0.5], names)).z,
         "a stream": next(lcpcli.solve_many(s(M3, names), iter([v(Q3, names)]))).z,
         "an answer": lcpcli.check(problem, v(Z3, names)).accepted,
-        "a start of a run": lcpcli.run(problem, "fixed-point", z0=v(Z3, names), max_iterations=0).z,
+        "a start of a run": lcpcli.run(
+            problem, "fixed-point", z0=v(Z3, names), max_iterations=0
+        ).z,
         "a derivative": result.derivative(dq=v([4.0, 0, 0], names)).z,
         "a gradient": result.gradient(v([1.0, 0, 0], names)).q,
     }
@@ -107,25 +127,45 @@ def results(s: Any, w: Any, t: Any, v: Any) -> dict[str, Any]:
 def test_labels_decide_the_order() -> None:
     known = results(plain, plain, plain, plain)
     for name, found in results(square, wide, table, vector).items():
-        pairs = zip(found, known[name], strict=True) if isinstance(found, list) else [(found, known[name])]
-        assert all(np.asarray(one) == pytest.approx(np.asarray(other), abs=1e-12) for one, other in pairs), name
+        pairs = (
+            zip(found, known[name], strict=True)
+            if isinstance(found, list)
+            else [(found, known[name])]
+        )
+        assert all(
+            np.asarray(one) == pytest.approx(np.asarray(other), abs=1e-12)
+            for one, other in pairs
+        ), name
 
 
 def test_other_labels_are_refused() -> None:
     labelled, others = Frame(M, "ab", "ab"), "has an index with labels other than"
     for refused, message in {
-        lambda: lcpcli.solve(labelled, Series(Q, "xy")): f"^q: {others} the columns of M; .*to_numpy",
-        lambda: lcpcli.solve(Frame(M, "xy", "ab"), Series(Q)): f"^M: {others} the columns of M; .*to_numpy",
-        lambda: lcpcli.from_qp(labelled, Series(Q, "ac")): f"^c: {others} the columns of Q; give",
-        lambda: lcpcli.from_game(labelled, Frame(M, "ab", "ax")): f"^B: {others} the columns of A",
-        lambda: lcpcli.Solver(labelled).solve(Series(Q, "ad")): f"^q: {others} the names of the unknowns",
+        lambda: lcpcli.solve(
+            labelled, Series(Q, "xy")
+        ): f"^q: {others} the columns of M; .*to_numpy",
+        lambda: lcpcli.solve(
+            Frame(M, "xy", "ab"), Series(Q)
+        ): f"^M: {others} the columns of M; .*to_numpy",
+        lambda: lcpcli.from_qp(
+            labelled, Series(Q, "ac")
+        ): f"^c: {others} the columns of Q; give",
+        lambda: lcpcli.from_game(
+            labelled, Frame(M, "ab", "ax")
+        ): f"^B: {others} the columns of A",
+        lambda: lcpcli.Solver(labelled).solve(
+            Series(Q, "ad")
+        ): f"^q: {others} the names of the unknowns",
     }.items():
         with pytest.raises(ProblemError, match=message):
             refused()
 
 
 def test_labels_of_payoffs_name_the_strategies() -> None:
-    game = lcpcli.from_game(Frame([[3.0, 0, 1], [0, 2, 1]], ["opera", "box"], ["l", "r", "m"]), np.ones((2, 3)))
+    game = lcpcli.from_game(
+        Frame([[3.0, 0, 1], [0, 2, 1]], ["opera", "box"], ["l", "r", "m"]),
+        np.ones((2, 3)),
+    )
     assert list(game.names) == ["opera", "box", "l", "r", "m"]
     assert list(lcpcli.from_game(Frame(A), np.ones((2, 2))).names) == [""] * 4
 
@@ -137,7 +177,11 @@ def test_pandas_itself_is_taken_by_label() -> None:
     for dtype in ("int64", "Int64", "Float64", object):
         assert lcpcli.solve(matrix.astype(dtype), q.astype(dtype)).z == pytest.approx(Z)
     assert lcpcli.solve(matrix.loc[["b", "a"]], q).z == pytest.approx(Z)
-    for wrong in (q[["a"]], pandas.Series([1, None], index=["a", "b"]), pandas.Series(Q, index=["a", "c"])):
+    for wrong in (
+        q[["a"]],
+        pandas.Series([1, None], index=["a", "b"]),
+        pandas.Series(Q, index=["a", "c"]),
+    ):
         with pytest.raises(ProblemError):
             lcpcli.solve(matrix, wrong)
     bound = pandas.Series({"b": None, "a": 3.0})
@@ -145,25 +189,43 @@ def test_pandas_itself_is_taken_by_label() -> None:
         lcpcli.Problem(matrix, q, upper=bound)
 
 
-def test_texts_that_label_the_columns_of_M_name_the_unknowns_unless_others_are_given() -> None:
+def test_texts_that_label_the_columns_of_M_name_the_unknowns_unless_others_are_given() -> (
+    None
+):
     result = lcpcli.solve(Frame(M, "ab", "ab"), Series(Q, "ab"))
     assert list(result.names) == ["a", "b"]
     assert result["b"] == pytest.approx(Z[1])
-    assert list(lcpcli.Problem(Frame(M, "ab", "ab"), Q, names=["x", "y"]).names) == ["x", "y"]
+    assert list(lcpcli.Problem(Frame(M, "ab", "ab"), Q, names=["x", "y"]).names) == [
+        "x",
+        "y",
+    ]
     assert not any(lcpcli.Problem(Frame(M), Q).names)
     assert not any(lcpcli.Problem(Frame(M, "aa", "aa"), Q).names)
 
 
-def test_a_result_is_a_frame_with_a_row_for_each_unknown(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_result_is_a_frame_with_a_row_for_each_unknown(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     made = []
     module = ModuleType("pandas")
-    monkeypatch.setattr(module, "DataFrame", lambda columns, index: made.append((columns, index)), raising=False)
+    monkeypatch.setattr(
+        module,
+        "DataFrame",
+        lambda columns, index: made.append((columns, index)),
+        raising=False,
+    )
     monkeypatch.setitem(sys.modules, "pandas", module)
     result = lcpcli.run(lcpcli.Problem(M, [-9.0, 4.0], names=["wheat", ""]))
     result.to_frame()
     ((columns, index),) = made
     assert index == ["wheat", "z2"]
-    assert [list(columns[name]) for name in ("z", "w", "state")] == [[2.25, 0.0], [0.0, 4.0], ["basic", "lower"]]
+    assert [list(columns[name]) for name in ("z", "w", "state")] == [
+        [2.25, 0.0],
+        [0.0, 4.0],
+        ["basic", "lower"],
+    ]
     monkeypatch.setitem(sys.modules, "pandas", None)
-    with pytest.raises(lcpcli.errors.ParameterError, match="to_frame: needs pandas; pip install pandas"):
+    with pytest.raises(
+        lcpcli.errors.ParameterError, match="to_frame: needs pandas; pip install pandas"
+    ):
         result.to_frame()

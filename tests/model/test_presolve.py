@@ -20,7 +20,14 @@ from lcpcli.linalg.krylov import is_semidefinite
 from lcpcli.methods.direct import MOST_PIVOTED
 from lcpcli.model.box import BASIC
 from lcpcli.model.changes import shifted
-from lcpcli.presolve.presolve import ALL, DEFINITIONS, SIGNS, Presolved, presolved, substituted
+from lcpcli.presolve.presolve import (
+    ALL,
+    DEFINITIONS,
+    SIGNS,
+    Presolved,
+    presolved,
+    substituted,
+)
 from lcpcli.presolve.rules import repeated_equations, signs_of_equations
 from lcpcli.presolve.system import Refuted, System
 from lcpcli.rational.exact_problem import ExactProblem
@@ -42,7 +49,9 @@ def check() -> None:
     """No time limit."""
 
 
-def says_the_truth(problem: Problem, rules: tuple[str, ...], has_solution: bool) -> bool:
+def says_the_truth(
+    problem: Problem, rules: tuple[str, ...], has_solution: bool
+) -> bool:
     """Whether presolve by these rules changes something; it fails if what is said, or what comes back, is false."""
     change = presolved(problem, rules)
     if isinstance(change, Refuted):
@@ -55,7 +64,9 @@ def says_the_truth(problem: Problem, rules: tuple[str, ...], has_solution: bool)
             comes_back(change, rounded(z), rounded(data.w(z)))
         elif (y := farkas_vector(data, check)) is not None:
             vector = change.multipliers(rounded_direction(y))
-            assert not proves_infeasible(problem, vector) or refutes(problem, list(map(Fraction, vector.tolist())))
+            assert not proves_infeasible(problem, vector) or refutes(
+                problem, list(map(Fraction, vector.tolist()))
+            )
     return change is not None
 
 
@@ -70,23 +81,36 @@ def comes_back(change: Presolved, z: Vector, w: Vector) -> None:
     assert np.abs(own - (whole - 2 * back)).max() <= 1e-13
     count = change.kept.size
     assert np.array_equal(whole[change.kept], z[:count])
-    inside, there = (before.basis_of(back) == BASIC)[change.kept], (after.basis_of(x) == BASIC)[:count]
+    inside, there = (
+        (before.basis_of(back) == BASIC)[change.kept],
+        (after.basis_of(x) == BASIC)[:count],
+    )
     tightened = np.logical_or(*(own != given for own, given in bounds_of(change)))
     assert np.array_equal(inside | tightened, there | tightened)
 
 
 def bounds_of(change: Presolved) -> list[tuple[Vector, Vector]]:
     """The lower bounds after and before presolve, and the upper ones, of the variables that are kept."""
-    inner, outer = change.problem.box.vectors(change.problem.n), change.original.box.vectors(change.original.n)
-    return [(own[: change.kept.size], given[change.kept]) for own, given in zip(inner, outer, strict=True)]
+    inner, outer = (
+        change.problem.box.vectors(change.problem.n),
+        change.original.box.vectors(change.original.n),
+    )
+    return [
+        (own[: change.kept.size], given[change.kept])
+        for own, given in zip(inner, outer, strict=True)
+    ]
 
 
 @pytest.mark.parametrize("most", [4, 6])
-def test_what_each_rule_says_and_what_comes_back_from_it_are_true_of_small_problems(most: int) -> None:
+def test_what_each_rule_says_and_what_comes_back_from_it_are_true_of_small_problems(
+    most: int,
+) -> None:
     random, used = np.random.default_rng(31), dict.fromkeys(ONE_BY_ONE, 0)
     for _ in range(COUNT):
         problem = random_problem(random, most)
-        has_solution = first_solution(ExactProblem.of_floats(problem), check) is not None
+        has_solution = (
+            first_solution(ExactProblem.of_floats(problem), check) is not None
+        )
         for rules in ONE_BY_ONE:
             used[rules] += says_the_truth(problem, rules, has_solution)
     del used[(DEFINITIONS,)]  # which few random problems have
@@ -122,33 +146,69 @@ SUM, TWICE = [[2, 0, -1], [0, 2, -1], [1, 1, 0]], [[0, 1, 2], [-1, 0, 0], [-2, 0
 EXAMPLES = [
     ("fixed variables", (np.eye(2), [-1, 5], [0, 2], [INF, 2]), [0], [1, 2]),
     ("rows of one sign", ([[2, 1], [0, 1]], [-6, 1], 0, [INF, 4]), [0], [3, 0]),
-    ("rows of their own variable", ([[2, 1], [0, 1]], [-6, -1], 0, [INF, 4]), [], [2.5, 1]),
+    (
+        "rows of their own variable",
+        ([[2, 1], [0, 1]], [-6, -1], 0, [INF, 4]),
+        [],
+        [2.5, 1],
+    ),
     # min x^2 - 6x with -x >= -2, whose multiplier is 2
     ("rows that are bounds", ([[2, 1], [-1, 0]], [-6, 2], [-INF, 0], INF), [0], [2, 2]),
-    ("single entries of free variables", ([[2, 0], [-3, 1]], [-6, 1], [0, -INF], INF), [0], [3, 8]),
+    (
+        "single entries of free variables",
+        ([[2, 0], [-3, 1]], [-6, 1], [0, -INF], INF),
+        [0],
+        [3, 8],
+    ),
     ("equations of one variable", ([[0, 2], [1, 1]], [-8, -5], -INF, INF), [], [1, 4]),
     # the row of the variable that is inside its bounds is the equation that is left
-    ("equations of one variable", ([[0, 2], [1, 1]], [-8, -5], [-INF, 0], INF), [], [1, 4]),
+    (
+        "equations of one variable",
+        ([[0, 2], [1, 1]], [-8, -5], [-INF, 0], INF),
+        [],
+        [1, 4],
+    ),
     # min x^2 + y^2 with x + y = 2
-    ("equations of two variables", (SUM, [0, 0, -2], [-INF, 0, -INF], INF), [1], [1, 1, 2]),
-    ("repeated equations", (TWICE, [1, 3, 6], [0, -INF, -INF], INF), [0, 1], [3, -1, 0]),
+    (
+        "equations of two variables",
+        (SUM, [0, 0, -2], [-INF, 0, -INF], INF),
+        [1],
+        [1, 1, 2],
+    ),
+    (
+        "repeated equations",
+        (TWICE, [1, 3, 6], [0, -INF, -INF], INF),
+        [0, 1],
+        [3, -1, 0],
+    ),
 ]
 
 
 @pytest.mark.parametrize(("rule", "given_data", "left", "z"), EXAMPLES)
-def test_rules_leave_what_they_should(rule: str, given_data: Any, left: list[int], z: list[float]) -> None:
+def test_rules_leave_what_they_should(
+    rule: str, given_data: Any, left: list[int], z: list[float]
+) -> None:
     M, q, lower, upper = given_data
     problem = Problem(M, q, lower=lower, upper=upper)
     change = presolved(problem, [rule])
     assert change.kept.tolist() == left
     assert change.removed == {rule: problem.n - len(left)}
     inner = lcpcli.run(change.problem)
-    assert problem.box.z_of(change.back(change.problem.box.x_of(inner.z, inner.w))).tolist() == z
+    assert (
+        problem.box.z_of(
+            change.back(change.problem.box.x_of(inner.z, inner.w))
+        ).tolist()
+        == z
+    )
 
 
 CONTRADICTIONS = {
     "a row of one sign": ([[0, 1], [0, -1]], [0, -1], 0),
-    "bounds that cross": ([[1, -1, 1], [1, 0, 0], [-1, 0, 0]], [0, -2, 1], [-INF, 0, 0]),
+    "bounds that cross": (
+        [[1, -1, 1], [1, 0, 0], [-1, 0, 0]],
+        [0, -2, 1],
+        [-INF, 0, 0],
+    ),
     "an equation without terms": ([[0, 1], [0, 0]], [0, 1], [0, -INF]),
     "equations that disagree": ([[1, 2], [2, 4]], [1, 3], -INF),
 }
@@ -167,7 +227,9 @@ def test_presolve_can_be_switched_off() -> None:
     one = linear_program(0, "signs", infeasible=True)
     copies = MOST_PIVOTED // one.n + 1  # so that Lemke's path does not come first
     q, lower, upper = (np.tile(each, copies) for each in (one.q, one.lower, one.upper))
-    problem = Problem(kron(np.eye(copies), csr_array(one.M)), q, lower=lower, upper=upper)
+    problem = Problem(
+        kron(np.eye(copies), csr_array(one.M)), q, lower=lower, upper=upper
+    )
     with_it, without = (lcpcli.run(problem, presolve=own) for own in (True, False))
     assert (with_it.route[-1], "presolve" in without.route) == ("presolve", False)
     assert (with_it.options["presolve"], without.options["presolve"]) == (True, False)
@@ -183,20 +245,33 @@ def test_what_presolve_finds_is_in_the_inspection() -> None:
     refuted = repr(lcpcli.inspect(linear_program(0, "signs", infeasible=True)))
     assert "cannot have its sign" in " ".join(refuted.split())
     assert lcpcli.inspect(Problem(np.eye(2), [-1, 1])).presolve is None
-    assert presolved(Problem(np.array([[2.0, 1], [1, 2]]), [-1, -1])) is None, "no bounds but zero"
+    assert presolved(Problem(np.array([[2.0, 1], [1, 2]]), [-1, -1])) is None, (
+        "no bounds but zero"
+    )
 
 
 def test_solutions_and_proofs_come_back_from_what_was_pickled() -> None:
-    problems = [linear_program(0, written) for written in ("plainly", "signs", "disorder", "units")]
+    problems = [
+        linear_program(0, written)
+        for written in ("plainly", "signs", "disorder", "units")
+    ]
     problems += [random_problem(generator(seed)) for seed in range(40)]
     changes = [presolved(given, rules) for given in problems for rules in ONE_BY_ONE]
     found = [change for change in changes if isinstance(change, Presolved)]
-    assert {*ALL} - {DEFINITIONS, SIGNS} == set[str]().union(*(change.removed for change in found))
+    assert {*ALL} - {DEFINITIONS, SIGNS} == set[str]().union(
+        *(change.removed for change in found)
+    )
     for change in found:
-        x, again = generator(1).standard_normal(change.problem.n), pickle.loads(pickle.dumps(change))
+        x, again = (
+            generator(1).standard_normal(change.problem.n),
+            pickle.loads(pickle.dumps(change)),
+        )
         assert again.back(x).tolist() == change.back(x).tolist()
         assert again.multipliers(x).tolist() == change.multipliers(x).tolist()
-        assert (again.is_exact, again.has_new_rows) == (change.is_exact, change.has_new_rows)
+        assert (again.is_exact, again.has_new_rows) == (
+            change.is_exact,
+            change.has_new_rows,
+        )
 
 
 def test_rounding_of_fixed_values_is_no_contradiction() -> None:
@@ -214,7 +289,9 @@ def test_a_contradiction_far_below_all_other_numbers_is_not_clear() -> None:
     """The third row is at least q_3 > 0, as the second variable is at most 1e-30, and it should be 0."""
     M, upper = [[1.0, 2, 0], [2, 1, 0], [0, 1, 0]], [INF, 1e-30, INF]
     for violation, is_it in ((1e-16, False), (1e-3, True)):
-        problem = Problem(M, [-1000.0, -1000, violation], lower=[0, 0, -INF], upper=upper)
+        problem = Problem(
+            M, [-1000.0, -1000, violation], lower=[0, 0, -INF], upper=upper
+        )
         assert is_clear(problem, np.array([0.0, 0, -1])) is is_it
 
 
@@ -228,7 +305,9 @@ def test_ratios_of_mirror_images_that_underflow_are_no_factors() -> None:
 
 @pytest.mark.parametrize("written", ["plainly", "signs", "disorder", "units"])
 @pytest.mark.parametrize("seed", range(2))
-def test_conditions_of_linear_programs_are_monotone_however_they_are_written(seed: int, written: str) -> None:
+def test_conditions_of_linear_programs_are_monotone_however_they_are_written(
+    seed: int, written: str
+) -> None:
     problem = linear_program(seed, written)
     change = presolved(problem)
     assert not is_semidefinite(problem.M)
@@ -245,8 +324,12 @@ def test_conditions_of_programs_that_are_not_convex_are_solved(seed: int) -> Non
     """Stationary points of x'Qx / 2 + c'x, with Q indefinite, on 0 <= x <= 10 with equations; bounds are rows."""
     random = np.random.default_rng(seed)
     n, m = 30, 6
-    A = np.where(random.random((m, n)) < 0.2, random.integers(-5, 6, (m, n)), 0).astype(float)
-    B = np.where(random.random((n, n)) < 0.1, random.integers(-5, 6, (n, n)), 0).astype(float)
+    A = np.where(random.random((m, n)) < 0.2, random.integers(-5, 6, (m, n)), 0).astype(
+        float
+    )
+    B = np.where(random.random((n, n)) < 0.1, random.integers(-5, 6, (n, n)), 0).astype(
+        float
+    )
     top = np.hstack([B + B.T, -A.T, -np.eye(n), np.eye(n)])
     rows = np.vstack([A, np.eye(n), -np.eye(n)])
     M = np.vstack([top, np.hstack([rows, np.zeros((len(rows), len(rows)))])])
@@ -260,7 +343,12 @@ def test_conditions_of_programs_that_are_not_convex_are_solved(seed: int) -> Non
 
 def test_what_is_exact_is_known() -> None:
     for a, is_it in ((1, True), (3, False)):
-        problem = Problem([[2, a, 0], [-a, 0, 0], [0, 0, 2]], [-6, 2, 1], lower=[-INF, 0, 0], upper=INF)
+        problem = Problem(
+            [[2, a, 0], [-a, 0, 0], [0, 0, 2]],
+            [-6, 2, 1],
+            lower=[-INF, 0, 0],
+            upper=INF,
+        )
         change = presolved(problem, ["rows that are bounds"])
         assert change.is_exact is is_it
 
@@ -278,7 +366,13 @@ def test_what_counts_as_rounding_is_not_exact() -> None:
 
 def test_sums_of_large_entries_are_not_exact() -> None:
     for size, is_it in ((3.0, True), (2.0**20, False)):
-        system = System(Problem([[1, 0, 1], [-size, 1, 0], [1, -size, 1]], np.ones(3), lower=[0, -INF, -INF]))
+        system = System(
+            Problem(
+                [[1, 0, 1], [-size, 1, 0], [1, -size, 1]],
+                np.ones(3),
+                lower=[0, -INF, -INF],
+            )
+        )
         system.pivot(np.array([1]), np.array([1]), np.ones(1))
         assert system.keeps_all is is_it
 
@@ -301,7 +395,9 @@ def test_equations_that_are_repeated_but_for_rounding_are_not_exact() -> None:
 
 def test_a_proof_is_of_the_rows_as_they_were_where_presolve_has_turned_one() -> None:
     """z1 + z2 + 1 = 0 for a free z1 with z1 >= 0 as a row: the sign of the equation is turned before it is refuted."""
-    problem = Problem([[1, 1], [1, 0]], [1, 0], lower=[-np.inf, 0], upper=[np.inf, np.inf])
+    problem = Problem(
+        [[1, 1], [1, 0]], [1, 0], lower=[-np.inf, 0], upper=[np.inf, np.inf]
+    )
     found = presolved(problem)
     assert found.y.tolist() == [-1, 1]
     assert proves_infeasible(problem, found.y)
@@ -318,7 +414,11 @@ def test_a_row_of_its_own_variable_is_solved_within_both_bounds() -> None:
 def random_problem(random: Generator, most: int = 6) -> Problem:
     """Small integers; bounds of all kinds; a pattern that a rule looks for; a solution, for more than half of them."""
     n = int(random.integers(1, most + 1))
-    M = np.where(random.random((n, n)) < random.choice([0.2, 0.35, 0.5, 0.8]), random.integers(-2, 3, (n, n)), 0)
+    M = np.where(
+        random.random((n, n)) < random.choice([0.2, 0.35, 0.5, 0.8]),
+        random.integers(-2, 3, (n, n)),
+        0,
+    )
     lower, upper = bounds(random, n)
     if n > 1:
         PATTERNS[random.integers(len(PATTERNS))](random, M, lower, upper)
@@ -329,7 +429,12 @@ def random_problem(random: Generator, most: int = 6) -> Problem:
     else:
         i, j = random.integers(n, size=2)
         q[j] = q[i] * random.choice([-1, 1, 2])
-    return Problem(csr_array(M.astype(float)) if random.random() < 0.3 else M, q, lower=lower, upper=upper)
+    return Problem(
+        csr_array(M.astype(float)) if random.random() < 0.3 else M,
+        q,
+        lower=lower,
+        upper=upper,
+    )
 
 
 def bounds(random: Generator, n: int) -> tuple[Vector, Vector]:
@@ -342,7 +447,11 @@ def bounds(random: Generator, n: int) -> tuple[Vector, Vector]:
 
 def solution(random: Generator, lower: Vector, upper: Vector) -> tuple[Vector, Vector]:
     """z within the bounds, and w with the signs for it."""
-    inside = np.clip(np.where(np.isfinite(lower), lower, 0) + random.integers(0, 2, lower.size), lower, upper)
+    inside = np.clip(
+        np.where(np.isfinite(lower), lower, 0) + random.integers(0, 2, lower.size),
+        lower,
+        upper,
+    )
     z = np.where(np.isfinite(lower) & (random.random(lower.size) < 0.5), lower, inside)
     low, high = np.where(z == upper, -1, 0), np.where(z == lower, 2, 1)
     return z, random.integers(low, high).astype(float)
@@ -362,7 +471,9 @@ def single_in_row(random: Generator, M: Vector, lower: Vector, upper: Vector) ->
         lower[i], upper[i] = -np.inf, np.inf
 
 
-def single_in_column(random: Generator, M: Vector, lower: Vector, upper: Vector) -> None:
+def single_in_column(
+    random: Generator, M: Vector, lower: Vector, upper: Vector
+) -> None:
     i, j = random.integers(lower.size, size=2)
     M[:, j], M[i, j] = 0, random.choice([-1, 1, 2])
     lower[[i, j]], upper[[i, j]] = -np.inf, np.inf
@@ -409,20 +520,36 @@ def linear_program(seed: int, written: str, infeasible: bool = False) -> Problem
     """
     random = np.random.default_rng(seed)
     n, equations, inequalities = 30, 8, 10
-    A = np.where(random.random((equations + inequalities, n)) < 0.2, random.integers(-5, 6, (18, n)), 0).astype(float)
+    A = np.where(
+        random.random((equations + inequalities, n)) < 0.2,
+        random.integers(-5, 6, (18, n)),
+        0,
+    ).astype(float)
     x = np.where(random.random(n) < 0.5, random.integers(1, 5, n), 0).astype(float)
     y = random.integers(-3, 4, 18).astype(float)
     y[equations:] = np.abs(y[equations:])
     c = A.T @ y + np.where(x == 0, random.integers(0, 4, n), 0)
-    b = A @ x - np.append(np.zeros(equations), np.where(y[equations:] == 0, random.integers(0, 3, inequalities), 0))
+    b = A @ x - np.append(
+        np.zeros(equations),
+        np.where(y[equations:] == 0, random.integers(0, 3, inequalities), 0),
+    )
     if infeasible:
         A[-1], b[-1] = -np.abs(A[-2]) - 1, 1  # no x >= 0 has A x >= b in that row
-    s = np.append(random.choice([-1.0, 1.0], equations) if written != "plainly" else np.ones(equations), np.ones(10))
+    s = np.append(
+        random.choice([-1.0, 1.0], equations)
+        if written != "plainly"
+        else np.ones(equations),
+        np.ones(10),
+    )
     zero = np.zeros((18 + n, 18 + n))
     top = np.hstack([np.zeros((n, n)), -A.T, -np.eye(n)])
-    M = np.vstack([top, np.hstack([np.vstack([s[:, np.newaxis] * A, np.eye(n)]), zero])])
+    M = np.vstack(
+        [top, np.hstack([np.vstack([s[:, np.newaxis] * A, np.eye(n)]), zero])]
+    )
     q = np.concatenate([c, -s * b, np.zeros(n)])
-    M = block_array([[M, None], [np.append(-c, np.zeros(18 + n))[np.newaxis], np.ones((1, 1))]]).toarray()
+    M = block_array(
+        [[M, None], [np.append(-c, np.zeros(18 + n))[np.newaxis], np.ones((1, 1))]]
+    ).toarray()
     lower = np.append(np.where(np.arange(q.size) - n < equations, -np.inf, 0), -np.inf)
     lower[:n] = 0
     q = np.append(q, 0.0)
@@ -430,17 +557,27 @@ def linear_program(seed: int, written: str, infeasible: bool = False) -> Problem
     if written == "disorder":
         free = np.isinf(lower)
         rows[free] = random.permutation(rows[free])
-    units = 10 ** random.uniform(-2, 2, q.size) if written == "units" else np.ones(q.size)
+    units = (
+        10 ** random.uniform(-2, 2, q.size) if written == "units" else np.ones(q.size)
+    )
     order = random.permutation(q.size)
     M, q = units[:, np.newaxis] * M[rows], units * q[rows]
-    return Problem(csr_array(M[order][:, order]), q[order], lower=lower[order], upper=np.inf)
+    return Problem(
+        csr_array(M[order][:, order]), q[order], lower=lower[order], upper=np.inf
+    )
 
 
 # Or as near to a bound as rounding may have moved it.
 OUTSIDE = (-0.5, 0.0, 1 - 2.0**-53, 1.0, 1.5)
 
 
-@pytest.mark.parametrize(("at", "is_inside"), [(0.5, True), *((at, False) for at in OUTSIDE)])
-def test_an_equation_determines_a_bounded_variable_only_inside_its_bounds(at: float, is_inside: bool) -> None:
-    problem = Problem([[1.0, 1.0], [1.0, 0.0]], [1.0, -at], lower=[0.0, -INF], upper=[1.0, INF])
+@pytest.mark.parametrize(
+    ("at", "is_inside"), [(0.5, True), *((at, False) for at in OUTSIDE)]
+)
+def test_an_equation_determines_a_bounded_variable_only_inside_its_bounds(
+    at: float, is_inside: bool
+) -> None:
+    problem = Problem(
+        [[1.0, 1.0], [1.0, 0.0]], [1.0, -at], lower=[0.0, -INF], upper=[1.0, INF]
+    )
     assert (presolved(problem, ("equations of one variable",)) is not None) == is_inside

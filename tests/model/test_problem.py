@@ -46,7 +46,10 @@ ARRAYS = {
     "list of objects with __array__": [Arrayish(row) for row in M],
     "array of objects": np.array(M, dtype=object),
     "tuples": tuple(tuple(row) for row in M),
-    "lists-of-numpy-numbers": [[np.float64(2), np.int64(-1)], [np.float32(-0.5), np.uint8(2)]],
+    "lists-of-numpy-numbers": [
+        [np.float64(2), np.int64(-1)],
+        [np.float32(-0.5), np.uint8(2)],
+    ],
     "float64": np.array(M),
     "float32": np.array(M, dtype=np.float32),
     "float16": np.array(M, dtype=np.float16),
@@ -56,13 +59,23 @@ ARRAYS = {
     "slice": np.kron(M, np.ones((2, 3)))[::2, ::3],
     "matrix-of-numpy": np.array(M).view(np.matrix),
     "csr-matrix": sparse.csr_matrix(M),
-    **{kind: sparse.coo_array(M).asformat(kind) for kind in ("csr", "csc", "coo", "lil", "dok", "dia", "bsr")},
+    **{
+        kind: sparse.coo_array(M).asformat(kind)
+        for kind in ("csr", "csc", "coo", "lil", "dok", "dia", "bsr")
+    },
     "coo-with-duplicates": sparse.coo_array(
-        ([1.0, 1.0, -1.0, -0.5, 5.0, -3.0], ([0, 0, 0, 1, 1, 1], [0, 0, 1, 0, 1, 1])), shape=(2, 2)
+        ([1.0, 1.0, -1.0, -0.5, 5.0, -3.0], ([0, 0, 0, 1, 1, 1], [0, 0, 1, 0, 1, 1])),
+        shape=(2, 2),
     ),
-    "csr-with-duplicates": sparse.csr_array(([1.0, -1.0, 1.0, 2.0, -0.5], [0, 1, 0, 1, 0], [0, 3, 5]), shape=(2, 2)),
-    "csc-with-duplicates": sparse.csc_array(([-0.5, 1.0, 1.0, 2.0, -1.0], [1, 0, 0, 1, 0], [0, 3, 5]), shape=(2, 2)),
-    "csr-not-in-order": sparse.csr_array(([-1.0, 2.0, 2.0, -0.5], [1, 0, 1, 0], [0, 2, 4]), shape=(2, 2)),
+    "csr-with-duplicates": sparse.csr_array(
+        ([1.0, -1.0, 1.0, 2.0, -0.5], [0, 1, 0, 1, 0], [0, 3, 5]), shape=(2, 2)
+    ),
+    "csc-with-duplicates": sparse.csc_array(
+        ([-0.5, 1.0, 1.0, 2.0, -1.0], [1, 0, 0, 1, 0], [0, 3, 5]), shape=(2, 2)
+    ),
+    "csr-not-in-order": sparse.csr_array(
+        ([-1.0, 2.0, 2.0, -0.5], [1, 0, 1, 0], [0, 2, 4]), shape=(2, 2)
+    ),
 }
 
 
@@ -71,13 +84,20 @@ def parts(matrix: Any) -> list[Any]:
     if not is_sparse(matrix):
         rows = matrix if isinstance(matrix, (list, tuple)) else np.array(matrix)
         return [type(matrix), [np.array(row).tolist() for row in rows]]
-    arrays = [getattr(matrix, name, None) for name in ("data", "row", "col", "indices", "indptr", "rows", "offsets")]
-    held = deepcopy([array.tolist() for array in arrays if isinstance(array, np.ndarray)])
+    arrays = [
+        getattr(matrix, name, None)
+        for name in ("data", "row", "col", "indices", "indptr", "rows", "offsets")
+    ]
+    held = deepcopy(
+        [array.tolist() for array in arrays if isinstance(array, np.ndarray)]
+    )
     return [type(matrix), matrix.nnz, matrix.toarray().tolist(), *held]
 
 
 @pytest.mark.parametrize("matrix", ARRAYS.values(), ids=ARRAYS)
-def test_a_matrix_of_any_kind_is_taken_with_the_right_values_and_left_alone(matrix: Any) -> None:
+def test_a_matrix_of_any_kind_is_taken_with_the_right_values_and_left_alone(
+    matrix: Any,
+) -> None:
     before = parts(matrix)
     problem = Problem(matrix, Q)
     assert numbers(problem) == (M, Q)
@@ -88,17 +108,29 @@ def test_a_matrix_of_any_kind_is_taken_with_the_right_values_and_left_alone(matr
         assert run(problem, method).solved
     assert run(lcpcli.from_qp(None, [1, 1], matrix, row_upper=9, lower=0)).solved
     if not is_sparse(matrix):
-        assert [result.solved for result in lcpcli.solve_many(M, matrix)] == [True, True]
+        assert [result.solved for result in lcpcli.solve_many(M, matrix)] == [
+            True,
+            True,
+        ]
         assert run(lcpcli.from_game(matrix, matrix)).solved
     assert parts(matrix) == before
 
 
 def test_integers_become_floats_and_single_precision_is_taken_as_it_is() -> None:
-    problem = Problem(np.array([[2, 1], [-3, 2]]), np.array([-1, 1], dtype=np.int8), x0=np.array([7, 8], np.uint8))
+    problem = Problem(
+        np.array([[2, 1], [-3, 2]]),
+        np.array([-1, 1], dtype=np.int8),
+        x0=np.array([7, 8], np.uint8),
+    )
     assert numbers(problem) == ([[2, 1], [-3, 2]], [-1, 1])
-    assert {v.dtype for v in (problem.M, problem.q, problem.x0) if v is not None} == {np.dtype(float)}
+    assert {v.dtype for v in (problem.M, problem.q, problem.x0) if v is not None} == {
+        np.dtype(float)
+    }
     tenth = np.float32(0.1)
-    assert numbers(Problem(np.array([[tenth]]), np.array([tenth]))) == ([[float(tenth)]], [float(tenth)])
+    assert numbers(Problem(np.array([[tenth]]), np.array([tenth]))) == (
+        [[float(tenth)]],
+        [float(tenth)],
+    )
 
 
 @pytest.mark.parametrize("diagonal", [1.0, 0.0, 1e-70])
@@ -124,7 +156,9 @@ VECTORS: dict[str, Callable[[Any], Any]] = {
     "array.array": lambda values: array("d", values),
     "column": lambda values: np.reshape(values, (-1, 1)),
     "row": lambda values: np.reshape(values, (1, -1)),
-    "list of arrays without dimensions": lambda values: [np.array(value) for value in values],
+    "list of arrays without dimensions": lambda values: [
+        np.array(value) for value in values
+    ],
     "array of objects": lambda values: np.asarray(values, dtype=object),
     "single precision": lambda values: np.asarray(values, dtype=np.float32),
 }
@@ -136,14 +170,24 @@ def test_vectors_are_taken_in_any_form(wrap: Callable[[Any], Any]) -> None:
     upper = np.array([1.0, 9.0])
     assert lcpcli.solve(A, wrap(B), z0=wrap(-B)).solved
     assert lcpcli.solve(A, wrap(B), "shi", x0=wrap(x0), x1=wrap(x0 + 1)).solved
-    assert lcpcli.solve(A, B, lower=wrap(0 * B), upper=wrap(upper)).z.tolist() == [1, 2.5]
+    assert lcpcli.solve(A, B, lower=wrap(0 * B), upper=wrap(upper)).z.tolist() == [
+        1,
+        2.5,
+    ]
     # One number for each column of a problem of one unknown.
     if np.shape(wrap(upper)) != (1, 2):
-        assert [result.solved for result in lcpcli.solve_many(A, np.tile(B, (5, 1)).T, upper=wrap(upper))] == 5 * [True]
-    problem = lcpcli.Problem(A, wrap(B), solutions=[wrap(z)], x0=wrap(x0), x1=wrap(x0 + 1))
+        assert [
+            result.solved
+            for result in lcpcli.solve_many(A, np.tile(B, (5, 1)).T, upper=wrap(upper))
+        ] == 5 * [True]
+    problem = lcpcli.Problem(
+        A, wrap(B), solutions=[wrap(z)], x0=wrap(x0), x1=wrap(x0 + 1)
+    )
     assert lcpcli.run(problem, "shi").solved
     assert lcpcli.check(problem, wrap(z), tol=1e-6).accepted
-    assert lcpcli.run(lcpcli.from_qp(A, wrap(B), A, row_lower=wrap(B), row_upper=wrap(-B))).solved
+    assert lcpcli.run(
+        lcpcli.from_qp(A, wrap(B), A, row_lower=wrap(B), row_upper=wrap(-B))
+    ).solved
 
 
 def test_sequences_of_other_types_are_lists() -> None:
@@ -153,12 +197,19 @@ def test_sequences_of_other_types_are_lists() -> None:
 
 def test_fractions_are_numbers_and_a_solution_of_them_is_verified_exactly() -> None:
     third = Fraction(1, 3)
-    problem = lcpcli.Problem([[third, 1], np.array([0, third])], [-third, 0.5], lower=third, upper=[None, Fraction(9)])
+    problem = lcpcli.Problem(
+        [[third, 1], np.array([0, third])],
+        [-third, 0.5],
+        lower=third,
+        upper=[None, Fraction(9)],
+    )
     assert problem.M.tolist() == [[1 / 3, 1], [0, 1 / 3]]
     assert problem.q.tolist() == [-1 / 3, 0.5]
     assert problem.box.lower.tolist() == [1 / 3, 1 / 3]
     assert problem.box.upper.tolist() == [np.inf, 9]
-    assert lcpcli.Problem(np.array([[third]]), np.array([-third])).q.tolist() == [-1 / 3]
+    assert lcpcli.Problem(np.array([[third]]), np.array([-third])).q.tolist() == [
+        -1 / 3
+    ]
     given = lcpcli.Problem(A, B)
     exact = [Fraction(4, 3), Fraction(7, 3)]
     found = lcpcli.check(given, exact)
@@ -186,7 +237,9 @@ FORMS: dict[str, Callable[[Any], Any]] = {
 
 
 @pytest.mark.parametrize("form", FORMS.values(), ids=FORMS)
-def test_no_array_that_changes_later_changes_a_problem_or_a_result(form: Callable[[Any], Any]) -> None:
+def test_no_array_that_changes_later_changes_a_problem_or_a_result(
+    form: Callable[[Any], Any],
+) -> None:
     matrix, q, lower, x0 = form(A), B.copy(), np.array([0.0, -1.0]), np.ones(2)
     known = np.array(SOLUTION)
     problem = Problem(matrix, q, x0=x0, solutions=[known], lower=lower)
@@ -195,8 +248,14 @@ def test_no_array_that_changes_later_changes_a_problem_or_a_result(form: Callabl
         held[...] = np.nan
     for kept in (problem, result.problem):
         assert (kept.M @ np.eye(2)).tolist() == A.tolist()
-        assert (kept.q.tolist(), np.asarray(kept.lower).tolist()) == (B.tolist(), [0.0, -1.0])
-    assert (problem.x0.tolist(), problem.solutions[0].tolist()) == ([1.0, 1.0], SOLUTION)
+        assert (kept.q.tolist(), np.asarray(kept.lower).tolist()) == (
+            B.tolist(),
+            [0.0, -1.0],
+        )
+    assert (problem.x0.tolist(), problem.solutions[0].tolist()) == (
+        [1.0, 1.0],
+        SOLUTION,
+    )
     assert lcpcli.check(result.problem, result.z).residual == result.residual < 1e-14
 
 
@@ -225,8 +284,12 @@ def test_arrays_of_results_are_the_users_to_change() -> None:
         result.z[0] = result.w[0] = 1.0
 
 
-@pytest.mark.parametrize(("form", "order"), [(np.array, "C"), (np.array, "F"), (sparse.csr_array, "C")])
-def test_results_of_many_columns_hold_for_what_was_solved(form: Callable[[Any], Any], order: Any) -> None:
+@pytest.mark.parametrize(
+    ("form", "order"), [(np.array, "C"), (np.array, "F"), (sparse.csr_array, "C")]
+)
+def test_results_of_many_columns_hold_for_what_was_solved(
+    form: Callable[[Any], Any], order: Any
+) -> None:
     n, k = 250, 100  # sparse ones of that size are solved one after another
     matrix, columns = form(2 * np.eye(n)), np.full((n, k), -4.0, order=order)
     results = lcpcli.solve_many(matrix, columns)
@@ -243,9 +306,15 @@ def test_results_of_many_columns_hold_for_what_was_solved(form: Callable[[Any], 
     assert rest[-1].z == pytest.approx(4.0)
 
 
-def test_numbers_and_bounds_that_have_changed_since_the_call_are_checked_again() -> None:
+def test_numbers_and_bounds_that_have_changed_since_the_call_are_checked_again() -> (
+    None
+):
     for name, value, told in (
-        ("Q", np.nan, r"Q\[1\]\[80\]: has ceased to be a finite number since the call.*copy"),
+        (
+            "Q",
+            np.nan,
+            r"Q\[1\]\[80\]: has ceased to be a finite number since the call.*copy",
+        ),
         ("upper", -1.0, r"column 80: lower\[1\]: is 0, above upper\[1\] = -1"),
     ):
         given = {"Q": np.full((2, 100), -4.0), "upper": np.full((2, 100), 1.0)}
@@ -257,7 +326,12 @@ def test_numbers_and_bounds_that_have_changed_since_the_call_are_checked_again()
 
 
 def _known() -> Problem:
-    problem = Problem([[2.0, 1.0], [1.0, 2.0]], [-5.0, -6.0], names=("a", "b"), solutions=[[4 / 3, 7 / 3]])
+    problem = Problem(
+        [[2.0, 1.0], [1.0, 2.0]],
+        [-5.0, -6.0],
+        names=("a", "b"),
+        solutions=[[4 / 3, 7 / 3]],
+    )
     assert problem.row_maxima.tolist() == [2.0, 2.0]
     return problem.knowing(units=problem.units, a_new_property_of_q=problem.q.sum())
 
@@ -271,7 +345,9 @@ def test_what_is_not_known_to_depend_on_M_alone_is_dropped() -> None:
 
 
 def test_the_problems_of_a_block_know_of_M_and_not_of_q() -> None:
-    columns = Columns([[2.0, 1.0], [1.0, 2.0]], [[-5.0, 1.0], [-6.0, -1.0]], 0.0, np.inf)
+    columns = Columns(
+        [[2.0, 1.0], [1.0, 2.0]], [[-5.0, 1.0], [-6.0, -1.0]], 0.0, np.inf
+    )
     columns.like.knowing(units=columns.like.units, a_new_property_of_q=0.0)
     first, second = columns.problems()
     assert first.units is second.units is columns.like.units

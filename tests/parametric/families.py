@@ -33,7 +33,10 @@ def positive(seed: int, least: int = 5, most: int = 50) -> Pair:
     if seed % 3:
         given = [{"lower": lower, "upper": upper}] * 2
     if seed % 3 == 2:
-        given[1] = {"lower": lower - random.random(n), "upper": upper + random.random(n)}
+        given[1] = {
+            "lower": lower - random.random(n),
+            "upper": upper + random.random(n),
+        }
     return Problem(M, first, **given[0]), Problem(M, last, **given[1])
 
 
@@ -72,7 +75,9 @@ def boxed(seed: int) -> Pair:
     free = random.integers(0, n)
     upper[free] = last_upper[free] = np.inf
     first, last = random.integers(-2, 3, (2, n))
-    return Problem(M, first, lower=lower, upper=upper), Problem(M, last, lower=last_lower, upper=last_upper)
+    return Problem(M, first, lower=lower, upper=upper), Problem(
+        M, last, lower=last_lower, upper=last_upper
+    )
 
 
 def general(seed: int) -> Pair:
@@ -82,13 +87,17 @@ def general(seed: int) -> Pair:
     M = random.integers(-9, 10, (n, n))
     if seed % 2:
         M = np.abs(M) * random.integers(0, 2, (n, n))
-    return Problem(M, random.integers(1, 20, n)), Problem(M, random.integers(-19, 20, n))
+    return Problem(M, random.integers(1, 20, n)), Problem(
+        M, random.integers(-19, 20, n)
+    )
 
 
 def sparsely(pair: Pair) -> Pair:
     """Return the same problems with a sparse M."""
     M = sparse.csr_array(pair[0].M)
-    first, last = (Problem(M, each.q, lower=each.lower, upper=each.upper) for each in pair)
+    first, last = (
+        Problem(M, each.q, lower=each.lower, upper=each.upper) for each in pair
+    )
     return first, last
 
 
@@ -118,7 +127,10 @@ def random_change(problem: Problem, random: Generator) -> dict[str, Vector]:
     moves = rounded(random.normal(size=(2, n)))
     moves[1, low == high] = moves[0, low == high]
     moves[np.isinf((low, high))] = 0.0
-    return {"dM": rounded(random.normal(size=(n, n))), "dq": rounded(random.normal(size=n))} | {
+    return {
+        "dM": rounded(random.normal(size=(n, n))),
+        "dq": rounded(random.normal(size=n)),
+    } | {
         "dlower": moves[0],
         "dupper": moves[1],
     }
@@ -126,12 +138,22 @@ def random_change(problem: Problem, random: Generator) -> dict[str, Vector]:
 
 def exact_z(problem: Problem, change: dict[str, Vector], h: float) -> list[Fraction]:
     """The solution in fractions of the problem with its data plus h times the change, which doubles represent."""
-    data = dict(zip(DATA, (dense(problem.M), problem.q, *problem.box.vectors(problem.n)), strict=True))
-    z = lcpcli.exact(Problem(**{name: data[name] + h * change.get(f"d{name}", 0.0) for name in DATA})).exact
+    data = dict(
+        zip(
+            DATA,
+            (dense(problem.M), problem.q, *problem.box.vectors(problem.n)),
+            strict=True,
+        )
+    )
+    z = lcpcli.exact(
+        Problem(**{name: data[name] + h * change.get(f"d{name}", 0.0) for name in DATA})
+    ).exact
     return z.z
 
 
-def exact_derivative(problem: Problem, change: dict[str, Vector], h: float = STEP) -> Vector:
+def exact_derivative(
+    problem: Problem, change: dict[str, Vector], h: float = STEP
+) -> Vector:
     """The central difference of exact solutions: exact for changes of q and of bounds, else with an error of h^2."""
     ends = zip(exact_z(problem, change, h), exact_z(problem, change, -h), strict=True)
     return np.array([float((a - b) / Fraction(2 * h)) for a, b in ends])

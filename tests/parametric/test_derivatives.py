@@ -31,12 +31,17 @@ from .families import exact_derivative, exact_z, random_change, random_problem
 
 def pairing(gradient: Any, change: dict[str, Any]) -> float:
     """The sum of the products of all derivatives with the changes."""
-    return sum(float(np.sum(dense(getattr(gradient, name[1:])) * dense(move))) for name, move in change.items())
+    return sum(
+        float(np.sum(dense(getattr(gradient, name[1:])) * dense(move)))
+        for name, move in change.items()
+    )
 
 
 @pytest.mark.parametrize("n", [1, 2, 3, 5, 8, 40])
 @pytest.mark.parametrize("mixed", [False, True])
-def test_derivatives_by_all_data_are_those_of_the_exact_solutions(n: int, mixed: bool) -> None:
+def test_derivatives_by_all_data_are_those_of_the_exact_solutions(
+    n: int, mixed: bool
+) -> None:
     for seed in range(4 if n < 10 else 1):
         random = np.random.default_rng(seed)
         problem = random_problem(n, random, mixed)
@@ -45,7 +50,10 @@ def test_derivatives_by_all_data_are_those_of_the_exact_solutions(n: int, mixed:
         for one in ({"dM": change["dM"]}, {"dq": change["dq"]}, change):
             found, known = result.derivative(**one), exact_derivative(problem, one)
             assert (found.kinks, found.strongly_regular) == ([], True)
-            assert np.abs(found.z - known).max() <= (1e-12 if n < 10 else 1e-11) * np.abs(known).max()
+            assert (
+                np.abs(found.z - known).max()
+                <= (1e-12 if n < 10 else 1e-11) * np.abs(known).max()
+            )
 
 
 @pytest.mark.parametrize(("seed", "sparse"), [*product(range(8), (False, True))])
@@ -71,7 +79,9 @@ def test_gradient_is_the_adjoint_of_the_derivative(seed: int, sparse: bool) -> N
 
 
 @pytest.mark.parametrize("method", ["shi", "fixed-point", "interior", "auto"])
-def test_derivatives_do_not_depend_on_the_method_that_solved_the_problem(method: str) -> None:
+def test_derivatives_do_not_depend_on_the_method_that_solved_the_problem(
+    method: str,
+) -> None:
     problem = families.make("tridiagonal", 30)
     known = lcpcli.run(problem).derivative(dq=np.ones(30))
     found = lcpcli.run(problem, method, tol=1e-8).derivative(dq=np.ones(30))
@@ -79,7 +89,10 @@ def test_derivatives_do_not_depend_on_the_method_that_solved_the_problem(method:
 
 
 def test_results_of_columns_are_pickled_with_their_derivatives() -> None:
-    M, Q = np.array([[4.0, 1.0], [1.0, 4.0]]), np.array([[-1.0, 1, 2, -3, 1], [1.0, -2, 3, -4, 5]])
+    M, Q = (
+        np.array([[4.0, 1.0], [1.0, 4.0]]),
+        np.array([[-1.0, 1, 2, -3, 1], [1.0, -2, 3, -4, 5]]),
+    )
     for result in lcpcli.solve_many(M, Q):
         gradient = result.gradient([1.0, 2.0])
         again = pickle.loads(pickle.dumps(result)).gradient([1.0, 2.0])
@@ -106,31 +119,66 @@ def with_kinks(n: int, kinks: int, random: Generator, mixed: bool) -> Problem:
     w = -states * random.integers(1, 5, n).astype(float)
     w[:kinks] = 0.0
     order = random.permutation(n)
-    M, q, lower, upper = M[order][:, order], (w - M @ z)[order], lower[order], upper[order]
-    return Problem(M, q, lower=lower, upper=upper, note=" ".join(map(str, np.flatnonzero(order < kinks))))
+    M, q, lower, upper = (
+        M[order][:, order],
+        (w - M @ z)[order],
+        lower[order],
+        upper[order],
+    )
+    return Problem(
+        M,
+        q,
+        lower=lower,
+        upper=upper,
+        note=" ".join(map(str, np.flatnonzero(order < kinks))),
+    )
 
 
 @pytest.mark.parametrize(("seed", "mixed"), [*product(range(8), (False, True))])
-def test_at_kinks_one_sided_derivatives_are_those_of_small_steps(seed: int, mixed: bool) -> None:
+def test_at_kinks_one_sided_derivatives_are_those_of_small_steps(
+    seed: int, mixed: bool
+) -> None:
     """But for rounding, unless M changes too."""
     random = np.random.default_rng(seed)
     n = int(random.integers(1, 9))
     problem = with_kinks(n, int(random.integers(1, n + 1)), random, mixed)
     result, h = lcpcli.run(problem), 2.0**-30
-    dq, dM = random.integers(-5, 6, n).astype(float), random.integers(-5, 6, (n, n)).astype(float)
+    dq, dM = (
+        random.integers(-5, 6, n).astype(float),
+        random.integers(-5, 6, (n, n)).astype(float),
+    )
     low, high = random.integers(-2, 3, (2, n)) * np.isfinite(problem.box.vectors(n))
     z = exact_z(problem, {}, 0.0)
-    for change in ({"dq": dq}, {"dq": dq, "dlower": low, "dupper": high}, {"dM": dM, "dq": dq}):
+    for change in (
+        {"dq": dq},
+        {"dq": dq, "dlower": low, "dupper": high},
+        {"dM": dM, "dq": dq},
+    ):
         found = result.derivative(**change, one_sided=True)
-        assert found.kinks == result.gradient(dq).kinks == [int(i) for i in problem.note.split()]
+        assert (
+            found.kinks
+            == result.gradient(dq).kinks
+            == [int(i) for i in problem.note.split()]
+        )
         assert found.strongly_regular
-        known = np.array([float((a - b) / Fraction(h)) for a, b in zip(exact_z(problem, change, h), z, strict=True)])
-        error = 1e-6 * np.abs(known).max(initial=1.0) if "dM" in change else 1e-12 * np.abs(known).max()
+        known = np.array(
+            [
+                float((a - b) / Fraction(h))
+                for a, b in zip(exact_z(problem, change, h), z, strict=True)
+            ]
+        )
+        error = (
+            1e-6 * np.abs(known).max(initial=1.0)
+            if "dM" in change
+            else 1e-12 * np.abs(known).max()
+        )
         assert np.abs(found.z - known).max() <= error
 
 
 @pytest.mark.parametrize("seed", range(6))
-def test_at_kinks_the_derivative_is_that_of_the_piece_on_which_they_stay_at_their_bounds(seed: int) -> None:
+def test_at_kinks_the_derivative_is_that_of_the_piece_on_which_they_stay_at_their_bounds(
+    seed: int,
+) -> None:
     random = np.random.default_rng(seed)
     problem = with_kinks(6, 3, random, mixed=seed % 2 > 0)
     at_bound = lcpcli.run(problem).derivative(dq=np.ones(6))
@@ -138,13 +186,19 @@ def test_at_kinks_the_derivative_is_that_of_the_piece_on_which_they_stay_at_thei
     assert len(kinks) == 3
     assert at_bound.strongly_regular is None
     away = problem.q.copy()  # w of the kinks gets the sign that their bound asks for
-    away[kinks] += np.where(lcpcli.run(problem).z == problem.box.vectors(6)[1], -1e-3, 1e-3)[kinks]
-    beside = lcpcli.run(Problem(problem.M, away, lower=problem.lower, upper=problem.upper)).derivative(dq=np.ones(6))
+    away[kinks] += np.where(
+        lcpcli.run(problem).z == problem.box.vectors(6)[1], -1e-3, 1e-3
+    )[kinks]
+    beside = lcpcli.run(
+        Problem(problem.M, away, lower=problem.lower, upper=problem.upper)
+    ).derivative(dq=np.ones(6))
     assert beside.kinks == []
     assert np.abs(at_bound.z - beside.z).max() <= 1e-12 * np.abs(beside.z).max()
 
 
-def test_at_many_kinks_whose_matrix_is_not_classified_the_direction_is_not_called_proved() -> None:
+def test_at_many_kinks_whose_matrix_is_not_classified_the_direction_is_not_called_proved() -> (
+    None
+):
     random = np.random.default_rng(0)
     M, d = exact.p_matrix(random, 16), random.normal(size=16)
     found = lcpcli.solve(M, np.zeros(16)).derivative(dq=d, one_sided=True)
@@ -161,15 +215,22 @@ def test_kinks_do_not_depend_on_units(scaled: bool) -> None:
     result = lcpcli.run(Problem(R[:, np.newaxis] * problem.M * C, R * problem.q))
     known = lcpcli.run(problem)
     assert result.derivative().kinks == known.derivative().kinks != []
-    found, other = result.derivative(dq=R, one_sided=True), known.derivative(dq=np.ones(40), one_sided=True)
+    found, other = (
+        result.derivative(dq=R, one_sided=True),
+        known.derivative(dq=np.ones(40), one_sided=True),
+    )
     assert found.strongly_regular
     assert other.strongly_regular
     assert np.abs(found.z * C - other.z).max() <= 1e-9 * np.abs(other.z).max()
 
 
 @pytest.mark.parametrize(("far", "is_proved"), [(4e-16, None), (1e-13, True)])
-def test_a_complement_that_may_be_rounding_proves_no_regularity(far: float, is_proved: bool | None) -> None:
-    result = lcpcli.run(Problem([[0.1, 0.3], [1, 3 * (1 + far)]], [-0.1, -1]), z0=[1, 0])
+def test_a_complement_that_may_be_rounding_proves_no_regularity(
+    far: float, is_proved: bool | None
+) -> None:
+    result = lcpcli.run(
+        Problem([[0.1, 0.3], [1, 3 * (1 + far)]], [-0.1, -1]), z0=[1, 0]
+    )
     found = result.derivative(dq=[0, -1], one_sided=True)
     assert (found.kinks, found.strongly_regular) == ([1], is_proved)
 
@@ -208,7 +269,9 @@ def assert_close(found: Vector, known: Any, size: float) -> None:
     assert np.allclose(found, known, rtol=1e-9, atol=1e-10 * size, equal_nan=True)
 
 
-def assert_as_one_by_one(batch: Batch, g: Vector, changes: dict[str, Vector], J: Vector | None, sided: bool) -> None:
+def assert_as_one_by_one(
+    batch: Batch, g: Vector, changes: dict[str, Vector], J: Vector | None, sided: bool
+) -> None:
     """All derivatives of a batch, with nan for none, against those of its results."""
     by = batch.gradient(g, J=J, unsolved="nan")
     along = batch.derivative(**changes, one_sided=sided, J=J, unsolved="nan")
@@ -223,7 +286,11 @@ def assert_as_one_by_one(batch: Batch, g: Vector, changes: dict[str, Vector], J:
                 assert_close(getattr(by, name)[i], getattr(alone, name), size)
             assert by.kinks.get(i, []) == alone.kinks
         try:
-            there = result.derivative(**{name: change[i] for name, change in changes.items()}, one_sided=sided, J=J)
+            there = result.derivative(
+                **{name: change[i] for name, change in changes.items()},
+                one_sided=sided,
+                J=J,
+            )
         except DerivativeError:
             assert np.isnan(along.z[i]).all()
             assert np.isnan(along.w[i]).all()
@@ -232,18 +299,26 @@ def assert_as_one_by_one(batch: Batch, g: Vector, changes: dict[str, Vector], J:
             size = float(np.abs(there.z).max(initial=1.0))
             assert_close(along.z[i], there.z, size)
             assert_close(along.w[i], there.w, 100 * size)
-            assert (along.kinks.get(i, []), along.strongly_regular[i]) == (there.kinks, there.strongly_regular)
+            assert (along.kinks.get(i, []), along.strongly_regular[i]) == (
+                there.kinks,
+                there.strongly_regular,
+            )
 
 
 @pytest.mark.parametrize(("seed", "mixed"), [*product(range(3), (False, True))])
-def test_derivatives_of_random_batches_are_those_of_their_results(seed: int, mixed: bool) -> None:
+def test_derivatives_of_random_batches_are_those_of_their_results(
+    seed: int, mixed: bool
+) -> None:
     random = np.random.default_rng(seed)
     n = int(random.integers(1, 15))
     problems = [random_problem(n, random, mixed) for _ in range(B)]
     moves = [random_change(problem, random) for problem in problems]
     changes = {name: np.array([move[name] for move in moves]) for name in moves[0]}
     bounds = np.array([problem.box.vectors(n) for problem in problems])
-    M, q = (np.array([getattr(problem, name) for problem in problems]) for name in ("M", "q"))
+    M, q = (
+        np.array([getattr(problem, name) for problem in problems])
+        for name in ("M", "q")
+    )
     batch = batch_of(M, q, lower=bounds[:, 0], upper=bounds[:, 1])
     assert batch._linearizations.clear.sum() > B / 2, "most are computed at once"
     for J in (None, random.normal(size=(2, n))):
@@ -262,9 +337,14 @@ def test_derivatives_of_random_batches_are_those_of_their_results(seed: int, mix
 def test_kinks_singular_and_unsolved_problems_are_those_of_their_results(
     M: Vector, q: Vector, bounds: tuple[float, float], sided: bool, with_J: bool
 ) -> None:
-    g, changes = np.ones((5, 3)), {"dq": np.tile([1.0, -2, 3], (5, 1)), "dM": np.ones((5, 3, 3))}
+    g, changes = (
+        np.ones((5, 3)),
+        {"dq": np.tile([1.0, -2, 3], (5, 1)), "dM": np.ones((5, 3, 3))},
+    )
     J = np.array([[1.0, 1, 0], [0, 1, 1], [0, 0, 1]]) if with_J else None
-    assert_as_one_by_one(batch_of(M, q, lower=bounds[0], upper=bounds[1]), g, changes, J, sided)
+    assert_as_one_by_one(
+        batch_of(M, q, lower=bounds[0], upper=bounds[1]), g, changes, J, sided
+    )
 
 
 # One has no solution.
@@ -274,7 +354,10 @@ M, Q = [np.eye(2), [[0.0, 1], [1, 0]], np.ones((2, 2))], [[-1.0, -2], [-1, 1], [
 def test_the_first_problem_without_derivatives_is_named_or_its_row_is_nan() -> None:
     batch, g = batch_of(M, Q), np.ones((3, 2))
     for call in (batch.gradient, lambda g: batch.derivative(dq=g)):
-        with pytest.raises(DerivativeError, match=r"^batch\[1\]: no derivative, as the problem is not solved: has no"):
+        with pytest.raises(
+            DerivativeError,
+            match=r"^batch\[1\]: no derivative, as the problem is not solved: has no",
+        ):
             call(g)
     gradient = batch.gradient(g, unsolved="nan")
     assert np.isnan(gradient.q).all(axis=1).tolist() == [False, True, False]
@@ -313,15 +396,24 @@ def solved(N: Vector, W: Vector, v: Vector, method: str) -> Result:
 
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("seed", range(3))
-def test_the_derivative_of_the_force_on_the_body_is_its_difference(seed: int, method: str) -> None:
+def test_the_derivative_of_the_force_on_the_body_is_its_difference(
+    seed: int, method: str
+) -> None:
     """M and q change with the normals, the masses and the velocities, the first half of the contacts as the other."""
     random = np.random.default_rng(seed)
     N, W, v = contacts(random)
     half = random.normal(size=(6, N.shape[1] // 2))
-    dN, A, dv = np.concatenate((half, half), axis=1), random.normal(size=(6, 6)), random.normal(size=6)
+    dN, A, dv = (
+        np.concatenate((half, half), axis=1),
+        random.normal(size=(6, 6)),
+        random.normal(size=6),
+    )
     dW, h = A + A.T, 1e-5
     result = solved(N, W, v, method)
-    changes = {"dM": dN.T @ W @ N + N.T @ dW @ N + N.T @ W @ dN, "dq": dN.T @ v + N.T @ dv}
+    changes = {
+        "dM": dN.T @ W @ N + N.T @ dW @ N + N.T @ W @ dN,
+        "dq": dN.T @ v + N.T @ dv,
+    }
     force = result.derivative(**changes, J=N)
     ends = []
     for t in (h, -h):
@@ -341,7 +433,9 @@ G = np.array([[1.0, 1, 0], [0, 0, 1]])
 
 @pytest.mark.parametrize("scale", [1e-6, 1e9])
 @pytest.mark.parametrize("method", METHODS)
-def test_it_does_not_depend_on_units_and_names_what_is_not_determined(method: str, scale: float) -> None:
+def test_it_does_not_depend_on_units_and_names_what_is_not_determined(
+    method: str, scale: float
+) -> None:
     R = np.array([1.0, scale, 1.0])
     M = R[:, np.newaxis] * (G.T @ G) * R
     result, J = lcpcli.solve(M, R * (G.T @ [-3, -2]), method), G * R
@@ -349,10 +443,19 @@ def test_it_does_not_depend_on_units_and_names_what_is_not_determined(method: st
     direction = R * (G.T @ [1.0, 0])
     assert result.derivative(dq=direction, J=J).z == pytest.approx([-1, 0], abs=1e-9)
     assert G @ (result.gradient([1, 0], J=J).q * R) == pytest.approx([-1, 0], abs=1e-9)
-    for call in (lambda J: result.derivative(dq=direction, J=J), lambda J: result.gradient(np.ones(len(J)), J=J)):
-        with pytest.raises(DerivativeError, match="several solutions, which differ in J z, in row 1 of J"):
+    for call in (
+        lambda J: result.derivative(dq=direction, J=J),
+        lambda J: result.gradient(np.ones(len(J)), J=J),
+    ):
+        with pytest.raises(
+            DerivativeError,
+            match="several solutions, which differ in J z, in row 1 of J",
+        ):
             call(np.array([J[0], [1.0, 0, 0]]))
-    with pytest.raises(DerivativeError, match="no derivative in this direction: M, q and the bounds change so that"):
+    with pytest.raises(
+        DerivativeError,
+        match="no derivative in this direction: M, q and the bounds change so that",
+    ):
         result.derivative(dq=[1, 0, 0], J=J)
     assert result.derivative(dq=[0, 0, 1], J=J).z == pytest.approx([0, -1], abs=1e-9)
 
@@ -370,17 +473,28 @@ def test_w_is_nan_where_the_solutions_differ_in_it() -> None:
 def test_J_z_of_a_regular_solution_is_J_times_the_derivative() -> None:
     random = np.random.default_rng(1)
     A = random.normal(size=(5, 5))
-    result, J = lcpcli.solve(A @ A.T + np.eye(5), random.normal(size=5)), random.normal(size=(3, 5))
+    result, J = (
+        lcpcli.solve(A @ A.T + np.eye(5), random.normal(size=5)),
+        random.normal(size=(3, 5)),
+    )
     dq, g = random.normal(size=5), random.normal(size=3)
     alone, of_J = result.derivative(dq=dq), result.derivative(dq=dq, J=J)
     assert np.allclose(of_J.z, J @ alone.z, rtol=1e-12)
     assert of_J.w.tolist() == alone.w.tolist()
-    assert np.allclose(result.gradient(g, J=J).q, result.gradient(J.T @ g).q, rtol=1e-10, atol=1e-13)
+    assert np.allclose(
+        result.gradient(g, J=J).q, result.gradient(J.T @ g).q, rtol=1e-10, atol=1e-13
+    )
 
 
 @pytest.mark.parametrize("unsolved", ["raise", "nan"])
-def test_an_unsolved_problem_of_a_batch_has_the_gradient_0_of_a_function_that_leaves_it_out(unsolved: str) -> None:
+def test_an_unsolved_problem_of_a_batch_has_the_gradient_0_of_a_function_that_leaves_it_out(
+    unsolved: str,
+) -> None:
     batch = lcpcli.solve_many(np.array([[[1.0]], [[-1.0]]]), np.array([[-1.0], [-1.0]]))
     found = batch.gradient(np.array([[1.0], [0.0]]), unsolved=unsolved)
-    for values, expected in ((found.q, [-1, 0]), (found.M, [-1, 0]), (found.lower, [0, 0])):
+    for values, expected in (
+        (found.q, [-1, 0]),
+        (found.M, [-1, 0]),
+        (found.lower, [0, 0]),
+    ):
         assert values.ravel().tolist() == expected

@@ -54,7 +54,9 @@ def check_without_gap(found: Path) -> None:
         assert found.end == "ray"
         assert found.certificate is not None
     for k, states in enumerate(found.states):
-        for z, w, t in zip(found.z[k : k + 2], found.w[k : k + 2], found.t[k : k + 2], strict=True):
+        for z, w, t in zip(
+            found.z[k : k + 2], found.w[k : k + 2], found.t[k : k + 2], strict=True
+        ):
             low, high = found.family.bounds(float(t))
             assert np.array_equal(z[states < 0], low[states < 0])
             assert np.array_equal(z[states > 0], high[states > 0])
@@ -71,22 +73,32 @@ def test_ties_leave_no_gap_and_no_cycle(make: Callable[[int], Pair]) -> None:
 def test_a_sparse_matrix_has_the_same_path(make: Callable[[int], Pair]) -> None:
     for seed in range(6):
         dense, sparse = path(*make(seed)), path(*sparsely(make(seed)))
-        assert (dense.end, sparse.end, dense.t.size) == (sparse.end, dense.end, sparse.t.size)
+        assert (dense.end, sparse.end, dense.t.size) == (
+            sparse.end,
+            dense.end,
+            sparse.t.size,
+        )
         assert sparse.verified
         assert sparse.z == pytest.approx(dense.z, abs=1e-10)
 
 
 @settings(max_examples=30)
 @given(st.integers(0, 10**6), st.integers(-30, 30), st.integers(-30, 30))
-def test_units_of_rows_and_columns_do_not_matter(seed: int, row: int, column: int) -> None:
+def test_units_of_rows_and_columns_do_not_matter(
+    seed: int, row: int, column: int
+) -> None:
     first, last = positive(3 * seed, 2, 8)
     random = np.random.default_rng(seed)
     R, C = (np.exp2(power * random.random(first.n)) for power in (row, column))
-    scaled = [Problem(R[:, np.newaxis] * first.M * C, R * each.q) for each in (first, last)]
+    scaled = [
+        Problem(R[:, np.newaxis] * first.M * C, R * each.q) for each in (first, last)
+    ]
     found, own = path(first, last), path(*scaled)
     assert own.verified
     assert own.t == pytest.approx(found.t, abs=1e-11)
-    assert own.z * C == pytest.approx(found.z, rel=1e-9, abs=1e-11 * np.abs(found.z).max())
+    assert own.z * C == pytest.approx(
+        found.z, rel=1e-9, abs=1e-11 * np.abs(found.z).max()
+    )
 
 
 def test_t_stands_still_where_the_solution_of_a_linear_program_jumps() -> None:
@@ -101,7 +113,9 @@ def test_t_stands_still_where_the_solution_of_a_linear_program_jumps() -> None:
 
 
 @pytest.mark.parametrize("exact", [False, True])
-def test_an_interrupted_path_is_the_part_up_to_there(exact: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_interrupted_path_is_the_part_up_to_there(
+    exact: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
     first, last = positive(3, 12, 12)
     whole = path(first, last, exact=exact)
     append = following._Following._append
@@ -121,12 +135,19 @@ def test_an_interrupted_path_is_the_part_up_to_there(exact: bool, monkeypatch: p
 def test_limits_end_a_path_and_what_is_known_of_it_is_verified() -> None:
     first, last = positive(30, 50, 50)
     part = path(first, last, max_breakpoints=3)
-    assert (part.end, part.complete, part.verified, part.t.size) == ("breakpoint_limit", False, True, 4)
+    assert (part.end, part.complete, part.verified, part.t.size) == (
+        "breakpoint_limit",
+        False,
+        True,
+        4,
+    )
     late = path(first, last, time_limit=1e-9)
     assert (late.end, late.complete) == ("time_limit", False)
 
 
-def test_a_wrong_point_on_a_path_is_not_verified(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_wrong_point_on_a_path_is_not_verified(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     first, last = positive(0)
     append = following._Following._append
 
@@ -154,7 +175,9 @@ def test_an_edge_of_no_length_on_which_t_would_decrease_is_no_turn() -> None:
 
 
 @pytest.mark.parametrize(("start", "stop"), [(0.7, 3.4), (0.1, 0.3), (-1 / 3, 1e17)])
-def test_t_begins_and_ends_exactly_where_it_is_asked_to(start: float, stop: float) -> None:
+def test_t_begins_and_ends_exactly_where_it_is_asked_to(
+    start: float, stop: float
+) -> None:
     """In doubles, 0.7 + (3.4 - 0.7) is not 3.4."""
     problem, to = Problem([[2]], [1]), Problem([[2]], [-1])
     found = path(problem, to, start=start, stop=stop)
@@ -163,7 +186,9 @@ def test_t_begins_and_ends_exactly_where_it_is_asked_to(start: float, stop: floa
 
 
 def test_a_path_on_which_z_moves_by_rounding_alone_is_at_its_end() -> None:
-    first, last = (Problem([[2, 1], [1, 2]], [-5, -6 * factor]) for factor in (1, 1 + 2e-16))
+    first, last = (
+        Problem([[2, 1], [1, 2]], [-5, -6 * factor]) for factor in (1, 1 + 2e-16)
+    )
     found = path(first, last)
     assert (found.t.tolist(), found.end, found.verified) == ([1.0], "reached", True)
 
@@ -176,14 +201,18 @@ def at(found: Path, s: Fraction) -> list[Fraction]:
     whole = found.exact
     k = next(k for k in range(len(whole.t) - 1) if whole.t[k] <= s <= whole.t[k + 1])
     share = (s - whole.t[k]) / (whole.t[k + 1] - whole.t[k])
-    return [a + share * (b - a) for a, b in zip(whole.z[k], whole.z[k + 1], strict=True)]
+    return [
+        a + share * (b - a) for a, b in zip(whole.z[k], whole.z[k + 1], strict=True)
+    ]
 
 
 @pytest.mark.parametrize("seed", range(0, 30, 5))
 def test_paths_in_fractions_are_solutions_in_fractions(seed: int) -> None:
     """All complementary sets of small P-matrices are tried; at sixteenths, doubles represent the data of all t."""
     pair = positive(3 * seed, 2, 6)
-    first, last = (Problem(pair[0].M, np.rint(2.0**44 * each.q) / 2.0**44) for each in pair)
+    first, last = (
+        Problem(pair[0].M, np.rint(2.0**44 * each.q) / 2.0**44) for each in pair
+    )
     found = path(first, last, exact=True)
     assert (found.reached, found.verified) == (True, True)
     for k in range(1, 16, 3):
@@ -212,8 +241,13 @@ def test_ties_in_fractions_leave_no_gap(make: Callable[[int], Pair]) -> None:
 
 def near(problem: Problem, z: np.ndarray, reach: float) -> int:
     """Return how many isolated solutions lie within a distance of z, by a search through all bases."""
-    vertices = {tuple(vertex) for piece in solutions(problem) for vertex in piece.vertices}
-    return sum(np.abs(np.array([float(value) for value in vertex]) - z).max() <= reach for vertex in vertices)
+    vertices = {
+        tuple(vertex) for piece in solutions(problem) for vertex in piece.vertices
+    }
+    return sum(
+        np.abs(np.array([float(value) for value in vertex]) - z).max() <= reach
+        for vertex in vertices
+    )
 
 
 def test_at_a_turn_two_solutions_meet_and_beyond_it_there_is_none_near() -> None:
@@ -224,7 +258,9 @@ def test_at_a_turn_two_solutions_meet_and_beyond_it_there_is_none_near() -> None
         if found.end != "turn" or np.diff(found.t[-2:]) == 0 or found.t[-1] > 1 - NEAR:
             continue
         t, z = float(found.t[-1]), found.z[-1]
-        slope = max(np.abs(found.z[-1] - found.z[-2]).max() / (found.t[-1] - found.t[-2]), 1)
+        slope = max(
+            np.abs(found.z[-1] - found.z[-2]).max() / (found.t[-1] - found.t[-2]), 1
+        )
         whole = path(*general(seed), turns=True)
         if whole.t.size == found.t.size or whole.t[found.t.size] >= t:  # no way back
             continue
@@ -244,8 +280,12 @@ def test_a_ray_consists_of_solutions() -> None:
         assert found.end in ("reached", "returned", "ray"), (seed, found.message)
         if found.end == "ray":
             direction, t, start = found.direction, found.exact.t[-1], found.exact.z[-1]
-            whole = fractions_of(np.rint(direction / direction[direction > 0].min() * 2520))
-            family = ExactFamily(*map(ExactProblem.of_floats, (found.problem, found.to)))
+            whole = fractions_of(
+                np.rint(direction / direction[direction > 0].min() * 2520)
+            )
+            family = ExactFamily(
+                *map(ExactProblem.of_floats, (found.problem, found.to))
+            )
             for length in (Fraction(1, 7), 3):
                 z = [a + length * b for a, b in zip(start, whole, strict=True)]
                 w = family.w(t, z)
@@ -261,7 +301,12 @@ def test_a_path_is_verified_where_a_row_has_one_variable_that_becomes_0() -> Non
     M = np.zeros((5, 5))
     M[:3, :3], M[:3, 3], M[3, :3], M[3, 4], M[4, 3] = Q, -1, 1, -1, 1
     first, last = (
-        Problem(M, [0, 0, 0, b, 0], lower=[0, 0, 0, -np.inf, 0], upper=[np.inf, 0.5, np.inf, np.inf, 0.09])
+        Problem(
+            M,
+            [0, 0, 0, b, 0],
+            lower=[0, 0, 0, -np.inf, 0],
+            upper=[np.inf, 0.5, np.inf, np.inf, 0.09],
+        )
         for b in (-0.07, 0.5)
     )
     found = path(first, last)
@@ -278,7 +323,9 @@ def test_a_proof_at_a_ray_is_right() -> None:
             assert not list(solutions(last))
 
 
-def test_exact_breakpoints_of_the_line_of_murty_are_its_whole_numbers_one_for_each_basis() -> None:
+def test_exact_breakpoints_of_the_line_of_murty_are_its_whole_numbers_one_for_each_basis() -> (
+    None
+):
     """K. G. Murty, Computational complexity of parametric linear programming, Mathematical Programming 19 (1980)
     213-219, and for LCPs Linear Complementarity, Linear and Nonlinear Programming (1988), chapter 6."""
     found = path(*(gallery.make("all-cones", 6, t=t) for t in (-1.0, 63.0)))
@@ -306,7 +353,9 @@ def spread(seed: int) -> Pair:
     n = int(random.integers(1, 6))
     A, B = random.normal(size=(2, n, n))
     M = A @ A.T + B - B.T + 0.1 * np.eye(n)
-    first, last = random.normal(size=(2, n)) * 10.0 ** random.choice([0, 0, 8, 12, 16, -8, -16], (2, n))
+    first, last = random.normal(size=(2, n)) * 10.0 ** random.choice(
+        [0, 0, 8, 12, 16, -8, -16], (2, n)
+    )
     return Problem(M, first), Problem(M, last)
 
 
@@ -315,11 +364,17 @@ def extreme(seed: int) -> Pair:
     random = np.random.default_rng(seed)
     n = int(random.integers(1, 4))
     sizes = 10.0 ** random.uniform(-300, 300, (3, n))
-    return tuple(Problem(np.diag(sizes[0]), random.choice([-1, 1], n) * q) for q in sizes[1:])  # type: ignore[return-value]
+    return tuple(
+        Problem(np.diag(sizes[0]), random.choice([-1, 1], n) * q) for q in sizes[1:]
+    )  # type: ignore[return-value]
 
 
-@pytest.mark.parametrize("make", [lambda seed: positive(seed, 5, 12), integers, general, spread, extreme])
-def test_each_breakpoint_of_a_verified_path_solves_its_problem(make: Callable[[int], Pair]) -> None:
+@pytest.mark.parametrize(
+    "make", [lambda seed: positive(seed, 5, 12), integers, general, spread, extreme]
+)
+def test_each_breakpoint_of_a_verified_path_solves_its_problem(
+    make: Callable[[int], Pair],
+) -> None:
     verified = 0
     for seed in range(12):
         found = path(*make(seed), turns=seed % 4 == 0)
@@ -339,11 +394,18 @@ def test_each_breakpoint_of_a_verified_path_solves_its_problem(make: Callable[[i
         ((1, -1), [0, 1], [0, 1], [0], False),  # the ends alone are solutions
         ((-1, 1), [0.5, np.inf], [0, 1], [0], False),
         ((-1, -2), [0, 1], [1, 2], [0], True),
-        *(((-1, -2), [0, 1], z, [0], False) for z in ([np.nan, 2], [1, np.nan], [np.inf, 2], [1, np.inf])),
+        *(
+            ((-1, -2), [0, 1], z, [0], False)
+            for z in ([np.nan, 2], [1, np.nan], [np.inf, 2], [1, np.inf])
+        ),
     ],
 )
 def test_only_a_path_whose_pieces_are_solutions_throughout_is_verified(
-    ends: tuple[int, int], t: list[float], z: list[float], states: list[int], is_verified: bool
+    ends: tuple[int, int],
+    t: list[float],
+    z: list[float],
+    states: list[int],
+    is_verified: bool,
 ) -> None:
     family = Family(*(Problem([[1.0]], [q]) for q in ends))
     columns = (np.array(values, float)[:, np.newaxis] for values in (z, states))
@@ -353,13 +415,17 @@ def test_only_a_path_whose_pieces_are_solutions_throughout_is_verified(
 def test_a_corner_at_a_third_lies_on_the_side_that_has_solutions() -> None:
     """At t = 1/3 rounded up the problem has no solution near."""
     for first, last in (([1], [-2]), ([2], [-1]), ([7], [-2.3])):
-        check_breakpoints(path(Problem([[-1]], first), Problem([[-1]], last), turns=True))
+        check_breakpoints(
+            path(Problem([[-1]], first), Problem([[-1]], last), turns=True)
+        )
 
 
 def test_a_jump_at_a_third_is_verified_up_to_the_last_bit_of_t() -> None:
     """min c x1 + 2 c x2, 0 <= x <= 1, as c goes from -1 to 2: x jumps at c = 0 in two steps, between which x solves the
     program there only."""
-    first, last = (from_qp(None, [c, 2 * c], [[-1, 0], [0, -1]], [-1, -1]) for c in (-1, 2))
+    first, last = (
+        from_qp(None, [c, 2 * c], [[-1, 0], [0, -1]], [-1, -1]) for c in (-1, 2)
+    )
     found = path(first, last)
     assert found.verified
     assert list(found.jumps) == [1, 2]
@@ -367,7 +433,9 @@ def test_a_jump_at_a_third_is_verified_up_to_the_last_bit_of_t() -> None:
 
 
 @pytest.mark.parametrize(("n", "exact"), [(40, False), (20, True)])
-def test_a_path_verified_in_parts_is_the_same_path(n: int, exact: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_path_verified_in_parts_is_the_same_path(
+    n: int, exact: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
     first, last = positive(30, n, n)
     whole = path(first, last, exact=exact)
     monkeypatch.setattr(following, "AT_ONCE", 1)
@@ -378,7 +446,9 @@ def test_a_path_verified_in_parts_is_the_same_path(n: int, exact: bool, monkeypa
     assert (found.end, found.verified, found.exact) == (whole.end, True, whole.exact)
 
 
-def test_a_path_is_not_verified_if_its_first_part_is_not(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_path_is_not_verified_if_its_first_part_is_not(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     real, made = following.verify, list[bool]()
 
     def doubtful_at_first(*given: Any) -> Any:
@@ -402,10 +472,17 @@ def test_memory_bounds_a_path_that_is_kept(monkeypatch: pytest.MonkeyPatch) -> N
     assert "5 with 40 unknowns fill the memory" in part.message
 
 
-@pytest.mark.parametrize(("z", "states"), [([0.25, 0.75], [-1, 0]), ([0.75, 0.25], [0, -1])])
-def test_of_a_segment_of_solutions_the_nearer_end_is_the_start(z: list[float], states: list[int]) -> None:
+@pytest.mark.parametrize(
+    ("z", "states"), [([0.25, 0.75], [-1, 0]), ([0.75, 0.25], [0, -1])]
+)
+def test_of_a_segment_of_solutions_the_nearer_end_is_the_start(
+    z: list[float], states: list[int]
+) -> None:
     problem = Problem([[1, 1], [1, 1]], [-1, -1])
-    assert basic_states(problem, np.array(z), np.zeros(2), np.zeros(2, bool)).tolist() == states
+    assert (
+        basic_states(problem, np.array(z), np.zeros(2), np.zeros(2, bool)).tolist()
+        == states
+    )
 
 
 # The ray in z1 is no proof, the multipliers of the rows are: z2 >= 4 and 2 - 2 z2 >= 0.
@@ -413,10 +490,34 @@ RAY = [[0, -2], [0, 1]]
 PROVED = "the second problem is proved to have no solution"
 # z is of both ends.
 ENDS: dict[str, tuple[Any, Any, Any, dict[str, Any], str, str, list[list[float]]]] = {
-    "z overflows": ([[1e-300]], [1], [-1e300], {}, "breakdown", "z is too large for double precision", [[0], [0]]),
-    "its end is small beside its beginning": ([[1]], [-1e16], [-1], {}, "reached", "", [[1e16], [1]]),
+    "z overflows": (
+        [[1e-300]],
+        [1],
+        [-1e300],
+        {},
+        "breakdown",
+        "z is too large for double precision",
+        [[0], [0]],
+    ),
+    "its end is small beside its beginning": (
+        [[1]],
+        [-1e16],
+        [-1],
+        {},
+        "reached",
+        "",
+        [[1e16], [1]],
+    ),
     "no first point": ([[0]], [-1], [-1], {"exact": True}, "infeasible", "", []),
-    "no first point, but a last one": ([[0]], [-1], [0], {"exact": True}, "infeasible", "", []),
+    "no first point, but a last one": (
+        [[0]],
+        [-1],
+        [0],
+        {"exact": True},
+        "infeasible",
+        "",
+        [],
+    ),
     "a ray": (RAY, [2, 2], [2, -4], {}, "ray", PROVED, [[0, 0], [0, 1]]),
     # w is 0 at once, and no z helps.
     "one point": ([[0]], [0], [-1], {}, "ray", PROVED, [[0], [0]]),

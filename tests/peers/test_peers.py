@@ -49,7 +49,11 @@ packages.clock.seconds = spy
 load("quantecon").solve(problem, 1e-9, 9.0)
 """
 INFEASIBLE = Problem([[1, -1], [-1, 1]], [-1, 0])
-TRIDIAGONAL = sparse.csr_array(sparse.diags_array([-np.ones(29), np.full(30, 3.0), -np.ones(29)], offsets=[-1, 0, 1]))
+TRIDIAGONAL = sparse.csr_array(
+    sparse.diags_array(
+        [-np.ones(29), np.full(30, 3.0), -np.ones(29)], offsets=[-1, 0, 1]
+    )
+)
 
 
 def loaded(name: str) -> packages.PackageSolver:
@@ -71,8 +75,12 @@ def relative_residual(problem: Problem, claim: Claim) -> float:
 COMPILING = pytest.param("quantecon", marks=pytest.mark.slow("numba compiles it"))
 
 
-@pytest.mark.parametrize("name", [name if name != "quantecon" else COMPILING for name in GENERAL])
-def test_claims_what_it_solves_and_leaves_arrays_as_they_were_even_those_that_cannot_be_written_to(name: str) -> None:
+@pytest.mark.parametrize(
+    "name", [name if name != "quantecon" else COMPILING for name in GENERAL]
+)
+def test_claims_what_it_solves_and_leaves_arrays_as_they_were_even_those_that_cannot_be_written_to(
+    name: str,
+) -> None:
     peer, made = loaded(name), gallery.make("harker-pang", 8, 2, symmetric=True)
     M, q = np.asfortranarray(made.M), made.q.copy()
     for array in (M, q):
@@ -94,7 +102,9 @@ def test_a_quadratic_program_needs_symmetry_and_convexity(name: str) -> None:
     """But daqp takes a monotone problem that is not symmetric."""
     peer, skew = peers.load(name), gallery.make("harker-pang", 20)
     assert peer.excludes(INDEFINITE).startswith("needs ")
-    assert peer.excludes(skew) == ("" if name == "daqp" else "needs a symmetric positive semidefinite M")
+    assert peer.excludes(skew) == (
+        "" if name == "daqp" else "needs a symmetric positive semidefinite M"
+    )
     if name == "daqp":
         claim = loaded(name).solve(skew, TOL, TIME_LIMIT)
         assert claim.solved
@@ -104,13 +114,26 @@ def test_a_quadratic_program_needs_symmetry_and_convexity(name: str) -> None:
 def test_matrices_are_converted_up_to_a_size() -> None:
     n = packages.MOST_CONVERTED + 1
     large = Problem(sparse.eye_array(n, format="csr"), -np.ones(n))
-    assert peers.load("quantecon").excludes(large) == "takes dense matrices only; others are converted up to n = 2000"
+    assert (
+        peers.load("quantecon").excludes(large)
+        == "takes dense matrices only; others are converted up to n = 2000"
+    )
     assert peers.load("osqp").excludes(large) == ""
-    assert peers.load("osqp").excludes(Problem(np.eye(n), -np.ones(n))).startswith("takes sparse")
+    assert (
+        peers.load("osqp")
+        .excludes(Problem(np.eye(n), -np.ones(n)))
+        .startswith("takes sparse")
+    )
 
 
 @settings(max_examples=30)
-@given(st.integers(1, 6), st.integers(1, 6), st.integers(0, 2**32 - 1), st.booleans(), st.booleans())
+@given(
+    st.integers(1, 6),
+    st.integers(1, 6),
+    st.integers(0, 2**32 - 1),
+    st.booleans(),
+    st.booleans(),
+)
 def test_gram_matrices_in_any_units_are_semidefinite_and_not_when_a_direction_is_turned_round(
     n: int, rank: int, seed: int, turned: bool, stored_sparse: bool
 ) -> None:
@@ -134,21 +157,29 @@ MODULES = {"highs": "highspy", "path-start": "gamspy_base", "gambit": "pygambit"
 
 
 @pytest.mark.parametrize("name", peers.PEERS)
-def test_a_missing_package_has_no_version_and_solving_names_it(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_missing_package_has_no_version_and_solving_names_it(
+    name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
     peer, module = peers.load(name), MODULES.get(name, name)
     for known in [module, *(m for m in sys.modules if m.startswith(f"{module}."))]:
         monkeypatch.delitem(sys.modules, known, raising=False)
     monkeypatch.setattr(sys, "path", [p for p in sys.path if "site-packages" not in p])
-    with pytest.raises(OptionError, match=rf"{module} is not installed; pip install '.*\[peers\]'"):
+    with pytest.raises(
+        OptionError, match=rf"{module} is not installed; pip install '.*\[peers\]'"
+    ):
         peer.solve(INDEFINITE, TOL, 1.0)
     assert peer.version() is None
 
 
-def test_a_new_peer_needs_only_its_call_and_its_line(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_new_peer_needs_only_its_call_and_its_line(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     def guess(_: Any, problem: Problem, *__: Any) -> packages.Ending:
         return np.zeros(problem.n), None, True, "guessed"
 
-    monkeypatch.setattr(packages, "toy_one", packages.PackageSolver("numpy", guess, ()), raising=False)
+    monkeypatch.setattr(
+        packages, "toy_one", packages.PackageSolver("numpy", guess, ()), raising=False
+    )
     monkeypatch.setitem(peers.REGISTRY, "toy-one", ("packages", "guesses zero"))
     assert peers.load("toy-one").version() == np.__version__
     assert peers.select(["toy"]) == ["toy-one"]
@@ -156,10 +187,15 @@ def test_a_new_peer_needs_only_its_call_and_its_line(monkeypatch: pytest.MonkeyP
     assert (claim.solved, claim.statement) == (True, "guessed")
 
 
-def test_a_prefix_selects_all_of_a_package_once_and_an_unknown_peer_is_refused_with_a_likely_one() -> None:
+def test_a_prefix_selects_all_of_a_package_once_and_an_unknown_peer_is_refused_with_a_likely_one() -> (
+    None
+):
     assert peers.select(["path-start", "path"]) == ["path-start"]
     assert peers.select([]) == []
-    for name, hint in {"PIPQ": "did you mean piqp", "zzz": "choose one of quantecon, "}.items():
+    for name, hint in {
+        "PIPQ": "did you mean piqp",
+        "zzz": "choose one of quantecon, ",
+    }.items():
         for call in (partial(peers.select, ["daqp", name]), partial(peers.load, name)):
             with pytest.raises(OptionError, match=f"'{name}' is unknown; {hint}"):
                 call()
@@ -168,7 +204,9 @@ def test_a_prefix_selects_all_of_a_package_once_and_an_unknown_peer_is_refused_w
 @pytest.mark.slow("compiles a solver in a process of its own")
 def test_nothing_is_compiled_while_the_clock_runs() -> None:
     loaded("quantecon")
-    done = subprocess.run([sys.executable, "-c", COMPILED], capture_output=True, text=True, check=True)
+    done = subprocess.run(
+        [sys.executable, "-c", COMPILED], capture_output=True, text=True, check=True
+    )
     before, after = done.stderr.split()
     assert before == after == "1"
 
@@ -187,7 +225,9 @@ def test_a_process_that_dies_or_hangs_is_told_from_one_that_answers(
     if os.name != "posix":
         pytest.skip("exit codes differ")
     monkeypatch.setattr(packages, "SOLVE", action)
-    monkeypatch.setattr(packages, "SECONDS_TO_LOAD", 0.1 if "sleep" in action else 300.0)
+    monkeypatch.setattr(
+        packages, "SECONDS_TO_LOAD", 0.1 if "sleep" in action else 300.0
+    )
     claim = loaded("gambit").solve(gallery.make("bimatrix", 4), TOL, 0.1)
     assert (claim.z, claim.solved, claim.statement) == (None, False, ENDINGS[action])
 
@@ -216,12 +256,19 @@ def test_quadratic_programming_solvers_get_the_bounds(family: str, name: str) ->
 
 
 def test_solvers_for_nonnegative_z_are_given_no_bounds() -> None:
-    assert peers.load("quantecon").excludes(gallery.make("boxes", 5)) == "takes no bounds but z >= 0"
+    assert (
+        peers.load("quantecon").excludes(gallery.make("boxes", 5))
+        == "takes no bounds but z >= 0"
+    )
 
 
 def test_gambit_takes_games_only() -> None:
     peer = peers.load("gambit")
-    assert peer.excludes(gallery.make("bimatrix", 11)) == peer.excludes(reading.read("winkels")) == ""
+    assert (
+        peer.excludes(gallery.make("bimatrix", 11))
+        == peer.excludes(reading.read("winkels"))
+        == ""
+    )
     others = Problem([[0, 1], [1, 0]], [-1, -2]), Problem([[-1, 1], [1, 0]], [-1, -1])
     for other in (gallery.make("boxes", 5), gallery.make("lp", 6), *others):
         assert peer.excludes(other) == "takes games of two players only"
@@ -236,8 +283,12 @@ def test_gambit_finds_an_equilibrium() -> None:
     assert claim.seconds > 0
 
 
-@pytest.mark.parametrize("problem", [nonlinear.josephy(), nonlinear.mathiesen(), nonlinear.nash_cournot(5)])
-def test_library_of_path_solves_nonlinear_problems_by_their_functions(problem: NonlinearProblem) -> None:
+@pytest.mark.parametrize(
+    "problem", [nonlinear.josephy(), nonlinear.mathiesen(), nonlinear.nash_cournot(5)]
+)
+def test_library_of_path_solves_nonlinear_problems_by_their_functions(
+    problem: NonlinearProblem,
+) -> None:
     claim = loaded("path-start").solve(problem, 1e-10, TIME_LIMIT)
     assert (claim.solved, claim.statement) == (True, "solution found")
     assert claim.z is not None
@@ -249,11 +300,18 @@ def test_library_of_path_excludes_what_its_licence_does_not_cover() -> None:
     peer = loaded("path-start")
     if not (reason := peer.excludes(gallery.make("tridiagonal", 301))):
         pytest.skip("a full licence is installed")
-    assert reason == "licence: without one, up to 300 unknowns and 2000 entries of the Jacobian"
+    assert (
+        reason
+        == "licence: without one, up to 300 unknowns and 2000 entries of the Jacobian"
+    )
     assert peer.excludes(gallery.make("tridiagonal", 300)) == ""
-    filling = NonlinearProblem(lambda z: z - 1, lambda z: np.eye(50) + (z[0] > 0), x0=np.zeros(50))
+    filling = NonlinearProblem(
+        lambda z: z - 1, lambda z: np.eye(50) + (z[0] > 0), x0=np.zeros(50)
+    )
     assert peer.excludes(filling) == ""
-    assert "has more than 2000 entries" in peer.solve(filling, TOL, TIME_LIMIT).statement
+    assert (
+        "has more than 2000 entries" in peer.solve(filling, TOL, TIME_LIMIT).statement
+    )
 
 
 def test_errors_of_functions_called_by_path_are_raised() -> None:
@@ -263,9 +321,16 @@ def test_errors_of_functions_called_by_path_are_raised() -> None:
         return [z[0] - 1.0]
 
     with pytest.raises(RuntimeError, match="not again"):
-        loaded("path-start").solve(NonlinearProblem(faulty, lambda _: [[1.0]], x0=[0.0]), TOL, TIME_LIMIT)
+        loaded("path-start").solve(
+            NonlinearProblem(faulty, lambda _: [[1.0]], x0=[0.0]), TOL, TIME_LIMIT
+        )
 
 
-def test_a_missing_library_is_the_reason_why_a_problem_is_excluded(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_missing_library_is_the_reason_why_a_problem_is_excluded(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     monkeypatch.setattr(packages.PackageSolver, "version", lambda _: None)
-    assert peers.load("path-start").excludes(INDEFINITE) == "needs gamspy_base, which is not installed"
+    assert (
+        peers.load("path-start").excludes(INDEFINITE)
+        == "needs gamspy_base, which is not installed"
+    )

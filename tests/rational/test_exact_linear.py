@@ -30,11 +30,16 @@ def systems(rows: int, columns: int) -> st.SearchStrategy[tuple[Rows, list[int]]
     """Small integers, of which many are 0, so that many systems are singular."""
     entry = st.integers(-2, 2)
     row = st.lists(entry, min_size=columns, max_size=columns)
-    return st.tuples(st.lists(row, min_size=rows, max_size=rows), st.lists(entry, min_size=rows, max_size=rows))
+    return st.tuples(
+        st.lists(row, min_size=rows, max_size=rows),
+        st.lists(entry, min_size=rows, max_size=rows),
+    )
 
 
 def times(A: Rows, x: list[Fraction]) -> list[Fraction]:
-    return [sum((a * value for a, value in zip(row, x, strict=True)), ZERO) for row in A]
+    return [
+        sum((a * value for a, value in zip(row, x, strict=True)), ZERO) for row in A
+    ]
 
 
 def test_no_equations_have_the_empty_solution() -> None:
@@ -74,9 +79,14 @@ def test_large_systems_of_any_shape_and_rank_are_solved(m: int, n: int) -> None:
     assert times(A.tolist(), x) == b.tolist()
 
 
-def test_long_call_of_flint_in_another_process_gives_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_long_call_of_flint_in_another_process_gives_the_same(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     pytest.importorskip("flint")
-    A, b = [[int(i == j) * 7 + (i * j) % 5 for j in range(20)] for i in range(20)], list(range(20))
+    A, b = (
+        [[int(i == j) * 7 + (i * j) % 5 for j in range(20)] for i in range(20)],
+        list(range(20)),
+    )
     here = elimination.solve(A, b), elimination.solve(A[:18], b[:18])
     monkeypatch.setattr(elimination, "LONG_CALL_SECONDS", -1.0)
     assert (elimination.solve(A, b), elimination.solve(A[:18], b[:18])) == here
@@ -91,12 +101,17 @@ def test_determinants_are_those_by_expansion(seed: int) -> None:
     """Of matrices with many zeros, so that pivots come from any row."""
     generator = np.random.default_rng(seed)
     n = int(generator.integers(1, 6))
-    A = generator.integers(-9, 10, (n, n)) * (generator.random((n, n)) < 0.5) + np.eye(n, dtype=int)[::-1]
+    A = (
+        generator.integers(-9, 10, (n, n)) * (generator.random((n, n)) < 0.5)
+        + np.eye(n, dtype=int)[::-1]
+    )
     assert elimination.determinant(A.tolist()) == exact.determinant(A.tolist())
 
 
 @pytest.mark.parametrize("seed", range(24))
-def test_minors_that_prove_a_symmetric_matrix_indefinite_are_negative_or_zero(seed: int) -> None:
+def test_minors_that_prove_a_symmetric_matrix_indefinite_are_negative_or_zero(
+    seed: int,
+) -> None:
     """Of matrices with many zeros on the diagonal, so that pairs of rows are pivots."""
     generator = np.random.default_rng(seed)
     n = int(generator.integers(1, 7))
@@ -108,18 +123,28 @@ def test_minors_that_prove_a_symmetric_matrix_indefinite_are_negative_or_zero(se
     least = float(np.linalg.eigvalsh(A)[0])
     assert (found.negative is None) is (least > -1e-9)
     assert (found.zero is None and found.negative is None) is (least > 1e-9)
-    minors = [None if P is None else elimination.determinant(A[np.ix_(P, P)].tolist()) for P in found]
+    minors = [
+        None if P is None else elimination.determinant(A[np.ix_(P, P)].tolist())
+        for P in found
+    ]
     assert minors[0] in (None, 0)
     assert minors[1] is None or minors[1] < 0
 
 
 def test_of_the_minors_that_are_0_the_first_is_named() -> None:
-    assert elimination.definiteness([[1, 0, 0, 0], [0] * 4, [0, 0, 1, 0], [0] * 4], lambda: None) == ((0, 1), None)
+    assert elimination.definiteness(
+        [[1, 0, 0, 0], [0] * 4, [0, 0, 1, 0], [0] * 4], lambda: None
+    ) == ((0, 1), None)
 
 
 def data_of(data: ExactProblem) -> tuple[list[list[Fraction]], list[Fraction]]:
-    M = [[Fraction(row.get(j, 0), s) for j in range(data.n)] for row, s in zip(data.rows, data.scales, strict=True)]
-    return M, [Fraction(value, s) for value, s in zip(data.constants, data.scales, strict=True)]
+    M = [
+        [Fraction(row.get(j, 0), s) for j in range(data.n)]
+        for row, s in zip(data.rows, data.scales, strict=True)
+    ]
+    return M, [
+        Fraction(value, s) for value, s in zip(data.constants, data.scales, strict=True)
+    ]
 
 
 def test_npz_holds_doubles(tmp_path: Path) -> None:
@@ -143,7 +168,20 @@ def test_exponents_out_of_all_proportion_are_refused(tmp_path: Path) -> None:
 
 
 def test_what_is_no_number_is_refused() -> None:
-    for text in ("1/0", "1/00", "a", "1//2", "1/-2", "1.5/2", "", "nan", "inf", "1_0", "1_0/3", "/2"):
+    for text in (
+        "1/0",
+        "1/00",
+        "a",
+        "1//2",
+        "1/-2",
+        "1.5/2",
+        "",
+        "nan",
+        "inf",
+        "1_0",
+        "1_0/3",
+        "/2",
+    ):
         with pytest.raises(ProblemError):
             numbers.ratio(text)
 
@@ -168,11 +206,20 @@ def test_only_sums_that_are_zero_are_rounded_to_zero() -> None:
     """Of 2^p 2^p, which no double represents for p < -537, the sign is left."""
     for power, sign in product((-500, -537, -538, -1074), (1.0, -1.0)):
         small = 2.0**power
-        total = numbers.rounded_sum(np.array([sign * small, 3.0]), np.array([small, 5.0]), -15.0)
+        total = numbers.rounded_sum(
+            np.array([sign * small, 3.0]), np.array([small, 5.0]), -15.0
+        )
         assert np.sign(total) == sign
         assert total == sign * max(Fraction(small) ** 2, Fraction(5e-324))
-        assert numbers.rounded_sum(np.array([small, -small]), np.array([small, small]), 0.0) == 0
+        assert (
+            numbers.rounded_sum(
+                np.array([small, -small]), np.array([small, small]), 0.0
+            )
+            == 0
+        )
 
 
 def test_rounding_beyond_the_range_of_doubles_is_infinite() -> None:
-    assert np.array_equal(numbers.rounded([Fraction(10**400), Fraction(-(10**400))]), [np.inf, -np.inf])
+    assert np.array_equal(
+        numbers.rounded([Fraction(10**400), Fraction(-(10**400))]), [np.inf, -np.inf]
+    )

@@ -26,11 +26,29 @@ SMALL = {"name": "a_b|c", "M": [[2, 1], [1, 2]], "q": [-5, -6], "names": ["a_b",
 COMMANDS = {
     "solve": ("solve", EXAMPLE, "--method", "newton"),
     "all solutions": ("solve", "small.json", "--all"),
-    "compare": ("compare", "small.json", "--method", "newton", "--method", "lemke", "--every", "40"),
+    "compare": (
+        "compare",
+        "small.json",
+        "--method",
+        "newton",
+        "--method",
+        "lemke",
+        "--every",
+        "40",
+    ),
     "check": ("check", "small.json", "1,2"),
     "inspect": ("inspect", "small.json"),
     "path": ("path", "small.json", "--direction", "1,1", "--to", "9"),
-    "bench": ("bench", EXAMPLE, "--method", "newton", "--method", "lemke", "--budget", "0"),
+    "bench": (
+        "bench",
+        EXAMPLE,
+        "--method",
+        "newton",
+        "--method",
+        "lemke",
+        "--budget",
+        "0",
+    ),
 }
 VOID = {"meta", "img", "hr"}
 Lcp = Callable[..., Any]
@@ -84,7 +102,11 @@ def _files(in_folder: Path) -> None:
 @pytest.mark.parametrize("form", FORMATS)
 @pytest.mark.parametrize("name", COMMANDS)
 def test_a_command_has_the_format_on_the_screen_or_in_an_output_file(
-    name: str, form: str, lcp: Lcp, monkeypatch: pytest.MonkeyPatch, request: pytest.FixtureRequest
+    name: str,
+    form: str,
+    lcp: Lcp,
+    monkeypatch: pytest.MonkeyPatch,
+    request: pytest.FixtureRequest,
 ) -> None:
     if name != "bench":  # which is of times alone
         request.getfixturevalue("still")
@@ -97,54 +119,94 @@ def test_a_command_has_the_format_on_the_screen_or_in_an_output_file(
     assert re.fullmatch(f"lcp: {VERDICTS[name]}.*\n", saved.err), saved.err
     if form == "html":
         text = Path(file).read_text(encoding="utf-8")
-        assert (text.startswith("<!doctype html>"), text.endswith("</html>\n")) == (True, True)
+        assert (text.startswith("<!doctype html>"), text.endswith("</html>\n")) == (
+            True,
+            True,
+        )
         assert Page(text).tables
     else:
         shown = lcp(*COMMANDS[name], "--format", form, "-o", "-")
         texts = [shown.out, Path(file).read_text(encoding="utf-8")]
-        assert len(set(texts if name != "bench" else (text.count("\n") for text in texts))) == 1
+        assert (
+            len(set(texts if name != "bench" else (text.count("\n") for text in texts)))
+            == 1
+        )
     if name != "inspect":
         assert lcp(*COMMANDS[name], "-q", "-o", file).err == ""
 
 
-def test_a_file_has_the_whole_reason_of_a_failure(lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_file_has_the_whole_reason_of_a_failure(
+    lcp: Lcp, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """A wide table is folded or wrapped, and no cell is cut."""
     # Without a figure.
     monkeypatch.setattr("lcpcli.report.html_page.find_spec", lambda _: None)
-    arguments = ("bench", EXAMPLE, "--method", "shi:p=10", "--method", "fixed-point:omega=1e9", "--budget", "0")
+    arguments = (
+        "bench",
+        EXAMPLE,
+        "--method",
+        "shi:p=10",
+        "--method",
+        "fixed-point:omega=1e9",
+        "--budget",
+        "0",
+    )
     assert lcp(*arguments, "-o", "record.json").code == 0
-    statements = [row["statement"] for row in json.loads(Path("record.json").read_text())["measurements"]]
+    statements = [
+        row["statement"]
+        for row in json.loads(Path("record.json").read_text())["measurements"]
+    ]
     assert any(len(statement) > 60 for statement in statements)
     for form in (name for name, each in FORMATS.items() if each.renderer):
-        text = " ".join(lcp("bench", "--resume", "record.json", "--format", form).out.split())
+        text = " ".join(
+            lcp("bench", "--resume", "record.json", "--format", form).out.split()
+        )
         for statement in statements:
             assert [word for word in statement.split() if word.isalpha()][-1] in text
 
 
-def test_a_page_is_well_formed_has_its_figure_and_every_iterate_and_needs_no_network(lcp: Lcp, tmp_path: Path) -> None:
+def test_a_page_is_well_formed_has_its_figure_and_every_iterate_and_needs_no_network(
+    lcp: Lcp, tmp_path: Path
+) -> None:
     asked = ("compare", EXAMPLE, "--method", "newton", "--method", "fixed-point")
     assert lcp(*asked, "-o", str(tmp_path / "report.html")).code == 0
     text = (tmp_path / "report.html").read_text(encoding="utf-8")
     page = Page(text)
-    addresses = [value for _, attributes in page.tags for key, value in attributes.items() if key in ("src", "href")]
-    assert all(address is not None and address.startswith("data:") for address in addresses)
+    addresses = [
+        value
+        for _, attributes in page.tags
+        for key, value in attributes.items()
+        if key in ("src", "href")
+    ]
+    assert all(
+        address is not None and address.startswith("data:") for address in addresses
+    )
     assert not re.search(r"https?://", re.sub(r"data:[^\"]+", "", text))
     assert "url(" not in text
     assert [tag for tag, _ in page.tags if tag == "img"]
     summary, iterates = page.tables
     assert [row[0] for row in summary] == ["method", "newton", "fixed-point"]
-    records = [json.loads(line) for line in lcp(*asked, "--format", "json", "--trace").out.splitlines()]
+    records = [
+        json.loads(line)
+        for line in lcp(*asked, "--format", "json", "--trace").out.splitlines()
+    ]
     traces = {record["method"]: record["trace"][1:] for record in records}
     assert [tuple(row[:2]) for row in iterates[1:]] == [
-        ("" if k else method, str(row["k"])) for method, rows in traces.items() for k, row in enumerate(rows)
+        ("" if k else method, str(row["k"]))
+        for method, rows in traces.items()
+        for k, row in enumerate(rows)
     ]
 
 
-def test_a_page_without_its_figure_says_what_is_missing(lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_page_without_its_figure_says_what_is_missing(
+    lcp: Lcp, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr("lcpcli.report.html_page.find_spec", lambda _: None)
     page = lcp("solve", EXAMPLE, "--method", "newton", "--format", "html").out
     assert "<figure>" not in page
-    assert "needs matplotlib: pip install &#x27;linear-complementarity[plot]&#x27;" in page
+    assert (
+        "needs matplotlib: pip install &#x27;linear-complementarity[plot]&#x27;" in page
+    )
 
 
 def test_names_cannot_break_out_of_the_page(lcp: Lcp, tmp_path: Path) -> None:
@@ -157,21 +219,37 @@ def test_names_cannot_break_out_of_the_page(lcp: Lcp, tmp_path: Path) -> None:
 
 def test_a_page_leads_with_the_answer(lcp: Callable[..., Any], tmp_path: Path) -> None:
     file = tmp_path / "p.lp"
-    file.write_text("Maximize\n obj: 3 x + 2 y\nSubject To\n wood: x + y <= 4\nBounds\n x <= 3\nEnd\n")
+    file.write_text(
+        "Maximize\n obj: 3 x + 2 y\nSubject To\n wood: x + y <= 4\nBounds\n x <= 3\nEnd\n"
+    )
     page = lcp("solve", str(file), "--format", "html").out
     page = page[page.index("<h1>") :]
-    places = [page.index(word) for word in ("solved by", "x = (x 3, y 1)", "maximizer", "z = (3", "slack", "Iterates")]
+    places = [
+        page.index(word)
+        for word in (
+            "solved by",
+            "x = (x 3, y 1)",
+            "maximizer",
+            "z = (3",
+            "slack",
+            "Iterates",
+        )
+    ]
     assert places == sorted(places)
     assert "<figure>" not in page[: page.index("slack")]
 
 
 def table(text: str) -> list[dict[str, str]]:
     """The rows of a CSV text, without the comments before its header."""
-    return list(csv.DictReader(line for line in StringIO(text) if not line.startswith("#")))
+    return list(
+        csv.DictReader(line for line in StringIO(text) if not line.startswith("#"))
+    )
 
 
 def test_csv_parses_back_to_every_digit(lcp: Lcp) -> None:
-    rows = table(lcp("compare", EXAMPLE, "--format", "csv", "--trace", "--k-star", "10").out)
+    rows = table(
+        lcp("compare", EXAMPLE, "--format", "csv", "--trace", "--k-star", "10").out
+    )
     trace = Trace()
     run(read(EXAMPLE), "fixed-point", trace=trace)
     kept = [row for row in rows if row["method"] == "fixed-point"]
@@ -181,7 +259,11 @@ def test_csv_parses_back_to_every_digit(lcp: Lcp) -> None:
         assert [float(text[f"z{i + 1}"]) for i in range(4)] == row.z.tolist()
         assert float(text["residual"]) == row.residual
         assert float(text["error"]) == row.error
-    assert {row["step"] for row in rows if row["method"] == "shi"} >= {"1", "2.2", "2.4"}
+    assert {row["step"] for row in rows if row["method"] == "shi"} >= {
+        "1",
+        "2.2",
+        "2.4",
+    }
 
 
 def test_latex_and_markdown_escape_what_they_must() -> None:
@@ -203,7 +285,11 @@ def test_a_table_that_just_fits_is_not_folded() -> None:
 
 
 def test_tables_that_a_page_folds_come_last() -> None:
-    text = text_of("html", Table(("a",), [[["long"]]], name="Iterates"), Table(("a",), [[["short"]]]))
+    text = text_of(
+        "html",
+        Table(("a",), [[["long"]]], name="Iterates"),
+        Table(("a",), [[["short"]]]),
+    )
     assert text.index("short") < text.index("long")
 
 
@@ -217,16 +303,29 @@ def test_a_long_table_and_its_notes_have_one_caption_and_one_label() -> None:
     table = Table(("k", "z1"), [[[str(k), "0.5"] for k in range(60)]])
     text = text_of("latex", table, verdict="solved")
     assert text.count(r"\label{") == text.count(r"\caption{") == 1
-    assert text.count(r"\begin{longtable}") == text.count(r"\end{longtable}") == text.count(r"\endhead") == 1
+    assert (
+        text.count(r"\begin{longtable}")
+        == text.count(r"\end{longtable}")
+        == text.count(r"\endhead")
+        == 1
+    )
 
 
-def test_numbers_are_powers_of_ten_and_nothing_is_advice_to_whoever_ran_it(lcp: Lcp) -> None:
+def test_numbers_are_powers_of_ten_and_nothing_is_advice_to_whoever_ran_it(
+    lcp: Lcp,
+) -> None:
     commands = {
         "not solved": ("solve", EXAMPLE, "--method", "shi", "--p", "10"),
-        "several problems": ("compare", EXAMPLE, contents.shipped_path("tridiagonal-100.json")),
+        "several problems": (
+            "compare",
+            EXAMPLE,
+            contents.shipped_path("tridiagonal-100.json"),
+        ),
         "solved": ("solve", EXAMPLE),
     }
-    texts = {name: lcp(*words, "--format", "latex").out for name, words in commands.items()}
+    texts = {
+        name: lcp(*words, "--format", "latex").out for name, words in commands.items()
+    }
     # A summary has its own.
     assert [text.count(r"\begin{tabular}") for text in texts.values()] == [1, 4, 1]
     assert "z = (1, 0, 1, 0)" in texts["solved"]
@@ -240,4 +339,10 @@ def test_numbers_are_powers_of_ten_and_nothing_is_advice_to_whoever_ran_it(lcp: 
 
 def test_labels_of_like_names_differ() -> None:
     names = ["a b", "a_b", "", "é", "a_b & 50%"]
-    assert latex.labels(names) == ["tab:a-b", "tab:a-b:2", "tab:lcp", "tab:lcp:4", "tab:a-b-50"]
+    assert latex.labels(names) == [
+        "tab:a-b",
+        "tab:a-b:2",
+        "tab:lcp",
+        "tab:lcp:4",
+        "tab:a-b-50",
+    ]

@@ -55,13 +55,18 @@ EXAMPLE = contents.shipped_path("paper-example-1.json")
 
 def test_long_runs_make_small_files() -> None:
     k = list(range(10_000))
-    errors = (np.exp(-np.arange(10_000) / 700) * np.random.default_rng(0).uniform(0.1, 1, 10_000)).tolist()
+    errors = (
+        np.exp(-np.arange(10_000) / 700)
+        * np.random.default_rng(0).uniform(0.1, 1, 10_000)
+    ).tolist()
     panel = Panel("long", "error", [Curve("shi", "shi", k, k, errors, True)])
     assert len(figures.convergence([panel]).content("svg")) < 200_000
 
 
 @pytest.mark.slow("draws many large figures")
-def test_the_figure_of_the_most_problems_fits_on_a_page(lcp: Callable[..., Any], tmp_path: Path) -> None:
+def test_the_figure_of_the_most_problems_fits_on_a_page(
+    lcp: Callable[..., Any], tmp_path: Path
+) -> None:
     figure = convergence(*[crowd(15)] * figures.MOST_PANELS)
     assert figure.get_figwidth() <= 8.27
     assert figure.get_figheight() <= 11.69
@@ -82,18 +87,27 @@ def test_long_text_is_cut_on_one_line_and_nothing_in_it_is_parsed() -> None:
 
 
 def test_the_suffix_determines_the_form_and_another_is_refused() -> None:
-    assert [figures.form_of(path) for path in ("a.png", "b/c.SVG", "d.e.pdf")] == ["png", "svg", "pdf"]
+    assert [figures.form_of(path) for path in ("a.png", "b/c.SVG", "d.e.pdf")] == [
+        "png",
+        "svg",
+        "pdf",
+    ]
     for path in ("a", "a.jpg", "png", ".png", "a.png/b"):
         with pytest.raises(OptionError, match=r"^plot: .*\.png, \.svg, \.pdf"):
             figures.form_of(path)
 
 
-def test_a_missing_package_is_reported_in_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_missing_package_is_reported_in_one_line(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     monkeypatch.setattr(figures, "find_spec", lambda _: None)
     for call in (lambda: figures.convergence([]).content("png"), figures.require):
         with pytest.raises(OptionError) as caught:
             call()
-        assert str(caught.value) == "plot: needs matplotlib; pip install 'linear-complementarity[plot]'"
+        assert (
+            str(caught.value)
+            == "plot: needs matplotlib; pip install 'linear-complementarity[plot]'"
+        )
 
 
 def test_neither_reports_nor_the_data_of_figures_load_a_drawing_package() -> None:
@@ -101,7 +115,9 @@ def test_neither_reports_nor_the_data_of_figures_load_a_drawing_package() -> Non
         "import sys, lcpcli.report.plotting as f; f.require(); f.form_of('a.png');"
         "print([m for m in ('matplotlib', 'numpy') if m in sys.modules])"
     )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True
+    )
     assert done.stdout.strip() == "[]"
 
 
@@ -110,12 +126,16 @@ def test_the_users_settings_neither_change_a_figure_nor_are_changed() -> None:
 
     picture = figures.Picture("bench", (profiles(1), [], {}), ())
     usual = picture.content("png")
-    with matplotlib.rc_context({"font.size": 20, "axes.grid": True, "text.usetex": True}):
+    with matplotlib.rc_context(
+        {"font.size": 20, "axes.grid": True, "text.usetex": True}
+    ):
         assert picture.content("png") == usual
         assert matplotlib.rcParams["font.size"] == 20
 
 
-VALUES = st.one_of(st.floats(min_value=0), st.sampled_from([0.0, math.nan, 1.0, 1e-12]), st.none())
+VALUES = st.one_of(
+    st.floats(min_value=0), st.sampled_from([0.0, math.nan, 1.0, 1e-12]), st.none()
+)
 
 
 @given(st.lists(st.lists(VALUES, max_size=8), max_size=4))
@@ -126,7 +146,11 @@ def test_no_measured_value_is_lost(series: list[list[float | None]]) -> None:
     for curve in panel:
         across = run_figures.times(curve.seconds)
         points = run_figures.inside(curve.seconds, curve.errors, across, up)
-        measured = [(x, y) for x, y in zip(curve.seconds, curve.errors, strict=True) if y is not None]
+        measured = [
+            (x, y)
+            for x, y in zip(curve.seconds, curve.errors, strict=True)
+            if y is not None
+        ]
         assert len(points) == len(measured)
         for (at, height, is_beyond), (x, y) in zip(points, measured, strict=True):
             assert up.low <= height <= up.high
@@ -145,13 +169,23 @@ ALL = [*style.METHODS.values(), *style.SPARE]
 def lightness(color: str) -> float:
     """L* of a colour (CIE 1976) from its relative luminance."""
     parts = [int(color[i : i + 2], 16) / 255 for i in (1, 3, 5)]
-    red, green, blue = [c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in parts]
+    red, green, blue = [
+        c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in parts
+    ]
     luminance = 0.2126 * red + 0.7152 * green + 0.0722 * blue
-    return 116 * luminance ** (1 / 3) - 16 if luminance > 0.008856 else 903.3 * luminance
+    return (
+        116 * luminance ** (1 / 3) - 16 if luminance > 0.008856 else 903.3 * luminance
+    )
 
 
-def test_methods_are_told_apart_by_colour_and_marker_and_in_grey_and_visible_on_white() -> None:
-    assert len({look.color for look in ALL}) == len({look.marker for look in ALL}) == len(ALL)
+def test_methods_are_told_apart_by_colour_and_marker_and_in_grey_and_visible_on_white() -> (
+    None
+):
+    assert (
+        len({look.color for look in ALL})
+        == len({look.marker for look in ALL})
+        == len(ALL)
+    )
     grey = sorted(lightness(look.color) for look in style.METHODS.values())
     assert min(b - a for a, b in pairwise(grey)) > 6
     assert max(lightness(look.color) for look in ALL) < 75
@@ -167,7 +201,9 @@ def test_looks_are_of_methods_and_peers_and_the_others_take_spare_ones() -> None
 
 
 def test_runs_of_one_method_share_its_colour_and_differ_in_their_markers() -> None:
-    cold, warm, other = style.looks([("shi", "cold"), ("shi", "warm"), ("shi", "cold"), ("other", "other")]).values()
+    cold, warm, other = style.looks(
+        [("shi", "cold"), ("shi", "warm"), ("shi", "cold"), ("other", "other")]
+    ).values()
     assert cold == style.METHODS["shi"]
     assert warm.color == cold.color
     assert warm.fill != cold.fill
@@ -175,7 +211,9 @@ def test_runs_of_one_method_share_its_colour_and_differ_in_their_markers() -> No
 
 
 @pytest.mark.parametrize("name", [*style.METHODS, "path-start"])
-def test_runs_of_a_sweep_go_from_light_to_dark_with_markers_of_their_own(name: str) -> None:
+def test_runs_of_a_sweep_go_from_light_to_dark_with_markers_of_their_own(
+    name: str,
+) -> None:
     other = "fixed-point" if name != "fixed-point" else "shi"
     found = style.looks([(other, other), *((name, f"{name}:p={i}") for i in range(8))])
     grey = [lightness(look.color) for (own, _), look in found.items() if own == name]
@@ -185,8 +223,14 @@ def test_runs_of_a_sweep_go_from_light_to_dark_with_markers_of_their_own(name: s
 
 
 def test_a_grid_of_two_options_is_read_from_the_labels_of_its_runs() -> None:
-    assert places_of(["shi:p=1,k-star=5", "shi:p=1,k-star=9", "shi:p=1e4,k-star=5"]) == [(0, 0), (0, 1), (1, 0)]
-    switches = ["fixed-point:omega=1,scale", "fixed-point:omega=2,scale", "fixed-point:omega=1,scale=false"]
+    assert places_of(
+        ["shi:p=1,k-star=5", "shi:p=1,k-star=9", "shi:p=1e4,k-star=5"]
+    ) == [(0, 0), (0, 1), (1, 0)]
+    switches = [
+        "fixed-point:omega=1,scale",
+        "fixed-point:omega=2,scale",
+        "fixed-point:omega=1,scale=false",
+    ]
     assert places_of(switches) == [(0, 0), (1, 0), (0, 1)]
 
 
@@ -209,20 +253,38 @@ EIGHT = grid_panel(ks=[str(k) for k in range(1, 9)])
 NOTHING_MEASURED = Panel("p", "residual", [odd("shi", [None, None])])
 RUNS: dict[str, Callable[[], Figure]] = {
     **{f"crowd {n}": lambda n=n: convergence(crowd(n)) for n in (1, 2, 6, 11)},
-    **{f"bench {n}": lambda n=n: bench(profiles(n), [crowd(n), crowd(1)], growth(n)) for n in (1, 2, 6, 11)},
+    **{
+        f"bench {n}": lambda n=n: bench(profiles(n), [crowd(n), crowd(1)], growth(n))
+        for n in (1, 2, 6, 11)
+    },
     "paper": lambda: convergence(paper_panel()),
     "7 panels": lambda: convergence(*(crowd(1 + i) for i in range(6)), paper_panel()),
     "profile alone": lambda: bench(profiles(4)),
     "growth alone": lambda: bench([], [], growth(11), growth(2, "other")),
     "nothing measured": lambda: convergence(NOTHING_MEASURED),
-    "grid and others": lambda: convergence(Panel("p", "error", [*crowd(11).curves, *EIGHT.curves[1:]])),
+    "grid and others": lambda: convergence(
+        Panel("p", "error", [*crowd(11).curves, *EIGHT.curves[1:]])
+    ),
     "no curves": lambda: convergence(Panel("p", "error", [])),
-    "strange texts": lambda: convergence(Panel("$a$ \u4e2d _{ " * 30, "error", [strange()])),
+    "strange texts": lambda: convergence(
+        Panel("$a$ \u4e2d _{ " * 30, "error", [strange()])
+    ),
 }
-CONES = [([[2, 1], [1, 2]], (-5, -6)), (paths.MURTY, (-1, -1)), ([[-1, 2], [2, -1]], (1, 0))]
-CONES += [([[-1, 0], [0, -1]], (1, 1)), ([[1, 1], [1, 1.001]], (-1, -1.0005)), ([[-1, -2], [0.2, -3]], (4, 0))]
+CONES = [
+    ([[2, 1], [1, 2]], (-5, -6)),
+    (paths.MURTY, (-1, -1)),
+    ([[-1, 2], [2, -1]], (1, 0)),
+]
+CONES += [
+    ([[-1, 0], [0, -1]], (1, 1)),
+    ([[1, 1], [1, 1.001]], (-1, -1.0005)),
+    ([[-1, -2], [0.2, -3]], (4, 0)),
+]
 CONES += [([[-1, -1], [0, 0]], (1, 0))]
-CONES += [(M, ((0, 0), (0, 1), (-1, -1))[k % 3]) for k, M in enumerate(paths.DEGENERATE.values())]
+CONES += [
+    (M, ((0, 0), (0, 1), (-1, -1))[k % 3])
+    for k, M in enumerate(paths.DEGENERATE.values())
+]
 FOUR = (*paths.METHODS, "newton", "lemke")
 FAR = Problem([[-1, 3], [2, -1]], [-400, -3e4], x0=[1e4, -1])
 PATHS: dict[str, tuple[list[Problem], tuple[str, ...]]] = {
@@ -232,7 +294,10 @@ PATHS: dict[str, tuple[list[Problem], tuple[str, ...]]] = {
     "all zero": ([Problem([[0, 0], [0, 0]], [0, 0])], paths.METHODS),
     "huge": ([Problem([[1e200, 0], [0, 1]], [-1e300, -1])], paths.METHODS),
 }
-ENDS = [Problem(np.eye(2), q, names=["$x_{", "long " * 60], name="$a$ " * 50) for q in ([1, 1], [1, -1])]
+ENDS = [
+    Problem(np.eye(2), q, names=["$x_{", "long " * 60], name="$a$ " * 50)
+    for q in ([1, 1], [1, -1])
+]
 RESPONSES: dict[str, Callable[[], Solutions]] = {
     "small": small,
     "cornered": cornered,
@@ -250,8 +315,12 @@ def drawn(draw: Callable[..., Figure], *given: Any) -> Figure:
         return draw(*given)
 
 
-SHORT = Panel("short", "error", [decaying("shi", 0.5, 12), decaying("fixed-point", 0.4, 20)])
-LONG = Panel("long", "error", [decaying("shi", 0.5, 6), decaying("fixed-point", 0.99, 2000)])
+SHORT = Panel(
+    "short", "error", [decaying("shi", 0.5, 12), decaying("fixed-point", 0.4, 20)]
+)
+LONG = Panel(
+    "long", "error", [decaying("shi", 0.5, 6), decaying("fixed-point", 0.99, 2000)]
+)
 BARE = Panel("bare", "error", [*SHORT.curves, odd("lemke", [None, None])])
 RATIOS = [1.0, 2.0, 2.0, math.inf]
 BEYOND = Curve("lemke", "lemke", [0, 1, 2], [0.0, 1.0, 2.0], [1.0, 0.1, 0.0], True)
@@ -269,19 +338,28 @@ DRAWN: dict[str, Callable[[], Figure]] = {
     "crowd": lambda: convergence(crowd(11), crowd(2)),
     "kinds-of-axes": lambda: convergence(SHORT, LONG),
     "short-runs": lambda: convergence(SHORT),
-    "runs-without-errors": lambda: convergence(BARE, Panel("p", "error", [odd("newton", [math.nan, math.inf])])),
+    "runs-without-errors": lambda: convergence(
+        BARE, Panel("p", "error", [odd("newton", [math.nan, math.inf])])
+    ),
     "no-errors": lambda: convergence(NOTHING_MEASURED),
     "beyond-the-axes": lambda: convergence(Panel("p", "error", [BEYOND])),
     "grid": lambda: convergence(grid_panel()),
     "bench": lambda: bench(profiles(3), [BARE], growth(3)),
     "profile": lambda: bench([Profile("shi", "shi", RATIOS)]),
-    "profile-over-time": lambda: bench([Profile("shi", "shi", [ratio / 4 for ratio in RATIOS], in_seconds=True)]),
+    "profile-over-time": lambda: bench(
+        [Profile("shi", "shi", [ratio / 4 for ratio in RATIOS], in_seconds=True)]
+    ),
     "growths": lambda: bench([], [], {"p": GROWN[:1], "other": GROWN[1:]}),
-    **{f"cones-{name.replace(' ', '-')}": lambda M=M: paths.drawn(M, (1, -2)) for name, M in paths.DEGENERATE.items()},
+    **{
+        f"cones-{name.replace(' ', '-')}": lambda M=M: paths.drawn(M, (1, -2))
+        for name, M in paths.DEGENERATE.items()
+    },
     "cones-of-a-P-matrix": lambda: paths.drawn([[2, 1], [1, 2]], (-5, -6)),
     "cones-that-hold-q": lambda: paths.drawn(paths.MURTY, (-1, -1)),
     "iterates": lambda: drawn(plane_figures.draw_paths, [paths.data(paths.TWO)]),
-    "no-iterates": lambda: drawn(plane_figures.draw_paths, [paths.plane(paths.TWO, [(0.5, 0.5)], *NO_ITERATES)]),
+    "no-iterates": lambda: drawn(
+        plane_figures.draw_paths, [paths.plane(paths.TWO, [(0.5, 0.5)], *NO_ITERATES)]
+    ),
     "path": lambda: drawn(run_figures.draw, small()),
     "path-with-zeros": lambda: drawn(run_figures.draw, lcpcli.path(*ZEROS)),
     "path-with-jump-and-turn": lambda: drawn(run_figures.draw, cornered()),
@@ -296,32 +374,54 @@ def test_a_figure_shows_the_same_as_before(name: str) -> None:
     assert_as_before(f"figure-{name}", described(DRAWN[name]()) + "\n")
 
 
-def test_the_objective_of_a_linear_program_stands_over_the_side_of_a_row_that_moves() -> None:
+def test_the_objective_of_a_linear_program_stands_over_the_side_of_a_row_that_moves() -> (
+    None
+):
     """Only a quadratic program has a frontier, with the objective, a risk, on the other axis."""
     first, last = (
-        lcpcli.from_qp(None, [-3, -2], [[1, 1], [1, 3]], row_upper=[side, 6], rows=("a", "b")) for side in (4, 9)
+        lcpcli.from_qp(
+            None, [-3, -2], [[1, 1], [1, 3]], row_upper=[side, 6], rows=("a", "b")
+        )
+        for side in (4, 9)
     )
     _, axes = drawn(run_figures.draw, lcpcli.path(first, last)).axes
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("a", "objective")
 
 
 def long_names(M: Any, q: Any) -> Figure:
-    return drawn(plane_figures.draw, paths.picture(M, q, names=("price of $x", "y " * 60)))
+    return drawn(
+        plane_figures.draw, paths.picture(M, q, names=("price of $x", "y " * 60))
+    )
 
 
 def iterates(problems: list[Problem], methods: tuple[str, ...]) -> Figure:
-    return drawn(plane_figures.draw_paths, [paths.data(problem, methods) for problem in problems])
+    return drawn(
+        plane_figures.draw_paths, [paths.data(problem, methods) for problem in problems]
+    )
 
 
 LONG_TITLE = paths.picture(paths.MURTY, (-1, -1), name="$\\alpha_ " * 30)
 TEXTS: dict[str, Callable[[], Figure]] = {
     **RUNS,
-    **{f"cones {k}": lambda given=given: long_names(*given) for k, given in enumerate(CONES)},
+    **{
+        f"cones {k}": lambda given=given: long_names(*given)
+        for k, given in enumerate(CONES)
+    },
     "cones with a long title": lambda: drawn(plane_figures.draw, LONG_TITLE),
-    **{f"iterates {name}": lambda given=given: iterates(*given) for name, given in PATHS.items()},
-    **{f"path {name}": lambda make=make: drawn(run_figures.draw, make()) for name, make in RESPONSES.items()},
+    **{
+        f"iterates {name}": lambda given=given: iterates(*given)
+        for name, given in PATHS.items()
+    },
+    **{
+        f"path {name}": lambda make=make: drawn(run_figures.draw, make())
+        for name, make in RESPONSES.items()
+    },
 }
-SLOW = [pytest.param(name, marks=pytest.mark.slow("many large figures")) for name in TEXTS if name[:4] != "path"]
+SLOW = [
+    pytest.param(name, marks=pytest.mark.slow("many large figures"))
+    for name in TEXTS
+    if name[:4] != "path"
+]
 
 
 @pytest.mark.parametrize("name", [*SLOW, *(f"path {name}" for name in RESPONSES)])
@@ -331,25 +431,39 @@ def test_texts_are_apart(name: str) -> None:
 
 MADE_BY = "lcp solve murty.json (exact)"
 FILES: dict[str, Callable[[str], bytes]] = {
-    "convergence": lambda form: plotting.convergence([Panel("p", "error", [decaying("shi")], MADE_BY)]).content(form),
-    "bench": lambda form: plotting.Picture("bench", (profiles(3), [crowd(2)], growth(3)), ()).content(form),
-    "cones": lambda form: plotting.cones(paths.picture(paths.MURTY, (-1, -1))).content(form),
+    "convergence": lambda form: plotting.convergence(
+        [Panel("p", "error", [decaying("shi")], MADE_BY)]
+    ).content(form),
+    "bench": lambda form: plotting.Picture(
+        "bench", (profiles(3), [crowd(2)], growth(3)), ()
+    ).content(form),
+    "cones": lambda form: plotting.cones(paths.picture(paths.MURTY, (-1, -1))).content(
+        form
+    ),
     "paths": lambda form: plotting.paths([paths.data(paths.TWO)]).content(form),
     "response": lambda form: plotting.plot_path(frontier()).content(form),
 }
 BEGINNING = {"png": b"\x89PNG\r\n\x1a\n", "svg": b"<?xml", "pdf": b"%PDF-1."}
 END = {"png": b"IEND\xaeB`\x82", "svg": b"</svg>", "pdf": b"%%EOF"}
-SLOWLY = [pytest.param(kind, marks=pytest.mark.slow("draws figures twice")) for kind in FILES if kind != "cones"]
+SLOWLY = [
+    pytest.param(kind, marks=pytest.mark.slow("draws figures twice"))
+    for kind in FILES
+    if kind != "cones"
+]
 
 
 @pytest.mark.parametrize("form", plotting.FORMS)
 @pytest.mark.parametrize("kind", ["cones", *SLOWLY])
-def test_a_file_is_whole_tells_what_made_it_and_is_always_the_same(kind: str, form: str) -> None:
+def test_a_file_is_whole_tells_what_made_it_and_is_always_the_same(
+    kind: str, form: str
+) -> None:
     first, second = FILES[kind](form), FILES[kind](form)
     assert first == second
     assert first.startswith(BEGINNING[form])
     assert first.rstrip().endswith(END[form])
-    assert not [word for word in (b"CreationDate", b"dc:date", b"<text") if word in first], "texts are curves"
+    assert not [
+        word for word in (b"CreationDate", b"dc:date", b"<text") if word in first
+    ], "texts are curves"
     assert kind != "convergence" or MADE_BY.encode() in first.replace(b"\\", b"")
 
 

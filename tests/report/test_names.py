@@ -43,7 +43,11 @@ HOSTILE = {
 WHOLE = "".join(HOSTILE.values())
 TURNS = ("LRE", "RLE", "LRO", "RLO", "PDF", "LRI", "RLI", "FSI", "PDI")
 PROGRAM = {"Q": [[2, 0], [0, 2]], "c": [-1, -2], "A": [[1, 1]], "row_lower": [1]}
-ABOVE_AND_BELOW = {"A": [[1, 1], [1, 1]], "row_lower": [3, None], "row_upper": [None, 1]}
+ABOVE_AND_BELOW = {
+    "A": [[1, 1], [1, 1]],
+    "row_lower": [3, None],
+    "row_upper": [None, 1],
+}
 
 
 def two(name: str, first: str = "1") -> list[str]:
@@ -52,16 +56,30 @@ def two(name: str, first: str = "1") -> list[str]:
 
 KINDS: dict[str, Callable[[str], dict[str, Any]]] = {
     "lcp": lambda name: {"M": [[2, 1], [1, 2]], "q": [-5, -6], "names": two(name)},
-    "game": lambda name: {"A": [[3, 0], [0, 2]], "B": [[2, 0], [0, 3]], "rows": two(name), "columns": two(name, "2")},
+    "game": lambda name: {
+        "A": [[3, 0], [0, 2]],
+        "B": [[2, 0], [0, 3]],
+        "rows": two(name),
+        "columns": two(name, "2"),
+    },
     "program": lambda name: {**PROGRAM, "rows": [name], "columns": two(name)},
-    "without minimum": lambda name: {"c": [-1, -2], **ABOVE_AND_BELOW, "rows": two(name), "columns": two(name)},
+    "without minimum": lambda name: {
+        "c": [-1, -2],
+        **ABOVE_AND_BELOW,
+        "rows": two(name),
+        "columns": two(name),
+    },
 }
 
 
 def is_unseen(mark: str) -> bool:
     """Whether a character is one of those that people must not get, by the tables of Unicode."""
     is_none = ord(mark) & 0xFFFE == 0xFFFE or 0xFDD0 <= ord(mark) <= 0xFDEF
-    return unicodedata.category(mark) in ("Cc", "Cs", "Zl", "Zp") or unicodedata.bidirectional(mark) in TURNS or is_none
+    return (
+        unicodedata.category(mark) in ("Cc", "Cs", "Zl", "Zp")
+        or unicodedata.bidirectional(mark) in TURNS
+        or is_none
+    )
 
 
 def unseen(text: str) -> set[str]:
@@ -101,7 +119,9 @@ TO = {"lcp": {"q": [-1, -6]}, "program": {"row_lower": [3]}}
 
 def without_times(text: str) -> list[str]:
     """The lines of a text without numbers, units and runs of blanks and dashes, in which two runs may differ."""
-    text = re.sub(r"\$\\mu\$s|\b[mu]?s\b", "s", re.sub(r"-?\d[\d.]*(e[+-]?\d+)?", "0", text))
+    text = re.sub(
+        r"\$\\mu\$s|\b[mu]?s\b", "s", re.sub(r"-?\d[\d.]*(e[+-]?\d+)?", "0", text)
+    )
     return [re.sub(r"[ -]+", " ", line) for line in text.split("\n")]
 
 
@@ -115,7 +135,9 @@ def _in_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @given(st.text(st.characters()))
-def test_what_people_see_has_no_control_characters_and_ordinary_text_stays(text: str) -> None:
+def test_what_people_see_has_no_control_characters_and_ordinary_text_stays(
+    text: str,
+) -> None:
     shown = visible(text)
     assert not unseen(shown)
     assert "\n" not in shown
@@ -137,10 +159,15 @@ def test_a_name_is_shown_as_its_escapes_are(kind: str, line: str, lcp: Lcp) -> N
     assert own.code == escaped.code != 2
     assert not unseen(own.out + own.err)
     assert r"\x1b" in own.out.replace(r"\\", "\\").replace(r"\textbackslash{}", "\\")
-    assert [without_times(own.out), without_times(own.err)] == [without_times(escaped.out), without_times(escaped.err)]
+    assert [without_times(own.out), without_times(own.err)] == [
+        without_times(escaped.out),
+        without_times(escaped.err),
+    ]
 
 
-def test_a_narrow_table_of_a_path_counts_escapes(lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_narrow_table_of_a_path_counts_escapes(
+    lcp: Lcp, monkeypatch: pytest.MonkeyPatch
+) -> None:
     for width in range(20, 50, 3):
         monkeypatch.setenv("COLUMNS", str(width))
         texts = []
@@ -154,10 +181,23 @@ def test_a_bench_shows_a_file_as_it_shows_its_escapes(lcp: Lcp) -> None:
     for name in ("\x1b]52;\x9b\n|[bold]", r"\x1b]52;\x9b\n|[bold]"):
         put("lcp", WHOLE, f"{name}.json")
         record = "escaped.json" if "x1b" in name else "plain.json"
-        assert lcp("bench", f"{name}.json", "--budget", "0", "--method", "lemke", "-o", record).code == 0
+        assert (
+            lcp(
+                "bench",
+                f"{name}.json",
+                "--budget",
+                "0",
+                "--method",
+                "lemke",
+                "-o",
+                record,
+            ).code
+            == 0
+        )
     for form in PEOPLE:
         plain, escaped = (
-            lcp("bench", "--resume", f"{name}.json", "--format", form).out for name in ("plain", "escaped")
+            lcp("bench", "--resume", f"{name}.json", "--format", form).out
+            for name in ("plain", "escaped")
         )
         assert not unseen(plain)
         assert without_times(plain) == without_times(escaped)
@@ -165,15 +205,25 @@ def test_a_bench_shows_a_file_as_it_shows_its_escapes(lcp: Lcp) -> None:
 
 def test_cells_of_markdown_and_latex_stay_in_their_columns(lcp: Lcp) -> None:
     put("lcp", WHOLE)
-    rows = [line for line in lcp("solve", "p.json", "--format", "markdown").out.split("\n") if line[:1] == "|"]
+    rows = [
+        line
+        for line in lcp("solve", "p.json", "--format", "markdown").out.split("\n")
+        if line[:1] == "|"
+    ]
     assert {len(re.sub(r"\\.", "", row).split("|")) for row in rows} == {9}
     assert len(rows) == 3
-    rows = [line for line in lcp("solve", "p.json", "--format", "latex").out.split("\n") if line.endswith(r" \\")]
+    rows = [
+        line
+        for line in lcp("solve", "p.json", "--format", "latex").out.split("\n")
+        if line.endswith(r" \\")
+    ]
     assert {len(re.sub(r"\\.", "", row).split("&")) for row in rows} == {7}
     assert len(rows) == 2
 
 
-def test_brackets_are_no_styles(lcp: Lcp, terminal: Callable[[int, bool], None]) -> None:
+def test_brackets_are_no_styles(
+    lcp: Lcp, terminal: Callable[[int, bool], None]
+) -> None:
     terminal(900, True)
     own = [f"{text[0]}[b{i}]" for i, text in enumerate(HOSTILE.values())]
     put("lcp", "", M=np.eye(len(own)).tolist(), q=[-1] * len(own), names=own)
@@ -211,20 +261,35 @@ MESSAGES = [
 ]
 
 
-@pytest.mark.parametrize("arguments", MESSAGES, ids=lambda arguments: visible(" ".join(arguments)))
-def test_messages_are_lines_of_this_program(arguments: tuple[str, ...], lcp: Lcp) -> None:
+@pytest.mark.parametrize(
+    "arguments", MESSAGES, ids=lambda arguments: visible(" ".join(arguments))
+)
+def test_messages_are_lines_of_this_program(
+    arguments: tuple[str, ...], lcp: Lcp
+) -> None:
     put("lcp", WHOLE)
     put("lcp", WHOLE, "bad.json", **{"a\nlcp: forged\x1b": 1})
     put("program", WHOLE, "program.json")
-    record = {"version": "0.1.0", "file": "\x1b\n", "item": None, "problem": "x\x1b\nlcp: forged", "z": [1, 2]}
+    record = {
+        "version": "0.1.0",
+        "file": "\x1b\n",
+        "item": None,
+        "problem": "x\x1b\nlcp: forged",
+        "z": [1, 2],
+    }
     Path("results.jsonl").write_text(2 * (json.dumps(record) + "\n"))
     Path("a.mps").write_text("NAME \x1b\nROWS\n N obj\n \x1b\x9b r\nENDATA\n")
     Path("a.lp").write_text("Minimize\n obj: 3 \x1b 4 x\nfoo\x9b\n")
-    Path("a.mtx").write_text("%%MatrixMarket matrix \x1b[31m real general\n%\x9b\n1 1 1\n")
+    Path("a.mtx").write_text(
+        "%%MatrixMarket matrix \x1b[31m real general\n%\x9b\n1 1 1\n"
+    )
     outcome = lcp(*arguments)
     assert outcome.err
     assert not unseen(outcome.out + outcome.err)
-    assert all(line.startswith("lcp") and not line.startswith("lcp: forged") for line in outcome.err.splitlines())
+    assert all(
+        line.startswith("lcp") and not line.startswith("lcp: forged")
+        for line in outcome.err.splitlines()
+    )
 
 
 def test_progress_shows_escapes(capsys: pytest.CaptureFixture[str]) -> None:
@@ -240,15 +305,24 @@ def test_errors_and_objects_in_python_show_escapes() -> None:
     with pytest.raises(LCPError) as caught:
         read("no\x1b\nfile.json")
     texts = [str(caught.value), repr(problem), repr(result), result._repr_html_()]
-    assert not any(unseen(text) or r"\x1b" not in visible(text) for text in [*texts[:2], *texts[3:]])
+    assert not any(
+        unseen(text) or r"\x1b" not in visible(text)
+        for text in [*texts[:2], *texts[3:]]
+    )
     assert not any(map(unseen, texts))
 
 
-def test_a_name_whose_escapes_are_too_long_for_a_column_is_replaced_by_its_place() -> None:
+def test_a_name_whose_escapes_are_too_long_for_a_column_is_replaced_by_its_place() -> (
+    None
+):
     assert short_names(["\x1b\n", "\x1b\x1b\x1b"], 11) == ["\x1b\n", "z2"]
 
 
-@given(st.text(st.characters()).map(lambda text: text.encode("utf-16", "surrogatepass").decode("utf-16", "replace")))
+@given(
+    st.text(st.characters()).map(
+        lambda text: text.encode("utf-16", "surrogatepass").decode("utf-16", "replace")
+    )
+)
 def test_json_gives_every_text_back_and_has_no_control_characters(text: str) -> None:
     line = visible_json(json.dumps(text, ensure_ascii=False))
     assert json.loads(line) == text
@@ -271,7 +345,10 @@ def test_json_has_the_exact_names_in_plain_characters(line: str, lcp: Lcp) -> No
     out = lcp(*line.split(), "--format", "json").out
     records = [json.loads(record) for record in out.splitlines()]
     assert records
-    assert all(record["problem"] == WHOLE and record["names"] == [f"1{WHOLE}", WHOLE] for record in records)
+    assert all(
+        record["problem"] == WHOLE and record["names"] == [f"1{WHOLE}", WHOLE]
+        for record in records
+    )
     assert not unseen(out)
     if line.startswith("path"):
         assert records[0]["moving"]["name"] == f"q 1{WHOLE}"
@@ -300,29 +377,48 @@ def test_csv_has_the_exact_names(lcp: Lcp) -> None:
     names = ["name", f"1{WRITTEN}", WRITTEN]
     assert [row[-1] for row in table("solve", "p.json")] == names
     assert [row[-1] for row in table("solve", "p.json", "--all")] == names
-    assert [row[-1] for row in table("solve", "p.json", "p.json")] == [*names, *names[1:]]
+    assert [row[-1] for row in table("solve", "p.json", "p.json")] == [
+        *names,
+        *names[1:],
+    ]
     for methods in (("lemke",), ("shi", "--sweep", "p=100,200")):
-        assert {row[0] for row in table("compare", "p.json", "--method", *methods)[1:]} == {WRITTEN}
+        assert {
+            row[0] for row in table("compare", "p.json", "--method", *methods)[1:]
+        } == {WRITTEN}
     assert set(names[1:]) < set(table("path", "p.json", "to.json")[0])
     put("game", WHOLE, rows=[WHOLE, "b"], columns=["c", "d"])
-    assert [row[3] for row in table("solve", "p.json")] == ["name", WRITTEN, "b", "c", "d"]
+    assert [row[3] for row in table("solve", "p.json")] == [
+        "name",
+        WRITTEN,
+        "b",
+        "c",
+        "d",
+    ]
 
 
-@pytest.mark.parametrize("name", ["# a", "#", "a\n# b\n1,2", 'a"b', "=1+1", "-1", " a ", "a\rb", ""])
+@pytest.mark.parametrize(
+    "name", ["# a", "#", "a\n# b\n1,2", 'a"b', "=1+1", "-1", " a ", "a\rb", ""]
+)
 def test_csv_of_any_name_is_read_back(name: str, lcp: Lcp) -> None:
     put("lcp", "p", names=[name, "b"])
     for more in ([], ["--all"]):
         out = lcp("solve", "p.json", *more, "--format", "csv", "-q", "-o", "z.csv")
         assert out == Outcome(0, "", "")
-        assert [row[-1] for row in rows_of(Path("z.csv").read_bytes().decode())][1:] == [name, "b"]
+        assert [row[-1] for row in rows_of(Path("z.csv").read_bytes().decode())][
+            1:
+        ] == [name, "b"]
         assert lcp("check", "p.json", "z.csv").code == 0
     put("lcp", name)
-    runs = lcp("compare", "p.json", "--method", "lemke", "--format", "csv", "-q", "-o", "z.csv")
+    runs = lcp(
+        "compare", "p.json", "--method", "lemke", "--format", "csv", "-q", "-o", "z.csv"
+    )
     assert runs.code == 0  # its first column has the name
     assert lcp("solve", "p.json", "--z0", "z.csv", "--method", "newton").code == 0
 
 
-def test_a_terminal_gets_no_control_sequences_from_csv(lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_terminal_gets_no_control_sequences_from_csv(
+    lcp: Lcp, monkeypatch: pytest.MonkeyPatch
+) -> None:
     put("lcp", "", names=["\x1b[31m", "b"])
     assert "\x1b[31m" in lcp("solve", "p.json", "--format", "csv").out
     put("lcp", WHOLE)
@@ -334,12 +430,16 @@ def test_a_terminal_gets_no_control_sequences_from_csv(lcp: Lcp, monkeypatch: py
 
 
 @pytest.mark.parametrize("ending", [".mps", ".mat", ".npz", ".json"])
-def test_files_of_problems_keep_names_or_say_what_they_change(ending: str, lcp: Lcp) -> None:
+def test_files_of_problems_keep_names_or_say_what_they_change(
+    ending: str, lcp: Lcp
+) -> None:
     put("program", "p", columns=["\x1b[31m\x9b\ud800", "b"], rows=["r"])
     outcome = lcp("convert", "p.json", "-o", f"other{ending}")
     assert not unseen(outcome.err)
     if ending == ".mat":
-        fault = "cannot hold half a character, which a text of the problem has; write .json"
+        fault = (
+            "cannot hold half a character, which a text of the problem has; write .json"
+        )
         assert outcome == Outcome(2, "", f"lcp: other.mat: {fault}\n")
     else:
         assert outcome.code == 0

@@ -33,11 +33,20 @@ METHODS = ("fixed-point", "shi")
 
 
 def data(problem: Problem, methods: tuple[str, ...] = METHODS, **trace: Any) -> Panel:
-    (made,) = plotting.panels([[run(problem, method, curve=Trace(keeps_x=True, **trace)) for method in methods]])
+    (made,) = plotting.panels(
+        [
+            [
+                run(problem, method, curve=Trace(keeps_x=True, **trace))
+                for method in methods
+            ]
+        ]
+    )
     return made
 
 
-def plane(problem: Problem, solutions: list[tuple[float, float]], *curves: Curve) -> Panel:
+def plane(
+    problem: Problem, solutions: list[tuple[float, float]], *curves: Curve
+) -> Panel:
     return Panel("", "", curves, "", problem, solutions)
 
 
@@ -45,7 +54,11 @@ def test_paths_are_the_iterates_of_the_methods_where_z_is_zero_too() -> None:
     made = data(SKEW)
     M, q = made.problem.M, made.problem.q
     fixed_point, shi = made.curves
-    assert (fixed_point.k[0], fixed_point.x[0], shi.x[0]) == (0, [-2.0, -1.0], [-2.0, -1.0])
+    assert (fixed_point.k[0], fixed_point.x[0], shi.x[0]) == (
+        0,
+        [-2.0, -1.0],
+        [-2.0, -1.0],
+    )
     for before, after in zip(fixed_point.x[:20], fixed_point.x[1:21], strict=True):
         image = np.linalg.solve(np.eye(2) + M, (np.eye(2) - M) @ np.abs(before) - q)
         assert after == pytest.approx(image, rel=1e-12)
@@ -72,16 +85,28 @@ def test_solutions_are_the_zeros_of_the_merit_function() -> None:
 
 
 def test_the_merit_function_is_that_of_the_equation_of_the_methods() -> None:
-    M, q, x = np.array([[1.0, 3], [-3, 1]]), np.array([-4.0, 3]), np.array([[-2.0, 0.5], [3, -1]])
+    M, q, x = (
+        np.array([[1.0, 3], [-3, 1]]),
+        np.array([-4.0, 3]),
+        np.array([[-2.0, 0.5], [3, -1]]),
+    )
     z, w = np.abs(x) + x, np.abs(x) - x
     F = M @ z - w + q[:, None]
     assert plane_figures.merit(M, q, x) == pytest.approx(np.sqrt((F**2).sum(axis=0)))
 
 
-def test_the_range_holds_the_origin_the_start_and_the_solution_but_not_a_divergence() -> None:
+def test_the_range_holds_the_origin_the_start_and_the_solution_but_not_a_divergence() -> (
+    None
+):
     x = [(1.0, 1.0), (2.0, 2.0), (1e9, -1e9), (np.inf, np.nan)]
-    made = plane(Problem(np.eye(2), [-1, -1]), [(0.5, 4.0)], Curve("shi", "shi", [0, 1, 2, 3], (), (), False, x))
-    for (low, high), largest in zip(plane_figures.ranges(made), (0.5, 4.0), strict=True):
+    made = plane(
+        Problem(np.eye(2), [-1, -1]),
+        [(0.5, 4.0)],
+        Curve("shi", "shi", [0, 1, 2, 3], (), (), False, x),
+    )
+    for (low, high), largest in zip(
+        plane_figures.ranges(made), (0.5, 4.0), strict=True
+    ):
         assert low < 0 < largest < high < 20
     with style.context():
         plane_figures.draw_paths([made])
@@ -92,13 +117,19 @@ def test_quadrants_have_the_names_of_their_cones() -> None:
         figure = plane_figures.draw_paths([data(TWO)])
     corners = {text.get_text(): text.xy for text in figure.axes[0].texts[:4]}  # type: ignore[attr-defined]
     (left, bottom), (right, top) = corners["$w_1$, $w_2$"], corners["$z_1$, $z_2$"]
-    assert (left < right, bottom < top, corners["$z_1$, $w_2$"]) == (True, True, (right, bottom))
+    assert (left < right, bottom < top, corners["$z_1$, $w_2$"]) == (
+        True,
+        True,
+        (right, bottom),
+    )
 
 
 @pytest.fixture
 def folder(in_folder: Path) -> Path:
     Path("two.json").write_text('{"M": [[2, 1], [1, 2]], "q": [-5, -6]}')
-    Path("bound.json").write_text('{"M": [[2, 1], [1, 2]], "q": [-5, -6], "upper": [1, null]}')
+    Path("bound.json").write_text(
+        '{"M": [[2, 1], [1, 2]], "q": [-5, -6], "upper": [1, null]}'
+    )
     return in_folder
 
 
@@ -106,12 +137,21 @@ def folder(in_folder: Path) -> Path:
 def test_both_commands_write_the_picture(lcp: Lcp, folder: Path) -> None:
     assert lcp("solve", "two.json", "--paths", "one.png", "--quiet").code == 0
     outcome = lcp("compare", "two.json", "--paths", "both.pdf", "--plot", "errors.svg")
-    assert (outcome.code, sorted(outcome.err.splitlines())) == (0, ["lcp: wrote both.pdf", "lcp: wrote errors.svg"])
-    for name, magic in (("one.png", b"\x89PNG"), ("both.pdf", b"%PDF-1."), ("errors.svg", b"<?xml")):
+    assert (outcome.code, sorted(outcome.err.splitlines())) == (
+        0,
+        ["lcp: wrote both.pdf", "lcp: wrote errors.svg"],
+    )
+    for name, magic in (
+        ("one.png", b"\x89PNG"),
+        ("both.pdf", b"%PDF-1."),
+        ("errors.svg", b"<?xml"),
+    ):
         assert (folder / name).read_bytes().startswith(magic)
 
 
-def test_what_has_no_paths_is_refused(session: Callable[[str], None], folder: Path) -> None:
+def test_what_has_no_paths_is_refused(
+    session: Callable[[str], None], folder: Path
+) -> None:
     session("refused-figures-of-iterates")
     assert not (folder / "a.svg").exists()
 
@@ -138,7 +178,9 @@ def picture(M: list[list[float]], q: tuple[float, float], **more: Any) -> Soluti
 
 @pytest.mark.parametrize("M", [MURTY, *DEGENERATE.values()])
 @pytest.mark.parametrize("q", [(-1, -1), (1, -2), (0, 1), (0, 0)])
-def test_cones_with_q_are_those_whose_generators_have_it_as_a_sum(M: list[list[float]], q: tuple[float, float]) -> None:
+def test_cones_with_q_are_those_whose_generators_have_it_as_a_sum(
+    M: list[list[float]], q: tuple[float, float]
+) -> None:
     holding = []
     for chosen in SETS:
         basis = generators(M, chosen)
@@ -149,7 +191,12 @@ def test_cones_with_q_are_those_whose_generators_have_it_as_a_sum(M: list[list[f
 
 def generators(M: list[list[float]], chosen: tuple[int, ...]) -> np.ndarray:
     """Those of a cone, as columns."""
-    return np.column_stack([-np.array(M, float)[:, j] if j + 1 in chosen else np.eye(2)[:, j] for j in (0, 1)])
+    return np.column_stack(
+        [
+            -np.array(M, float)[:, j] if j + 1 in chosen else np.eye(2)[:, j]
+            for j in (0, 1)
+        ]
+    )
 
 
 def drawn(M: list[list[float]], q: tuple[float, float]) -> Figure:
@@ -157,8 +204,13 @@ def drawn(M: list[list[float]], q: tuple[float, float]) -> Figure:
         return plane_figures.draw(picture(M, q))
 
 
-@given(M=st.tuples(*[st.tuples(*[st.integers(-3, 3)] * 2)] * 2), q=st.tuples(*[st.integers(-5, 5)] * 2))
-def test_q_is_in_the_sectors_whose_generators_have_it_as_a_sum(M: list[list[float]], q: tuple[float, float]) -> None:
+@given(
+    M=st.tuples(*[st.tuples(*[st.integers(-3, 3)] * 2)] * 2),
+    q=st.tuples(*[st.integers(-5, 5)] * 2),
+)
+def test_q_is_in_the_sectors_whose_generators_have_it_as_a_sum(
+    M: list[list[float]], q: tuple[float, float]
+) -> None:
     direction = plane_figures.angle(q)
     for cone, chosen in zip(plane_figures.cones(M), SETS, strict=True):
         basis = generators(M, chosen)
@@ -168,4 +220,6 @@ def test_q_is_in_the_sectors_whose_generators_have_it_as_a_sum(M: list[list[floa
             coefficients = np.linalg.solve(basis, q)
             if np.abs(coefficients).min() > 1e-9:
                 ((start, width),) = cone.parts
-                assert ((direction - start) % math.tau < width) == (coefficients.min() > 0)
+                assert ((direction - start) % math.tau < width) == (
+                    coefficients.min() > 0
+                )

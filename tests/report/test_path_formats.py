@@ -20,10 +20,19 @@ from lcpcli.report import document, path_formats
 from lcpcli.report.path_formats import Terms
 
 from ..documents import assert_as_before
-from .figure_samples import cornered, frontier, portfolio, small, small_in_fractions, written
+from .figure_samples import (
+    cornered,
+    frontier,
+    portfolio,
+    small,
+    small_in_fractions,
+    written,
+)
 
 
-def text_of(path: Path, form: str = "table", at: Any = (), width: int | None = None) -> str:
+def text_of(
+    path: Path, form: str = "table", at: Any = (), width: int | None = None
+) -> str:
     return document.typeset(path_formats.build(path, form, at, width), form, width)
 
 
@@ -33,14 +42,18 @@ def table(path: Path, *at: Any, width: int | None = None) -> list[list[str]]:
 
 def of_csv(path: Path, *at: Any) -> list[dict[str, str]]:
     text = written("csv", path, *at)
-    return list(csv.DictReader(line for line in StringIO(text) if not line.startswith("#")))
+    return list(
+        csv.DictReader(line for line in StringIO(text) if not line.startswith("#"))
+    )
 
 
 def test_line_says_how_far_the_path_goes_and_whether_it_is_verified() -> None:
     line = "<Path for t from 0 to 1: the path reaches the second problem; 4 breakpoints, verified>"
     assert repr(small()) == line
     assert repr(small(verified=False)) == line.replace("verified", "not verified")
-    assert repr(small_in_fractions()) == line.replace("verified", "verified in fractions")
+    assert repr(small_in_fractions()) == line.replace(
+        "verified", "verified in fractions"
+    )
 
 
 def wide() -> Path:
@@ -51,8 +64,16 @@ DOCUMENTS: dict[str, tuple[Callable[[], Path], tuple[Any, ...], str]] = {
     "fractions": (small_in_fractions, (Fraction(3, 5),), "table csv json"),
     "jump-and-turn": (cornered, (1.0, 0.5), "table csv latex"),
     "frontier": (frontier, (0.5, 0.9), "table markdown"),
-    "by-return": (lambda: lcpcli.path(portfolio(0.05), portfolio(0.12), start=0.05, stop=0.12), (), "table"),
-    "without-beginning": (lambda: lcpcli.path(*(Problem([[-1]], [q]) for q in (-2, 2))), (), "table csv json"),
+    "by-return": (
+        lambda: lcpcli.path(portfolio(0.05), portfolio(0.12), start=0.05, stop=0.12),
+        (),
+        "table",
+    ),
+    "without-beginning": (
+        lambda: lcpcli.path(*(Problem([[-1]], [q]) for q in (-2, 2))),
+        (),
+        "table csv json",
+    ),
     "of-many": (wide, (), "table"),
     "of-one-name": (small, (), "table"),
 }
@@ -62,13 +83,20 @@ DOCUMENTS: dict[str, tuple[Callable[[], Path], tuple[Any, ...], str]] = {
 def test_a_path_has_the_same_text_as_before(name: str) -> None:
     make, at, forms = DOCUMENTS[name]
     path = replace(make(), seconds=0.0)
-    texts = (written(form, path, *at) if form in ("csv", "json") else text_of(path, form, at) for form in forms.split())
+    texts = (
+        written(form, path, *at) if form in ("csv", "json") else text_of(path, form, at)
+        for form in forms.split()
+    )
     assert_as_before(f"path-{name}", "\n".join(texts))
 
 
-def test_objective_and_multipliers_are_in_their_own_sense_with_constants_that_may_move_too() -> None:
+def test_objective_and_multipliers_are_in_their_own_sense_with_constants_that_may_move_too() -> (
+    None
+):
     least, most = frontier().to_dict(), frontier(sense="max", constant=1.0).to_dict()
-    assert most["answer"]["objective"] == pytest.approx([1 - value for value in least["answer"]["objective"]])
+    assert most["answer"]["objective"] == pytest.approx(
+        [1 - value for value in least["answer"]["objective"]]
+    )
     assert np.allclose(np.array(most["answer"]["y"]), -np.array(least["answer"]["y"]))
     moving = lcpcli.path(portfolio(0.05), portfolio(0.05, constant=1.0)).to_dict()
     assert moving["answer"]["objective"] == pytest.approx([0.0103125, 1.0103125])
@@ -80,19 +108,28 @@ def test_objective_and_multipliers_are_in_their_own_sense_with_constants_that_ma
         ({"c": [0, 1, 0]}, "c bonds: 0 to 1"),
         ({"upper": [0.5, 0.5, 0.75]}, "upper cash: 0.5 to 0.75"),
         ({"lower": [0, 0.25, 0]}, "lower bonds: 0 to 0.25"),
-        ({"row_lower": [1.25, 0.05], "row_upper": [1.25, math.inf]}, "budget: 1 to 1.25"),
+        (
+            {"row_lower": [1.25, 0.05], "row_upper": [1.25, math.inf]},
+            "budget: 1 to 1.25",
+        ),
         ({"c": [0, 1, 1]}, None),
     ],
 )
-def test_only_number_that_differs_is_named(changes: dict[str, Any], remark: str | None) -> None:
-    first, last = (portfolio(0.05, **own) for own in ({"lower": [0, 0, 0], "upper": [0.5] * 3}, {}))
+def test_only_number_that_differs_is_named(
+    changes: dict[str, Any], remark: str | None
+) -> None:
+    first, last = (
+        portfolio(0.05, **own) for own in ({"lower": [0, 0, 0], "upper": [0.5] * 3}, {})
+    )
     last = portfolio(0.05, **{"lower": [0, 0, 0], "upper": [0.5] * 3, **changes})
     moving = Terms(lcpcli.path(first, last)).moving
     assert (moving and str(moving)) == remark
 
 
 def test_number_of_a_problem_without_origin_is_named_by_its_unknown() -> None:
-    first, last = (Problem([[2, 1], [1, 2]], q, names=["", "steel"]) for q in ([1, 1], [1, -2]))
+    first, last = (
+        Problem([[2, 1], [1, 2]], q, names=["", "steel"]) for q in ([1, 1], [1, -2])
+    )
     assert str(Terms(lcpcli.path(first, last)).moving) == "q steel: 1 to -2"
     first, last = (Problem([[2, 1], [1, 2]], q) for q in ([1, 1], [-4, 1]))
     assert str(Terms(lcpcli.path(first, last)).moving) == "q1: 1 to -4"
@@ -114,18 +151,31 @@ def test_wide_table_shows_the_first_and_the_last_components_in_its_width() -> No
 def test_a_path_of_no_points_has_its_reason_alone(width: int | None) -> None:
     path = lcpcli.path(Problem([[-1]], [-2], name="none"), Problem([[-1]], [2]))
     title, verdict = text_of(path, "table", (), width).splitlines()[:2]
-    assert (title, path.message.startswith(verdict[:30])) == ("none to problem: n = 1", True)
+    assert (title, path.message.startswith(verdict[:30])) == (
+        "none to problem: n = 1",
+        True,
+    )
     assert "z1" not in text_of(path, "table", (), width)
 
 
 def test_range_of_a_row_has_the_name_of_the_row() -> None:
     first, last = (portfolio(0.07, row_upper=[1, most]) for most in (0.09, 0.08))
     terms = Terms(lcpcli.path(first, last))
-    assert terms.names() == ["shares", "bonds", "cash", "y budget", "y return", "s return"]
+    assert terms.names() == [
+        "shares",
+        "bonds",
+        "cash",
+        "y budget",
+        "y return",
+        "s return",
+    ]
     assert str(terms.moving) == "return: 0.09 to 0.08"
 
 
 def test_a_path_of_one_point_has_it_once() -> None:
-    first, last = lcpcli.Problem(np.zeros((1, 1)), [0]), lcpcli.Problem(np.zeros((1, 1)), [-1])
+    first, last = (
+        lcpcli.Problem(np.zeros((1, 1)), [0]),
+        lcpcli.Problem(np.zeros((1, 1)), [-1]),
+    )
     path = lcpcli.path(first, last)
     assert (path.t.size, Terms(path).at_all([0.0]).t) == (1, [0.0])

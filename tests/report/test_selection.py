@@ -18,8 +18,17 @@ from lcpcli.report.wording import places
 from ..cli.conftest import Lcp
 
 NAMES = ["price n0", "price n1", "flow", "", "price *"]
-MARKET = {"M": [[2, 0, 0], [1, 2, 0], [0, 1, 2]], "q": [-2, -3, -3], "names": ["price n0", "flow", "price n1"]}
-GAME = {"A": [[3, 0], [5, 1]], "B": [[3, 5], [0, 1]], "rows": ["co", "de"], "columns": ["co", "de"]}
+MARKET = {
+    "M": [[2, 0, 0], [1, 2, 0], [0, 1, 2]],
+    "q": [-2, -3, -3],
+    "names": ["price n0", "flow", "price n1"],
+}
+GAME = {
+    "A": [[3, 0], [5, 1]],
+    "B": [[3, 5], [0, 1]],
+    "rows": ["co", "de"],
+    "columns": ["co", "de"],
+}
 
 
 @pytest.fixture(autouse=True)
@@ -30,36 +39,68 @@ def _files(in_folder: Path) -> None:
 
 def test_patterns_choose_unknowns_in_their_order_and_each_once() -> None:
     assert places(["x[1]", "x[2]"], ["x[*]"]) == places(["", ""], ["z*"]) == [0, 1]
-    one = {"flow": [2], "price n*": [0, 1], "price *": [0, 1, 4], "*": [0, 1, 2, 4], "": [0, 1, 2, 3, 4]}
-    several = {"price n1, price n0": [1, 0], "price n?, price n1": [0, 1], "z4, z1": [3, 0]}
+    one = {
+        "flow": [2],
+        "price n*": [0, 1],
+        "price *": [0, 1, 4],
+        "*": [0, 1, 2, 4],
+        "": [0, 1, 2, 3, 4],
+    }
+    several = {
+        "price n1, price n0": [1, 0],
+        "price n?, price n1": [0, 1],
+        "z4, z1": [3, 0],
+    }
     for patterns, expected in (one | several).items():
-        assert places(NAMES, patterns.split(", ") if patterns else []) == expected, patterns
+        assert places(NAMES, patterns.split(", ") if patterns else []) == expected, (
+            patterns
+        )
 
 
 @pytest.mark.parametrize("pattern", ["prices", "z6", "z0", "Flow", ""])
 def test_a_name_of_none_is_refused(pattern: str) -> None:
-    with pytest.raises(OptionError, match=r"show: '.*' is not the name of an unknown; "):
+    with pytest.raises(
+        OptionError, match=r"show: '.*' is not the name of an unknown; "
+    ):
         places(NAMES, [pattern])
 
 
-PROGRAM = {"Q": [[2, 0], [0, 2]], "A": [[1, 2]], "row_upper": [1], "rows": ["wood"], "columns": ["a", "b"]}
+PROGRAM = {
+    "Q": [[2, 0], [0, 2]],
+    "A": [[1, 2]],
+    "row_upper": [1],
+    "rows": ["wood"],
+    "columns": ["a", "b"],
+}
 
 
-def test_tables_and_csv_have_the_chosen_unknowns_alone(session: Callable[..., None]) -> None:
+def test_tables_and_csv_have_the_chosen_unknowns_alone(
+    session: Callable[..., None],
+) -> None:
     Path("from.json").write_text(json.dumps(MARKET | {"q": [4, 5, 4]}))
     session("show")
 
 
-def test_a_multiplier_is_called_as_its_row_or_with_y_by_every_command(session: Callable[..., None]) -> None:
+def test_a_multiplier_is_called_as_its_row_or_with_y_by_every_command(
+    session: Callable[..., None],
+) -> None:
     for file, c in (("p.json", [-2, -5]), ("to.json", [-2, -6])):
         Path(file).write_text(json.dumps(PROGRAM | {"c": c}))
     session("show-multipliers")
 
 
 def test_a_figure_of_a_path_has_the_chosen_lines_alone_and_multipliers_too() -> None:
-    first, last = (lcpcli.Problem(MARKET["M"], q, names=MARKET["names"]) for q in (MARKET["q"], [5, 4, 5]))
+    first, last = (
+        lcpcli.Problem(MARKET["M"], q, names=MARKET["names"])
+        for q in (MARKET["q"], [5, 4, 5])
+    )
     assert lines_of(lcpcli.path(first, last), "flow") == {"flow": pytest.approx(1)}
-    programs = [lcpcli.from_qp([[2, 0], [0, 2]], [-2, -5], [[1, 2]], row_upper=[b], rows=["steel"]) for b in (1, 4)]
+    programs = [
+        lcpcli.from_qp(
+            [[2, 0], [0, 2]], [-2, -5], [[1, 2]], row_upper=[b], rows=["steel"]
+        )
+        for b in (1, 4)
+    ]
     shown = lines_of(lcpcli.path(*programs), "y steel")
     assert list(shown) == ["y steel"]
     assert abs(shown["y steel"]) > 0.1
@@ -68,12 +109,20 @@ def test_a_figure_of_a_path_has_the_chosen_lines_alone_and_multipliers_too() -> 
 def lines_of(path: lcpcli.Path, *names: str) -> dict[str, float]:
     """The names in the legend of a figure of a path, with the value at which the line of each begins."""
     figure = run_figures.draw(path, names)
-    lines = [line for line in figure.axes[0].lines if line.get_marker() == "None" and line.get_linewidth() > 1]
+    lines = [
+        line
+        for line in figure.axes[0].lines
+        if line.get_marker() == "None" and line.get_linewidth() > 1
+    ]
     labels = [text.get_text() for text in figure.legends[0].get_texts()]
-    return {label: line.get_ydata()[0] for label, line in zip(labels, lines, strict=True)}
+    return {
+        label: line.get_ydata()[0] for label, line in zip(labels, lines, strict=True)
+    }
 
 
-def test_show_is_refused_at_first(session: Callable[[str], None], monkeypatch: pytest.MonkeyPatch) -> None:
+def test_show_is_refused_at_first(
+    session: Callable[[str], None], monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr("lcpcli.parametric.following.follow", None)
     session("refused-show")
 
@@ -90,7 +139,16 @@ SIZE = "n = 3 (1 free, 1 lower bound, 1 boxed)"
 
 def test_long_basis_is_counted_in_the_table(lcp: Lcp, tmp_path: Path) -> None:
     path = tmp_path / "long.json"
-    path.write_text(json.dumps({"M": np.eye(30).tolist(), "q": [-3] * 10 + [0] * 20, "lower": -1, "upper": 2}))
+    path.write_text(
+        json.dumps(
+            {
+                "M": np.eye(30).tolist(),
+                "q": [-3] * 10 + [0] * 20,
+                "lower": -1,
+                "upper": 2,
+            }
+        )
+    )
     assert "basis: 20 basic, 10 upper\n" in lcp("solve", str(path)).out
     path.write_text(json.dumps(MIXED))
     assert "basis = (basic, upper, lower)\n" in lcp("solve", str(path)).out
@@ -99,7 +157,9 @@ def test_long_basis_is_counted_in_the_table(lcp: Lcp, tmp_path: Path) -> None:
 def test_sentence_on_an_infeasible_problem_speaks_of_its_bounds() -> None:
     found = solve([[1, 1], [1, 1]], [1, -2], lower=None)
     assert found.status.word == "infeasible"
-    assert "no z within the bounds has w with the signs that they ask for" in found.message
+    assert (
+        "no z within the bounds has w with the signs that they ask for" in found.message
+    )
     assert "z >= 0" not in found.message
     assert "no z >= 0 has Mz + q >= 0" in solve([[-1]], [-1]).message
 

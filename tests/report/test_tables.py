@@ -22,7 +22,11 @@ from lcpcli.report.result_formats import Layout
 from lcpcli.solving.driver import run
 
 SMALL = {"M": [[2, 1], [1, 2]], "q": [-4, -5]}  # z = (1, 2)
-PROGRAM = {"A": [[1, 1], [1, 3]], "columns": ["chairs", "tables"], "rows": ["labour", "wood"]}
+PROGRAM = {
+    "A": [[1, 1], [1, 3]],
+    "columns": ["chairs", "tables"],
+    "rows": ["labour", "wood"],
+}
 INPUTS: dict[str, dict[str, Any]] = {
     "small": SMALL | {"solution": [1, 2]},
     "start": SMALL | {"q": [2, 1]},
@@ -37,7 +41,12 @@ INPUTS: dict[str, dict[str, Any]] = {
     "most": PROGRAM | {"c": [3, 2], "row_upper": [4, 6], "sense": "max"},
     "least": PROGRAM | {"c": [3, 2], "row_lower": [4, 6], "upper": [None, 3]},
     "cost": PROGRAM | {"c": [-3, -2], "row_upper": [4, 6], "constant": 10},
-    "game": {"A": [[3, 0], [5, 1]], "B": [[3, 5], [0, 1]], "rows": ["co", "de"], "columns": ["in", "out"]},
+    "game": {
+        "A": [[3, 0], [5, 1]],
+        "B": [[3, 5], [0, 1]],
+        "rows": ["co", "de"],
+        "columns": ["in", "out"],
+    },
     "none": {"M": [[0, -1], [1, 0]], "q": [-1, -1]},
     "many": {"M": [[1, 2], [2, 1]], "q": [-1, -1], "names": ["steel", "coal"]},
     "faces": {"M": [[0, 1], [0, 0]], "q": [-1, 0]},
@@ -82,15 +91,27 @@ def test_long_z_fits_the_terminal_and_is_whole_in_files(
     assert line.endswith(", ..., 0)")
     assert 50 < len(line) <= 60
     assert "see all 100 components of z with --format csv" in head
-    assert "all 5 components of z" not in lcp("solve", contents.shipped_path("bimatrix.json")).out
+    assert (
+        "all 5 components of z"
+        not in lcp("solve", contents.shipped_path("bimatrix.json")).out
+    )
     file = tmp_path / "result.txt"
     lcp("solve", TRIDIAGONAL, "-o", str(file))
-    (whole,) = re.findall(r"^z = \((.*?)\)$", file.read_text(), flags=re.MULTILINE | re.DOTALL)
+    (whole,) = re.findall(
+        r"^z = \((.*?)\)$", file.read_text(), flags=re.MULTILINE | re.DOTALL
+    )
     assert [float(cell) for cell in whole.split(",")] == [1.0, 0.0] * 50
 
 
 @pytest.mark.parametrize(
-    ("error", "shown"), [(None, "0.3333333"), (2e-3, "0.333"), (0.4, "0.3"), (2.0, "0"), (1e-12, "0.3333333")]
+    ("error", "shown"),
+    [
+        (None, "0.3333333"),
+        (2e-3, "0.333"),
+        (0.4, "0.3"),
+        (2.0, "0"),
+        (1e-12, "0.3333333"),
+    ],
 )
 def test_z_is_rounded_to_what_is_known(error: float | None, shown: str) -> None:
     solutions = () if error is None else ([1 / 3 + error],)
@@ -99,44 +120,81 @@ def test_z_is_rounded_to_what_is_known(error: float | None, shown: str) -> None:
 
 
 def test_the_shortest_time_to_each_level_has_a_star_if_there_are_several() -> None:
-    results = [run(read(EXAMPLE), method, curve=Trace(levels=wording.LEVELS)) for method in ("newton", "shi")]
+    results = [
+        run(read(EXAMPLE), method, curve=Trace(levels=wording.LEVELS))
+        for method in ("newton", "shi")
+    ]
     made = tables.summary_of_costs(results, None)
-    assert [sum(row[j].startswith("*") for row in made.rows) for j in (2, 4, 6, 8)] == [1] * 4
+    assert [sum(row[j].startswith("*") for row in made.rows) for j in (2, 4, 6, 8)] == [
+        1
+    ] * 4
     assert "*" not in str(tables.summary_of_costs(results[:1], None))
 
 
-def test_no_colour_is_lost_on_a_light_or_a_dark_ground(lcp: Lcp, terminal: Callable[[int, bool], None]) -> None:
+def test_no_colour_is_lost_on_a_light_or_a_dark_ground(
+    lcp: Lcp, terminal: Callable[[int, bool], None]
+) -> None:
     """Only red, green and magenta, which stand out on both; yellow, white, black and the bright ones do not."""
     terminal(80, False)
     assert ESCAPE not in lcp("solve", EXAMPLE).out
     terminal(80, True)
-    runs = [lcp("solve", EXAMPLE), lcp("solve", EXAMPLE, "--max-iterations", "1"), lcp("compare", EXAMPLE)]
-    used = {code for run in runs for codes in re.findall(r"\x1b\[([\d;]*)m", run.out) for code in codes.split(";")}
+    runs = [
+        lcp("solve", EXAMPLE),
+        lcp("solve", EXAMPLE, "--max-iterations", "1"),
+        lcp("compare", EXAMPLE),
+    ]
+    used = {
+        code
+        for run in runs
+        for codes in re.findall(r"\x1b\[([\d;]*)m", run.out)
+        for code in codes.split(";")
+    }
     assert used <= {"0", "1", "31", "32", "35"}
     assert {"1", "31", "32", "35"} <= used
 
 
 def test_disturbed_times_are_said_to_be_over_the_least_of_their_ratios() -> None:
     result = run(Problem([[3.0]], [-1.0]), "newton")
-    runs = [replace(result, spread=ratio, label=str(ratio)) for ratio in (1.5, 4.0, 2.5)]
+    runs = [
+        replace(result, spread=ratio, label=str(ratio)) for ratio in (1.5, 4.0, 2.5)
+    ]
     warning = outcome.spread(runs)
-    assert warning.startswith("times of 4.0 and 2.5 vary by more than 2.5x between repeats")
+    assert warning.startswith(
+        "times of 4.0 and 2.5 vary by more than 2.5x between repeats"
+    )
 
 
 def test_a_printed_bound_is_rounded_upwards() -> None:
-    assert [wording.above(v) for v in (0.0, 9.91e-10, 1.25, 3.0)] == ["0", "1.0e-09", "1.3e+00", "3.0e+00"]
+    assert [wording.above(v) for v in (0.0, 9.91e-10, 1.25, 3.0)] == [
+        "0",
+        "1.0e-09",
+        "1.3e+00",
+        "3.0e+00",
+    ]
 
 
 def test_a_bound_is_shown_where_it_is_asked_for(lcp: Lcp, tmp_path: Path) -> None:
     file = str(tmp_path / "problem.json")
     write(Problem([[2.0, 1.0], [1.0, 2.0]], [-5.0, -6.0]), file)
-    plain, bounded = (json.loads(lcp("solve", file, "--format", "json", *o).out) for o in ([], ["--bound"]))
+    plain, bounded = (
+        json.loads(lcp("solve", file, "--format", "json", *o).out)
+        for o in ([], ["--bound"])
+    )
     assert (plain["error_bound"], plain["error_bound_source"]) == (None, None)
     expected = error_bound(read(file), np.array(bounded["z"]))
     assert expected is not None
-    assert (bounded["error_bound"], bounded["error_bound_source"]) == (expected.value, expected.source)
-    lines = lcp("compare", contents.shipped_path("paper-example-2.json"), "--bound").out.splitlines()
-    told = [re.match(r"(fixed-point|shi): \|z - z\*\| <= (\S+)", line) for line in lines if "|z - z*|" in line]
+    assert (bounded["error_bound"], bounded["error_bound_source"]) == (
+        expected.value,
+        expected.source,
+    )
+    lines = lcp(
+        "compare", contents.shipped_path("paper-example-2.json"), "--bound"
+    ).out.splitlines()
+    told = [
+        re.match(r"(fixed-point|shi): \|z - z\*\| <= (\S+)", line)
+        for line in lines
+        if "|z - z*|" in line
+    ]
     assert [found and (found[1], 0 < float(found[2]) < 1e-8) for found in told] == [
         ("fixed-point", True),
         ("shi", True),
@@ -145,11 +203,22 @@ def test_a_bound_is_shown_where_it_is_asked_for(lcp: Lcp, tmp_path: Path) -> Non
     assert "\nno bound: M is not known to be H+ or positive definite\n" in none
 
 
-def test_default_beside_a_run_with_an_option_and_every_value_in_a_figure_are_told(lcp: Lcp, tmp_path: Path) -> None:
+def test_default_beside_a_run_with_an_option_and_every_value_in_a_figure_are_told(
+    lcp: Lcp, tmp_path: Path
+) -> None:
     file = tmp_path / "figure.svg"
-    methods = ("--method", "shi", "--method", "shi:k-star=5", "--method", "shi:k-star=17")
+    methods = (
+        "--method",
+        "shi",
+        "--method",
+        "shi:k-star=5",
+        "--method",
+        "shi:k-star=17",
+    )
     out = lcp("compare", EXAMPLE, *methods, "--plot", str(file)).out
-    assert [line.split()[1] for line in out.splitlines() if line.startswith("shi ")][-3:] == ["100", "5", "17"]
+    assert [line.split()[1] for line in out.splitlines() if line.startswith("shi ")][
+        -3:
+    ] == ["100", "5", "17"]
     assert re.search(r"k-star=5, .*k-star=17, ", file.read_text())
 
 
@@ -165,14 +234,20 @@ def test_columns_and_sweeps_are_shown_as_before(session: Callable[..., None]) ->
 
 def test_csv_of_a_sweep_has_a_row_a_run_with_options_and_costs(lcp: Lcp) -> None:
     sweep = ("compare", EXAMPLE, "--sweep", "p=1e3,1e4")
-    lines = [line for line in lcp(*sweep, "--format", "csv").out.splitlines() if not line.startswith("#")]
+    lines = [
+        line
+        for line in lcp(*sweep, "--format", "csv").out.splitlines()
+        if not line.startswith("#")
+    ]
     rows = list(csv.DictReader(lines))
     assert [(row["method"], row["p"], row["omega"]) for row in rows] == [
         ("fixed-point", "", "1"),
         ("shi:p=1e3", "1000", ""),
         ("shi:p=1e4", "10000", ""),
     ]
-    records = [json.loads(line) for line in lcp(*sweep, "--format", "json").out.splitlines()]
+    records = [
+        json.loads(line) for line in lcp(*sweep, "--format", "json").out.splitlines()
+    ]
     for row, record in zip(rows, records, strict=True):
         assert row["status"] == record["status"]
         assert int(row["iterations"]) == record["iterations"]
@@ -182,7 +257,16 @@ def test_csv_of_a_sweep_has_a_row_a_run_with_options_and_costs(lcp: Lcp) -> None
 
 
 def test_long_runs_are_thinned_unless_every_is_given(lcp: Lcp) -> None:
-    long = ("solve", "bimatrix", "--method", "shi", "--max-iterations", "200", "--k-star", "10")
+    long = (
+        "solve",
+        "bimatrix",
+        "--method",
+        "shi",
+        "--max-iterations",
+        "200",
+        "--k-star",
+        "10",
+    )
     assert 30 < len(lcp(*long).out.splitlines()) < 75
     whole = lcp(*long, "--every", "1").out
     assert len(whole.splitlines()) > 150
@@ -191,9 +275,16 @@ def test_long_runs_are_thinned_unless_every_is_given(lcp: Lcp) -> None:
 
 @pytest.mark.parametrize(
     ("environment", "colored"),
-    [({}, True), ({"NO_COLOR": "1"}, False), ({"NO_COLOR": ""}, True), ({"TERM": "dumb"}, False)],
+    [
+        ({}, True),
+        ({"NO_COLOR": "1"}, False),
+        ({"NO_COLOR": ""}, True),
+        ({"TERM": "dumb"}, False),
+    ],
 )
-def test_no_color_is_obeyed(environment: dict[str, str], colored: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_no_color_is_obeyed(
+    environment: dict[str, str], colored: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.delenv("NO_COLOR", raising=False)
     monkeypatch.setenv("TERM", "xterm")
     for name, value in environment.items():
@@ -203,7 +294,14 @@ def test_no_color_is_obeyed(environment: dict[str, str], colored: bool, monkeypa
 
 
 def test_durations_have_a_unit_that_fits() -> None:
-    shown = {0.0: "0 us", 1.5e-6: "1.5 us", 0.0123: "12.3 ms", 1.0: "1 s", 75.25: "75.2 s", 0.9997: "1 s"}
+    shown = {
+        0.0: "0 us",
+        1.5e-6: "1.5 us",
+        0.0123: "12.3 ms",
+        1.0: "1 s",
+        75.25: "75.2 s",
+        0.9997: "1 s",
+    }
     assert {seconds: wording.duration(seconds) for seconds in shown} == shown
     assert wording.duration(1234.0) == "1234 s"
 
@@ -214,39 +312,70 @@ def test_zero_has_no_sign() -> None:
 
 def test_components_beyond_seven_decimals_are_shown_with_their_exponent() -> None:
     assert wording.components([1.0, 2e6], largest=1.0) == ["1.0000000", "2.000000e+06"]
-    assert wording.components([1e-9, 0.0], largest=1e-9) == ["1.000000e-09", "0.000000e+00"]
-    assert wording.components([-1e-9, -2.0, -3e7], 2.0) == ["0.0000000", "-2.0000000", "-3.000000e+07"]
+    assert wording.components([1e-9, 0.0], largest=1e-9) == [
+        "1.000000e-09",
+        "0.000000e+00",
+    ]
+    assert wording.components([-1e-9, -2.0, -3e7], 2.0) == [
+        "0.0000000",
+        "-2.0000000",
+        "-3.000000e+07",
+    ]
 
 
 SECOND = contents.shipped_path("paper-example-2.json")
-TRIDIAGONAL, BIMATRIX = map(contents.shipped_path, ("tridiagonal-100.json", "bimatrix.json"))
+TRIDIAGONAL, BIMATRIX = map(
+    contents.shipped_path, ("tridiagonal-100.json", "bimatrix.json")
+)
 COMMANDS = {
     "solve": ("solve", EXAMPLE),
     "solve, stalled": ("solve", SECOND, "--method", "shi", "--p", "10"),
     "solve, proved": ("solve", BIMATRIX, "--exact", "--bound"),
-    "solve, large": ("solve", TRIDIAGONAL, "--method", "fixed-point", "--max-iterations", "20"),
+    "solve, large": (
+        "solve",
+        TRIDIAGONAL,
+        "--method",
+        "fixed-point",
+        "--max-iterations",
+        "20",
+    ),
     "solve, long": ("solve", BIMATRIX, "--method", "shi", "--max-iterations", "50"),
     "compare": ("compare", SECOND),
     "compare, large": ("compare", TRIDIAGONAL),
     "compare, a sweep": ("compare", EXAMPLE, "--method", "shi", "--sweep", "p=10,1e5"),
     "check": ("check", EXAMPLE, "1,0,1,0.5"),
     "inspect": ("inspect", SECOND),
-    "bench": ("bench", EXAMPLE, "--budget", "0", "--method", "newton", "--method", "shi"),
+    "bench": (
+        "bench",
+        EXAMPLE,
+        "--budget",
+        "0",
+        "--method",
+        "newton",
+        "--method",
+        "shi",
+    ),
     "list": ("make", "--list"),
 }
 Terminal = Callable[[int, bool], None]
 
 
 @pytest.mark.parametrize("name", COMMANDS)
-def test_no_line_is_wider_than_the_screen(name: str, lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_no_line_is_wider_than_the_screen(
+    name: str, lcp: Lcp, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setenv("COLUMNS", "50")
     lines = lcp(*COMMANDS[name]).out.splitlines()
     assert lines
     assert [line for line in lines if len(line) > 50] == []
 
 
-@pytest.mark.parametrize("size", ["9" * 4400, "9" * 20, "-5", "\u00b2", "x", "0"], ids=lambda size: size[:3])
-def test_sizes_of_the_environment_may_be_none(size: str, lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize(
+    "size", ["9" * 4400, "9" * 20, "-5", "\u00b2", "x", "0"], ids=lambda size: size[:3]
+)
+def test_sizes_of_the_environment_may_be_none(
+    size: str, lcp: Lcp, monkeypatch: pytest.MonkeyPatch
+) -> None:
     for variable in ("COLUMNS", "LINES"):
         monkeypatch.setenv(variable, size)
     ran = lcp(*COMMANDS["solve, large"])
@@ -258,21 +387,36 @@ def test_a_narrow_screen_drops_levels_but_the_finest_and_splits_no_row_of_the_su
     width: int, numbers: set[int], lcp: Lcp, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("COLUMNS", str(width))
-    (header,) = (line.split() for line in lcp("compare", EXAMPLE).out.splitlines() if line.endswith("status"))
+    (header,) = (
+        line.split()
+        for line in lcp("compare", EXAMPLE).out.splitlines()
+        if line.endswith("status")
+    )
     shown = [word for word in header if word[-1] != "s"]
     number = shown.count("to")  # the widths of times differ
     kept = ("1e-3", "1e-6", "1e-9")[-number:]
     assert number in numbers
-    assert shown == ["method", *(word for level in kept for word in ("to", level)), "end", "error"]
+    assert shown == [
+        "method",
+        *(word for level in kept for word in ("to", level)),
+        "end",
+        "error",
+    ]
 
 
 def heading_and_first(lcp: Lcp, file: str) -> tuple[list[str], str]:
     """The words of the heading of the iterates and the line of the first."""
-    lines = lcp("solve", file, "--method", "fixed-point").out.split("\n\n", 1)[1].splitlines()
+    lines = (
+        lcp("solve", file, "--method", "fixed-point")
+        .out.split("\n\n", 1)[1]
+        .splitlines()
+    )
     return lines[0].split(), lines[2]
 
 
-@pytest.mark.parametrize(("width", "method"), [(120, "fixed-point "), (80, "fixed-point "), (40, "fixed- ")])
+@pytest.mark.parametrize(
+    ("width", "method"), [(120, "fixed-point "), (80, "fixed-point "), (40, "fixed- ")]
+)
 def test_the_name_of_a_method_is_folded_where_a_table_is_wide(
     width: int, method: str, lcp: Lcp, terminal: Terminal
 ) -> None:
@@ -282,8 +426,12 @@ def test_the_name_of_a_method_is_folded_where_a_table_is_wide(
     assert "..." not in heading or width < 80
 
 
-@pytest.mark.parametrize(("width", "shown"), [(50, 2), (60, 3), (80, 4), (200, 15), (None, 12)])
-def test_large_n_shows_first_and_last_components(width: int | None, shown: int, lcp: Lcp, terminal: Terminal) -> None:
+@pytest.mark.parametrize(
+    ("width", "shown"), [(50, 2), (60, 3), (80, 4), (200, 15), (None, 12)]
+)
+def test_large_n_shows_first_and_last_components(
+    width: int | None, shown: int, lcp: Lcp, terminal: Terminal
+) -> None:
     if width is not None:
         terminal(width, False)
     heading, _ = heading_and_first(lcp, TRIDIAGONAL)
@@ -299,13 +447,18 @@ def test_a_table_that_is_cut_says_so_whether_rows_or_variables_are_many(
 ) -> None:
     result = lcpcli.run(lcpcli.from_qp(None, np.ones(k), np.ones((m, k)), np.ones(m)))
     monkeypatch.setattr(programs_and_games, "MOST_ON_SCREEN", 3)
-    (table,) = programs_and_games.tables(result.answer, result.problem.origin, whole=False)
+    (table,) = programs_and_games.tables(
+        result.answer, result.problem.origin, whole=False
+    )
     assert [len(group) for group in table.groups] == [min(m, 3), min(k, 3)]
     assert bool(table.notes) is (max(k, m) > 3)
 
 
 def test_no_number_in_the_row_of_one_of_many_is_cut_off() -> None:
-    cells, ways = ["1000", "iteration limit", "1.2e-10", "538 us", "12345"], ["lemke", "newton", "objective 123.4567"]
+    cells, ways = (
+        ["1000", "iteration limit", "1.2e-10", "538 us", "12345"],
+        ["lemke", "newton", "objective 123.4567"],
+    )
     for width in range(40, 140):
         row = Layout.of(["problem" * 9], width).row("problem" * 9, *cells, ways)
         _, *shown = re.split(" {2,}", row.strip())

@@ -79,7 +79,9 @@ def work() -> None:
 def calls(call: Call) -> int:
     """How many functions, of Python or of C, a call of this function calls."""
     count = itertools.count()
-    sys.setprofile(lambda _, event, __: next(count) if event in ("call", "c_call") else None)
+    sys.setprofile(
+        lambda _, event, __: next(count) if event in ("call", "c_call") else None
+    )
     try:
         call()
     finally:
@@ -91,15 +93,26 @@ class Worker:
     """A process that measures a checkout."""
 
     def __init__(self, checkout: Path, folder: Path, data: list[Path]) -> None:
-        settings = {"PYTHONPATH": str(checkout), "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
+        settings = {
+            "PYTHONPATH": str(checkout),
+            "OPENBLAS_NUM_THREADS": "1",
+            "OMP_NUM_THREADS": "1",
+        }
         command = [sys.executable, __file__, "--work", str(folder), *map(str, data)]
         self._process: Any = subprocess.Popen(
-            command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, env=os.environ | settings, cwd=folder
+            command,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+            env=os.environ | settings,
+            cwd=folder,
         )
         first = self._answer()
         self.names: list[str] = first["names"]
         if not Path(first["path"]).resolve().is_relative_to(checkout):
-            sys.exit(f"bench.py: {checkout} has no lcpcli: {first['path']} was imported")
+            sys.exit(
+                f"bench.py: {checkout} has no lcpcli: {first['path']} was imported"
+            )
 
     def ask(self, name: str, repetitions: int) -> Any:
         """Seconds of a call; for 0 repetitions the number of functions called; a text if the case fails."""
@@ -126,14 +139,19 @@ def interval(ratios: list[float]) -> tuple[float, float]:
     return ordered[max(k - 1, 0)], ordered[min(n - k, n - 1)]
 
 
-def pairs(name: str, own: Worker, base: Worker, budget: float) -> Iterator[tuple[float, float]]:
+def pairs(
+    name: str, own: Worker, base: Worker, budget: float
+) -> Iterator[tuple[float, float]]:
     """Times of both checkouts in turn, each first in half of the pairs, until the time is spent."""
     once = max(min(base.ask(name, 1) for _ in range(2)), 1e-6)
     repetitions, start = max(1, round(SAMPLE / once)), time.monotonic()
     for k in range(MOST):
         if k >= LEAST and time.monotonic() - start > budget:
             return
-        times = {worker: worker.ask(name, repetitions) for worker in ((own, base) if k % 2 else (base, own))}
+        times = {
+            worker: worker.ask(name, repetitions)
+            for worker in ((own, base) if k % 2 else (base, own))
+        }
         yield times[own], times[base]
 
 
@@ -148,7 +166,11 @@ def row(name: str, own: Worker, base: Worker, budget: float) -> str:
     """Measure and print a row; return its verdict."""
     counts = [worker.ask(name, 0) for worker in (own, base)]
     if failures := [count for count in counts if isinstance(count, str)]:
-        word = "fails" if isinstance(counts[0], str) and not isinstance(counts[1], str) else "not compared"
+        word = (
+            "fails"
+            if isinstance(counts[0], str) and not isinstance(counts[1], str)
+            else "not compared"
+        )
         print(f"{name:34} {word}: {failures[0]}", flush=True)
         return word
     times = list(pairs(name, own, base, budget))
@@ -163,20 +185,43 @@ def row(name: str, own: Worker, base: Worker, budget: float) -> str:
 
 def main() -> int:
     """Print the rows that are asked for, and how many have each verdict."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("base", type=Path, help="the other checkout")
-    parser.add_argument("--only", nargs="+", metavar="NAME", help="rows whose names begin with one of these")
+    parser.add_argument(
+        "--only",
+        nargs="+",
+        metavar="NAME",
+        help="rows whose names begin with one of these",
+    )
     parser.add_argument("--data", type=Path, help="a folder of MPS files, each a row")
-    parser.add_argument("--budget", type=float, default=6.0, help="seconds for each row (default 6)")
-    parser.add_argument("--list", action="store_true", help="print the names of the rows")
+    parser.add_argument(
+        "--budget", type=float, default=6.0, help="seconds for each row (default 6)"
+    )
+    parser.add_argument(
+        "--list", action="store_true", help="print the names of the rows"
+    )
     arguments = parser.parse_args()
-    data = sorted(path.resolve() for path in arguments.data.glob("*.mps")) if arguments.data else []
+    data = (
+        sorted(path.resolve() for path in arguments.data.glob("*.mps"))
+        if arguments.data
+        else []
+    )
     with tempfile.TemporaryDirectory() as name:
-        own, base = (Worker(path.resolve(), Path(name), data) for path in (HERE, arguments.base))
+        own, base = (
+            Worker(path.resolve(), Path(name), data) for path in (HERE, arguments.base)
+        )
         starts = tuple(arguments.only or ())
-        chosen = [row for row in own.names if (row.startswith(starts) if starts else not row.startswith("on request"))]
+        chosen = [
+            row
+            for row in own.names
+            if (row.startswith(starts) if starts else not row.startswith("on request"))
+        ]
         if not chosen:
-            sys.exit(f"bench.py: no row begins with {' or '.join(starts)}; --list shows them")
+            sys.exit(
+                f"bench.py: no row begins with {' or '.join(starts)}; --list shows them"
+            )
         if arguments.list:
             print("\n".join(own.names))
             return 0

@@ -14,7 +14,11 @@ import lcpcli
 
 Call = Callable[[], Any]
 FOLDER: list[Path] = []  # where the problems are kept that the gallery has made
-PROGRAMS = [(name, n) for name in ("lp", "qp", "portfolio", "lasso", "control", "transport") for n in (20, 60, 200)]
+PROGRAMS = [
+    (name, n)
+    for name in ("lp", "qp", "portfolio", "lasso", "control", "transport")
+    for n in (20, 60, 200)
+]
 PROGRAMS += [("frontier", n) for n in (20, 60)]
 
 
@@ -23,12 +27,25 @@ def made(family: str, n: int, *parameters: str) -> Any:
     path = FOLDER[0] / f"{'-'.join((family, str(n), *parameters))}.npz"
     if not path.exists():
         settings = [part for parameter in parameters for part in ("--set", parameter)]
-        command = [sys.executable, "-m", "lcpcli", "make", family, "-n", str(n), *settings, "-o", str(path)]
+        command = [
+            sys.executable,
+            "-m",
+            "lcpcli",
+            "make",
+            family,
+            "-n",
+            str(n),
+            *settings,
+            "-o",
+            str(path),
+        ]
         subprocess.run(command, check=True)
     return lcpcli.read(path)
 
 
-def calls(call: Callable[..., Any], make: Callable[..., Any], *given: Any, **options: Any) -> Callable[[], Call]:
+def calls(
+    call: Callable[..., Any], make: Callable[..., Any], *given: Any, **options: Any
+) -> Callable[[], Call]:
     """Prepare calls of a function with what another one has made of some arguments."""
 
     def prepare() -> Call:
@@ -38,7 +55,9 @@ def calls(call: Callable[..., Any], make: Callable[..., Any], *given: Any, **opt
     return prepare
 
 
-def of_family(family: str, n: int, *parameters: str, **options: Any) -> Callable[[], Call]:
+def of_family(
+    family: str, n: int, *parameters: str, **options: Any
+) -> Callable[[], Call]:
     return calls(lcpcli.run, made, family, n, *parameters, **options)
 
 
@@ -55,12 +74,17 @@ def columns(number: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def batch() -> list[np.ndarray]:
-    return [np.array(part) for part in zip(*(random_lcp(10, seed) for seed in range(200)), strict=True)]
+    return [
+        np.array(part)
+        for part in zip(*(random_lcp(10, seed) for seed in range(200)), strict=True)
+    ]
 
 
 def sequence(family: str, n: int, *parameters: str) -> tuple[Any, np.ndarray]:
     problem = made(family, n, *parameters)
-    return problem.M, problem.q[:, None] * (1 + 0.01 * np.random.default_rng(2).normal(size=(problem.n, 20)))
+    return problem.M, problem.q[:, None] * (
+        1 + 0.01 * np.random.default_rng(2).normal(size=(problem.n, 20))
+    )
 
 
 def in_turn(given: tuple[Any, np.ndarray]) -> None:
@@ -92,10 +116,15 @@ def rows(folder: Path, data: list[Path]) -> dict[str, Callable[[], Call]]:
         table[f"lcp {n}"] = calls(of_arrays, random_lcp, n)
         table[f"lcp {n} compiled"] = calls(of_arrays, random_lcp, n, compiled=True)
         table[f"lcp {n} loop"] = calls(of_arrays, random_lcp, n, trace=True)
-    table["boxes 10"], table["boxes 10 compiled"] = of_family("boxes", 10), of_family("boxes", 10, compiled=True)
+    table["boxes 10"], table["boxes 10 compiled"] = (
+        of_family("boxes", 10),
+        of_family("boxes", 10, compiled=True),
+    )
     for n in (20, 100):
         table[f"contact {n} at rest"] = of_family("rigid-boxes", n, "kind=tower")
-        table[f"contact {n} at rest compiled"] = of_family("rigid-boxes", n, "kind=tower", compiled=True)
+        table[f"contact {n} at rest compiled"] = of_family(
+            "rigid-boxes", n, "kind=tower", compiled=True
+        )
         table[f"contact {n} moving"] = of_family("contact", n)
         table[f"contact {n} moving compiled"] = of_family("contact", n, compiled=True)
     for name, n in PROGRAMS:
@@ -103,19 +132,27 @@ def rows(folder: Path, data: list[Path]) -> dict[str, Callable[[], Call]]:
     for name in ("lp", "qp", "portfolio", "control", "lasso", "transport"):
         table[f"program {name} 200 compiled"] = of_family(name, 200, compiled=True)
     for path in data:
-        table[f"program {path.stem}"] = calls(lcpcli.run, lcpcli.read, path, compiled=True)
+        table[f"program {path.stem}"] = calls(
+            lcpcli.run, lcpcli.read, path, compiled=True
+        )
     table["obstacle 100 x 100"] = of_family("obstacle", 10_000)
     table["solve_many 200 columns"] = calls(of_many, columns, 200, compiled=False)
     table["solve_many 2000 columns"] = calls(of_many, columns, 2000)
-    table["solve_many batch of 200"] = calls(lambda given: lcpcli.solve_many(*given).z, batch)
+    table["solve_many batch of 200"] = calls(
+        lambda given: lcpcli.solve_many(*given).z, batch
+    )
     table["Solver 50"] = calls(in_turn, sequence, "harker-pang", 50)
     table["Solver contact"] = calls(in_turn, sequence, "rigid-boxes", 30, "kind=tower")
     table["Solver obstacle"] = calls(in_turn, sequence, "obstacle", 400)
     table["start-up"] = command("solve", "paper-example-1", "--format", "json")
     table["start-up of help"] = command("solve", "--help")
     for n in (5, 20):
-        table[f"games {n} x {n}"] = calls(lambda given: lcpcli.run(lcpcli.from_game(*given)), game, n)
-    table["games 6 x 6 all equilibria"] = calls(lambda given: list(lcpcli.solutions(lcpcli.from_game(*given))), game, 6)
+        table[f"games {n} x {n}"] = calls(
+            lambda given: lcpcli.run(lcpcli.from_game(*given)), game, n
+        )
+    table["games 6 x 6 all equilibria"] = calls(
+        lambda given: list(lcpcli.solutions(lcpcli.from_game(*given))), game, 6
+    )
     table["games poker"] = of_family("poker", 30)
     for n in (12, 16, 20):
         table[f"exact {n}"] = calls(lcpcli.exact, plain, "harker-pang", n)

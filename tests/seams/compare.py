@@ -25,10 +25,18 @@ SHOWN = 20  # differences that are printed for each field
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("before")
     parser.add_argument("after")
-    parser.add_argument("--ignore", nargs="*", default=[], metavar="FIELD", help="fields such as route, iterations")
+    parser.add_argument(
+        "--ignore",
+        nargs="*",
+        default=[],
+        metavar="FIELD",
+        help="fields such as route, iterations",
+    )
     arguments = parser.parse_args()
     (header, before), (other, after) = read(arguments.before), read(arguments.after)
     if any(header[name] != other[name] for name in ("population", "seed", "data")):
@@ -36,13 +44,20 @@ def main() -> None:
     made = Remade(header)
     counts: Counter[str] = Counter()
     for key in [key for key in before if key in after]:
-        fields = [field for field in differing(before[key], after[key]) if field not in arguments.ignore]
+        fields = [
+            field
+            for field in differing(before[key], after[key])
+            if field not in arguments.ignore
+        ]
         for field in fields:
             counts[field] += 1
         if fields and counts[fields[0]] <= SHOWN:
             print(made.line(key, before[key], after[key], fields))
     alone = set(before) ^ set(after)
-    differences = ", ".join(f"{field} of {number}" for field, number in sorted(counts.items())) or "nothing"
+    differences = (
+        ", ".join(f"{field} of {number}" for field, number in sorted(counts.items()))
+        or "nothing"
+    )
     print(
         f"{header['population']}: {len(set(before) & set(after))} cases in both, {len(alone)} in one; {differences}",
         "differs",
@@ -52,21 +67,33 @@ def main() -> None:
 
 def read(path: str) -> tuple[dict[str, Any], dict[str, Entry]]:
     """Return the header of a record, and its entries by key."""
-    header, *lines = map(json.loads, Path(path).read_text(encoding="utf-8").splitlines())
+    header, *lines = map(
+        json.loads, Path(path).read_text(encoding="utf-8").splitlines()
+    )
     return header, {entry.pop("key"): entry for entry in lines}
 
 
 def differing(a: Entry, b: Entry) -> list[str]:
-    return [field for field in dict.fromkeys([*a, *b]) if not equal(a.get(field), b.get(field))]
+    return [
+        field
+        for field in dict.fromkeys([*a, *b])
+        if not equal(a.get(field), b.get(field))
+    ]
 
 
 def equal(a: Any, b: Any, largest: float = 0.0) -> bool:
     """Return whether two recorded values are the same up to rounding."""
     if isinstance(a, list) and isinstance(b, list):
         numbers = [abs(v) for v in a if isinstance(v, float)]
-        return len(a) == len(b) and all(equal(v, w, max(numbers, default=0.0)) for v, w in zip(a, b, strict=True))
+        return len(a) == len(b) and all(
+            equal(v, w, max(numbers, default=0.0)) for v, w in zip(a, b, strict=True)
+        )
     if isinstance(a, float) and isinstance(b, float):
-        return a == b or abs(a - b) <= max(CLOSE * max(abs(a), abs(b)), TINY * largest) or (a != a and b != b)
+        return (
+            a == b
+            or abs(a - b) <= max(CLOSE * max(abs(a), abs(b)), TINY * largest)
+            or (a != a and b != b)
+        )
     return bool(a == b)
 
 
@@ -79,11 +106,17 @@ class Remade:
     def line(self, key: str, before: Entry, after: Entry, fields: list[str]) -> str:
         """Return what differs in a case, what each is worth, and how to repeat it."""
         header = self._header
-        lines = [f"{key}: {', '.join(f'{f} {_short(before.get(f))} -> {_short(after.get(f))}' for f in fields)}"]
+        lines = [
+            f"{key}: {', '.join(f'{f} {_short(before.get(f))} -> {_short(after.get(f))}' for f in fields)}"
+        ]
         if {"status", "z", "y"} & {*fields}:
-            lines.append(f"before: {self._worth(key, before)}; after: {self._worth(key, after)}")
+            lines.append(
+                f"before: {self._worth(key, before)}; after: {self._worth(key, after)}"
+            )
         data = f" --data {header['data']}" if header["data"] else ""
-        lines.append(f"python tests/seams/{header['population']}.py --seed {header['seed']}{data} --only {key!r}")
+        lines.append(
+            f"python tests/seams/{header['population']}.py --seed {header['seed']}{data} --only {key!r}"
+        )
         return "\n    ".join(lines)
 
     def _worth(self, key: str, entry: Entry) -> str:
@@ -92,10 +125,16 @@ class Remade:
         if self._cases is None:
             data = [Path(self._header["data"]) if self._header["data"] else None]
             population = self._header["population"]
-            made = import_module(population).cases(self._header["seed"], *(data if population == "verdicts" else []))
+            made = import_module(population).cases(
+                self._header["seed"], *(data if population == "verdicts" else [])
+            )
             self._cases = {case.key: case.make for case in made}
         problem = self._cases[key]()
-        return truth.judge(problem, entry) if hasattr(problem, "M") and "z" in entry else "undecided"
+        return (
+            truth.judge(problem, entry)
+            if hasattr(problem, "M") and "z" in entry
+            else "undecided"
+        )
 
 
 def _short(value: Any) -> str:

@@ -30,7 +30,10 @@ def cases(seed: int) -> list[Case]:
     for n in SIZES:
         for k in range(STEPS):
             kind = ("moving", "rest")[k % 2]
-            found += [Case(f"{kind} {n} {k} {way}", partial(_step, n, kind, seed, k, way)) for way in WAYS]
+            found += [
+                Case(f"{kind} {n} {k} {way}", partial(_step, n, kind, seed, k, way))
+                for way in WAYS
+            ]
     return found
 
 
@@ -44,7 +47,9 @@ def _step(n: int, kind: str, seed: int, k: int, way: str) -> Step:
     like, random = _contacts(n, seed), np.random.default_rng([seed, n, k])
     q = np.array(like.q)
     if kind == "rest":
-        q = np.where(np.abs(q) < np.abs(q).max() / 4, 1e-17 * random.standard_normal(like.n), q)
+        q = np.where(
+            np.abs(q) < np.abs(q).max() / 4, 1e-17 * random.standard_normal(like.n), q
+        )
     return Step(Problem(like.M, q * (1 + 0.05 * random.random())), way)
 
 

@@ -81,9 +81,7 @@ INPUTS = {  # files that the commands read, in the folder in which they run
     "broken.json": '{"M": [[1]',
     "short.json": '{"M": [[1, 0], [0, 1]], "q": [1]}',
 }
-PROBLEMS = (
-    "paper-example-1 bimatrix diode-bridge mixed.json none.json ray.json qp.json lp.json infeasible.json game.json"
-)
+PROBLEMS = "paper-example-1 bimatrix diode-bridge mixed.json none.json ray.json qp.json lp.json infeasible.json game.json"
 METHODS = "auto shi fixed-point newton lemke milp interior"
 COMPARED = "--method newton --method lemke --method fixed-point:omega=2"
 FAMILIES = (
@@ -95,10 +93,16 @@ TOPICS = (
     "changes cite derivatives development formats json many measuring methods mixed nonlinear paper paths programs "
     "proofs python sequences solutions sources speed stability statuses tasks"
 )
-COMMANDS = "solve compare path bench compare-runs check inspect make convert completion help"
+COMMANDS = (
+    "solve compare path bench compare-runs check inspect make convert completion help"
+)
 REFUSED = (
     "solve absent.json",
-    *(f"{command} {name}" for command in ("solve", "inspect") for name in ("ragged.csv", "letters.csv", "broken.json")),
+    *(
+        f"{command} {name}"
+        for command in ("solve", "inspect")
+        for name in ("ragged.csv", "letters.csv", "broken.json")
+    ),
     *(
         "solve short.json",
         "solve paper-example-1 --method none",
@@ -113,7 +117,13 @@ REFUSED = (
         "convert M.csv -o p.xyz",
         "completion csh",
     ),
-    *("bench none", "help zzzz", "solve plain.csv --format xml", "path from.json mixed.json", "compare --sweep none=1"),
+    *(
+        "bench none",
+        "help zzzz",
+        "solve plain.csv --format xml",
+        "path from.json mixed.json",
+        "compare --sweep none=1",
+    ),
 )
 
 
@@ -125,7 +135,13 @@ def commands() -> Iterator[str]:
             yield f"solve {name} {chosen}"
         for options in ("--exact", "--bound", "--all", "--every 1 --method newton"):
             yield f"solve from.json {options} {chosen}"
-        for problem in ("many.json --all", "bimatrix --all", "none.json --exact", "mixed.json --exact", "M.csv Q.csv"):
+        for problem in (
+            "many.json --all",
+            "bimatrix --all",
+            "none.json --exact",
+            "mixed.json --exact",
+            "M.csv Q.csv",
+        ):
             yield f"solve {problem} {chosen}"
         yield f"solve lines.jsonl {chosen}"
         yield f"compare from.json mixed.json {COMPARED} {chosen}"
@@ -143,11 +159,23 @@ def commands() -> Iterator[str]:
         yield f"make {family} -n 6"
     for suffix in ("json", "csv", "mtx", "npz", "npy", "mat"):
         yield f"convert from.json -o written.{suffix}"
-    for name, suffix in (("qp.json", "mps"), ("lp.json", "mps"), ("mixed.json", "csv"), ("game.json", "json")):
+    for name, suffix in (
+        ("qp.json", "mps"),
+        ("lp.json", "mps"),
+        ("mixed.json", "csv"),
+        ("game.json", "json"),
+    ):
         yield f"convert {name} -o written.{suffix}"
     for suffix in ("txt", "json", "csv", "md", "tex", "html"):
         yield f"solve mixed.json -o written.{suffix}"
-    yield from ("make --from-qp qp.json", "make --from-game game.json", "make --list", "--version", "--help", "help")
+    yield from (
+        "make --from-qp qp.json",
+        "make --from-game game.json",
+        "make --list",
+        "--version",
+        "--help",
+        "help",
+    )
     yield from (f"completion {shell}" for shell in ("bash", "zsh", "fish"))
     yield from (f"help {topic}" for topic in TOPICS.split())
     yield from (f"{command} --help" for command in COMMANDS.split())
@@ -159,7 +187,10 @@ def masked(text: str, folder: str) -> str:
     text = text.replace(folder, "FOLDER").replace(str(HERE), "CHECKOUT")
     for pattern, replacement in MASKS:
         text = re.sub(pattern, replacement, text)
-    return "\n".join(line.rstrip() for line in re.sub(r"(TIME)[ \t]+|[ \t]+(?=TIME)", r" \1", text).split("\n"))
+    return "\n".join(
+        line.rstrip()
+        for line in re.sub(r"(TIME)[ \t]+|[ \t]+(?=TIME)", r" \1", text).split("\n")
+    )
 
 
 def output(command: str) -> str:
@@ -171,11 +202,25 @@ def output(command: str) -> str:
         words = [sys.executable, "-c", BOOT, *shlex.split(command)]
         environment = os.environ | SETTINGS | {"PYTHONPATH": os.path.abspath(path)}
         run = subprocess.run(
-            words, cwd=folder, capture_output=True, env=environment, stdin=subprocess.DEVNULL, timeout=300
+            words,
+            cwd=folder,
+            capture_output=True,
+            env=environment,
+            stdin=subprocess.DEVNULL,
+            timeout=300,
         )
         parts = [f"$ lcp {command}", f"exit code {run.returncode}"]
-        parts += ["-- standard output", run.stdout.decode(), "-- standard error", run.stderr.decode()]
-        for written in sorted(path for path in Path(folder).rglob("*") if path.is_file() and path.name not in INPUTS):
+        parts += [
+            "-- standard output",
+            run.stdout.decode(),
+            "-- standard error",
+            run.stderr.decode(),
+        ]
+        for written in sorted(
+            path
+            for path in Path(folder).rglob("*")
+            if path.is_file() and path.name not in INPUTS
+        ):
             content = written.read_bytes()
             parts.append(f"-- {written.relative_to(folder)}")
             is_text = written.suffix not in (".npz", ".npy", ".mat")
@@ -203,7 +248,11 @@ def compare(old: Path, new: Path) -> int:
         if texts[0] != texts[1]:
             different += 1
             lines = list(difflib.unified_diff(*texts, n=0, lineterm=""))[2:]
-            print(texts[0][0], *(f"    {line[:160]}" for line in lines[:DIFFERENT_LINES]), sep="\n")
+            print(
+                texts[0][0],
+                *(f"    {line[:160]}" for line in lines[:DIFFERENT_LINES]),
+                sep="\n",
+            )
             if len(lines) > DIFFERENT_LINES:
                 print(f"    and {len(lines) - DIFFERENT_LINES} more lines")
     print(f"{len(names[0] | names[1])} commands, {different} differ")
@@ -212,17 +261,42 @@ def compare(old: Path, new: Path) -> int:
 
 def main() -> int:
     """Run the commands, or compare two folders."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("-o", "--output", type=Path, metavar="FOLDER", help="write the outputs to this folder")
-    parser.add_argument("--compare", nargs=2, type=Path, metavar=("OLD", "NEW"), help="compare two folders")
-    parser.add_argument("--only", nargs="+", metavar="NAME", help="commands that begin with one of these")
-    parser.add_argument("--jobs", type=int, default=2, help="commands that run at once (default 2)")
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument(
+        "-o",
+        "--output",
+        type=Path,
+        metavar="FOLDER",
+        help="write the outputs to this folder",
+    )
+    parser.add_argument(
+        "--compare",
+        nargs=2,
+        type=Path,
+        metavar=("OLD", "NEW"),
+        help="compare two folders",
+    )
+    parser.add_argument(
+        "--only",
+        nargs="+",
+        metavar="NAME",
+        help="commands that begin with one of these",
+    )
+    parser.add_argument(
+        "--jobs", type=int, default=2, help="commands that run at once (default 2)"
+    )
     arguments = parser.parse_args()
     if arguments.compare:
         return compare(*arguments.compare)
     if not arguments.output:
         parser.error("either -o or --compare is required")
-    chosen = [each for each in dict.fromkeys(commands()) if each.startswith(tuple(arguments.only or [""]))]
+    chosen = [
+        each
+        for each in dict.fromkeys(commands())
+        if each.startswith(tuple(arguments.only or [""]))
+    ]
     arguments.output.mkdir(parents=True, exist_ok=True)
     with ThreadPoolExecutor(arguments.jobs) as pool:
         for command, text in zip(chosen, pool.map(output, chosen), strict=True):

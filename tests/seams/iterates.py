@@ -27,7 +27,17 @@ CALLS: dict[str, tuple[str, dict[str, Any]]] = {
     "shi finished": ("shi", {"finish": True}),
 }
 FAMILIES = (
-    *("harker-pang", "tridiagonal", "obstacle", "contact", "murty", "kostreva", "degenerate", "ill-scaled", "boxes"),
+    *(
+        "harker-pang",
+        "tridiagonal",
+        "obstacle",
+        "contact",
+        "murty",
+        "kostreva",
+        "degenerate",
+        "ill-scaled",
+        "boxes",
+    ),
 )
 RANDOM = 150  # random problems
 TIED = 20  # problems in small integers with q = -e, in which many rows block at once
@@ -35,10 +45,21 @@ TIED = 20  # problems in small integers with q = -e, in which many rows block at
 
 def cases(seed: int) -> list[Case]:
     """Return each call with each problem."""
-    problems: dict[str, Any] = {f"{f} {n}": partial(populations.gallery, f, n, seed) for f in FAMILIES for n in (5, 20)}
-    problems |= {f"random {k}": partial(exact.random_problem, 1000 * seed + k, 12) for k in range(RANDOM)}
+    problems: dict[str, Any] = {
+        f"{f} {n}": partial(populations.gallery, f, n, seed)
+        for f in FAMILIES
+        for n in (5, 20)
+    }
+    problems |= {
+        f"random {k}": partial(exact.random_problem, 1000 * seed + k, 12)
+        for k in range(RANDOM)
+    }
     problems |= {f"tied {k}": partial(_tied, 1000 * seed + k) for k in range(TIED)}
-    return [Case(f"{call}: {name}", make) for name, make in problems.items() for call in CALLS]
+    return [
+        Case(f"{call}: {name}", make)
+        for name, make in problems.items()
+        for call in CALLS
+    ]
 
 
 def _tied(seed: int) -> Problem:
@@ -52,7 +73,14 @@ def outcome(case: Case, problem: Problem) -> Entry:
     method, options = CALLS[case.key.split(": ")[0]]
     if "z0" in options:
         options = {"z0": [options["z0"]] * problem.n}
-    result = run(problem, method, trace=True, max_iterations=STEPS, time_limit=GENEROUS_SECONDS, **options)
+    result = run(
+        problem,
+        method,
+        trace=True,
+        max_iterations=STEPS,
+        time_limit=GENEROUS_SECONDS,
+        **options,
+    )
     rows = result.trace.rows
     return {
         "status": result.status.word,

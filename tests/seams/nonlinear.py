@@ -40,13 +40,22 @@ def cases(seed: int) -> list[Case]:
     found = []
     for k in range(NUMBER):
         terms, jacobian = kinds[k % len(kinds)]
-        found.append(Case(f"{terms} {jacobian} {k}", partial(_model, terms, jacobian, 1000 * seed + k)))
+        found.append(
+            Case(
+                f"{terms} {jacobian} {k}",
+                partial(_model, terms, jacobian, 1000 * seed + k),
+            )
+        )
     return found
 
 
 def _model(terms: str, jacobian: str, seed: int) -> Model:
     random = np.random.default_rng(seed)
-    n, unit, has_root = int(random.integers(1, 8)), 10.0 ** random.integers(-9, 10), terms != "none"
+    n, unit, has_root = (
+        int(random.integers(1, 8)),
+        10.0 ** random.integers(-9, 10),
+        terms != "none",
+    )
     N, slopes = TERMS[terms]
     A = random.standard_normal((n, n)) / n**0.5
     M = A @ A.T + A - A.T + 0.1 * np.eye(n) if has_root else np.zeros((n, n))
@@ -54,18 +63,31 @@ def _model(terms: str, jacobian: str, seed: int) -> Model:
     w = np.where(z > 0, 0.0, random.random(n))
     c = w - M @ z - N(z) if has_root else np.zeros(n)
     factor = 10.0 ** random.integers(3, 13) if jacobian == "wrong" else 1.0
-    J = None if jacobian == "missing" else lambda z: factor * unit * (M + np.diag(slopes(z)))
+    J = (
+        None
+        if jacobian == "missing"
+        else lambda z: factor * unit * (M + np.diag(slopes(z)))
+    )
     lower = np.zeros(n) if has_root else np.full(n, -np.inf)
     return Model(lambda z: unit * (M @ z + N(z) + c), J, lower, random.random(n), unit)
 
 
 def outcome(_: Case, model: Model) -> Entry:
     """Return what is compared; a solution is false if F at z violates a sign by far more than the tolerance."""
-    result = solve_mcp(model.F, model.J, lower=model.lower, x0=model.start, time_limit=GENEROUS_SECONDS)
-    entry: Entry = {"status": result.status.word, "z": [float(value) for value in result.z]}
+    result = solve_mcp(
+        model.F, model.J, lower=model.lower, x0=model.start, time_limit=GENEROUS_SECONDS
+    )
+    entry: Entry = {
+        "status": result.status.word,
+        "z": [float(value) for value in result.z],
+    }
     entry |= {"iterations": result.iterations, "evaluations": result.evaluations}
     w = model.F(result.z) / model.unit
-    residual = float(np.abs(np.where(np.isinf(model.lower), w, np.minimum(result.z - model.lower, w))).max())
+    residual = float(
+        np.abs(
+            np.where(np.isinf(model.lower), w, np.minimum(result.z - model.lower, w))
+        ).max()
+    )
     if result.solved and not residual <= NOT_SOLVED:
         entry["false"] = f"the natural residual is {residual:.1e} in the units of F"
     return entry

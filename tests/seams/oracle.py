@@ -26,7 +26,10 @@ PROVED = 10  # one case in so many is also solved by lcpcli.exact
 def cases(seed: int) -> list[Case]:
     """Return all cases, the kinds in turn."""
     return [
-        Case(f"{kind} {k}", lambda make=make, k=k: make(np.random.default_rng([seed, k]), k))
+        Case(
+            f"{kind} {k}",
+            lambda make=make, k=k: make(np.random.default_rng([seed, k]), k),
+        )
         for k in range(EACH)
         for kind, make in KINDS.items()
     ]
@@ -34,41 +37,64 @@ def cases(seed: int) -> list[Case]:
 
 def lcp(random: np.random.Generator, k: int) -> Problem:
     """An LCP of one of ten classes."""
-    return exact.random_problem(int(random.integers(1 << 30)), 6 if k % 4 == 0 else 4, list(exact.CLASSES)[k % 10])
+    return exact.random_problem(
+        int(random.integers(1 << 30)),
+        6 if k % 4 == 0 else 4,
+        list(exact.CLASSES)[k % 10],
+    )
 
 
 def extreme(random: np.random.Generator, k: int) -> Problem:
     """The same in units over many powers of ten, which are rounded, or of two, with an uneven q or not."""
     return populations.in_uneven_units(
-        lcp(random, k), random, decades=int(random.integers(1, 17)), base=2 + 8 * (k % 2)
+        lcp(random, k),
+        random,
+        decades=int(random.integers(1, 17)),
+        base=2 + 8 * (k % 2),
     )
 
 
 def mixed(random: np.random.Generator, k: int) -> Problem:
     """A problem with bounds of all kinds, in even or uneven units."""
-    problem = populations.mixed(random, int(random.integers(1, 5)), list(exact.CLASSES)[k % 10])
+    problem = populations.mixed(
+        random, int(random.integers(1, 5)), list(exact.CLASSES)[k % 10]
+    )
     if k % 3 == 0:
         return problem
-    return populations.in_uneven_units(problem, random, decades=int(random.integers(1, 17)), base=2 + 8 * (k % 2))
+    return populations.in_uneven_units(
+        problem, random, decades=int(random.integers(1, 17)), base=2 + 8 * (k % 2)
+    )
 
 
 def program(random: np.random.Generator, k: int) -> Problem:
     """A linear or quadratic program with inequalities or equations, in units over many powers."""
-    problem = populations.program(random, int(random.integers(1, 4)), int(random.integers(1, 3)), k % 2 == 0)
-    return populations.in_uneven_units(problem, random, decades=int(random.integers(0, 17)), base=2 + 8 * (k // 2 % 2))
+    problem = populations.program(
+        random, int(random.integers(1, 4)), int(random.integers(1, 3)), k % 2 == 0
+    )
+    return populations.in_uneven_units(
+        problem, random, decades=int(random.integers(0, 17)), base=2 + 8 * (k // 2 % 2)
+    )
 
 
 def run_off(random: np.random.Generator, k: int) -> Problem:
     """A program whose rows contradict each other by 1e-3 to 1e-15, agree, or leave as little room."""
-    problem = populations.opposed_rows(random, (-1, 1, 0)[k % 3] * 10.0 ** -int(random.integers(3, 16)))
+    problem = populations.opposed_rows(
+        random, (-1, 1, 0)[k % 3] * 10.0 ** -int(random.integers(3, 16))
+    )
     return (
-        populations.in_uneven_units(problem, random, decades=int(random.integers(0, 9)), base=2) if k % 2 else problem
+        populations.in_uneven_units(
+            problem, random, decades=int(random.integers(0, 9)), base=2
+        )
+        if k % 2
+        else problem
     )
 
 
 def planted(random: np.random.Generator, k: int) -> Problem:
     """A larger problem with a known solution, in units of powers of two."""
-    return populations.planted(random, int(random.integers(7, 41)), list(exact.CLASSES)[k % 10])
+    return populations.planted(
+        random, int(random.integers(7, 41)), list(exact.CLASSES)[k % 10]
+    )
 
 
 KINDS: dict[str, Callable[[np.random.Generator, int], Problem]] = {
@@ -103,8 +129,14 @@ def _fault_of_proof(problem: Problem, entry: Entry) -> str:
     if proved.status is None:
         return ""
     if proved.z is not None:
-        return "" if exact.solves(problem, [Fraction(str(v)) for v in proved.z]) else "exact z is no solution"
-    if proved.y is not None and not exact.refutes(problem, [Fraction(str(v)) for v in proved.y]):
+        return (
+            ""
+            if exact.solves(problem, [Fraction(str(v)) for v in proved.z])
+            else "exact z is no solution"
+        )
+    if proved.y is not None and not exact.refutes(
+        problem, [Fraction(str(v)) for v in proved.y]
+    ):
         return "exact y is no proof"
     return "" if entry["truth"] == "none" else "exact: there is a solution"
 

@@ -13,24 +13,76 @@ from record import exact
 from lcpcli import Problem, read
 
 RANDOM_FAMILIES = (
-    *("harker-pang", "ill-scaled", "tridiagonal", "dominant", "contact", "rigid-boxes", "bimatrix", "poker", "relays"),
-    *("spatial-prices", "boxes", "lp", "qp", "portfolio", "frontier", "lasso", "control", "transport", "near-singular"),
-    *("degenerate", "near-degenerate", "infeasible", "unsolvable", "planted", "gaussian", "indefinite", "ray"),
+    *(
+        "harker-pang",
+        "ill-scaled",
+        "tridiagonal",
+        "dominant",
+        "contact",
+        "rigid-boxes",
+        "bimatrix",
+        "poker",
+        "relays",
+    ),
+    *(
+        "spatial-prices",
+        "boxes",
+        "lp",
+        "qp",
+        "portfolio",
+        "frontier",
+        "lasso",
+        "control",
+        "transport",
+        "near-singular",
+    ),
+    *(
+        "degenerate",
+        "near-degenerate",
+        "infeasible",
+        "unsolvable",
+        "planted",
+        "gaussian",
+        "indefinite",
+        "ray",
+    ),
 )
 FIXED_FAMILIES = (  # without random numbers
-    *("obstacle", "two-obstacles", "torsion", "journal-bearing", "american-put", "bargaining", "circuit", "murty"),
-    *("all-cones", "fathi", "ben-gharbia-gilbert", "kostreva", "growth", "hilbert", "diagonal"),
+    *(
+        "obstacle",
+        "two-obstacles",
+        "torsion",
+        "journal-bearing",
+        "american-put",
+        "bargaining",
+        "circuit",
+        "murty",
+    ),
+    *(
+        "all-cones",
+        "fathi",
+        "ben-gharbia-gilbert",
+        "kostreva",
+        "growth",
+        "hilbert",
+        "diagonal",
+    ),
 )
 FAMILIES = RANDOM_FAMILIES + FIXED_FAMILIES
 # Steps of the numbers in 1, so that products with small integers are not rounded.
 GRID = 4096
 
 
-def in_uneven_units(problem: Problem, random: Generator, decades: int, base: int) -> Problem:
+def in_uneven_units(
+    problem: Problem, random: Generator, decades: int, base: int
+) -> Problem:
     """Return the problem with rows and columns in units of up to 10^+-decades/2, of powers of two (then it is exactly
     as solvable) or of ten, which are rounded."""
     steps = decades / 2 if base == 10 else decades * 1.66
-    R, C = (float(base) ** np.rint(random.uniform(-steps, steps, size=problem.n)) for _ in range(2))
+    R, C = (
+        float(base) ** np.rint(random.uniform(-steps, steps, size=problem.n))
+        for _ in range(2)
+    )
     bounds = {"lower": problem.lower / C, "upper": problem.upper / C}
     return Problem(R[:, None] * problem.M * C, R * problem.q, **bounds)
 
@@ -39,14 +91,18 @@ def bounds_of_all_kinds(random: Generator, n: int) -> tuple[np.ndarray, np.ndarr
     """Return bounds of which any may be missing or equal."""
     lower = random.integers(-3, 3, size=n).astype(float)
     upper = lower + random.integers(0, 4, size=n)
-    return np.where(random.random(n) < 0.3, -np.inf, lower), np.where(random.random(n) < 0.4, np.inf, upper)
+    return np.where(random.random(n) < 0.3, -np.inf, lower), np.where(
+        random.random(n) < 0.4, np.inf, upper
+    )
 
 
 def mixed(random: Generator, n: int, kind: str) -> Problem:
     """Return a problem of a class of matrices with bounds of all kinds."""
     M = np.rint(GRID * exact.CLASSES[kind](random, n)) / GRID
     lower, upper = bounds_of_all_kinds(random, n)
-    return Problem(M, np.rint(GRID * 2 * random.normal(size=n)) / GRID, lower=lower, upper=upper)
+    return Problem(
+        M, np.rint(GRID * 2 * random.normal(size=n)) / GRID, lower=lower, upper=upper
+    )
 
 
 def program(random: Generator, k: int, m: int, is_linear: bool) -> Problem:
@@ -63,7 +119,11 @@ def program(random: Generator, k: int, m: int, is_linear: bool) -> Problem:
         b += random.integers(-2, 3, size=m)
         c += random.integers(-2, 3, size=k)
     M = np.block([[P, -A.T], [A, np.zeros((m, m))]])
-    return Problem(M, np.concatenate([c, -b]), lower=np.where(np.r_[np.zeros(k, bool), equal], -np.inf, 0.0))
+    return Problem(
+        M,
+        np.concatenate([c, -b]),
+        lower=np.where(np.r_[np.zeros(k, bool), equal], -np.inf, 0.0),
+    )
 
 
 def opposed_rows(random: Generator, room: float) -> Problem:
@@ -85,20 +145,45 @@ def planted(random: Generator, n: int, kind: str) -> Problem:
     """Return a problem of a class of matrices, with or without bounds, that has a solution in small integers, in units
     of powers of two."""
     M = np.rint(16 * exact.CLASSES[kind](random, n)) / 16
-    lower, upper = bounds_of_all_kinds(random, n) if random.random() < 0.5 else (np.zeros(n), np.full(n, np.inf))
+    lower, upper = (
+        bounds_of_all_kinds(random, n)
+        if random.random() < 0.5
+        else (np.zeros(n), np.full(n, np.inf))
+    )
     z = np.clip(random.integers(0, 4, size=n) * (random.random(n) < 0.5), lower, upper)
     w = random.integers(0, 4, size=n).astype(float)
     free = random.integers(-3, 4, size=n)
-    w = np.where(lower == upper, free, np.where(z == lower, w, np.where(z == upper, -w, 0.0)))
-    R, C = (np.exp2(random.integers(-26, 27, size=n) * (random.random() < 0.5)) for _ in range(2))
-    return Problem(R[:, None] * M * C, R * (w - M @ z), lower=lower / C, upper=upper / C, solutions=[z / C])
+    w = np.where(
+        lower == upper, free, np.where(z == lower, w, np.where(z == upper, -w, 0.0))
+    )
+    R, C = (
+        np.exp2(random.integers(-26, 27, size=n) * (random.random() < 0.5))
+        for _ in range(2)
+    )
+    return Problem(
+        R[:, None] * M * C,
+        R * (w - M @ z),
+        lower=lower / C,
+        upper=upper / C,
+        solutions=[z / C],
+    )
 
 
 def gallery(family: str, n: int, seed: int) -> Problem:
     """Return a problem of the gallery, by the command `lcp make`, which stays where it is when modules move."""
     with TemporaryDirectory() as folder:
         file = f"{folder}/problem.npz"
-        command = [sys.executable, "-m", "lcpcli", "make", family, "-n", str(n), "-o", file]
+        command = [
+            sys.executable,
+            "-m",
+            "lcpcli",
+            "make",
+            family,
+            "-n",
+            str(n),
+            "-o",
+            file,
+        ]
         seeded = ["--seed", str(seed)] if family in RANDOM_FAMILIES else []
         subprocess.run([*command, *seeded], check=True, capture_output=True)
         return read(file)

@@ -40,7 +40,11 @@ class Case(NamedTuple):
     make: Callable[[], Any]
 
 
-def main(cases: Callable[..., Sequence[Case]], outcome: Callable[[Case, Any], Entry], takes_data: bool = False) -> None:
+def main(
+    cases: Callable[..., Sequence[Case]],
+    outcome: Callable[[Case, Any], Entry],
+    takes_data: bool = False,
+) -> None:
     """Run the population's cases as the arguments say, write the record, and report what is false on standard error.
 
     cases : returns the cases for a seed and, if `takes_data`, a folder of problem files or None.
@@ -48,13 +52,17 @@ def main(cases: Callable[..., Sequence[Case]], outcome: Callable[[Case, Any], En
         checkout does; the exit code is then 1.
     """
     arguments = _arguments(takes_data)
-    chosen = cases(arguments.seed, arguments.data) if takes_data else cases(arguments.seed)
+    chosen = (
+        cases(arguments.seed, arguments.data) if takes_data else cases(arguments.seed)
+    )
     if arguments.only is not None:
         chosen = [case for case in chosen if case.key == arguments.only]
         for case in chosen:
             print(described(case.make()))
     elif arguments.sample is not None and arguments.sample < len(chosen):
-        picked = np.random.default_rng(0).choice(len(chosen), arguments.sample, replace=False)
+        picked = np.random.default_rng(0).choice(
+            len(chosen), arguments.sample, replace=False
+        )
         chosen = [chosen[k] for k in sorted(picked)]
     import lcpcli
 
@@ -66,22 +74,44 @@ def main(cases: Callable[..., Sequence[Case]], outcome: Callable[[Case, Any], En
         "version": lcpcli.__version__,
     }
     began, entries = time.process_time(), []
-    with open(arguments.output, "w", encoding="utf-8") if arguments.output else sys.stdout as out:
+    with (
+        open(arguments.output, "w", encoding="utf-8")
+        if arguments.output
+        else sys.stdout as out
+    ):
         print(json.dumps(header), file=out)
         for case in chosen:
             entries.append({"key": case.key, **_outcome(case, outcome)})
             print(json.dumps(entries[-1]), file=out, flush=True)
-    raise SystemExit(_report(header["population"], entries, time.process_time() - began))
+    raise SystemExit(
+        _report(header["population"], entries, time.process_time() - began)
+    )
 
 
 def _arguments(takes_data: bool) -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=sys.modules["__main__"].__doc__)
-    parser.add_argument("-o", "--output", help="the file of the record; by default standard output")
-    parser.add_argument("--seed", type=int, default=0, help="of the random numbers; 0 by default")
-    parser.add_argument("--sample", type=int, metavar="K", help="run only K cases, spread over the population")
-    parser.add_argument("--only", metavar="KEY", help="run one case, and print its data")
+    parser.add_argument(
+        "-o", "--output", help="the file of the record; by default standard output"
+    )
+    parser.add_argument(
+        "--seed", type=int, default=0, help="of the random numbers; 0 by default"
+    )
+    parser.add_argument(
+        "--sample",
+        type=int,
+        metavar="K",
+        help="run only K cases, spread over the population",
+    )
+    parser.add_argument(
+        "--only", metavar="KEY", help="run one case, and print its data"
+    )
     if takes_data:
-        parser.add_argument("--data", type=Path, metavar="DIR", help="also run the problem files in this folder")
+        parser.add_argument(
+            "--data",
+            type=Path,
+            metavar="DIR",
+            help="also run the problem files in this folder",
+        )
     return parser.parse_args()
 
 
@@ -97,21 +127,36 @@ def _outcome(case: Case, outcome: Callable[[Case, Any], Entry]) -> Entry:
 def _report(population: str, entries: Sequence[Entry], seconds: float) -> int:
     false = [entry for entry in entries if entry.get("false")]
     for entry in false:
-        print(f"FALSE {entry['key']}: {entry['status']}; {entry['false']}", file=sys.stderr)
-    counts = Counter((entry["key"].split()[0], entry.get("truth") or "", entry["status"]) for entry in entries)
+        print(
+            f"FALSE {entry['key']}: {entry['status']}; {entry['false']}",
+            file=sys.stderr,
+        )
+    counts = Counter(
+        (entry["key"].split()[0], entry.get("truth") or "", entry["status"])
+        for entry in entries
+    )
     for (kind, truth, status), number in sorted(counts.items()):
         print(f"{kind:16}{truth:16}{status[:60]:16}{number:8}", file=sys.stderr)
-    print(f"{population}: {len(entries)} cases, {len(false)} false, {seconds:.0f} s of processor time", file=sys.stderr)
+    print(
+        f"{population}: {len(entries)} cases, {len(false)} false, {seconds:.0f} s of processor time",
+        file=sys.stderr,
+    )
     return 1 if false else 0
 
 
 def of_result(result: Any) -> Entry:
     """Return what is compared of a Result: status, z, the methods that took part, and a proof."""
-    entry: Entry = {"status": result.status.word, "route": "+".join(result.route), "iterations": result.iterations}
+    entry: Entry = {
+        "status": result.status.word,
+        "route": "+".join(result.route),
+        "iterations": result.iterations,
+    }
     entry["z"] = [float(value) for value in result.z]
     certificate = result.certificate
     if certificate is not None:
-        entry["proof"] = certificate.kind + (" up to rounding" * ("rounding" in certificate.statement))
+        entry["proof"] = certificate.kind + (
+            " up to rounding" * ("rounding" in certificate.statement)
+        )
         if certificate.exact is not None:
             entry["y"] = [str(value) for value in certificate.exact]
         elif certificate.vector is not None and certificate.kind == "farkas":
@@ -132,5 +177,7 @@ def described(made: Any) -> str:
     if not hasattr(made, "M"):
         return str(made)
     M = made.M if isinstance(made.M, np.ndarray) else made.M.toarray()
-    bounds = [np.broadcast_to(bound, made.n).tolist() for bound in (made.lower, made.upper)]
+    bounds = [
+        np.broadcast_to(bound, made.n).tolist() for bound in (made.lower, made.upper)
+    ]
     return f"M = {M.tolist()}\nq = {made.q.tolist()}\nlower, upper = {bounds}"

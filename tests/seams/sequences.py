@@ -12,7 +12,16 @@ from record import Case, Entry, hash_of, main
 from lcpcli import Problem, Solver, run
 
 STEPS, SEQUENCES = 12, 40
-FAMILIES = ("american-put", "tridiagonal", "obstacle", "boxes", "spatial-prices", "rigid-boxes", "lp", "qp")
+FAMILIES = (
+    "american-put",
+    "tridiagonal",
+    "obstacle",
+    "boxes",
+    "spatial-prices",
+    "rigid-boxes",
+    "lp",
+    "qp",
+)
 
 
 class Sequence(NamedTuple):
@@ -32,8 +41,13 @@ def cases(seed: int) -> list[Case]:
 
 
 def _sequence(family: str, n: int, seed: int, k: int) -> Sequence:
-    like, random = populations.gallery(family, n, seed), np.random.default_rng([seed, k])
-    steps = np.cumsum(random.standard_normal((STEPS, like.n)), axis=0) * 10.0 ** -(1 + k % 4)
+    like, random = (
+        populations.gallery(family, n, seed),
+        np.random.default_rng([seed, k]),
+    )
+    steps = np.cumsum(random.standard_normal((STEPS, like.n)), axis=0) * 10.0 ** -(
+        1 + k % 4
+    )
     return Sequence(like, like.q * (1 + steps))
 
 
@@ -44,9 +58,19 @@ def outcome(_: Case, sequence: Sequence) -> Entry:
     results = [solver.solve(q) for q in Q]
     alone = [run(Problem(like.M, q, lower=like.lower, upper=like.upper)) for q in Q]
     words = [result.status.word for result in results]
-    entry: Entry = {"status": "+".join(sorted(set(words))), "words": words, "steps": [r.iterations for r in results]}
-    entry["states"] = hash_of(*([len(word) for word in result.basis] for result in results))
-    different = [k for k, (a, b) in enumerate(zip(results, alone, strict=True)) if a.solved != b.solved]
+    entry: Entry = {
+        "status": "+".join(sorted(set(words))),
+        "words": words,
+        "steps": [r.iterations for r in results],
+    }
+    entry["states"] = hash_of(
+        *([len(word) for word in result.basis] for result in results)
+    )
+    different = [
+        k
+        for k, (a, b) in enumerate(zip(results, alone, strict=True))
+        if a.solved != b.solved
+    ]
     if different:
         entry["false"] = f"steps {different} end otherwise than alone"
     return entry

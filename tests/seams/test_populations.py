@@ -10,7 +10,15 @@ from pathlib import Path
 import pytest
 
 HERE = Path(__file__).parent
-POPULATIONS = ("oracle", "verdicts", "iterates", "nonlinear", "games", "contact", "sequences")
+POPULATIONS = (
+    "oracle",
+    "verdicts",
+    "iterates",
+    "nonlinear",
+    "games",
+    "contact",
+    "sequences",
+)
 SAMPLE = "40"
 
 
@@ -21,7 +29,9 @@ def script(name: str, *arguments: str) -> subprocess.CompletedProcess[str]:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("population", POPULATIONS)
-def test_a_sample_run_twice_differs_in_nothing_and_is_never_false(population: str, tmp_path: Path) -> None:
+def test_a_sample_run_twice_differs_in_nothing_and_is_never_false(
+    population: str, tmp_path: Path
+) -> None:
     records = [str(tmp_path / name) for name in ("before", "after")]
     for record in records:
         done = script(population, "--sample", SAMPLE, "-o", record)

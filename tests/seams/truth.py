@@ -23,10 +23,18 @@ NO_SOLUTION = ("infeasible", "unsolvable")
 
 def passes(problem: Any, z: Sequence[float]) -> bool:
     """Return whether z as it is, put on the bounds, or freed from noise, passes."""
-    given, (lower, upper), own = np.asarray(z, dtype=float), bounds(problem), Units.of(problem)
+    given, (lower, upper), own = (
+        np.asarray(z, dtype=float),
+        bounds(problem),
+        Units.of(problem),
+    )
     if not np.isfinite(given).all() or (given < lower).any() or (given > upper).any():
         return False
-    R, C, reference = 2.0**own.rows, 2.0**own.columns, np.clip(np.zeros(problem.n), lower, upper)
+    R, C, reference = (
+        2.0**own.rows,
+        2.0**own.columns,
+        np.clip(np.zeros(problem.n), lower, upper),
+    )
     far = np.abs(given - reference) / C
     largest = np.zeros(2 * problem.n + 1)
     np.maximum.at(largest, own.column_part, far)
@@ -38,7 +46,10 @@ def passes(problem: Any, z: Sequence[float]) -> bool:
         return np.where((upper - z) / C < -w, upper, z)
 
     points = given, on_bounds(given), on_bounds(clean)
-    return any(exact_measure.relative_residual(problem, point, own, reference) <= TOL for point in points)
+    return any(
+        exact_measure.relative_residual(problem, point, own, reference) <= TOL
+        for point in points
+    )
 
 
 class Units(NamedTuple):
@@ -62,13 +73,16 @@ class Units(NamedTuple):
         if m:
             places = np.r_[np.arange(m), np.arange(m)], np.r_[i, n + j]
             A = sparse.coo_array((np.ones(2 * m), places), shape=(m, 2 * n)).tocsr()
-            x = linalg.lsqr(A, -np.log2(np.abs(values)), atol=1e-13, btol=1e-13, iter_lim=20 * n)[0]
+            x = linalg.lsqr(
+                A, -np.log2(np.abs(values)), atol=1e-13, btol=1e-13, iter_lim=20 * n
+            )[0]
         return cls(x[:n], x[n:], part[:n], part[n:])
 
 
 def bounds(problem: Any) -> tuple[np.ndarray, np.ndarray]:
     lower, upper = (
-        np.array(np.broadcast_to(bound, problem.n), dtype=float) for bound in (problem.lower, problem.upper)
+        np.array(np.broadcast_to(bound, problem.n), dtype=float)
+        for bound in (problem.lower, problem.upper)
     )
     return lower, upper
 
@@ -85,12 +99,17 @@ def judge(problem: Any, entry: dict[str, Any]) -> str:
     if status == "solved":
         if near_solution(problem, entry["z"]):
             return "right"
-        if problem.n <= 500 and any(passes(problem, z) for z in (entry["z"], without_noise(entry["z"]))):
+        if problem.n <= 500 and any(
+            passes(problem, z) for z in (entry["z"], without_noise(entry["z"]))
+        ):
             return "right"
         return "false: z violates the conditions" if problem.n <= 500 else "undecided"
     if status not in NO_SOLUTION:
         return "refused"
-    known = any(exact.solves(problem, [Fraction(v) for v in z.tolist()]) for z in problem.solutions)
+    known = any(
+        exact.solves(problem, [Fraction(v) for v in z.tolist()])
+        for z in problem.solutions
+    )
     if known or (has_few_states(problem) and exact.solution(problem) is not None):
         return "false: there is a solution"
     if "y" in entry and "rounding" not in entry["proof"]:
@@ -104,7 +123,9 @@ def has_few_states(problem: Any) -> bool:
     """Return whether the states of all unknowns can be enumerated."""
     number = 1
     for low, high in zip(*bounds(problem), strict=True):
-        number *= 1 if low == high else 1 + int(np.isfinite(low)) + int(np.isfinite(high))
+        number *= (
+            1 if low == high else 1 + int(np.isfinite(low)) + int(np.isfinite(high))
+        )
     return number <= MOST_STATES and problem.n <= MOST_ENUMERATED
 
 
@@ -116,5 +137,6 @@ def near_solution(problem: Any, z: Sequence[float]) -> bool:
     lower, upper = (bound.tolist() for bound in bounds(problem))
     found = exact.of_states(M, q, lower, upper, exact.states_of(problem, z))
     return found is not None and all(
-        abs(Fraction(a) - b) <= Fraction(NEAR) * abs(b) for a, b in zip(z, found, strict=True)
+        abs(Fraction(a) - b) <= Fraction(NEAR) * abs(b)
+        for a, b in zip(z, found, strict=True)
     )

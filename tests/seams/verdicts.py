@@ -20,8 +20,26 @@ RANDOM = 20_000
 COMPILED = 4  # one random problem in so many is solved with compiled kernels
 MOST_STEPS = 2000  # for problems in files, some of which are hard
 SIZES = (3, 10, 40)
-LARGE = {"obstacle": 2500, "torsion": 900, "tridiagonal": 1000, "circuit": 800, "transport": 400, "control": 400}
-SUFFIXES = {".json", ".npz", ".mps", ".qps", ".lp", ".nl", ".csv", ".mat", ".efg", ".nfg"}
+LARGE = {
+    "obstacle": 2500,
+    "torsion": 900,
+    "tridiagonal": 1000,
+    "circuit": 800,
+    "transport": 400,
+    "control": 400,
+}
+SUFFIXES = {
+    ".json",
+    ".npz",
+    ".mps",
+    ".qps",
+    ".lp",
+    ".nl",
+    ".csv",
+    ".mat",
+    ".efg",
+    ".nfg",
+}
 
 
 def cases(seed: int, data: Path | None) -> list[Case]:
@@ -32,11 +50,19 @@ def cases(seed: int, data: Path | None) -> list[Case]:
         for n in (*SIZES, *([LARGE[family]] if family in LARGE else []))
     ]
     if data:
-        files = sorted(file for file in data.rglob("*") if file.suffix.lower() in SUFFIXES)
-        found += [Case(f"file {file.relative_to(data)}", partial(_read, file)) for file in files]
+        files = sorted(
+            file for file in data.rglob("*") if file.suffix.lower() in SUFFIXES
+        )
+        found += [
+            Case(f"file {file.relative_to(data)}", partial(_read, file))
+            for file in files
+        ]
     kinds = list(exact.CLASSES)
     return found + [
-        Case(f"random {kinds[k % len(kinds)]} {k}", partial(_random, kinds[k % len(kinds)], seed, k))
+        Case(
+            f"random {kinds[k % len(kinds)]} {k}",
+            partial(_random, kinds[k % len(kinds)], seed, k),
+        )
         for k in range(RANDOM)
     ]
 
@@ -56,9 +82,17 @@ def outcome(case: Case, problem: Any) -> Entry:
     """Return the status, z, the route and the proof."""
     kind, *_, number = case.key.split()
     if kind == "random":
-        return of_result(run(problem, time_limit=GENEROUS_SECONDS, compiled=int(number) % COMPILED == 0))
+        return of_result(
+            run(
+                problem,
+                time_limit=GENEROUS_SECONDS,
+                compiled=int(number) % COMPILED == 0,
+            )
+        )
     solve = run if isinstance(problem, Problem) else solve_mcp
-    return of_result(solve(problem, time_limit=GENEROUS_SECONDS, max_iterations=MOST_STEPS))
+    return of_result(
+        solve(problem, time_limit=GENEROUS_SECONDS, max_iterations=MOST_STEPS)
+    )
 
 
 if __name__ == "__main__":

@@ -17,7 +17,9 @@ def liar(monkeypatch: pytest.MonkeyPatch) -> Liar:
 
 
 @pytest.fixture(params=["compiled", "numpy"])
-def way(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> Iterator[str]:
+def way(
+    request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch
+) -> Iterator[str]:
     """Whether there are kernels, which are then used from the first problem on."""
     monkeypatch.setattr(direct_run, "MANY", 0)
     if request.param == "numpy":

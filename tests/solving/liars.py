@@ -52,10 +52,19 @@ class Liar:
         module = ModuleType("lcpcli.methods.liar")
         module.__dict__["liar"] = liar
         self._patch.setitem(sys.modules, module.__name__, module)
-        self._patch.setitem(METHODS, "liar", Method("a method that lies", **{"takes_bounds": True} | declaration))
+        self._patch.setitem(
+            METHODS,
+            "liar",
+            Method("a method that lies", **{"takes_bounds": True} | declaration),
+        )
 
     def run(
-        self, problem: Problem, steps: Any = (), ending: Any = None, declaration: Any = None, **options: Any
+        self,
+        problem: Problem,
+        steps: Any = (),
+        ending: Any = None,
+        declaration: Any = None,
+        **options: Any,
     ) -> Result:
         self.register(problem, steps, ending, **(declaration or {}))
         method: Any = "liar"
@@ -74,9 +83,17 @@ def assert_refused(result: Result, *statuses: str) -> None:
     record = json.loads(text)
     assert record["status"] == result.status.word
     assert record["status"] in (statuses or ("stalled",)), result.message
-    assert (result.solved, result.success, result.status.has_no_solution) == (False, False, False)
+    assert (result.solved, result.success, result.status.has_no_solution) == (
+        False,
+        False,
+        False,
+    )
     assert result.certificate is None
-    assert (record["solved"], record["certificate"], record["exact"]) == (False, None, None)
+    assert (record["solved"], record["certificate"], record["exact"]) == (
+        False,
+        None,
+        None,
+    )
     assert LIE not in text
     assert "proved" not in result.message
     assert np.isfinite(result.z).all()
@@ -89,7 +106,16 @@ def assert_refused(result: Result, *statuses: str) -> None:
         shown = {key for key, value in record["answer"].items() if value is not None}
         if record["answer"]["kind"] == "qp":
             assert statement.startswith("x does not solve the program: ")
-            assert shown <= {"kind", "statement", "x", "y", "bound_multipliers", "objective", "rows", "columns"} | {
+            assert shown <= {
+                "kind",
+                "statement",
+                "x",
+                "y",
+                "bound_multipliers",
+                "objective",
+                "rows",
+                "columns",
+            } | {
                 "activities",
                 "slacks",
             }

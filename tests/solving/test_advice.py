@@ -21,12 +21,28 @@ FAILING = {
     "shi, badly scaled": ("ill-scaled", 10, "--method shi --max-iterations 300"),
     "shi, no P-matrix": ("bimatrix", 10, "--method shi --max-iterations 200"),
     "shi, local minimum": ("growth", 6, "--method shi"),
-    "fixed-point, few iterations": ("tridiagonal", 100, "--method fixed-point --max-iterations 50"),
-    "fixed-point, ill-conditioned": ("hilbert", 10, "--method fixed-point --max-iterations 500"),
-    "fixed-point, badly scaled": ("ill-scaled", 10, "--method fixed-point --max-iterations 500"),
+    "fixed-point, few iterations": (
+        "tridiagonal",
+        100,
+        "--method fixed-point --max-iterations 50",
+    ),
+    "fixed-point, ill-conditioned": (
+        "hilbert",
+        10,
+        "--method fixed-point --max-iterations 500",
+    ),
+    "fixed-point, badly scaled": (
+        "ill-scaled",
+        10,
+        "--method fixed-point --max-iterations 500",
+    ),
     "fixed-point, diverging": ("infeasible", 10, "--method fixed-point"),
     "fixed-point, singular": ("unsolvable", 10, "--method fixed-point"),
-    "fixed-point, no step": ("kostreva", 3, "--method fixed-point --max-iterations 0 --z0 .333333,.333333,.333333"),
+    "fixed-point, no step": (
+        "kostreva",
+        3,
+        "--method fixed-point --max-iterations 0 --z0 .333333,.333333,.333333",
+    ),
     "newton, singular": ("lp", 10, "--method newton"),
     "newton, few steps": ("murty", 20, "--method newton --max-iterations 15"),
     "newton, cycling": ("infeasible", 10, "--method newton --max-iterations 300"),
@@ -48,7 +64,9 @@ def followed(arguments: list[str], way: str) -> list[str]:
             place = arguments.index(word)
             arguments = arguments[:place] + arguments[place + 2 :]
     own = {"shi": ("--k-star", "--p"), "fixed-point": ("--omega",)}
-    assert not any(option in arguments for options in own.values() for option in options)
+    assert not any(
+        option in arguments for options in own.values() for option in options
+    )
     return arguments + words
 
 
@@ -62,7 +80,9 @@ def ways_in(out: str) -> list[str]:
 
 
 @pytest.mark.parametrize("name", FAILING)
-def test_following_the_advice_decides_the_problem(name: str, lcp: Lcp, tmp_path: Path) -> None:
+def test_following_the_advice_decides_the_problem(
+    name: str, lcp: Lcp, tmp_path: Path
+) -> None:
     family, n, words = FAILING[name]
     arguments = words.split()
     file = tmp_path / "problem.json"
@@ -79,11 +99,16 @@ def test_advice_is_in_the_words_of_its_reader_and_can_be_followed(lcp: Lcp) -> N
     assert failed.advice == 'try method="auto"'
     assert run(failed.problem, **failed.suggestions.ways[0]).solved
     assert "try --method auto\n" in lcp("solve", file, "--method", "lemke").out
-    assert '"advice": "try --method auto"' in lcp("solve", file, "--method", "lemke", "--format", "json").out
+    assert (
+        '"advice": "try --method auto"'
+        in lcp("solve", file, "--method", "lemke", "--format", "json").out
+    )
     assert '"advice": null' in lcp("solve", file, "--format", "json").out
 
 
-def test_nothing_is_advised_after_an_interrupt_and_another_method_where_few_iterations_may_be_too_few() -> None:
+def test_nothing_is_advised_after_an_interrupt_and_another_method_where_few_iterations_may_be_too_few() -> (
+    None
+):
     failed = run(gallery.make("harker-pang", 10), "shi", tol=1e-16, max_iterations=3)
     assert failed.advice == 'try method="auto", with max_iterations=10000'
     assert not suggestions(replace(failed, status=Status.INTERRUPTED)).ways
@@ -99,26 +124,45 @@ def test_at_the_time_limit_of_auto_the_method_that_came_near_is_named() -> None:
     trace = Trace()
     result = run(gallery.make("hilbert", 60), max_iterations=10, trace=trace)
     reported = [row.method for row in trace.rows if np.array_equal(row.z, result.z)]
-    assert result.nearest in reported, "the method of the iterate that is reported, which here is not the last"
+    assert result.nearest in reported, (
+        "the method of the iterate that is reported, which here is not the last"
+    )
 
 
 def test_more_iterations_are_advised_than_were_not_enough() -> None:
-    stopped = replace(run(gallery.make("qp", 20), max_iterations=1), status=Status.ITERATION_LIMIT)
+    stopped = replace(
+        run(gallery.make("qp", 20), max_iterations=1), status=Status.ITERATION_LIMIT
+    )
     for k in (1, 9_999, 10_000, 10_001):
         (way,) = suggestions(replace(stopped, iterations=k)).ways
         assert way["max_iterations"] > k
 
 
-def test_other_starts_are_advised_where_a_nonlinear_problem_is_stuck_and_what_may_be_wrong_with_its_functions() -> None:
+def test_other_starts_are_advised_where_a_nonlinear_problem_is_stuck_and_what_may_be_wrong_with_its_functions() -> (
+    None
+):
     stuck = solve_mcp(lambda z: 1 + z**2, lower=None, x0=[0.5])
     assert stuck.status is Status.STALLED
     assert re.fullmatch(r"try restarts=\d+, or another start", stuck.advice)
     outside = solve_mcp(lambda z: np.sqrt(z) + 1, lower=None, x0=[1.0], restarts=10)
-    assert outside.advice == "try restarts=50, or another start, or bounds within the domain of F"
-    second = solve_mcp(lambda z: [z[0] - 1, np.sqrt(z[1]) + 1], lower=None, x0=[1.0, 1.0], restarts=1)
+    assert (
+        outside.advice
+        == "try restarts=50, or another start, or bounds within the domain of F"
+    )
+    second = solve_mcp(
+        lambda z: [z[0] - 1, np.sqrt(z[1]) + 1], lower=None, x0=[1.0, 1.0], restarts=1
+    )
     assert "F is undefined, in row 2, were cut back" in second.message
-    scaled = solve_mcp(lambda z: [1 + z[0] ** 2, 1e9 * (z[1] - 1)], lower=None, x0=[0.5, 2.0])
+    scaled = solve_mcp(
+        lambda z: [1 + z[0] ** 2, 1e9 * (z[1] - 1)], lower=None, x0=[0.5, 2.0]
+    )
     assert "other units, as rows or columns of J differ by " in scaled.advice
     assert solve_mcp(lambda z: z - 1, x0=[0.0]).advice == ""
-    assert solve_mcp(lambda z: z**3 - 1, x0=[9.0], max_iterations=2).advice == "try max_iterations=10000"
-    assert solve_mcp(lambda z: z - 1, x0=[0.0], time_limit=1e-9).advice == "try time_limit=60"
+    assert (
+        solve_mcp(lambda z: z**3 - 1, x0=[9.0], max_iterations=2).advice
+        == "try max_iterations=10000"
+    )
+    assert (
+        solve_mcp(lambda z: z - 1, x0=[0.0], time_limit=1e-9).advice
+        == "try time_limit=60"
+    )

@@ -21,7 +21,12 @@ from lcpcli import Problem, Result, Status
 from lcpcli.errors import ProblemError
 from lcpcli.methods.registry import METHODS, Method, options_of, parameters_of
 from lcpcli.options import Option
-from lcpcli.solving.call import COMMON_OPTIONS, NonlinearOptions, RunOptions, SolverOptions
+from lcpcli.solving.call import (
+    COMMON_OPTIONS,
+    NonlinearOptions,
+    RunOptions,
+    SolverOptions,
+)
 
 from ..conftest import Outcome
 
@@ -31,22 +36,46 @@ Z = [1.8, 1.4, 0.0]
 
 
 def arrays_of(value: Any) -> list[Any]:
-    return [value] if isinstance(value, np.ndarray) else [value.data, value.indices, value.indptr]
+    return (
+        [value]
+        if isinstance(value, np.ndarray)
+        else [value.data, value.indices, value.indptr]
+    )
 
 
 @pytest.mark.parametrize("method", ["shi", "fixed-point"])
 def test_what_is_given_is_never_changed(method: str) -> None:
     csr = sparse.csr_array(np.array(M))
-    unsorted = sparse.csr_array((csr.data[[1, 0, 4, 3, 2, 6, 5]], csr.indices[[1, 0, 4, 3, 2, 6, 5]], csr.indptr))
-    doubled = sparse.csr_array((np.repeat(csr.data / 2, 2), np.repeat(csr.indices, 2), csr.indptr * 2), shape=(3, 3))
+    unsorted = sparse.csr_array(
+        (
+            csr.data[[1, 0, 4, 3, 2, 6, 5]],
+            csr.indices[[1, 0, 4, 3, 2, 6, 5]],
+            csr.indptr,
+        )
+    )
+    doubled = sparse.csr_array(
+        (np.repeat(csr.data / 2, 2), np.repeat(csr.indices, 2), csr.indptr * 2),
+        shape=(3, 3),
+    )
     q, x0, x1 = np.array(Q), np.full(3, 2.0), np.full(3, 1.0)
     for matrix in (np.array(M), csr, unsorted, doubled, csr.tocsc()):
         given = [*arrays_of(matrix), q, x0, x1]
         before = [array.copy() for array in given]
-        result = lcpcli.solve(matrix, q, method, trace=True, x0=x0, **({"x1": x1} if method == "shi" else {}))
+        result = lcpcli.solve(
+            matrix,
+            q,
+            method,
+            trace=True,
+            x0=x0,
+            **({"x1": x1} if method == "shi" else {}),
+        )
         assert np.allclose(result.z, Z, rtol=0, atol=1e-8)
-        assert [array.tobytes() for array in given] == [array.tobytes() for array in before]
-        assert all(now is then for now, then in zip(arrays_of(matrix), given, strict=False))
+        assert [array.tobytes() for array in given] == [
+            array.tobytes() for array in before
+        ]
+        assert all(
+            now is then for now, then in zip(arrays_of(matrix), given, strict=False)
+        )
     z = np.array(Z)
     result = lcpcli.solve(M, Q, z0=z)
     assert (result.iterations, z.tolist()) == (0, Z)
@@ -54,30 +83,54 @@ def test_what_is_given_is_never_changed(method: str) -> None:
 
 
 def test_solve_and_run_take_the_same_options() -> None:
-    for call in (partial(lcpcli.solve, M, Q), partial(lcpcli.run, lcpcli.Problem(M, Q))):
+    for call in (
+        partial(lcpcli.solve, M, Q),
+        partial(lcpcli.run, lcpcli.Problem(M, Q)),
+    ):
         assert (call().method, call().trace) == ("auto", None)
         assert call(max_iterations=0).status is Status.ITERATION_LIMIT
         assert call(time_limit=1e-9).status is Status.TIME_LIMIT
         assert call(method="shi", tol=0.5).iterations < call(method="shi").iterations
         trace, result = lcpcli.Trace(every=2), call(trace=True)
-        assert [row.k for row in result.trace.rows] == list(range(result.iterations + 1))
+        assert [row.k for row in result.trace.rows] == list(
+            range(result.iterations + 1)
+        )
         assert call(method="shi", trace=trace).trace is trace
         options = {"p": 1e9, "k_star": 3, "rho": 0.01, "sigma": 0.5, "x1": None}
         assert call(method="shi", **options).options == options
-        assert call(method="fixed-point", omega=2.0, anderson=3).options == {"omega": 2.0, "anderson": 3}
+        assert call(method="fixed-point", omega=2.0, anderson=3).options == {
+            "omega": 2.0,
+            "anderson": 3,
+        }
 
 
 def test_options_for_type_checkers_are_those_of_the_calls_and_of_the_registry() -> None:
     declared = {*RunOptions.__annotations__}
-    assert declared == {*COMMON_OPTIONS, *(name for method in METHODS for name in parameters_of(method))}
-    assert all(re.search(rf"\b{name}\b", lcpcli.solve.__doc__) for name in COMMON_OPTIONS)
-    assert all(re.search(rf"\b{name}\b", lcpcli.solve_mcp.__doc__) for name in NonlinearOptions.__annotations__)
-    assert all(re.search(rf"\b{name}\b", lcpcli.Solver.__doc__) for name in SolverOptions.__annotations__)
+    assert declared == {
+        *COMMON_OPTIONS,
+        *(name for method in METHODS for name in parameters_of(method)),
+    }
+    assert all(
+        re.search(rf"\b{name}\b", lcpcli.solve.__doc__) for name in COMMON_OPTIONS
+    )
+    assert all(
+        re.search(rf"\b{name}\b", lcpcli.solve_mcp.__doc__)
+        for name in NonlinearOptions.__annotations__
+    )
+    assert all(
+        re.search(rf"\b{name}\b", lcpcli.Solver.__doc__)
+        for name in SolverOptions.__annotations__
+    )
 
 
 def test_methods_may_share_an_option_and_no_name_belongs_to_two() -> None:
-    one, same = (Option("tol", float, 1e-10, "0 < tol", lambda tol: tol > 0, "It ends.") for _ in range(2))
-    assert options_of({"one": Method("", (one,)), "other": Method("", (one,))}) == {"tol": one}
+    one, same = (
+        Option("tol", float, 1e-10, "0 < tol", lambda tol: tol > 0, "It ends.")
+        for _ in range(2)
+    )
+    assert options_of({"one": Method("", (one,)), "other": Method("", (one,))}) == {
+        "tol": one
+    }
     with pytest.raises(ValueError, match=r"^one and other have two options tol: "):
         options_of({"one": Method("", (one,)), "other": Method("", (same,))})
 
@@ -97,17 +150,34 @@ def is_solved(result: Result) -> bool:
     """Whether the empty vector is the solution, and a result of it can be shown in every way."""
     assert result.to_dict()["z"] == result.digits == result.basis == []
     assert "n = 0" in repr(result)
-    return result.solved and result.z.shape == (0,) and result.residual == result.relative_residual == 0
+    return (
+        result.solved
+        and result.z.shape == (0,)
+        and result.residual == result.relative_residual == 0
+    )
 
 
-@pytest.mark.parametrize("bounds", [{}, {"lower": [], "upper": []}, {"lower": None, "upper": 1.0}])
+@pytest.mark.parametrize(
+    "bounds", [{}, {"lower": [], "upper": []}, {"lower": None, "upper": 1.0}]
+)
 def test_all_ways_to_solve_end_at_the_empty_vector(bounds: dict[str, Any]) -> None:
     for M in (NONE, SPARSE, [], np.zeros(0), coo_matrix((0, 0))):
-        for start in ({}, {"z0": []}, {"x0": np.zeros(0)}, {"basis": []}, {"tol": 1e-17}, {"callback": print}):
+        for start in (
+            {},
+            {"z0": []},
+            {"x0": np.zeros(0)},
+            {"basis": []},
+            {"tol": 1e-17},
+            {"callback": print},
+        ):
             assert is_solved(lcpcli.solve(M, [], **bounds, **start))
         assert "()" in lcpcli.solve(M, [], **bounds)._repr_html_()
         solver = lcpcli.Solver(M, **bounds)
-        results = [solver.solve([]), solver.solve([], lower=-1.0), solver.solve([], warm=False)]
+        results = [
+            solver.solve([]),
+            solver.solve([], lower=-1.0),
+            solver.solve([], warm=False),
+        ]
         solver.update(M)
         assert all(map(is_solved, [*results, solver.solve([])]))
         for Q in (np.zeros((0, 1)), np.zeros((0, 8)), iter([[], []])):
@@ -125,19 +195,47 @@ def test_every_method_solves_it_before_its_first_iteration(method: str) -> None:
 
 
 @BOTH
-def test_the_empty_vector_is_proved_to_be_the_only_solution_and_what_is_known_of_the_matrix_is_said(M: Any) -> None:
+def test_the_empty_vector_is_proved_to_be_the_only_solution_and_what_is_known_of_the_matrix_is_said(
+    M: Any,
+) -> None:
     problem = Problem(M, [], names=[], solutions=[[]])
-    result, found, path = lcpcli.run(problem), lcpcli.solutions(problem), lcpcli.path(problem, problem)
+    result, found, path = (
+        lcpcli.run(problem),
+        lcpcli.solutions(problem),
+        lcpcli.path(problem, problem),
+    )
     assert problem.solutions[0].size == result.error == 0
-    assert ([piece.vertices for piece in found], found.complete, found.others) == ([((),)], True, False)
-    bound, checked, inspected = lcpcli.error_bound(problem, []), lcpcli.check(problem, []), lcpcli.inspect(problem)
+    assert ([piece.vertices for piece in found], found.complete, found.others) == (
+        [((),)],
+        True,
+        False,
+    )
+    bound, checked, inspected = (
+        lcpcli.error_bound(problem, []),
+        lcpcli.check(problem, []),
+        lcpcli.inspect(problem),
+    )
     assert (bound.value, checked.accepted, checked.residual) == (0, True, 0)
     assert not lcpcli.check(problem, y=[]).accepted
     assert {verdict.word for verdict in inspected.classes.values()} == {"yes"}
-    assert (inspected.condition, inspected.spectrum, inspected.published) == (None, None, None)
+    assert (inspected.condition, inspected.spectrum, inspected.published) == (
+        None,
+        None,
+        None,
+    )
     assert repr(inspected).startswith("problem: n = 0\n")
-    assert (path.end, path.verified, path.z.shape, path(0.5).shape) == ("reached", True, (2, 0), (0,))
-    assert result.derivative(dq=[]).z.size == result.derivative(dM=M).w.size == result.gradient([]).q.size == 0
+    assert (path.end, path.verified, path.z.shape, path(0.5).shape) == (
+        "reached",
+        True,
+        (2, 0),
+        (0,),
+    )
+    assert (
+        result.derivative(dq=[]).z.size
+        == result.derivative(dM=M).w.size
+        == result.gradient([]).q.size
+        == 0
+    )
     assert lcpcli.plan(problem)[0].method == "newton"
     pytest.importorskip("flint")
     proved = lcpcli.exact(problem).exact
@@ -146,9 +244,18 @@ def test_the_empty_vector_is_proved_to_be_the_only_solution_and_what_is_known_of
 
 @BOTH
 def test_files_hold_it_but_for_csv(tmp_path: Path, M: Any) -> None:
-    for files in (["p.json"], ["p.npz"], ["p.mat"], ["p.npy", "p.q.npy"], ["p.mtx", "p.q.mtx"]):
+    for files in (
+        ["p.json"],
+        ["p.npz"],
+        ["p.mat"],
+        ["p.npy", "p.q.npy"],
+        ["p.mtx", "p.q.mtx"],
+    ):
         lcpcli.write(Problem(M, []), tmp_path / files[0])
         assert is_solved(lcpcli.run(lcpcli.read(*(tmp_path / name for name in files))))
-    with pytest.raises(ProblemError, match=r"p\.csv: cannot hold a problem without unknowns; write \.json$"):
+    with pytest.raises(
+        ProblemError,
+        match=r"p\.csv: cannot hold a problem without unknowns; write \.json$",
+    ):
         lcpcli.write(Problem(M, []), tmp_path / "p.csv")
     assert not (tmp_path / "p.csv").exists()

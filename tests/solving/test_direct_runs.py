@@ -21,7 +21,13 @@ from lcpcli import Problem, Result
 from lcpcli.errors import OptionError
 from lcpcli.gallery import families
 from lcpcli.methods import direct as module
-from lcpcli.methods.direct import BLOCK_PATIENCE, HASTY_PATIENCE, DirectAnswer, Made, direct
+from lcpcli.methods.direct import (
+    BLOCK_PATIENCE,
+    HASTY_PATIENCE,
+    DirectAnswer,
+    Made,
+    direct,
+)
 from lcpcli.solving import direct_run
 from lcpcli.typing import Vector
 
@@ -43,7 +49,9 @@ def at_once(problem: Problem, tol: float) -> DirectAnswer | None:
     data = problem.M[np.newaxis], problem.q[np.newaxis], np.array([problem.largest])
     z, found = module.direct_many(*data, tol, problem.box)
     return (
-        DirectAnswer(z[0], found[0, 0] == module.CERTAIN, int(found[0, 1])) if found[0, 0] != module.NOTHING else None
+        DirectAnswer(z[0], found[0, 0] == module.CERTAIN, int(found[0, 1]))
+        if found[0, 0] != module.NOTHING
+        else None
     )
 
 
@@ -69,27 +77,43 @@ def definite(n: int, seed: int) -> Problem:
 
 @of_each_way
 @settings(max_examples=60)
-@given(matrix=st.integers(1, 6).flatmap(lambda n: arrays(float, (n, n), elements=st.integers(-4, 4))), data=st.data())
-def test_what_is_certain_holds_in_exact_arithmetic(way: Way, matrix: Vector, data: st.DataObject) -> None:
+@given(
+    matrix=st.integers(1, 6).flatmap(
+        lambda n: arrays(float, (n, n), elements=st.integers(-4, 4))
+    ),
+    data=st.data(),
+)
+def test_what_is_certain_holds_in_exact_arithmetic(
+    way: Way, matrix: Vector, data: st.DataObject
+) -> None:
     q = data.draw(arrays(float, len(matrix), elements=st.integers(-4, 4)))
     answer = way(Problem(matrix, q), TOL)
     if answer is not None and answer.is_certain:
         z = [Fraction(value) for value in answer.z.tolist()]
         for value, row, own in zip(z, matrix.tolist(), q.tolist(), strict=True):
-            w = Fraction(own) + sum(Fraction(entry) * each for entry, each in zip(row, z, strict=True))
+            w = Fraction(own) + sum(
+                Fraction(entry) * each for entry, each in zip(row, z, strict=True)
+            )
             assert value >= 0
             assert (abs(w) if value > 0 else -w) <= TOL * abs(own)
 
 
 @of_each_way
-def test_its_answer_is_that_of_newton_and_a_nonnegative_q_needs_no_system(way: Way) -> None:
+def test_its_answer_is_that_of_newton_and_a_nonnegative_q_needs_no_system(
+    way: Way,
+) -> None:
     for n in (1, 2, 5, 20, 21, module.MOST_UNKNOWNS):
         problem = definite(n, n)
-        answer, result = way(problem, TOL), lcpcli.run(problem, "newton", x0=-0.5 * problem.q)
+        answer, result = (
+            way(problem, TOL),
+            lcpcli.run(problem, "newton", x0=-0.5 * problem.q),
+        )
         assert answer.steps == result.iterations
         assert np.allclose(answer.z, result.z, rtol=1e-10, atol=1e-12 * result.z.max())
     answer = way(Problem(np.triu(2 * np.ones((5, 5)), 1) + np.eye(5), -np.ones(5)), TOL)
-    assert (answer.z.tolist(), answer.is_certain) == ([0, 0, 0, 0, 1], True), "by the safeguard, as blocks cycle"
+    assert (answer.z.tolist(), answer.is_certain) == ([0, 0, 0, 0, 1], True), (
+        "by the safeguard, as blocks cycle"
+    )
     answer = way(Problem([[0, 1], [1, 0]], [1, 0]), TOL)
     assert (answer.z.tolist(), answer.is_certain, answer.steps) == ([0.0, 0.0], True, 0)
 
@@ -101,13 +125,17 @@ def test_its_answer_is_that_of_newton_and_a_nonnegative_q_needs_no_system(way: W
         ([[1, -1], [1, 1]], [-3, -(2.0**53)]),  # integers that doubles round
     ],
 )
-def test_a_term_that_rounding_hides_is_solved_for_exactly_on_the_way(M: list[list[float]], q: list[float]) -> None:
+def test_a_term_that_rounding_hides_is_solved_for_exactly_on_the_way(
+    M: list[list[float]], q: list[float]
+) -> None:
     problem = Problem(M, q)
     answer, solution = direct(problem, TOL), exact.solution(problem)
     assert answer.z.tolist() == [float(value) for value in solution]
 
 
-def test_exchanges_end_early_where_most_signs_stay_wrong_but_not_on_a_p_matrix() -> None:
+def test_exchanges_end_early_where_most_signs_stay_wrong_but_not_on_a_p_matrix() -> (
+    None
+):
     """The example of Murty takes about n block exchanges, with new minima all along."""
     for seed in range(5):
         made: list[Made] = []
@@ -125,10 +153,16 @@ def test_what_is_said_to_be_solved_has_a_small_residual_or_is_said_to_be_rounded
     # More unknowns than those for which exact arithmetic decides.
     M, q = np.eye(21), -np.ones(21)
     M[:2, :2] = [[1.1, -0.3], [-0.3, 0.09 / 1.1 * (1 + distance)]]
-    batches = [lcpcli.solve_many(np.array([M, M]), np.array([q, q]), compiled=fast) for fast in (False, True)]
+    batches = [
+        lcpcli.solve_many(np.array([M, M]), np.array([q, q]), compiled=fast)
+        for fast in (False, True)
+    ]
     for result in (lcpcli.solve(M, q), batches[0][0], batches[1][0]):
         assert result.solved
-        assert result.relative_residual <= TOL or "an exact solution is proved to have the states" in result.message
+        assert (
+            result.relative_residual <= TOL
+            or "an exact solution is proved to have the states" in result.message
+        )
 
 
 @settings(max_examples=60)
@@ -137,9 +171,15 @@ def test_both_ways_and_the_loop_agree(seed: int) -> None:
     """Every third M is nonnegative, so that Lemke's path goes on where block pivoting ends."""
     generator = np.random.default_rng(seed)
     n = int(generator.integers(1, 7 if seed % 3 else 30))
-    M = (generator.random((n, n)), generator.integers(-3, 4, (n, n)).astype(float), generator.standard_normal((n, n)))
+    M = (
+        generator.random((n, n)),
+        generator.integers(-3, 4, (n, n)).astype(float),
+        generator.standard_normal((n, n)),
+    )
     q = generator.integers(-3, 4, n).astype(float) if seed % 3 else -generator.random(n)
-    problem = Problem(M[seed % 3], q, lower=-float(seed % 2), upper=math.inf if seed % 5 else 2.0)
+    problem = Problem(
+        M[seed % 3], q, lower=-float(seed % 2), upper=math.inf if seed % 5 else 2.0
+    )
     with pytest.MonkeyPatch.context() as patch:
         results = [through_the_loop(problem, patch), lcpcli.run(problem)]
         patch.setattr(direct_run, "compiled", lambda: None)
@@ -161,7 +201,9 @@ def test_a_result_has_what_the_loop_reports(monkeypatch: pytest.MonkeyPatch) -> 
 
 @pytest.mark.usefixtures("way")
 def test_limits_hold() -> None:
-    assert lcpcli.run(definite(20, 3), max_iterations=1).status.word == "iteration_limit"
+    assert (
+        lcpcli.run(definite(20, 3), max_iterations=1).status.word == "iteration_limit"
+    )
     assert lcpcli.run(definite(20, 3), time_limit=1e-9).status.word == "time_limit"
 
 
@@ -181,31 +223,61 @@ print("numba" in sys.modules)
 """
 
 
-def test_the_kernels_are_loaded_when_asked_for_and_not_by_few_problems_or_those_that_do_not_use_them() -> None:
-    done = subprocess.run([sys.executable, "-c", LOADED], capture_output=True, text=True, check=True)
+def test_the_kernels_are_loaded_when_asked_for_and_not_by_few_problems_or_those_that_do_not_use_them() -> (
+    None
+):
+    done = subprocess.run(
+        [sys.executable, "-c", LOADED], capture_output=True, text=True, check=True
+    )
     assert done.stdout.split() == ["False", "True"]
 
 
-def test_kernels_are_refused_where_they_have_no_effect_or_are_missing(monkeypatch: pytest.MonkeyPatch) -> None:
-    with pytest.raises(OptionError, match="compiled: has no effect with the method newton"):
+def test_kernels_are_refused_where_they_have_no_effect_or_are_missing(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    with pytest.raises(
+        OptionError, match="compiled: has no effect with the method newton"
+    ):
         lcpcli.solve([[2]], [-1], "newton", compiled=True)
     monkeypatch.undo()
     monkeypatch.setattr(direct_run, "has_numba", lambda: False)
     for call in (lcpcli.solve, lcpcli.solve_many):
-        with pytest.raises(OptionError, match=r"compiled: needs numba.*linear-complementarity\[fast\]"):
-            list(call([[2]], [[-1] * 5] if call is lcpcli.solve_many else [-1], compiled=True))
+        with pytest.raises(
+            OptionError, match=r"compiled: needs numba.*linear-complementarity\[fast\]"
+        ):
+            list(
+                call(
+                    [[2]],
+                    [[-1] * 5] if call is lcpcli.solve_many else [-1],
+                    compiled=True,
+                )
+            )
 
 
 def test_kernels_are_compiled_when_they_are_loaded_and_not_during_a_run() -> None:
-    made = [compiled.path, compiled.follow, compiled.solve_one, compiled.basic_solution, compiled.judgement]
+    made = [
+        compiled.path,
+        compiled.follow,
+        compiled.solve_one,
+        compiled.basic_solution,
+        compiled.judgement,
+    ]
     before = [len(kernel.signatures) for kernel in made]
-    for problem in (families.make("contact", 24, 0), families.make("boxes", 10, 0), families.make("harker-pang", 8, 0)):
+    for problem in (
+        families.make("contact", 24, 0),
+        families.make("boxes", 10, 0),
+        families.make("harker-pang", 8, 0),
+    ):
         for M in (problem.M, np.asfortranarray(problem.M), problem.M.copy()):
-            lcpcli.solve(M, problem.q, lower=problem.lower, upper=problem.upper, compiled=True)
+            lcpcli.solve(
+                M, problem.q, lower=problem.lower, upper=problem.upper, compiled=True
+            )
     assert [len(kernel.signatures) for kernel in made] == before == len(made) * [1]
 
 
-def test_it_is_said_once_that_kernels_are_compiled(caplog: pytest.LogCaptureFixture) -> None:
+def test_it_is_said_once_that_kernels_are_compiled(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
     listener = announcement.Announcement()
     with caplog.at_level(logging.WARNING, "lcpcli"):
         listener.on_start(None)

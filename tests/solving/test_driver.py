@@ -48,19 +48,33 @@ class Clock:
 
 
 def iterate(x: Vector | float, F: float | None = None) -> Iterate:
-    return Iterate(np.broadcast_to(x, 4) * 1.0, None if F is None else np.full(4, F), "", 0)
+    return Iterate(
+        np.broadcast_to(x, 4) * 1.0, None if F is None else np.full(4, F), "", 0
+    )
 
 
-def test_best_iterate_is_reported_not_the_last_and_a_solution_even_if_the_method_breaks_down(liar: Liar) -> None:
+def test_best_iterate_is_reported_not_the_last_and_a_solution_even_if_the_method_breaks_down(
+    liar: Liar,
+) -> None:
     steps = [iterate(1.0, F=10.0), iterate(2.0, F=1.0), iterate(3.0, F=5.0)]
     result = liar.run(EXAMPLE, steps, Stalled("for a test"), STEPPING)
-    assert result.message == "stalled: for a test; the best iterate is reported, not the last"
+    assert (
+        result.message
+        == "stalled: for a test; the best iterate is reported, not the last"
+    )
     assert (result.z.tolist(), result.iterations) == ([4.0] * 4, 3)
-    result = liar.run(EXAMPLE, [iterate(1.0), iterate(ANSWER, F=1.0)], Breakdown("something"), STEPPING)
+    result = liar.run(
+        EXAMPLE,
+        [iterate(1.0), iterate(ANSWER, F=1.0)],
+        Breakdown("something"),
+        STEPPING,
+    )
     assert (result.status, result.residual) == (Status.SOLVED, 0.0)
 
 
-def test_seconds_are_the_methods_own_and_set_up_is_apart(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_seconds_are_the_methods_own_and_set_up_is_apart(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     clock = Clock()
 
     def stage() -> Stage:
@@ -80,7 +94,9 @@ def test_seconds_are_the_methods_own_and_set_up_is_apart(monkeypatch: pytest.Mon
     assert (result.setup_seconds, result.solve_seconds) == (100.0, 7.0)
 
 
-@pytest.mark.parametrize(("own", "measuring", "expected"), [(1.0, 0.0, (5, 5.0)), (0.0, 1.0, (4, 0.0))])
+@pytest.mark.parametrize(
+    ("own", "measuring", "expected"), [(1.0, 0.0, (5, 5.0)), (0.0, 1.0, (4, 0.0))]
+)
 def test_time_limit_counts_iterations_and_what_it_takes_to_measure_them(
     own: float, measuring: float, expected: tuple[int, float], liar: Liar
 ) -> None:
@@ -97,12 +113,16 @@ def test_time_limit_counts_iterations_and_what_it_takes_to_measure_them(
             yield iterate(1.0, F=10.0)
 
     liar.register(EXAMPLE, steps(), iterates=True)
-    result = run(EXAMPLE, "liar", limits=Limits(time_limit=5.0), clock=clock, trace=Slow())
+    result = run(
+        EXAMPLE, "liar", limits=Limits(time_limit=5.0), clock=clock, trace=Slow()
+    )
     assert result.status is Status.TIME_LIMIT
     assert (result.iterations, result.solve_seconds) == expected
 
 
-def test_interrupted_run_reports_its_best_iterate_and_overflow_inside_a_method_is_a_breakdown(liar: Liar) -> None:
+def test_interrupted_run_reports_its_best_iterate_and_overflow_inside_a_method_is_a_breakdown(
+    liar: Liar,
+) -> None:
     def steps() -> Iterator[Iterate]:
         yield iterate(1.0, F=10.0)
         yield iterate(2.0, F=1.0)
@@ -111,27 +131,41 @@ def test_interrupted_run_reports_its_best_iterate_and_overflow_inside_a_method_i
     liar.register(EXAMPLE, steps(), iterates=True)
     result = run(EXAMPLE, "liar")
     assert (result.status, result.z.tolist()) == (Status.INTERRUPTED, [4.0] * 4)
-    result = liar.run(EXAMPLE, (iterate(x * np.array([1e300]), F=1.0) for x in (1.0, np.array([1e300]))))
+    result = liar.run(
+        EXAMPLE,
+        (iterate(x * np.array([1e300]), F=1.0) for x in (1.0, np.array([1e300]))),
+    )
     assert result.status is Status.BREAKDOWN
     assert "overflow" in result.message
 
 
-def test_residual_that_has_grown_by_100_decades_is_divergence_and_no_smaller_one(liar: Liar) -> None:
+def test_residual_that_has_grown_by_100_decades_is_divergence_and_no_smaller_one(
+    liar: Liar,
+) -> None:
     """For M = I, q = -1 and x < 0 it is F = 2x - 1."""
     for growth, status in ((0.5e100, Status.STALLED), (2e100, Status.DIVERGED)):
         steps = [iterate(x, F=2 * x - 1) for x in (-1.0, -1.5 * growth, -1.0)]
-        result = liar.run(Problem(np.eye(4), -np.ones(4)), steps, None, STEPPING, x0=-np.ones(4))
+        result = liar.run(
+            Problem(np.eye(4), -np.ones(4)), steps, None, STEPPING, x0=-np.ones(4)
+        )
         assert result.status is status
 
 
-def test_method_that_wants_to_correct_signs_at_a_solution_has_three_iterations_for_it(liar: Liar) -> None:
+def test_method_that_wants_to_correct_signs_at_a_solution_has_three_iterations_for_it(
+    liar: Liar,
+) -> None:
     for final, iterations in ((False, 2 + 3), (True, 2)):
-        steps = [iterate(1.0), *9 * [iterate(ANSWER, F=0.0)._replace(signs_final=final)]]
+        steps = [
+            iterate(1.0),
+            *9 * [iterate(ANSWER, F=0.0)._replace(signs_final=final)],
+        ]
         result = liar.run(EXAMPLE, steps, None, STEPPING)
         assert (result.solved, result.iterations) == (True, iterations)
 
 
-def test_exact_start_is_recognised_though_its_F_is_large_and_a_residual_whose_bound_never_comes_down() -> None:
+def test_exact_start_is_recognised_though_its_F_is_large_and_a_residual_whose_bound_never_comes_down() -> (
+    None
+):
     """z = 0 solves any problem with q >= 0, for every negative x that represents it; and with M singular F stays large
     along the iteration although z has converged long before."""
     result = run(Problem([[-5.0, 2.0], [-6.0, 1.0]], [1.0, 2.0]), "shi", [-3.0, -4.0])
@@ -140,7 +174,9 @@ def test_exact_start_is_recognised_though_its_F_is_large_and_a_residual_whose_bo
     assert (result.solved, result.iterations <= 256) == (True, True)
 
 
-def test_start_is_the_problems_own_unless_given_and_displaces_both_of_its_points() -> None:
+def test_start_is_the_problems_own_unless_given_and_displaces_both_of_its_points() -> (
+    None
+):
     def rows(problem: Problem, *start: Vector) -> list[list[float]]:
         trace = Trace()
         run(problem, "shi", *start, trace=trace)
@@ -160,7 +196,9 @@ def test_options_in_force_are_reported_defaults_too(name: str) -> None:
     assert all(value is not None for key, value in options.items() if key != "x1")
 
 
-def test_tolerance_is_what_the_relative_residual_comes_down_to_and_numpy_numbers_are_numbers() -> None:
+def test_tolerance_is_what_the_relative_residual_comes_down_to_and_numpy_numbers_are_numbers() -> (
+    None
+):
     for tol in (1e-2, 1e-6, 1e-12):
         limits = Limits(tol=tol, max_iterations=np.int64(500))
         result = run(EXAMPLE, "fixed-point", omega=np.float32(2), limits=limits)
@@ -178,15 +216,32 @@ def test_trace_keeps_the_start_the_first_every_so_many_and_the_last_three() -> N
 
 def test_trace_of_many_rows_is_thinned_by_doubling() -> None:
     trace = Trace(every=5, most=20)
-    last = run(EXAMPLE, "fixed-point", x0=np.full(4, 1e9), trace=trace, limits=Limits(tol=1e-15)).iterations
-    assert (last > 40, len(trace.rows) <= 20, trace.every in (5, 10, 20, 40)) == (True, True, True)
+    last = run(
+        EXAMPLE,
+        "fixed-point",
+        x0=np.full(4, 1e9),
+        trace=trace,
+        limits=Limits(tol=1e-15),
+    ).iterations
+    assert (last > 40, len(trace.rows) <= 20, trace.every in (5, 10, 20, 40)) == (
+        True,
+        True,
+        True,
+    )
     kept = [row.k for row in trace.rows]
-    assert kept == sorted({0, 1, *range(0, last + 1, trace.every), last - 2, last - 1, last})
+    assert kept == sorted(
+        {0, 1, *range(0, last + 1, trace.every), last - 2, last - 1, last}
+    )
 
 
-def test_trace_of_a_method_that_breaks_down_or_diverges_shows_the_start_and_how_far_it_came() -> None:
+def test_trace_of_a_method_that_breaks_down_or_diverges_shows_the_start_and_how_far_it_came() -> (
+    None
+):
     trace = Trace()
-    assert run(Problem([[-1.0]], [-1.0]), "fixed-point", trace=trace).status is Status.BREAKDOWN
+    assert (
+        run(Problem([[-1.0]], [-1.0]), "fixed-point", trace=trace).status
+        is Status.BREAKDOWN
+    )
     assert [(row.k, row.z.tolist()) for row in trace.rows] == [(0, [0.0])]
     trace = Trace(residuals=False)
     result = run(Problem([[-0.5]], [-1.0]), "fixed-point", trace=trace)
@@ -194,52 +249,88 @@ def test_trace_of_a_method_that_breaks_down_or_diverges_shows_the_start_and_how_
     assert trace.rows[-1].z.max() > 1e90
 
 
-def test_milestones_are_the_first_iterates_with_a_relative_error_of_each_level() -> None:
+def test_milestones_are_the_first_iterates_with_a_relative_error_of_each_level() -> (
+    None
+):
     problem = Problem(EXAMPLE.M, EXAMPLE.q, x0=EXAMPLE.x0, solutions=EXAMPLE.solutions)
-    trace, curve = Trace(), Trace(every=10**9, residuals=False, levels=(1e-3, 1e-6, 1e-30))
+    trace, curve = (
+        Trace(),
+        Trace(every=10**9, residuals=False, levels=(1e-3, 1e-6, 1e-30)),
+    )
     run(problem, "fixed-point", trace=trace, curve=curve)
     for milestone, level in zip(curve.milestones, (1e-3, 1e-6), strict=True):
-        first = next(row for row in trace.rows if row.error is not None and row.error <= level)
-        assert (milestone.level, milestone.k, milestone.seconds) == (level, first.k, first.seconds)
+        first = next(
+            row for row in trace.rows if row.error is not None and row.error <= level
+        )
+        assert (milestone.level, milestone.k, milestone.seconds) == (
+            level,
+            first.k,
+            first.seconds,
+        )
 
 
-def test_trace_measures_what_the_result_measures_and_keeps_only_the_components_asked_for() -> None:
+def test_trace_measures_what_the_result_measures_and_keeps_only_the_components_asked_for() -> (
+    None
+):
     trace, few = Trace(), Trace(components=np.array([0, 3]))
     result = run(EXAMPLE, "fixed-point", trace=trace)
-    assert (trace.rows[-1].residual, trace.rows[-1].error) == (result.residual, result.error)
+    assert (trace.rows[-1].residual, trace.rows[-1].error) == (
+        result.residual,
+        result.error,
+    )
     run(EXAMPLE, "fixed-point", trace=few)
-    assert [row.z.tolist() for row in few.rows] == [row.z[[0, 3]].tolist() for row in trace.rows]
+    assert [row.z.tolist() for row in few.rows] == [
+        row.z[[0, 3]].tolist() for row in trace.rows
+    ]
 
 
 @pytest.mark.parametrize("method", ["fixed-point", "shi", "newton", "lemke"])
-def test_seconds_of_the_iterates_and_the_parts_of_the_run_add_up_to_the_whole(method: str) -> None:
+def test_seconds_of_the_iterates_and_the_parts_of_the_run_add_up_to_the_whole(
+    method: str,
+) -> None:
     ticks = itertools.count()
     trace = Trace()
     result = run(EXAMPLE, method, trace=trace, clock=lambda: float(next(ticks)))
-    assert [row.seconds for row in trace.rows] == sorted({row.seconds for row in trace.rows})
+    assert [row.seconds for row in trace.rows] == sorted(
+        {row.seconds for row in trace.rows}
+    )
     assert trace.rows[-1].seconds <= result.seconds
-    assert result.seconds == result.setup_seconds + result.solve_seconds + result.verify_seconds
+    assert (
+        result.seconds
+        == result.setup_seconds + result.solve_seconds + result.verify_seconds
+    )
     # each iterate takes a tick to be made, one to be measured before it is kept, and
     # one after it
-    spent = [later.seconds - earlier.seconds for earlier, later in itertools.pairwise(trace.rows)]
+    spent = [
+        later.seconds - earlier.seconds
+        for earlier, later in itertools.pairwise(trace.rows)
+    ]
     assert set(spent[1:]) <= {3.0}
 
 
 M, Q = [[2, 1], [1, 2]], [-5, -6]
 
 
-@pytest.mark.parametrize("method", ["auto", "shi", "fixed-point", "newton", "interior", "lemke"])
+@pytest.mark.parametrize(
+    "method", ["auto", "shi", "fixed-point", "newton", "interior", "lemke"]
+)
 def test_it_sees_the_rows_of_a_trace_but_the_start(method: str) -> None:
     rows: list[TraceRow] = []
     result = lcpcli.solve(M, Q, method, callback=rows.append, trace=True)
     assert result.solved
     kept = result.trace.rows[1:]
-    assert [row.k for row in rows] == [row.k for row in kept] == list(range(1, result.iterations + 1))
+    assert (
+        [row.k for row in rows]
+        == [row.k for row in kept]
+        == list(range(1, result.iterations + 1))
+    )
     for row, other in zip(rows, kept, strict=True):
         for name in ("method", "step", "residual", "error"):
             assert getattr(row, name) == getattr(other, name)
         assert np.array_equal(row.z, other.z)
-        assert row.residual == pytest.approx(np.abs(np.minimum(row.z, np.array(M) @ row.z + Q)).max())
+        assert row.residual == pytest.approx(
+            np.abs(np.minimum(row.z, np.array(M) @ row.z + Q)).max()
+        )
 
 
 def _raise(row: TraceRow) -> None:
@@ -247,17 +338,29 @@ def _raise(row: TraceRow) -> None:
         raise StopIteration
 
 
-@pytest.mark.parametrize("callback", [lambda row: row.k == 3, _raise], ids=["true", "StopIteration"])
-def test_it_ends_the_run_with_the_best_iterate_but_for_a_solution(callback: Callback) -> None:
+@pytest.mark.parametrize(
+    "callback", [lambda row: row.k == 3, _raise], ids=["true", "StopIteration"]
+)
+def test_it_ends_the_run_with_the_best_iterate_but_for_a_solution(
+    callback: Callback,
+) -> None:
     result = lcpcli.solve(M, Q, "fixed-point", callback=callback)
-    assert (result.status.word, result.iterations, result.interrupted) == ("interrupted", 3, False)
+    assert (result.status.word, result.iterations, result.interrupted) == (
+        "interrupted",
+        3,
+        False,
+    )
     assert result.message.startswith("interrupted: by the callback")
     assert result.residual < 1
-    assert lcpcli.solve(M, Q, "newton", x0=[1, 1], callback=lambda row: row.k == 1).solved
+    assert lcpcli.solve(
+        M, Q, "newton", x0=[1, 1], callback=lambda row: row.k == 1
+    ).solved
 
 
 @pytest.mark.parametrize("is_pressed", [False, True], ids=["true", "Ctrl-C"])
-def test_it_ends_auto_before_its_solution_and_the_trace_ends_there_too(is_pressed: bool) -> None:
+def test_it_ends_auto_before_its_solution_and_the_trace_ends_there_too(
+    is_pressed: bool,
+) -> None:
     def ends(row: TraceRow) -> bool:
         if is_pressed and row.k == 1:
             raise KeyboardInterrupt
@@ -266,7 +369,11 @@ def test_it_ends_auto_before_its_solution_and_the_trace_ends_there_too(is_presse
     M, q = [[1, 0, 0], [-2, 1, 0], [0, -2, 1]], [-1, 1, 1]
     assert lcpcli.solve(M, q).iterations > 1
     result = lcpcli.solve(M, q, callback=ends, trace=True, interrupts="return")
-    assert (result.status.word, result.iterations, result.interrupted) == ("interrupted", 1, is_pressed)
+    assert (result.status.word, result.iterations, result.interrupted) == (
+        "interrupted",
+        1,
+        is_pressed,
+    )
     assert [row.k for row in result.trace.rows] == [0, 1]
 
 
@@ -281,27 +388,48 @@ def test_its_exceptions_leave_the_call_and_its_arithmetic_is_its_own() -> None:
         row.z[:] = np.nan
 
     with pytest.warns(RuntimeWarning, match="divide by zero"):
-        assert lcpcli.solve(M, Q, callback=lambda row: np.ones(1) / (0 * row.z[:1]) < 0).solved
-    assert lcpcli.solve(M, Q, "fixed-point", callback=spoils).solved, "as it changes a copy of its own"
-    with pytest.raises(LCPError, match="callback: is a number; give a function of one argument"):
+        assert lcpcli.solve(
+            M, Q, callback=lambda row: np.ones(1) / (0 * row.z[:1]) < 0
+        ).solved
+    assert lcpcli.solve(M, Q, "fixed-point", callback=spoils).solved, (
+        "as it changes a copy of its own"
+    )
+    with pytest.raises(
+        LCPError, match="callback: is a number; give a function of one argument"
+    ):
         lcpcli.solve(M, Q, callback=3)  # type: ignore[arg-type]
 
 
 def test_solve_many_calls_it_for_each_problem() -> None:
     rows: list[TraceRow] = []
-    results = list(lcpcli.solve_many(M, np.tile(np.reshape(Q, (2, 1)), (1, 6)), callback=rows.append))
+    results = list(
+        lcpcli.solve_many(
+            M, np.tile(np.reshape(Q, (2, 1)), (1, 6)), callback=rows.append
+        )
+    )
     assert [row.k for row in rows if row.k == 1] == [1] * len(results)
 
 
-FAMILIES = [("harker-pang", 25), ("contact", 40), ("boxes", 10), ("degenerate", 40), ("qp", 120), ("obstacle", 300)]
+FAMILIES = [
+    ("harker-pang", 25),
+    ("contact", 40),
+    ("boxes", 10),
+    ("degenerate", 40),
+    ("qp", 120),
+    ("obstacle", 300),
+]
 SMALL = st.integers(1, 5).flatmap(
-    lambda n: st.tuples(*(arrays(float, shape, elements=st.integers(-3, 3)) for shape in ((n, n), n)))
+    lambda n: st.tuples(
+        *(arrays(float, shape, elements=st.integers(-3, 3)) for shape in ((n, n), n))
+    )
 )
 
 
 def is_same(one: Result, other: Result) -> bool:
     fields = ("status", "message", "route", "iterations", "evaluations", "basis")
-    return np.array_equal(one.z, other.z) and all(getattr(one, name) == getattr(other, name) for name in fields)
+    return np.array_equal(one.z, other.z) and all(
+        getattr(one, name) == getattr(other, name) for name in fields
+    )
 
 
 def check(problem: Problem, **given: Any) -> None:
@@ -324,7 +452,9 @@ def test_small_problems_have_one_run(data: tuple[np.ndarray, np.ndarray]) -> Non
 
 
 @pytest.mark.parametrize(("family", "n"), FAMILIES)
-def test_problems_of_the_gallery_have_one_run_whatever_was_solved_before(family: str, n: int) -> None:
+def test_problems_of_the_gallery_have_one_run_whatever_was_solved_before(
+    family: str, n: int
+) -> None:
     problem = families.make(family, n, 0)
     first = lcpcli.run(problem)
     check(problem)
@@ -357,7 +487,9 @@ def test_a_run_that_is_part_of_another_one_ends_with_it() -> None:
             assert run(problem, method).status is Status.TIME_LIMIT
 
 
-def test_no_context_is_open_between_pieces_and_a_search_ends_with_what_it_is_part_of() -> None:
+def test_no_context_is_open_between_pieces_and_a_search_ends_with_what_it_is_part_of() -> (
+    None
+):
     found = lcpcli.solutions(SWAPS, time_limit=60.0)
     for _ in found:
         assert remaining() == math.inf
@@ -370,14 +502,22 @@ def test_no_context_is_open_between_pieces_and_a_search_ends_with_what_it_is_par
 
 def test_digits_have_half_of_the_time_limit(monkeypatch: pytest.MonkeyPatch) -> None:
     seen: list[float] = []
-    monkeypatch.setattr("lcpcli.verify.digits.digits", lambda *_: seen.append(remaining()))
-    solved = run(Problem([[2.0, 1.0], [1.0, 2.0]], [-5.0, -6.0]), "newton", limits=Limits(time_limit=100.0))
+    monkeypatch.setattr(
+        "lcpcli.verify.digits.digits", lambda *_: seen.append(remaining())
+    )
+    solved = run(
+        Problem([[2.0, 1.0], [1.0, 2.0]], [-5.0, -6.0]),
+        "newton",
+        limits=Limits(time_limit=100.0),
+    )
     assert solved.digits is None
     assert 40 < seen[0] <= 50
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_ctrl_c_in_the_callback_of_the_last_iterate_keeps_the_solution(seed: int) -> None:
+def test_ctrl_c_in_the_callback_of_the_last_iterate_keeps_the_solution(
+    seed: int,
+) -> None:
     rng = np.random.default_rng(seed)
     A, q = rng.normal(size=(9, 9)), rng.normal(size=9)
     M = A @ A.T + A - A.T
@@ -388,5 +528,9 @@ def test_ctrl_c_in_the_callback_of_the_last_iterate_keeps_the_solution(seed: int
             raise KeyboardInterrupt
 
     result = lcpcli.solve(M, q, callback=late, interrupts="return")
-    assert (result.solved, result.interrupted, result.iterations) == (True, True, usual.iterations)
+    assert (result.solved, result.interrupted, result.iterations) == (
+        True,
+        True,
+        usual.iterations,
+    )
     np.testing.assert_array_equal(result.z, usual.z)

@@ -53,14 +53,20 @@ def assert_proved(result: Result, whole: Problem, units: Any = 1) -> None:
     else:
         assert found.status is Status.INFEASIBLE
         own = np.broadcast_to(units, len(found.y)).tolist()
-        assert oracle.refutes(whole, [value / int(unit) for value, unit in zip(found.y, own, strict=True)])
+        assert oracle.refutes(
+            whole, [value / int(unit) for value, unit in zip(found.y, own, strict=True)]
+        )
 
 
 @settings(max_examples=80)
 @given(st.integers(0, 10**6), st.booleans())
 def test_verdict_is_that_of_enumeration(seed: int, mixed: bool) -> None:
     M, q, lower, upper = random_mixed_problem(np.random.default_rng(seed), 4)
-    problem = Problem(M, q, lower=lower, upper=upper) if mixed else oracle.random_problem(seed, 4)
+    problem = (
+        Problem(M, q, lower=lower, upper=upper)
+        if mixed
+        else oracle.random_problem(seed, 4)
+    )
     assert_proved(proved(problem), problem)
 
 
@@ -75,7 +81,11 @@ def test_verdict_on_decimals_is_that_of_enumeration_on_integers(seed: int) -> No
         q = -M @ random.integers(0, 3, n)
     units = 10 ** random.integers(1, 4, n)
     result = run(Problem(M / units[:, None], q / units), "auto")
-    assert_proved(prove(lambda: ExactProblem.of_decimals(result.problem), result), Problem(M, q), units)
+    assert_proved(
+        prove(lambda: ExactProblem.of_decimals(result.problem), result),
+        Problem(M, q),
+        units,
+    )
 
 
 def test_hilbert_matrix_of_twenty_in_fractions_and_in_doubles() -> None:
@@ -85,9 +95,13 @@ def test_hilbert_matrix_of_twenty_in_fractions_and_in_doubles() -> None:
     problem = Problem([list(map(float, row)) for row in H], list(map(float, q)))
     lost = run(problem, "newton", limits=Limits(max_iterations=20))
     assert np.abs(lost.z - 1).max() > 0.01, "as accurate as the rounded data determine"
-    result = prove(lambda: ExactProblem(problem, [dict(enumerate(row)) for row in H], q), lost)
+    result = prove(
+        lambda: ExactProblem(problem, [dict(enumerate(row)) for row in H], q), lost
+    )
     assert (result.exact.z, result.z.tolist()) == ([1] * n, [1.0] * n)
-    assert oracle.solves(problem, prove(lambda: ExactProblem.of_floats(problem), lost).exact.z)
+    assert oracle.solves(
+        problem, prove(lambda: ExactProblem.of_floats(problem), lost).exact.z
+    )
 
 
 # z1 = 1 and z2 = 3 are forced; then 0.3 z1 - 0.1 z2 = 0 holds in decimals, and not in
@@ -113,24 +127,44 @@ def test_solution_far_from_the_point_in_doubles_is_found_by_the_search_or_there_
     monkeypatch.setattr(proof, "EXACT_SEARCH_EFFORT", 0.0)
     outcome = lcp("solve", str(file), "--exact", "--format", "json")
     record = json.loads(outcome.out)
-    assert (outcome.code, record["status"], record["exact"]["status"]) == (1, "solved", None)
-    assert record["message"].endswith("no exact proof was found for the numbers as written")
-    assert "no exact proof was found for the numbers as written\n" in lcp("solve", str(file), "--exact").out
+    assert (outcome.code, record["status"], record["exact"]["status"]) == (
+        1,
+        "solved",
+        None,
+    )
+    assert record["message"].endswith(
+        "no exact proof was found for the numbers as written"
+    )
+    assert (
+        "no exact proof was found for the numbers as written\n"
+        in lcp("solve", str(file), "--exact").out
+    )
 
 
-def test_missing_library_is_named_with_its_extra(lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_missing_library_is_named_with_its_extra(
+    lcp: Lcp, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setitem(sys.modules, "flint", None)
     outcome = lcp("solve", EXAMPLE, "--exact")
     assert (outcome.code, outcome.out) == (2, "")
-    assert outcome.err == "lcp: --exact: needs python-flint; pip install 'linear-complementarity[exact]'\n"
+    assert (
+        outcome.err
+        == "lcp: --exact: needs python-flint; pip install 'linear-complementarity[exact]'\n"
+    )
 
 
 def test_a_deadline_in_the_past_proves_nothing_but_says_so() -> None:
-    late = replace(run(oracle.random_problem(1), "auto"), limits=Limits(time_limit=1e-9))
-    assert prove(lambda: ExactProblem.of_floats(late.problem), late).exact.status is None
+    late = replace(
+        run(oracle.random_problem(1), "auto"), limits=Limits(time_limit=1e-9)
+    )
+    assert (
+        prove(lambda: ExactProblem.of_floats(late.problem), late).exact.status is None
+    )
 
 
-def test_integers_beyond_those_that_are_doubles_are_read_as_they_are(lcp: Lcp, tmp_path: Path) -> None:
+def test_integers_beyond_those_that_are_doubles_are_read_as_they_are(
+    lcp: Lcp, tmp_path: Path
+) -> None:
     largest = 2**64 - 1
     M, q = np.array([[largest]], dtype=np.uint64), np.array([-1], dtype=np.int64)
     np.savez(tmp_path / "p.npz", M=M, q=q)
@@ -144,7 +178,9 @@ def test_integers_beyond_those_that_are_doubles_are_read_as_they_are(lcp: Lcp, t
 
 
 def test_results_are_printed_in_fractions() -> None:
-    assert repr(lcpcli.exact(Problem([[3, 0], [0, 7]], [-1, -2]))).endswith("exact z = (1/3, 2/7)>")
+    assert repr(lcpcli.exact(Problem([[3, 0], [0, 7]], [-1, -2]))).endswith(
+        "exact z = (1/3, 2/7)>"
+    )
     assert "exact y = (1)" in repr(lcpcli.exact(Problem([[-1]], [-2])))
     assert "z = (0.3333333)" in repr(lcpcli.run(Problem([[3]], [-1])))
 
@@ -157,12 +193,22 @@ def test_a_proved_solution_beyond_the_range_of_doubles_says_so() -> None:
 
 
 @settings(max_examples=50)
-@given(arrays(float, (3, 5), elements=st.floats(-1e100, 1e100).map(lambda v: v if abs(v) > 1e-100 else 0.0)))
+@given(
+    arrays(
+        float,
+        (3, 5),
+        elements=st.floats(-1e100, 1e100).map(lambda v: v if abs(v) > 1e-100 else 0.0),
+    )
+)
 def test_residual_is_rounded_but_once(numbers: np.ndarray) -> None:
     A, x, b = numbers[:, :3], numbers[:, 3], numbers[:, 4]
     for matrix in (A, sparse.csr_array(A)):
-        for computed, row, value in zip(accurate_residual(matrix, x, b), A.tolist(), b.tolist(), strict=True):
-            true = Fraction(value) - sum(Fraction(a) * Fraction(v) for a, v in zip(row, x.tolist(), strict=True))
+        for computed, row, value in zip(
+            accurate_residual(matrix, x, b), A.tolist(), b.tolist(), strict=True
+        ):
+            true = Fraction(value) - sum(
+                Fraction(a) * Fraction(v) for a, v in zip(row, x.tolist(), strict=True)
+            )
             assert computed == float(true)
 
 
@@ -173,7 +219,11 @@ def test_residuals_of_many_rows_are_those_of_single_rows() -> None:
         A = sparse.random_array((500, 300), density=0.02, rng=random, format="csr")
         A.data *= 2.0 ** random.integers(-60, 60, A.nnz)
         A = sparse.csr_array(
-            A + sparse.csr_array((random.standard_normal(most), (np.full(most, 7), np.arange(most))), shape=A.shape)
+            A
+            + sparse.csr_array(
+                (random.standard_normal(most), (np.full(most, 7), np.arange(most))),
+                shape=A.shape,
+            )
         )
         x = random.standard_normal(300)
         b = np.where(random.random(500) < 0.5, A @ x, random.integers(-1, 2, 500))
@@ -181,7 +231,9 @@ def test_residuals_of_many_rows_are_those_of_single_rows() -> None:
         assert np.array_equal(accurate_residual(A, x, b), single)
 
 
-def test_reference_is_exact_where_rational_arithmetic_can_be_had(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_reference_is_exact_where_rational_arithmetic_can_be_had(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     known = read(contents.shipped_path("paper-example-2.json"))
     assert (with_reference(known), known.reference) == (known, "known")
     problem = Problem([[3.0, 1.0], [1.0, 3.0]], [-1.0, 2.0])
@@ -201,7 +253,10 @@ def test_reference_of_random_problems_solves_them() -> None:
         assert bool(referred.solutions) is (oracle.solution(problem) is not None)
         for z in referred.solutions:
             size = np.abs(problem.M) @ z + np.abs(problem.q)
-            assert (np.abs(np.minimum(z, problem.w(z))) <= 1e-12 * np.maximum(size, np.abs(z))).all()
+            assert (
+                np.abs(np.minimum(z, problem.w(z)))
+                <= 1e-12 * np.maximum(size, np.abs(z))
+            ).all()
 
 
 def test_no_solution_of_the_doubles_proves_nothing_of_the_decimals() -> None:
@@ -210,7 +265,13 @@ def test_no_solution_of_the_doubles_proves_nothing_of_the_decimals() -> None:
     M, end = [[0, 0, 10], [1, 0, 0], [0, 0, 0]], [0.1]
     problem = Problem(M, [-1, -1, 0], lower=[0, 0, *end], upper=[np.inf, np.inf, *end])
     result = run(problem, "auto")
-    assert prove(lambda: ExactProblem.of_floats(problem), result).status.word == "unsolvable"
+    assert (
+        prove(lambda: ExactProblem.of_floats(problem), result).status.word
+        == "unsolvable"
+    )
     decimals = prove(lambda: ExactProblem.of_decimals(problem), result)
     assert decimals.exact is not None
-    assert (decimals.status.word, decimals.exact.z) == ("solved", [1, 0, Fraction(1, 10)])
+    assert (decimals.status.word, decimals.exact.z) == (
+        "solved",
+        [1, 0, Fraction(1, 10)],
+    )

@@ -33,7 +33,22 @@ from lcpcli.verify.verification import verify
 
 from .. import exact, exact_measure
 
-SPECIAL = [0.0, 1.0, -1.0, 5e-324, -5e-324, 1e-310, 2.3e-308, -1e-300, 1e-150, 1e150, -1e150, 1e300, 1.7e308, -1.7e308]
+SPECIAL = [
+    0.0,
+    1.0,
+    -1.0,
+    5e-324,
+    -5e-324,
+    1e-310,
+    2.3e-308,
+    -1e-300,
+    1e-150,
+    1e150,
+    -1e150,
+    1e300,
+    1.7e308,
+    -1.7e308,
+]
 
 
 @np.errstate(all="ignore")
@@ -53,14 +68,23 @@ def data(seed: int) -> tuple[np.ndarray, np.ndarray]:
         M, q = M * np.exp2(powers[0]), q * np.exp2(powers[1])
     elif kind == 3:
         spread = int(random.choice([10, 40, 150, 300]))  # decades on either side of 1
-        M, q = (random.standard_normal(shape) * 10.0 ** random.uniform(-spread, spread, shape) for shape in ((n, n), n))
-        M = np.where(np.eye(n) * random.integers(2), np.abs(M), M) * (random.random((n, n)) < 0.8)
+        M, q = (
+            random.standard_normal(shape)
+            * 10.0 ** random.uniform(-spread, spread, shape)
+            for shape in ((n, n), n)
+        )
+        M = np.where(np.eye(n) * random.integers(2), np.abs(M), M) * (
+            random.random((n, n)) < 0.8
+        )
     elif kind == 4:
         M, q = random.choice(SPECIAL, (n, n)), random.choice(SPECIAL, n)
     elif kind == 5:
         Q = np.linalg.qr(random.standard_normal((n, n)))[0]
         M = (Q * 10.0 ** random.uniform(-16, 0, n)) @ Q.T
-        growing = np.eye(n) - 10.0 ** random.uniform(0, 12) * np.tril(np.ones((n, n)), -1), -np.ones(n)
+        growing = (
+            np.eye(n) - 10.0 ** random.uniform(0, 12) * np.tril(np.ones((n, n)), -1),
+            -np.ones(n),
+        )
         M, q = growing if special % 2 else (0.5 * (M + M.T), random.standard_normal(n))
     q = {0: np.abs(q), 1: np.zeros(n)}.get(special, q)
     M = np.zeros((n, n)) if special == 2 else M
@@ -71,16 +95,33 @@ def is_solution_rounded(problem: Problem, z: np.ndarray) -> bool:
     """Whether z is an exact solution, each component of it to within a few units of the last digit."""
     M, q = exact._rational(problem)
     inside = np.flatnonzero(z > 0).tolist()
-    z_P = exact._regular([[M[i][j] for j in inside] for i in inside], [-q[i] for i in inside])
+    z_P = exact._regular(
+        [[M[i][j] for j in inside] for i in inside], [-q[i] for i in inside]
+    )
     if z_P is None:
         return False
     right = dict(zip(inside, z_P, strict=True))
-    near = all(abs(Fraction(z[i].item()) - value) <= abs(value) / 2**50 for i, value in right.items())
-    return near and exact.solves(problem, [right.get(i, Fraction(0)) for i in range(z.size)])
+    near = all(
+        abs(Fraction(z[i].item()) - value) <= abs(value) / 2**50
+        for i, value in right.items()
+    )
+    return near and exact.solves(
+        problem, [right.get(i, Fraction(0)) for i in range(z.size)]
+    )
 
 
-ADDED: list[dict[str, Any]] = [{}, {"scale": True}, {"finish": True}, {"scale": True, "finish": True}]
-ITERATIONS: list[dict[str, Any]] = [{}, {"omega": "auto"}, {"anderson": 5}, {"omega": "auto", "anderson": 5}]
+ADDED: list[dict[str, Any]] = [
+    {},
+    {"scale": True},
+    {"finish": True},
+    {"scale": True, "finish": True},
+]
+ITERATIONS: list[dict[str, Any]] = [
+    {},
+    {"omega": "auto"},
+    {"anderson": 5},
+    {"omega": "auto", "anderson": 5},
+]
 VARIANTS: list[tuple[str, dict[str, Any]]] = [
     *((method, {}) for method in ("auto", "newton", "lemke", "milp")),
     *(("shi", added) for added in ADDED),
@@ -98,7 +139,15 @@ def check(result: Result, problem: Problem) -> None:
     assert (result.z >= 0).all()
     assert not np.isnan(result.w).any()
     assert not math.isnan(result.residual + result.relative_residual)
-    assert min(result.iterations, result.evaluations, result.setup_seconds, result.solve_seconds) >= 0
+    assert (
+        min(
+            result.iterations,
+            result.evaluations,
+            result.setup_seconds,
+            result.solve_seconds,
+        )
+        >= 0
+    )
     if result.solved:
         small = exact_measure.relative_residual(problem, result.z) <= TOL
         assert small or is_solution_rounded(problem, result.z)
@@ -121,18 +170,26 @@ def check(result: Result, problem: Problem) -> None:
     traced=st.booleans(),
 )
 def test_every_method_ends_in_a_true_status(
-    seed: int, as_sparse: bool, variant: tuple[str, dict[str, Any]], p: float | None, traced: bool
+    seed: int,
+    as_sparse: bool,
+    variant: tuple[str, dict[str, Any]],
+    p: float | None,
+    traced: bool,
 ) -> None:
     method, options = variant
     M, q = data(seed)
     given_M, given_q = csr_array(M) if as_sparse else M.copy(), q.copy()
     trace = Trace() if traced else None
     chosen = options | ({"p": p} if method == "shi" else {})
-    result = run(Problem(given_M, given_q), method, limits=LIMITS, trace=trace, **chosen)
+    result = run(
+        Problem(given_M, given_q), method, limits=LIMITS, trace=trace, **chosen
+    )
     check(result, Problem(M, q))
     assert np.array_equal(given_q, q)
     assert np.array_equal(given_M.toarray() if as_sparse else given_M, M)
-    assert trace is None or all(row.residual is None or not math.isnan(row.residual) for row in trace.rows)
+    assert trace is None or all(
+        row.residual is None or not math.isnan(row.residual) for row in trace.rows
+    )
 
 
 @pytest.mark.slow("many random problems, each against exact arithmetic")
@@ -145,22 +202,41 @@ def test_auto_finds_every_solution_that_doubles_can_hold_and_nothing_else_that_i
     always: 12 of 82,398 random ones end stalled, and say so."""
     M, q = data(seed)
     problem, plain = Problem(csr_array(M) if as_sparse else M, q), Problem(M, q)
-    solution, result = exact.solution(plain), run(problem, "auto", limits=Limits(time_limit=120.0))
+    solution, result = (
+        exact.solution(plain),
+        run(problem, "auto", limits=Limits(time_limit=120.0)),
+    )
     check(result, plain)
     if solution is not None:
         rows = zip(M.tolist(), q.tolist(), strict=True)
-        w = [sum((Fraction(a) * b for a, b in zip(row, solution, strict=True)), Fraction(value)) for row, value in rows]
-        normal, largest = float(np.finfo(np.float64).smallest_normal), float(np.finfo(np.float64).max)
-        assert result.solved or not all(value == 0 or normal <= value <= largest for value in (*solution, *w))
+        w = [
+            sum(
+                (Fraction(a) * b for a, b in zip(row, solution, strict=True)),
+                Fraction(value),
+            )
+            for row, value in rows
+        ]
+        normal, largest = (
+            float(np.finfo(np.float64).smallest_normal),
+            float(np.finfo(np.float64).max),
+        )
+        assert result.solved or not all(
+            value == 0 or normal <= value <= largest for value in (*solution, *w)
+        )
     for z in (result.z, 10.0**power * np.abs(np.sin(seed + np.arange(q.size)))):
         bound = error_bound(problem, z)
         if bound is not None and bound.proved:
-            error = max(abs(Fraction(a) - b) for a, b in zip(z.tolist(), solution, strict=True))
+            error = max(
+                abs(Fraction(a) - b) for a, b in zip(z.tolist(), solution, strict=True)
+            )
             assert error <= Fraction(bound.value)
         if verify(problem, z, 1e-10).accepted:
             assert is_near_a_solution(plain, z) or approximates(z, solution)
     with within(5.0):
-        proved, referred = prove(lambda: ExactProblem.of_floats(problem), result), with_reference(problem)
+        proved, referred = (
+            prove(lambda: ExactProblem.of_floats(problem), result),
+            with_reference(problem),
+        )
     check_proof(proved, plain)
     assert all(np.isfinite(z).all() for z in referred.solutions)
     inspect(problem)
@@ -169,14 +245,19 @@ def test_auto_finds_every_solution_that_doubles_can_hold_and_nothing_else_that_i
 def approximates(z: np.ndarray, solution: list[Fraction] | None) -> bool:
     """Whether each component is that of the exact solution, to four digits; its rows hold by their own terms."""
     pairs = zip(z.tolist(), solution or (), strict=False)
-    return solution is not None and all(abs(Fraction(a) - b) <= abs(b) / 10**4 for a, b in pairs)
+    return solution is not None and all(
+        abs(Fraction(a) - b) <= abs(b) / 10**4 for a, b in pairs
+    )
 
 
 def is_near_a_solution(problem: Problem, z: np.ndarray) -> bool:
     """Whether z, or the point near it that has components put on their bounds, has a small relative residual."""
     with np.errstate(all="ignore"):
         near = Point(Criterion(problem), z, is_admissible=False).alternatives()
-        return any(exact_measure.relative_residual(problem, other) <= TOL for other in (z, *(each.z for each in near)))
+        return any(
+            exact_measure.relative_residual(problem, other) <= TOL
+            for other in (z, *(each.z for each in near))
+        )
 
 
 def check_proof(result: Result, problem: Problem) -> None:
@@ -189,14 +270,21 @@ def check_proof(result: Result, problem: Problem) -> None:
 
 
 @settings(max_examples=60)
-@given(seed=seeds, kind=st.sampled_from(["singular", "indefinite", "hollow", "z_matrix", "small_integers"]))
+@given(
+    seed=seeds,
+    kind=st.sampled_from(
+        ["singular", "indefinite", "hollow", "z_matrix", "small_integers"]
+    ),
+)
 def test_problem_without_solution_is_not_called_solved(seed: int, kind: str) -> None:
     """In units that exact arithmetic sees through, where z may run off to where its rounding hides the residual."""
     problem = exact.random_problem(seed, 4, kind)
     if exact.solution(problem) is None:
         rescaled = exact.rescaled(problem, np.random.default_rng(seed), 200)
         for each in (problem, rescaled):
-            assert run(each, "auto", limits=Limits(time_limit=120.0)).status.has_no_solution
+            assert run(
+                each, "auto", limits=Limits(time_limit=120.0)
+            ).status.has_no_solution
 
 
 def test_answer_that_is_there_ends_the_search() -> None:
@@ -204,8 +292,14 @@ def test_answer_that_is_there_ends_the_search() -> None:
     assert run(families.make("journal-bearing", 2500), "auto").route == ("elimination",)
     for seed in range(8):
         random, n = np.random.default_rng(seed), 30
-        skew, (R, C) = random.standard_normal((n, n)), 10 ** random.uniform(-8, 8, (2, n))
-        result = solve(R[:, None] * (skew - skew.T + np.eye(n) / 10) * C, R * random.standard_normal(n))
+        skew, (R, C) = (
+            random.standard_normal((n, n)),
+            10 ** random.uniform(-8, 8, (2, n)),
+        )
+        result = solve(
+            R[:, None] * (skew - skew.T + np.eye(n) / 10) * C,
+            R * random.standard_normal(n),
+        )
         assert (result.solved, "milp" in result.route) == (True, False)
 
 
@@ -220,20 +314,55 @@ def test_solutions_beyond_the_range_of_doubles_are_called_that() -> None:
         assert "there is a solution, but doubles cannot represent it" in result.message
 
 
-VALUES = [0.0, 1.0, -1.0, 2.0, -3.0, 1.7e308, -1e308, 5e-324, 1e-310, 1e-300, -1e-200, 1e200, 1e150, -1e-150, 1e16]
-OF_RESULT = ("z", "w", "residual", "relative_residual", "basis", "digits", "advice", "to_dict", "to_json", "__repr__")
+VALUES = [
+    0.0,
+    1.0,
+    -1.0,
+    2.0,
+    -3.0,
+    1.7e308,
+    -1e308,
+    5e-324,
+    1e-310,
+    1e-300,
+    -1e-200,
+    1e200,
+    1e150,
+    -1e-150,
+    1e16,
+]
+OF_RESULT = (
+    "z",
+    "w",
+    "residual",
+    "relative_residual",
+    "basis",
+    "digits",
+    "advice",
+    "to_dict",
+    "to_json",
+    "__repr__",
+)
 SECONDS = 0.05
 
 
 def extreme_problem(random: np.random.Generator) -> Problem:
     n = int(random.choice([1, 3, 5, 22]))
-    M = random.choice(VALUES, (n, n)) * (random.random((n, n)) < random.choice([0.3, 1.0]))
+    M = random.choice(VALUES, (n, n)) * (
+        random.random((n, n)) < random.choice([0.3, 1.0])
+    )
     np.fill_diagonal(M, np.abs(random.choice(VALUES[1:], n)))
     q, lower, upper = random.choice(VALUES, n), 0.0, np.inf
     if random.random() < 0.5:
         lower = random.choice([0, -np.inf, -1, -1e308, -5e-324], n)
-        upper = np.where(random.random(n) < 0.5, np.inf, np.maximum(lower, random.choice([0, 5e-324, 1e308], n)))
-    return Problem(csr_array(M) if random.random() < 0.3 else M, q, lower=lower, upper=upper)
+        upper = np.where(
+            random.random(n) < 0.5,
+            np.inf,
+            np.maximum(lower, random.choice([0, 5e-324, 1e308], n)),
+        )
+    return Problem(
+        csr_array(M) if random.random() < 0.3 else M, q, lower=lower, upper=upper
+    )
 
 
 def use(problem: Problem, random: np.random.Generator) -> None:
@@ -245,18 +374,31 @@ def use(problem: Problem, random: np.random.Generator) -> None:
         value = getattr(result, name)
         _ = value() if callable(value) else value
     functions: list[Callable[[], Any]] = [
-        lambda: lcpcli.run(problem, str(random.choice(["newton", "lemke", "shi", "interior"])), time_limit=SECONDS),
+        lambda: lcpcli.run(
+            problem,
+            str(random.choice(["newton", "lemke", "shi", "interior"])),
+            time_limit=SECONDS,
+        ),
         lambda: lcpcli.check(problem, z),
         lambda: lcpcli.error_bound(problem, z),
-        lambda: lcpcli.path(problem, Problem(problem.M, q, **problem.bounds), time_limit=SECONDS)(0.5),
-        lambda: list(lcpcli.solve_many(problem.M, random.choice(VALUES, (n, 3)), time_limit=SECONDS)),
+        lambda: lcpcli.path(
+            problem, Problem(problem.M, q, **problem.bounds), time_limit=SECONDS
+        )(0.5),
+        lambda: list(
+            lcpcli.solve_many(
+                problem.M, random.choice(VALUES, (n, 3)), time_limit=SECONDS
+            )
+        ),
         lambda: result.derivative(dq=q, one_sided=True).z,
         lambda: result.gradient(q).M,
         lambda: result.gradient(q).lower,
         lambda: lcpcli.exact(problem, time_limit=SECONDS),
     ]
     if n < 10:
-        functions += [lambda: lcpcli.inspect(problem, 0.1), lambda: lcpcli.solutions(problem, time_limit=SECONDS)]
+        functions += [
+            lambda: lcpcli.inspect(problem, 0.1),
+            lambda: lcpcli.solutions(problem, time_limit=SECONDS),
+        ]
     for function in functions:
         try:
             function()
@@ -266,18 +408,27 @@ def use(problem: Problem, random: np.random.Generator) -> None:
 
 # Seeds that reach nearly all lines that all reach.
 MOST = {0, 2, 4, 5, 8, 11, 12, 16, 23, 24}
-HOSTS: tuple[tuple[dict[str, Any], set[int]], ...] = (({"all": "raise"}, MOST), ({}, {1, 23}))
+HOSTS: tuple[tuple[dict[str, Any], set[int]], ...] = (
+    ({"all": "raise"}, MOST),
+    ({}, {1, 23}),
+)
 
 
 @pytest.mark.parametrize(
     ("host", "seed"),
     [
-        pytest.param(host, seed, marks=() if seed in quick else pytest.mark.slow("more of the same"))
+        pytest.param(
+            host,
+            seed,
+            marks=() if seed in quick else pytest.mark.slow("more of the same"),
+        )
         for host, quick in HOSTS
         for seed in range(25)
     ],
 )
-def test_extreme_numbers_cause_no_warning_and_no_error_if_a_host_asks_for_them(host: dict[str, Any], seed: int) -> None:
+def test_extreme_numbers_cause_no_warning_and_no_error_if_a_host_asks_for_them(
+    host: dict[str, Any], seed: int
+) -> None:
     random = np.random.default_rng(seed)
     with warnings.catch_warnings(), np.errstate(**host):
         warnings.simplefilter("error")

@@ -26,11 +26,20 @@ from lcpcli.solving.proof import prove
 class Maker:
     """A random tree. Nodes of a player behind the same own move, with as many actions, may share an information set."""
 
-    def __init__(self, seed: int, depth: int, payoff: Callable[[Random], Fraction]) -> None:
-        self.random, self.outcomes, self.events, self.payoff = Random(seed), 0, 0, payoff
+    def __init__(
+        self, seed: int, depth: int, payoff: Callable[[Random], Fraction]
+    ) -> None:
+        self.random, self.outcomes, self.events, self.payoff = (
+            Random(seed),
+            0,
+            0,
+            payoff,
+        )
         self.sets: dict[tuple[int, tuple[int, int], int], list[int]] = {}
         self.numbers = {1: 0, 2: 0}
-        self.lines = [f'EFG 2 R "tree {seed}" {{ "one" "two" }} "a comment, with {{ braces }}"']
+        self.lines = [
+            f'EFG 2 R "tree {seed}" {{ "one" "two" }} "a comment, with {{ braces }}"'
+        ]
         self.node(depth, {1: (0, 0), 2: (0, 0)})
 
     def node(self, depth: int, last: dict[int, tuple[int, int]]) -> None:
@@ -43,7 +52,9 @@ class Maker:
             self.events += 1
             weights = [self.random.randint(0, 4) for _ in range(moves)]
             weights[0] += 1
-            listed = " ".join(f'"" {Fraction(weight, sum(weights))}' for weight in weights)
+            listed = " ".join(
+                f'"" {Fraction(weight, sum(weights))}' for weight in weights
+            )
             self.lines.append(f'c "" {self.events} "" {{ {listed} }} 0')
             for _ in range(moves):
                 self.node(depth - 1, last)
@@ -71,7 +82,9 @@ def small_fraction(random: Random) -> Fraction:
     return Fraction(random.randint(-6, 6), random.choice((1, 1, 2, 3)))
 
 
-def tree_of(seed: int, depth: int = 4, payoff: Callable[[Random], Fraction] = small_fraction) -> lcpcli.Problem:
+def tree_of(
+    seed: int, depth: int = 4, payoff: Callable[[Random], Fraction] = small_fraction
+) -> lcpcli.Problem:
     return lcpcli.from_efg("\n".join(Maker(seed, depth, payoff).lines))
 
 
@@ -80,29 +93,45 @@ def chances(tree: GameTree, strategies: Sequence[Strategy]) -> list[Fraction]:
     reach = [Fraction(1)]
     for node in tree.nodes[1:]:
         above = tree.nodes[node.parent]
-        odds = tree.events[above.where].probabilities if above.owner == CHANCE else strategies[above.owner][above.where]
+        odds = (
+            tree.events[above.where].probabilities
+            if above.owner == CHANCE
+            else strategies[above.owner][above.where]
+        )
         reach.append(reach[node.parent] * odds[node.move])
     return reach
 
 
 def payoffs(tree: GameTree, strategies: Sequence[Strategy]) -> list[Fraction]:
     ends = [
-        (chance, node) for chance, node in zip(chances(tree, strategies), tree.nodes, strict=True) if node.owner < -1
+        (chance, node)
+        for chance, node in zip(chances(tree, strategies), tree.nodes, strict=True)
+        if node.owner < -1
     ]
-    return [sum((chance * node.payoffs[i] for chance, node in ends), Fraction(0)) for i in (0, 1)]
+    return [
+        sum((chance * node.payoffs[i] for chance, node in ends), Fraction(0))
+        for i in (0, 1)
+    ]
 
 
 def pure_strategies(tree: GameTree, player: int) -> Iterator[Strategy]:
     sizes = [len(own.actions) for own in tree.players[player].sets]
     for moves in product(*map(range, sizes)):
-        yield [[Fraction(k == move) for k in range(size)] for size, move in zip(sizes, moves, strict=True)]
+        yield [
+            [Fraction(k == move) for k in range(size)]
+            for size, move in zip(sizes, moves, strict=True)
+        ]
 
 
 def gains(tree: GameTree, strategies: Sequence[Strategy]) -> list[Fraction]:
     """What each player would gain by the best of all its pure strategies."""
     now = payoffs(tree, strategies)
-    one = max(payoffs(tree, (pure, strategies[1]))[0] for pure in pure_strategies(tree, 0))
-    two = max(payoffs(tree, (strategies[0], pure))[1] for pure in pure_strategies(tree, 1))
+    one = max(
+        payoffs(tree, (pure, strategies[1]))[0] for pure in pure_strategies(tree, 0)
+    )
+    two = max(
+        payoffs(tree, (strategies[0], pure))[1] for pure in pure_strategies(tree, 1)
+    )
     return [one - now[0], two - now[1]]
 
 
@@ -133,7 +162,13 @@ def exactly(problem: lcpcli.Problem) -> lcpcli.Result:
 def small_games() -> list[lcpcli.Problem]:
     """Random trees whose pure strategies can all be tried."""
     numbers = (
-        (each, [prod(len(own.actions) for own in player.sets) for player in game_of(each).tree.players])
+        (
+            each,
+            [
+                prod(len(own.actions) for own in player.sets)
+                for player in game_of(each).tree.players
+            ],
+        )
         for each in map(tree_of, range(60))
     )
     return [problem for problem, pure in numbers if max(pure) <= MOST_PURE]
@@ -144,11 +179,16 @@ def test_no_pure_strategy_gains_in_an_equilibrium_in_fractions() -> None:
     assert len(problems) > 30
     for problem in problems:
         found, tree = exactly(problem).answer.exact, game_of(problem).tree
-        strategies = [strategy_of(player, plan) for player, plan in zip(tree.players, found.plans, strict=True)]
+        strategies = [
+            strategy_of(player, plan)
+            for player, plan in zip(tree.players, found.plans, strict=True)
+        ]
         assert gains(tree, strategies) == list(found.gains) == [0, 0]
         assert list(found.payoffs) == payoffs(tree, strategies)
         z = point_of(game_of(problem), *found.plans)
-        assert ExactProblem.of_decimals(problem).is_solution(z), "also for those who propose strategies alone"
+        assert ExactProblem.of_decimals(problem).is_solution(z), (
+            "also for those who propose strategies alone"
+        )
         assert lcpcli.run(problem, "lemke").solved, "as its theorem says"
 
 
@@ -156,7 +196,10 @@ def test_best_responses_on_the_tree_are_the_best_of_all_pure_strategies() -> Non
     random, gainers = Random(0), 0
     for problem in small_games():
         tree = game_of(problem).tree
-        strategies = [[_mixture(random, len(own.actions)) for own in each.sets] for each in tree.players]
+        strategies = [
+            [_mixture(random, len(own.actions)) for own in each.sets]
+            for each in tree.players
+        ]
         own = Behavior.of(game_of(problem), strategies)
         assert list(own.gains) == gains(tree, strategies)
         assert list(own.payoffs) == payoffs(tree, strategies)
@@ -164,10 +207,15 @@ def test_best_responses_on_the_tree_are_the_best_of_all_pure_strategies() -> Non
         for chance, node in zip(chances(tree, strategies), tree.nodes, strict=True):
             if node.owner in (0, 1):
                 reached[node.owner][node.where] += chance
-        assert [each.reached for each in own.information_sets] == [*reached[0], *reached[1]]
+        assert [each.reached for each in own.information_sets] == [
+            *reached[0],
+            *reached[1],
+        ]
         gainers += any(own.gains)
         plans = zip(tree.players, own.plans, strict=True)
-        assert all(plan_of(player, strategy_of(player, plan)) == plan for player, plan in plans)
+        assert all(
+            plan_of(player, strategy_of(player, plan)) == plan for player, plan in plans
+        )
     assert gainers > 20
 
 
@@ -177,7 +225,13 @@ def _mixture(random: Random, size: int) -> list[Fraction]:
     return [Fraction(weight, sum(weights)) for weight in weights]
 
 
-TREES = [("poker", 40, 0), ("poker", 76, 0), ("poker", 160, 3), ("poker", 244, 3), ("bargaining", 142, 0)]
+TREES = [
+    ("poker", 40, 0),
+    ("poker", 76, 0),
+    ("poker", 160, 3),
+    ("poker", 244, 3),
+    ("bargaining", 142, 0),
+]
 
 
 @pytest.mark.parametrize(("family", "n", "seed"), TREES)
@@ -197,10 +251,16 @@ def test_games_of_the_gallery_are_solved_in_fractions_and_kuhns_poker_has_its_va
 
 def test_an_unsolved_game_has_no_strategies() -> None:
     result = lcpcli.run(lcpcli.from_efg(ENTRY), "shi", max_iterations=1)
-    assert (result.solved, result.answer.information_sets, result.answer.payoffs) == (False, None, None)
+    assert (result.solved, result.answer.information_sets, result.answer.payoffs) == (
+        False,
+        None,
+        None,
+    )
 
 
-def test_strategies_at_sets_that_the_strategies_of_their_player_exclude_are_probabilities() -> None:
+def test_strategies_at_sets_that_the_strategies_of_their_player_exclude_are_probabilities() -> (
+    None
+):
     """A player who stays out has a strategy for later, each action with the same probability."""
     game = """EFG 2 R "out" { "A" "B" }
 p "" 1 1 "" { "out" "in" } 0
@@ -226,7 +286,11 @@ t "" 3 "" { -1e15 -1e15 }"""
 
 def with_penalties(random: Random) -> Fraction:
     """A small integer, or a penalty."""
-    return Fraction(-(10 ** random.randint(8, 17)) if random.random() < 0.2 else random.randint(-3, 4))
+    return Fraction(
+        -(10 ** random.randint(8, 17))
+        if random.random() < 0.2
+        else random.randint(-3, 4)
+    )
 
 
 def shares(probabilities: Any) -> list[Fraction]:
@@ -235,7 +299,9 @@ def shares(probabilities: Any) -> list[Fraction]:
 
 
 def gains_little(gains: list[Fraction], reached: list[Fraction]) -> bool:
-    return all(gain <= (1 + size) / 10**6 for gain, size in zip(gains, reached, strict=True))
+    return all(
+        gain <= (1 + size) / 10**6 for gain, size in zip(gains, reached, strict=True)
+    )
 
 
 def test_solved_trees_are_equilibria_by_fractions_and_check_agrees() -> None:
@@ -263,8 +329,14 @@ def test_a_method_by_name_is_stalled_there_and_check_refuses_its_z() -> None:
 
 @pytest.mark.parametrize("payoffs", ["1, 2", "-3, 1/3"])
 def test_strategies_are_checked_in_a_game_without_moves(payoffs: str) -> None:
-    game = ['EFG 2 R "chance" { "A" "B" }', 'c "" 1 "" { "x" 1/3 "y" 2/3 } 0', 't "" 1 "" { 1, 2 }']
-    checked = lcpcli.check(lcpcli.from_efg("\n".join([*game, f't "" 2 "" {{ {payoffs} }}'])), [])
+    game = [
+        'EFG 2 R "chance" { "A" "B" }',
+        'c "" 1 "" { "x" 1/3 "y" 2/3 } 0',
+        't "" 1 "" { 1, 2 }',
+    ]
+    checked = lcpcli.check(
+        lcpcli.from_efg("\n".join([*game, f't "" 2 "" {{ {payoffs} }}'])), []
+    )
     assert checked.accepted
     assert checked.message.startswith("the strategies are an equilibrium")
 
@@ -284,5 +356,7 @@ t "" 5 "" { 2, -2 }
 
 def test_information_sets_are_reached_as_often_as_chance_leads_there() -> None:
     answer = lcpcli.run(lcpcli.from_efg(DRAW)).answer
-    assert [each.reached for each in answer.information_sets] == pytest.approx([1 / 3, 2 / 3, 2 / 3])
+    assert [each.reached for each in answer.information_sets] == pytest.approx(
+        [1 / 3, 2 / 3, 2 / 3]
+    )
     assert answer.payoffs == pytest.approx([2 / 3, -2 / 3])

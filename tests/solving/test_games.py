@@ -35,21 +35,34 @@ def test_costs_of_equal_payoffs_are_one(size: float) -> None:
 
 def test_payoff_that_is_not_met_hides_no_gain() -> None:
     """The costs of the column of 1 are rounded beside 1e16, so that the complementarity problem does not know of it."""
-    A, B = [[5, 0, 0], [0, 1, 0], [0, 0, 1e16]], [[1, 0, 0], [0, 5, 0], [-1e16, -1e16, -1e16]]
+    A, B = (
+        [[5, 0, 0], [0, 1, 0], [0, 0, 1e16]],
+        [[1, 0, 0], [0, 5, 0], [-1e16, -1e16, -1e16]],
+    )
     game = lcpcli.from_game(A, B)
     verification = lcpcli.check(game, [0, 0, 1, 0, 1, 0])
     assert not verification.accepted
     assert verification.strategies.gains == (1.0, 0.0)
     answer = lcpcli.run(game).answer
     gain = max(np.array(A) @ answer.column) - answer.row @ np.array(A) @ answer.column
-    assert answer.statement.startswith("not an equilibrium" if gain > 1e-6 else "an equilibrium")
+    assert answer.statement.startswith(
+        "not an equilibrium" if gain > 1e-6 else "an equilibrium"
+    )
 
 
 def assert_equilibrium(A: Vector, B: Vector, result: Result) -> None:
     """No strategy gains more than rounding against the other player's, in fractions."""
-    x, y = ([Fraction(value) for value in part] for part in (result.answer.row, result.answer.column))
-    rows = [sum(Fraction(a) * p for a, p in zip(row, y, strict=True)) for row in A.tolist()]
-    columns = [sum(Fraction(b) * p for b, p in zip(column, x, strict=True)) for column in B.T.tolist()]
+    x, y = (
+        [Fraction(value) for value in part]
+        for part in (result.answer.row, result.answer.column)
+    )
+    rows = [
+        sum(Fraction(a) * p for a, p in zip(row, y, strict=True)) for row in A.tolist()
+    ]
+    columns = [
+        sum(Fraction(b) * p for b, p in zip(column, x, strict=True))
+        for column in B.T.tolist()
+    ]
     for payoffs, plan in ((rows, x), (columns, y)):
         reached = sum(p * value for p, value in zip(plan, payoffs, strict=True))
         assert max(payoffs) - reached <= 1e-9 * (1 + max(map(abs, payoffs)))
@@ -58,7 +71,9 @@ def assert_equilibrium(A: Vector, B: Vector, result: Result) -> None:
 def pure_equilibria(A: Vector, B: Vector) -> set[tuple[int, int]]:
     m, k = A.shape
     places = ((i, j) for i in range(m) for j in range(k))
-    return {(i, j) for i, j in places if A[i, j] == max(A[:, j]) and B[i, j] == max(B[i])}
+    return {
+        (i, j) for i, j in places if A[i, j] == max(A[:, j]) and B[i, j] == max(B[i])
+    }
 
 
 @settings(max_examples=60)
@@ -72,12 +87,18 @@ def pure_equilibria(A: Vector, B: Vector) -> set[tuple[int, int]]:
 def test_a_pure_equilibrium_is_found_where_there_is_one_and_else_a_mixed_one(
     seed: int, m: int, k: int, largest: int, units: tuple[float, float]
 ) -> None:
-    A, B = units[0] * np.random.default_rng(seed).integers(-largest, largest + 1, (2, m, k)) + units[1]
+    A, B = (
+        units[0]
+        * np.random.default_rng(seed).integers(-largest, largest + 1, (2, m, k))
+        + units[1]
+    )
     result = lcpcli.run(lcpcli.from_game(A, B))
     assert result.solved
     assert_equilibrium(A, B, result)
     x, y, size = result.answer.row, result.answer.column, units[0] * largest
-    assert (x.sum(), y.sum(), *result.answer.payoffs) == pytest.approx((1, 1, x @ A @ y, x @ B @ y))
+    assert (x.sum(), y.sum(), *result.answer.payoffs) == pytest.approx(
+        (1, 1, x @ A @ y, x @ B @ y)
+    )
     assert max(result.answer.gains) <= 1e-7 * size
     verification = lcpcli.check(result.problem, np.concatenate((x, y)))
     assert (verification.accepted, *verification.strategies.payoffs) == (
@@ -89,8 +110,13 @@ def test_a_pure_equilibrium_is_found_where_there_is_one_and_else_a_mixed_one(
     assert even.gains == pytest.approx(regret, abs=1e-9 * size)
     pure = pure_equilibria(A, B)
     if pure:
-        supports = (np.flatnonzero(result.answer.row), np.flatnonzero(result.answer.column))
-        assert tuple(int(support[0]) for support in supports if support.size == 1) in pure
+        supports = (
+            np.flatnonzero(result.answer.row),
+            np.flatnonzero(result.answer.column),
+        )
+        assert (
+            tuple(int(support[0]) for support in supports if support.size == 1) in pure
+        )
         assert result.route == ("pure",)
 
 
@@ -99,12 +125,20 @@ def test_the_same_pure_equilibrium_is_found_with_and_without_kernels() -> None:
     rng = np.random.default_rng(3)
     for n in (4, 40, 160):
         A, B = rng.integers(-5, 6, (2, n, n)).astype(float)
-        answers = [lcpcli.run(lcpcli.from_game(A, B), compiled=compiled).answer for compiled in (False, True)]
-        found = {(int(answer.row.argmax()), int(answer.column.argmax())) for answer in answers}
+        answers = [
+            lcpcli.run(lcpcli.from_game(A, B), compiled=compiled).answer
+            for compiled in (False, True)
+        ]
+        found = {
+            (int(answer.row.argmax()), int(answer.column.argmax()))
+            for answer in answers
+        }
         assert found == {min(pure_equilibria(A, B))}
 
 
-def test_paths_of_degenerate_games_without_pure_equilibria_end_at_an_equilibrium() -> None:
+def test_paths_of_degenerate_games_without_pure_equilibria_end_at_an_equilibrium() -> (
+    None
+):
     """Payoffs of -1, 0 and 1 tie everywhere; a path that took ties by the first index would cycle."""
     rng, tried = np.random.default_rng(0), 0
     while tried < 20:
@@ -115,7 +149,9 @@ def test_paths_of_degenerate_games_without_pure_equilibria_end_at_an_equilibrium
         problem = lcpcli.from_game(A, B)
         iterates, ending = through(lemke_howson(problem, costs(problem)))
         assert isinstance(ending, Finished)
-        assert_equilibrium(A, B, lcpcli.run(problem, z0=problem.box.z_of(iterates[-1].x)))
+        assert_equilibrium(
+            A, B, lcpcli.run(problem, z0=problem.box.z_of(iterates[-1].x))
+        )
 
 
 def test_each_pivot_counts_once() -> None:
@@ -130,11 +166,18 @@ def test_each_pivot_counts_once() -> None:
 
 
 def test_other_matrices_are_no_games() -> None:
-    others = (([[0, 1], [1, 1]], -1), ([[0, 1], [1, 0]], 1), ([[0, -1], [1, 0]], -1), ([[0, 0], [1, 0]], -1))
+    others = (
+        ([[0, 1], [1, 1]], -1),
+        ([[0, 1], [1, 0]], 1),
+        ([[0, -1], [1, 0]], -1),
+        ([[0, 0], [1, 0]], -1),
+    )
     assert all(costs(lcpcli.Problem(M, [-1, q])) is None for M, q in others)
 
 
-def test_a_game_that_is_nearly_one_of_zero_sum_is_solved_although_all_of_its_paths_are_long() -> None:
+def test_a_game_that_is_nearly_one_of_zero_sum_is_solved_although_all_of_its_paths_are_long() -> (
+    None
+):
     rng = np.random.default_rng(2)
     A, noise = rng.standard_normal((2, 60, 66))
     B = 0.3 * noise - A

@@ -31,7 +31,9 @@ from .liars import LIE, Liar, assert_refused, at
 
 M, Q = mixed_problems.definite(5, np.random.default_rng(0))
 LOWER, UPPER = mixed_problems.with_all_bounds(5, np.random.default_rng(0))
-TRIDIAGONAL = diags_array([-np.ones(29), 3 * np.ones(30), -np.ones(29)], offsets=[-1, 0, 1])
+TRIDIAGONAL = diags_array(
+    [-np.ones(29), 3 * np.ones(30), -np.ones(29)], offsets=[-1, 0, 1]
+)
 PROBLEMS = {
     "lcp": Problem([[2, 1], [1, 2]], [-5, -6]),
     "many unknowns": Problem(TRIDIAGONAL, np.sin(np.arange(30)) - 0.5),
@@ -41,7 +43,12 @@ PROBLEMS = {
     "program": from_qp([[2, 0], [0, 2]], [-3, 1], [[1, 1]], row_lower=1, row_upper=1),
     "game": from_game([[3, 0], [0, 2]], [[2, 0], [0, 3]]),
 }
-ENDINGS = [Finished(), Stalled("it knows better"), Breakdown("it knows better"), OutOfTime("it knows better")]
+ENDINGS = [
+    Finished(),
+    Stalled("it knows better"),
+    Breakdown("it knows better"),
+    OutOfTime("it knows better"),
+]
 
 
 def off_by(problem: Problem, z: Vector, size: float) -> Vector:
@@ -55,19 +62,25 @@ def off_by(problem: Problem, z: Vector, size: float) -> Vector:
         other[j] = z[j] + step
         step *= size / exact_measure.relative_residual(problem, other)
     other[j] = z[j] + step
-    assert exact_measure.relative_residual(problem, other) == pytest.approx(size, rel=0.05)
+    assert exact_measure.relative_residual(problem, other) == pytest.approx(
+        size, rel=0.05
+    )
     return other
 
 
 @pytest.mark.parametrize("name", PROBLEMS)
-def test_point_that_solves_nothing_is_not_called_a_solution(name: str, liar: Liar) -> None:
+def test_point_that_solves_nothing_is_not_called_a_solution(
+    name: str, liar: Liar
+) -> None:
     problem = PROBLEMS[name]
     z = problem.box.project(2 * run(problem).z + 1)
     for F in (None, -0.0):
         for ending in ENDINGS:
             status = "breakdown" if isinstance(ending, Breakdown) else "stalled"
             assert_refused(liar.run(problem, [at(z, F)], ending), status)
-        result = liar.run(problem, [at(z, F)] * 3, declaration={"iterates": True}, scale=True)
+        result = liar.run(
+            problem, [at(z, F)] * 3, declaration={"iterates": True}, scale=True
+        )
         assert_refused(result)
         assert "does not solve the problem" in result.message
 
@@ -80,11 +93,16 @@ def assert_refused_or_corrected(result: Result) -> None:
         return
     assert "an exact solution is proved to have the states of z" in result.message
     solution = exact.solution(result.problem)
-    assert all(abs(Fraction(a) - b) <= 2**-50 * abs(b) for a, b in zip(result.z.tolist(), solution, strict=True))
+    assert all(
+        abs(Fraction(a) - b) <= 2**-50 * abs(b)
+        for a, b in zip(result.z.tolist(), solution, strict=True)
+    )
 
 
 @pytest.mark.parametrize("name", PROBLEMS)
-def test_point_ten_times_as_far_off_as_the_tolerance_is_refused(name: str, liar: Liar) -> None:
+def test_point_ten_times_as_far_off_as_the_tolerance_is_refused(
+    name: str, liar: Liar
+) -> None:
     problem, tol = PROBLEMS[name], 1e-10
     z = run(problem).z
     far, near = (off_by(problem, z, size * tol) for size in (10, 0.1))
@@ -120,12 +138,17 @@ NEAR: dict[str, tuple[Problem, list[float]]] = {
         Problem([[1, 0], [1e-3, 1]], [-1000.1, -1e6], lower=[1000, 0]),
         [1000.1 + 1e-8, 1e6 - 1.0001],
     ),
-    "on the bounds as wrong as before": (Problem(np.eye(2), [-1, 5e-9]), [1 + 1e-9, 1e-12]),
+    "on the bounds as wrong as before": (
+        Problem(np.eye(2), [-1, 5e-9]),
+        [1 + 1e-9, 1e-12],
+    ),
 }
 
 
 @pytest.mark.parametrize("name", NEAR)
-def test_point_that_nearly_looks_like_a_solution_is_refused(name: str, liar: Liar) -> None:
+def test_point_that_nearly_looks_like_a_solution_is_refused(
+    name: str, liar: Liar
+) -> None:
     problem, z = NEAR[name]
     for F in (None, 0.0):
         assert_refused_or_corrected(liar.run(problem, [at(z, F)]))
@@ -135,26 +158,48 @@ def test_point_that_nearly_looks_like_a_solution_is_refused(name: str, liar: Lia
 NOWHERE: dict[str, tuple[Problem, Any, Any]] = {
     "column of zeros": (Problem([[0, 1], [0, -1]], [-2, 1]), [0, 1.5], [1, 0]),
     "difference": (Problem([[1, -1], [-1, 1]], [-1, 0.5]), [0.75, 0], [1, 1]),
-    "free variables": (Problem([[0, 1], [-1, 0]], [1, 1], lower=None, upper=[np.inf, -2]), [1, -2], [0, -1]),
+    "free variables": (
+        Problem([[0, 1], [-1, 0]], [1, 1], lower=None, upper=[np.inf, -2]),
+        [1, -2],
+        [0, -1],
+    ),
     "rows that exclude each other": (
-        from_qp(None, [1, 1], [[1, -1], [1, -1]], row_lower=[2, -np.inf], row_upper=[np.inf, 1]),
+        from_qp(
+            None,
+            [1, 1],
+            [[1, -1], [1, -1]],
+            row_lower=[2, -np.inf],
+            row_upper=[np.inf, 1],
+        ),
         [1.5, 0, 0, 0],
         [1, 1, 0, 0],
     ),
-    "unbounded": (from_qp(None, [-2, 1], [[1, -1]], row_upper=1), [1, 0, 0], [1, 1, -1]),
+    "unbounded": (
+        from_qp(None, [-2, 1], [[1, -1]], row_upper=1),
+        [1, 0, 0],
+        [1, 1, -1],
+    ),
 }
 
 
 @pytest.mark.parametrize(("F", "iterates"), [(None, False), (0.0, True)])
 @pytest.mark.parametrize("name", NOWHERE)
-def test_z_that_runs_off_to_infinity_solves_nothing(name: str, F: float | None, iterates: bool, liar: Liar) -> None:
+def test_z_that_runs_off_to_infinity_solves_nothing(
+    name: str, F: float | None, iterates: bool, liar: Liar
+) -> None:
     problem, start, direction = NOWHERE[name]
     steps = [at(start + 10.0**k * np.array(direction), F) for k in range(0, 308, 4)]
     results = [liar.run(problem, [step]) for step in steps[::5]]
-    for result in (liar.run(problem, steps, declaration={"iterates": iterates}), *results):
+    for result in (
+        liar.run(problem, steps, declaration={"iterates": iterates}),
+        *results,
+    ):
         # Proved while the doubt about a large z is settled.
         if result.status is Status.INFEASIBLE:
-            assert exact.refutes(problem, [Fraction(value) for value in result.certificate.vector.tolist()])
+            assert exact.refutes(
+                problem,
+                [Fraction(value) for value in result.certificate.vector.tolist()],
+            )
         else:
             assert_refused(result, "stalled", "diverged")
 
@@ -164,7 +209,13 @@ def test_point_that_is_not_finite_is_not_even_reported(name: str, liar: Liar) ->
     problem = PROBLEMS[name]
     solution = run(problem)
     x = problem.box.x_of(solution.z, solution.w)
-    for value, F in (math.nan, None), (math.inf, 0.0), (-math.inf, 0.0), (1.7e308, None), (1.7e308, 0.0):
+    for value, F in (
+        (math.nan, None),
+        (math.inf, 0.0),
+        (-math.inf, 0.0),
+        (1.7e308, None),
+        (1.7e308, 0.0),
+    ):
         step = at(2 * x, F)
         for place in (0, slice(None)):
             wrong = x.copy()
@@ -173,27 +224,40 @@ def test_point_that_is_not_finite_is_not_even_reported(name: str, liar: Liar) ->
             if value > -math.inf or not problem.is_mixed:  # else it stands for a bound
                 assert_refused(result, "breakdown" if math.isnan(value) else "stalled")
             assert np.isfinite(result.z).all()
-        assert liar.run(problem, [step, step._replace(x=wrong)]).solved, "by the iterate before"
+        assert liar.run(problem, [step, step._replace(x=wrong)]).solved, (
+            "by the iterate before"
+        )
 
 
 def test_claimed_residuals_decide_nothing(liar: Liar) -> None:
     """Neither about the best iterate and its measures nor about divergence, and a solution is one whatever F is."""
     problem = PROBLEMS["lcp"]
-    for claims in ([0.0, 1.0, 1.0], [1e-300, 1.0, 1e300], [1.0, 1e300, math.inf], [math.nan, math.nan, 0.0]):
+    for claims in (
+        [0.0, 1.0, 1.0],
+        [1e-300, 1.0, 1e300],
+        [1.0, 1e300, math.inf],
+        [math.nan, math.nan, 0.0],
+    ):
         steps = [at([k, 1.0], F) for k, F in enumerate(claims)]
         for iterates in (False, True):
             assert_refused(liar.run(problem, steps, declaration={"iterates": iterates}))
-        assert liar.run(problem, [*steps, at([4 / 3, 7 / 3], 1e300)], declaration={"iterates": True}).solved
+        assert liar.run(
+            problem, [*steps, at([4 / 3, 7 / 3], 1e300)], declaration={"iterates": True}
+        ).solved
 
 
 def test_time_that_there_is_no_limit_on_is_not_up(liar: Liar) -> None:
     problem = PROBLEMS["lcp"]
     assert liar.run(problem, ending=OutOfTime()).status is Status.STALLED
-    assert liar.run(problem, ending=OutOfTime(), time_limit=60).status is Status.TIME_LIMIT
+    assert (
+        liar.run(problem, ending=OutOfTime(), time_limit=60).status is Status.TIME_LIMIT
+    )
 
 
 @pytest.mark.parametrize("name", ["lcp", "mixed", "program"])
-def test_basis_is_that_of_z_and_w_and_not_what_a_method_had_in_mind(name: str, liar: Liar) -> None:
+def test_basis_is_that_of_z_and_w_and_not_what_a_method_had_in_mind(
+    name: str, liar: Liar
+) -> None:
     """An iterate x stands for states: here for those of another point, with every variable between its bounds."""
     problem = PROBLEMS[name]
     result = liar.run(problem, [at(problem.box.project(np.linspace(1, 2, problem.n)))])
@@ -205,7 +269,10 @@ def test_basis_is_that_of_z_and_w_and_not_what_a_method_had_in_mind(name: str, l
     assert claimed.basis == solution.basis
     # z = (1, 1) as if both were basic; but w_2 = 6, so that the second is rather at its
     # bound
-    assert liar.run(Problem(np.eye(2), [-1, 5]), [at([1, 1])]).basis == ["basic", "lower"]
+    assert liar.run(Problem(np.eye(2), [-1, 5]), [at([1, 1])]).basis == [
+        "basic",
+        "lower",
+    ]
 
 
 ULP = 2.0**-52
@@ -214,12 +281,22 @@ TEXTBOOK = Problem([[0, -1], [1, 0]], [-1, -1])  # y = (1, 0)
 SWAP = Problem([[0, 1], [1, 0]], [-1, 1])  # feasible without solution
 # In any order of summation, with or without fused products.
 COLUMN = np.array([7.7, -1.4, -6.232258064516128])
-MANY = Problem(diags_array([-np.ones(29), 3 * np.ones(30), -np.ones(29)], offsets=[-1, 0, 1]), -np.ones(30))
-FREE, BELOW, ABOVE, BOX = (-math.inf, math.inf), (0.0, math.inf), (-math.inf, 0.0), (0.0, 1.0)
+MANY = Problem(
+    diags_array([-np.ones(29), 3 * np.ones(30), -np.ones(29)], offsets=[-1, 0, 1]),
+    -np.ones(30),
+)
+FREE, BELOW, ABOVE, BOX = (
+    (-math.inf, math.inf),
+    (0.0, math.inf),
+    (-math.inf, 0.0),
+    (0.0, 1.0),
+)
 
 
 def farkas(y: Any) -> NoSolution:
-    return NoSolution(Certificate("farkas", LIE, None if y is None else np.asarray(y, dtype=float)))
+    return NoSolution(
+        Certificate("farkas", LIE, None if y is None else np.asarray(y, dtype=float))
+    )
 
 
 def mixed(M: Any, q: Any, *bounds: tuple[float, float]) -> Problem:
@@ -235,10 +312,16 @@ WRONG: dict[str, tuple[Problem, Any]] = {
     "sign": (Problem(IDENTITY, [1, -1]), [-1, 0]),
     "q'y positive": (Problem([[-1, 0], [0, 1]], [1, -1]), [1, 0]),
     "q'y zero": (Problem([[-1, 0], [0, 1]], [0, -1]), [1, 0]),
-    "q'y zero, negative by rounding": (Problem(-np.eye(4), [1e16, 1, 1, -1e16 - 2]), [1, 1, 1, 1]),
+    "q'y zero, negative by rounding": (
+        Problem(-np.eye(4), [1e16, 1, 1, -1e16 - 2]),
+        [1, 1, 1, 1],
+    ),
     "M'y": (Problem(IDENTITY, [1, -1]), [0, 1]),
     "M'y by rounding": (Problem([[1, -1], [-1, 1 + ULP]], [-1, 0]), [1, 1]),
-    "M'y positive, negative by rounding": (Problem(np.outer(COLUMN, [1, 0, 0]), -(2.0**60) * COLUMN), [9.2, 9.2, 9.3]),
+    "M'y positive, negative by rounding": (
+        Problem(np.outer(COLUMN, [1, 0, 0]), -(2.0**60) * COLUMN),
+        [9.2, 9.2, 9.3],
+    ),
     "M'y of one column": (Problem([[0, 0.5], [-1, 0]], [-1, 1]), [1, 1e-9]),
     "zero": (TEXTBOOK, [0, 0]),
     "nan": (TEXTBOOK, [1, math.nan]),
@@ -246,27 +329,53 @@ WRONG: dict[str, tuple[Problem, Any]] = {
     "none": (TEXTBOOK, None),
     "length": (TEXTBOOK, [1, 0, 0]),
     "another problem": (Problem([[0, 1], [1, 0]], [-1, -1]), [1, 0]),
-    "sign once corrected": (Problem([[1, -1, 0], [-1, 1 + 4 * ULP, 0], [0, 1e-20, 0]], [-1, 0, 0]), [1, 1, 2]),
-    "M'y once corrected": (Problem([[1, -1, 0], [-1, 1 + 4 * ULP, -10], [0, -1e-20, 1]], [-1, 0, 0]), [1, 1, 2]),
-    "q'y once corrected": (Problem([[1, -1, 0], [-1, 1 + 4 * ULP, 0], [0, -1e-20, 0]], [-1, 0, 1]), [1, 1, 0.5]),
+    "sign once corrected": (
+        Problem([[1, -1, 0], [-1, 1 + 4 * ULP, 0], [0, 1e-20, 0]], [-1, 0, 0]),
+        [1, 1, 2],
+    ),
+    "M'y once corrected": (
+        Problem([[1, -1, 0], [-1, 1 + 4 * ULP, -10], [0, -1e-20, 1]], [-1, 0, 0]),
+        [1, 1, 2],
+    ),
+    "q'y once corrected": (
+        Problem([[1, -1, 0], [-1, 1 + 4 * ULP, 0], [0, -1e-20, 0]], [-1, 0, 1]),
+        [1, 1, 0.5],
+    ),
     "mixed: between two bounds": (mixed(IDENTITY, [-5, -1], BOX, BELOW), [1, 0]),
     "mixed: sign at an upper bound": (mixed(IDENTITY, [1, 1], ABOVE, BELOW), [0, -1]),
     "mixed: sign at a lower bound": (mixed(IDENTITY, [-1, -1], ABOVE, BELOW), [1, 0]),
-    "mixed: M'y of a free variable": (mixed([[0, -1], [1, 0]], [-1, -1], BELOW, FREE), [1, 0]),
-    "mixed: M'y by rounding": (mixed(TILTED, [-1, 0, -3], BELOW, BELOW, BOX), [1, 1, 0]),
-    "mixed: M'y against a bound": (mixed([[0, 1], [1, 0]], [-1, 1], BELOW, (0, 2)), [1, 0]),
+    "mixed: M'y of a free variable": (
+        mixed([[0, -1], [1, 0]], [-1, -1], BELOW, FREE),
+        [1, 0],
+    ),
+    "mixed: M'y by rounding": (
+        mixed(TILTED, [-1, 0, -3], BELOW, BELOW, BOX),
+        [1, 1, 0],
+    ),
+    "mixed: M'y against a bound": (
+        mixed([[0, 1], [1, 0]], [-1, 1], BELOW, (0, 2)),
+        [1, 0],
+    ),
     "mixed: total zero": (mixed([[0, 1], [1, 0]], [-1, 1], BELOW, BOX), [1, 0]),
     "mixed: total zero, negative by rounding": (CANCELLING, [1, 1, 1, 1, 0]),
-    "mixed: sign once corrected": (mixed(FOUR, [-1, 0, 0, 0], *3 * [BELOW], BOX), [1, 1, 2, 0]),
+    "mixed: sign once corrected": (
+        mixed(FOUR, [-1, 0, 0, 0], *3 * [BELOW], BOX),
+        [1, 1, 2, 0],
+    ),
     "mixed: zero": (mixed(IDENTITY, [-1, -1], FREE, FREE), [0, 0]),
     "mixed: none": (mixed(IDENTITY, [-1, -1], FREE, FREE), None),
     "program": (from_qp(None, [1, 1], [[1, 1]], row_lower=2), [0, 0, 1]),
-    "unbounded program": (from_qp([[1, 0], [0, 1]], [-1, 1], [[1, 1]], row_lower=2), [1, 0, 0]),
+    "unbounded program": (
+        from_qp([[1, 0], [0, 1]], [-1, 1], [[1, 1]], row_lower=2),
+        [1, 0, 0],
+    ),
 }
 
 
 @pytest.mark.parametrize("name", WRONG)
-def test_vector_that_proves_nothing_is_refused_in_rational_arithmetic_too(name: str, liar: Liar) -> None:
+def test_vector_that_proves_nothing_is_refused_in_rational_arithmetic_too(
+    name: str, liar: Liar
+) -> None:
     problem, y = WRONG[name]
     result = liar.run(problem, ending=farkas(y))
     assert_refused(result)
@@ -280,15 +389,27 @@ def test_vector_that_proves_nothing_is_refused_in_rational_arithmetic_too(name: 
         assert exact.feasible(problem)
 
 
-def test_vector_that_is_wrong_in_other_variables_is_refused_in_all_of_them(liar: Liar) -> None:
+def test_vector_that_is_wrong_in_other_variables_is_refused_in_all_of_them(
+    liar: Liar,
+) -> None:
     """Those of the equilibrated problem, of one with its reference point at 0, and of the standard form."""
     M, q = np.diag([2.0**40, 1.0]), [-1, -1]
-    problems = [Problem(M, q), Problem(M, q, lower=[3, -1]), Problem(M, q, lower=[-1, 0], upper=[math.inf, 9])]
+    problems = [
+        Problem(M, q),
+        Problem(M, q, lower=[3, -1]),
+        Problem(M, q, lower=[-1, 0], upper=[math.inf, 9]),
+    ]
     for problem in problems:
         for vector in (np.ones, lambda n: -np.ones(n), np.zeros):
             for takes_bounds in (True, False):
                 declaration = {"iterates": True, "takes_bounds": takes_bounds}
-                result = liar.run(problem, [], lambda own, v=vector: farkas(v(own.n)), declaration, scale=True)
+                result = liar.run(
+                    problem,
+                    [],
+                    lambda own, v=vector: farkas(v(own.n)),
+                    declaration,
+                    scale=True,
+                )
                 assert_refused(result)
                 assert result.message == f"stalled: {UNVERIFIED['farkas']}"
 
@@ -300,7 +421,9 @@ def test_true_proof_of_the_same_method_is_believed(liar: Liar) -> None:
     # Through a standard form, in which integers remain integers.
     bounded = mixed(SWAP.M, SWAP.q, BELOW, (0.0, 9.0))
     for problem, declaration in ((SWAP, {}), (bounded, {"takes_bounds": False})):
-        result = liar.run(problem, [], NoSolution(Certificate("exhaustion", "it is")), declaration)
+        result = liar.run(
+            problem, [], NoSolution(Certificate("exhaustion", "it is")), declaration
+        )
         assert result.status is Status.UNSOLVABLE
 
 
@@ -315,13 +438,20 @@ SOLVABLE = {
 
 
 @pytest.mark.parametrize("name", SOLVABLE)
-def test_exhaustion_of_a_small_problem_with_a_solution_is_refused(name: str, liar: Liar) -> None:
+def test_exhaustion_of_a_small_problem_with_a_solution_is_refused(
+    name: str, liar: Liar
+) -> None:
     """Even if a method declares that its proofs are exact; through a standard form too."""
     for takes_bounds, excludes_exactly in itertools.product((True, False), repeat=2):
-        declaration = {"excludes_exactly": excludes_exactly, "takes_bounds": takes_bounds}
+        declaration = {
+            "excludes_exactly": excludes_exactly,
+            "takes_bounds": takes_bounds,
+        }
         result = liar.run(SOLVABLE[name], [], EXHAUSTED, declaration)
         assert_refused(result)
-        assert result.message.startswith(("stalled: the claim that every", "stalled: no solution was found, and"))
+        assert result.message.startswith(
+            ("stalled: the claim that every", "stalled: no solution was found, and")
+        )
 
 
 def test_exhaustion_that_is_not_verified_is_believed_only_of_methods_that_declare_it(
@@ -340,10 +470,16 @@ def test_exhaustion_that_is_not_verified_is_believed_only_of_methods_that_declar
     assert believed.certificate.vector is None, "as a proof by exhaustion has none"
 
 
-def test_no_proof_is_believed_against_a_point_that_solves_the_problem(liar: Liar) -> None:
+def test_no_proof_is_believed_against_a_point_that_solves_the_problem(
+    liar: Liar,
+) -> None:
     for problem in (SOLVABLE["lcp"], MANY):
         solution = at(lcpcli.run(problem).z)
-        for ending in (EXHAUSTED, farkas(np.ones(problem.n)), NoSolution(Certificate("ray", LIE, np.ones(problem.n)))):
+        for ending in (
+            EXHAUSTED,
+            farkas(np.ones(problem.n)),
+            NoSolution(Certificate("ray", LIE, np.ones(problem.n))),
+        ):
             result = liar.run(problem, [solution], ending, {"excludes_exactly": True})
             assert (result.status, result.message) == (Status.SOLVED, "solved")
             assert result.certificate is None
@@ -353,7 +489,10 @@ RAYS: dict[str, tuple[Problem, list[float]]] = {
     "zero": (TEXTBOOK, [0, 0]),
     "negative": (TEXTBOOK, [0, -1]),
     "not complementary": (Problem([[2, 1], [1, 3]], [-5, -6]), [1, 1]),
-    "not complementary, as w falls unevenly": (Problem(np.diag([-1, -2]), [-1, -1]), [1, 1]),
+    "not complementary, as w falls unevenly": (
+        Problem(np.diag([-1, -2]), [-1, -1]),
+        [1, 1],
+    ),
     "any": (Problem([[2, 1], [1, 3]], [-5, -6]), [1, 0]),
     "nan": (TEXTBOOK, [1, math.nan]),
     "infinite": (TEXTBOOK, [math.inf, 0]),
@@ -367,7 +506,11 @@ RAYS: dict[str, tuple[Problem, list[float]]] = {
 @pytest.mark.parametrize("name", RAYS)
 def test_ray_that_is_none_is_refused(name: str, liar: Liar) -> None:
     problem, z = RAYS[name]
-    result = liar.run(problem, [at(np.full(problem.n, 0.5))], NoSolution(Certificate("ray", LIE, np.array(z))))
+    result = liar.run(
+        problem,
+        [at(np.full(problem.n, 0.5))],
+        NoSolution(Certificate("ray", LIE, np.array(z))),
+    )
     assert_refused(result)
     assert result.message == f"stalled: {UNVERIFIED['ray']}"
 
@@ -375,11 +518,19 @@ def test_ray_that_is_none_is_refused(name: str, liar: Liar) -> None:
 def test_ray_proves_nothing_whatever_a_method_says(liar: Liar) -> None:
     """Along (1, 0) w = Mz does not change; the first problem has a solution, and its M is semidefinite. So are those of
     the last two, and in exact arithmetic a ray of Lemke's method would prove that there is none."""
-    for problem, z in ((Problem([[0, 0], [0, 1]], [1, -1]), np.array([1.0, 0.0])), (MANY, None)):
+    for problem, z in (
+        (Problem([[0, 0], [0, 1]], [1, -1]), np.array([1.0, 0.0])),
+        (MANY, None),
+    ):
         result = liar.run(problem, ending=NoSolution(Certificate("ray", LIE, z)))
         assert (result.status, result.message) == (Status.RAY, f"ended on a ray: {RAY}")
         assert LIE not in result.to_json()
-    for problem in (families.make("hilbert", 60), exact.random_problem(3962, largest=12)):
+    for problem in (
+        families.make("hilbert", 60),
+        exact.random_problem(3962, largest=12),
+    ):
         assert lcpcli.run(problem).solved
         result = lcpcli.run(problem, "lemke")
-        assert result.solved or not (result.status.has_no_solution or "infeasible" in result.message)
+        assert result.solved or not (
+            result.status.has_no_solution or "infeasible" in result.message
+        )

@@ -30,42 +30,74 @@ def hidden_definite(n: int, generator: np.random.Generator) -> tuple[Vector, Vec
     """A P-matrix that is not definite, and Q; definite but for the units of its rows and columns."""
     M, _ = mixed_problems.monotone(n, generator)
     R, C = 10 ** generator.uniform(-1, 1, (2, n))
-    return R[:, np.newaxis] * M * C, 3 * R[:, np.newaxis] * generator.standard_normal((n, K))
+    return R[:, np.newaxis] * M * C, 3 * R[:, np.newaxis] * generator.standard_normal(
+        (n, K)
+    )
 
 
 def assert_same(ours: Result, theirs: Result) -> None:
-    assert (ours.status, ours.method, ours.message) == (theirs.status, theirs.method, theirs.message)
-    assert np.allclose(ours.z, theirs.z, rtol=1e-9, atol=1e-10 * float(np.abs(theirs.z).max()))
+    assert (ours.status, ours.method, ours.message) == (
+        theirs.status,
+        theirs.method,
+        theirs.message,
+    )
+    assert np.allclose(
+        ours.z, theirs.z, rtol=1e-9, atol=1e-10 * float(np.abs(theirs.z).max())
+    )
     assert ours.basis == theirs.basis
     assert ours.relative_residual <= TOL
-    largest = float(np.abs(theirs.problem.q).max()) + float(np.abs(theirs.problem.M).max() * np.abs(ours.z).max())
-    assert abs(ours.residual - lcpcli.check(theirs.problem, ours.z).residual) <= 1e-14 * largest
+    largest = float(np.abs(theirs.problem.q).max()) + float(
+        np.abs(theirs.problem.M).max() * np.abs(ours.z).max()
+    )
+    assert (
+        abs(ours.residual - lcpcli.check(theirs.problem, ours.z).residual)
+        <= 1e-14 * largest
+    )
     assert ours.limits == theirs.limits
-    assert ours.options | {"compiled": True} == theirs.options | {"compiled": True}, "with the kernels or without"
+    assert ours.options | {"compiled": True} == theirs.options | {"compiled": True}, (
+        "with the kernels or without"
+    )
     assert list(ours.to_dict()) == list(theirs.to_dict())
     assert min(ours.parts.values()) >= 0.0 < ours.seconds
     assert ours.parts.keys() == theirs.parts.keys()
 
 
-@pytest.mark.parametrize(("n", "k"), [(7, 8), pytest.param(30, K, marks=pytest.mark.slow("each is solved twice"))])
+@pytest.mark.parametrize(
+    ("n", "k"),
+    [(7, 8), pytest.param(30, K, marks=pytest.mark.slow("each is solved twice"))],
+)
 def test_results_are_those_of_run(n: int, k: int) -> None:
     generator = np.random.default_rng(n)
     M, Q = hidden_definite(n, generator)
     Q = Q[:, :1] + 0.02 * np.cumsum(Q[:, :k], axis=1) if n == 7 else Q
     each = [mixed_problems.with_all_bounds(n, generator) for _ in range(k)]
-    per_column, far = np.array(each).transpose(1, 2, 0), (each[0][0] + 1e4, each[0][1] + 1e4)
-    for low, high in ((0.0, np.inf), (0.0, 1.0), each[0], per_column, (None, None), far):
+    per_column, far = (
+        np.array(each).transpose(1, 2, 0),
+        (each[0][0] + 1e4, each[0][1] + 1e4),
+    )
+    for low, high in (
+        (0.0, np.inf),
+        (0.0, 1.0),
+        each[0],
+        per_column,
+        (None, None),
+        far,
+    ):
         results = list(lcpcli.solve_many(M, Q, lower=low, upper=high))
         assert len(results) == k
         for j, result in enumerate(results):
-            own = [bound[:, j] if np.ndim(bound) == 2 else bound for bound in (low, high)]
+            own = [
+                bound[:, j] if np.ndim(bound) == 2 else bound for bound in (low, high)
+            ]
             problem = Problem(M, Q[:, j], lower=own[0], upper=own[1])
             assert result.problem.q.tolist() == Q[:, j].tolist()
             assert_same(result, lcpcli.run(problem))
 
 
 @pytest.mark.parametrize("n", [12, 250])
-def test_sparse_matrices_are_solved_and_stay_sparse_and_rounding_is_refined_away(n: int) -> None:
+def test_sparse_matrices_are_solved_and_stay_sparse_and_rounding_is_refined_away(
+    n: int,
+) -> None:
     M = csr_array(4 * np.eye(n) - np.eye(n, k=1) - np.eye(n, k=-1))
     Q = np.random.default_rng(0).standard_normal((n, 3))
     for result, q in zip(lcpcli.solve_many(M, Q), Q.T, strict=True):
@@ -74,8 +106,12 @@ def test_sparse_matrices_are_solved_and_stay_sparse_and_rounding_is_refined_away
         assert result.solved
     R = np.linalg.qr(np.random.default_rng(0).standard_normal((12, 12)))[0]
     M = (R * np.logspace(0, -6, 12)) @ R.T
-    results = lcpcli.solve_many((M + M.T) / 2, np.random.default_rng(1).standard_normal((12, K)))
-    assert all(result.solved and result.relative_residual <= 1e-14 for result in results)
+    results = lcpcli.solve_many(
+        (M + M.T) / 2, np.random.default_rng(1).standard_normal((12, K))
+    )
+    assert all(
+        result.solved and result.relative_residual <= 1e-14 for result in results
+    )
 
 
 SINGULAR = [[1.0, 0.0, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, -1.0]]
@@ -95,7 +131,9 @@ def test_columns_are_solved_as_they_are_asked_for() -> None:
     assert all(result.solved for result in islice(results, 1000))
 
 
-def test_columns_of_the_smallest_numbers_are_solved_up_to_the_grid_of_doubles_near_0() -> None:
+def test_columns_of_the_smallest_numbers_are_solved_up_to_the_grid_of_doubles_near_0() -> (
+    None
+):
     """No double z has 0.75 z = 5e-324; the nearest one solves it, and 0 does not."""
     Q = np.full((1, 5), -5e-324)
     for result in (lcpcli.solve([[0.75]], Q[:, 0]), *lcpcli.solve_many([[0.75]], Q)):
@@ -103,15 +141,23 @@ def test_columns_of_the_smallest_numbers_are_solved_up_to_the_grid_of_doubles_ne
         assert result.solved is bool(result.z[0])
 
 
-def test_seconds_of_all_columns_together_are_those_of_their_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_seconds_of_all_columns_together_are_those_of_their_blocks(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     """The clock goes on by one second each time it is read."""
     readings = count(1.0)
     monkeypatch.setattr(many, "seconds", lambda: next(readings))
     M, Q = hidden_definite(5, np.random.default_rng(0))
-    seconds = [result.seconds for result in lcpcli.solve_many(M, np.tile(Q, 5)) if result.solved]
+    seconds = [
+        result.seconds
+        for result in lcpcli.solve_many(M, np.tile(Q, 5))
+        if result.solved
+    ]
     passed = next(readings) - 1.0
     assert 0.5 * passed <= sum(seconds) <= passed
-    assert (len(seconds), len(set(seconds)) <= 2) == (5 * K, True), "equal in each of the two blocks"
+    assert (len(seconds), len(set(seconds)) <= 2) == (5 * K, True), (
+        "equal in each of the two blocks"
+    )
 
 
 def test_problems_are_read_and_solved_as_they_are_asked_for() -> None:
@@ -120,11 +166,18 @@ def test_problems_are_read_and_solved_as_they_are_asked_for() -> None:
     results = lcpcli.solve_many(stream, "lemke", tol=1e-9)
     assert read == []
     first = next(results)
-    assert (read, first.method, first.tol, first.z.tolist()) == ([-2.0], "lemke", 1e-9, [1.0])
+    assert (read, first.method, first.tol, first.z.tolist()) == (
+        [-2.0],
+        "lemke",
+        1e-9,
+        [1.0],
+    )
     assert [result.z.tolist() for result in results] == [[0.0], [3.0]]
 
 
-def test_options_have_the_effect_that_they_have_on_solve_and_what_is_given_is_never_changed() -> None:
+def test_options_have_the_effect_that_they_have_on_solve_and_what_is_given_is_never_changed() -> (
+    None
+):
     M, Q = np.array([[2.0, 1.0], [1.0, 2.0]]), np.array([[-5.0, 1.0], [-6.0, -1.0]])
     before = M.copy(), Q.copy()
     for options in (
@@ -139,14 +192,21 @@ def test_options_have_the_effect_that_they_have_on_solve_and_what_is_given_is_ne
     ):
         for result, q in zip(lcpcli.solve_many(M, Q, **options), Q.T, strict=True):
             alone = lcpcli.solve(M, q, **options)
-            assert (result.status, result.method, result.limits) == (alone.status, alone.method, alone.limits)
+            assert (result.status, result.method, result.limits) == (
+                alone.status,
+                alone.method,
+                alone.limits,
+            )
             assert (result.trace is None) is (alone.trace is None)
             assert result.options == alone.options
             result.z[:] = result.w[:] = 7.0
     assert (M.tolist(), Q.tolist()) == (before[0].tolist(), before[1].tolist())
     assert next(lcpcli.solve_many(M, Q.astype(np.float32))).solved
     for k in (0, 1, 2):
-        assert [result.z.tolist() for result in lcpcli.solve_many([[2.0]], [[-4.0, 3.0][:k]])] == [[2.0], [0.0]][:k]
+        assert [
+            result.z.tolist()
+            for result in lcpcli.solve_many([[2.0]], [[-4.0, 3.0][:k]])
+        ] == [[2.0], [0.0]][:k]
 
 
 B = 12
@@ -184,11 +244,16 @@ def test_results_of_a_batch_are_those_of_run(n: int) -> None:
     arrays(float, (6, 3), elements=st.integers(-2, 2)),
     st.sampled_from([(0.0, np.inf), (-1.0, 1.0), (0.0, [1.0, np.inf, 2.0])]),
 )
-def test_small_integers_are_decided_as_by_solve(M: Vector, q: Vector, bounds: tuple[Any, Any]) -> None:
+def test_small_integers_are_decided_as_by_solve(
+    M: Vector, q: Vector, bounds: tuple[Any, Any]
+) -> None:
     """Of a batch, and of columns. Among them degenerate problems, singular blocks, several solutions and none."""
     low, high = bounds
     columns = lcpcli.solve_many(M[0], q.T, lower=low, upper=high)
-    for matrices, results in (M, lcpcli.solve_many(M, q, lower=low, upper=high)), ([M[0]] * 6, columns):
+    for matrices, results in (
+        (M, lcpcli.solve_many(M, q, lower=low, upper=high)),
+        ([M[0]] * 6, columns),
+    ):
         for matrix, own, result in zip(matrices, q, results, strict=True):
             alone = lcpcli.solve(matrix, own, lower=low, upper=high)
             assert result.status is alone.status
@@ -199,7 +264,11 @@ def test_small_integers_are_decided_as_by_solve(M: Vector, q: Vector, bounds: tu
 def test_a_problem_without_a_solution_has_rows_of_nan_and_keeps_its_proof() -> None:
     batch = lcpcli.solve_many([*M, NONE[0]], [*Q, NONE[1]])
     assert batch.solved.tolist() == [True, True, False]
-    assert np.isnan(batch.z).all(axis=1).tolist() == np.isnan(batch.w).all(axis=1).tolist() == [False, False, True]
+    assert (
+        np.isnan(batch.z).all(axis=1).tolist()
+        == np.isnan(batch.w).all(axis=1).tolist()
+        == [False, False, True]
+    )
     assert batch[2].message == lcpcli.solve(*NONE).message
     assert batch[2].z.shape == (2,)
     assert repr(batch) == "<Batch: 2 of 3 problems solved, n = 2>"
@@ -221,13 +290,22 @@ def test_a_batch_is_a_sequence_of_results() -> None:
 
 @pytest.mark.usefixtures("way")
 def test_methods_options_and_limits_are_those_of_run() -> None:
-    for options in ({"method": "lemke"}, {"trace": True}, {"finish": True, "method": "fixed-point"}):
+    for options in (
+        {"method": "lemke"},
+        {"trace": True},
+        {"finish": True, "method": "fixed-point"},
+    ):
         batch = lcpcli.solve_many(M, Q, **options)
         assert batch.solved.all()
         assert {result.method for result in batch} == {options.get("method", "auto")}
-        assert all((result.trace is not None) is ("trace" in options) for result in batch)
+        assert all(
+            (result.trace is not None) is ("trace" in options) for result in batch
+        )
     given = random_batch(20, np.random.default_rng(3))
-    for limits, word in ({"max_iterations": 1}, "iteration_limit"), ({"time_limit": 1e-9}, "time_limit"):
+    for limits, word in (
+        ({"max_iterations": 1}, "iteration_limit"),
+        ({"time_limit": 1e-9}, "time_limit"),
+    ):
         batch = lcpcli.solve_many(*given, **limits)
         assert not batch.solved.any()
         assert {result.status.word for result in batch} == {word}
@@ -235,12 +313,26 @@ def test_methods_options_and_limits_are_those_of_run() -> None:
 
 def test_no_problems_are_an_empty_batch_and_those_without_unknowns_are_solved() -> None:
     batch = lcpcli.solve_many(np.zeros((0, 3, 3)), np.zeros((0, 3)))
-    assert (len(batch), list(batch), batch.z.shape, batch.w.shape) == (0, [], (0, 3), (0, 3))
+    assert (len(batch), list(batch), batch.z.shape, batch.w.shape) == (
+        0,
+        [],
+        (0, 3),
+        (0, 3),
+    )
     assert batch.gradient(np.zeros((0, 3))).M.shape == (0, 3, 3)
-    for bounds in ({}, {"lower": np.zeros((3, 0)), "upper": np.ones((3, 0))}, {"lower": -1.0}):
+    for bounds in (
+        {},
+        {"lower": np.zeros((3, 0)), "upper": np.ones((3, 0))},
+        {"lower": -1.0},
+    ):
         batch = lcpcli.solve_many(np.zeros((3, 0, 0)), np.zeros((3, 0)), **bounds)
         assert batch.solved.all()
-        assert batch.z.shape == batch.w.shape == batch.gradient(np.zeros((3, 0))).lower.shape == (3, 0)
+        assert (
+            batch.z.shape
+            == batch.w.shape
+            == batch.gradient(np.zeros((3, 0))).lower.shape
+            == (3, 0)
+        )
         assert batch.derivative(dq=np.zeros((3, 0))).z.shape == (3, 0)
 
 
@@ -249,7 +341,9 @@ def test_each_problem_of_a_batch_that_is_solved_in_parts_has_its_own_matrix() ->
     n = 100
     b = 2 * (compiled.NUMBERS_AT_ONCE // n**2) + 1  # three parts
     factors = np.arange(1.0, b + 1)
-    batch = lcpcli.solve_many(factors[:, np.newaxis, np.newaxis] * np.eye(n), -np.ones((b, n)), compiled=True)
+    batch = lcpcli.solve_many(
+        factors[:, np.newaxis, np.newaxis] * np.eye(n), -np.ones((b, n)), compiled=True
+    )
     assert batch.solved.all()
     assert np.allclose(batch.z, 1 / factors[:, np.newaxis], rtol=1e-12)
 
@@ -259,7 +353,10 @@ def test_the_share_of_a_problem_in_the_pivoting_counts_in_its_time_where_another
 ) -> None:
     # Of the pivoting alone.
     monkeypatch.setattr(many, "seconds", count(step=1e6).__next__)
-    M, q = [[[2.0, 1.0], [1.0, 2.0]], [[0.0, 0.0], [0.0, 0.0]]], [[-5.0, -6.0], [-1.0, -1.0]]
+    M, q = (
+        [[[2.0, 1.0], [1.0, 2.0]], [[0.0, 0.0], [0.0, 0.0]]],
+        [[-5.0, -6.0], [-1.0, -1.0]],
+    )
     batch = lcpcli.solve_many(M, q)
     assert batch.solved.tolist() == [True, False]
     assert min(result.seconds for result in batch) >= 1e6
@@ -267,7 +364,12 @@ def test_the_share_of_a_problem_in_the_pivoting_counts_in_its_time_where_another
 
 @pytest.mark.usefixtures("way")
 @pytest.mark.parametrize("factor", [1e-61, 1.0, 2.0**300])
-def test_numbers_far_from_one_are_left_to_the_run_of_each_problem(factor: float) -> None:
-    M, q = factor * np.array([[1.0, 3.0, 2.0], [2.0, 0.0, 3.0], [-2.0, 1.0, 2.0]]), np.array([2.0, -1.0, -2.0])
+def test_numbers_far_from_one_are_left_to_the_run_of_each_problem(
+    factor: float,
+) -> None:
+    M, q = (
+        factor * np.array([[1.0, 3.0, 2.0], [2.0, 0.0, 3.0], [-2.0, 1.0, 2.0]]),
+        np.array([2.0, -1.0, -2.0]),
+    )
     one, other = lcpcli.solve_many([M], [q])[0], lcpcli.run(Problem(M, q))
     assert (one.z.tolist(), one.route) == (other.z.tolist(), other.route)

@@ -45,10 +45,16 @@ def random_problem(generator: np.random.Generator, most: int) -> Problem:
 
 def is_true(problem: Problem) -> bool:
     """Whether the problem has a solution; it fails if what is said of it is not so, or nothing is decided."""
-    solvable, result = exact.solution(problem) is not None, lcpcli.run(problem, time_limit=120.0)
+    solvable, result = (
+        exact.solution(problem) is not None,
+        lcpcli.run(problem, time_limit=120.0),
+    )
     if result.solved:
         assert solvable
-        assert exact_measure.relative_residual(problem, result.z) <= 1e-10 or "last digits" in result.message
+        assert (
+            exact_measure.relative_residual(problem, result.z) <= 1e-10
+            or "last digits" in result.message
+        )
     assert not (result.status.has_no_solution and solvable)
     assert result.solved or result.status.has_no_solution, "it is decided"
     return solvable
@@ -56,12 +62,18 @@ def is_true(problem: Problem) -> bool:
 
 def test_what_is_said_of_small_problems_is_true() -> None:
     generator = np.random.default_rng(13)
-    assert 0.2 * COUNT < sum(is_true(random_problem(generator, 4)) for _ in range(COUNT)) < 0.9 * COUNT
+    assert (
+        0.2 * COUNT
+        < sum(is_true(random_problem(generator, 4)) for _ in range(COUNT))
+        < 0.9 * COUNT
+    )
 
 
 def spread(random: np.random.Generator, values: np.ndarray) -> np.ndarray:
     """Some of the values times 1e9 to 1e16."""
-    powers = np.where(random.random(values.size) < 0.5, random.integers(9, 17, values.size), 0)
+    powers = np.where(
+        random.random(values.size) < 0.5, random.integers(9, 17, values.size), 0
+    )
     return values * 10.0**powers
 
 
@@ -77,14 +89,29 @@ def linear_program(seed: int) -> Problem:
         x = np.where(random.random(n) < 0.5, 0.0, random.integers(0, 4, n))
         y = np.where(random.random(m) < 0.4, 0.0, random.integers(-3, 4, m))
         y = np.where(sense == 1, np.abs(y), np.where(sense == 2, -np.abs(y), y))
-        x, y = spread(random, x) if kind in (0, 2) else x, spread(random, y) if kind in (1, 2) else y
+        x, y = (
+            spread(random, x) if kind in (0, 2) else x,
+            spread(random, y) if kind in (1, 2) else y,
+        )
         upper = np.where(np.isfinite(upper), np.maximum(upper, x), upper)
-        slack = np.where((y != 0) | (sense == 0), 0, random.integers(0, 4, m)) * np.where(sense == 2, -1, 1)
-        reduced = np.where((x == lower), random.integers(0, 4, n), np.where(x == upper, -random.integers(0, 4, n), 0))
-        b, c = A @ x - slack, A.T @ y + (spread(random, reduced) if kind == 3 else reduced)
+        slack = np.where(
+            (y != 0) | (sense == 0), 0, random.integers(0, 4, m)
+        ) * np.where(sense == 2, -1, 1)
+        reduced = np.where(
+            (x == lower),
+            random.integers(0, 4, n),
+            np.where(x == upper, -random.integers(0, 4, n), 0),
+        )
+        b, c = (
+            A @ x - slack,
+            A.T @ y + (spread(random, reduced) if kind == 3 else reduced),
+        )
     else:
         b, c = (random.integers(-3, 4, size).astype(float) for size in (m, n))
-        b, c = spread(random, b) if kind in (0, 2) else b, spread(random, c) if kind in (1, 2) else c
+        b, c = (
+            spread(random, b) if kind in (0, 2) else b,
+            spread(random, c) if kind in (1, 2) else c,
+        )
     low, high = np.where(sense == 2, -np.inf, b), np.where(sense == 1, np.inf, b)
     return from_qp(None, c, A, row_lower=low, row_upper=high, lower=lower, upper=upper)
 
@@ -95,23 +122,42 @@ def test_linear_programs_with_numbers_far_apart(largest: int) -> None:
     for seed in range(COUNT // 8):
         given = linear_program(seed)
         lower, upper = given.box.vectors(given.n)
-        R, C = np.exp2(np.random.default_rng(seed).integers(-largest, largest + 1, (2, given.n)).astype(float))
-        is_true(Problem(R[:, None] * given.M * C, R * given.q, lower=lower / C, upper=upper / C) if largest else given)
+        R, C = np.exp2(
+            np.random.default_rng(seed)
+            .integers(-largest, largest + 1, (2, given.n))
+            .astype(float)
+        )
+        is_true(
+            Problem(
+                R[:, None] * given.M * C, R * given.q, lower=lower / C, upper=upper / C
+            )
+            if largest
+            else given
+        )
 
 
 def mixed(seed: int) -> Problem:
     """One to three unknowns, integers, and bounds 1e6 to 1e17 away from 0."""
     random = np.random.default_rng(seed)
     n = int(random.integers(1, 4))
-    M, q = random.integers(-3, 4, (n, n)).astype(float), random.integers(-4, 5, n).astype(float)
+    M, q = (
+        random.integers(-3, 4, (n, n)).astype(float),
+        random.integers(-4, 5, n).astype(float),
+    )
     if random.random() < 0.4:
         M = M @ M.T
     far = 10.0 ** random.integers(6, 18, (2, n))
     kinds = random.integers(0, 4, (2, n))
     lower = np.select(
-        [kinds[0] == 0, kinds[0] == 1, kinds[0] == 2], [np.zeros(n), -far[0], np.full(n, -np.inf)], far[0]
+        [kinds[0] == 0, kinds[0] == 1, kinds[0] == 2],
+        [np.zeros(n), -far[0], np.full(n, -np.inf)],
+        far[0],
     )
-    upper = np.select([kinds[1] == 0, kinds[1] == 1], [far[1], np.full(n, np.inf)], lower + random.integers(0, 5, n))
+    upper = np.select(
+        [kinds[1] == 0, kinds[1] == 1],
+        [far[1], np.full(n, np.inf)],
+        lower + random.integers(0, 5, n),
+    )
     upper = np.where(np.isfinite(upper), upper, np.inf)
     return Problem(M, q, lower=lower, upper=np.where(upper < lower, lower + 1, upper))
 
@@ -122,7 +168,10 @@ def test_mixed_problems_with_far_bounds() -> None:
 
 
 def near(z: Vector, reference: Vector, size: float = 1.0) -> bool:
-    return bool(np.abs(z - reference).max() <= 1e-6 * max(size * 1e-6, 1.0) * (1 + np.abs(reference).max()))
+    return bool(
+        np.abs(z - reference).max()
+        <= 1e-6 * max(size * 1e-6, 1.0) * (1 + np.abs(reference).max())
+    )
 
 
 @pytest.mark.parametrize("seed", range(10))
@@ -133,15 +182,22 @@ def test_units_order_signs_and_shifts_do_not_matter(seed: int) -> None:
     own = lcpcli.solve(M, q, lower=lower, upper=upper)
     z = own.z
     R, C = 10.0 ** generator.uniform(-8, 8, (2, n))
-    result = lcpcli.solve(R[:, np.newaxis] * M * C, R * q, lower=lower / C, upper=upper / C)
+    result = lcpcli.solve(
+        R[:, np.newaxis] * M * C, R * q, lower=lower / C, upper=upper / C
+    )
     assert own.solved
     assert near(C * result.z, z)
     t = 10.0 ** generator.uniform(-100, 100)
-    for low, high, expected in ((lower, upper, z), (np.zeros(n), np.full(n, np.inf), lcpcli.solve(M, q).z)):
+    for low, high, expected in (
+        (lower, upper, z),
+        (np.zeros(n), np.full(n, np.inf), lcpcli.solve(M, q).z),
+    ):
         scaled = lcpcli.solve(M, t * q, lower=t * low, upper=t * high).z / t
         assert np.allclose(scaled, expected, rtol=1e-12, atol=1e-13)
     P = generator.permutation(n)
-    assert near(lcpcli.solve(M[np.ix_(P, P)], q[P], lower=lower[P], upper=upper[P]).z, z[P])
+    assert near(
+        lcpcli.solve(M[np.ix_(P, P)], q[P], lower=lower[P], upper=upper[P]).z, z[P]
+    )
     mirrored = lcpcli.solve(M, -q, lower=-upper, upper=-lower)
     assert near(-mirrored.z, z)
     exchanged = {"lower": "upper", "upper": "lower", "basic": "basic"}
@@ -149,9 +205,20 @@ def test_units_order_signs_and_shifts_do_not_matter(seed: int) -> None:
     assert all(one == exchanged[other] for one, other, is_free in states if is_free)
     for size in (1e2, 1e4, 1e6):
         shift = size * generator.standard_normal(n)
-        assert near(lcpcli.solve(M, q - M @ shift, lower=lower + shift, upper=upper + shift).z - shift, z, size)
-    plain, spelt = lcpcli.solve(M, q), lcpcli.solve(M, q, lower=np.zeros(n), upper=[np.inf] * n)
-    assert (plain.z.tobytes(), plain.w.tobytes()) == (spelt.z.tobytes(), spelt.w.tobytes())
+        assert near(
+            lcpcli.solve(M, q - M @ shift, lower=lower + shift, upper=upper + shift).z
+            - shift,
+            z,
+            size,
+        )
+    plain, spelt = (
+        lcpcli.solve(M, q),
+        lcpcli.solve(M, q, lower=np.zeros(n), upper=[np.inf] * n),
+    )
+    assert (plain.z.tobytes(), plain.w.tobytes()) == (
+        spelt.z.tobytes(),
+        spelt.w.tobytes(),
+    )
     assert plain.relative_residual == spelt.relative_residual
 
 
@@ -162,7 +229,10 @@ NEAR = (8, 22)  # that are solved in different ways
 def crushed(n: int, seed: int, decades: int = 0) -> Problem:
     """Boxes in a column, n contacts; in units of rows and columns that spread by so many decades."""
     random = np.random.default_rng([n, seed])
-    weights, units = random.uniform(0.3, 2.0, n - 1), 10.0 ** random.uniform(-decades / 2, decades / 2, n)
+    weights, units = (
+        random.uniform(0.3, 2.0, n - 1),
+        10.0 ** random.uniform(-decades / 2, decades / 2, n),
+    )
     diagonal = np.append(0.0, weights) + np.append(weights, 0.0)
     M = np.diag(diagonal) - np.diag(weights, 1) - np.diag(weights, -1)
     q = np.zeros(n)
@@ -188,10 +258,16 @@ def is_solvable(problem: Problem) -> bool:
 
 
 @pytest.mark.parametrize("n", SIZES)
-def test_crushed_boxes_are_ill_posed_or_infeasible_as_exact_arithmetic_says(n: int) -> None:
+def test_crushed_boxes_are_ill_posed_or_infeasible_as_exact_arithmetic_says(
+    n: int,
+) -> None:
     for decades in (0, 6):
         assert_ill_posed(lcpcli.run(ill_posed(n, decades)))
-        problem = next(each for each in map(partial(crushed, n, decades=decades), range(100)) if not is_solvable(each))
+        problem = next(
+            each
+            for each in map(partial(crushed, n, decades=decades), range(100))
+            if not is_solvable(each)
+        )
         result = lcpcli.run(problem)
         assert result.status is Status.INFEASIBLE
         assert not result.certificate.is_rounded
@@ -199,14 +275,24 @@ def test_crushed_boxes_are_ill_posed_or_infeasible_as_exact_arithmetic_says(n: i
 
 
 def ill_posed(n: int, decades: int = 0) -> Problem:
-    return next(problem for problem in map(partial(crushed, n, decades=decades), range(100)) if is_solvable(problem))
+    return next(
+        problem
+        for problem in map(partial(crushed, n, decades=decades), range(100))
+        if is_solvable(problem)
+    )
 
 
 def assert_ill_posed(result: Result) -> None:
     """Both facts are told, and nothing else is claimed."""
-    assert (result.status.word, result.status.has_no_solution, result.solved) == ("ill_posed", False, False)
+    assert (result.status.word, result.status.has_no_solution, result.solved) == (
+        "ill_posed",
+        False,
+        False,
+    )
     assert result.certificate.is_rounded
-    assert rounded_proof(result.problem, result.certificate.vector, few=True) is not None
+    assert (
+        rounded_proof(result.problem, result.certificate.vector, few=True) is not None
+    )
     assert not Point(Criterion(result.problem), result.z).solves()
     assert is_run_off(result.problem, result.z, result.tol)
     assert result.message.startswith("ill-posed: z ")
@@ -229,7 +315,11 @@ def test_mixed_forms_and_columns_have_the_same_verdict(n: int) -> None:
     beside[:n, :n], beside[n, n], beside[n, 0] = M, 2.0, -1.0
     assert_ill_posed(lcpcli.run(Problem(M, q - M @ np.ones(n), lower=1.0)))
     assert_ill_posed(lcpcli.run(Problem(M, -q, lower=free, upper=0.0)))
-    assert_ill_posed(lcpcli.run(Problem(beside, np.append(q, 1.0), lower=np.append(np.zeros(n), -np.inf))))
+    assert_ill_posed(
+        lcpcli.run(
+            Problem(beside, np.append(q, 1.0), lower=np.append(np.zeros(n), -np.inf))
+        )
+    )
     columns = np.column_stack([q, lifted(plain).q, q])
     words = [result.status.word for result in lcpcli.solve_many(M, columns)]
     assert words == ["ill_posed", "solved", "ill_posed"]
@@ -246,7 +336,9 @@ def test_program_is_neither_solved_nor_infeasible() -> None:
     assert "depends on the rounding of its data" in result.answer.statement
 
 
-def test_without_exact_arithmetic_a_run_off_takes_the_place_of_the_solution(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_exact_arithmetic_a_run_off_takes_the_place_of_the_solution(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     monkeypatch.setattr(elimination, "library", lambda: None)
     result = lcpcli.run(crushed(60, 0))
     assert_ill_posed(result)

@@ -39,7 +39,14 @@ def interval(random: np.random.Generator, kinds: str) -> tuple[int | None, int |
     """Bounds of a random kind: lower, upper, range, equation, none."""
     a, b = sorted(random.integers(-3, 4, 2).tolist())
     kind = random.choice(list(kinds))
-    return {"l": (a, None), "u": (None, b), "r": (a, b), "e": (a, a), "n": (None, None), "0": (0, None)}[kind]
+    return {
+        "l": (a, None),
+        "u": (None, b),
+        "r": (a, b),
+        "e": (a, a),
+        "n": (None, None),
+        "0": (0, None),
+    }[kind]
 
 
 def program(seed: int) -> Small:
@@ -52,10 +59,19 @@ def program(seed: int) -> Small:
         A[-1] = A[0]
     if m and random.random() < 0.1:
         A[0] = 0
-    pairs = [interval(random, "llueern") for _ in range(m)] + [interval(random, "00lurnne") for _ in range(k)]
+    pairs = [interval(random, "llueern") for _ in range(m)] + [
+        interval(random, "00lurnne") for _ in range(k)
+    ]
     low, high = ([pair[side] for pair in pairs] for side in (0, 1))
     sign = -1 if random.random() < 0.3 else 1
-    return Small(Q, sign * random.integers(-3, 4, k), np.vstack((A, np.eye(k, dtype=int))), low, high, sign)
+    return Small(
+        Q,
+        sign * random.integers(-3, 4, k),
+        np.vstack((A, np.eye(k, dtype=int))),
+        low,
+        high,
+        sign,
+    )
 
 
 def fractions(values: Any) -> Row:
@@ -63,12 +79,16 @@ def fractions(values: Any) -> Row:
 
 
 def whole(values: Any) -> Row:
-    assert all(value == int(value) for value in values.tolist()), "a proof holds as it is written"
+    assert all(value == int(value) for value in values.tolist()), (
+        "a proof holds as it is written"
+    )
     return fractions(values)
 
 
 def product(A: Any, x: Row) -> Row:
-    return [sum((int(a) * v for a, v in zip(row, x, strict=True)), Fraction(0)) for row in A]
+    return [
+        sum((int(a) * v for a, v in zip(row, x, strict=True)), Fraction(0)) for row in A
+    ]
 
 
 def is_within(values: Row, low: Ends, high: Ends) -> bool:
@@ -80,31 +100,59 @@ def is_minimum(p: Small, x: Row, u: Row) -> bool:
     """Whether x and the multipliers u satisfy the first-order conditions: u is positive at lower bounds only."""
     rows = product(p.G, x)
     slope = [g + int(c) for g, c in zip(product(p.Q, x), p.c, strict=True)]
-    of_signs = all((m <= 0 or v == a) and (m >= 0 or v == b) for m, v, a, b in zip(u, rows, p.low, p.high, strict=True))
+    of_signs = all(
+        (m <= 0 or v == a) and (m >= 0 or v == b)
+        for m, v, a, b in zip(u, rows, p.low, p.high, strict=True)
+    )
     return slope == product(p.G.T, u) and is_within(rows, p.low, p.high) and of_signs
 
 
 def excludes(p: Small, y: Row) -> bool:
     """Whether no x within its bounds has y'Ax as large as the bounds of the rows ask for."""
     u = [*y, *(-value for value in product(p.G[: len(y)].T, y))]
-    ends = [low if m > 0 else high for m, low, high in zip(u, p.low, p.high, strict=True)]
+    ends = [
+        low if m > 0 else high for m, low, high in zip(u, p.low, p.high, strict=True)
+    ]
     used = [(m, end) for m, end in zip(u, ends, strict=True) if m]
-    return all(end is not None for _, end in used) and sum(m * end for m, end in used) > 0
+    return (
+        all(end is not None for _, end in used) and sum(m * end for m, end in used) > 0
+    )
 
 
 def improves_for_ever(p: Small, d: Row) -> bool:
     """Whether d keeps rows and bounds, leaves x'Qx as it is, and improves c'x."""
     rows = product(p.G, d)
-    low, high = ([end if end is None else 0 for end in ends] for ends in (p.low, p.high))
-    return is_within(rows, low, high) and not any(product(p.Q, d)) and product([p.c], d)[0] < 0
+    low, high = (
+        [end if end is None else 0 for end in ends] for ends in (p.low, p.high)
+    )
+    return (
+        is_within(rows, low, high)
+        and not any(product(p.Q, d))
+        and product([p.c], d)[0] < 0
+    )
 
 
 def feasible_point(p: Small, objective: Any = None) -> Row | None:
     """A vertex by HiGHS, in fractions, if it satisfies rows and bounds exactly; None if there is none."""
-    below = [(-row, -end) for row, end in zip(p.G, p.low, strict=True) if end is not None]
-    ends = below + [(row, end) for row, end in zip(p.G, p.high, strict=True) if end is not None]
-    given = {"A_ub": np.array([a for a, _ in ends]), "b_ub": np.array([float(b) for _, b in ends])} if ends else {}
-    found = linprog(np.zeros(len(p.c)) if objective is None else objective, **given, bounds=(None, None))
+    below = [
+        (-row, -end) for row, end in zip(p.G, p.low, strict=True) if end is not None
+    ]
+    ends = below + [
+        (row, end) for row, end in zip(p.G, p.high, strict=True) if end is not None
+    ]
+    given = (
+        {
+            "A_ub": np.array([a for a, _ in ends]),
+            "b_ub": np.array([float(b) for _, b in ends]),
+        }
+        if ends
+        else {}
+    )
+    found = linprog(
+        np.zeros(len(p.c)) if objective is None else objective,
+        **given,
+        bounds=(None, None),
+    )
     if found.status != 0:
         return None
     x = fractions(found.x)
@@ -115,14 +163,22 @@ def feasible_point(p: Small, objective: Any = None) -> Row | None:
 def has_other(p: Small, x: Row, u: Row) -> bool:
     """Whether another point has the same multipliers: the farthest ones in a few directions, from the conditions."""
     rows, slopes = product(p.G, x), product(p.Q, x)
-    low, high = ([v if m else end for v, m, end in zip(rows, u, ends, strict=True)] for ends in (p.low, p.high))
+    low, high = (
+        [v if m else end for v, m, end in zip(rows, u, ends, strict=True)]
+        for ends in (p.low, p.high)
+    )
     rest = p._replace(
         G=np.vstack((p.G, p.Q, p.G[-len(x) :])),
         low=[*low, *slopes, *(v - 10 for v in x)],
         high=[*high, *slopes, *(v + 10 for v in x)],
     )
-    others = (feasible_point(rest, direction) for direction in (*np.eye(len(x)), *-np.eye(len(x))))
-    return any(other is not None and other != x and is_minimum(p, other, u) for other in others)
+    others = (
+        feasible_point(rest, direction)
+        for direction in (*np.eye(len(x)), *-np.eye(len(x)))
+    )
+    return any(
+        other is not None and other != x and is_minimum(p, other, u) for other in others
+    )
 
 
 def proved(p: Small) -> str:
@@ -130,15 +186,29 @@ def proved(p: Small) -> str:
     m, sign = len(p.low) - len(p.c), p.sign
     rows = {"A": p.G[:m], "row_lower": p.low[:m], "row_upper": p.high[:m]} if m else {}
     sense = "min" if sign > 0 else "max"
-    result = run(from_qp(sign * p.Q, sign * p.c, **rows, lower=p.low[m:], upper=p.high[m:], sense=sense))
+    result = run(
+        from_qp(
+            sign * p.Q,
+            sign * p.c,
+            **rows,
+            lower=p.low[m:],
+            upper=p.high[m:],
+            sense=sense,
+        )
+    )
     answer = result.answer
     if result.solved:
-        x, y, own = (fractions(values) for values in (answer.x, answer.y, answer.bound_multipliers))
+        x, y, own = (
+            fractions(values)
+            for values in (answer.x, answer.y, answer.bound_multipliers)
+        )
         u = [sign * value for value in (*y, *own)]
         assert is_minimum(p, x, u)
         squares = sum(a * b for a, b in zip(x, product(p.Q, x), strict=True))
         value = squares / 2 + product([p.c], x)[0]
-        assert answer.objective == pytest.approx(sign * float(value), rel=1e-9, abs=1e-9)
+        assert answer.objective == pytest.approx(
+            sign * float(value), rel=1e-9, abs=1e-9
+        )
         assert ("one of several" in answer.statement) == has_other(p, x, u)
         return "several" if "one of several" in answer.statement else "solved"
     assert (answer.x, answer.y, answer.objective) == (None, None, None)
@@ -153,30 +223,54 @@ def proved(p: Small) -> str:
     return "undecided"
 
 
-@pytest.mark.parametrize("count", [40, pytest.param(COUNT, marks=pytest.mark.slow("each against exact arithmetic"))])
+@pytest.mark.parametrize(
+    "count",
+    [40, pytest.param(COUNT, marks=pytest.mark.slow("each against exact arithmetic"))],
+)
 def test_every_statement_about_a_program_is_proved_in_fractions(count: int) -> None:
     found = Counter(proved(program(seed)) for seed in range(count))
     assert found["undecided"] == 0
-    assert all(found[kind] >= max(1, count // 100) for kind in ("solved", "several", "infeasible", "unbounded")), found
+    assert all(
+        found[kind] >= max(1, count // 100)
+        for kind in ("solved", "several", "infeasible", "unbounded")
+    ), found
 
 
 # W. Hock, K. Schittkowski, Test Examples for Nonlinear Programming Codes (1981); E. M.
 # L. Beale, Cycling in the dual simplex algorithm (1955); V. Klee, G. J. Minty, How good
 # is the simplex algorithm? (1972), in V. Chvatal's form, Linear Programming (1983),
 # chapter 4.
-HS_21: dict[str, Any] = {"Q": [[0.02, 0], [0, 2]], "c": [0, 0], "A": [[10, -1]], "b": [10], "constant": -100}
-HS_35: dict[str, Any] = {"Q": [[4, 2, 2], [2, 4, 0], [2, 0, 2]], "c": [-8, -6, -4], "A": [[1, 1, 2]], "constant": 9}
+HS_21: dict[str, Any] = {
+    "Q": [[0.02, 0], [0, 2]],
+    "c": [0, 0],
+    "A": [[10, -1]],
+    "b": [10],
+    "constant": -100,
+}
+HS_35: dict[str, Any] = {
+    "Q": [[4, 2, 2], [2, 4, 0], [2, 0, 2]],
+    "c": [-8, -6, -4],
+    "A": [[1, 1, 2]],
+    "constant": 9,
+}
 HS_76: dict[str, Any] = {
     "Q": [[2, 0, -1, 0], [0, 1, 0, 0], [-1, 0, 2, 1], [0, 0, 1, 1]],
     "c": [-1, -3, 1, -1],
     "A": [[1, 2, 1, 1], [3, 1, 2, -1], [0, 1, 4, 0]],
 }
-BEALE = None, [-0.75, 150, -0.02, 6], [[0.25, -60, -0.04, 9], [0.5, -90, -0.02, 3], [0, 0, 1, 0]]
+BEALE = (
+    None,
+    [-0.75, 150, -0.02, 6],
+    [[0.25, -60, -0.04, 9], [0.5, -90, -0.02, 3], [0, 0, 1, 0]],
+)
 KLEE_MINTY = None, [100, 10, 1], [[1, 0, 0], [20, 1, 0], [200, 20, 1]]
 LITERATURE = {
     "Hock-Schittkowski 21": (from_qp(**HS_21, lower=[2, -50], upper=[50, 50]), -99.96),
     "Hock-Schittkowski 35": (from_qp(**HS_35, row_upper=[3]), 1 / 9),
-    "Hock-Schittkowski 76": (from_qp(**HS_76, row_lower=[None, None, 1.5], row_upper=[5, 4, None]), -4.681818181818182),
+    "Hock-Schittkowski 76": (
+        from_qp(**HS_76, row_lower=[None, None, 1.5], row_upper=[5, 4, None]),
+        -4.681818181818182,
+    ),
     "Beale's cycling example": (from_qp(*BEALE, row_upper=[0, 0, 1]), -0.05),
     "Klee-Minty": (from_qp(*KLEE_MINTY, row_upper=[1, 100, 10000], sense="max"), 10000),
 }

@@ -19,7 +19,17 @@ from scipy.io import savemat
 from scipy.sparse import csc_matrix, csr_array
 
 import lcpcli
-from lcpcli import Problem, from_game, from_osqp, from_qp, from_qpsolvers, read, run, solve, write
+from lcpcli import (
+    Problem,
+    from_game,
+    from_osqp,
+    from_qp,
+    from_qpsolvers,
+    read,
+    run,
+    solve,
+    write,
+)
 from lcpcli.report.result_formats import plain
 from lcpcli.solving import no_minimum
 from lcpcli.verify.certificate import Certificate
@@ -32,7 +42,9 @@ BATTLE = [[3, 0], [0, 2]], [[2, 0], [0, 3]]
 
 def test_strategies_that_are_not_an_equilibrium_are_reported_as_such() -> None:
     result = run(from_game(*BATTLE), "auto")
-    wrong = replace(result, point=Point(Criterion(result.problem), np.array([1.0, 0.0, 0.0, 1.0]))).answer
+    wrong = replace(
+        result, point=Point(Criterion(result.problem), np.array([1.0, 0.0, 0.0, 1.0]))
+    ).answer
     assert (wrong.payoffs, wrong.gains) == ((0, 0), (2, 2))
     words = "not an equilibrium to the tolerance: by a best response the row player would gain 2, the column player 2"
     assert wrong.statement == words
@@ -40,36 +52,62 @@ def test_strategies_that_are_not_an_equilibrium_are_reported_as_such() -> None:
 
 @settings(max_examples=30)
 @given(st.floats(10, 40), st.integers(0, 2**20))
-def test_one_of_several_minimizers_is_said_whatever_the_last_digits_of_x(moved: float, seed: int) -> None:
+def test_one_of_several_minimizers_is_said_whatever_the_last_digits_of_x(
+    moved: float, seed: int
+) -> None:
     """Dantzig's transport program: New York may be served from either plant, at the same cost."""
     result = run(read("problems/programs/transport.json"), "auto")
     x = np.array([moved, 300, 0, 325 - moved, 0, 275, 0, 0, 0.225, 0.153, 0.126])
     z = x * (1 + 2e-16 * np.random.default_rng(seed).integers(0, 4, x.size))
     again = replace(result, point=Point(Criterion(result.problem), z))
     assume(again.solved)
-    assert again.answer.statement == "x is one of several minimizers of the linear program"
+    assert (
+        again.answer.statement == "x is one of several minimizers of the linear program"
+    )
 
 
-@pytest.mark.parametrize(("options", "sense"), [({"max_iterations": 3}, "min"), ({"time_limit": 1e-9}, "max")])
-def test_at_a_limit_the_best_x_of_a_program_is_given_with_its_residual(options: dict[str, Any], sense: str) -> None:
+@pytest.mark.parametrize(
+    ("options", "sense"),
+    [({"max_iterations": 3}, "min"), ({"time_limit": 1e-9}, "max")],
+)
+def test_at_a_limit_the_best_x_of_a_program_is_given_with_its_residual(
+    options: dict[str, Any], sense: str
+) -> None:
     sign = 1 if sense == "min" else -1
     Q, c = sign * np.array(PORTFOLIO_Q), np.array([1.0, 2.0, 3.0])
-    result = run(from_qp(Q, c, *PORTFOLIO_ROWS, sense=sense, constant=7), "shi", **options)
+    result = run(
+        from_qp(Q, c, *PORTFOLIO_ROWS, sense=sense, constant=7), "shi", **options
+    )
     answer = result.answer
     assert not result.solved
     assert not result.status.has_no_solution
     assert np.array_equal(answer.x, result.z[:3])
     assert np.array_equal(answer.y, sign * result.z[3:])
     assert answer.bound_multipliers.shape == (3,)
-    assert answer.objective == pytest.approx(answer.x @ Q @ answer.x / 2 + c @ answer.x + 7)
-    assert (answer.proved, answer.exact, answer.ray, answer.certificate) == (None, None, None, None)
+    assert answer.objective == pytest.approx(
+        answer.x @ Q @ answer.x / 2 + c @ answer.x + 7
+    )
+    assert (answer.proved, answer.exact, answer.ray, answer.certificate) == (
+        None,
+        None,
+        None,
+        None,
+    )
     size = f"{result.relative_residual:.1e}"
     words = "x does not solve the program: it is the best iterate, with a relative residual of"
     assert answer.statement == f"{words} {size}"
     record = json.loads(result.to_json())["answer"]
-    assert (record["x"], record["objective"], record["proved"]) == (answer.x.tolist(), answer.objective, None)
+    assert (record["x"], record["objective"], record["proved"]) == (
+        answer.x.tolist(),
+        answer.objective,
+        None,
+    )
     game = run(from_game(*BATTLE), "shi", max_iterations=1).answer
-    assert (game.row, game.payoffs, game.statement) == (None, None, "not solved, so there are no strategies")
+    assert (game.row, game.payoffs, game.statement) == (
+        None,
+        None,
+        "not solved, so there are no strategies",
+    )
 
 
 def test_costs_are_exact_decimals_within_a_factor_of_two() -> None:
@@ -87,7 +125,10 @@ def program(seed: int) -> dict[str, Any]:
     random = np.random.default_rng(seed)
     k = 6
     F = random.integers(-3, 4, (k, k)) / 4
-    inside, A = random.integers(-2, 3, k).astype(float), random.integers(-3, 4, (4, k)).astype(float)
+    inside, A = (
+        random.integers(-2, 3, k).astype(float),
+        random.integers(-3, 4, (4, k)).astype(float),
+    )
     inside[3] = -0.5
     at = A @ inside
     slack = random.integers(1, 4, (2, 4)) / 2
@@ -95,8 +136,12 @@ def program(seed: int) -> dict[str, Any]:
         "Q": F @ F.T + np.eye(k) / 2,
         "c": random.integers(-9, 10, k) / 2,
         "A": A,
-        "row_lower": np.array([at[0], at[1] - slack[0, 1], at[2] - slack[0, 2], -np.inf]),
-        "row_upper": np.array([at[0], at[1] + slack[1, 1], np.inf, at[3] + slack[1, 3]]),
+        "row_lower": np.array(
+            [at[0], at[1] - slack[0, 1], at[2] - slack[0, 2], -np.inf]
+        ),
+        "row_upper": np.array(
+            [at[0], at[1] + slack[1, 1], np.inf, at[3] + slack[1, 3]]
+        ),
         "lower": np.array([-np.inf, -3.0, -2.5, -0.5, -np.inf, -2.0]),
         "upper": np.array([np.inf, 3.0, np.inf, -0.5, 2.5, np.inf]),
     }
@@ -117,12 +162,21 @@ def osqp_names(p: dict[str, Any], infinity: float = np.inf) -> dict[str, Any]:
     # Its name there.
     l, u = (np.concatenate((p[f"row_{side}"], p[side])) for side in ("lower", "upper"))  # noqa: E741
     A = np.vstack((p["A"], np.eye(len(p["c"]))))
-    return {"P": p["Q"], "q": p["c"], "A": A, "l": np.maximum(l, -infinity), "u": np.minimum(u, infinity)}
+    return {
+        "P": p["Q"],
+        "q": p["c"],
+        "A": A,
+        "l": np.maximum(l, -infinity),
+        "u": np.minimum(u, infinity),
+    }
 
 
 def lists(p: dict[str, Any]) -> dict[str, Any]:
     """For JSON: null in place of infinite numbers."""
-    return {key: [None if np.ndim(v) == 0 and np.isinf(v) else v.tolist() for v in values] for key, values in p.items()}
+    return {
+        key: [None if np.ndim(v) == 0 and np.isinf(v) else v.tolist() for v in values]
+        for key, values in p.items()
+    }
 
 
 def forms(p: dict[str, Any], folder: Path) -> dict[str, Problem]:
@@ -135,7 +189,8 @@ def forms(p: dict[str, Any], folder: Path) -> dict[str, Problem]:
         "native:native.json": lists(p),
         "foreign:foreign.json": lists(names),
         "native:native.npz": p,
-        "foreign:foreign.mat": names | {"P": csr_array(p["Q"]), "comment": "of the workspace"},
+        "foreign:foreign.mat": names
+        | {"P": csr_array(p["Q"]), "comment": "of the workspace"},
         "native:p.mps": native,
         "native:mixed.npz": native,
         "osqp:null.json": lists(osqp),
@@ -143,7 +198,11 @@ def forms(p: dict[str, Any], folder: Path) -> dict[str, Problem]:
         "osqp:1e20.npz": osqp_names(p, 1e20),
         "osqp:1e25.mat": osqp_names(p, 1e25) | sparse | workspace,
     }
-    found = {"native": native, "foreign": from_qpsolvers(**names), "osqp": from_osqp(**osqp)}
+    found = {
+        "native": native,
+        "foreign": from_qpsolvers(**names),
+        "osqp": from_osqp(**osqp),
+    }
     for name, content in files.items():
         file = folder / name.split(":")[1]
         if isinstance(content, Problem):
@@ -159,18 +218,29 @@ def forms(p: dict[str, Any], folder: Path) -> dict[str, Problem]:
 
 
 @pytest.mark.parametrize("seed", SEEDS)
-def test_each_form_has_the_same_answer_and_of_osqp_bounds_are_rows_and_1e20_is_none(seed: int, tmp_path: Path) -> None:
+def test_each_form_has_the_same_answer_and_of_osqp_bounds_are_rows_and_1e20_is_none(
+    seed: int, tmp_path: Path
+) -> None:
     p, own = program(seed), {"rel": 1e-11, "abs": 1e-12}
-    answers = {name: run(problem).answer for name, problem in forms(p, tmp_path).items()}
+    answers = {
+        name: run(problem).answer for name, problem in forms(p, tmp_path).items()
+    }
     expected = answers["native"]
-    multipliers = {"native": expected.y, "osqp": np.append(expected.y, expected.bound_multipliers)}
+    multipliers = {
+        "native": expected.y,
+        "osqp": np.append(expected.y, expected.bound_multipliers),
+    }
     for name, answer in answers.items():
         kind = name.split(":")[0]
         assert answer.x == pytest.approx(expected.x, **own), name
         assert answer.objective == pytest.approx(expected.objective, rel=1e-12), name
         of_bounds = 0 * expected.x if kind == "osqp" else expected.bound_multipliers
-        assert answer.bound_multipliers == pytest.approx(of_bounds, rel=1e-9, abs=1e-11), name
-        assert kind == "foreign" or answer.y == pytest.approx(multipliers[kind], rel=1e-9, abs=1e-11), name
+        assert answer.bound_multipliers == pytest.approx(
+            of_bounds, rel=1e-9, abs=1e-11
+        ), name
+        assert kind == "foreign" or answer.y == pytest.approx(
+            multipliers[kind], rel=1e-9, abs=1e-11
+        ), name
     problem = from_qp(**p)
     assert lcpcli.check(problem, expected.x)
     assert not lcpcli.check(problem, expected.x + 0.1)
@@ -183,18 +253,32 @@ def test_osqp_itself_finds_the_same_x_and_minus_the_multipliers() -> None:
     given = osqp_names(program(1), 1e30)
     solver = osqp.OSQP()
     columns = {name: csc_matrix(given[name]) for name in ("P", "A")}
-    solver.setup(**given | columns, verbose=False, eps_abs=1e-9, eps_rel=1e-9, max_iter=100_000)
+    solver.setup(
+        **given | columns, verbose=False, eps_abs=1e-9, eps_rel=1e-9, max_iter=100_000
+    )
     theirs, ours = solver.solve(raise_error=False), run(from_osqp(**given)).answer
     assert ours.x == pytest.approx(theirs.x, abs=1e-6)
     assert ours.y == pytest.approx(-theirs.y, abs=1e-6)
 
 
-def test_linear_programs_those_without_rows_and_infinite_ends_are_taken_as_others_take_them(tmp_path: Path) -> None:
-    (tmp_path / "lp.json").write_text('{"P": null, "q": [1, 2], "A": [[1, 1], [0, 1]], "l": [2, 0], "u": 3}')
-    for problem in (read(tmp_path / "lp.json"), from_osqp(None, [1, 2], [[1, 1], [0, 1]], [2, 0], 3)):
+def test_linear_programs_those_without_rows_and_infinite_ends_are_taken_as_others_take_them(
+    tmp_path: Path,
+) -> None:
+    (tmp_path / "lp.json").write_text(
+        '{"P": null, "q": [1, 2], "A": [[1, 1], [0, 1]], "l": [2, 0], "u": 3}'
+    )
+    for problem in (
+        read(tmp_path / "lp.json"),
+        from_osqp(None, [1, 2], [[1, 1], [0, 1]], [2, 0], 3),
+    ):
         assert run(problem).answer.x.tolist() == [2, 0]
     assert run(from_osqp([[2, 1], [0, 2]], [-3, -3])).answer.x.tolist() == [1, 1]
-    x = lcpcli.solve_qp(np.eye(2), np.ones(2), np.array([[1.0, 1.0], [1.0, 0.0]]), np.array([np.inf, -3.0]))
+    x = lcpcli.solve_qp(
+        np.eye(2),
+        np.ones(2),
+        np.array([[1.0, 1.0], [1.0, 0.0]]),
+        np.array([np.inf, -3.0]),
+    )
     assert x.tolist() == [-3, -1]
 
 
@@ -207,8 +291,12 @@ def test_solve_qp_and_the_solver_of_qpsolvers_return_the_same_x(seed: int) -> No
     given = qpsolvers_names(p)
     expected = run(from_qp(**p)).z[:6]
     assert lcpcli.solve_qp(**given) == pytest.approx(expected, rel=1e-11, abs=1e-12)
-    assert qpsolvers.solve_qp(**given, solver="lcp") == pytest.approx(expected, rel=1e-11, abs=1e-12)
-    solution = qpsolvers.solve_problem(qpsolvers.Problem(**given), solver="lcp", tol=1e-9)
+    assert qpsolvers.solve_qp(**given, solver="lcp") == pytest.approx(
+        expected, rel=1e-11, abs=1e-12
+    )
+    solution = qpsolvers.solve_problem(
+        qpsolvers.Problem(**given), solver="lcp", tol=1e-9
+    )
     assert solution.is_optimal(1e-9)
     assert solution.primal_residual() < 1e-9
     assert solution.dual_residual() < 1e-9
@@ -216,19 +304,31 @@ def test_solve_qp_and_the_solver_of_qpsolvers_return_the_same_x(seed: int) -> No
     assert solution.obj == pytest.approx(run(from_qp(**p)).answer.objective)
 
 
-def test_qpsolvers_learns_that_there_is_no_solution_and_gets_no_stationary_point_for_a_minimizer() -> None:
+def test_qpsolvers_learns_that_there_is_no_solution_and_gets_no_stationary_point_for_a_minimizer() -> (
+    None
+):
     """min -x^2 + x: 0.5 satisfies the conditions, and is the maximizer."""
     qpsolvers = pytest.importorskip("qpsolvers")
     lcpcli.add_to_qpsolvers()
-    given = {"P": np.eye(1), "q": np.zeros(1), "G": np.array([[1.0], [-1.0]]), "h": np.array([1.0, -2.0])}
+    given = {
+        "P": np.eye(1),
+        "q": np.zeros(1),
+        "G": np.array([[1.0], [-1.0]]),
+        "h": np.array([1.0, -2.0]),
+    }
     assert lcpcli.solve_qp(**given) is None
     solution = qpsolvers.solve_problem(qpsolvers.Problem(**given), solver="lcp")
     assert not solution.found
-    assert solution.extras["statement"] == "the program is infeasible: no x satisfies its constraints"
+    assert (
+        solution.extras["statement"]
+        == "the program is infeasible: no x satisfies its constraints"
+    )
     given = {"P": np.array([[-2.0]]), "q": np.array([1.0])}
     answer = lcpcli.run(lcpcli.from_qpsolvers(**given)).answer
     assert (answer.proved, answer.x.tolist()) == ("stationary", [0.5])
-    assert answer.statement.startswith("x is a stationary point and need not be a minimizer")
+    assert answer.statement.startswith(
+        "x is a stationary point and need not be a minimizer"
+    )
     with pytest.warns(UserWarning, match="stationary"):
         assert lcpcli.solve_qp(**given) is None
     with pytest.warns(UserWarning, match="stationary"):
@@ -238,12 +338,16 @@ def test_qpsolvers_learns_that_there_is_no_solution_and_gets_no_stationary_point
 def test_a_maximum_is_the_minimum_of_the_opposite_in_fractions_too() -> None:
     p = program(3)
     least = run(from_qp(**p, constant=2.0)).answer
-    most = run(from_qp(**p | {"Q": -p["Q"], "c": -p["c"]}, sense="max", constant=-2.0)).answer
+    most = run(
+        from_qp(**p | {"Q": -p["Q"], "c": -p["c"]}, sense="max", constant=-2.0)
+    ).answer
     assert most.objective == pytest.approx(-least.objective)
     assert most.y == pytest.approx(-least.y)
     assert most.statement == "x is the unique maximizer, as Q is negative definite"
     for sense, sign in ("min", 1), ("max", -1):
-        answer = lcpcli.exact(from_qp(None, [-3 * sign, -2 * sign], [[1, 1]], row_upper=4, sense=sense)).answer
+        answer = lcpcli.exact(
+            from_qp(None, [-3 * sign, -2 * sign], [[1, 1]], row_upper=4, sense=sense)
+        ).answer
         assert (answer.exact["x"], answer.exact["y"]) == ([4, 0], [-3 * sign])
         assert answer.y.tolist() == [-3 * sign]
 
@@ -270,36 +374,59 @@ def test_answers_of_pickled_results_are_those_of_the_results(read_before: bool) 
         statement = result.answer.statement if read_before else None
         again = pickle.loads(pickle.dumps(result)).answer
         assert again.statement == (statement or result.answer.statement)
-        assert plain(getattr(again, "x", None)) == plain(getattr(result.answer, "x", None))
-        assert plain(getattr(again, "ray", None)) == plain(getattr(result.answer, "ray", None))
+        assert plain(getattr(again, "x", None)) == plain(
+            getattr(result.answer, "x", None)
+        )
+        assert plain(getattr(again, "ray", None)) == plain(
+            getattr(result.answer, "ray", None)
+        )
 
 
 M, q = [[2, 1], [1, 2]], [-5, -6]
 
 
-def test_component_is_found_by_the_name_that_the_problem_or_the_program_gives_it() -> None:
+def test_component_is_found_by_the_name_that_the_problem_or_the_program_gives_it() -> (
+    None
+):
     result = run(Problem(M, q, names=["price", "flow"]))
     assert list(result.names) == ["price", "flow"]
     assert (result["price"], result["flow"]) == tuple(result.z.tolist())
-    result = run(from_qp([[2.0, 0.0], [0.0, 2.0]], [-2.0, -4.0], columns=["bread", "wine"]))
+    result = run(
+        from_qp([[2.0, 0.0], [0.0, 2.0]], [-2.0, -4.0], columns=["bread", "wine"])
+    )
     assert (round(result["bread"], 9), round(result["wine"], 9)) == (1.0, 2.0)
     with pytest.raises(KeyError):
         solve(M, q)["bread"]
 
 
-@pytest.mark.parametrize(("e", "words"), [(0.0, "one of several minimizers"), (1e-11, "a minimizer")])
+@pytest.mark.parametrize(
+    ("e", "words"), [(0.0, "one of several minimizers"), (1e-11, "a minimizer")]
+)
 def test_minimizers_up_to_rounding_are_not_several(e: float, words: str) -> None:
     """min -x - (1 + e) y over x + y <= 1 is attained at (0, 1) alone, unless e = 0."""
-    statement = run(from_qp(None, [-1.0, -1.0 - e], [[-1.0, -1.0]], [-1.0])).answer.statement
+    statement = run(
+        from_qp(None, [-1.0, -1.0 - e], [[-1.0, -1.0]], [-1.0])
+    ).answer.statement
     assert statement == f"x is {words} of the linear program"
 
 
-def test_a_program_that_contradicts_itself_by_less_than_linear_programs_see_is_not_called_unbounded() -> None:
-    result = run(from_qp(None, [0.0, 0.0, -1.0], [[1.0, 1.0, 0.0], [-1.0, -1.0, 0.0]], [1.0, -1.0 + 1e-11]))
+def test_a_program_that_contradicts_itself_by_less_than_linear_programs_see_is_not_called_unbounded() -> (
+    None
+):
+    result = run(
+        from_qp(
+            None,
+            [0.0, 0.0, -1.0],
+            [[1.0, 1.0, 0.0], [-1.0, -1.0, 0.0]],
+            [1.0, -1.0 + 1e-11],
+        )
+    )
     assert result.word == "infeasible"
 
 
-def test_every_proof_for_the_constraints_is_one_for_the_program(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_every_proof_for_the_constraints_is_one_for_the_program(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     """Also one with multipliers of columns without entries, which have costs in the program alone."""
     found = Certificate("farkas", "", np.array([0.0, 0.0, 0.0, 1.0, 1.0, 1.0]))
     monkeypatch.setattr(no_minimum, "farkas_certificate", lambda *_, **__: found)

@@ -49,17 +49,26 @@ def solved(problem: NonlinearProblem, **options: Any) -> lcpcli.Result:
     return result
 
 
-@pytest.mark.parametrize("problem", SOLVED_FROM_THEIR_STARTS, ids=lambda problem: problem.name)
-def test_problems_of_the_literature_are_solved_from_their_starts(problem: NonlinearProblem) -> None:
+@pytest.mark.parametrize(
+    "problem", SOLVED_FROM_THEIR_STARTS, ids=lambda problem: problem.name
+)
+def test_problems_of_the_literature_are_solved_from_their_starts(
+    problem: NonlinearProblem,
+) -> None:
     result = solved(problem)
     assert result.error is None or result.error <= 1e-8
     assert np.array_equal(result.w, problem.values(result.z))
 
 
-def test_a_stationary_point_of_the_merit_function_is_no_solution_and_proves_nothing() -> None:
+def test_a_stationary_point_of_the_merit_function_is_no_solution_and_proves_nothing() -> (
+    None
+):
     result = run_nonlinear(gallery.billups(), restarts=0)
     assert result.status is lcpcli.Status.STALLED
-    assert result.message == "stalled: z is nearly a stationary point of the merit function, but no solution"
+    assert (
+        result.message
+        == "stalled: z is nearly a stationary point of the merit function, but no solution"
+    )
     assert result.certificate is None
     assert run_nonlinear(gallery.billups()).solved  # from another start
 
@@ -71,25 +80,37 @@ def test_random_problems_are_solved_or_said_not_to_be(kind: str) -> None:
         problem = planted(kind, seed)
         result = run_nonlinear(problem, restarts=1)
         solved += result.solved
-        claim = natural_residual(problem, result.z) <= 1e-8 * (1 + float(np.abs(result.z).max()))
+        claim = natural_residual(problem, result.z) <= 1e-8 * (
+            1 + float(np.abs(result.z).max())
+        )
         assert claim or not result.solved
         assert (problem.lower <= result.z).all()
         assert (result.z <= problem.upper).all()
     assert solved >= (12 if kind in MONOTONE else 4)
 
 
-def test_what_only_tends_to_zero_is_not_solved_nor_a_jump_or_a_problem_whose_iterates_run_off() -> None:
-    assert not lcpcli.solve_mcp(lambda z: np.where(z < 0.3, -1e-7, 1e-7), lower=None, x0=[0.0]).solved
+def test_what_only_tends_to_zero_is_not_solved_nor_a_jump_or_a_problem_whose_iterates_run_off() -> (
+    None
+):
+    assert not lcpcli.solve_mcp(
+        lambda z: np.where(z < 0.3, -1e-7, 1e-7), lower=None, x0=[0.0]
+    ).solved
     for F in (lambda z: np.exp(-z), lambda z: 1 / (1 + z**2)):
         assert not lcpcli.solve_mcp(F, lower=None, x0=[1.0], restarts=1).solved
-    assert not lcpcli.solve_mcp(lambda z: [z[0] - z[1] - 1, z[1] - z[0] - 1], x0=[1.0, 1.0], restarts=1).solved
+    assert not lcpcli.solve_mcp(
+        lambda z: [z[0] - z[1] - 1, z[1] - z[0] - 1], x0=[1.0, 1.0], restarts=1
+    ).solved
 
 
 def test_rows_that_cancel_are_solved_up_to_the_noise_of_F() -> None:
-    result = lcpcli.solve_mcp(lambda z: np.exp(z) - 1.0000000001, lower=None, x0=[1e-10])
+    result = lcpcli.solve_mcp(
+        lambda z: np.exp(z) - 1.0000000001, lower=None, x0=[1e-10]
+    )
     assert result.solved
     assert abs(result.z[0] - 1e-10) <= 1e-15
-    rounded = lcpcli.solve_mcp(lambda z: (np.cos(z) - 1.0) + (z - 1e-9), lower=None, x0=[1.0])
+    rounded = lcpcli.solve_mcp(
+        lambda z: (np.cos(z) - 1.0) + (z - 1e-9), lower=None, x0=[1.0]
+    )
     assert rounded.solved
 
 
@@ -100,13 +121,17 @@ def test_steps_are_cut_back_to_the_domain_and_the_message_names_the_row() -> Non
     result = lcpcli.solve_mcp(F, lower=None, x0=[20.0, 5.0], trace=True)
     assert result.solved
     assert "damped" in {row.step for row in result.trace.rows} or result.iterations < 20
-    undefined = lcpcli.solve_mcp(lambda z: np.sqrt(z) + 1, lower=None, x0=[1.0], names=["p"], restarts=0)
+    undefined = lcpcli.solve_mcp(
+        lambda z: np.sqrt(z) + 1, lower=None, x0=[1.0], names=["p"], restarts=0
+    )
     assert not undefined.solved
     assert "undefined, in row p" in undefined.message
 
 
 def test_roots_of_negative_numbers_in_python_count_as_undefined() -> None:
-    problem = NonlinearProblem(lambda z: [float(z[0]) ** 0.5, 1 / float(z[1])], lower=None, x0=[1.0, 1.0])
+    problem = NonlinearProblem(
+        lambda z: [float(z[0]) ** 0.5, 1 / float(z[1])], lower=None, x0=[1.0, 1.0]
+    )
     assert problem.values(np.array([-1.0, 1.0])).tolist()[1] == 1.0
     assert np.isnan(problem.values(np.array([-1.0, 1.0]))[0])
     assert np.isnan(problem.values(np.array([1.0, 0.0]))).all()
@@ -117,13 +142,20 @@ def test_jacobians_by_differences_dense_and_sparse_are_those_given() -> None:
     J = given.jacobian(given.x0).toarray()
     pattern = csr_array(J != 0)
     for chosen in (None, pattern):
-        evaluations = Evaluations(NonlinearProblem(given.F, lower=given.lower, upper=given.upper), chosen)
+        evaluations = Evaluations(
+            NonlinearProblem(given.F, lower=given.lower, upper=given.upper), chosen
+        )
         found = evaluations.jacobian(given.x0)
         assert np.abs(found.toarray() - J).max() <= 1e-6
         assert evaluations.functions < 20 + (chosen is None) * (2 * given.n + 1)
     small = gallery.josephy()
     z = np.array([0.5, 1.0, 0.0, 2.0])
-    assert np.abs(Evaluations(NonlinearProblem(small.F, x0=z)).jacobian(z) - small.J(z)).max() <= 1e-6
+    assert (
+        np.abs(
+            Evaluations(NonlinearProblem(small.F, x0=z)).jacobian(z) - small.J(z)
+        ).max()
+        <= 1e-6
+    )
 
 
 def test_jax_computes_in_doubles_or_it_is_said_how_to_install_it() -> None:
@@ -143,13 +175,22 @@ def test_jax_computes_in_doubles_or_it_is_said_how_to_install_it() -> None:
 def test_derivatives_are_those_of_the_nonlinear_problem() -> None:
     def prices(income: float) -> lcpcli.Result:
         return lcpcli.solve_mcp(
-            lambda p: [p[0] + p[0] ** 2 - income / (1 + p[0] + p[1]), p[1] + 1 - income / (4 + p[0])], x0=[1.0, 1.0]
+            lambda p: [
+                p[0] + p[0] ** 2 - income / (1 + p[0] + p[1]),
+                p[1] + 1 - income / (4 + p[0]),
+            ],
+            x0=[1.0, 1.0],
         )
 
     result, step = prices(10.0), 1e-6
     p = result.z
     by_income = result.derivative(dq=[-1 / (1 + p[0] + p[1]), -1 / (4 + p[0])]).z
-    assert np.abs(by_income - (prices(10 + step).z - prices(10 - step).z) / (2 * step)).max() <= 1e-6
+    assert (
+        np.abs(
+            by_income - (prices(10 + step).z - prices(10 - step).z) / (2 * step)
+        ).max()
+        <= 1e-6
+    )
 
 
 def test_traces_name_the_steps_and_callbacks_end_the_run() -> None:
@@ -157,9 +198,21 @@ def test_traces_name_the_steps_and_callbacks_end_the_run() -> None:
     result = run_nonlinear(problem, trace=True)
     steps = [row.step for row in result.trace.rows]
     assert steps[0] == ""
-    assert set(steps[1:]) <= {"crash", "full", "damped", "proximal", "semismooth", "gradient", "active", "watchdog"}
+    assert set(steps[1:]) <= {
+        "crash",
+        "full",
+        "damped",
+        "proximal",
+        "semismooth",
+        "gradient",
+        "active",
+        "watchdog",
+    }
     assert result.trace.rows[-1].residual == result.residual
-    assert run_nonlinear(problem, callback=lambda row: row.k == 2).status is lcpcli.Status.INTERRUPTED
+    assert (
+        run_nonlinear(problem, callback=lambda row: row.k == 2).status
+        is lcpcli.Status.INTERRUPTED
+    )
     limited = lcpcli.solve_mcp(problem.F, problem.J, x0=problem.x0, max_iterations=1)
     assert limited.status is lcpcli.Status.ITERATION_LIMIT
 
@@ -170,12 +223,17 @@ def test_results_can_be_pickled_although_F_cannot() -> None:
     assert np.array_equal(copy.z, result.z)
     assert np.array_equal(copy.w, result.w)
     assert copy.residual == result.residual
-    assert copy.derivative(dq=np.ones(4)).z.tolist() == result.derivative(dq=np.ones(4)).z.tolist()
+    assert (
+        copy.derivative(dq=np.ones(4)).z.tolist()
+        == result.derivative(dq=np.ones(4)).z.tolist()
+    )
 
 
 def test_results_are_those_of_linear_problems_where_F_is_linear() -> None:
     M, q = np.array([[2.0, 1.0], [1.0, 2.0]]), np.array([-5.0, -6.0])
-    result = lcpcli.solve_mcp(lambda z: M @ z + q, lambda _: M, x0=[0.0, 0.0], names=["a", "b"])
+    result = lcpcli.solve_mcp(
+        lambda z: M @ z + q, lambda _: M, x0=[0.0, 0.0], names=["a", "b"]
+    )
     assert np.abs(result.z - lcpcli.solve(M, q).z).max() <= 1e-12
     assert result["b"] == result.z[1]
     assert result.to_dict()["method"] == "josephy-newton"
@@ -199,7 +257,9 @@ def test_linearizations_without_a_solution_are_perturbed(seed: int) -> None:
 
 
 @pytest.mark.parametrize("share", [1.0, 1e-3])
-def test_the_active_step_solves_equations_with_a_singular_jacobian(share: float) -> None:
+def test_the_active_step_solves_equations_with_a_singular_jacobian(
+    share: float,
+) -> None:
     def F(z: Vector) -> Vector:
         return np.array([np.exp(z[0] + z[1]) - 1, share * (z[0] + z[1]), z[2] - 1])
 
@@ -233,12 +293,18 @@ def test_differences_of_a_sparse_jacobian_are_by_the_step_of_each_component() ->
 
 
 def test_a_pattern_may_repeat_an_entry() -> None:
-    repeated = csr_array((np.ones(4), np.array([0, 0, 1, 2]), np.array([0, 2, 3, 4])), shape=(3, 3))
+    repeated = csr_array(
+        (np.ones(4), np.array([0, 0, 1, 2]), np.array([0, 2, 3, 4])), shape=(3, 3)
+    )
     problem = NonlinearProblem(lambda z: 3 * z - 1, x0=np.ones(3))
-    assert Evaluations(problem, repeated).jacobian(np.ones(3)).toarray() == pytest.approx(3 * np.eye(3))
+    assert Evaluations(problem, repeated).jacobian(
+        np.ones(3)
+    ).toarray() == pytest.approx(3 * np.eye(3))
 
 
-def test_a_run_that_gets_stuck_is_given_up_in_the_middle_of_an_attempt_unless_restarts_are_asked_for() -> None:
+def test_a_run_that_gets_stuck_is_given_up_in_the_middle_of_an_attempt_unless_restarts_are_asked_for() -> (
+    None
+):
     n, random = 60, np.random.default_rng(0)
     M, q = random.standard_normal((n, n)) / n**0.5, random.standard_normal(n)
 
@@ -249,22 +315,31 @@ def test_a_run_that_gets_stuck_is_given_up_in_the_middle_of_an_attempt_unless_re
         return np.vstack([-2 * z / n, (M + np.diag(np.cos(z)))[1:]])
 
     x0 = random.random(n)
-    brief, long = lcpcli.solve_mcp(F, J, x0=x0), lcpcli.solve_mcp(F, J, x0=x0, restarts=1)
+    brief, long = (
+        lcpcli.solve_mcp(F, J, x0=x0),
+        lcpcli.solve_mcp(F, J, x0=x0, restarts=1),
+    )
     assert ("given up" in brief.message, "given up" in long.message) == (True, False)
 
 
-def test_an_equation_that_follows_from_others_takes_one_step_of_a_linear_model() -> None:
+def test_an_equation_that_follows_from_others_takes_one_step_of_a_linear_model() -> (
+    None
+):
     n, random = 60, np.random.default_rng(0)
     A = random.standard_normal((n - 1, n))
     A = np.vstack([A, A.sum(axis=0)])
     b = A @ random.random(n)
-    result = lcpcli.solve_mcp(lambda z: A @ z - b, lambda _: A, lower=None, x0=np.zeros(n))
+    result = lcpcli.solve_mcp(
+        lambda z: A @ z - b, lambda _: A, lower=None, x0=np.zeros(n)
+    )
     assert result.solved
     assert result.iterations == 1
 
 
 def test_another_attempt_is_made_where_the_first_one_is_stuck_and_shown() -> None:
-    result = lcpcli.solve_mcp(lambda z: z**2 + 1, lower=None, x0=[3.0], restarts=2, trace=True)
+    result = lcpcli.solve_mcp(
+        lambda z: z**2 + 1, lower=None, x0=[3.0], restarts=2, trace=True
+    )
     assert not result.solved
     steps = [row.step for row in result.trace.rows]
     assert steps.count("restart") == 2
@@ -274,7 +349,10 @@ def test_another_attempt_is_made_where_the_first_one_is_stuck_and_shown() -> Non
 
 def test_double_zeros_are_reached_faster_than_by_halving_the_error() -> None:
     result = lcpcli.solve_mcp(
-        lambda z: (z - 1) ** 2 * (z + 5), lambda z: np.diag((z - 1) * (3 * z + 9)), lower=None, x0=[9.0, 7.0]
+        lambda z: (z - 1) ** 2 * (z + 5),
+        lambda z: np.diag((z - 1) * (3 * z + 9)),
+        lower=None,
+        x0=[9.0, 7.0],
     )
     assert result.solved
     assert result.iterations <= 12
@@ -301,40 +379,81 @@ def test_differences_over_a_jump_or_over_far_more_than_z_make_no_solution() -> N
 
 def test_stalls_name_an_entry_that_is_wrong() -> None:
     for wrong, words in (
-        (lambda z: -J(z), "J[0, 0] is -2.34375 there, but by differences of F 2.34375 "),
-        (lambda z: J(z) + np.array([[0, 99], [0, 0]]), "J[0, 1] is 100 there, but by differences of F 1 "),
-        (lambda _: np.full((2, 2), np.nan), "J[0, 0] is nan there, but by differences of F "),
+        (
+            lambda z: -J(z),
+            "J[0, 0] is -2.34375 there, but by differences of F 2.34375 ",
+        ),
+        (
+            lambda z: J(z) + np.array([[0, 99], [0, 0]]),
+            "J[0, 1] is 100 there, but by differences of F 1 ",
+        ),
+        (
+            lambda _: np.full((2, 2), np.nan),
+            "J[0, 0] is nan there, but by differences of F ",
+        ),
         (lambda z: 1j * J(z), "is nan there, but by differences of F "),
     ):
         result = lcpcli.solve_mcp(F, wrong, x0=[5, 5], restarts=0)
-        assert (result.solved, words in result.message, "another J" in result.advice) == (False, True, True)
+        assert (
+            result.solved,
+            words in result.message,
+            "another J" in result.advice,
+        ) == (False, True, True)
 
 
 def test_stalls_do_not_blame_a_right_jacobian() -> None:
-    result = lcpcli.solve_mcp(lambda z: 1 + z**2, lambda z: np.diag(2 * z), lower=None, x0=[0.5, 3.0], restarts=0)
-    assert (result.solved, "J[" in result.message, "another J" in result.advice) == (False, False, False)
+    result = lcpcli.solve_mcp(
+        lambda z: 1 + z**2,
+        lambda z: np.diag(2 * z),
+        lower=None,
+        x0=[0.5, 3.0],
+        restarts=0,
+    )
+    assert (result.solved, "J[" in result.message, "another J" in result.advice) == (
+        False,
+        False,
+        False,
+    )
 
 
 def test_differences_where_F_is_infinite_are_undefined_and_no_breakdown() -> None:
     unit = 1e-10  # far less than the steps of differences
-    result = lcpcli.solve_mcp(lambda z: np.log(z / unit) + np.array([0.0, 1.0]), x0=[unit, unit])
+    result = lcpcli.solve_mcp(
+        lambda z: np.log(z / unit) + np.array([0.0, 1.0]), x0=[unit, unit]
+    )
     assert result.status is not Status.BREAKDOWN
     J = Evaluations(NonlinearProblem(np.log, x0=[0, 1])).jacobian(np.array([0.0, 1.0]))
     assert not np.isfinite(J[0, 0])
     assert J[1, 1] == pytest.approx(1)
 
 
-WRONG: dict[str, tuple[Callable[[Vector], Any], Callable[[Vector], Any], dict[str, Any]]] = {
+WRONG: dict[
+    str, tuple[Callable[[Vector], Any], Callable[[Vector], Any], dict[str, Any]]
+] = {
     "too large": (F, lambda z: 1e12 * J(z), {"x0": [5.0, 5.0]}),
-    "far too large and sparse": (F, lambda z: csr_array(1e30 * J(z)), {"x0": [5.0, 5.0]}),
-    "too large in small units": (lambda z: 1e-10 * (z**2 - 9), lambda z: [[2 * z[0]]], {"x0": [1.0]}),
-    "without a solution": (lambda z: 1e-7 * (1 + z**2), lambda _: [[1e5]], {"x0": [1.0], "lower": None}),
+    "far too large and sparse": (
+        F,
+        lambda z: csr_array(1e30 * J(z)),
+        {"x0": [5.0, 5.0]},
+    ),
+    "too large in small units": (
+        lambda z: 1e-10 * (z**2 - 9),
+        lambda z: [[2 * z[0]]],
+        {"x0": [1.0]},
+    ),
+    "without a solution": (
+        lambda z: 1e-7 * (1 + z**2),
+        lambda _: [[1e5]],
+        {"x0": [1.0], "lower": None},
+    ),
     "in large units": (lambda z: z * 1e6 - 0.3, lambda _: [[1e18]], {"x0": [9e-7]}),
 }
 
 
 @pytest.mark.parametrize("name", WRONG)
-def test_a_wrong_jacobian_makes_no_solution_in_any_units_and_is_named(name: str) -> None:
+def test_a_wrong_jacobian_makes_no_solution_in_any_units_and_is_named(
+    name: str,
+) -> None:
     F, J, others = WRONG[name]
     result = lcpcli.solve_mcp(F, J, **others, restarts=0)
     assert result.status is Status.STALLED
@@ -343,7 +462,9 @@ def test_a_wrong_jacobian_makes_no_solution_in_any_units_and_is_named(name: str)
 
 
 def test_check_says_which_entry_is_wrong() -> None:
-    problem = NonlinearProblem(lambda z: 1e-10 * (z**2 - 9), lambda z: [[2 * z[0]]], x0=[1.0])
+    problem = NonlinearProblem(
+        lambda z: 1e-10 * (z**2 - 9), lambda z: [[2 * z[0]]], x0=[1.0]
+    )
     found = lcpcli.check(problem, [2.0])
     assert not found.accepted
     assert "J[0, 0] is 4 there, but by differences of F 4e-10" in found.message
@@ -351,8 +472,12 @@ def test_check_says_which_entry_is_wrong() -> None:
 
 
 @settings(max_examples=15)
-@given(st.integers(-12, 12), st.integers(-12, 12), st.sampled_from([1e-8, 1e-3, 1e3, 1e8]))
-def test_no_claim_hangs_on_a_factor_of_the_jacobian(unit: int, scale: int, factor: float) -> None:
+@given(
+    st.integers(-12, 12), st.integers(-12, 12), st.sampled_from([1e-8, 1e-3, 1e3, 1e8])
+)
+def test_no_claim_hangs_on_a_factor_of_the_jacobian(
+    unit: int, scale: int, factor: float
+) -> None:
     u, s = 10.0**unit, 10.0**scale
 
     def F(z: Vector) -> Vector:
@@ -413,12 +538,20 @@ def test_a_kink_is_told_between_bounds_and_none_at_a_bound_of_a_function_smooth_
     lower: float, is_told: bool
 ) -> None:
     slope = lambda z: np.diag(np.where(z > 2, 1.0, 0.0))  # noqa: E731
-    problem = NonlinearProblem(lambda z: np.maximum(z - 2, 0) - 1e-9, slope, x0=[2.0], lower=lower)
-    assert ("F has a kink there, in row 1" in str(lcpcli.check(problem, [2.0]))) == is_told
+    problem = NonlinearProblem(
+        lambda z: np.maximum(z - 2, 0) - 1e-9, slope, x0=[2.0], lower=lower
+    )
+    assert (
+        "F has a kink there, in row 1" in str(lcpcli.check(problem, [2.0]))
+    ) == is_told
 
 
-@pytest.mark.parametrize(("shift", "scale"), [(1e7, 1.0), (3e6, 1.0), (1e7, 100.0), (2e7, 0.01)])
-def test_oscillation_that_finer_differences_resolve_is_no_noise(shift: float, scale: float) -> None:
+@pytest.mark.parametrize(
+    ("shift", "scale"), [(1e7, 1.0), (3e6, 1.0), (1e7, 100.0), (2e7, 0.01)]
+)
+def test_oscillation_that_finer_differences_resolve_is_no_noise(
+    shift: float, scale: float
+) -> None:
     A = np.array([[0.8, 0.6], [-0.5, 0.4]])
 
     def F(z: Vector) -> Vector:
@@ -447,7 +580,9 @@ def test_z0_is_the_start_also_of_a_problem() -> None:
     assert lcpcli.solve_mcp(problem.F, lower=None, z0=[-1.0]).z[0] == pytest.approx(-2)
 
 
-@pytest.mark.parametrize("names", [["a", "b"], {"a": 1, "b": 2}.keys()], ids=["list", "keys"])
+@pytest.mark.parametrize(
+    "names", [["a", "b"], {"a": 1, "b": 2}.keys()], ids=["list", "keys"]
+)
 def test_names_say_how_many_unknowns_there_are(names: Any) -> None:
     result = lcpcli.solve_mcp(lambda z: z - [1.0, 2.0], names=names)
     assert (result.z.tolist(), tuple(result.problem.names)) == ([1.0, 2.0], ("a", "b"))

@@ -15,7 +15,14 @@ from lcpcli import Problem, Solver, run, solve_many
 from lcpcli.gallery import families
 from lcpcli.linalg import factors
 
-FAMILIES = {"harker-pang": 30, "contact": 48, "obstacle": 400, "boxes": 40, "circuit": 60, "american-put": 500}
+FAMILIES = {
+    "harker-pang": 30,
+    "contact": 48,
+    "obstacle": 400,
+    "boxes": 40,
+    "circuit": 60,
+    "american-put": 500,
+}
 FAMILIES |= {"qp": 50, "spatial-prices": 48, "portfolio": 40}
 UNIQUE = ("harker-pang", "obstacle", "american-put")  # whose solutions are unique
 
@@ -26,7 +33,12 @@ def steps(family: str, changing: bool, number: int) -> Iterator[Problem]:
     like = families.make(family, FAMILIES[family])
     q, size = np.array(like.q), 1.0
     for k in range(number):
-        own = {"lower": like.lower, "upper": like.upper, "name": f"step {k}", "names": like.names}
+        own = {
+            "lower": like.lower,
+            "upper": like.upper,
+            "name": f"step {k}",
+            "names": like.names,
+        }
         yield Problem(size * like.M, q, **own)
         q = q + 0.02 * abs(like.q) * random.normal(size=q.size)
         size *= 1 + 1e-3 * changing
@@ -43,17 +55,29 @@ def test_a_sequence_has_the_results_of_separate_runs(family: str) -> None:
     ):
         for problem, result in zip(problems, results, strict=True):
             alone = run(problem)
-            assert (result.status, result.problem.q.tolist()) == (alone.status, problem.q.tolist())
-            assert not result.solved or run(problem, z0=result.z).relative_residual <= 1e-10
+            assert (result.status, result.problem.q.tolist()) == (
+                alone.status,
+                problem.q.tolist(),
+            )
+            assert (
+                not result.solved
+                or run(problem, z0=result.z).relative_residual <= 1e-10
+            )
             if family in UNIQUE:
                 assert np.abs(result.z - alone.z).max() <= 1e-9 * np.abs(alone.z).max()
 
 
-def test_a_step_that_changes_no_state_takes_one_system_where_contacts_are_redundant() -> None:
+def test_a_step_that_changes_no_state_takes_one_system_where_contacts_are_redundant() -> (
+    None
+):
     problem = families.make("contact", 60, 1)
     solver = Solver(problem.M)
     first, second = solver.solve(problem.q), solver.solve(1.01 * np.array(problem.q))
-    assert (first.route, second.route, second.iterations) == (("lemke",), ("newton",), 1)
+    assert (first.route, second.route, second.iterations) == (
+        ("lemke",),
+        ("newton",),
+        1,
+    )
     assert second.solved
 
 
@@ -62,19 +86,25 @@ def test_a_step_after_z_0_has_its_own_solution_if_its_q_has_a_negative_entry() -
     solver = Solver([[2, 1], [1, 2]])
     assert solver.solve([10, 1]).z.tolist() == [0, 0]
     assert solver.solve([10, -1]).z.tolist() == [0, 0.5]
-    assert run(Problem([[2, 1], [1, 2]], [10, -1]), basis=["lower", "lower"]).z.tolist() == [0, 0.5]
+    assert run(
+        Problem([[2, 1], [1, 2]], [10, -1]), basis=["lower", "lower"]
+    ).z.tolist() == [0, 0.5]
 
 
 def test_bounds_and_m_may_change_from_step_to_step() -> None:
     solver = Solver([[2, 1], [1, 2]])
     assert solver.solve([-5, -6]).z == pytest.approx([4 / 3, 7 / 3])
     assert solver.solve([-5, -6], upper=2).z == pytest.approx([1.5, 2.0])
-    assert solver.solve([-5, -6], lower=[None, 0], upper=[1, 5]).z == pytest.approx([1, 2.5])
+    assert solver.solve([-5, -6], lower=[None, 0], upper=[1, 5]).z == pytest.approx(
+        [1, 2.5]
+    )
     assert solver.solve([-5, -6]).z == pytest.approx([4 / 3, 7 / 3])
     solver.update([[4, 0], [0, 4]])
     assert solver.solve([-5, -6]).z == pytest.approx([1.25, 1.5])
     solver.update([[4]])
-    assert solver.solve([-2]).z == pytest.approx([0.5]), "without states of another shape"
+    assert solver.solve([-2]).z == pytest.approx([0.5]), (
+        "without states of another shape"
+    )
 
 
 GOOD = Problem([[2, 1], [1, 2]], [-5, -6])
@@ -82,8 +112,15 @@ GOOD = Problem([[2, 1], [1, 2]], [-5, -6])
 
 def test_limits_hold_for_every_step() -> None:
     problem = families.make("murty", 12)
-    alone, (result,) = run(problem, max_iterations=3), solve_many([problem], sequence=True, max_iterations=3)
-    assert result.status is Solver(problem.M, max_iterations=3).solve(problem.q).status is alone.status
+    alone, (result,) = (
+        run(problem, max_iterations=3),
+        solve_many([problem], sequence=True, max_iterations=3),
+    )
+    assert (
+        result.status
+        is Solver(problem.M, max_iterations=3).solve(problem.q).status
+        is alone.status
+    )
 
 
 def test_solve_many_takes_q_from_a_generator_that_needs_the_last_z() -> None:
@@ -95,11 +132,17 @@ def test_solve_many_takes_q_from_a_generator_that_needs_the_last_z() -> None:
 
 
 def tridiagonal(below: float, diagonal: float, above: float, n: int) -> Any:
-    return diags_array([below, diagonal, above], offsets=[-1, 0, 1], shape=(n, n)).tocsr()
+    return diags_array(
+        [below, diagonal, above], offsets=[-1, 0, 1], shape=(n, n)
+    ).tocsr()
 
 
-@pytest.mark.parametrize("turn", [1, -1], ids=["basic variables last", "basic variables first"])
-def test_tridiagonal_m_matrices_are_solved_by_elimination_from_the_end_of_the_basic_variables(turn: int) -> None:
+@pytest.mark.parametrize(
+    "turn", [1, -1], ids=["basic variables last", "basic variables first"]
+)
+def test_tridiagonal_m_matrices_are_solved_by_elimination_from_the_end_of_the_basic_variables(
+    turn: int,
+) -> None:
     n = 400
     M, q = tridiagonal(-1.2, 2.5, -1, n), np.linspace(1, -2, n)[::turn]
     if turn < 0:
@@ -112,34 +155,63 @@ def test_tridiagonal_m_matrices_are_solved_by_elimination_from_the_end_of_the_ba
     scattered = np.cos(np.linspace(0, 20, n))
     for below, above in ((-1, -1), (1, 1), (-1, 1), (1, -1)):
         other = Solver(tridiagonal(below, 2.1, above, n)).solve(scattered)
-        assert (other.solved, other.route == ("elimination",)) == (True, below < 0 > above)
+        assert (other.solved, other.route == ("elimination",)) == (
+            True,
+            below < 0 > above,
+        )
 
 
 def test_steps_begin_with_the_states_of_the_last_one() -> None:
-    routes = [result.route for result in solve_many(steps("obstacle", True, 6), sequence=True)]
+    routes = [
+        result.route for result in solve_many(steps("obstacle", True, 6), sequence=True)
+    ]
     assert routes == [("gradient", "newton"), *[("newton",)] * 5]
 
 
-def test_matrices_may_be_the_same_in_another_form_or_of_another_size_from_step_to_step() -> None:
+def test_matrices_may_be_the_same_in_another_form_or_of_another_size_from_step_to_step() -> (
+    None
+):
     M = np.array([[2.0, 1.0], [1.0, 2.0]])
-    problems = [Problem(A, -np.ones(A.shape[0])) for A in (M, M.copy(), csr_array(M), 2 * M, 2 * M, np.eye(3), M)]
-    for problem, result in zip(problems, solve_many(problems, sequence=True), strict=True):
+    problems = [
+        Problem(A, -np.ones(A.shape[0]))
+        for A in (M, M.copy(), csr_array(M), 2 * M, 2 * M, np.eye(3), M)
+    ]
+    for problem, result in zip(
+        problems, solve_many(problems, sequence=True), strict=True
+    ):
         assert result.z == pytest.approx(run(problem).z, rel=1e-14)
 
 
-def test_steps_without_a_solution_or_without_unknowns_leave_the_others_as_they_are() -> None:
+def test_steps_without_a_solution_or_without_unknowns_leave_the_others_as_they_are() -> (
+    None
+):
     good, none, empty = GOOD, Problem([[0, -1], [1, 0]], [-1, -1]), Problem([], [])
     program = families.make("portfolio", 30)
     first, second = solve_many([program, program], sequence=True)
     assert second.answer.x == pytest.approx(first.answer.x, abs=1e-9)
-    words = [result.word for result in solve_many([good, none, empty, good, none, good], sequence=True)]
+    words = [
+        result.word
+        for result in solve_many([good, none, empty, good, none, good], sequence=True)
+    ]
     assert words == ["solved", "infeasible", "solved", "solved", "infeasible", "solved"]
 
 
-def test_factors_are_shared_by_columns_with_the_same_active_set(monkeypatch: pytest.MonkeyPatch) -> None:
-    problem, made, own = families.make("obstacle", 2500, 0), [], factors.PrincipalSolver._factorized
-    monkeypatch.setattr(factors.PrincipalSolver, "_factorized", lambda *given: made.append(1) or own(*given))
-    results = lcpcli.solve_many(problem.M, problem.q[:, np.newaxis] * np.linspace(1, 2, 20))
+def test_factors_are_shared_by_columns_with_the_same_active_set(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    problem, made, own = (
+        families.make("obstacle", 2500, 0),
+        [],
+        factors.PrincipalSolver._factorized,
+    )
+    monkeypatch.setattr(
+        factors.PrincipalSolver,
+        "_factorized",
+        lambda *given: made.append(1) or own(*given),
+    )
+    results = lcpcli.solve_many(
+        problem.M, problem.q[:, np.newaxis] * np.linspace(1, 2, 20)
+    )
     next(results)
     made.clear()
     assert all(result.solved for result in results)
@@ -151,11 +223,23 @@ def test_a_column_without_a_solution_between_others_is_proved_to_have_none() -> 
     solvable = np.tile([1.0, 1.0], 150)
     hopeless = solvable.copy()
     hopeless[10] = -0.5
-    results = list(lcpcli.solve_many(M, np.array([solvable, solvable, hopeless, solvable, 2 * solvable]).T))
-    assert [result.status.word for result in results] == ["solved", "solved", "infeasible", "solved", "solved"]
+    results = list(
+        lcpcli.solve_many(
+            M, np.array([solvable, solvable, hopeless, solvable, 2 * solvable]).T
+        )
+    )
+    assert [result.status.word for result in results] == [
+        "solved",
+        "solved",
+        "infeasible",
+        "solved",
+        "solved",
+    ]
 
 
-def test_a_singular_set_leaves_the_column_to_auto_limits_hold_and_large_numbers_are_compared() -> None:
+def test_a_singular_set_leaves_the_column_to_auto_limits_hold_and_large_numbers_are_compared() -> (
+    None
+):
     n = 300
     M = csr_array(diags_array([np.ones(n - 1)], offsets=[1], shape=(n, n)) * 1.0)
     q = np.ones(n)
@@ -165,10 +249,17 @@ def test_a_singular_set_leaves_the_column_to_auto_limits_hold_and_large_numbers_
     alone = [lcpcli.solve(M, own) for own in (q, changed, q, changed)]
     assert [result.status for result in results] == [result.status for result in alone]
     few = families.make("obstacle", 225, 0)
-    results = list(lcpcli.solve_many(few.M, np.tile(few.q[:, np.newaxis], 6), max_iterations=0))
+    results = list(
+        lcpcli.solve_many(few.M, np.tile(few.q[:, np.newaxis], 6), max_iterations=0)
+    )
     assert {result.status.word for result in results} == {"iteration_limit"}
-    M, q = csr_array(diags_array([np.full(300, 1e200)], offsets=[0])), np.full(300, -1e200)
-    assert all(result.solved for result in lcpcli.solve_many(M, np.array([q, q, q, 2 * q]).T)), "without a warning"
+    M, q = (
+        csr_array(diags_array([np.full(300, 1e200)], offsets=[0])),
+        np.full(300, -1e200),
+    )
+    assert all(
+        result.solved for result in lcpcli.solve_many(M, np.array([q, q, q, 2 * q]).T)
+    ), "without a warning"
 
 
 def test_bounds_of_other_kinds_start_from_no_states_of_the_last_problem() -> None:
@@ -176,14 +267,29 @@ def test_bounds_of_other_kinds_start_from_no_states_of_the_last_problem() -> Non
         random = np.random.default_rng(seed)
         A, B = random.normal(size=(2, 8, 8))
         q = 3 * random.normal(size=8)
-        solver = Solver(A @ A.T + B - B.T + np.eye(8), lower=[0] * 4 + [-1] * 4, upper=[np.inf] * 4 + [2] * 4)
+        solver = Solver(
+            A @ A.T + B - B.T + np.eye(8),
+            lower=[0] * 4 + [-1] * 4,
+            upper=[np.inf] * 4 + [2] * 4,
+        )
         solver.solve(q)
-        bounds = np.where(random.random(8) < 0.5, -np.inf, 0.0), np.where(random.random(8) < 0.5, 1.0, np.inf)
-        after, cold = (solver.solve(q, lower=bounds[0], upper=bounds[1], warm=warm) for warm in (True, False))
-        assert (after.iterations, after.z.tolist()) == (cold.iterations, cold.z.tolist())
+        bounds = (
+            np.where(random.random(8) < 0.5, -np.inf, 0.0),
+            np.where(random.random(8) < 0.5, 1.0, np.inf),
+        )
+        after, cold = (
+            solver.solve(q, lower=bounds[0], upper=bounds[1], warm=warm)
+            for warm in (True, False)
+        )
+        assert (after.iterations, after.z.tolist()) == (
+            cold.iterations,
+            cold.z.tolist(),
+        )
 
 
-def test_after_an_update_the_path_is_that_of_the_new_matrix(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_after_an_update_the_path_is_that_of_the_new_matrix(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     """Otherwise its end is no solution, and a whole run begins from nothing."""
     monkeypatch.setattr("lcpcli.solving.solver.run", None)
     lower = [0.0] * 7 + [-np.inf] * 3

@@ -32,7 +32,9 @@ def record(lcp: Lcp, method: str, *options: str) -> dict[str, Any]:
 
 
 @pytest.mark.parametrize("method", ["shi", "fixed-point"])
-def test_from_a_result_or_the_solution_as_z_a_run_ends_at_once(method: str, lcp: Lcp, tmp_path: Path) -> None:
+def test_from_a_result_or_the_solution_as_z_a_run_ends_at_once(
+    method: str, lcp: Lcp, tmp_path: Path
+) -> None:
     """Of several results the first counts, and a result may be spread over lines."""
     file = tmp_path / "start"
     for tol in ("1e-4", "1e-13"):
@@ -54,7 +56,9 @@ def test_from_a_result_or_the_solution_as_z_a_run_ends_at_once(method: str, lcp:
 def test_z0_takes_the_place_of_both_points_of_a_problem(paper_example: Problem) -> None:
     own = Problem(paper_example.M, paper_example.q, x0=np.zeros(4), x1=np.ones(4))
     assert run(own, "shi").options["x1"] is not None
-    assert run(own, "shi", z0=np.ones(4)).options["x1"] is None, "as it goes with the first"
+    assert run(own, "shi", z0=np.ones(4)).options["x1"] is None, (
+        "as it goes with the first"
+    )
 
 
 def test_a_start_that_violates_a_row_in_small_units_is_not_called_a_solution() -> None:
@@ -76,9 +80,17 @@ def test_a_rounded_solution_of_a_program_is_repaired_by_a_few_systems(n: int) ->
     rng = np.random.default_rng(n)
     A = rng.standard_normal((n // 2, n)) * (rng.random((n // 2, n)) < 0.2)
     x = rng.random(n) * (rng.random(n) < 0.5)
-    problem = from_qp(np.diag(rng.random(n)), rng.standard_normal(n), A, A @ x - rng.random(n // 2), lower=0.0)
+    problem = from_qp(
+        np.diag(rng.random(n)),
+        rng.standard_normal(n),
+        A,
+        A @ x - rng.random(n // 2),
+        lower=0.0,
+    )
     cold = run(problem, "interior")
-    z = cold.z * (1 + 1e-7 * rng.standard_normal(problem.n)) + 1e-9 * rng.random(problem.n)
+    z = cold.z * (1 + 1e-7 * rng.standard_normal(problem.n)) + 1e-9 * rng.random(
+        problem.n
+    )
     warm = run(problem, z0=z)
     assert (cold.solved, warm.solved) == (True, True)
     assert warm.evaluations <= 4 < cold.evaluations
@@ -91,7 +103,9 @@ def test_a_start_at_the_border_of_the_domain_of_F_is_moved_into_it() -> None:
 
 
 def test_a_start_beyond_the_bounds_is_brought_within_them() -> None:
-    problem = NonlinearProblem(lambda z: z**2 - 4.0, lower=0.0, x0=[1.0]).starting_at([-2.0])
+    problem = NonlinearProblem(lambda z: z**2 - 4.0, lower=0.0, x0=[1.0]).starting_at(
+        [-2.0]
+    )
     assert problem.x0.tolist() == [0.0]
 
 
@@ -99,7 +113,12 @@ def boxed(n: int) -> Problem:
     """A P-matrix with random boxes, from the origin several block steps away from the solution."""
     random = np.random.default_rng(0)
     A, S = random.normal(size=(2, n, n))
-    return Problem(A @ A.T + S - S.T + np.eye(n), 10 * random.normal(size=n), lower=-1, upper=random.random(n))
+    return Problem(
+        A @ A.T + S - S.T + np.eye(n),
+        10 * random.normal(size=n),
+        lower=-1,
+        upper=random.random(n),
+    )
 
 
 PROBLEMS = {"boxed": boxed(30), "LCP": Problem(boxed(30).M, boxed(30).q)}
@@ -111,11 +130,18 @@ def test_start_stands_for_the_states_given_however_large_the_bounds() -> None:
         low = np.array([-size, -size, -size, -np.inf, -np.inf, -np.inf, size])
         high = np.array([np.inf, size + 1, 3 * size + 1, np.inf, -size, -size, size])
         problem = Problem(np.eye(7), np.zeros(7), lower=low, upper=high)
-        assert in_words(problem.box.basis_of(x_in(problem, basis_of_words(problem, states)))) == states
+        assert (
+            in_words(
+                problem.box.basis_of(x_in(problem, basis_of_words(problem, states)))
+            )
+            == states
+        )
 
 
 @pytest.mark.parametrize("kind", PROBLEMS)
-def test_newton_needs_one_step_from_states_or_from_an_earlier_result(lcp: Lcp, tmp_path: Path, kind: str) -> None:
+def test_newton_needs_one_step_from_states_or_from_an_earlier_result(
+    lcp: Lcp, tmp_path: Path, kind: str
+) -> None:
     names = ("problem.json", "result.json", "result.csv", "states.json")
     file, result, table, states = (str(tmp_path / name) for name in names)
     writing.write(PROBLEMS[kind], file)
@@ -124,21 +150,34 @@ def test_newton_needs_one_step_from_states_or_from_an_earlier_result(lcp: Lcp, t
     first = run(PROBLEMS[kind], "newton")
     assert first.iterations > 1
     again = run(PROBLEMS[kind], "newton", basis=first.basis)
-    assert (again.solved, again.iterations, again.z.tolist()) == (True, 1, first.z.tolist())
+    assert (again.solved, again.iterations, again.z.tolist()) == (
+        True,
+        1,
+        first.z.tolist(),
+    )
     Path(states).write_text(json.dumps(first.basis))
     for given in (result, table, states, ",".join(first.basis), " ".join(first.basis)):
-        outcome = lcp("solve", file, "--method", "newton", "--basis", given, "--format", "json")
+        outcome = lcp(
+            "solve", file, "--method", "newton", "--basis", given, "--format", "json"
+        )
         assert json.loads(outcome.out)["iterations"] == 1
 
 
-@pytest.mark.parametrize("family", ["obstacle", "harker-pang", "boxes", "control", "contact"])
+@pytest.mark.parametrize(
+    "family", ["obstacle", "harker-pang", "boxes", "control", "contact"]
+)
 def test_auto_factorizes_the_basis_of_a_solution_once_and_is_done(family: str) -> None:
     """Also the basis at which a path ends where contacts are redundant."""
     problem = families.make(family, 240, 1)
     first = run(problem)
     again = run(problem, basis=first.basis)
     assert first.evaluations > 1 or "piqp" in first.route
-    assert (again.solved, again.iterations, again.evaluations, again.route) == (True, 1, 1, ("newton",))
+    assert (again.solved, again.iterations, again.evaluations, again.route) == (
+        True,
+        1,
+        1,
+        ("newton",),
+    )
     assert again.basis == first.basis
 
 
@@ -163,12 +202,17 @@ def test_auto_solves_what_has_a_singular_basis() -> None:
 
 
 @pytest.mark.parametrize(
-    ("family", "n", "words"), [("obstacle", 2500, ["lower"]), ("harker-pang", 200, ["lower", "basic"])]
+    ("family", "n", "words"),
+    [("obstacle", 2500, ["lower"]), ("harker-pang", 200, ["lower", "basic"])],
 )
-def test_auto_goes_on_from_its_own_start_where_a_basis_is_far_from_right(family: str, n: int, words: list[str]) -> None:
+def test_auto_goes_on_from_its_own_start_where_a_basis_is_far_from_right(
+    family: str, n: int, words: list[str]
+) -> None:
     problem, cold, warm = families.make(family, n, 0), Trace(), Trace()
     assert run(problem, trace=cold).solved
-    assert run(problem, basis=np.random.default_rng(0).choice(words, n).tolist(), trace=warm).solved
+    assert run(
+        problem, basis=np.random.default_rng(0).choice(words, n).tolist(), trace=warm
+    ).solved
     own = [row.z for row in cold.rows[1:]]
     assert len(cold.rows) <= len(warm.rows) <= len(cold.rows) + 15
     assert all(map(np.array_equal, own, [row.z for row in warm.rows[-len(own) :]]))

@@ -39,34 +39,59 @@ def columns(problem: Problem) -> Vector:
 
 
 WAYS: dict[str, Calls] = {
-    "alone": lambda p, **own: [lcpcli.run(p, **own), lcpcli.solve(p.M, p.q, **p.bounds, **own)],
+    "alone": lambda p, **own: [
+        lcpcli.run(p, **own),
+        lcpcli.solve(p.M, p.q, **p.bounds, **own),
+    ],
     "list": lambda p, **own: list(lcpcli.solve_many(2 * [p], **own)),
-    "one matrix": lambda p, **own: list(lcpcli.solve_many(p.M, columns(p), **p.bounds, **own)),
-    "batch": lambda p, **own: list(lcpcli.solve_many(dense(p.M)[None], p.q[None], **p.bounds, **own)),
+    "one matrix": lambda p, **own: list(
+        lcpcli.solve_many(p.M, columns(p), **p.bounds, **own)
+    ),
+    "batch": lambda p, **own: list(
+        lcpcli.solve_many(dense(p.M)[None], p.q[None], **p.bounds, **own)
+    ),
     "nonlinear": lambda _, **own: [lcpcli.solve_mcp(demand, x0=[1.0, 1.0], **own)],
 }
 
 
 @pytest.mark.parametrize("way", WAYS.values(), ids=WAYS)
 @pytest.mark.parametrize("name", NAMES)
-def test_answers_are_those_of_calls_that_ask_for_the_kernels(name: str, way: Calls) -> None:
+def test_answers_are_those_of_calls_that_ask_for_the_kernels(
+    name: str, way: Calls
+) -> None:
     problem = families.make(name, 12, 3)
     asked, plain = way(problem, compiled=True), way(problem)
     lcpcli.use_kernels()
-    for result, other, usual, off in zip(way(problem), asked, plain, way(problem, compiled=False), strict=True):
+    for result, other, usual, off in zip(
+        way(problem), asked, plain, way(problem, compiled=False), strict=True
+    ):
         assert result.solved
         assert np.array_equal(result.z, other.z)
-        assert (result.route, result.options, result.basis) == (other.route, other.options, other.basis)
+        assert (result.route, result.options, result.basis) == (
+            other.route,
+            other.options,
+            other.basis,
+        )
         assert "compiled" not in usual.options
         assert off.options == usual.options
 
 
-def test_every_result_of_a_single_problem_says_that_it_was_made_with_kernels_and_those_of_before_do_not() -> None:
+def test_every_result_of_a_single_problem_says_that_it_was_made_with_kernels_and_those_of_before_do_not() -> (
+    None
+):
     before = lcpcli.solve([[2, 1], [1, 2]], [-5, -6])
     lcpcli.use_kernels()
-    during = [lcpcli.solve([[2, 1], [1, 2]], [-5, -6]), lcpcli.Solver([[2, 1], [1, 2]]).solve([-5, -6])]
-    during += [lcpcli.run(lcpcli.from_qp(np.eye(3), -np.ones(3))), lcpcli.run(families.make("obstacle", 900, 0))]
-    assert [result.to_dict()["options"].get("compiled") for result in [before, *during]] == [None, *4 * [True]]
+    during = [
+        lcpcli.solve([[2, 1], [1, 2]], [-5, -6]),
+        lcpcli.Solver([[2, 1], [1, 2]]).solve([-5, -6]),
+    ]
+    during += [
+        lcpcli.run(lcpcli.from_qp(np.eye(3), -np.ones(3))),
+        lcpcli.run(families.make("obstacle", 900, 0)),
+    ]
+    assert [
+        result.to_dict()["options"].get("compiled") for result in [before, *during]
+    ] == [None, *4 * [True]]
     lcpcli.use_kernels(False)
     assert lcpcli.solve([[2, 1], [1, 2]], [-5, -6]).options == before.options
 
@@ -78,7 +103,9 @@ def test_other_methods_are_as_before_and_not_refused() -> None:
     (of_many,) = lcpcli.solve_many([result.problem], "shi")
     assert result.options == of_many.options == before.options
     assert np.array_equal(result.z, before.z)
-    with pytest.raises(OptionError, match="compiled: has no effect with the method shi"):
+    with pytest.raises(
+        OptionError, match="compiled: has no effect with the method shi"
+    ):
         lcpcli.solve([[2, 1], [1, 2]], [-5, -6], "shi", compiled=True)
 
 
@@ -86,13 +113,17 @@ def test_without_numba_it_is_refused_and_nothing_changes(
     monkeypatch: pytest.MonkeyPatch, kernels_by_default: Callable[[str], None]
 ) -> None:
     monkeypatch.setattr(direct_run, "has_numba", lambda: False)
-    with pytest.raises(ParameterError, match=r"^use_kernels: needs numba; pip install .*\[fast\]'$"):
+    with pytest.raises(
+        ParameterError, match=r"^use_kernels: needs numba; pip install .*\[fast\]'$"
+    ):
         lcpcli.use_kernels()
     lcpcli.use_kernels(False)
     assert lcpcli.solve([[2]], [-1]).solved
     monkeypatch.setattr(options, "has_numba", lambda: False)
     kernels_by_default("1")
-    with pytest.raises(OptionError, match=r"^LCPCLI_KERNELS: needs numba; pip install .*\[fast\]'$"):
+    with pytest.raises(
+        OptionError, match=r"^LCPCLI_KERNELS: needs numba; pip install .*\[fast\]'$"
+    ):
         lcpcli.solve([[2]], [-1])
     assert lcpcli.solve([[2]], [-1], compiled=False).solved
 
@@ -100,8 +131,16 @@ def test_without_numba_it_is_refused_and_nothing_changes(
 CALL = "import lcpcli, sys; print(lcpcli.solve([[2]], [-1]).options.get('compiled'), 'numba' in sys.modules)"
 
 
-@pytest.mark.parametrize(("value", "says"), [("1", "True True"), ("0", "None False"), ("", "None False")])
+@pytest.mark.parametrize(
+    ("value", "says"), [("1", "True True"), ("0", "None False"), ("", "None False")]
+)
 def test_a_process_starts_with_them_by_its_environment(value: str, says: str) -> None:
     own = os.environ | {KERNELS: value}
-    done = subprocess.run([sys.executable, "-c", CALL], capture_output=True, text=True, check=True, env=own)
+    done = subprocess.run(
+        [sys.executable, "-c", CALL],
+        capture_output=True,
+        text=True,
+        check=True,
+        env=own,
+    )
     assert done.stdout.strip() == says

@@ -27,7 +27,9 @@ def h_plus(random: Generator, n: int, margin: float = 0.1) -> np.ndarray:
     """Diagonally dominant by rows up to the margin, then with columns scaled: H+, no longer dominant."""
     M = random.normal(size=(n, n)) * random.integers(0, 2, size=(n, n))
     np.fill_diagonal(M, 0)
-    np.fill_diagonal(M, (1 + margin) * np.abs(M).sum(axis=1) + margin * random.random(n) + 1e-3)
+    np.fill_diagonal(
+        M, (1 + margin) * np.abs(M).sum(axis=1) + margin * random.random(n) + 1e-3
+    )
     return M * np.exp2(random.integers(-2, 3, size=n))
 
 
@@ -50,10 +52,14 @@ def random_bounds(random: Generator, n: int) -> tuple[np.ndarray, np.ndarray]:
     """Bounds of every kind: none, one, both, the same; around 0 and away from it."""
     low = random.normal(size=n) + random.choice([0.0, 0.0, 5.0, -5.0], n)
     high = low + random.choice([0.0, 1e-3, 1.0, 3.0], n)
-    return np.where(random.random(n) < 0.3, -np.inf, low), np.where(random.random(n) < 0.3, np.inf, high)
+    return np.where(random.random(n) < 0.3, -np.inf, low), np.where(
+        random.random(n) < 0.3, np.inf, high
+    )
 
 
-def problem_of(kind: str, random: Generator, margin: float = 0.1, form: str = "plain") -> Problem:
+def problem_of(
+    kind: str, random: Generator, margin: float = 0.1, form: str = "plain"
+) -> Problem:
     """A random problem of one of the FAMILIES and one of the FORMS, of at most 5 unknowns, half of them degenerate."""
     n = int(random.integers(1, 6))
     M = FAMILIES[kind](random, n, margin)
@@ -80,7 +86,15 @@ def perturbed(true: list[Fraction], random: Generator, size: float) -> np.ndarra
 def others(true: list[Fraction], random: Generator) -> list[np.ndarray]:
     """The solution as rounded, 0, negative with z and mostly w, of any sign, huge, tiny."""
     z, noise = np.array([float(v) for v in true]), random.normal(size=len(true))
-    return [z, 0 * z, -z - np.abs(noise), -9 * np.abs(noise) - 9, 9 * noise, 1e100 * noise, z + 1e-140 * noise]
+    return [
+        z,
+        0 * z,
+        -z - np.abs(noise),
+        -9 * np.abs(noise) - 9,
+        9 * noise,
+        1e100 * noise,
+        z + 1e-140 * noise,
+    ]
 
 
 @settings(deadline=None, max_examples=40)
@@ -90,18 +104,25 @@ def others(true: list[Fraction], random: Generator) -> list[np.ndarray]:
     margin=st.sampled_from([1.0, 0.1, 1e-3, 1e-6, 1e-10, 1e-14]),
     form=st.sampled_from(FORMS),
 )
-def test_every_bound_holds_exactly(seed: int, kind: str, margin: float, form: str) -> None:
+def test_every_bound_holds_exactly(
+    seed: int, kind: str, margin: float, form: str
+) -> None:
     random = np.random.default_rng(seed)
     problem = problem_of(kind, random, margin, form)
     true = exact.solution(problem)
-    theorems = [*error_theorems.definite_theorems(problem).values(), error_theorems.h_plus_theorem(problem)]
+    theorems = [
+        *error_theorems.definite_theorems(problem).values(),
+        error_theorems.h_plus_theorem(problem),
+    ]
     for z in [perturbed(true, random, random.choice(SIZES)), *others(true, random)]:
         bound = error_bound(problem, z)
         assert bound is None or error(z, true) <= Fraction(bound.value)
         near = np.where(np.abs(z) < error_theorems.SMALLEST_ENTRY, 0.0, z)
         w = error_theorems.residual(problem, near)
         claims = [theorem(near, w) for theorem in theorems if theorem is not None]
-        assert all(error(near, true) <= Fraction(value) for value in claims if value < math.inf)
+        assert all(
+            error(near, true) <= Fraction(value) for value in claims if value < math.inf
+        )
 
 
 @settings(deadline=None, max_examples=100)
@@ -117,10 +138,21 @@ def test_no_bound_of_any_class_of_matrix_is_wrong(seed: int) -> None:
 
 
 @settings(deadline=None, max_examples=50)
-@given(seed=st.integers(0, 2**32 - 1), kind=st.sampled_from(sorted(FAMILIES)), form=st.sampled_from(FORMS))
-def test_well_conditioned_matrices_always_have_a_close_bound(seed: int, kind: str, form: str) -> None:
+@given(
+    seed=st.integers(0, 2**32 - 1),
+    kind=st.sampled_from(sorted(FAMILIES)),
+    form=st.sampled_from(FORMS),
+)
+def test_well_conditioned_matrices_always_have_a_close_bound(
+    seed: int, kind: str, form: str
+) -> None:
     """Whatever the units; but a nonsymmetric M scaled by rows and columns alike need not be positive definite."""
-    problem = problem_of(kind, np.random.default_rng(seed), 1.0, "plain" if kind == "nonsymmetric" else form)
+    problem = problem_of(
+        kind,
+        np.random.default_rng(seed),
+        1.0,
+        "plain" if kind == "nonsymmetric" else form,
+    )
     z = np.array([float(v) for v in exact.solution(problem)])
     for M in (problem.M, csr_array(problem.M)):
         bound = error_bound(replace(problem, M=M), z)
@@ -128,7 +160,13 @@ def test_well_conditioned_matrices_always_have_a_close_bound(seed: int, kind: st
 
 
 def test_neither_class_has_a_bound() -> None:
-    for M in ([[0, 1], [-1, 0]], [[1, 3], [3, 1]], [[1, 2], [2, 4]], [[-1]], [[1, -1]] * 2):
+    for M in (
+        [[0, 1], [-1, 0]],
+        [[1, 3], [3, 1]],
+        [[1, 2], [2, 4]],
+        [[-1]],
+        [[1, -1]] * 2,
+    ):
         for same in (np.array(M, dtype=float), csr_array(np.array(M, dtype=float))):
             assert error_bound(Problem(same, -np.ones(len(M))), np.ones(len(M))) is None
 
@@ -139,11 +177,17 @@ def test_bound_is_what_the_theorem_says_on_an_example() -> None:
     w = problem.w(z)
     h_plus = error_theorems.h_plus_theorem(problem)
     assert h_plus(z, w) == pytest.approx(0.5 / 3, rel=1e-6)
-    assert 0.1 <= error_theorems.definite_theorems(problem)[error_theorems.DEFINITE](z, w) <= np.sqrt(0.05) + 1e-12
+    assert (
+        0.1
+        <= error_theorems.definite_theorems(problem)[error_theorems.DEFINITE](z, w)
+        <= np.sqrt(0.05) + 1e-12
+    )
 
 
 @pytest.mark.parametrize(("n", "sparse"), [(3, False), (100, False), (100, True)])
-def test_bound_that_is_attained_is_not_undercut_by_rounding(n: int, sparse: bool) -> None:
+def test_bound_that_is_attained_is_not_undercut_by_rounding(
+    n: int, sparse: bool
+) -> None:
     """M = tridiag(-1, 2, -1), z* = 1, z = 1 + i (n + 1 - i) / 2^20: w = M (z - z*) > 0, so that <M>^-1 w = z - z*."""
     i = np.arange(1, n + 1)
     true, M = np.ones(n), 2 * np.eye(n) - np.eye(n, k=1) - np.eye(n, k=-1)
@@ -166,9 +210,14 @@ def test_definite_matrix_has_a_bound_after_rows_were_multiplied_by_numbers() -> 
     """M = D (A A' + S) with S skew-symmetric: no T makes T M symmetric, and T = D^-1 makes it positive definite."""
     n, random = 40, np.random.default_rng(40)
     A, S = random.normal(size=(2, n, n))
-    M = np.exp2(random.integers(-6, 7, n))[:, np.newaxis] * (A @ A.T + np.eye(n) + 0.3 * (S - S.T))
+    M = np.exp2(random.integers(-6, 7, n))[:, np.newaxis] * (
+        A @ A.T + np.eye(n) + 0.3 * (S - S.T)
+    )
     true = np.maximum(random.normal(size=n), 0.0)
-    problem, z = Problem(M, np.where(true > 0, 0.0, 0.5) - M @ true), true + 1e-6 * random.normal(size=n)
+    problem, z = (
+        Problem(M, np.where(true > 0, 0.0, 0.5) - M @ true),
+        true + 1e-6 * random.normal(size=n),
+    )
     bound = error_bound(problem, z)
     assert np.abs(z - true).max() <= bound.value <= 1e-2
 
@@ -177,7 +226,9 @@ def test_definite_matrix_has_a_bound_after_rows_were_multiplied_by_numbers() -> 
 def test_large_sparse_h_plus_matrix_has_a_bound(margin: float) -> None:
     n = 5000
     band = np.full(n - 1, -1.0)
-    M = diags_array([band, np.full(n, 2 + margin), band], offsets=[-1, 0, 1], format="csr")
+    M = diags_array(
+        [band, np.full(n, 2 + margin), band], offsets=[-1, 0, 1], format="csr"
+    )
     true = np.maximum(np.sin(np.arange(n) / 100.0), 0.0)
     problem = Problem(M, np.where(true > 0, 0.0, 0.5) - M @ true)
     z = true + 1e-6 * np.random.default_rng(0).normal(size=n)
@@ -186,30 +237,54 @@ def test_large_sparse_h_plus_matrix_has_a_bound(margin: float) -> None:
     assert np.abs(z - true).max() <= bound.value <= 1.1 * np.abs(z - true).max()
 
 
-def test_a_bound_takes_no_factors_of_a_matrix_with_much_fill(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_bound_takes_no_factors_of_a_matrix_with_much_fill(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     monkeypatch.setattr("scipy.sparse.linalg.splu", None)
     k = 20
-    second = diags_array([np.full(k - 1, -1.0), np.full(k, 2.5), np.full(k - 1, -1.0)], offsets=[-1, 0, 1])
-    M = csr_array(kron(kron(second, eye_array(k)), eye_array(k)) + kron(eye_array(k * k), second))
+    second = diags_array(
+        [np.full(k - 1, -1.0), np.full(k, 2.5), np.full(k - 1, -1.0)],
+        offsets=[-1, 0, 1],
+    )
+    M = csr_array(
+        kron(kron(second, eye_array(k)), eye_array(k)) + kron(eye_array(k * k), second)
+    )
     true = np.maximum(np.sin(np.arange(k**3) / 100.0), 0.0)
     bound = error_bound(Problem(M, np.where(true > 0, 0.0, 0.5) - M @ true), true)
     assert bound is not None
     assert bound.value <= 1e-10
 
 
-def test_no_factors_with_much_fill_are_taken_where_there_is_no_bound(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_no_factors_with_much_fill_are_taken_where_there_is_no_bound(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     monkeypatch.setattr("scipy.sparse.linalg.splu", None)
     k = 64
     line, one = diags_array([np.full(k - 1, -1.0)] * 2, offsets=[-1, 1]), eye_array(k)
-    grid = kron(kron(line, one), one) + kron(kron(one, line), one) + kron(kron(one, one), line)
-    assert error_bound(Problem(csr_array(grid + 5.5 * eye_array(k**3)), -np.ones(k**3)), np.ones(k**3)) is None
+    grid = (
+        kron(kron(line, one), one)
+        + kron(kron(one, line), one)
+        + kron(kron(one, one), line)
+    )
+    assert (
+        error_bound(
+            Problem(csr_array(grid + 5.5 * eye_array(k**3)), -np.ones(k**3)),
+            np.ones(k**3),
+        )
+        is None
+    )
 
 
 def test_numbers_beyond_range_have_no_bound_and_no_traceback() -> None:
     problem = Problem([[2.0, 1.0], [1.0, 2.0]], [-5.0, -6.0])
     for z in ([math.nan, 1.0], [math.inf, 1.0], [1e300, 1.0]):
         assert error_bound(problem, np.array(z)) is None
-    for M in (1e300 * np.eye(2), np.diag([1.0, 1e-300]), np.diag([1e200, 1e-200]), [[1.0, 1e-300], [0.0, 1.0]]):
+    for M in (
+        1e300 * np.eye(2),
+        np.diag([1.0, 1e-300]),
+        np.diag([1e200, 1e-200]),
+        [[1.0, 1e-300], [0.0, 1.0]],
+    ):
         assert error_bound(Problem(M, [-1.0, -1.0]), np.ones(2)) is None
     assert error_bound(Problem(np.eye(2), [-1e308, 1e308]), np.ones(2)) is None
     with pytest.raises(ProblemError, match="z: has 3 entries"):
@@ -227,8 +302,14 @@ def test_no_bound_is_claimed_where_no_theorem_holds() -> None:
 def image(M: np.ndarray, d: np.ndarray) -> list[Fraction]:
     """<M> d without rounding."""
     factors = [Fraction(value) for value in d.tolist()]
-    rows = [[Fraction(a if i == j else -abs(a)) for j, a in enumerate(row)] for i, row in enumerate(M.tolist())]
-    return [sum((a * v for a, v in zip(row, factors, strict=True)), Fraction(0)) for row in rows]
+    rows = [
+        [Fraction(a if i == j else -abs(a)) for j, a in enumerate(row)]
+        for i, row in enumerate(M.tolist())
+    ]
+    return [
+        sum((a * v for a, v in zip(row, factors, strict=True)), Fraction(0))
+        for row in rows
+    ]
 
 
 def test_scaling_is_found_where_it_varies_by_more_than_the_digits_of_a_double() -> None:

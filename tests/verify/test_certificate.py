@@ -26,7 +26,12 @@ from lcpcli.report import result_formats, wording
 from lcpcli.solving import proof as solving
 from lcpcli.solving.no_minimum import Constraints
 from lcpcli.verify.alternative import FarkasSystem
-from lcpcli.verify.certificate import farkas_certificate, is_clear, proof, proves_infeasible
+from lcpcli.verify.certificate import (
+    farkas_certificate,
+    is_clear,
+    proof,
+    proves_infeasible,
+)
 from lcpcli.verify.enclosure import enclosure
 from lcpcli.verify.farkas import exact_proof, refutes
 
@@ -46,14 +51,22 @@ def nearly_infeasible(seed: int) -> tuple[Problem, np.ndarray]:
     y = random.integers(0, 4, size=n).astype(float)
     i = int(random.integers(n))
     y[i] = 1.0
-    M, q = random.integers(-3, 4, size=(n, n)).astype(float), random.integers(-2, 3, size=n).astype(float)
+    M, q = (
+        random.integers(-3, 4, size=(n, n)).astype(float),
+        random.integers(-2, 3, size=n).astype(float),
+    )
     M[i], q[i] = 0.0, 0.0
     M[i], q[i] = -(y @ M), -1 - y @ q
     return Problem(M * (1 + ULP * random.integers(-2, 3, size=(n, n))), q), y
 
 
-def test_length_of_a_proof_does_not_matter_nor_whether_rounding_leaves_it_much_room() -> None:
-    assert all(proves_infeasible(INFEASIBLE, np.array([size, 0.0])) for size in (1.0, 1e-300, 1e300, 5e-324))
+def test_length_of_a_proof_does_not_matter_nor_whether_rounding_leaves_it_much_room() -> (
+    None
+):
+    assert all(
+        proves_infeasible(INFEASIBLE, np.array([size, 0.0]))
+        for size in (1.0, 1e-300, 1e300, 5e-324)
+    )
     assert proves_infeasible(Problem([[1, -1], [-1, 1]], [-1, 0]), np.ones(2))
     assert proves_infeasible(Problem([[1, -1], [-1, 1 - ULP]], [-1, 0]), np.ones(2))
 
@@ -65,12 +78,17 @@ PAIR = np.array([[1, -1 / 1.9 + NEARLY], [1, -1 / 1.9 - NEARLY]])
 FAR = np.zeros((4, 4))
 FAR[1:, 0], FAR[1:, 1], FAR[1:, 2] = (1, 2.0**-60, -1), (1, -1, 0), (-1, 0, 1)
 FEASIBLE = {
-    "solutions as large as 1 / eps": (Problem([[1, -1], [-1, 1 + ULP]], [-1, 0]), [1, 1]),
+    "solutions as large as 1 / eps": (
+        Problem([[1, -1], [-1, 1 + ULP]], [-1, 0]),
+        [1, 1],
+    ),
     "M'y of 1e-400": (Problem([[0, -1], [1e-200, 0]], [0, -1]), [1, 1e-200]),
     "M'y of 1e-400 of one unknown": (Problem([[1e-200]], [-1]), [1e-200]),
     "columns of free variables that nearly vanish": (
         Problem(
-            np.column_stack((np.vstack((PAIR.T, PAIR.T[0] + 1.9 * PAIR.T[1])), [-1, -1, 0])),
+            np.column_stack(
+                (np.vstack((PAIR.T, PAIR.T[0] + 1.9 * PAIR.T[1])), [-1, -1, 0])
+            ),
             [-1, -1, 0],
             lower=[-INF, -INF, 0],
         ),
@@ -80,7 +98,10 @@ FEASIBLE = {
         Problem([[1, 1], [-1 - ULP, -1]], [-1, 0], lower=[-INF, 0]),
         [1, 1],
     ),
-    "a far bound beside what doubles lose": (Problem(FAR, [0, -1, 0, 0], upper=[2.0**66, INF, INF, INF]), [0, 1, 1, 1]),
+    "a far bound beside what doubles lose": (
+        Problem(FAR, [0, -1, 0, 0], upper=[2.0**66, INF, INF, INF]),
+        [0, 1, 1, 1],
+    ),
 }
 
 
@@ -95,8 +116,12 @@ def test_what_rounding_hides_of_a_feasible_problem_makes_no_proof(name: str) -> 
 def test_proof_whose_products_underflow_or_overflow_is_checked_all_the_same() -> None:
     tiny = Problem([[1e-200, 0], [0, 1]], [-1e-200, 0])
     assert not proves_infeasible(tiny, np.array([1e-200, 0.0]))
-    assert proves_infeasible(Problem([[-1e-200, 0], [0, 1]], [-1e-200, 0]), np.array([1e-200, 0.0]))
-    assert proves_infeasible(Problem([[-1e300, 0], [0, 1]], [-1e300, 0]), np.array([1e300, 0.0]))
+    assert proves_infeasible(
+        Problem([[-1e-200, 0], [0, 1]], [-1e-200, 0]), np.array([1e-200, 0.0])
+    )
+    assert proves_infeasible(
+        Problem([[-1e300, 0], [0, 1]], [-1e300, 0]), np.array([1e300, 0.0])
+    )
 
 
 def test_nearly_infeasible_problems_are_distinguished_from_infeasible_ones() -> None:
@@ -115,7 +140,15 @@ def chain(excess: float, largest: float) -> Problem:
     rows = csr_array(np.vstack((np.eye(60) - np.diag(ratios, -1), np.eye(60)[-1])))
     values, end = np.eye(60)[0], (1 - excess) * float(np.prod(ratios))
     low, high = np.append(values, -np.inf), np.append(values, end)
-    return from_qp(None, np.zeros(60), rows, row_lower=low, row_upper=high, lower=-largest, upper=largest)
+    return from_qp(
+        None,
+        np.zeros(60),
+        rows,
+        row_lower=low,
+        row_upper=high,
+        lower=-largest,
+        upper=largest,
+    )
 
 
 @pytest.mark.parametrize("largest", [np.inf, 100.0])
@@ -127,9 +160,14 @@ def test_program_infeasible_by_a_millionth_is_proved_so(largest: float) -> None:
     assert farkas(chain(-1e-6, largest)) is None
 
 
-def test_proofs_are_found_where_the_first_linear_program_fails(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_proofs_are_found_where_the_first_linear_program_fails(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     monkeypatch.setattr(FarkasSystem, "least_total", lambda _: None)
-    found = (farkas(problem) is not None for problem in (INFEASIBLE, chain(1e-6, 100.0), chain(-1e-6, 100.0)))
+    found = (
+        farkas(problem) is not None
+        for problem in (INFEASIBLE, chain(1e-6, 100.0), chain(-1e-6, 100.0))
+    )
     assert list(found) == [True, True, False]
 
 
@@ -149,7 +187,9 @@ def test_contradictions_among_many_rows_are_found() -> None:
     M[0] = -(weights[1:] @ M[1:]) - 1e-3
     q[0] = -(weights[1:] @ q[1:]) - 1.0
     assert farkas(Problem(M, q)) is not None
-    negative = -np.abs(random.normal(size=(300, 300))) * (random.random((300, 300)) < 0.02)
+    negative = -np.abs(random.normal(size=(300, 300))) * (
+        random.random((300, 300)) < 0.02
+    )
     assert farkas(Problem(csr_array(negative), -np.ones(300))) is not None
 
 
@@ -172,16 +212,34 @@ def test_enclosure_holds_an_exact_solution(seed: int) -> None:
     d = enclosure(G, y)
     changed = np.flatnonzero(d)
     exact = [[Fraction(value) for value in row] for row in G.tolist()]
-    residual = [sum(value * Fraction(other) for value, other in zip(row, y.tolist(), strict=True)) for row in exact]
-    rows = [[*(row[j] for j in changed), -r] for row, r in zip(exact, residual, strict=True)]
+    residual = [
+        sum(
+            value * Fraction(other)
+            for value, other in zip(row, y.tolist(), strict=True)
+        )
+        for row in exact
+    ]
+    rows = [
+        [*(row[j] for j in changed), -r] for row, r in zip(exact, residual, strict=True)
+    ]
     whole = [numbers.over_one_denominator(row)[0] for row in rows]
-    found = elimination.solve([row[:-1] for row in whole], [row[-1] for row in whole])[0]
+    found = elimination.solve([row[:-1] for row in whole], [row[-1] for row in whole])[
+        0
+    ]
     assert found is not None
-    assert all(abs(change) <= Fraction(d[j]) for change, j in zip(found, changed.tolist(), strict=True))
+    assert all(
+        abs(change) <= Fraction(d[j])
+        for change, j in zip(found, changed.tolist(), strict=True)
+    )
 
 
 def test_dependent_equations_and_too_many_have_no_enclosure() -> None:
-    assert enclosure(np.array([[1.0, -1.0, 0.0], [2.0, -2.0, 0.0]]), np.array([1.0, 1.0, 1.0])) is None
+    assert (
+        enclosure(
+            np.array([[1.0, -1.0, 0.0], [2.0, -2.0, 0.0]]), np.array([1.0, 1.0, 1.0])
+        )
+        is None
+    )
     assert enclosure(np.ones((3, 2)), np.ones(2)) is None
 
 
@@ -191,7 +249,9 @@ def test_no_infeasible_program_is_said_to_have_a_point(seed: int) -> None:
     problem = random_program(2 * seed, 30, "infeasible").problem()
     sides = Constraints.of(problem.origin.program(conditions_of(problem)))
     low = np.nan_to_num(sides.low, neginf=0.0)
-    x = np.linalg.lstsq(np.asarray(sides.A @ np.eye(sides.A.shape[1])), low, rcond=None)[0]
+    x = np.linalg.lstsq(
+        np.asarray(sides.A @ np.eye(sides.A.shape[1])), low, rcond=None
+    )[0]
     assert sides.central_point() is None
     assert not sides.hold_near(x)
 
@@ -199,7 +259,10 @@ def test_no_infeasible_program_is_said_to_have_a_point(seed: int) -> None:
 def test_farkas_vector_is_corrected_where_no_double_fits() -> None:
     """3 y1 = y2 is asked for with a y1 that is no multiple: only the corrected vector has M'y = 0."""
     y = np.array([np.pi, 3 * np.pi * (1 + 1e-12)])
-    assert exact_proof(ExactProblem.of_floats(Problem([[3, -3], [-1, 1]], [-1, 1])), y) is None  # q'y = 2 y1 > 0
+    assert (
+        exact_proof(ExactProblem.of_floats(Problem([[3, -3], [-1, 1]], [-1, 1])), y)
+        is None
+    )  # q'y = 2 y1 > 0
     data = ExactProblem.of_floats(Problem([[3, -3], [-1, 1]], [-1, 0.25]))
     found = exact_proof(data, y)
     assert data.refuted_by(found)
@@ -216,7 +279,9 @@ def test_farkas_vector_is_found_where_rounding_has_made_columns_independent() ->
 
 
 @pytest.mark.parametrize("size", [1e-9, 1.0, 1e9])
-def test_an_enclosure_is_as_wide_as_the_solution_is_far_in_the_units_of_y(size: float) -> None:
+def test_an_enclosure_is_as_wide_as_the_solution_is_far_in_the_units_of_y(
+    size: float,
+) -> None:
     """y1 = y2 takes a change of at least |y1 - y2|."""
     y = size * np.array([1.0, 1.25, 3.0])
     change = enclosure(np.array([[1.0, -1.0, 0.0]]), y)
@@ -225,17 +290,27 @@ def test_an_enclosure_is_as_wide_as_the_solution_is_far_in_the_units_of_y(size: 
 
 
 def test_each_violation_is_named() -> None:
-    problem = Problem(np.eye(4), [-1, -1, 1, 0], lower=[0, None, -2, 1], upper=[2, 0.5, 2, 1])
+    problem = Problem(
+        np.eye(4), [-1, -1, 1, 0], lower=[0, None, -2, 1], upper=[2, 0.5, 2, 1]
+    )
     verified = lcpcli.check(problem, [-1, 1, 0, 5])
     found = [(violation.index, violation.kind) for violation in verified.violations]
-    assert sorted(found) == [(0, "z < lower"), (1, "z > upper"), (2, "w > 0"), (3, "z > upper")]
+    assert sorted(found) == [
+        (0, "z < lower"),
+        (1, "z > upper"),
+        (2, "w > 0"),
+        (3, "z > upper"),
+    ]
     assert verified.backward_error == np.inf
     assert lcpcli.check(problem, [1, 0.5, -1, 1]).accepted
 
 
 def tight(random: np.random.Generator, n: int) -> tuple[np.ndarray, np.ndarray]:
     """M and q of integers; in half of them row 0 is almost minus a positive combination of the others."""
-    M, q = random.integers(-9, 10, (n, n)) * (random.random((n, n)) < 0.7), random.integers(-9, 10, n)
+    M, q = (
+        random.integers(-9, 10, (n, n)) * (random.random((n, n)) < 0.7),
+        random.integers(-9, 10, n),
+    )
     if random.integers(2):
         c, k = random.integers(0, 8, n), int(random.integers(1, 8))
         M, q = k * M, k * q
@@ -260,7 +335,9 @@ def test_farkas_vectors_in_json_hold_exactly(with_bounds: bool) -> None:
     for seed in range(30):
         random = np.random.default_rng(seed)
         n = int(random.integers(2, 9))
-        problem = Problem(*tight(random, n), **(bounds(random, n) if with_bounds else {}))
+        problem = Problem(
+            *tight(random, n), **(bounds(random, n) if with_bounds else {})
+        )
         record = json.loads(lcpcli.run(problem).to_json())
         if record["status"] == "infeasible":
             assert exact.refutes(problem, whole(record["certificate"]["vector"])), seed
@@ -268,15 +345,23 @@ def test_farkas_vectors_in_json_hold_exactly(with_bounds: bool) -> None:
     assert proofs > 9
 
 
-def test_whole_numbers_are_shown_with_all_digits_and_others_as_rounded_also_beyond_doubles() -> None:
+def test_whole_numbers_are_shown_with_all_digits_and_others_as_rounded_also_beyond_doubles() -> (
+    None
+):
     shown = {2.0**53: "9007199254740992", 0.5: "0.5", 1 / 3: "~0.3333333", -3.0: "-3"}
     assert {value: wording.multiplier(value) for value in shown} == shown
     huge, tiny = Fraction(10) ** 400 / 3, Fraction(1, 3 * 10**400)
-    assert (brief(huge), brief(tiny), approximate(-huge)) == ("~3.333333e+399", "~3.333333e-401", "-3.333333e+399")
+    assert (brief(huge), brief(tiny), approximate(-huge)) == (
+        "~3.333333e+399",
+        "~3.333333e-401",
+        "-3.333333e+399",
+    )
     assert (approximate(Fraction(0)), approximate(Fraction(1, 3))) == ("0", "0.3333333")
 
 
-def test_proof_in_integers_leaves_columns_of_bounded_variables_that_nearly_vanish() -> None:
+def test_proof_in_integers_leaves_columns_of_bounded_variables_that_nearly_vanish() -> (
+    None
+):
     """y = (b, a, 0) is 0 in the first column exactly, and in the third one 1e-9 of its terms, which cannot both be
     0; but the third variable is between 0 and 1."""
     a, b = 1234567891.0, 987654323.0
@@ -286,7 +371,9 @@ def test_proof_in_integers_leaves_columns_of_bounded_variables_that_nearly_vanis
     assert exact.refutes(problem, whole(y.tolist()))
 
 
-def test_proof_for_integers_is_one_for_the_decimals_that_they_are_made_of(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_proof_for_integers_is_one_for_the_decimals_that_they_are_made_of(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     """Rows with different denominators, and a run that has found nothing; without the search at the end."""
     monkeypatch.setattr(solving, "_searched", lambda *given: None)  # noqa: ARG005
     problem = Problem([[0.1, -0.7], [-0.001, 0.007]], [-1, 0.0099])
@@ -306,9 +393,14 @@ def infeasible(seed: int) -> Problem:
 
     def number() -> float:
         sign = rng.choice((0, -1, 1))
-        return sign * float(f"{rng.uniform(1, 10):.{rng.choice((0, 2, 16))}f}e{rng.randint(-span, span)}")
+        return sign * float(
+            f"{rng.uniform(1, 10):.{rng.choice((0, 2, 16))}f}e{rng.randint(-span, span)}"
+        )
 
-    M, q = [[number() for _ in range(n)] for _ in range(n)], [number() for _ in range(n)]
+    M, q = (
+        [[number() for _ in range(n)] for _ in range(n)],
+        [number() for _ in range(n)],
+    )
     a, b = rng.randrange(n), rng.randrange(n)
     if a == b:
         M[a] = [-abs(value) for value in M[a]]
@@ -319,7 +411,9 @@ def infeasible(seed: int) -> Problem:
     return Problem(M, q)
 
 
-@pytest.mark.parametrize("seed", [seed for seed in range(0, 60, 2) if seed not in ROUNDED_TO_FEASIBLE])
+@pytest.mark.parametrize(
+    "seed", [seed for seed in range(0, 60, 2) if seed not in ROUNDED_TO_FEASIBLE]
+)
 def test_what_is_written_proves_exactly_what_it_claims(seed: int) -> None:
     pytest.importorskip("flint")
     problem = infeasible(seed)
@@ -327,7 +421,9 @@ def test_what_is_written_proves_exactly_what_it_claims(seed: int) -> None:
         held = json.loads(result_formats.line(result_formats.data(result)))
         if held["status"] == "infeasible":
             y = [Fraction(value) for value in held["certificate"]["vector"]]
-            of_decimals = result.exact is None and exact.refutes(problem, y, as_written=True)
+            of_decimals = result.exact is None and exact.refutes(
+                problem, y, as_written=True
+            )
             assert of_decimals or exact.refutes(problem, y)
     assert held["status"] == "infeasible"
 
@@ -354,8 +450,15 @@ def without_solution(kind: str) -> Problem:
     random, n, m = np.random.default_rng(5), 23, 8
     A = random.integers(-2, 3, (n - m, n - m))
     coupling = random.integers(-1, 2, (n - m, m))
-    M = np.block([[np.kron(np.eye(m // 2), SWAP), np.zeros((m, n - m))], [coupling, A @ A.T + np.eye(n - m)]])
-    q = np.append(np.tile([-1.0, 1.0], m // 2), random.integers(-9, 10, n - m)) - M @ np.full(n, 0.1)
+    M = np.block(
+        [
+            [np.kron(np.eye(m // 2), SWAP), np.zeros((m, n - m))],
+            [coupling, A @ A.T + np.eye(n - m)],
+        ]
+    )
+    q = np.append(
+        np.tile([-1.0, 1.0], m // 2), random.integers(-9, 10, n - m)
+    ) - M @ np.full(n, 0.1)
     lower, upper = np.full(n, 0.1), np.full(n, np.inf)
     if kind != "lower":
         lower[m : m + 3], upper[m + 3 : m + 6] = -np.inf, 0.7
@@ -365,7 +468,9 @@ def without_solution(kind: str) -> Problem:
 
 
 @pytest.mark.parametrize("n", [50, 100])
-def test_a_solution_with_w_0_is_found_by_one_look_however_many_z_are_rounding_of_0(n: int) -> None:
+def test_a_solution_with_w_0_is_found_by_one_look_however_many_z_are_rounding_of_0(
+    n: int,
+) -> None:
     random = np.random.default_rng(n)
     A = random.standard_normal((n, n))
     for M in (A, A + A.T):
@@ -375,11 +480,20 @@ def test_a_solution_with_w_0_is_found_by_one_look_however_many_z_are_rounding_of
         assert result.route == ("newton",)
 
 
-def as_pyomo_writes_it(M: np.ndarray, q: np.ndarray, lower: np.ndarray, upper: np.ndarray) -> Result:
+def as_pyomo_writes_it(
+    M: np.ndarray, q: np.ndarray, lower: np.ndarray, upper: np.ndarray
+) -> Result:
     """With free w = Mz + q."""
     n, one = len(q), np.eye(len(q))
-    ends = {"lower": np.append(lower, np.full(n, -np.inf)), "upper": np.append(upper, np.full(n, np.inf))}
-    return run(Problem(np.block([[0 * one, one], [-M, one]]), np.append(np.zeros(n), -q), **ends))
+    ends = {
+        "lower": np.append(lower, np.full(n, -np.inf)),
+        "upper": np.append(upper, np.full(n, np.inf)),
+    }
+    return run(
+        Problem(
+            np.block([[0 * one, one], [-M, one]]), np.append(np.zeros(n), -q), **ends
+        )
+    )
 
 
 WAYS: dict[str, Callable[..., Result]] = {
@@ -387,14 +501,17 @@ WAYS: dict[str, Callable[..., Result]] = {
     "pyomo": as_pyomo_writes_it,
     "sparse": lambda M, q, **bounds: solve(csr_array(M), q, **bounds),
     "Solver": lambda M, q, **bounds: Solver(M, **bounds).solve(q),
-    "solve_many": lambda M, q, **bounds: list(solve_many(M, np.column_stack((q, q)), **bounds))[1],
+    "solve_many": lambda M, q, **bounds: list(
+        solve_many(M, np.column_stack((q, q)), **bounds)
+    )[1],
     "pairs": lambda M, q, **bounds: list(solve_many([M, M], [q, q], **bounds))[1],
     "exact": lambda M, q, **bounds: lcpcli.exact(Problem(M, q, **bounds)),
 }
 
 
 @pytest.mark.parametrize(
-    ("way", "kind"), [*((way, "all") for way in WAYS), ("milp", "lower"), ("auto", "free and boxes")]
+    ("way", "kind"),
+    [*((way, "all") for way in WAYS), ("milp", "lower"), ("auto", "free and boxes")],
 )
 def test_no_way_in_loses_the_proof(way: str, kind: str) -> None:
     problem = without_solution("lower" if way == "pyomo" else kind)
@@ -403,24 +520,39 @@ def test_no_way_in_loses_the_proof(way: str, kind: str) -> None:
     assert way not in ("auto", "milp") or result.certificate.kind == "exhaustion"
 
 
-def test_the_tree_of_milp_agrees_with_that_in_rational_arithmetic_for_any_bounds() -> None:
+def test_the_tree_of_milp_agrees_with_that_in_rational_arithmetic_for_any_bounds() -> (
+    None
+):
     random = np.random.default_rng(11)
     for _ in range(40):
         n = int(random.integers(2, 8))
-        M, kind = random.integers(-3, 4, (n, n)) * (random.random((n, n)) < 0.7), random.integers(0, 5, n)
+        M, kind = (
+            random.integers(-3, 4, (n, n)) * (random.random((n, n)) < 0.7),
+            random.integers(0, 5, n),
+        )
         lower = np.where(np.isin(kind, (0, 3)), -0.3, np.where(kind == 4, 0.7, -np.inf))
-        upper = np.where(kind == 1, 1.1, np.where(kind == 3, 2.3, np.where(kind == 4, 0.7, np.inf)))
+        upper = np.where(
+            kind == 1, 1.1, np.where(kind == 3, 2.3, np.where(kind == 4, 0.7, np.inf))
+        )
         problem = Problem(M, random.integers(-4, 5, n), lower=lower, upper=upper)
-        status, z = run(problem, "milp").status, first_solution(ExactProblem.of_floats(problem), lambda: None)
+        status, z = (
+            run(problem, "milp").status,
+            first_solution(ExactProblem.of_floats(problem), lambda: None),
+        )
         assert status.name in ({"SOLVED"} if z else {"SOLVED", *NONE})
-        assert z or status.name in NONE or run(problem).solved, "a solution but for rounding"
+        assert z or status.name in NONE or run(problem).solved, (
+            "a solution but for rounding"
+        )
 
 
 @pytest.mark.parametrize("decimals", [0, 1, 16])
 def test_proofs_are_small_integers_where_there_is_room_to_round(decimals: int) -> None:
     random = np.random.default_rng(decimals)
     for n in (5, 15, 30):
-        M, q = np.round(random.uniform(-5, 3, (n, n)), decimals), np.round(random.uniform(-9, 5, n), decimals)
+        M, q = (
+            np.round(random.uniform(-5, 3, (n, n)), decimals),
+            np.round(random.uniform(-9, 5, n), decimals),
+        )
         result = run(Problem(M, q))
         assert result.status.name == "INFEASIBLE"
         y = result.certificate.vector
@@ -428,7 +560,9 @@ def test_proofs_are_small_integers_where_there_is_room_to_round(decimals: int) -
         assert y.max() <= 64
 
 
-def test_a_simple_proof_replaces_a_long_one_but_nothing_replaces_a_vector_that_proves_nothing() -> None:
+def test_a_simple_proof_replaces_a_long_one_but_nothing_replaces_a_vector_that_proves_nothing() -> (
+    None
+):
     problem = Problem([[1, -2], [-2, 1]], [1, -1])
     assert proof(problem, np.array([51.0, 58.0])).max() < 10
     assert proof(problem, np.array([1.0, 0.0])) is None

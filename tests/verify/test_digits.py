@@ -39,12 +39,21 @@ def rational_problem(seed: int, condition: float) -> tuple[Problem, list[Fractio
     M = [[Fraction(value) / 3 for value in row] for row in ((A + A.T) / 2).tolist()]
     z = [Fraction(int(random.integers(1, 100)), 7) for _ in range(n)]
     q = [-sum((a * b for a, b in zip(row, z, strict=True)), Fraction(0)) for row in M]
-    return Problem([[float(a) for a in row] for row in M], [float(value) for value in q]), z
+    return Problem(
+        [[float(a) for a in row] for row in M], [float(value) for value in q]
+    ), z
 
 
 def right_digits(z: np.ndarray, solution: list[Fraction]) -> float:
-    errors = [abs(Fraction(a) - b) / b for a, b in zip(z.tolist(), solution, strict=True)]
-    digits = (float(np.clip(-np.log10(float(error)), 0, DOUBLE_DIGITS)) if error else DOUBLE_DIGITS for error in errors)
+    errors = [
+        abs(Fraction(a) - b) / b for a, b in zip(z.tolist(), solution, strict=True)
+    ]
+    digits = (
+        float(np.clip(-np.log10(float(error)), 0, DOUBLE_DIGITS))
+        if error
+        else DOUBLE_DIGITS
+        for error in errors
+    )
     return min(digits)
 
 
@@ -56,7 +65,10 @@ def test_digits_of_a_hundred_problems_with_conditions_up_to_1e16() -> None:
         result = run(problem, "newton")
         if not (result.solved and (result.z > 0).all()):
             continue  # rounding the data has changed the basis
-        excess.append(fewest(problem, result.z, np.array(result.digits))[0] - round(right_digits(result.z, solution)))
+        excess.append(
+            fewest(problem, result.z, np.array(result.digits))[0]
+            - round(right_digits(result.z, solution))
+        )
     assert len(excess) >= 75
     assert max(excess) <= 2
     assert np.mean(np.abs(excess) <= 1) >= 0.9
@@ -65,9 +77,14 @@ def test_digits_of_a_hundred_problems_with_conditions_up_to_1e16() -> None:
 
 def test_digits_do_not_depend_on_the_units_nor_on_how_M_is_stored() -> None:
     problem, _ = rational_problem(5, 1e6)
-    R, C = np.exp2(np.random.default_rng(0).integers(-300, 301, (2, problem.n)).astype(float))
+    R, C = np.exp2(
+        np.random.default_rng(0).integers(-300, 301, (2, problem.n)).astype(float)
+    )
     other = Problem(R[:, None] * problem.M * C, R * problem.q)
-    own, *others = (run(each, "newton").digits for each in (problem, other, Problem(csr_array(problem.M), problem.q)))
+    own, *others = (
+        run(each, "newton").digits
+        for each in (problem, other, Problem(csr_array(problem.M), problem.q))
+    )
     for digits in others:
         assert max(abs(a - b) for a, b in zip(digits, own, strict=True)) <= 1
 
@@ -79,7 +96,9 @@ def test_few_digits_are_said(n: int, said: bool, lcp: Lcp, tmp_path: Any) -> Non
     file.write_text(json.dumps({"M": problem.M.tolist(), "q": problem.q.tolist()}))
     outcome = lcp("solve", str(file), "--method", "newton")
     assert ("the data determine" in outcome.out) is said
-    digits = json.loads(lcp("solve", str(file), "--method", "newton", "--format", "json").out)["digits"]
+    digits = json.loads(
+        lcp("solve", str(file), "--method", "newton", "--format", "json").out
+    )["digits"]
     assert len(digits) == n
     assert (min(count for count in digits if count is not None) < 6) is said
 
@@ -100,14 +119,19 @@ def kinky_problem(seed: int) -> Problem:
         M = Q * np.geomspace(1, 10.0 ** -random.uniform(0, 8), n) @ Q.T
     z = np.where(random.random(n) < 0.5, random.uniform(0.5, 2, n), 0.0)
     z = np.where(random.random(n) < 0.1, 10.0 ** -random.uniform(12, 18, n), z)
-    small = np.where(random.random(n) < 0.3, 0.0, 10.0 ** -random.uniform(12, 18, n)) * (np.abs(M) @ z)
+    small = np.where(
+        random.random(n) < 0.3, 0.0, 10.0 ** -random.uniform(12, 18, n)
+    ) * (np.abs(M) @ z)
     w = np.where(z > 0, 0.0, np.where(random.random(n) < 0.3, 1.0, small))
     return Problem(M, w - M @ z)
 
 
 def rounded_differently(problem: Problem, random: np.random.Generator) -> Problem:
     """The problem with each number but 0 moved to a neighbour, or left as it is."""
-    M, q = (np.where(a != 0, np.nextafter(a, a + random.integers(-1, 2, a.shape)), 0.0) for a in (problem.M, problem.q))
+    M, q = (
+        np.where(a != 0, np.nextafter(a, a + random.integers(-1, 2, a.shape)), 0.0)
+        for a in (problem.M, problem.q)
+    )
     return Problem(M, q)
 
 
@@ -116,7 +140,13 @@ def least_digits(z: np.ndarray, solutions: list[list[Fraction]]) -> list[float]:
     found = []
     for i, own in enumerate(z.tolist()):
         motion = max(abs(Fraction(own) - each[i]) for each in solutions)
-        found.append(float(-np.log10(float(motion / Fraction(own)))) if own and motion else 0.0 if motion else 17.0)
+        found.append(
+            float(-np.log10(float(motion / Fraction(own))))
+            if own and motion
+            else 0.0
+            if motion
+            else 17.0
+        )
     return found
 
 
@@ -141,22 +171,50 @@ def test_no_digits_are_told_at_kinks_that_rounding_the_data_changes() -> None:
 ALL, UNIT = DOUBLE_DIGITS, np.nextafter(-0.3333333333333333, -1.0)
 EXAMPLES: dict[str, tuple[Problem, dict[str, Any], list[int | None] | None]] = {
     "bounds are exact": (Problem([[2, 0], [0, 1]], [-1, 1]), {}, [ALL, ALL]),
-    "several solutions": (Problem(np.ones((2, 2)), [-1, -1], lower=-1, upper=3), {"z0": [0.4, 0.6]}, None),
+    "several solutions": (
+        Problem(np.ones((2, 2)), [-1, -1], lower=-1, upper=3),
+        {"z0": [0.4, 0.6]},
+        None,
+    ),
     "not solved": (Problem([[0, -1], [1, 0]], [-1, -1]), {}, None),
-    "large by one unit in the last place": (Problem([[3, 0], [1, 1e-20]], [-1, UNIT]), {}, [ALL, 0]),
-    "without that unit": (Problem([[3, 0], [1, 1e-20]], [-1, -0.3333333333333333]), {}, [ALL, None]),
+    "large by one unit in the last place": (
+        Problem([[3, 0], [1, 1e-20]], [-1, UNIT]),
+        {},
+        [ALL, 0],
+    ),
+    "without that unit": (
+        Problem([[3, 0], [1, 1e-20]], [-1, -0.3333333333333333]),
+        {},
+        [ALL, None],
+    ),
     # w_2 = 0 at z_2 = 0, by which z_1 moves, but no more than by rounding; and a row of
     # zeros
-    "what rounding cannot exchange": (Problem([[2, 1], [1, 2]], [-2, -1]), {}, [ALL, None]),
+    "what rounding cannot exchange": (
+        Problem([[2, 1], [1, 2]], [-2, -1]),
+        {},
+        [ALL, None],
+    ),
     "a row of zeros": (Problem([[0, 0], [0, 2]], [0, -1]), {}, [None, ALL]),
-    "a vertex of a face": (Problem(np.ones((2, 2)), [-1, -1]), {"z0": [1, 0]}, [None, None]),
+    "a vertex of a face": (
+        Problem(np.ones((2, 2)), [-1, -1]),
+        {"z0": [1, 0]},
+        [None, None],
+    ),
     "a wrong sign of w within a loose tolerance": (
         Problem([[2, 1], [1, 2]], [-2, -1.0001]),
         {"method": "newton", "tol": 1e-3, "z0": [1, 0]},
         [4, None],
     ),
-    "an upper bound that is no kink": (Problem([[2, 1], [1, 2]], [-5, -6], upper=[1, np.inf]), {}, [ALL, ALL]),
-    "a kink at an upper bound": (Problem([[2, 1], [1, 2]], [-3, -3], upper=[1, 9]), {}, [None, ALL]),
+    "an upper bound that is no kink": (
+        Problem([[2, 1], [1, 2]], [-5, -6], upper=[1, np.inf]),
+        {},
+        [ALL, ALL],
+    ),
+    "a kink at an upper bound": (
+        Problem([[2, 1], [1, 2]], [-3, -3], upper=[1, 9]),
+        {},
+        [None, ALL],
+    ),
 }
 
 
@@ -171,14 +229,19 @@ def test_of_many_kinks_there_are_no_digits_either() -> None:
     for n, alternate in ((100, DOUBLE_DIGITS), (400, None)):
         M = 4 * np.eye(n) - np.eye(n, k=1) - np.eye(n, k=-1)
         z = np.arange(n) % 2
-        assert run(Problem(M, -M @ z)).digits == [alternate if own else None for own in z]
+        assert run(Problem(M, -M @ z)).digits == [
+            alternate if own else None for own in z
+        ]
 
 
 @pytest.mark.parametrize("q", [[-10, -3], [-10, -1], [-1, -3], [0, -1]])
 def test_digits_are_those_of_the_mirror_image(q: list[float]) -> None:
     """In which -z and -w take the place of z and w."""
     M = [[2, 0.5], [0.5, 2]]
-    own, image = run(Problem(M, q, upper=1)), run(Problem(M, [-value for value in q], lower=-1, upper=0))
+    own, image = (
+        run(Problem(M, q, upper=1)),
+        run(Problem(M, [-value for value in q], lower=-1, upper=0)),
+    )
     assert image.z.tolist() == (0 - own.z).tolist()
     assert own.digits is not None
     assert own.digits == image.digits
@@ -192,17 +255,37 @@ LINE = "lcp: {}: solution{}: is not a solution: its residual is 3, with z2 = 1 a
 @cache
 def problems() -> list[Problem]:
     """Those that are shipped, and one of each gallery problem that the suites have, with known solutions."""
-    shipped = ("paper-example-1.json", "paper-example-2.json", "bimatrix.json", "tridiagonal-100.json")
-    cases = {case.name: case for suite in SUITES.values() for case in suite.cases if case.n <= LARGEST}
-    made = [read(contents.shipped_path(name)) for name in shipped] + [*map(problem_of, cases.values())]
-    return [problem for problem in made if isinstance(problem, Problem) and problem.solutions]
+    shipped = (
+        "paper-example-1.json",
+        "paper-example-2.json",
+        "bimatrix.json",
+        "tridiagonal-100.json",
+    )
+    cases = {
+        case.name: case
+        for suite in SUITES.values()
+        for case in suite.cases
+        if case.n <= LARGEST
+    }
+    made = [read(contents.shipped_path(name)) for name in shipped] + [
+        *map(problem_of, cases.values())
+    ]
+    return [
+        problem
+        for problem in made
+        if isinstance(problem, Problem) and problem.solutions
+    ]
 
 
 @pytest.mark.parametrize("digits", ["17g", "4g", "4f"])
 def test_solutions_as_computed_and_as_printed_are_accepted(digits: str) -> None:
     for problem in problems():
-        printed = tuple(np.array([float(f"{v:.{digits}}") for v in z]) for z in problem.solutions)
-        assert without_wrong_solutions(replace(problem, solutions=printed))[1] == [], problem.name
+        printed = tuple(
+            np.array([float(f"{v:.{digits}}") for v in z]) for z in problem.solutions
+        )
+        assert without_wrong_solutions(replace(problem, solutions=printed))[1] == [], (
+            problem.name
+        )
 
 
 def test_solutions_with_an_error_in_the_first_digit_are_wrong() -> None:
@@ -223,15 +306,23 @@ def test_solutions_with_an_error_in_the_first_digit_are_wrong() -> None:
         ([-1.5e16, -3.4], [1.5e16, 3], True),  # the last digit of 3 is worth 1
     ],
 )
-def test_last_digit_of_a_solution_is_where_the_exponent_puts_it(q: list[float], z: list[float], is_right: bool) -> None:
+def test_last_digit_of_a_solution_is_where_the_exponent_puts_it(
+    q: list[float], z: list[float], is_right: bool
+) -> None:
     problem = Problem(np.eye(2), q, solutions=[np.array(z, dtype=float)])
     assert (without_wrong_solutions(problem)[1] == []) == is_right
 
 
-def test_a_verdict_is_not_believed_by_a_bench_if_there_is_a_solution(tmp_path: Path, lcp: Lcp) -> None:
+def test_a_verdict_is_not_believed_by_a_bench_if_there_is_a_solution(
+    tmp_path: Path, lcp: Lcp
+) -> None:
     file = tmp_path / "p.json"
     file.write_text(ALL_WRONG)
-    outcome = lcp("bench", str(file), "--method", "newton", "--budget", "0", "--format", "json")
+    outcome = lcp(
+        "bench", str(file), "--method", "newton", "--budget", "0", "--format", "json"
+    )
     row = json.loads(outcome.out)["measurements"][0]
     assert (outcome.code, row["success"], row["false_success"]) == (0, True, False)
-    assert outcome.err.startswith(LINE.format(file, "")), "and the progress of the bench"
+    assert outcome.err.startswith(LINE.format(file, "")), (
+        "and the progress of the bench"
+    )

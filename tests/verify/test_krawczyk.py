@@ -55,7 +55,9 @@ class Interval:
 
     @property
     def ends(self) -> tuple[float, float]:
-        return float(np.nextafter(float(self.low), -np.inf)), float(np.nextafter(float(self.high), np.inf))
+        return float(np.nextafter(float(self.low), -np.inf)), float(
+            np.nextafter(float(self.high), np.inf)
+        )
 
 
 def as_interval(value: Any) -> Interval:
@@ -68,10 +70,17 @@ def enclosed(problem: NonlinearProblem) -> NonlinearProblem:
     def interval(low: Vector, high: Vector) -> Enclosure:
         z = [Interval(*ends) for ends in zip(low.tolist(), high.tolist(), strict=True)]
         F = np.array([as_interval(value).ends for value in called(problem.F, z)])
-        J = np.array([[as_interval(value).ends for value in row] for row in called(problem.J, z)])
+        J = np.array(
+            [[as_interval(value).ends for value in row] for row in called(problem.J, z)]
+        )
         return Enclosure(F[:, 0], F[:, 1], J[:, :, 0], J[:, :, 1])
 
-    given = {"lower": problem.lower, "upper": problem.upper, "x0": problem.x0, "interval": interval}
+    given = {
+        "lower": problem.lower,
+        "upper": problem.upper,
+        "x0": problem.x0,
+        "interval": interval,
+    }
     return NonlinearProblem(problem.F, problem.J, **given)
 
 
@@ -98,7 +107,11 @@ def test_the_bound_covers_the_distance_of_a_rough_point() -> None:
 @pytest.mark.parametrize("power", range(3, 60, 7))
 def test_roots_are_bounded_as_fractions_say(power: int) -> None:
     number = 1 + Fraction(1, 2**power)
-    problem = enclosed(NonlinearProblem(lambda z: [z[0] ** 2 - number], lambda z: [[2 * z[0]]], lower=None, x0=[3.0]))
+    problem = enclosed(
+        NonlinearProblem(
+            lambda z: [z[0] ** 2 - number], lambda z: [[2 * z[0]]], lower=None, x0=[3.0]
+        )
+    )
     z = float(number) ** 0.5
     bound = proved_bound(problem, np.array([z]))
     low, high = Fraction(z) - Fraction(bound.value), Fraction(z) + Fraction(bound.value)
@@ -107,13 +120,21 @@ def test_roots_are_bounded_as_fractions_say(power: int) -> None:
 
 
 def test_degenerate_solutions_and_points_that_are_none_are_not_proved() -> None:
-    degenerate = proved_bound(enclosed(gallery.kojima_shindo()), np.array([1.5**0.5, 0.0, 0.0, 0.5]))
+    degenerate = proved_bound(
+        enclosed(gallery.kojima_shindo()), np.array([1.5**0.5, 0.0, 0.0, 0.5])
+    )
     assert not degenerate.proved  # z_3 = w_3 = 0
     assert "at a bound with w = 0" in degenerate.source
-    assert not proved_bound(enclosed(gallery.josephy()), np.array([1.0, 1.0, 0.0, 0.5])).proved
-    double = NonlinearProblem(lambda z: [(z[0] - 1) ** 2], lambda z: [[2 * (z[0] - 1)]], lower=None, x0=[3.0])
+    assert not proved_bound(
+        enclosed(gallery.josephy()), np.array([1.0, 1.0, 0.0, 0.5])
+    ).proved
+    double = NonlinearProblem(
+        lambda z: [(z[0] - 1) ** 2], lambda z: [[2 * (z[0] - 1)]], lower=None, x0=[3.0]
+    )
     assert not proved_bound(enclosed(double), np.array([1.0])).proved
-    outside = NonlinearProblem(lambda z: [z[0] ** 2 - 4], lambda z: [[2 * z[0]]], lower=0, upper=2, x0=[1.0])
+    outside = NonlinearProblem(
+        lambda z: [z[0] ** 2 - 4], lambda z: [[2 * z[0]]], lower=0, upper=2, x0=[1.0]
+    )
     # A zero of F at the bound.
     assert not proved_bound(enclosed(outside), np.array([2 - 1e-17])).proved
 
@@ -121,7 +142,10 @@ def test_degenerate_solutions_and_points_that_are_none_are_not_proved() -> None:
 def test_a_solution_that_has_another_one_beside_it_is_not_called_the_only_one() -> None:
     """w = 1e-20 - z_2 at z_2 = 0, which is at its bound, and 0 at z_2 = 1e-20."""
     beside = NonlinearProblem(
-        lambda z: [z[0] ** 2 - 2, 1e-20 - z[1]], lambda z: [[2 * z[0], 0.0], [0.0, -1.0]], lower=0.0, x0=[1.0, 0.0]
+        lambda z: [z[0] ** 2 - 2, 1e-20 - z[1]],
+        lambda z: [[2 * z[0], 0.0], [0.0, -1.0]],
+        lower=0.0,
+        x0=[1.0, 0.0],
     )
     bound = proved_bound(enclosed(beside), np.array([2.0**0.5, 0.0]))
     assert not bound.proved or bound.value < 1e-20
@@ -129,19 +153,31 @@ def test_a_solution_that_has_another_one_beside_it_is_not_called_the_only_one() 
 
 def test_without_intervals_nothing_is_proved() -> None:
     bound = run_nonlinear(gallery.josephy(), proof=True).bound
-    assert (bound.source, bound.proved) == ("F has no evaluation in interval arithmetic", False)
+    assert (bound.source, bound.proved) == (
+        "F has no evaluation in interval arithmetic",
+        False,
+    )
 
 
 def polynomial(coefficients: list[str], z: Fraction) -> Fraction:
-    return sum((Fraction(text) * z**power for power, text in enumerate(coefficients)), Fraction(0))
+    return sum(
+        (Fraction(text) * z**power for power, text in enumerate(coefficients)),
+        Fraction(0),
+    )
 
 
-def test_zeros_of_polynomials_are_where_they_are_proved_for_decimals_as_written() -> None:
+def test_zeros_of_polynomials_are_where_they_are_proved_for_decimals_as_written() -> (
+    None
+):
     rng, proved = random.Random(1), 0
     for _ in range(40):
-        texts = [f"{rng.uniform(-2, 2):.3f}" for _ in range(3)] + [f"{rng.uniform(1, 3):.3f}"]
+        texts = [f"{rng.uniform(-2, 2):.3f}" for _ in range(3)] + [
+            f"{rng.uniform(1, 3):.3f}"
+        ]
         terms = [("*", text, ("^", "v0", power)) for power, text in enumerate(texts)]
-        problem = Model(model(1, [((5, 1, 1), {0: 0}, ("sum", *terms))], [(2, -9)]), "cubic.nl").nonlinear
+        problem = Model(
+            model(1, [((5, 1, 1), {0: 0}, ("sum", *terms))], [(2, -9)]), "cubic.nl"
+        ).nonlinear
         result = lcpcli.solve_mcp(problem, proof=True)
         if not result.solved or result.bound is None or not result.bound.proved:
             continue

@@ -27,47 +27,85 @@ FAR = 1e16
 
 
 def relative_residual(problem: Problem, z: Any) -> float:
-    return Point(Criterion(problem), np.asarray(z, dtype=float), is_admissible=False).relative_residual
+    return Point(
+        Criterion(problem), np.asarray(z, dtype=float), is_admissible=False
+    ).relative_residual
 
 
 def small_problem(random: np.random.Generator) -> Problem:
     """Integers, with bounds of all kinds and sizes, some rows and columns in other units."""
     n = int(random.integers(1, 5))
-    M, q = random.integers(-3, 4, (n, n)).astype(float), random.integers(-4, 5, n).astype(float)
+    M, q = (
+        random.integers(-3, 4, (n, n)).astype(float),
+        random.integers(-4, 5, n).astype(float),
+    )
     q *= 10.0 ** random.choice([0, 0, 9, 16], n)
     if random.random() < 0.5:
         return Problem(M * np.exp2(random.integers(-30, 31, n)), q)
     low, high = (10.0 ** random.choice([0, 0, 6, 16], n) for _ in range(2))
-    lower = np.choose(random.integers(4, size=n), [np.zeros(n), -low, low, np.full(n, -np.inf)])
-    upper = np.where(random.random(n) < 0.5, np.inf, np.where(np.isfinite(lower), lower, 0) + high)
+    lower = np.choose(
+        random.integers(4, size=n), [np.zeros(n), -low, low, np.full(n, -np.inf)]
+    )
+    upper = np.where(
+        random.random(n) < 0.5, np.inf, np.where(np.isfinite(lower), lower, 0) + high
+    )
     return Problem(M, q, lower=lower, upper=upper)
 
 
 @pytest.mark.parametrize("seed", range(80))
-def test_relative_residual_is_what_its_definition_says_in_rational_arithmetic(seed: int) -> None:
+def test_relative_residual_is_what_its_definition_says_in_rational_arithmetic(
+    seed: int,
+) -> None:
     random = np.random.default_rng(seed)
     problem = small_problem(random)
     solution = run(problem, time_limit=120.0).z
     for size in (0.0, 1e-17, 1e-15, 1e-12, 1e-9, 1e-3, 1.0):
-        z = problem.box.project(solution * (1 + size * random.standard_normal(problem.n)))
-        measured, true = relative_residual(problem, z), exact_measure.relative_residual(problem, z)
+        z = problem.box.project(
+            solution * (1 + size * random.standard_normal(problem.n))
+        )
+        measured, true = (
+            relative_residual(problem, z),
+            exact_measure.relative_residual(problem, z),
+        )
         assert measured == pytest.approx(true, rel=NEGLIGIBLE_ROUNDING, abs=ROUNDING)
 
 
-def in_other_units(M: Vector, q: Vector, z: Vector, R: Vector, C: Vector) -> list[float]:
-    return [relative_residual(Problem(M, q), z), relative_residual(Problem(R[:, None] * M * C, R * q), z / C)]
+def in_other_units(
+    M: Vector, q: Vector, z: Vector, R: Vector, C: Vector
+) -> list[float]:
+    return [
+        relative_residual(Problem(M, q), z),
+        relative_residual(Problem(R[:, None] * M * C, R * q), z / C),
+    ]
 
 
-def test_powers_of_two_in_rows_columns_and_q_change_nothing_and_other_units_the_rounding_of_exponents() -> None:
+def test_powers_of_two_in_rows_columns_and_q_change_nothing_and_other_units_the_rounding_of_exponents() -> (
+    None
+):
     for seed in range(30):
         random = np.random.default_rng(seed)
         n = int(random.integers(1, 5))
-        M, q = random.integers(-3, 4, (n, n)) * 1.0, random.integers(-4, 5, n) * 10.0 ** random.choice([0, 16], n)
-        z = np.maximum(run(Problem(M, q), time_limit=120.0).z * (1 + 10.0 ** random.uniform(-12, 0)), 0)
-        here, there = in_other_units(M, q, z, *np.exp2(random.integers(-400, 401, (2, n)).astype(float)))
+        M, q = (
+            random.integers(-3, 4, (n, n)) * 1.0,
+            random.integers(-4, 5, n) * 10.0 ** random.choice([0, 16], n),
+        )
+        z = np.maximum(
+            run(Problem(M, q), time_limit=120.0).z
+            * (1 + 10.0 ** random.uniform(-12, 0)),
+            0,
+        )
+        here, there = in_other_units(
+            M, q, z, *np.exp2(random.integers(-400, 401, (2, n)).astype(float))
+        )
         assert here == pytest.approx(there, rel=0.05, abs=ROUNDING)
-        M, q, z = random.standard_normal((5, 5)), random.standard_normal(5), random.random(5)
-        here, there = in_other_units(M, q, z, *10.0 ** random.uniform(-100, 100, (2, 5)))
+        M, q, z = (
+            random.standard_normal((5, 5)),
+            random.standard_normal(5),
+            random.random(5),
+        )
+        here, there = in_other_units(
+            M, q, z, *10.0 ** random.uniform(-100, 100, (2, 5))
+        )
         assert max(here / there, there / here) <= 8
 
 
@@ -75,16 +113,28 @@ WRONG: dict[str, tuple[Problem, list[float]]] = {
     "inactive bound": (Problem([[2.0, 1.0], [-1.0, 0.0]], [-5.0, 1e12]), [0.0, 0.0]),
     "infeasible row": (Problem([[0.0, 0.0], [0.0, 1.0]], [-1.0, -1e11]), [0.0, 1e11]),
     "two scales": (Problem([[1.0, 0.0], [0.0, 3.0]], [-1e12, -6.0]), [1e12, 12.0]),
-    "extreme": (Problem([[1e250, 1e200, 1e-200], [0, 1, 0], [0, 0, 0]], [-1.0, -1.0, -1.0]), [1e-250, 1.0, 0.0]),
+    "extreme": (
+        Problem([[1e250, 1e200, 1e-200], [0, 1, 0], [0, 0, 0]], [-1.0, -1.0, -1.0]),
+        [1e-250, 1.0, 0.0],
+    ),
     "large costs": (from_qp(None, [6e16, -6e16], [[3, -3]], [6]), [0.0, 0.0, 2e16]),
-    "tiny curvature": (from_qp([[0.5, 0], [0, 1e-22]], [0, 1], lower=-1, upper=1), [0.0, 0.0]),
+    "tiny curvature": (
+        from_qp([[0.5, 0], [0, 1e-22]], [0, 1], lower=-1, upper=1),
+        [0.0, 0.0],
+    ),
     "far bound": (Problem([[-1.0]], [-1.0], lower=-FAR), [1.0]),
-    "cancelled w": (Problem([[1e20, 0.0], [-1e20, 1e20]], [1e3, -2e3], lower=[-1, 0]), [0.0, 0.0]),
+    "cancelled w": (
+        Problem([[1e20, 0.0], [-1e20, 1e20]], [1e3, -2e3], lower=[-1, 0]),
+        [0.0, 0.0],
+    ),
     "digits of a far bound": (Problem([[1.0]], [-2.3], lower=-1e10), [2.2999992]),
     "small beside one": (Problem(np.eye(2), [-1.0, -1e-14]), [1.0, 0.0]),
     "a small solution is not taken for 0": (Problem([[1e12]], [-1.0]), [2e-12]),
     # no z has M z + q >= 0, but the terms |M| |z| grow without bound
-    "z that tends to infinity": (Problem([[0.0, 1.0], [0.0, -1.0]], [-2.0, 1.0]), [1e15, 1.5]),
+    "z that tends to infinity": (
+        Problem([[0.0, 1.0], [0.0, -1.0]], [-2.0, 1.0]),
+        [1e15, 1.5],
+    ),
     "z that tends to infinity in a difference": (
         Problem([[1.0, -1.0], [-1.0, 1.0]], [-1.0, 0.5]),
         [1e8 + 0.75, 1e8],
@@ -95,12 +145,18 @@ WRONG: dict[str, tuple[Problem, list[float]]] = {
 @pytest.mark.parametrize("name", WRONG)
 def test_large_number_does_not_hide_an_error_elsewhere(name: str) -> None:
     problem, z = WRONG[name]
-    assert (relative_residual(problem, z) > 1e-8, check(problem, z).accepted) == (True, False)
+    assert (relative_residual(problem, z) > 1e-8, check(problem, z).accepted) == (
+        True,
+        False,
+    )
 
 
 RIGHT: dict[str, tuple[Problem, list[float]]] = {
     "a third": (Problem([[-3.0]], [1.0], lower=-1.0), [1 / 3]),
-    "decades": (Problem(np.diag(10.0 ** np.arange(-6, 7)), -np.ones(13)), (10.0 ** -np.arange(-6.0, 7)).tolist()),
+    "decades": (
+        Problem(np.diag(10.0 ** np.arange(-6, 7)), -np.ones(13)),
+        (10.0 ** -np.arange(-6.0, 7)).tolist(),
+    ),
     "small beside one": (Problem(np.eye(2), [-1.0, -1e-14]), [1.0, 1e-14]),
     "growth": (families.make("growth", 60), np.exp2(np.arange(60.0)).tolist()),
 }
@@ -109,10 +165,15 @@ RIGHT: dict[str, tuple[Problem, list[float]]] = {
 @pytest.mark.parametrize("name", RIGHT)
 def test_right_answers_are_right_at_every_scale(name: str) -> None:
     problem, z = RIGHT[name]
-    assert (relative_residual(problem, z) <= ROUNDING, check(problem, z).accepted) == (True, True)
+    assert (relative_residual(problem, z) <= ROUNDING, check(problem, z).accepted) == (
+        True,
+        True,
+    )
 
 
-def test_relative_residual_of_a_homogeneous_problem_is_zero_only_at_a_solution() -> None:
+def test_relative_residual_of_a_homogeneous_problem_is_zero_only_at_a_solution() -> (
+    None
+):
     problem = Problem(np.eye(2), np.zeros(2))
     assert relative_residual(problem, np.zeros(2)) == 0
     for size in (1e-300, 1e-17, 1.0):
@@ -125,7 +186,9 @@ def test_nan_infinity_and_bounds_that_are_violated_are_infinitely_wrong() -> Non
     for z in (np.array([np.nan, 1.0]), np.array([np.inf, 1.0])):
         point = Point(Criterion(problem), z, is_admissible=False)
         with np.errstate(all="ignore"):
-            assert (point.residual, point.relative_residual, problem.error(z)) == (math.inf,) * 3
+            assert (point.residual, point.relative_residual, problem.error(z)) == (
+                math.inf,
+            ) * 3
     assert relative_residual(problem, [-1e-3, 1.0]) == math.inf
 
 
@@ -138,23 +201,42 @@ def test_point_within_the_tolerance_of_its_bounds_is_accepted_as_such() -> None:
     assert not check(problem, [1.0, 0.3]).accepted, "which is far from its bound"
 
 
-def test_rounding_of_zero_far_from_the_reference_point_is_accepted_beside_a_row_that_follows_from_another() -> None:
-    M = [[0, 0, 0, 1, 1], [0, 0, 0, -1, -1], [0, 0, 1, 0, 0], [-1, 1, 0, 0, 0], [-1, 1, 0, 0, 0]]
+def test_rounding_of_zero_far_from_the_reference_point_is_accepted_beside_a_row_that_follows_from_another() -> (
+    None
+):
+    M = [
+        [0, 0, 0, 1, 1],
+        [0, 0, 0, -1, -1],
+        [0, 0, 1, 0, 0],
+        [-1, 1, 0, 0, 0],
+        [-1, 1, 0, 0, 0],
+    ]
     inf = math.inf
-    problem = Problem(M, [1, 0, 300, 0, 0], lower=[0, -2, -300, -inf, -inf], upper=[inf, 2, 400, inf, inf])
+    problem = Problem(
+        M,
+        [1, 0, 300, 0, 0],
+        lower=[0, -2, -300, -inf, -inf],
+        upper=[inf, 2, 400, inf, inf],
+    )
     point = Point(Criterion(problem), np.array([0, -8e-14, -300, 0, 0]))
     assert point.relative_residual == 1.0, "as all terms of its rows are rounding"
     solution = point.solution()
     assert solution is not None
     assert solution.z.tolist() == [0, 0, -300, 0, 0]
-    assert Point(Criterion(problem), np.array([0, -8e-4, -300, 0, 0])).solution() is None
+    assert (
+        Point(Criterion(problem), np.array([0, -8e-4, -300, 0, 0])).solution() is None
+    )
 
 
 def test_scaled_residual_counts_how_far_z_is_beyond_a_bound() -> None:
     criterion = Criterion(Problem([[2, 1], [1, 2]], [-2, 3]))
     for beyond in (1e-9, 0.5):
-        residual = Point(criterion, np.array([1, -beyond]), is_admissible=False).scaled_residual
-        assert residual == pytest.approx(beyond / 2**0.5), "as q1 = -2, and the geometric mean of each row is 2^(1/2)"
+        residual = Point(
+            criterion, np.array([1, -beyond]), is_admissible=False
+        ).scaled_residual
+        assert residual == pytest.approx(beyond / 2**0.5), (
+            "as q1 = -2, and the geometric mean of each row is 2^(1/2)"
+        )
 
 
 @settings(deadline=None, max_examples=100)
@@ -165,7 +247,9 @@ def test_scaled_residual_counts_how_far_z_is_beyond_a_bound() -> None:
     size=st.integers(-17, -2),
     sparse=st.booleans(),
 )
-def test_bounds_never_call_a_solution_what_is_none(seed: int, n: int, spread: int, size: int, sparse: bool) -> None:
+def test_bounds_never_call_a_solution_what_is_none(
+    seed: int, n: int, spread: int, size: int, sparse: bool
+) -> None:
     """Perturbed solutions, with a tolerance just below and well above the relative residual; nor do other judges."""
     generator = np.random.default_rng(seed)
     scales = np.exp2(generator.integers(-spread, spread + 1, (2, n)).astype(float))
@@ -192,7 +276,9 @@ def test_a_part_without_data_of_a_size_is_violated_by_anything_whatever_the_othe
 ) -> None:
     m, generator = 40, np.random.default_rng(0)
     M, z = np.zeros((2 * m, 2 * m)), np.zeros(2 * m)
-    M[:m, :m], M[m:, m:] = (np.eye(m) + 0.01 * generator.random((m, m)) / m for _ in range(2))
+    M[:m, :m], M[m:, m:] = (
+        np.eye(m) + 0.01 * generator.random((m, m)) / m for _ in range(2)
+    )
     z[:m] = 1e8
     problem = Problem(M, -M @ z)
     z[0], z[m] = z[0] + largest_error, 1e-6
@@ -203,19 +289,30 @@ def test_a_part_without_data_of_a_size_is_violated_by_anything_whatever_the_othe
 
 def around(z: Vector, generator: np.random.Generator) -> Vector:
     """z and points near it at all distances, some so near that rounding decides."""
-    steps = 10.0 ** generator.uniform(-17, 0, (60, 1)) * generator.standard_normal((60, z.size))
+    steps = 10.0 ** generator.uniform(-17, 0, (60, 1)) * generator.standard_normal(
+        (60, z.size)
+    )
     steps[0] = 0.0
     return z + steps * (np.abs(z) + float(generator.integers(2)))
 
 
-@pytest.mark.parametrize(("bounds", "condition"), [("orthant", 1e8), ("box", 1e1), ("far", 1e1), ("far", 1e14)])
-def test_many_points_together_pass_where_each_does(bounds: str, condition: float) -> None:
+@pytest.mark.parametrize(
+    ("bounds", "condition"),
+    [("orthant", 1e8), ("box", 1e1), ("far", 1e1), ("far", 1e14)],
+)
+def test_many_points_together_pass_where_each_does(
+    bounds: str, condition: float
+) -> None:
     """What surely solves among many points solves alone, and nearly all of what solves alone surely does."""
     generator = np.random.default_rng(3)
     n = 8
     orthogonal = np.linalg.qr(generator.standard_normal((n, n)))[0]
     M = orthogonal * np.geomspace(1, condition, n) @ orthogonal.T
-    low, high = mixed_problems.with_all_bounds(n, generator) if bounds != "orthant" else (0.0, np.inf)
+    low, high = (
+        mixed_problems.with_all_bounds(n, generator)
+        if bounds != "orthant"
+        else (0.0, np.inf)
+    )
     shift = 1e6 if bounds == "far" else 0.0
     q = condition**0.5 * generator.standard_normal(n)
     result = run(Problem(M, q, lower=low + shift, upper=high + shift))
@@ -225,22 +322,36 @@ def test_many_points_together_pass_where_each_does(bounds: str, condition: float
     measure, together, alone = Measure(block), 0, 0
     for tol in (1e-4, 1e-10, 1e-13):
         surely = measure.surely_solves(z, measure.rows(z), tol)
-        each = np.array([Point(Criterion(block.problem(i), tol), z[i]).solves() for i in range(len(z))])
+        each = np.array(
+            [
+                Point(Criterion(block.problem(i), tol), z[i]).solves()
+                for i in range(len(z))
+            ]
+        )
         assert not (surely & ~each).any()
-        together, alone = together + np.count_nonzero(surely), alone + np.count_nonzero(each)
+        together, alone = (
+            together + np.count_nonzero(surely),
+            alone + np.count_nonzero(each),
+        )
     assert together > 0.6 * alone > 0
 
 
 @pytest.mark.parametrize("size", [1.0, 1e15])
 @pytest.mark.parametrize("method", ["auto", "interior", "newton", "lemke"])
-def test_a_bound_that_solves_a_problem_is_found_whatever_the_size_of_q(size: float, method: Any) -> None:
+def test_a_bound_that_solves_a_problem_is_found_whatever_the_size_of_q(
+    size: float, method: Any
+) -> None:
     """At the bound w = size, so that relative to size every z is a solution."""
     result = run(Problem([[1.0]], [size + 1], lower=-1.0), method)
     assert (result.z.tolist(), result.residual) == ([-1.0], 0.0)
-    assert run(Problem([[1.0]], [-size - 1], lower=-np.inf, upper=1.0), method).z.tolist() == [1.0]
+    assert run(
+        Problem([[1.0]], [-size - 1], lower=-np.inf, upper=1.0), method
+    ).z.tolist() == [1.0]
 
 
-def test_what_the_grid_of_doubles_near_zero_leaves_is_allowed_for_z_but_not_for_products() -> None:
+def test_what_the_grid_of_doubles_near_zero_leaves_is_allowed_for_z_but_not_for_products() -> (
+    None
+):
     n = 120
     problem = Problem(np.eye(n) - 1e-3 * np.eye(n, k=-1), -np.eye(n)[0])
     z = 1e-3 ** np.arange(float(n))
@@ -256,10 +367,19 @@ def test_what_the_grid_of_doubles_near_zero_leaves_is_allowed_for_z_but_not_for_
 @pytest.mark.parametrize("tol", [1e-10, 1e-3])
 def test_fixed_variable_may_be_off_by_the_tolerance_and_no_more(tol: float) -> None:
     fixed = 0.3333333333333333
-    problem = Problem([[1.0, 0.0], [0.0, 2.0]], [0.0, -1.0], lower=[fixed, 0.0], upper=[fixed, math.inf])
+    problem = Problem(
+        [[1.0, 0.0], [0.0, 2.0]],
+        [0.0, -1.0],
+        lower=[fixed, 0.0],
+        upper=[fixed, math.inf],
+    )
     found = check(problem, [fixed * (1 + tol / 2), 0.5], tol=tol)
     assert found.accepted
-    assert found.relative_residual == found.backward_error == pytest.approx(tol / 2, rel=1e-4)
+    assert (
+        found.relative_residual
+        == found.backward_error
+        == pytest.approx(tol / 2, rel=1e-4)
+    )
     assert "is at most" in found.message
     assert not check(problem, [fixed * (1 + 3 * tol), 0.5], tol=tol).accepted
     for z in (fixed, math.nextafter(fixed, 0.0), math.nextafter(fixed, 1.0)):
@@ -268,9 +388,16 @@ def test_fixed_variable_may_be_off_by_the_tolerance_and_no_more(tol: float) -> N
 
 
 @pytest.mark.parametrize("move", [1e-13, -1e-13])
-def test_variable_fixed_at_0_is_measured_in_the_units_of_its_column(move: float) -> None:
+def test_variable_fixed_at_0_is_measured_in_the_units_of_its_column(
+    move: float,
+) -> None:
     for factor in (2.0**-60, 1.0, 2.0**60):
-        problem = Problem([[1.0, factor], [factor, 2 * factor**2]], [-1.0, -factor], lower=0.0, upper=[math.inf, 0.0])
+        problem = Problem(
+            [[1.0, factor], [factor, 2 * factor**2]],
+            [-1.0, -factor],
+            lower=0.0,
+            upper=[math.inf, 0.0],
+        )
         assert 0.1 < relative_residual(problem, [1.0, move / factor]) / abs(move) < 10
         assert check(problem, [1.0, move / factor]).accepted
 
@@ -282,7 +409,9 @@ def ring(n: int, excess: float, sparse: bool = False) -> Problem:
 
 
 @pytest.mark.parametrize("sparse", [False, True])
-def test_large_solution_is_solved_if_it_is_enclosed_and_doubtful_if_a_proof_contradicts_it(sparse: bool) -> None:
+def test_large_solution_is_solved_if_it_is_enclosed_and_doubtful_if_a_proof_contradicts_it(
+    sparse: bool,
+) -> None:
     problem = ring(60, 1e-10, sparse)
     z = np.linalg.solve(ring(60, 1e-10).M, -problem.q)
     assert relative_residual(problem, z) > 1e-8, "by the cap"
@@ -292,7 +421,9 @@ def test_large_solution_is_solved_if_it_is_enclosed_and_doubtful_if_a_proof_cont
 
 
 @pytest.mark.parametrize("n", [60, 1100])
-def test_doubt_about_a_large_solution_is_settled_before_other_methods_are_tried(n: int) -> None:
+def test_doubt_about_a_large_solution_is_settled_before_other_methods_are_tried(
+    n: int,
+) -> None:
     result = run(ring(n, 1e-10, sparse=True))
     assert result.solved
     assert result.relative_residual > result.tol
@@ -300,7 +431,9 @@ def test_doubt_about_a_large_solution_is_settled_before_other_methods_are_tried(
     assert len(result.route) <= 2
 
 
-def test_large_solution_has_the_digits_of_the_tolerance_or_those_that_rounding_leaves() -> None:
+def test_large_solution_has_the_digits_of_the_tolerance_or_those_that_rounding_leaves() -> (
+    None
+):
     problem = ring(60, 1e-8)
     z = np.linalg.solve(problem.M, -problem.q)
     found = check(problem, z)
@@ -312,21 +445,31 @@ def test_large_solution_has_the_digits_of_the_tolerance_or_those_that_rounding_l
         assert f"it differs by {abs(error):.1e}" in moved.message
 
 
-def test_where_all_numbers_are_near_zero_no_more_than_their_own_distance_is_allowed() -> None:
+def test_where_all_numbers_are_near_zero_no_more_than_their_own_distance_is_allowed() -> (
+    None
+):
     infeasible = Problem([[-2.0]], [-1.5e-323], lower=[4.4437906e-316])
-    assert Point(Criterion(infeasible), np.array([4.44379065e-316])).relative_residual == pytest.approx(1.0)
+    assert Point(
+        Criterion(infeasible), np.array([4.44379065e-316])
+    ).relative_residual == pytest.approx(1.0)
     rounded = Problem([[1.11e304]], [-1.3e-14])
     assert Point(Criterion(rounded), np.array([1.3e-14 / 1.11e304])).solves()
     assert not Point(Criterion(rounded), np.array([2 * 1.3e-14 / 1.11e304])).solves()
 
 
-def test_a_fixed_variable_is_measured_by_its_bound_where_its_unit_is_far_smaller() -> None:
-    problem = Problem([[2.0, 0.0], [1.0, 2.0]], [-1.0, 0.0], lower=[0.0, 1e8], upper=[math.inf, 1e8])
+def test_a_fixed_variable_is_measured_by_its_bound_where_its_unit_is_far_smaller() -> (
+    None
+):
+    problem = Problem(
+        [[2.0, 0.0], [1.0, 2.0]], [-1.0, 0.0], lower=[0.0, 1e8], upper=[math.inf, 1e8]
+    )
     assert check(problem, [0.5, 1e8 * (1 + 5e-11)]).accepted
     assert not check(problem, [0.5, 1e8 * (1 + 5e-10)]).accepted
 
 
-def test_a_large_solution_that_is_enclosed_is_doubtful_if_other_entries_within_rounding_have_none() -> None:
+def test_a_large_solution_that_is_enclosed_is_doubtful_if_other_entries_within_rounding_have_none() -> (
+    None
+):
     # Its rows are so short that its system has bounds on rounding.
     problem = ring(60, 60 * 2.0**-52, sparse=True)
     result = run(problem)
@@ -335,6 +478,12 @@ def test_a_large_solution_that_is_enclosed_is_doubtful_if_other_entries_within_r
     assert not check(problem, result.z).accepted
 
 
-def test_a_positive_z_beside_a_positive_w_is_refused_unless_it_is_within_the_tolerance() -> None:
+def test_a_positive_z_beside_a_positive_w_is_refused_unless_it_is_within_the_tolerance() -> (
+    None
+):
     problem = Problem([[1.0]], [1.0])
-    assert [check(problem, [z]).accepted for z in (1e-6, 1e-9, 1e-11)] == [False, False, True]
+    assert [check(problem, [z]).accepted for z in (1e-6, 1e-9, 1e-11)] == [
+        False,
+        False,
+        True,
+    ]

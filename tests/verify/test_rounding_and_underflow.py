@@ -52,7 +52,9 @@ def test_point_with_hidden_violations_does_not_solve(n: int, as_matrix: type) ->
 
 
 @pytest.mark.parametrize("module", ["methods.direct", "kernels.compiled"])
-def test_small_problems_are_not_solved_at_once_where_a_product_underflows(module: str) -> None:
+def test_small_problems_are_not_solved_at_once_where_a_product_underflows(
+    module: str,
+) -> None:
     found = pytest.importorskip(f"lcpcli.{module}").direct(chain(30), 1e-10)
     assert found is None or not found.is_certain or found.z.tolist() == solution(30)
 
@@ -62,7 +64,9 @@ def test_many_right_hand_sides_are_judged_alike(columns: int, compiled: bool) ->
     if compiled:
         pytest.importorskip("numba")
     problem = chain(3)
-    for result in solve_many(problem.M, np.tile(problem.q[:, np.newaxis], (1, columns)), compiled=compiled):
+    for result in solve_many(
+        problem.M, np.tile(problem.q[:, np.newaxis], (1, columns)), compiled=compiled
+    ):
         assert result.solved
         assert result.z.tolist() == solution(3)
 
@@ -70,7 +74,10 @@ def test_many_right_hand_sides_are_judged_alike(columns: int, compiled: bool) ->
 def triangular(random: np.random.Generator) -> tuple[Problem, list[Fraction]]:
     """A lower triangular M with a positive diagonal, numbers of very different sizes, and the only solution."""
     n = int(random.integers(2, 9))
-    M = np.tril(random.integers(-2, 3, (n, n)) * 10.0 ** random.choice([0, -150, -300], (n, n)), -1)
+    M = np.tril(
+        random.integers(-2, 3, (n, n)) * 10.0 ** random.choice([0, -150, -300], (n, n)),
+        -1,
+    )
     M += np.diag(10.0 ** random.choice([0, -150, -300], n))
     q = -random.integers(0, 3, n) * 10.0 ** random.choice([0, -30, -200], n)
     z: list[Fraction] = []
@@ -85,10 +92,17 @@ def test_what_is_solved_is_the_only_solution(seed: int) -> None:
     problem, solution = triangular(np.random.default_rng(seed))
     M = csr_array(problem.M) if seed % 3 == 0 else problem.M
     result = run(Problem(M, problem.q), time_limit=120.0)
-    assert result.solved or any(value and not 1e-250 < value < 1e250 for value in solution)
+    assert result.solved or any(
+        value and not 1e-250 < value < 1e250 for value in solution
+    )
     if result.solved:
-        last_digits = all(abs(Fraction(a) - b) <= b / 2**50 for a, b in zip(result.z.tolist(), solution, strict=True))
-        assert last_digits or exact_measure.relative_residual(problem, result.z) <= 1e-10
+        last_digits = all(
+            abs(Fraction(a) - b) <= b / 2**50
+            for a, b in zip(result.z.tolist(), solution, strict=True)
+        )
+        assert (
+            last_digits or exact_measure.relative_residual(problem, result.z) <= 1e-10
+        )
 
 
 def test_bounds_on_rounding_errors_count_products_that_underflow() -> None:
@@ -99,13 +113,26 @@ def test_bounds_on_rounding_errors_count_products_that_underflow() -> None:
     assert 0 < Fraction(1e-300) * Fraction(1e-30) <= errors[0] < 1e-300
     assert may_underflow(M, z)
     assert not may_underflow(M, np.array([1.0, 0.0]))
-    assert row_errors(M, np.array([0.0, 1.0]), np.zeros(2)).tolist() == [0.0, pytest.approx(0.0, abs=1e-307)]
+    assert row_errors(M, np.array([0.0, 1.0]), np.zeros(2)).tolist() == [
+        0.0,
+        pytest.approx(0.0, abs=1e-307),
+    ]
 
 
 def test_bound_that_underflows_in_other_units_is_a_bound_still() -> None:
     """z_0 has to rise to u_0 = 1e-100; in units in which the other numbers are moderate, u_0 would be 0."""
-    M = [[0.0, 0.0, 0.0, -2e-300], [0.0, 1e-300, 0.0, 1e-150], [0.0, 0.0, 0.0, 1.0], [2e-300, -1e-150, -1.0, 0.0]]
-    problem = Problem(M, [-1e-200, 1.0, -2e-200, 0.0], lower=0.0, upper=[1e-100, np.inf, np.inf, np.inf])
+    M = [
+        [0.0, 0.0, 0.0, -2e-300],
+        [0.0, 1e-300, 0.0, 1e-150],
+        [0.0, 0.0, 0.0, 1.0],
+        [2e-300, -1e-150, -1.0, 0.0],
+    ]
+    problem = Problem(
+        M,
+        [-1e-200, 1.0, -2e-200, 0.0],
+        lower=0.0,
+        upper=[1e-100, np.inf, np.inf, np.inf],
+    )
     assert not check(problem, [0.0, 0.0, 0.0, 2e-200]).accepted
     result = run(problem, time_limit=120.0)
     assert not result.solved or result.z[0] == 1e-100
@@ -114,7 +141,9 @@ def test_bound_that_underflows_in_other_units_is_a_bound_still() -> None:
 UNKNOWNS = 40
 
 
-def with_noise_in_q(noisy: int = 2, n: int = UNKNOWNS, size: float = 2.0**-52) -> Problem:
+def with_noise_in_q(
+    noisy: int = 2, n: int = UNKNOWNS, size: float = 2.0**-52
+) -> Problem:
     """A program in whose last rows, equations of variables that are 0, the right-hand side is rounding of 0."""
     M = np.eye(n)
     M[0, 1:] = 1.0
@@ -131,17 +160,25 @@ def with_noise_in_q(noisy: int = 2, n: int = UNKNOWNS, size: float = 2.0**-52) -
 
 
 @pytest.mark.parametrize("as_matrix", [np.asarray, csr_array])
-def test_rounding_of_zero_in_q_is_named_where_it_alone_stands_in_the_way(as_matrix: type) -> None:
+def test_rounding_of_zero_in_q_is_named_where_it_alone_stands_in_the_way(
+    as_matrix: type,
+) -> None:
     given = with_noise_in_q()
     problem = Problem(as_matrix(given.M), given.q, lower=given.lower)
     result = run(problem, time_limit=120.0)
     assert result.solved
     assert list(result.negligible_q) == [UNKNOWNS - 2, UNKNOWNS - 1]
-    assert result.message == f"solved: counting q{UNKNOWNS - 1} = -2.2e-16 and q{UNKNOWNS} = -2.2e-16 as 0"
+    assert (
+        result.message
+        == f"solved: counting q{UNKNOWNS - 1} = -2.2e-16 and q{UNKNOWNS} = -2.2e-16 as 0"
+    )
     assert json.loads(result.to_json())["negligible_q"] == [UNKNOWNS - 2, UNKNOWNS - 1]
     verification = check(problem, result.z)
     assert verification.accepted
-    assert f"counting q{UNKNOWNS - 1} = -2.2e-16 and q{UNKNOWNS} = -2.2e-16 as 0" in verification.message
+    assert (
+        f"counting q{UNKNOWNS - 1} = -2.2e-16 and q{UNKNOWNS} = -2.2e-16 as 0"
+        in verification.message
+    )
 
 
 def test_message_names_three_entries_and_counts_the_others_if_there_are_any() -> None:
@@ -153,7 +190,13 @@ def test_message_names_three_entries_and_counts_the_others_if_there_are_any() ->
 
 
 def solution_but_for_noise(problem: Problem) -> Vector:
-    result = run(Problem(problem.M, np.where(np.abs(problem.q) < 1e-6, 0.0, problem.q), lower=problem.lower))
+    result = run(
+        Problem(
+            problem.M,
+            np.where(np.abs(problem.q) < 1e-6, 0.0, problem.q),
+            lower=problem.lower,
+        )
+    )
     assert result.solved
     return result.z
 
@@ -173,7 +216,10 @@ def test_entry_of_q_counts_beside_other_terms_of_its_row() -> None:
     M[UNKNOWNS - 1, 5] = 1e-14
     z = solution_but_for_noise(problem)
     assert z[5] > 1.0
-    assert Point(Criterion(Problem(M, problem.q, lower=problem.lower)), z).solution() is None
+    assert (
+        Point(Criterion(Problem(M, problem.q, lower=problem.lower)), z).solution()
+        is None
+    )
 
 
 def test_a_few_large_numbers_do_not_make_rounding_of_the_others() -> None:
@@ -212,9 +258,20 @@ def test_rows_of_noise_are_cleaned_one_by_one() -> None:
     assert (solution.z[1], solution.z[5], list(solution.negligible)) == (0.0, 1e-10, [])
 
 
-def test_points_beyond_a_bound_do_not_solve_however_far_the_numbers_are_from_1() -> None:
-    M = [[3.0, 7.57303354e4, 5e-324], [0.0, 2.0, 6.69337276e307], [2.96e-34, 0.0, 1.5e-323]]
-    problem = Problem(M, [0.0, 1e-323, 9.6e13], lower=[-5.2e-54, 0.0, 3.0], upper=[0.0, 5.15e-299, np.inf])
+def test_points_beyond_a_bound_do_not_solve_however_far_the_numbers_are_from_1() -> (
+    None
+):
+    M = [
+        [3.0, 7.57303354e4, 5e-324],
+        [0.0, 2.0, 6.69337276e307],
+        [2.96e-34, 0.0, 1.5e-323],
+    ]
+    problem = Problem(
+        M,
+        [0.0, 1e-323, 9.6e13],
+        lower=[-5.2e-54, 0.0, 3.0],
+        upper=[0.0, 5.15e-299, np.inf],
+    )
     assert not check(problem, np.zeros(3)).accepted  # z_3 < 3
     result = run(problem)
     assert (result.z >= problem.lower).all()
@@ -254,7 +311,9 @@ def looks(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[int]]:
 
 @pytest.mark.parametrize("compiled", [False, True])
 @pytest.mark.parametrize("slip", [1e-6, 1e-10, 1e-15, 1e-17, 1e-30])
-def test_a_disc_at_rest_needs_no_exact_arithmetic(slip: float, compiled: bool, looks: list[int]) -> None:
+def test_a_disc_at_rest_needs_no_exact_arithmetic(
+    slip: float, compiled: bool, looks: list[int]
+) -> None:
     if compiled and direct_run.compiled() is None:
         pytest.skip("needs numba")
     problem = on_the_floor(slip)
@@ -275,7 +334,9 @@ def test_what_rounding_hides_is_decided_exactly() -> None:
         assert (found.z[1] > 0) == (own < -1 / 3)
 
 
-def test_numbers_that_contradict_each_other_by_less_than_rounding_are_not_confirmed() -> None:
+def test_numbers_that_contradict_each_other_by_less_than_rounding_are_not_confirmed() -> (
+    None
+):
     """z_3 - z_4 is at least 1e-17 and at most -1e-17."""
     M = np.array([[0, 0, 1, -1], [0, 0, -1, 1], [0, 0, 1, 0], [0, 0, 0, 1]])
     problem, z = Problem(M, [-1e-17, -1e-17, -1, -1]), np.array([0.0, 0, 1, 1])
@@ -291,7 +352,9 @@ def test_a_confirmed_solution_of_few_unknowns_is_near_an_exact_one(seed: int) ->
     n = int(random.integers(2, 5))
     F = random.integers(-2, 3, (n, n)).astype(float)
     z = random.integers(0, 2, n) * 10.0 ** random.integers(-17, 2, n)
-    problem = Problem(F @ F.T, -F @ F.T @ z + (z == 0) * random.integers(0, 2, n) * 1e-16)
+    problem = Problem(
+        F @ F.T, -F @ F.T @ z + (z == 0) * random.integers(0, 2, n) * 1e-16
+    )
     found = confirmed(problem, z)
     if found is not None and is_doubtful(problem, z):
         states = ["basic" if value > 0 else "lower" for value in found.z]

@@ -26,7 +26,16 @@ from matplotlib.ticker import LogLocator, MaxNLocator
 from lcpcli.enumeration.search import SolutionSet
 from lcpcli.linalg import matrices
 from lcpcli.report import wording
-from lcpcli.report.figures.style import FONT, METHODS, SMALL_FONT, WIDTH, Looks, add_legend, fitted, looks
+from lcpcli.report.figures.style import (
+    FONT,
+    METHODS,
+    SMALL_FONT,
+    WIDTH,
+    Looks,
+    add_legend,
+    fitted,
+    looks,
+)
 from lcpcli.report.plotting import Panel
 
 TURN = 2 * math.pi
@@ -51,14 +60,25 @@ class Cone(NamedTuple):
     @property
     def kind(self) -> str:
         """Return SECTOR; RAY, from the origin; LINE, through it; or POINT, the origin alone."""
-        return SECTOR if any(extent for _, extent in self.parts) else (POINT, RAY, LINE)[len(self.parts)]
+        return (
+            SECTOR
+            if any(extent for _, extent in self.parts)
+            else (POINT, RAY, LINE)[len(self.parts)]
+        )
 
     def overlaps(self, other: Cone) -> bool:
         """Return whether two sectors have a common interior point, or a ray or line and another cone have a common
         point other than 0."""
         margin = -SAME if self.kind == other.kind == SECTOR else SAME
-        turns = [((there - here) % TURN, own, its) for here, own in self.parts for there, its in other.parts]
-        return any(turn < own + margin or TURN - turn < its + margin for turn, own, its in turns)
+        turns = [
+            ((there - here) % TURN, own, its)
+            for here, own in self.parts
+            for there, its in other.parts
+        ]
+        return any(
+            turn < own + margin or TURN - turn < its + margin
+            for turn, own, its in turns
+        )
 
 
 def angle(vector: Sequence[float]) -> float | None:
@@ -87,7 +107,11 @@ def cones(M: Sequence[Sequence[float]]) -> list[Cone]:
             parts = ((angles[0] if turn > 0 else angles[-1], abs(turn)),)
         cone = Cone(parts)
         taken = {other.radius for other in made if cone.overlaps(other)}
-        made.append(cone._replace(radius=max({ARC - APART * k for k in range(len(SETS))} - taken)))
+        made.append(
+            cone._replace(
+                radius=max({ARC - APART * k for k in range(len(SETS))} - taken)
+            )
+        )
     return made
 
 
@@ -97,7 +121,9 @@ def turn_to(first: float, last: float) -> float:
 
 
 KINDS = {SECTOR: "", RAY: ": a ray", LINE: ": a line", POINT: ": the origin"}
-COLORS = tuple(METHODS[name].color for name in ("fixed-point", "milp", "newton", "lemke"))
+COLORS = tuple(
+    METHODS[name].color for name in ("fixed-point", "milp", "newton", "lemke")
+)
 COLUMN = WIDTH / 2  # inches
 # Lengths in the axes, in points.
 # From the origin to the frame: a little less than half the width of a column, 126.
@@ -108,7 +134,12 @@ AXIS, VECTOR, Q, LABEL = 91.0, 84.0, 91.0, 97.0
 ALIKE = math.radians(15)
 FILLS = (0.15, 0.35)  # the opacity of a sector without q, and of a sector that holds q
 CHECK = "\u2713"
-ARROW = {"arrowstyle": "-|>,head_width=0.22,head_length=0.5", "shrinkA": 0, "shrinkB": 0, "color": "black"}
+ARROW = {
+    "arrowstyle": "-|>,head_width=0.22,head_length=0.5",
+    "shrinkA": 0,
+    "shrinkB": 0,
+    "color": "black",
+}
 OUTLINE = withStroke(linewidth=2.0, foreground="white")
 
 
@@ -117,7 +148,10 @@ def holding(found: SolutionSet) -> list[bool]:
     outside."""
     solutions = [list(zip(z, found.data.w(z), strict=True)) for z in found.points]
     sets = [(1 in chosen, 2 in chosen) for chosen in SETS]
-    return [any(not (one[first] or other[second]) for one, other in solutions) for first, second in sets]
+    return [
+        any(not (one[first] or other[second]) for one, other in solutions)
+        for first, second in sets
+    ]
 
 
 def draw(found: SolutionSet) -> Figure:
@@ -126,20 +160,54 @@ def draw(found: SolutionSet) -> Figure:
     M, q = matrices.dense(problem.M).tolist(), problem.q.tolist()
     figure = Figure(figsize=(COLUMN, COLUMN + 0.2))  # with room for the titles
     span = (-REACH, REACH)
-    axes = figure.add_subplot(xlim=span, ylim=span, aspect="equal", xticks=[], yticks=[], frame_on=False)
-    axes.plot([-AXIS, AXIS], [0, 0], [0, 0], [-AXIS, AXIS], color="0.6", linewidth=0.6, zorder=1)
+    axes = figure.add_subplot(
+        xlim=span, ylim=span, aspect="equal", xticks=[], yticks=[], frame_on=False
+    )
+    axes.plot(
+        [-AXIS, AXIS],
+        [0, 0],
+        [0, 0],
+        [-AXIS, AXIS],
+        color="0.6",
+        linewidth=0.6,
+        zorder=1,
+    )
     shapes, directions = cones(M), generators(M)
     for cone, color, holds in zip(shapes, COLORS, holds_q, strict=True):
         _cone(axes, cone, color, FILLS[holds])
     for direction in {each for each in directions.values() if each is not None}:
-        axes.annotate("", _at(VECTOR, direction), (0, 0), arrowprops=ARROW | {"linewidth": 1.1}, zorder=5)
+        axes.annotate(
+            "",
+            _at(VECTOR, direction),
+            (0, 0),
+            arrowprops=ARROW | {"linewidth": 1.1},
+            zorder=5,
+        )
     of_q = angle(q)
     at = (0.0, 0.0) if of_q is None else _at(Q, of_q)
     # The ray through q, and where it crosses the arcs of the cones around it.
     if of_q is not None:
-        axes.plot(*zip((0, 0), at, strict=True), color="black", linewidth=1.0, dashes=(3, 2), zorder=5)
-        for cone in (cone for cone, holds in zip(shapes, holds_q, strict=True) if holds and cone.kind != POINT):
-            axes.plot(*_at(cone.radius, of_q), "o", markersize=4.2, mfc="white", mec="black", mew=0.9, zorder=7)
+        axes.plot(
+            *zip((0, 0), at, strict=True),
+            color="black",
+            linewidth=1.0,
+            dashes=(3, 2),
+            zorder=5,
+        )
+        for cone in (
+            cone
+            for cone, holds in zip(shapes, holds_q, strict=True)
+            if holds and cone.kind != POINT
+        ):
+            axes.plot(
+                *_at(cone.radius, of_q),
+                "o",
+                markersize=4.2,
+                mfc="white",
+                mec="black",
+                mew=0.9,
+                zorder=7,
+            )
     axes.plot(*at, "o", markersize=5.5, color="black", zorder=7)
     _labels(axes, directions | {"$q$": of_q})
     rows = "; ".join(" ".join(map(_number, row)) for row in M)
@@ -149,12 +217,24 @@ def draw(found: SolutionSet) -> Figure:
     axes.set_title("\n".join(fitted(title, FONT, COLUMN - 0.2) for title in titles))
     handles, labels = [], []
     for cone, color, chosen, holds in zip(shapes, COLORS, SETS, holds_q, strict=True):
-        handles.append(Patch(facecolor=to_rgba(color, FILLS[holds]), edgecolor=color, linewidth=1.6))
+        handles.append(
+            Patch(
+                facecolor=to_rgba(color, FILLS[holds]), edgecolor=color, linewidth=1.6
+            )
+        )
         labels.append(variables(chosen) + KINDS[cone.kind] + f"  {CHECK}" * holds)
     title = f"Variables that may be positive in each cone ({CHECK}: q lies in it).\nOnly directions count."
-    look: dict[str, Any] = {"title_fontsize": SMALL_FONT, "alignment": "left", "handlelength": 1.6}
-    legend = figure.legend(handles, labels, title=title, ncols=2, loc="outside lower left", **look)
-    figure.set_figheight(figure.get_figheight() + legend.get_window_extent().height / figure.dpi)
+    look: dict[str, Any] = {
+        "title_fontsize": SMALL_FONT,
+        "alignment": "left",
+        "handlelength": 1.6,
+    }
+    legend = figure.legend(
+        handles, labels, title=title, ncols=2, loc="outside lower left", **look
+    )
+    figure.set_figheight(
+        figure.get_figheight() + legend.get_window_extent().height / figure.dpi
+    )
     return figure
 
 
@@ -166,16 +246,62 @@ def _cone(axes: Axes, cone: Cone, color: str, fill: float) -> None:
     """Draw a sector with its arc, thick rays for a ray or a line, or a ring for the origin."""
     radius, add = cone.radius, axes.add_patch
     if cone.kind == POINT:
-        axes.plot(0, 0, "o", markersize=9, color="none", markeredgecolor=color, mew=2.2, zorder=6)
+        axes.plot(
+            0,
+            0,
+            "o",
+            markersize=9,
+            color="none",
+            markeredgecolor=color,
+            mew=2.2,
+            zorder=6,
+        )
     elif cone.kind == SECTOR:
         ((start, width),) = cone.parts
         ends = math.degrees(start), math.degrees(start + width)
-        add(Wedge((0, 0), radius, *ends, facecolor=color, alpha=fill, linewidth=0, zorder=2))
-        add(Arc((0, 0), 2 * radius, 2 * radius, theta1=ends[0], theta2=ends[1], color="white", linewidth=3.6, zorder=3))
-        add(Wedge((0, 0), radius, *ends, fill=False, edgecolor=color, linewidth=1.6, zorder=3))
+        add(
+            Wedge(
+                (0, 0),
+                radius,
+                *ends,
+                facecolor=color,
+                alpha=fill,
+                linewidth=0,
+                zorder=2,
+            )
+        )
+        add(
+            Arc(
+                (0, 0),
+                2 * radius,
+                2 * radius,
+                theta1=ends[0],
+                theta2=ends[1],
+                color="white",
+                linewidth=3.6,
+                zorder=3,
+            )
+        )
+        add(
+            Wedge(
+                (0, 0),
+                radius,
+                *ends,
+                fill=False,
+                edgecolor=color,
+                linewidth=1.6,
+                zorder=3,
+            )
+        )
     else:
         for ray, _ in cone.parts:
-            axes.plot(*zip((0, 0), _at(radius, ray), strict=True), c=color, lw=5, solid_capstyle="butt", zorder=4)
+            axes.plot(
+                *zip((0, 0), _at(radius, ray), strict=True),
+                c=color,
+                lw=5,
+                solid_capstyle="butt",
+                zorder=4,
+            )
 
 
 def _labels(axes: Axes, directions: dict[str, float | None]) -> None:
@@ -191,10 +317,28 @@ def _labels(axes: Axes, directions: dict[str, float | None]) -> None:
         across = "left" if x > 0.2 else "right" if x < -0.2 else "center"
         up = "bottom" if y > 0.2 else "top" if y < -0.2 else "center"
         text = ("\n" if abs(x) > 0.5 else ", ").join(own)
-        axes.text(LABEL * x, LABEL * y, text, ha=across, va=up, path_effects=[OUTLINE], zorder=8)
-    zero = [name.strip("$-") for name, direction in directions.items() if direction is None]
+        axes.text(
+            LABEL * x,
+            LABEL * y,
+            text,
+            ha=across,
+            va=up,
+            path_effects=[OUTLINE],
+            zorder=8,
+        )
+    zero = [
+        name.strip("$-") for name, direction in directions.items() if direction is None
+    ]
     if zero:
-        axes.text(-6, -6, f"${' = '.join(zero)} = 0$", ha="right", va="top", path_effects=[OUTLINE], zorder=8)
+        axes.text(
+            -6,
+            -6,
+            f"${' = '.join(zero)} = 0$",
+            ha="right",
+            va="top",
+            path_effects=[OUTLINE],
+            zorder=8,
+        )
 
 
 def variables(chosen: tuple[int, ...]) -> str:
@@ -221,8 +365,15 @@ TICKS = 5  # intervals between labels on an axis at most
 LABELS_APART = 0.12  # of the length of an axis, between two iterates with labels
 INSET = 4  # points: of the labels in the corners
 BESIDE = 0.035  # of the length of an axis: from an iterate to its number
-HOLLOW: dict[str, Any] = {"linestyle": "", "markerfacecolor": "white", "markeredgecolor": "black"}
-START, SOLUTION = HOLLOW | {"marker": "s", "markersize": 6.5}, HOLLOW | {"marker": "*", "markersize": 11}
+HOLLOW: dict[str, Any] = {
+    "linestyle": "",
+    "markerfacecolor": "white",
+    "markeredgecolor": "black",
+}
+START, SOLUTION = (
+    HOLLOW | {"marker": "s", "markersize": 6.5},
+    HOLLOW | {"marker": "*", "markersize": 11},
+)
 
 
 @np.errstate(over="ignore", invalid="ignore")
@@ -235,21 +386,35 @@ def merit(M: Any, q: Any, x: Any) -> Any:
 def ranges(picture: Panel) -> list[tuple[float, float]]:
     """Return the range of each axis: around the origin, the starts, the solutions, and the iterates not far from
     these."""
-    near = np.array([(0.0, 0.0), *picture.solutions, *(path.x[0] for path in picture.curves if path.x)])
+    near = np.array(
+        [
+            (0.0, 0.0),
+            *picture.solutions,
+            *(path.x[0] for path in picture.curves if path.x),
+        ]
+    )
     far = FARTHEST * (np.abs(near[np.isfinite(near).all(axis=1)]).max() or 1.0)
     places = np.array([*near, *(x for path in picture.curves for x in path.x)])
     places = np.clip(places[np.isfinite(places).all(axis=1)], -far, far)
     low, high = places.min(axis=0), places.max(axis=0)
     margin = MARGIN * np.where(high > low, high - low, far)
     room = LEAST * (high - low + 2 * margin) / (1 - LEAST)
-    return list(zip(np.minimum(low - margin, -room).tolist(), np.maximum(high + margin, room).tolist(), strict=True))
+    return list(
+        zip(
+            np.minimum(low - margin, -room).tolist(),
+            np.maximum(high + margin, room).tolist(),
+            strict=True,
+        )
+    )
 
 
 def draw_paths(pictures: Sequence[Panel]) -> Figure:
     columns = min(2, len(pictures))
     rows = math.ceil(len(pictures) / columns)
     figure = Figure(figsize=(COLUMN * columns, 3.0 * rows))
-    chosen = looks((path.name, path.label) for picture in pictures for path in picture.curves)
+    chosen = looks(
+        (path.name, path.label) for picture in pictures for path in picture.curves
+    )
     grid = figure.subplots(rows, columns, squeeze=False).ravel()
     for axes in grid[len(pictures) :]:
         axes.set_axis_off()
@@ -258,25 +423,54 @@ def draw_paths(pictures: Sequence[Panel]) -> Figure:
         paths = [path for path in picture.curves if path.x]
         for path in paths:
             look, (xs, ys) = chosen[path.name, path.label], np.array(path.x).T
-            axes.plot(xs, ys, zorder=4, path_effects=[OUTLINE], **look.line | {"linewidth": 1.0})
-            axes.plot(xs, ys, linestyle="", zorder=5, **look.points | {"markersize": 3, "markeredgewidth": 0.5})
+            axes.plot(
+                xs,
+                ys,
+                zorder=4,
+                path_effects=[OUTLINE],
+                **look.line | {"linewidth": 1.0},
+            )
+            axes.plot(
+                xs,
+                ys,
+                linestyle="",
+                zorder=5,
+                **look.points | {"markersize": 3, "markeredgewidth": 0.5},
+            )
         for start in dict.fromkeys(tuple(path.x[0]) for path in paths):
             axes.plot(*start, zorder=6, **START)
         for solution in dict.fromkeys(map(tuple, picture.solutions)):
             axes.plot(*solution, zorder=7, **SOLUTION)
         _numbers(axes, picture, chosen)
     signs = [(Line2D([], [], **START), "start")]
-    signs += [(Line2D([], [], **SOLUTION), "solution")] * any(picture.solutions for picture in pictures)
-    drawn = {(path.name, path.label) for picture in pictures for path in picture.curves if len(path.x) > 1}
-    signs += [(Line2D([], [], linestyle=""), f"{key[1]}: no iterates") for key in chosen if key not in drawn]
-    return add_legend(figure, {key: look for key, look in chosen.items() if key in drawn}, signs)
+    signs += [(Line2D([], [], **SOLUTION), "solution")] * any(
+        picture.solutions for picture in pictures
+    )
+    drawn = {
+        (path.name, path.label)
+        for picture in pictures
+        for path in picture.curves
+        if len(path.x) > 1
+    }
+    signs += [
+        (Line2D([], [], linestyle=""), f"{key[1]}: no iterates")
+        for key in chosen
+        if key not in drawn
+    ]
+    return add_legend(
+        figure, {key: look for key, look in chosen.items() if key in drawn}, signs
+    )
 
 
 def _merit(axes: Axes, picture: Panel) -> None:
     """Draw the contours of |F| in the quadrants, whose names are in the corners."""
     (left, right), (bottom, top) = ranges(picture)
     x, y = np.linspace(left, right, POINTS), np.linspace(bottom, top, POINTS)
-    values = merit(matrices.dense(picture.problem.M), picture.problem.q, np.array(np.meshgrid(x, y)))
+    values = merit(
+        matrices.dense(picture.problem.M),
+        picture.problem.q,
+        np.array(np.meshgrid(x, y)),
+    )
     values = np.nan_to_num(values, nan=np.inf, posinf=np.finfo(float).max)
     most = float(values.max()) or 1.0
     least = max(float(values.min()), DEPTH * most)
@@ -284,15 +478,30 @@ def _merit(axes: Axes, picture: Panel) -> None:
         least = most / 10
     levels = np.geomspace(least, most, BANDS + 1)
     values = np.clip(values, least, most)
-    filled = axes.contourf(x, y, values, levels, norm=LogNorm(least, most), cmap=GREYS, zorder=0)
+    filled = axes.contourf(
+        x, y, values, levels, norm=LogNorm(least, most), cmap=GREYS, zorder=0
+    )
     axes.contour(x, y, values, levels[1:-1], colors="white", linewidths=0.4, zorder=0.5)
     for chosen, color in zip(SETS, COLORS, strict=True):
         corner = right if 1 in chosen else left, top if 2 in chosen else bottom
-        axes.add_patch(Rectangle((0, 0), *corner, facecolor=color, alpha=FILLS[0], linewidth=0, zorder=1))
+        axes.add_patch(
+            Rectangle(
+                (0, 0), *corner, facecolor=color, alpha=FILLS[0], linewidth=0, zorder=1
+            )
+        )
         inwards = (INSET - 2 * INSET * (1 in chosen), INSET - 2 * INSET * (2 in chosen))
-        style: dict[str, Any] = {"ha": "right" if 1 in chosen else "left", "va": "top" if 2 in chosen else "bottom"}
+        style: dict[str, Any] = {
+            "ha": "right" if 1 in chosen else "left",
+            "va": "top" if 2 in chosen else "bottom",
+        }
         style |= {"textcoords": "offset points", "path_effects": [OUTLINE], "zorder": 9}
-        axes.annotate(variables(chosen), (1 in chosen, 2 in chosen), inwards, xycoords="axes fraction", **style)
+        axes.annotate(
+            variables(chosen),
+            (1 in chosen, 2 in chosen),
+            inwards,
+            xycoords="axes fraction",
+            **style,
+        )
     axes.axhline(0, color="black", linewidth=0.8, zorder=2)
     axes.axvline(0, color="black", linewidth=0.8, zorder=2)
     axes.set(xlim=(left, right), ylim=(bottom, top), xlabel="$x_1$", ylabel="$x_2$")
@@ -310,18 +519,32 @@ def _numbers(axes: Axes, picture: Panel, chosen: Looks) -> None:
     """Label a few iterates with their numbers, apart from each other and from the corners."""
     low, high = np.transpose(ranges(picture))
     numbered: list[Any] = []
-    everywhere = (np.array([x for path in picture.curves for x in path.x]).reshape(-1, 2) - low) / (high - low)
+    everywhere = (
+        np.array([x for path in picture.curves for x in path.x]).reshape(-1, 2) - low
+    ) / (high - low)
     everywhere = everywhere[np.isfinite(everywhere).all(axis=1)]
     for path in picture.curves:
         for k, x in zip(path.k, path.x, strict=True):
             place = (np.array(x) - low) / (high - low)
-            is_inside = bool(((place > 0) & (place < 0.95)).all() and (np.abs(place - 0.5) < (0.3, 0.35)).any())
-            is_free = all(np.abs(place - other).max() >= LABELS_APART for other in numbered)
+            is_inside = bool(
+                ((place > 0) & (place < 0.95)).all()
+                and (np.abs(place - 0.5) < (0.3, 0.35)).any()
+            )
+            is_free = all(
+                np.abs(place - other).max() >= LABELS_APART for other in numbered
+            )
             is_free &= bool(
                 (np.abs(everywhere - place - BESIDE).max(axis=1) >= 0.75 * BESIDE).all()
             )  # of iterates, too
             if (k in NUMBERS or k == path.k[-1] != 0) and is_inside and is_free:
                 numbered.append(place)
-                look: dict[str, Any] = {"color": chosen[path.name, path.label].color, "fontsize": SMALL_FONT}
-                look |= {"textcoords": "offset points", "path_effects": [OUTLINE], "zorder": 9}
+                look: dict[str, Any] = {
+                    "color": chosen[path.name, path.label].color,
+                    "fontsize": SMALL_FONT,
+                }
+                look |= {
+                    "textcoords": "offset points",
+                    "path_effects": [OUTLINE],
+                    "zorder": 9,
+                }
                 axes.annotate(str(k), (x[0], x[1]), (4, 4), **look)

@@ -23,10 +23,23 @@ from matplotlib.ticker import FixedLocator, LogLocator, MaxNLocator, NullFormatt
 from lcpcli.parametric.path import Path
 from lcpcli.report import path_formats, wording
 from lcpcli.report.figures import style
-from lcpcli.report.figures.style import FONT, ROW, WIDTH, Entry, Look, Looks, add_legend, fitted, looks
+from lcpcli.report.figures.style import (
+    FONT,
+    ROW,
+    WIDTH,
+    Entry,
+    Look,
+    Looks,
+    add_legend,
+    fitted,
+    looks,
+)
 from lcpcli.report.plotting import Curve, Growth, Panel, Profile
 
-MEASURES = {"error": r"error $\|z - z^*\|_\infty$", "residual": r"residual $\|\min(z, Mz + q)\|_\infty$"}
+MEASURES = {
+    "error": r"error $\|z - z^*\|_\infty$",
+    "residual": r"residual $\|\min(z, Mz + q)\|_\infty$",
+}
 # On a curve: enough to follow it where curves cross, few enough to see the line.
 MOST_MARKERS = 12
 TICKS = 6  # labelled on an axis at most, whose labels would touch if there were more
@@ -68,42 +81,76 @@ ALL_ZERO = Range(1e-17, 1e-15)  # at whose lower edge a point without any error 
 def errors(curves: Iterable[Curve]) -> Range:
     """Return a range around the errors that are neither practically 0 nor those of a divergent run."""
     series = [[v for v in curve.errors if v is not None] for curve in curves]
-    proper, values = [[v for v in own if 0 < v < math.inf] for own in series], list(chain(*series))
+    proper, values = (
+        [[v for v in own if 0 < v < math.inf] for own in series],
+        list(chain(*series)),
+    )
     if values and not any(values):
         return ALL_ZERO
-    scale = max([own[0] for own in proper if len(own) > 1] or chain(*proper), default=1.0)
-    floor, ceiling = max(SMALLEST_ERROR * scale, SMALLEST_END), min(LARGEST_ERROR * scale, LARGEST_END)
+    scale = max(
+        [own[0] for own in proper if len(own) > 1] or chain(*proper), default=1.0
+    )
+    floor, ceiling = (
+        max(SMALLEST_ERROR * scale, SMALLEST_END),
+        min(LARGEST_ERROR * scale, LARGEST_END),
+    )
     return times(values, floor, ceiling)
 
 
-def times(values: Iterable[float], floor: float = SMALLEST_END, ceiling: float = LARGEST_END) -> Range:
+def times(
+    values: Iterable[float], floor: float = SMALLEST_END, ceiling: float = LARGEST_END
+) -> Range:
     """Return a range around the values from floor to ceiling, of at least one decade."""
     shown = [math.log10(v) for v in values if floor <= v <= ceiling] or [0.0]
     margin = max(MARGIN * (max(shown) - min(shown)), LEAST_MARGIN)
     low, high = min(shown) - margin, max(shown) + margin
     if math.floor(high) - math.ceil(low) < 1:
-        low, high = min(low, math.floor(low + 0.5)), max(high, math.floor(low + 0.5) + 1)
+        low, high = (
+            min(low, math.floor(low + 0.5)),
+            max(high, math.floor(low + 0.5) + 1),
+        )
     return Range(10.0**low, 10.0**high)
 
 
-def inside(xs: Sequence[float | None], ys: Sequence[float | None], across: Range, up: Range) -> list[DrawnPoint]:
+def inside(
+    xs: Sequence[float | None], ys: Sequence[float | None], across: Range, up: Range
+) -> list[DrawnPoint]:
     """Return the points where both x and y are measured, moved to the edge if they are off the axes, and whether so."""
-    measured = [(x, y) for x, y in zip(xs, ys, strict=True) if x is not None and y is not None]
+    measured = [
+        (x, y) for x, y in zip(xs, ys, strict=True) if x is not None and y is not None
+    ]
     places = [(across.place(x), up.place(y)) for x, y in measured]
-    return [(*place, place != given) for place, given in zip(places, measured, strict=True)]
+    return [
+        (*place, place != given) for place, given in zip(places, measured, strict=True)
+    ]
 
 
 def draw_convergence(panels: Sequence[Panel]) -> Figure:
-    chosen = looks((curve.name, curve.label) for panel in panels for curve in panel.curves)
+    chosen = looks(
+        (curve.name, curve.label) for panel in panels for curve in panel.curves
+    )
     figure = Figure(figsize=(WIDTH, min(ROW * len(panels), style.PAGE_HEIGHT)))
-    counts = [[max((k for k in curve.k if k is not None), default=0) for curve in panel.curves] for panel in panels]
-    is_logarithmic = any(own and max(own) >= max(100, UNEVEN * min(filter(None, own), default=1) + 1) for own in counts)
+    counts = [
+        [
+            max((k for k in curve.k if k is not None), default=0)
+            for curve in panel.curves
+        ]
+        for panel in panels
+    ]
+    is_logarithmic = any(
+        own and max(own) >= max(100, UNEVEN * min(filter(None, own), default=1) + 1)
+        for own in counts
+    )
     rows = figure.subplots(len(panels), 2, sharey="row", squeeze=False)
     for (left, right), panel, longest in zip(rows, panels, counts, strict=True):
         _against_time(left, panel, chosen, WIDTH)
         right.set_xlabel("iteration")
         most = max([*longest, 1])
-        across = Range(-0.15, 1.6 * most) if is_logarithmic else Range(-0.03 * most, 1.08 * most)
+        across = (
+            Range(-0.15, 1.6 * most)
+            if is_logarithmic
+            else Range(-0.03 * most, 1.08 * most)
+        )
         if is_logarithmic:
             right.set_xscale("symlog", linthresh=1, linscale=0.4, subs=range(2, 10))
             right.xaxis.set_major_formatter("{x:.0f}")
@@ -123,7 +170,13 @@ def _against_time(axes: Axes, panel: Panel, chosen: Looks, width: float) -> None
     _draw(axes, panel, across, [curve.seconds for curve in panel.curves], chosen)
 
 
-def _draw(axes: Axes, panel: Panel, across: Range, abscissas: Sequence[Sequence[float | None]], chosen: Looks) -> None:
+def _draw(
+    axes: Axes,
+    panel: Panel,
+    across: Range,
+    abscissas: Sequence[Sequence[float | None]],
+    chosen: Looks,
+) -> None:
     up = errors(panel.curves)
     _log_axis(axes, "y", up)
     for turn, (curve, xs) in enumerate(zip(panel.curves, abscissas, strict=True)):
@@ -134,12 +187,19 @@ def _draw(axes: Axes, panel: Panel, across: Range, abscissas: Sequence[Sequence[
 def _log_axis(axes: Axes, which: str, span: Range, room: float = ROOM) -> None:
     """Make the x or y axis logarithmic over a range, with a share of its length as room for markers at the ends."""
     beyond = (span.high / span.low) ** room
-    axes.set(**{f"{which}scale": "log", f"{which}lim": (span.low / beyond, span.high * beyond)})
+    axes.set(
+        **{
+            f"{which}scale": "log",
+            f"{which}lim": (span.low / beyond, span.high * beyond),
+        }
+    )
     axis = axes.xaxis if which == "x" else axes.yaxis
     axis.set_minor_formatter(NullFormatter())
 
 
-def _draw_run(axes: Axes, points: Sequence[DrawnPoint], look: Look, solved: bool, turn: int) -> None:
+def _draw_run(
+    axes: Axes, points: Sequence[DrawnPoint], look: Look, solved: bool, turn: int
+) -> None:
     """Draw a run in axes whose scales and limits are set. turn : its number in the axes, which staggers the markers."""
     xs, ys = np.array([point[:2] for point in points]).T
     if len(points) > 1:
@@ -152,23 +212,59 @@ def _draw_run(axes: Axes, points: Sequence[DrawnPoint], look: Look, solved: bool
         # Else oscillations would take all markers.
         falling = np.diff(np.minimum.accumulate(up))
         length = np.concatenate(([0.0], np.cumsum(np.hypot(np.diff(across), falling))))
-        shares = (np.arange(1, MOST_MARKERS - 1) + 0.25 * (turn % 4 - 1.5)) / (MOST_MARKERS - 1)
-        marked = {0, *np.searchsorted(length, shares * length[-1]).tolist(), len(points) - 1}
+        shares = (np.arange(1, MOST_MARKERS - 1) + 0.25 * (turn % 4 - 1.5)) / (
+            MOST_MARKERS - 1
+        )
+        marked = {
+            0,
+            *np.searchsorted(length, shares * length[-1]).tolist(),
+            len(points) - 1,
+        }
     marked |= {*outside[:: math.ceil(len(outside) / MOST_MARKERS) or 1]}
     if not solved and len(points) > 1:
         marked -= {len(points) - 1}
     ringed = sorted(marked.intersection(outside))
     above: dict[str, Any] = {"color": look.color, "clip_on": False}
-    axes.plot(xs[sorted(marked)], ys[sorted(marked)], linestyle="", clip_on=False, zorder=3, **look.points)
+    axes.plot(
+        xs[sorted(marked)],
+        ys[sorted(marked)],
+        linestyle="",
+        clip_on=False,
+        zorder=3,
+        **look.points,
+    )
     if ringed:
-        axes.plot(xs[ringed], ys[ringed], label=style.BEYOND, zorder=4, **above, **style.SIGNS[style.BEYOND])
+        axes.plot(
+            xs[ringed],
+            ys[ringed],
+            label=style.BEYOND,
+            zorder=4,
+            **above,
+            **style.SIGNS[style.BEYOND],
+        )
     if not solved:
-        axes.plot(xs[-1], ys[-1], label=style.UNSOLVED, zorder=5, **above, **style.SIGNS[style.UNSOLVED])
+        axes.plot(
+            xs[-1],
+            ys[-1],
+            label=style.UNSOLVED,
+            zorder=5,
+            **above,
+            **style.SIGNS[style.UNSOLVED],
+        )
 
 
-def _drawn(chosen: Looks, panels: Sequence[Panel], others: Sequence[Profile | Growth] = ()) -> Looks:
+def _drawn(
+    chosen: Looks, panels: Sequence[Panel], others: Sequence[Profile | Growth] = ()
+) -> Looks:
     curves = (curve for panel in panels for curve in panel.curves)
-    entries = [*others, *(curve for curve in curves if any(error is not None for error in curve.errors))]
+    entries = [
+        *others,
+        *(
+            curve
+            for curve in curves
+            if any(error is not None for error in curve.errors)
+        ),
+    ]
     names = {(entry.name, entry.label) for entry in entries}
     return {key: look for key, look in chosen.items() if key in names}
 
@@ -178,16 +274,27 @@ def _drawn(chosen: Looks, panels: Sequence[Panel], others: Sequence[Profile | Gr
 DOUBLINGS = 12
 
 
-def draw_bench(profiles: Sequence[Profile], panels: Sequence[Panel], growths: Mapping[str, Sequence[Growth]]) -> Figure:
+def draw_bench(
+    profiles: Sequence[Profile],
+    panels: Sequence[Panel],
+    growths: Mapping[str, Sequence[Growth]],
+) -> Figure:
     """Draw the figure: axes in two columns; if their number is odd, the first ones are as wide as the figure."""
-    grown, runs = list(chain.from_iterable(growths.values())), [curve for panel in panels for curve in panel.curves]
+    grown, runs = (
+        list(chain.from_iterable(growths.values())),
+        [curve for panel in panels for curve in panel.curves],
+    )
     entries: list[Profile | Curve | Growth] = [*profiles, *runs, *grown]
     chosen = looks((one.name, one.label) for one in entries)
     count = bool(profiles) + len(panels) + len(growths)
     places = [0] * (count % 2) + list(range(count))
     rows = len(places) // 2
-    figure = Figure(figsize=(WIDTH if count > 1 else WIDTH / 2, min(ROW * rows, style.PAGE_HEIGHT)))
-    mosaic: dict[int, Axes] = figure.subplot_mosaic([places[i : i + 2] for i in range(0, len(places), 2)])
+    figure = Figure(
+        figsize=(WIDTH if count > 1 else WIDTH / 2, min(ROW * rows, style.PAGE_HEIGHT))
+    )
+    mosaic: dict[int, Axes] = figure.subplot_mosaic(
+        [places[i : i + 2] for i in range(0, len(places), 2)]
+    )
     free = (mosaic[i] for i in range(count))
     if profiles:
         _profile(next(free), profiles, chosen)
@@ -202,10 +309,14 @@ def _profile(axes: Axes, profiles: Sequence[Profile], chosen: Looks) -> None:
     """Draw the share of problems that each solver solves within a multiple of the fastest solver's time, or in time."""
     in_seconds = profiles[0].in_seconds
     title = "Solved over time" if in_seconds else "Performance profile"
-    axes.set_title(f"{title}, {max(len(profile.ratios) for profile in profiles)} problems")
+    axes.set_title(
+        f"{title}, {max(len(profile.ratios) for profile in profiles)} problems"
+    )
     xlabel = "run time (s)" if in_seconds else "time / time of the fastest solver"
     axes.set(xlabel=xlabel, ylabel="share of problems solved")
-    ratios = [ratio for profile in profiles for ratio in profile.ratios if ratio < math.inf]
+    ratios = [
+        ratio for profile in profiles for ratio in profile.ratios if ratio < math.inf
+    ]
     across = times(ratios) if in_seconds else Range(1.0, max([*ratios, 2.0]) ** 1.05)
     _log_axis(axes, "x", across, 0.0)
     if not in_seconds and math.log2(across.high) <= DOUBLINGS:
@@ -218,11 +329,22 @@ def _profile(axes: Axes, profiles: Sequence[Profile], chosen: Looks) -> None:
     for profile in profiles:
         look = chosen[profile.name, profile.label]
         xs = sorted({*across, *(ratio for ratio in profile.ratios if ratio < math.inf)})
-        ys = [sum(ratio <= x for ratio in profile.ratios) / max(len(profile.ratios), 1) for x in xs]
+        ys = [
+            sum(ratio <= x for ratio in profile.ratios) / max(len(profile.ratios), 1)
+            for x in xs
+        ]
         axes.plot(xs, ys, drawstyle="steps-post", zorder=2, **look.line)
         every = math.ceil((len(xs) - 1) / (MOST_MARKERS - 1))
         marks = sorted({*range(0, len(xs), every), len(xs) - 1})
-        axes.plot(xs, ys, markevery=marks, linestyle="", clip_on=False, zorder=3, **look.points)
+        axes.plot(
+            xs,
+            ys,
+            markevery=marks,
+            linestyle="",
+            clip_on=False,
+            zorder=3,
+            **look.points,
+        )
 
 
 def _growth(axes: Axes, family: str, growths: Sequence[Growth], chosen: Looks) -> None:
@@ -232,13 +354,28 @@ def _growth(axes: Axes, family: str, growths: Sequence[Growth], chosen: Looks) -
     axes.set(xlabel="$n$", ylabel="run time (s)")
     spans = [t for one in growths for t in (*one.lower, *one.upper)]
     for one in growths:
-        look, line = chosen[one.name, one.label], list(zip(one.n, one.seconds, strict=True))
+        look, line = (
+            chosen[one.name, one.label],
+            list(zip(one.n, one.seconds, strict=True)),
+        )
         if one.fit is not None:
-            line = [(n, one.fit.coefficient * n**one.fit.exponent) for n in (min(one.n), max(one.n))]
+            line = [
+                (n, one.fit.coefficient * n**one.fit.exponent)
+                for n in (min(one.n), max(one.n))
+            ]
         spans += [t for _, t in line]
         axes.plot(*zip(*line, strict=True), zorder=2, **look.line)
-        axes.vlines(one.n, one.lower, one.upper, color=look.color, linewidth=look.width, zorder=2)
-        axes.plot(one.n, one.seconds, linestyle="", clip_on=False, zorder=3, **look.points)
+        axes.vlines(
+            one.n,
+            one.lower,
+            one.upper,
+            color=look.color,
+            linewidth=look.width,
+            zorder=2,
+        )
+        axes.plot(
+            one.n, one.seconds, linestyle="", clip_on=False, zorder=3, **look.points
+        )
     _log_axis(axes, "x", times(n for one in growths for n in one.n))
     _log_axis(axes, "y", times(spans))
 
@@ -264,7 +401,9 @@ def draw(path: Path, chosen: Sequence[str] = ()) -> Figure:
     panels[0].set_title(fitted(wording.title_and_size(path.problem), FONT, WIDTH - 1.0))
     panels[0].set_xlabel(label)
     if program is not None:
-        is_frontier = terms.is_quadratic and moving is not None and moving.what.startswith("row")
+        is_frontier = (
+            terms.is_quadratic and moving is not None and moving.what.startswith("row")
+        )
         _objective(panels[1], terms, across, label, is_frontier)
     for axis in (axis for axes in panels for axis in (axes.xaxis, axes.yaxis)):
         axis.set_major_locator(MaxNLocator(TICKS, steps=[1, 2, 5, 10]))
@@ -272,27 +411,41 @@ def draw(path: Path, chosen: Sequence[str] = ()) -> Figure:
 
 
 def _across(terms: path_formats.Terms, t: Any) -> Any:
-    return np.array(list(map(terms.moved, t.tolist())), dtype=float) if terms.moving else t
+    return (
+        np.array(list(map(terms.moved, t.tolist())), dtype=float) if terms.moving else t
+    )
 
 
-def _solutions(axes: Axes, terms: path_formats.Terms, across: Any, chosen: Sequence[str]) -> list[Entry]:
+def _solutions(
+    axes: Axes, terms: path_formats.Terms, across: Any, chosen: Sequence[str]
+) -> list[Entry]:
     program, names, z = terms.program, terms.names(), terms.path.z
     if chosen:
         shown, z = wording.places(names, chosen), np.array(list(map(terms.values, z)))
     else:
-        shown = np.flatnonzero(z[:, : program.variables if program else None].any(axis=0)).tolist()
+        shown = np.flatnonzero(
+            z[:, : program.variables if program else None].any(axis=0)
+        ).tolist()
     is_named = len(shown) <= MOST_NAMED
     is_marked = is_named and len(across) <= MOST_RULES
     entries = list[Entry]()
     for i, place in enumerate(shown):
-        look, values = Look(COLORS[i % len(COLORS)], style.RAMP[i % len(style.RAMP)]), z[:, place]
+        look, values = (
+            Look(COLORS[i % len(COLORS)], style.RAMP[i % len(style.RAMP)]),
+            z[:, place],
+        )
         line = look.line if is_named else look.line | {"linewidth": 0.5, "alpha": 0.8}
         axes.plot(across, values, zorder=2, **line)
         points = {**look.points, "markersize": 3, "linestyle": ""} if is_marked else {}
         if is_marked:
             axes.plot(across, values, zorder=3, **points)
         if is_named:
-            entries.append((Line2D([], [], **{**points, **look.line, "linestyle": "-"}), names[place]))
+            entries.append(
+                (
+                    Line2D([], [], **{**points, **look.line, "linestyle": "-"}),
+                    names[place],
+                )
+            )
     if len(across) <= MOST_RULES:
         for place in np.unique(across):
             axes.axvline(place, color="0.85", linewidth=0.5, zorder=0)
@@ -301,18 +454,31 @@ def _solutions(axes: Axes, terms: path_formats.Terms, across: Any, chosen: Seque
     return entries
 
 
-def _objective(axes: Axes, terms: path_formats.Terms, across: Any, label: str, is_frontier: bool) -> None:
+def _objective(
+    axes: Axes, terms: path_formats.Terms, across: Any, label: str, is_frontier: bool
+) -> None:
     """Draw the objective of a program, a parabola on each piece, against what moves, or the frontier in its place."""
-    path, parts = terms.path, max(min(SAMPLES, MOST_SAMPLES // max(len(across) - 1, 1)) - 1, 1)
+    path, parts = (
+        terms.path,
+        max(min(SAMPLES, MOST_SAMPLES // max(len(across) - 1, 1)) - 1, 1),
+    )
     steps = np.arange(parts * (len(across) - 1) + 1) / parts
     before, corners = steps.astype(int), np.column_stack((path.t, path.z))
-    share, after = (steps - before)[:, np.newaxis], np.minimum(before + 1, len(across) - 1)
+    share, after = (
+        (steps - before)[:, np.newaxis],
+        np.minimum(before + 1, len(across) - 1),
+    )
     points = (1 - share) * corners[before] + share * corners[after]
     values = np.array([terms.objective(point[0], point[1:]) for point in points])
-    pairs, names = [(_across(terms, points[:, 0]), values), (across, values[::parts])], [label, "objective"]
+    pairs, names = (
+        [(_across(terms, points[:, 0]), values), (across, values[::parts])],
+        [label, "objective"],
+    )
     if is_frontier:
         pairs, names = [(y, x) for x, y in pairs], names[::-1]
     axes.plot(*pairs[0], zorder=2, color="black", linewidth=1.3)
     if len(across) <= MOST_RULES:
-        axes.plot(*pairs[1], zorder=3, color="black", linestyle="", marker="o", markersize=3)
+        axes.plot(
+            *pairs[1], zorder=3, color="black", linestyle="", marker="o", markersize=3
+        )
     axes.set(xlabel=names[0], ylabel=names[1])

@@ -36,9 +36,18 @@ PAGE_HEIGHT = 10.6  # the height of a page of A4, 11.69, less what a legend take
 ROW = 2.45  # the height of a row of axes, if there is room for all of them
 # For each form: the metadata field of the provenance, and the field that would differ
 # each time.
-METADATA = {"png": ("Description", "Software"), "svg": ("Description", "Date"), "pdf": ("Subject", "CreationDate")}
+METADATA = {
+    "png": ("Description", "Software"),
+    "svg": ("Description", "Date"),
+    "pdf": ("Subject", "CreationDate"),
+}
 
-TICKS = {"labelsize": SMALL_FONT, "direction": "in", "major.width": 0.6, "minor.width": 0.4}
+TICKS = {
+    "labelsize": SMALL_FONT,
+    "direction": "in",
+    "major.width": 0.6,
+    "minor.width": 0.4,
+}
 SETTINGS: dict[str, Any] = {
     "font.family": FAMILY,
     "font.size": FONT,
@@ -132,22 +141,40 @@ def looks(entries: Iterable[tuple[str, str]]) -> Looks:
     labels: dict[str, list[str]] = {}
     for name, label in dict.fromkeys(entries):
         labels.setdefault(name, []).append(label)
-    known = METHODS | dict(zip((name for name in labels if name not in METHODS), cycle(SPARE), strict=False))
+    known = METHODS | dict(
+        zip(
+            (name for name in labels if name not in METHODS), cycle(SPARE), strict=False
+        )
+    )
     chosen: Looks = {}
     for name, own in labels.items():
         look = known[name]
         runs = [look, replace(look, fill="left", width=0.8)][: len(own)]
         if len(own) > len(runs):
-            places, elsewhere = places_of(own), {known[other].marker for other in labels if other != name}
-            colors_between = LinearSegmentedColormap.from_list("", ["white", look.color, "black"], SHADES)
+            places, elsewhere = (
+                places_of(own),
+                {known[other].marker for other in labels if other != name},
+            )
+            colors_between = LinearSegmentedColormap.from_list(
+                "", ["white", look.color, "black"], SHADES
+            )
             ramp = colors_between(np.arange(SHADES))[:, :3]
-            linear = np.where(ramp <= 0.04045, ramp / 12.92, ((ramp + 0.055) / 1.055) ** 2.4)
+            linear = np.where(
+                ramp <= 0.04045, ramp / 12.92, ((ramp + 0.055) / 1.055) ** 2.4
+            )
             lightness = 116 * np.cbrt(linear @ (0.2126, 0.7152, 0.0722)) - 16
             wanted = np.linspace(PALE, DEEP, 1 + max(row for row, _ in places))
-            colors = [to_hex(ramp[np.abs(lightness - each).argmin()]) for each in wanted]
+            colors = [
+                to_hex(ramp[np.abs(lightness - each).argmin()]) for each in wanted
+            ]
             markers = [marker for marker in RAMP if marker not in elsewhere] or RAMP
-            of_places = ((colors[row], markers[column % len(markers)]) for row, column in places)
-            runs = [replace(look, color=color, marker=marker, fill="full") for color, marker in of_places]
+            of_places = (
+                (colors[row], markers[column % len(markers)]) for row, column in places
+            )
+            runs = [
+                replace(look, color=color, marker=marker, fill="full")
+                for color, marker in of_places
+            ]
         chosen |= {(name, label): run for label, run in zip(own, runs, strict=True)}
     return chosen
 
@@ -155,12 +182,25 @@ def looks(entries: Iterable[tuple[str, str]]) -> Looks:
 def places_of(labels: Sequence[str]) -> list[tuple[int, int]]:
     """Return a row and a column for each run of one method: by the values of the two options that all labels set, if
     both vary, as in shi:p=100,k-star=5; else each run has a row and a column of its own."""
-    parts = ((part.partition("=")[::2] for part in label.partition(":")[2].split(",") if part) for label in labels)
+    parts = (
+        (
+            part.partition("=")[::2]
+            for part in label.partition(":")[2].split(",")
+            if part
+        )
+        for label in labels
+    )
     settings = list(map(dict, parts))
     if len({tuple(own) for own in settings}) == 1 and len(settings[0]) == 2:
-        values = [list(dict.fromkeys(column)) for column in zip(*(own.values() for own in settings), strict=True)]
+        values = [
+            list(dict.fromkeys(column))
+            for column in zip(*(own.values() for own in settings), strict=True)
+        ]
         if min(map(len, values)) > 1:
-            return [(values[0].index(one), values[1].index(other)) for one, other in (o.values() for o in settings)]
+            return [
+                (values[0].index(one), values[1].index(other))
+                for one, other in (o.values() for o in settings)
+            ]
     return [(i, i) for i in range(len(labels))]
 
 
@@ -168,7 +208,9 @@ def context() -> AbstractContextManager[None]:
     return matplotlib.style.context(SETTINGS, after_reset=True)
 
 
-def file(draw: Callable[[], Figure], form: str, title: str, provenance: Sequence[str]) -> bytes:
+def file(
+    draw: Callable[[], Figure], form: str, title: str, provenance: Sequence[str]
+) -> bytes:
     """Return the figure as a file, with its provenance as metadata; the same figure gives the same bytes."""
     subject, without = METADATA[form]
     metadata = {"Title": title, subject: "; ".join(provenance), without: None}
@@ -186,10 +228,15 @@ def fitted(text: str, size: float, inches: float) -> str:
 
     def width(n: int) -> float:
         shown = text if n == len(text) else text[:n] + "..."
-        return float(text_to_path.get_text_width_height_descent(shown, font, ismath=False)[0])
+        return float(
+            text_to_path.get_text_width_height_descent(shown, font, ismath=False)[0]
+        )
 
     if width(len(text)) > 72 * inches:
-        text = text[: bisect_right(range(len(text)), 72 * inches, key=width) - 1].rstrip() + "..."
+        text = (
+            text[: bisect_right(range(len(text)), 72 * inches, key=width) - 1].rstrip()
+            + "..."
+        )
     return text.replace("$", r"\$")
 
 
@@ -197,7 +244,13 @@ SAMPLE = 0.6  # inches that a sample takes in front of its label
 BEYOND, UNSOLVED = "0 or beyond the axis", "not solved"
 # By their labels, which no other artist in axes has.
 SIGNS: dict[str, dict[str, Any]] = {
-    BEYOND: {"linestyle": "", "marker": "o", "markersize": 8, "markerfacecolor": "none", "markeredgewidth": 0.7},
+    BEYOND: {
+        "linestyle": "",
+        "marker": "o",
+        "markersize": 8,
+        "markerfacecolor": "none",
+        "markeredgewidth": 0.7,
+    },
     UNSOLVED: {"linestyle": "", "marker": "x", "markersize": 8, "markeredgewidth": 1.3},
 }
 Entry: TypeAlias = tuple[Line2D, str]
@@ -207,12 +260,28 @@ def add_legend(figure: Figure, chosen: Looks, others: Sequence[Entry] = ()) -> F
     """Add a legend in as many columns as there is room for, by whose height the figure grows. others : further
     samples."""
     figure.align_labels()
-    signs = {label for axes in figure.axes for label in axes.get_legend_handles_labels()[1]}
-    entries = [(Line2D([], [], **(look.points | look.line)), run) for (_, run), look in chosen.items()]
-    entries += [*others, *((Line2D([], [], color=GREY, **sign), text) for text, sign in SIGNS.items() if text in signs)]
+    signs = {
+        label for axes in figure.axes for label in axes.get_legend_handles_labels()[1]
+    }
+    entries = [
+        (Line2D([], [], **(look.points | look.line)), run)
+        for (_, run), look in chosen.items()
+    ]
+    entries += [
+        *others,
+        *(
+            (Line2D([], [], color=GREY, **sign), text)
+            for text, sign in SIGNS.items()
+            if text in signs
+        ),
+    ]
     handles, count = [handle for handle, _ in entries], len(entries)
-    for columns in sorted({math.ceil(count / rows) for rows in range(1, count + 1)}, reverse=True):
-        legend = figure.legend(handles, ["-"] * count, loc="outside lower center", ncols=columns)
+    for columns in sorted(
+        {math.ceil(count / rows) for rows in range(1, count + 1)}, reverse=True
+    ):
+        legend = figure.legend(
+            handles, ["-"] * count, loc="outside lower center", ncols=columns
+        )
         for drawn, (_, text) in zip(legend.get_texts(), entries, strict=True):
             # matplotlib 3.7 leaves out a label given above that begins with _
             drawn.set_text(fitted(text, SMALL_FONT, figure.get_figwidth() - SAMPLE))
