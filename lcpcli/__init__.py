@@ -1,4 +1,5 @@
-"""Linear complementarity problems: find z >= 0 with w = M z + q >= 0 and z'w = 0; and mixed ones, with other bounds.
+"""Linear complementarity problems: find z >= 0 with w = M z + q >= 0 and z'w = 0; and
+mixed ones, with other bounds.
 
 M is a real matrix of shape (n, n), dense or sparse, and q is a vector of n numbers.
 
@@ -34,8 +35,9 @@ M is a real matrix of shape (n, n), dense or sparse, and q is a vector of n numb
 >>> result.solved, result.z.round(6).tolist(), result.w.round(6).tolist()
 (True, [1.333333, 2.333333], [0.0, 0.0])
 
-Invalid problems and options raise an `lcpcli.errors.LCPError`, which says where the error is, what is wrong,
-and how to fix it. Public names are loaded on first use, so importing the package costs nothing.
+Invalid problems and options raise an `lcpcli.errors.LCPError`, which says where the
+error is, what is wrong, and how to fix it. Public names are loaded on first use, so
+importing the package costs nothing.
 """
 
 from __future__ import annotations

@@ -1,4 +1,5 @@
-"""Additions by other packages, found by entry points; they are loaded only where this package does not know a name."""
+"""Additions by other packages, found by entry points; they are loaded only where this
+package does not know a name."""
 
 from __future__ import annotations
 
@@ -9,8 +10,8 @@ from lcpcli.errors import LCPError, raised
 
 
 def addition(group: str, name: str) -> Any:
-    """Return the object with this name that another package declares in the group lcpcli.GROUP, None if there is none;
-    raise LCPError if it cannot be loaded."""
+    """Return the object with this name that another package declares in the group
+    lcpcli.GROUP, None if there is none; raise LCPError if it cannot be loaded."""
     with imports:
         from importlib.metadata import entry_points
 
@@ -18,7 +19,10 @@ def addition(group: str, name: str) -> Any:
             try:
                 return point.load()
             except Exception as error:
-                fault = f"is {point.value} of another package, which cannot be loaded: {raised(error)}"
+                fault = (
+                    f"is {point.value} of another package, which cannot be loaded: "
+                    f"{raised(error)}"
+                )
                 raise LCPError(
                     name,
                     fault,
@@ -28,7 +32,8 @@ def addition(group: str, name: str) -> Any:
 
 
 def package(group: str, name: str) -> str | None:
-    """Return the name and the version of the other package that declares a name; None if there is none."""
+    """Return the name and the version of the other package that declares a name; None
+    if there is none."""
     with imports:
         from importlib.metadata import entry_points
     found = (

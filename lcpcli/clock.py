@@ -1,4 +1,5 @@
-"""The clock of every run: seconds that a user waits for a solution, in which imports do not count."""
+"""The clock of every run: seconds that a user waits for a solution, in which imports do
+not count."""
 
 from __future__ import annotations
 
@@ -10,9 +11,11 @@ PARTS = ("setup", "solve", "verify")
 
 
 class _Imports(threading.local):
-    """The context in which modules are loaded, whose time does not count: the clock of the thread leaves it out.
+    """The context in which modules are loaded, whose time does not count: the clock of
+    the thread leaves it out.
 
-    It stands around each import in a function that a run may call, also of what a library loads at its first use.
+    It stands around each import in a function that a run may call, also of what a
+    library loads at its first use.
     """
 
     # Of all imports of the thread; of the one under way.
@@ -33,14 +36,16 @@ imports = _Imports()
 
 
 def seconds() -> float:
-    """Return the seconds since a moment that is arbitrary, and another one in each thread, without those of imports."""
+    """Return the seconds since a moment that is arbitrary, and another one in each
+    thread, without those of imports."""
     return time.perf_counter() - imports.seconds
 
 
 class Stopwatch:
     """The seconds of one run, divided among its PARTS, which take turns.
 
-    clock : the clock. began : the start of the run, by that clock. parts : the seconds of each part.
+    clock : the clock. began : the start of the run, by that clock. parts : the seconds
+        of each part.
     """
 
     def __init__(self, clock: Callable[[], float], began: float) -> None:

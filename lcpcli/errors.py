@@ -37,8 +37,9 @@ SHORTEST_BEGINNING = 3
 
 
 def visible(text: str) -> str:
-    """Return a text for people, in one line: each character that a terminal would obey, that breaks or turns lines, or
-    that no text has is an escape as in Python, such as \\x1b or \\n; all others, also the backslash, stay."""
+    """Return a text for people, in one line: each character that a terminal would obey,
+    that breaks or turns lines, or that no text has is an escape as in Python, such as
+    \\x1b or \\n; all others, also the backslash, stay."""
     return UNSEEN.sub(lambda found: repr(found[0])[1:-1], text)
 
 
@@ -57,7 +58,8 @@ def quoted(text: str) -> str:
 
 
 def likely(given: str, known: Iterable[str], otherwise: str = "") -> str:
-    """Return the hint for an unknown word: the known word likely meant; failing that, `otherwise` or all known."""
+    """Return the hint for an unknown word: the known word likely meant; failing that,
+    `otherwise` or all known."""
     known = list(known)
     close = nearest(given, known)
     return (
@@ -72,7 +74,8 @@ def folded(text: str) -> str:
 
 
 def meant(given: str, meanings: Mapping[str, str]) -> str:
-    """Return the hint for an unknown word of which only one meaning speaks, as of an author; "" if there is none."""
+    """Return the hint for an unknown word of which only one meaning speaks, as of an
+    author; "" if there is none."""
     word = folded(given).replace("-", " ")
     known = [name for name, meaning in meanings.items() if word in folded(meaning)]
     return (
@@ -83,7 +86,8 @@ def meant(given: str, meanings: Mapping[str, str]) -> str:
 
 
 def nearest(given: str, known: Sequence[str]) -> str | None:
-    """Return the known word that begins with an unknown one, or is its beginning, or else resembles it; else None."""
+    """Return the known word that begins with an unknown one, or is its beginning, or
+    else resembles it; else None."""
     from difflib import get_close_matches
 
     own = given.casefold()
@@ -104,7 +108,8 @@ def refuse_unknown(
     whole: str = "a problem",
     meant: Mapping[str, str] | None = None,
 ) -> None:
-    """Raise ProblemError for the first unknown key, with a likely one; `meant` has other words for known ones."""
+    """Raise ProblemError for the first unknown key, with a likely one; `meant` has
+    other words for known ones."""
     for key in given:
         if key not in known:
             folded = {name.casefold(): name for name in known} | dict(meant or {})
@@ -123,9 +128,11 @@ def refuse_unknown(
 class LCPError(ValueError):
     """Base class of all errors that this package raises deliberately.
 
-    where : the field, option or file at fault, as the user wrote it; "" if there is none.
+    where : the field, option or file at fault, as the user wrote it; "" if there is
+        none.
     fault : what is wrong, as a clause without a full stop.
-    hint : how to fix it, as an imperative clause without a full stop; "" if the fault makes it obvious.
+    hint : how to fix it, as an imperative clause without a full stop; "" if the fault
+        makes it obvious.
     """
 
     def __init__(self, where: str, fault: str, hint: str = "") -> None:
@@ -145,7 +152,8 @@ class LCPError(ValueError):
         return type(self), (self.where, self.fault, self.hint)
 
     def inside(self, place: str) -> LCPError:
-        """Return this error with its location given from one level further out, such as the file with the field."""
+        """Return this error with its location given from one level further out, such as
+        the file with the field."""
         return type(self)(
             f"{place}: {self.where}" if self.where else place, self.fault, self.hint
         )
@@ -156,15 +164,18 @@ class ProblemError(LCPError):
 
 
 class DerivativeError(LCPError):
-    """A result has no derivative, or no known one: its problem is not solved, or its solution is singular."""
+    """A result has no derivative, or no known one: its problem is not solved, or its
+    solution is singular."""
 
 
 class OptionError(LCPError):
-    """The value of an option is out of range, or the option has no effect on the request."""
+    """The value of an option is out of range, or the option has no effect on the
+    request."""
 
 
 class ParameterError(OptionError):
-    """An OptionError whose `where` is a name as in Python; the command line shows it as its flag."""
+    """An OptionError whose `where` is a name as in Python; the command line shows it as
+    its flag."""
 
 
 def count(n: int, noun: str) -> str:
@@ -180,7 +191,8 @@ def listed(words: Iterable[str], joint: str = "and") -> str:
 
 
 def kind(value: Any) -> str:
-    """Return the kind of a value in words that an author of files knows: a list, an object."""
+    """Return the kind of a value in words that an author of files knows: a list, an
+    object."""
     if type(value).__name__ in ("bool", "bool_"):  # also numpy's
         return str(value).lower()
     if isinstance(value, str):
@@ -198,7 +210,8 @@ def kind(value: Any) -> str:
 
 
 def raised(error: BaseException) -> str:
-    """Return an exception of another package's code in words, with the file and the line that have raised it."""
+    """Return an exception of another package's code in words, with the file and the
+    line that have raised it."""
     from traceback import extract_tb
 
     place = "".join(

@@ -1,4 +1,5 @@
-"""How Ctrl-C, SIGTERM and time limits end a run, also while compiled code is running."""
+"""How Ctrl-C, SIGTERM and time limits end a run, also while compiled code is
+running."""
 
 from __future__ import annotations
 
@@ -47,13 +48,16 @@ _watch: ContextVar[Callable[[], None] | None] = ContextVar("watch", default=None
 
 @contextmanager
 def within(seconds: float, watch: Callable[[], None] | None = None) -> Iterator[None]:
-    """Open a context in which `check`, and calls through `interruptibly`, raise TimeIsUp after this many seconds, or at
-    the deadline of the enclosing context if that is earlier. A generator must not yield in it: it would stay open.
+    """Open a context in which `check`, and calls through `interruptibly`, raise
+    TimeIsUp after this many seconds, or at the deadline of the enclosing context if
+    that is earlier. A generator must not yield in it: it would stay open.
 
-    All limits are counted by `clock.seconds`, as are the seconds of a result: the modules that are loaded meanwhile
-    take no time. It is the clock of this thread. Code that waits by another clock reads this clock when it wakes.
+    All limits are counted by `clock.seconds`, as are the seconds of a result: the
+    modules that are loaded meanwhile take no time. It is the clock of this thread. Code
+    that waits by another clock reads this clock when it wakes.
 
-    watch : a function that is called periodically during the wait, by default that of the enclosing context.
+    watch : a function that is called periodically during the wait, by default that of
+        the enclosing context.
     """
     end = _deadline.set(min(clock.seconds() + seconds, _deadline.get(), NO_LIMIT))
     watching = _watch.set(watch or _watch.get())
@@ -65,7 +69,8 @@ def within(seconds: float, watch: Callable[[], None] | None = None) -> Iterator[
 
 
 def remaining() -> float:
-    """Return the seconds until the time of the context `within` is up; infinite without a time limit."""
+    """Return the seconds until the time of the context `within` is up; infinite without
+    a time limit."""
     end = _deadline.get()
     if _stops and end < math.inf:
         return 0.0
@@ -73,7 +78,8 @@ def remaining() -> float:
 
 
 def check() -> None:
-    """Raise TimeIsUp if the time of the context `within` is up, or if a signal in a context `stopping` ends it."""
+    """Raise TimeIsUp if the time of the context `within` is up, or if a signal in a
+    context `stopping` ends it."""
     end = _deadline.get()
     # Some calls come with every number.
     if end < math.inf and (_stops or (end < NO_LIMIT and clock.seconds() > end)):
@@ -81,7 +87,8 @@ def check() -> None:
 
 
 def in_time(items: Iterable[Item]) -> Iterator[Item]:
-    """Yield the items one after another until the time is up, as work on many takes seconds."""
+    """Yield the items one after another until the time is up, as work on many takes
+    seconds."""
     for item in items:
         check()
         yield item
@@ -93,7 +100,8 @@ def handling(
     handler: Callable[[int, Any], None] | signal.Handlers,
     usual: Any = None,
 ) -> Iterator[None]:
-    """Open a context in which `handler` handles a signal; if `usual` is given, only where that handles it otherwise."""
+    """Open a context in which `handler` handles a signal; if `usual` is given, only
+    where that handles it otherwise."""
     before = signal.getsignal(number)
     is_set = (
         usual in (None, before)
@@ -110,9 +118,11 @@ def handling(
 
 @contextmanager
 def terminable() -> Iterator[None]:
-    """Open a context in which the first SIGTERM raises KeyboardInterrupt as Ctrl-C does, so that the run reports what
-    it has found, and further ones do nothing; a signal that is handled or ignored already stays so. Both wait until no
-    extension module is being loaded: the set-up of many ignores every error, and the signal would be lost."""
+    """Open a context in which the first SIGTERM raises KeyboardInterrupt as Ctrl-C
+    does, so that the run reports what it has found, and further ones do nothing; a
+    signal that is handled or ignored already stays so. Both wait until no extension
+    module is being loaded: the set-up of many ignores every error, and the signal would
+    be lost."""
     received.clear()
 
     def end(number: int, frame: FrameType | None) -> None:
@@ -133,7 +143,8 @@ def terminable() -> Iterator[None]:
 
 
 def repeat(number: int) -> None:
-    """Send a signal to this process once more in a moment, as its handler could not raise an error where it came."""
+    """Send a signal to this process once more in a moment, as its handler could not
+    raise an error where it came."""
 
     def send() -> None:
         time.sleep(SOON)
@@ -144,8 +155,9 @@ def repeat(number: int) -> None:
 
 @contextmanager
 def stopping() -> Iterator[list[int]]:
-    """Open a context in which the first Ctrl-C or SIGTERM, as a time limit does, ends what is done in a context
-    `within` at its next `check`, and a second one acts as usual; yield the list of such signals."""
+    """Open a context in which the first Ctrl-C or SIGTERM, as a time limit does, ends
+    what is done in a context `within` at its next `check`, and a second one acts as
+    usual; yield the list of such signals."""
     with ExitStack() as handlers:
 
         def stop(number: int, _: object) -> None:
@@ -164,8 +176,9 @@ def stopping() -> Iterator[list[int]]:
 
 @contextmanager
 def deferring_signals() -> Iterator[None]:
-    """Open a context in which Ctrl-C and SIGTERM wait until it closes: nothing in it is left half done. In processes
-    that start in it they are blocked until these end that."""
+    """Open a context in which Ctrl-C and SIGTERM wait until it closes: nothing in it is
+    left half done. In processes that start in it they are blocked until these end
+    that."""
     late: list[int] = []
     usual = (
         ()
@@ -189,10 +202,12 @@ def deferring_signals() -> Iterator[None]:
 
 
 def interruptibly(call: Callable[[], Any]) -> Any:
-    """Make a call that Ctrl-C and time limits can end, although compiled code ignores both; return its value.
+    """Make a call that Ctrl-C and time limits can end, although compiled code ignores
+    both; return its value.
 
-    An ended call continues in a thread of its own, one of `abandoned`, for which the interpreter waits when it exits.
-    It must release the interpreter's lock. Outside the main thread, which receives Ctrl-C, it is made directly.
+    An ended call continues in a thread of its own, one of `abandoned`, for which the
+    interpreter waits when it exits. It must release the interpreter's lock. Outside the
+    main thread, which receives Ctrl-C, it is made directly.
     """
     if threading.current_thread() is not threading.main_thread():
         return call()
@@ -233,7 +248,8 @@ def interruptibly(call: Callable[[], Any]) -> Any:
 
 
 def flush_compiled() -> None:
-    """Flush what compiled code has printed, which waits in C's own buffer; only numpy and what uses it prints."""
+    """Flush what compiled code has printed, which waits in C's own buffer; only numpy
+    and what uses it prints."""
     if "numpy" in sys.modules:
         import ctypes
 
@@ -244,8 +260,9 @@ def flush_compiled() -> None:
 
 @contextmanager
 def silent() -> Iterator[int | None]:
-    """Open a context in which compiled code cannot print to standard output, as HiGHS does whatever its options; yield
-    a copy of its file descriptor, or None where other threads might print there, or there is no standard output."""
+    """Open a context in which compiled code cannot print to standard output, as HiGHS
+    does whatever its options; yield a copy of its file descriptor, or None where other
+    threads might print there, or there is no standard output."""
     try:
         copy = os.dup(1) if threading.active_count() == 1 else None
     except OSError:
@@ -266,7 +283,8 @@ def silent() -> Iterator[int | None]:
 
 
 def _await_abandoned() -> None:
-    """Wait for abandoned calls. Ctrl-C then ends the process silently, unless the program has a handler of its own."""
+    """Wait for abandoned calls. Ctrl-C then ends the process silently, unless the
+    program has a handler of its own."""
     for stream in (sys.stdout, sys.stderr):
         # AttributeError: closed by the caller.
         with suppress(OSError, ValueError, AttributeError):
@@ -278,7 +296,8 @@ def _await_abandoned() -> None:
 
 
 def hides_interrupt(error: BaseException | None) -> bool:
-    """Return whether Ctrl-C caused an error: compiled code, and imports of it, wrap KeyboardInterrupt in others."""
+    """Return whether Ctrl-C caused an error: compiled code, and imports of it, wrap
+    KeyboardInterrupt in others."""
     while error and not isinstance(error, KeyboardInterrupt):
         error = error.__cause__ or error.__context__
     return error is not None

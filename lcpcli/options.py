@@ -1,4 +1,5 @@
-"""The declaration of a numeric option, and the options that belong to no method. No import is heavy, for help."""
+"""The declaration of a numeric option, and the options that belong to no method. No
+import is heavy, for help."""
 
 from __future__ import annotations
 
@@ -32,8 +33,10 @@ class Option(NamedTuple):
     admits : whether a value lies in that range (never called with NaN).
     meaning : one sentence for help.
     words : the words that the option accepts in place of a number, such as "auto".
-    derived : the name of the function (problem) -> value in the method's module for a default of that kind; else "".
-    above : the option of the same method whose value this option must exceed; "" if there is none.
+    derived : the name of the function (problem) -> value in the method's module for a
+        default of that kind; else "".
+    above : the option of the same method whose value this option must exceed; "" if
+        there is none.
     """
 
     name: str
@@ -60,7 +63,8 @@ class Option(NamedTuple):
 
     @property
     def metavar(self) -> str:
-        """Return N or NUMBER for an option that takes numbers, and its words, as in NUMBER|AUTO."""
+        """Return N or NUMBER for an option that takes numbers, and its words, as in
+        NUMBER|AUTO."""
         number = "N" if self.kind is int else "NUMBER"
         return "|".join(
             [
@@ -70,7 +74,8 @@ class Option(NamedTuple):
         )
 
     def check(self, value: float | str) -> None:
-        """Raise ParameterError unless the value is of this option's kind and in its range."""
+        """Raise ParameterError unless the value is of this option's kind and in its
+        range."""
         if isinstance(value, str) and value in self.words:
             return
         hint, is_number = (
@@ -88,7 +93,8 @@ class Option(NamedTuple):
 
 
 def check(options: Iterable[Option], given: Mapping[str, Any]) -> None:
-    """Check the values of some options, by name, each alone and all together; None stands for "not given"."""
+    """Check the values of some options, by name, each alone and all together; None
+    stands for "not given"."""
     declared = {option.name: option for option in options}
     values: dict[str, Any] = {}
     for name, option in declared.items():
@@ -97,7 +103,10 @@ def check(options: Iterable[Option], given: Mapping[str, Any]) -> None:
         values[name] = option.default if given.get(name) is None else given[name]
     for name, option in declared.items():
         if option.above and not float(values[option.above]) < float(values[name]):
-            hint = f"with {option.above} = {values[option.above]} it must be: {option.range}"
+            hint = (
+                f"with {option.above} = {values[option.above]} it must be: "
+                f"{option.range}"
+            )
             raise ParameterError(name, f"{values[name]} is out of range", hint)
 
 
@@ -144,11 +153,13 @@ MAX_SOLUTIONS = Option(
 )
 THREADS = Option(
     *("threads", int, None, *up_to(1024)),
-    "Threads for dense linear algebra; by default one, unless FILE is so large that more threads save time.",
+    "Threads for dense linear algebra; by default one, unless FILE is so large "
+    "that more threads save time.",
 )
 JOBS = Option(
     *("jobs", int, 1, *POSITIVE),
-    "Number of problems solved at the same time, each in its own process; see lcp help many.",
+    "Number of problems solved at the same time, each in its own process; see "
+    "lcp help many.",
 )
 ACCEPT = Option(
     *("accept", float, 1e-6, "0 < accept < 1", lambda level: 0 < level < 1),
@@ -156,21 +167,25 @@ ACCEPT = Option(
 )
 BUDGET = Option(
     *("budget", float, None, "seconds >= 0", lambda seconds: 0 <= seconds < math.inf),
-    "Repeat a measurement until its median is known or this time is spent; by default the suite's.",
+    "Repeat a measurement until its median is known or this time is spent; by "
+    "default the suite's.",
 )
 INFINITY = Option(
     *("infinity", float, None, "size > 0", lambda size: size > 0),
-    "Treat bounds of at least SIZE (such as 1e20) as none, on a program's rows too; by default infinite ones.",
+    "Treat bounds of at least SIZE (such as 1e20) as none, on a program's rows "
+    "too; by default infinite ones.",
 )
 EVERY = Option(
     *("every", int, 5, *POSITIVE),
-    "Show every Nth iterate; always the first and the last three; CSV and --trace have all unless it is given.",
+    "Show every Nth iterate; always the first and the last three; CSV and "
+    "--trace have all unless it is given.",
 )
 
 
 @dataclass(frozen=True)
 class Limits:
-    """The limits of a run: it stops at a relative residual of tol, after max_iterations, or after time_limit seconds.
+    """The limits of a run: it stops at a relative residual of tol, after
+    max_iterations, or after time_limit seconds.
 
     Raises OptionError if a limit is out of range.
 
@@ -203,7 +218,8 @@ DEFAULTS = Limits()
 
 @cache
 def has_numba() -> bool:
-    """Return whether numba is installed, without loading it; the search on disk takes longer than a small problem."""
+    """Return whether numba is installed, without loading it; the search on disk takes
+    longer than a small problem."""
     with imports:
         from importlib.util import find_spec
 
@@ -212,8 +228,9 @@ def has_numba() -> bool:
 
 @cache
 def wants_kernels() -> bool:
-    """Return whether the environment asks for the compiled kernels, as it does after `use_kernels()`; raise OptionError
-    if it has another value than 0 or 1, or there is no numba."""
+    """Return whether the environment asks for the compiled kernels, as it does after
+    `use_kernels()`; raise OptionError if it has another value than 0 or 1, or there is
+    no numba."""
     value = os.environ.get(KERNELS, "")
     if value not in ("", "0", "1"):
         raise OptionError(

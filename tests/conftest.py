@@ -1,4 +1,5 @@
-"""Shared by all tests: the paper's examples, and the command line run in this process."""
+"""Shared by all tests: the paper's examples, and the command line run in this
+process."""
 
 from __future__ import annotations
 
@@ -40,8 +41,9 @@ signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 def pytest_xdist_setupnodes() -> None:
-    """One thread of the BLAS in each process of the tests, unless the environment says otherwise: they share the
-    processors, and threads that wait for each other take two thirds as much time again."""
+    """One thread of the BLAS in each process of the tests, unless the environment says
+    otherwise: they share the processors, and threads that wait for each other take two
+    thirds as much time again."""
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 
@@ -53,7 +55,8 @@ class Outcome:
 
 
 def read_exact(*paths: str) -> ExactProblem:
-    """The problem in one file or two with its numbers as they are written, as the commands take it."""
+    """The problem in one file or two with its numbers as they are written, as the
+    commands take it."""
     work = Input(paths, contents_of(paths))
     return ExactProblem(work.read(), *work.exact_parts())
 
@@ -92,7 +95,8 @@ def in_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def kernels_by_default(
     monkeypatch: pytest.MonkeyPatch,
 ) -> Iterator[Callable[[str], None]]:
-    """The process does not ask for the compiled kernels, whatever a test does; a function that sets what it asks."""
+    """The process does not ask for the compiled kernels, whatever a test does; a
+    function that sets what it asks."""
 
     def ask(value: str) -> None:
         monkeypatch.setenv(KERNELS, value)

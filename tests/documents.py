@@ -1,7 +1,8 @@
 """Documents that are kept in a folder: what a test prints has to be the same text.
 
-A change that is meant to change them writes them again: LCP_WRITE_DOCUMENTS=1 pytest FILE. What was typed stands in
-lines that begin with $: commands of lcp, printf of a text into a file or into a command, and cat of a file.
+A change that is meant to change them writes them again: LCP_WRITE_DOCUMENTS=1 pytest
+FILE. What was typed stands in lines that begin with $: commands of lcp, printf of a
+text into a file or into a command, and cat of a file.
 """
 
 from __future__ import annotations
@@ -19,7 +20,8 @@ FOLDER = Path(__file__).with_name("documents")
 
 
 class Typed(NamedTuple):
-    """A line that is typed: the arguments of lcp with its input, or a file with its content, None to show it."""
+    """A line that is typed: the arguments of lcp with its input, or a file with its
+    content, None to show it."""
 
     line: str
     arguments: list[str]
@@ -43,7 +45,8 @@ def typed_in(name: str) -> Iterator[Typed]:
 
 
 def assert_as_before(name: str, text: str) -> None:
-    """Compare a text with the document of this name, but for the version and the last digits of numbers."""
+    """Compare a text with the document of this name, but for the version and the last
+    digits of numbers."""
     lines = (
         line if line.startswith(("$ ", ">>> ")) else _kept(line)
         for line in text.split("\n")

@@ -1,6 +1,8 @@
-"""What is true of small LCPs and mixed problems, in rational arithmetic, and random LCPs of every kind to ask about.
+"""What is true of small LCPs and mixed problems, in rational arithmetic, and random
+LCPs of every kind to ask about.
 
-Nothing here is shared with the package: it decides by enumeration of the complementary sets and a tableau simplex.
+Nothing here is shared with the package: it decides by enumeration of the complementary
+sets and a tableau simplex.
 """
 
 from __future__ import annotations
@@ -19,9 +21,11 @@ SLACKS = {"lower": -1, "basic": 0, "upper": 1}  # signs in the rows
 
 
 def solution(problem: Problem, first: Sequence[str] = ()) -> Row | None:
-    """A solution z of the problem whose data are the floats of the problem taken as rationals, or None if it has none.
+    """A solution z of the problem whose data are the floats of the problem taken as
+    rationals, or None if it has none.
 
-    The states of the unknowns ("lower", "basic", "upper" or "fixed") are enumerated, beginning with `first`."""
+    The states of the unknowns ("lower", "basic", "upper" or "fixed") are enumerated,
+    beginning with `first`."""
     M, q = _rational(problem)
     bounds = [bound.tolist() for bound in _bounds(problem)]
     candidates = product(*map(_possible_states, *bounds))
@@ -73,10 +77,12 @@ def feasible(problem: Problem) -> bool:
 
 
 def refutes(problem: Problem, y: Row, as_written: bool = False) -> bool:
-    """Whether Farkas' y proves that no z within the bounds has w with the signs that they ask for: 0 <= y'w for all
-    such z, while the largest y'(M z + q) of all z within the bounds is negative.
+    """Whether Farkas' y proves that no z within the bounds has w with the signs that
+    they ask for: 0 <= y'w for all such z, while the largest y'(M z + q) of all z within
+    the bounds is negative.
 
-    as_written : whether the data are the shortest decimals of the floats rather than the floats themselves."""
+    as_written : whether the data are the shortest decimals of the floats rather than
+        the floats themselves."""
     number = written if as_written else Fraction
     M, q = _rational(problem, number)
     bounds = [
@@ -106,7 +112,8 @@ def supremum(a: Row, lower: list[float], upper: list[float]) -> Fraction | None:
 
 
 def nonnegative(A: list[Row], b: Row) -> Row | None:
-    """x >= 0 with A x = b, or None: the first phase of the simplex method with Bland's rule."""
+    """x >= 0 with A x = b, or None: the first phase of the simplex method with Bland's
+    rule."""
     m, n = len(A), len(A[0])
     rows = []
     for i in range(m):
@@ -145,7 +152,8 @@ def nonnegative(A: list[Row], b: Row) -> Row | None:
 def of_states(
     M: list[Row], q: Row, lower: Row, upper: Row, states: Sequence[str]
 ) -> Row | None:
-    """A solution with these states, or None: z_N at bounds, z_B between them with w_B = 0, and signs of w_N."""
+    """A solution with these states, or None: z_N at bounds, z_B between them with w_B =
+    0, and signs of w_N."""
     n = len(q)
     basic = [j for j in range(n) if states[j] == "basic"]
     rest = [i for i in range(n) if states[i] in ("lower", "upper")]
@@ -173,7 +181,8 @@ def of_states(
 def _of_singular_states(
     M: list[Row], w: Row, lower: Row, upper: Row, states: Sequence[str]
 ) -> Row | None:
-    """z_B for a singular M_BB, as the difference of two nonnegative vectors, by a linear program with slacks."""
+    """z_B for a singular M_BB, as the difference of two nonnegative vectors, by a
+    linear program with slacks."""
     basic = [j for j in range(len(w)) if states[j] == "basic"]
     rows = [
         ([M[i][j] for j in basic], -w[i], SLACKS[states[i]])
@@ -269,7 +278,8 @@ def positive_definite(random: Generator, n: int) -> np.ndarray:
 
 
 def p_matrix(random: Generator, n: int) -> np.ndarray:
-    """Positive definite, not symmetric, with rows and columns scaled, which leaves principal minors positive."""
+    """Positive definite, not symmetric, with rows and columns scaled, which leaves
+    principal minors positive."""
     A, S = random.normal(size=(n, n)), random.normal(size=(n, n))
     return (
         np.exp(random.normal(size=(n, 1)))
@@ -341,9 +351,11 @@ CLASSES: dict[str, Callable[[Generator, int], np.ndarray]] = {
 
 
 def random_problem(seed: int, largest: int = 6, kind: str | None = None) -> Problem:
-    """An LCP of at most `largest` unknowns, of one of the CLASSES; q of small integers, floats, or degenerate.
+    """An LCP of at most `largest` unknowns, of one of the CLASSES; q of small integers,
+    floats, or degenerate.
 
-    One in four is scaled, row by row and column by column, by powers of two between about 1e-8 and 1e8.
+    One in four is scaled, row by row and column by column, by powers of two between
+    about 1e-8 and 1e8.
     """
     random = np.random.default_rng(seed)
     n = int(random.integers(1, largest + 1))
@@ -364,7 +376,8 @@ def random_problem(seed: int, largest: int = 6, kind: str | None = None) -> Prob
 
 
 def rescaled(problem: Problem, random: Generator, powers: int = 26) -> Problem:
-    """The problem with rows and columns scaled by powers of two from 2^-powers to 2^powers: exactly as solvable."""
+    """The problem with rows and columns scaled by powers of two from 2^-powers to
+    2^powers: exactly as solvable."""
     R, C = (
         np.exp2(random.integers(-powers, powers + 1, size=problem.n)) for _ in range(2)
     )

@@ -1,5 +1,6 @@
-"""The measure of `lcpcli.verify.measure` in rational arithmetic, from its definition, with constants of its own; only
-the units and the reference point are the package's, unless others are given."""
+"""The measure of `lcpcli.verify.measure` in rational arithmetic, from its definition,
+with constants of its own; only the units and the reference point are the package's,
+unless others are given."""
 
 from __future__ import annotations
 
@@ -19,7 +20,8 @@ Entries = list[tuple[int, int, Fraction]]
 def relative_residual(
     problem: Any, z: Any, units: Any = None, reference: Any = None
 ) -> float:
-    """The largest v_i / min(t_i, c_i) of z, rounded in the end; at most ROUNDING for what counts as rounding.
+    """The largest v_i / min(t_i, c_i) of z, rounded in the end; at most ROUNDING for
+    what counts as rounding.
 
     units : powers of two of rows and columns, and the connected part of each.
     """

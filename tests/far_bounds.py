@@ -1,4 +1,5 @@
-"""Random programs with minima, and the same with far bounds in place of infinite ones."""
+"""Random programs with minima, and the same with far bounds in place of infinite
+ones."""
 
 from __future__ import annotations
 
@@ -21,7 +22,8 @@ ENDS = ("row_lower", "row_upper", "lower", "upper")
 
 
 def random_program(seed: int, variables: int) -> Parts:
-    """A program with rows and bounds of all kinds and a minimum: linear for even seeds, else quadratic and convex."""
+    """A program with rows and bounds of all kinds and a minimum: linear for even seeds,
+    else quadratic and convex."""
     random = np.random.default_rng(seed)
     rows = variables // 2
     A = np.where(

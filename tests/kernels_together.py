@@ -1,6 +1,8 @@
-"""The kernels of the extra `fast`, which are loaded with this module, if there is numba.
+"""The kernels of the extra `fast`, which are loaded with this module, if there is
+numba.
 
-The processes of a run of tests compile them between them, each module once: numba has them on disk afterwards.
+The processes of a run of tests compile them between them, each module once: numba has
+them on disk afterwards.
 """
 
 from __future__ import annotations
@@ -19,7 +21,8 @@ MODULES = "mixed_kernels", "pivoting_kernels", "kernels", "measure_kernels"
 
 
 def loaded(name: str, waits: bool) -> bool:
-    """Load a module, which compiles its kernels; return whether it was done: not while another process does it."""
+    """Load a module, which compiles its kernels; return whether it was done: not while
+    another process does it."""
     import fcntl
 
     with (Path(lcpcli.__file__).parent / "kernels" / f"{name}.py").open() as source:

@@ -1,4 +1,5 @@
-"""Random nonlinear problems with a known solution, monotone and not, with bounds of all kinds and with domains."""
+"""Random nonlinear problems with a known solution, monotone and not, with bounds of all
+kinds and with domains."""
 
 from __future__ import annotations
 
@@ -15,7 +16,8 @@ Terms = tuple[Callable[[Vector], Vector], Callable[[Vector], Vector]]
 
 
 def planted(kind: str, seed: int) -> NonlinearProblem:
-    """F(z) = M z + N(z) + c, with c for a solution with components at and between bounds."""
+    """F(z) = M z + N(z) + c, with c for a solution with components at and between
+    bounds."""
     random = np.random.default_rng(seed)
     n = int(random.integers(1, 31))
     lower = np.where(random.random(n) < 0.7, random.normal(size=n).round(1), -np.inf)

@@ -34,18 +34,21 @@ def loaded_by(code: str, given: str = "") -> set[str]:
 
 
 def modules_after(*commands: str) -> set[str]:
-    """The modules that are loaded when these commands of lcp are done, one after the other."""
+    """The modules that are loaded when these commands of lcp are done, one after the
+    other."""
     return loaded_by(f"{BATCH}print('', *sys.modules)", "\n".join(commands))
 
 
 @cache
 def modules_of_the_base() -> set[str]:
-    """The modules that numpy and click load by themselves, which depends on their versions."""
+    """The modules that numpy and click load by themselves, which depends on their
+    versions."""
     return loaded_by("import numpy, click, json, sys; print(*sys.modules)")
 
 
 HELP = (
-    ", --help, --version, solve --help, compare --help, make --help, inspect --help, bench --help, check --help, "
+    ", --help, --version, solve --help, compare --help, make --help, inspect "
+    "--help, bench --help, check --help, "
     "path --help, completion --help, completion bash, help, help methods, help solve"
 )
 
@@ -120,7 +123,10 @@ def test_package_itself_and_the_names_of_peers_load_nothing() -> None:
         "rich",
         "click",
     }
-    code = "import sys; from lcpcli.peers.registry import select; select(['path']); print(*sys.modules)"
+    code = (
+        "import sys; from lcpcli.peers.registry import select; select(['path']); "
+        "print(*sys.modules)"
+    )
     assert "numpy" not in loaded_by(code)
 
 

@@ -1,6 +1,6 @@
-"""The commands as functions, what their results show to the interpreter, to notebooks and to other programs; the
-examples in the docstrings run, and what has been pickled has all its methods in a process that has imported nothing but
-pickle."""
+"""The commands as functions, what their results show to the interpreter, to notebooks
+and to other programs; the examples in the docstrings run, and what has been pickled has
+all its methods in a process that has imported nothing but pickle."""
 
 from __future__ import annotations
 
@@ -211,7 +211,8 @@ def test_errors_pass_between_processes() -> None:
 # What is done with an object of each class, and the beginning of what that says.
 USES = {
     "Result": (
-        "repr(it), it.to_dict()['status'], it.to_json()[:1], it._repr_html_()[:6], it.z.tolist()",
+        "repr(it), it.to_dict()['status'], it.to_json()[:1], "
+        "it._repr_html_()[:6], it.z.tolist()",
         "<Result: solved by newton, n = 2",
     ),
     "Problem": (

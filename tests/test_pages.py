@@ -1,4 +1,5 @@
-"""README and the pages of `lcp help` hold: commands print what is shown, snippets work, figures are measured again."""
+"""README and the pages of `lcp help` hold: commands print what is shown, snippets work,
+figures are measured again."""
 
 from __future__ import annotations
 
@@ -47,7 +48,11 @@ BLOCKS: dict[str, list[tuple[str, str]]] = {
 }
 DISTURBED = "x between repeats"
 WRITING = re.compile("-o|--(plot|paths|trace)")  # options that name a file to write
-VERDICT = r"(lcp: .*(solved|solves|solutions?|optimal|reaches|positive|succeeded|wrote).*\n)*"  # of what goes to a file
+# Of what goes to a file.
+VERDICT = (
+    r"(lcp: "
+    r".*(solved|solves|solutions?|optimal|reaches|positive|succeeded|wrote).*\n)*"
+)
 # Of a residual, whose digits depend on the machine.
 ROUNDING = re.compile(r"\b\d\.\de-1[5-9]\b")
 TIMES = re.compile(r"\d[\d.]*(e[-+]\d+)? ?(us|ms|s)\b|time/\w+")
@@ -69,7 +74,8 @@ def folders(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Path]:
 
 
 def shell(command: str, folder: Path, code: int | None = None) -> str:
-    """What a command prints in a shell in which lcp is this program; `code` is how it must end, if that matters."""
+    """What a command prints in a shell in which lcp is this program; `code` is how it
+    must end, if that matters."""
     own = f'lcp() {{ {shlex.quote(sys.executable)} -m lcpcli "$@"; }}; '
     environment = {**os.environ, "PYTHONPATH": str(ROOT), "NO_COLOR": "1"}
     done = subprocess.run(
@@ -88,7 +94,8 @@ def shell(command: str, folder: Path, code: int | None = None) -> str:
 
 
 def sessions(block: str) -> list[tuple[str, str]]:
-    """The commands of a block, each with what it prints; a line that begins with > continues a command."""
+    """The commands of a block, each with what it prints; a line that begins with >
+    continues a command."""
     found: list[tuple[str, str]] = []
     for line in block.splitlines():
         if line.startswith("$ "):
@@ -101,7 +108,8 @@ def sessions(block: str) -> list[tuple[str, str]]:
 
 
 def comparable(text: str) -> list[list[str]]:
-    """Lines as cells, without times and without what `shi` computes, whose last digits depend on the machine."""
+    """Lines as cells, without times and without what `shi` computes, whose last digits
+    depend on the machine."""
     lines, timed, method, times = [], False, "", list[int]()
     for line in text.splitlines():
         timed = "time/" in line or (timed and bool(line.strip()))
@@ -171,7 +179,8 @@ def test_snippets_pass_mypy_in_its_strict_mode(tmp_path: Path) -> None:
 
 
 def lines_of_shell(benches: bool) -> list[tuple[str, str]]:
-    """The commands of lcp in blocks that show no output, each with its page; of a bench, or others."""
+    """The commands of lcp in blocks that show no output, each with its page; of a
+    bench, or others."""
     blocks = [
         (page, text)
         for page, own in BLOCKS.items()
@@ -299,7 +308,10 @@ def test_every_key_of_a_result_in_json_is_documented(lcp: Lcp) -> None:
     assert sorted(shown) == sorted(keys)
 
 
-RATE = r"^\| ([a-z][\w-]+) (\d+)(?: (\w+)=(\S+))? \| (\d+) \| (0\.\d+) \| (0\.\d+) \| (\S+) \|$"
+RATE = (
+    r"^\| ([a-z][\w-]+) (\d+)(?: (\w+)=(\S+))? \| (\d+) \| (0\.\d+) \| (0\.\d+) \| "
+    r"(\S+) \|$"
+)
 RATES = re.findall(RATE, PAGES["paper"], re.MULTILINE)
 
 
@@ -330,7 +342,8 @@ LADDER = r"^\| ([a-z-]+) \| (\w+) = (\S+) \| (?:all|-|\d+) \|"
 
 
 def test_tables_have_rates_of_several_families_and_the_ladders_of_the_suites() -> None:
-    """What auto does on them, test_bench_record holds; here it is that the table is about the same ladders."""
+    """What auto does on them, test_bench_record holds; here it is that the table is
+    about the same ladders."""
     assert len({row[0] for row in RATES}) >= 8
     shown = {
         row[0]: row[1:] for row in re.findall(LADDER, PAGES["stability"], re.MULTILINE)

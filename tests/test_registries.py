@@ -1,4 +1,5 @@
-"""An addition is one new file and one line of a table, and it passes the tests of all of its kind."""
+"""An addition is one new file and one line of a table, and it passes the tests of all
+of its kind."""
 
 from __future__ import annotations
 
@@ -40,7 +41,8 @@ def _iterates(problem, M, z, omega, sweeps):
 '''
 DECLARED = (
     'Method("overrelaxation", iterates=True, options=(OMEGA, Option('
-    '"sweeps", int, 1, "whole number >= 1", lambda v: v >= 1, "Sweeps in each iteration.")))'
+    '"sweeps", int, 1, "whole number >= 1", lambda v: v >= 1, "Sweeps in each '
+    'iteration.")))'
 )
 FAMILY = '''
 """The identity."""
@@ -106,7 +108,10 @@ from lcpcli.inspection.verdict import NO, YES, Verdict
 def toy(context):
     return Verdict(NO, "an entry is negative") if (context.M < 0).sum() else Verdict(YES, "no entry is negative")
 '''
-PAGE = "# What a toy is\n\nIt is what a test adds to a copy of this package, to see what an addition takes.\n"
+PAGE = (
+    "# What a toy is\n\nIt is what a test adds to a copy of this package, to see "
+    "what an addition takes.\n"
+)
 # The file that is new, its text, the file and the table with one more line, and that
 # line.
 ADDITIONS = {
@@ -195,7 +200,8 @@ def copy(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def register(registry: Path, table: str, line: str) -> None:
-    """Add one line to the dictionary, or the table, of that name in a file, or to the end of a page."""
+    """Add one line to the dictionary, or the table, of that name in a file, or to the
+    end of a page."""
     text = registry.read_text()
     if table == "TABLE":
         place = text.index('\n"""\n', text.index(f"\n{table} = ")) + 1
@@ -300,7 +306,8 @@ def test_what_is_added_does_its_work(copy: Path, tmp_path: Path) -> None:
 
 
 def test_another_package_adds_a_method_and_a_format(tmp_path: Path) -> None:
-    """By the entry points of a distribution on the path, as an installed one has them."""
+    """By the entry points of a distribution on the path, as an installed one has
+    them."""
     declared = DECLARED.replace("options=", 'location=("toys.toy", "toy"), options=')
     package, installed = tmp_path / "toys", tmp_path / "toys-1.0.dist-info"
     package.mkdir()
@@ -309,7 +316,8 @@ def test_another_package_adds_a_method_and_a_format(tmp_path: Path) -> None:
     (package / "format.py").write_text(FORMAT)
     (package / "__init__.py").write_text(
         "from lcpcli.files.formats import M_AND_Q, Kind\n"
-        "from lcpcli.methods.registry import OMEGA, Method\nfrom lcpcli.options import Option\n"
+        "from lcpcli.methods.registry import OMEGA, Method\nfrom lcpcli.options "
+        "import Option\n"
         f"METHOD = {declared}\n"
         'FORMAT = Kind("toys.format", M_AND_Q, in_decimals=True)\n'
     )
@@ -317,11 +325,18 @@ def test_another_package_adds_a_method_and_a_format(tmp_path: Path) -> None:
         "Metadata-Version: 2.1\nName: toys\nVersion: 1.0\n"
     )
     (installed / "entry_points.txt").write_text(
-        "[lcpcli.methods]\ntoy = toys:METHOD\nbroken = toys.none:METHOD\n\n[lcpcli.formats]\n.toy = toys:FORMAT\n"
+        "[lcpcli.methods]\ntoy = toys:METHOD\nbroken = "
+        "toys.none:METHOD\n\n[lcpcli.formats]\n.toy = toys:FORMAT\n"
     )
     path = Path(f"{tmp_path}{os.pathsep}{ROOT}")
-    given = "make diagonal -n 2 --set decades=0 -o problem.toy -q\nsolve problem.toy --method toy:sweeps=2 -f json"
-    code = "import lcpcli; print(lcpcli.run(lcpcli.read('problem.toy'), 'toy', omega=1.5).solved)"
+    given = (
+        "make diagonal -n 2 --set decades=0 -o problem.toy -q\nsolve problem.toy "
+        "--method toy:sweeps=2 -f json"
+    )
+    code = (
+        "import lcpcli; print(lcpcli.run(lcpcli.read('problem.toy'), 'toy', "
+        "omega=1.5).solved)"
+    )
     _, solved, in_python = run(
         path, tmp_path, "-c", f"{BATCH}{code}", given=given
     ).split("\0")
@@ -332,7 +347,10 @@ def test_another_package_adds_a_method_and_a_format(tmp_path: Path) -> None:
         {"omega": 1.0, "sweeps": 2},
     )
     assert in_python == "True\n"
-    broken = f"{sys.executable} -m lcpcli solve problem.toy --method broken 2>&1; test $? = 2"
+    broken = (
+        f"{sys.executable} -m lcpcli solve problem.toy --method broken 2>&1; test "
+        "$? = 2"
+    )
     line = run(
         path,
         tmp_path,
@@ -346,7 +364,10 @@ def test_another_package_adds_a_method_and_a_format(tmp_path: Path) -> None:
 
 
 def test_what_the_package_knows_itself_is_not_looked_for_in_others() -> None:
-    solve = "import sys, lcpcli; lcpcli.run(lcpcli.read('problems/paper-example-1.json'), 'newton')"
+    solve = (
+        "import sys, lcpcli; "
+        "lcpcli.run(lcpcli.read('problems/paper-example-1.json'), 'newton')"
+    )
     assert (
         run(ROOT, ROOT, "-c", f"{solve}; print('lcpcli.additions' in sys.modules)")
         == "False\n"

@@ -1,4 +1,5 @@
-"""The shape of the code: functions are short, rooms use only rooms below them, nothing runs in circles."""
+"""The shape of the code: functions are short, rooms use only rooms below them, nothing
+runs in circles."""
 
 from __future__ import annotations
 
@@ -63,15 +64,21 @@ ROOMS = {
     "auto": "linalg model basis presolve rational verify methods",
     "inspection": "linalg model presolve rational verify methods auto",
     "kernels": "linalg model basis verify methods auto",
-    "solving": "linalg model basis games rational verify methods auto inspection kernels",
+    "solving": (
+        "linalg model basis games rational verify methods auto inspection kernels"
+    ),
     "enumeration": "linalg model rational verify solving",
     "parametric": "linalg model rational verify inspection solving",
     "files": "linalg expressions model games rational",
     "gallery": "model games",
     "peers": "linalg model",
-    "report": "linalg model presolve games rational verify methods inspection solving enumeration parametric files",
+    "report": (
+        "linalg model presolve games rational verify methods inspection solving "
+        "enumeration parametric files"
+    ),
     "bench": "linalg model verify methods solving files gallery peers report",
-    "cli": "linalg model rational verify methods inspection kernels solving enumeration parametric files gallery peers "
+    "cli": "linalg model rational verify methods inspection kernels solving "
+    "enumeration parametric files gallery peers "
     "report bench",
 }
 # Libraries that one room alone imports.
@@ -127,8 +134,8 @@ def room_of(name: str) -> str:
 
 @cache
 def imports() -> dict[str, set[str]]:
-    """What each module imports, anywhere in it, in functions and for annotations too; of a package, the modules that
-    are taken from it."""
+    """What each module imports, anywhere in it, in functions and for annotations too;
+    of a package, the modules that are taken from it."""
     found: dict[str, set[str]] = {name: set() for name in modules()}
     for name, own in modules().items():
         for node in own:
@@ -154,7 +161,8 @@ def length_of(function: ast.FunctionDef) -> int:
 
 
 def may_be_long(text: str) -> bool:
-    """Whether so many lines follow each other of which none begins a function, as only then there is one to measure."""
+    """Whether so many lines follow each other of which none begins a function, as only
+    then there is one to measure."""
     begin = [
         i
         for i, line in enumerate(text.splitlines())
@@ -349,9 +357,11 @@ def test_no_generator_is_decorated_by_errstate_which_ends_before_its_first_step(
 
 
 def test_only_the_command_changes_its_process_and_has_exit_codes() -> None:
-    """What a result means to a shell is decided in one place; to other rooms it says in words how it has ended.
+    """What a result means to a shell is decided in one place; to other rooms it says in
+    words how it has ended.
 
-    Only `interrupts.silent` moves standard output too, for the time of a call in a process with one thread.
+    Only `interrupts.silent` moves standard output too, for the time of a call in a
+    process with one thread.
     """
     owners = {
         room_of(name)
@@ -403,7 +413,8 @@ LATE_IN_NUMPY = {"np.random", "np.union1d", "np.setdiff1d", "np.setxor1d"}
 
 
 def timed_loading(node: ast.AST, in_function: bool = False) -> Iterator[str]:
-    """What below a node may load modules while a run is timed: in functions, outside of `with imports`."""
+    """What below a node may load modules while a run is timed: in functions, outside of
+    `with imports`."""
     for child in ast.iter_child_nodes(node):
         if isinstance(child, ast.With) and any(
             ast.unparse(item.context_expr) == "imports" for item in child.items

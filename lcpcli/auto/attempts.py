@@ -1,12 +1,15 @@
-"""The attempts of `auto`: the facts that decide, how each attempt begins, and the table that says which are made, when,
-and how far at first.
+"""The attempts of `auto`: the facts that decide, how each attempt begins, and the table
+that says which are made, when, and how far at first.
 
-Attempts are made in the order of the table, in rounds. One with a share is suspended when that is used up; in each
-later round it goes on with twice the share, after M. Luby, A. Sinclair and D. Zuckerman, Optimal speedup of Las Vegas
-algorithms, Information Processing Letters 47 (1993) 173-180: what would answer at once waits for no attempt that runs
-long, and the total is a small multiple of what the best attempt takes. A share counts iterates, never seconds.
+Attempts are made in the order of the table, in rounds. One with a share is suspended
+when that is used up; in each later round it goes on with twice the share, after M.
+Luby, A. Sinclair and D. Zuckerman, Optimal speedup of Las Vegas algorithms, Information
+Processing Letters 47 (1993) 173-180: what would answer at once waits for no attempt
+that runs long, and the total is a small multiple of what the best attempt takes. A
+share counts iterates, never seconds.
 
-To add an attempt, add a row. `lcpcli.plan` and `lcp inspect` show the rows that apply to a problem.
+To add an attempt, add a row. `lcpcli.plan` and `lcp inspect` show the rows that apply
+to a problem.
 """
 
 from __future__ import annotations
@@ -81,12 +84,15 @@ MOST_UNFILLED = 100  # unknowns up to which sparse factors cost no less than den
 
 
 class Structure:
-    """What auto knows of a problem when it chooses an attempt, each fact computed when it is first asked for.
+    """What auto knows of a problem when it chooses an attempt, each fact computed when
+    it is first asked for.
 
-    given, problem : the problem as it is, and with dense M if n is small. x0 : as auto starts.
-    tried : the stages of first attempts that have been made, to be passed on instead of being made again.
-    follow : of Lemke's paths, `tableau.follow` or its compiled form. reduced : returns a `Reduction` that is kept for
-        problems with this M; None if none is.
+    given, problem : the problem as it is, and with dense M if n is small. x0 : as auto
+        starts.
+    tried : the stages of first attempts that have been made, to be passed on instead of
+        being made again.
+    follow : of Lemke's paths, `tableau.follow` or its compiled form. reduced : returns
+        a `Reduction` that is kept for problems with this M; None if none is.
     """
 
     def __init__(
@@ -103,8 +109,8 @@ class Structure:
 
     @cached_property
     def thin(self) -> Problem:
-        """Return the problem with sparse M if M has so few entries that sparse factors cost less even for small n; else
-        with dense M for small n."""
+        """Return the problem with sparse M if M has so few entries that sparse factors
+        cost less even for small n; else with dense M for small n."""
         most = direct.MOST_FILLED * self.given.n**2
         M = (
             self.given.M
@@ -121,7 +127,8 @@ class Structure:
 
     @cached_property
     def program(self) -> str:
-        """Return "linear" or "quadratic" if M is large, sparse and that of a convex program; else ""."""
+        """Return "linear" or "quadratic" if M is large, sparse and that of a convex
+        program; else ""."""
         M = self.problem.M
         # There are zeros for the rows of a program.
         if not (self.is_large_and_sparse and self.is_no_p_matrix):
@@ -140,27 +147,28 @@ class Structure:
 
     @cached_property
     def is_no_p_matrix(self) -> bool:
-        """Return whether M has a zero on the diagonal, as for programs: newton then rarely settles, unless it does so
-        fast."""
+        """Return whether M has a zero on the diagonal, as for programs: newton then
+        rarely settles, unless it does so fast."""
         return not self.problem.M.diagonal().all()
 
     @cached_property
     def is_z_matrix(self) -> bool:
-        """Return whether no entry of M off the diagonal is positive, and all on it are: exchanges then advance from
-        both sides."""
+        """Return whether no entry of M off the diagonal is positive, and all on it are:
+        exchanges then advance from both sides."""
         return self.has_no_positive_links and bool(
             (self.problem.M.diagonal() > 0).all()
         )
 
     @cached_property
     def has_no_positive_links(self) -> bool:
-        """Return whether M is a Z-matrix: whether no entry off the diagonal is positive."""
+        """Return whether M is a Z-matrix: whether no entry off the diagonal is
+        positive."""
         return has_no_positive_links(self.problem.M)
 
     @cached_property
     def basic_zeros(self) -> Mask | None:
-        """Return `direct.basic_zeros` if M is small, or the graph of its entries is a forest, so that its factors cost
-        little; else None."""
+        """Return `direct.basic_zeros` if M is small, or the graph of its entries is a
+        forest, so that its factors cost little; else None."""
         zeros = direct.basic_zeros(self.problem)
         return (
             zeros
@@ -171,13 +179,15 @@ class Structure:
 
     @cached_property
     def is_semidefinite(self) -> bool:
-        """Return whether M + M' is positive semidefinite; it is assumed if M is large and sparse."""
+        """Return whether M + M' is positive semidefinite; it is assumed if M is large
+        and sparse."""
         return self.is_large_and_sparse or is_semidefinite(self.given.M)
 
     @cached_property
     def is_unsure(self) -> bool:
-        """Return whether an entry on the diagonal of M is negative, for more than a few unknowns without bounds: M is
-        then neither copositive nor a P-matrix, nor of another class for which Lemke's path ends at a solution."""
+        """Return whether an entry on the diagonal of M is negative, for more than a few
+        unknowns without bounds: M is then neither copositive nor a P-matrix, nor of
+        another class for which Lemke's path ends at a solution."""
         return (
             self.problem.n > SHORT
             and not self.problem.is_mixed
@@ -186,8 +196,8 @@ class Structure:
 
     @cached_property
     def is_frictional(self) -> bool:
-        """Return whether M is dense, not monotone, and has some zeros on the diagonal but not only zeros, as games
-        have, nor negative entries."""
+        """Return whether M is dense, not monotone, and has some zeros on the diagonal
+        but not only zeros, as games have, nor negative entries."""
         if (
             self.is_large_and_sparse
             or self.problem.is_mixed
@@ -203,7 +213,8 @@ class Structure:
 
     @cached_property
     def is_pivoted(self) -> bool:
-        """Return whether Lemke's path is followed before anything but newton is tried."""
+        """Return whether Lemke's path is followed before anything but newton is
+        tried."""
         n = self.problem.n
         if n > direct.MOST_PIVOTED or self.is_unsure or is_far_from_one(self.problem):
             return False
@@ -215,7 +226,8 @@ class Structure:
 
     @cached_property
     def game(self) -> Costs | None:
-        """Return the costs of the bimatrix game whose equilibria solve the problem; None if it is no game."""
+        """Return the costs of the bimatrix game whose equilibria solve the problem;
+        None if it is no game."""
         if self.is_large_and_sparse or self.problem.n < 2 or self.problem.M[0, 0]:
             return None
         with imports:
@@ -229,9 +241,11 @@ Begin: TypeAlias = Callable[[Structure], Stage]
 class Row(NamedTuple):
     """An attempt.
 
-    method, part : the method that it belongs to, and what of it is tried; "" if that is all of it.
-    reason : why it is tried, in words. applies : whether it is. begin : how. share : the iterates of its first round;
-    infinite if it is never suspended. first_round : the round in which it begins, from 0.
+    method, part : the method that it belongs to, and what of it is tried; "" if that is
+        all of it.
+    reason : why it is tried, in words. applies : whether it is. begin : how. share :
+    the iterates of its first round; infinite if it is never suspended. first_round :
+    the round in which it begins, from 0.
     """
 
     method: str
@@ -249,12 +263,14 @@ def _is_first_basic(structure: Structure) -> bool:
 
 
 def _is_too_large_for_fractions(structure: Structure) -> bool:
-    """Return whether M is so large, not only sparse, that exact arithmetic takes far longer than other methods."""
+    """Return whether M is so large, not only sparse, that exact arithmetic takes far
+    longer than other methods."""
     return structure.is_large_and_sparse and structure.problem.n > direct.MOST_AS_DENSE
 
 
 def _has_few_nodes(structure: Structure) -> bool:
-    """Return whether a few nodes of the tree of milp are examined, which begin with a proof of infeasibility."""
+    """Return whether a few nodes of the tree of milp are examined, which begin with a
+    proof of infeasibility."""
     n, is_mixed = structure.problem.n, structure.problem.is_mixed
     return FEW_UNKNOWNS < n <= MOST_FOR_MILP and not (
         is_mixed or structure.is_semidefinite
@@ -264,7 +280,8 @@ def _has_few_nodes(structure: Structure) -> bool:
 def by(
     place: str, given: Callable[[Structure], tuple[Any, ...]] = lambda s: (s.problem,)
 ) -> Begin:
-    """Return how an attempt begins: by a function of the room of methods, loaded at that time, of what is given."""
+    """Return how an attempt begins: by a function of the room of methods, loaded at
+    that time, of what is given."""
 
     def begin(structure: Structure) -> Stage:
         module, _, function = place.partition(".")
@@ -278,9 +295,11 @@ def by(
 
 
 def newton_while_fast(structure: Structure) -> Stage:
-    """Run newton until a step changes more than NEWTON_SETTLING_FACTOR of the states that the last step changed.
+    """Run newton until a step changes more than NEWTON_SETTLING_FACTOR of the states
+    that the last step changed.
 
-    Circuits need three steps, each with one factorization; most programs end it at the first one.
+    Circuits need three steps, each with one factorization; most programs end it at the
+    first one.
     """
     box, stage = structure.problem.box, usual_newton(structure)
     basis, most = box.basis_of(np.zeros(structure.problem.n)), math.inf
@@ -295,7 +314,8 @@ def newton_while_fast(structure: Structure) -> Stage:
 
 
 def usual_newton(structure: Structure) -> Stage:
-    """Run newton; on dense M its exchanges of single indices, which advance only for P-matrices, are few or none."""
+    """Run newton; on dense M its exchanges of single indices, which advance only for
+    P-matrices, are few or none."""
     problem = structure.problem
     if is_sparse(problem.M):
         return newton(problem, structure.x0, problem.n, growing=structure.is_z_matrix)
@@ -304,19 +324,21 @@ def usual_newton(structure: Structure) -> Stage:
 
 
 def _is_hasty(problem: Problem) -> bool:
-    """Return whether newton is given up as soon as it is hopeless: where Lemke's path follows."""
+    """Return whether newton is given up as soon as it is hopeless: where Lemke's path
+    follows."""
     return problem.n <= direct.MOST_PIVOTED
 
 
 def _single_exchanges(structure: Structure) -> int:
-    """Return how many exchanges of single indices on dense M are made before other methods have their turn: few where
-    Lemke's path follows, which advances by one index at a time too, for a fraction of the cost, or interior."""
+    """Return how many exchanges of single indices on dense M are made before other
+    methods have their turn: few where Lemke's path follows, which advances by one index
+    at a time too, for a fraction of the cost, or interior."""
     return direct.FEW_INDEX_STEPS if _is_hasty(structure.problem) else LEAST_INDEX_STEPS
 
 
 def _from_basic_zeros(structure: Structure) -> Stage:
-    """Run newton from w = 0 where q <= 0; for large sparse M a few steps: where q > 0, each finds only the neighbours
-    of the last variables."""
+    """Run newton from w = 0 where q <= 0; for large sparse M a few steps: where q > 0,
+    each finds only the neighbours of the last variables."""
     problem, is_large = structure.thin, structure.is_large_and_sparse
     x0 = np.where(problem.q <= 0, 0.5, -0.5)
     stage = newton(
@@ -328,8 +350,9 @@ def _from_basic_zeros(structure: Structure) -> Stage:
 def all_basic(structure: Structure) -> Stage:
     """Solve M z = -q, and exchange the signs that are wrong.
 
-    Pivoting from q < 0 may miss a solution with w = 0 and many z_i at bounds, as these have no definite states, and may
-    take n steps where M is an M-matrix, as for options, and each step finds only the neighbours of the last variables.
+    Pivoting from q < 0 may miss a solution with w = 0 and many z_i at bounds, as these
+    have no definite states, and may take n steps where M is an M-matrix, as for
+    options, and each step finds only the neighbours of the last variables.
     """
     problem = structure.problem
     lower, upper = (
@@ -435,7 +458,8 @@ FIRST = (
         *(
             "pure",
             "",
-            "M is that of a bimatrix game, most of which have an equilibrium in pure strategies",
+            "M is that of a bimatrix game, most of which have an equilibrium in "
+            "pure strategies",
         ),
         lambda s: s.game is not None,
         by("bimatrix.pure_equilibrium", lambda s: (s.problem, s.game)),
@@ -458,7 +482,8 @@ FIRST = (
         *(
             "newton",
             "at w = 0",
-            "M is dense, and a solution with w = 0 has no definite states where z is at bounds",
+            "M is dense, and a solution with w = 0 has no definite states where "
+            "z is at bounds",
         ),
         lambda s: (
             not (s.is_large_and_sparse or s.is_z_matrix)
@@ -565,7 +590,8 @@ LATER = (
         *(
             "interior",
             "two attempts",
-            "M + M' is positive semidefinite, or M has the structure of a contact problem",
+            "M + M' is positive semidefinite, or M has the structure of a "
+            "contact problem",
         ),
         lambda s: s.is_semidefinite or s.is_frictional,
         by("interior.first_attempts", lambda s: (s.thin,)),
@@ -609,7 +635,8 @@ LATER = (
         *(
             "milp",
             "first nodes",
-            f"there are at most {factors.MOST_NUMPY_ROWS} unknowns, and it applies to any M",
+            f"there are at most {factors.MOST_NUMPY_ROWS} unknowns, and it "
+            "applies to any M",
         ),
         lambda s: s.problem.n <= factors.MOST_NUMPY_ROWS,
         by("milp.first_nodes"),
@@ -632,7 +659,8 @@ LATER = (
         *(
             "interior",
             "",
-            "there are bounds, and M + M' is indefinite, as for programs that are not convex",
+            "there are bounds, and M + M' is indefinite, as for programs that "
+            "are not convex",
         ),
         lambda s: s.problem.is_mixed and not s.is_semidefinite,
         lambda s: stages.begin("interior", s.problem, s.x0),
@@ -663,7 +691,8 @@ class _Attempt:
         self.share, self.is_over = row.share(structure), False
 
     def turn(self, iterates: float) -> Stage:
-        """Go on for so many iterates at most; their evaluations count from the beginning of this turn."""
+        """Go on for so many iterates at most; their evaluations count from the
+        beginning of this turn."""
         before, passed = self._evaluations, 0
         while passed < iterates:
             self.is_over = True  # if it raises an error
@@ -682,7 +711,8 @@ class _Attempt:
 def in_rounds(
     structure: Structure, table: Sequence[Row] = TABLE
 ) -> Iterator[tuple[str, Stage]]:
-    """Yield the turns of the attempts that apply, by the names of their methods; each begins when its turn comes."""
+    """Yield the turns of the attempts that apply, by the names of their methods; each
+    begins when its turn comes."""
     suspended = dict[int, _Attempt]()
     for number in range(
         ROUNDS_BEFORE_MILP if structure.problem.n <= MOST_FOR_MILP else ROUNDS

@@ -1,10 +1,12 @@
-"""What surrounds the table in `attempts`: starts, few unknowns, far bounds, presolve before it, and milp at the end.
+"""What surrounds the table in `attempts`: starts, few unknowns, far bounds, presolve
+before it, and milp at the end.
 
-For few unknowns it is pivoting and, if doubles leave the answer open, exact arithmetic on numbers of any size. They do
-so where a row has a term that rounding of another term hides, as in x_1 - x_2 = 3 with both near 1e16: a violation of
-the size of that term is then no more than rounding. An exact solution is sought near a point, and then by the tree over
-the states of all unknowns, which finds one or proves that there is none. Both take the problem as given: in other
-variables, rounding might lose the proof.
+For few unknowns it is pivoting and, if doubles leave the answer open, exact arithmetic
+on numbers of any size. They do so where a row has a term that rounding of another term
+hides, as in x_1 - x_2 = 3 with both near 1e16: a violation of the size of that term is
+then no more than rounding. An exact solution is sought near a point, and then by the
+tree over the states of all unknowns, which finds one or proves that there is none. Both
+take the problem as given: in other variables, rounding might lose the proof.
 """
 
 from __future__ import annotations
@@ -67,7 +69,10 @@ MOST_REFINEMENTS = 3
 # least so many; for a sparse M four for each unknown, up to so many.
 PATIENCE, LEAST_PATIENCE, MOST_SPARSE_PATIENCE = 2, 200, 2000
 EXCLUDED = "each complementary set is excluded in exact arithmetic"
-OUT_OF_RANGE = "there is a solution, but doubles cannot represent it: its numbers are too large or too small"
+OUT_OF_RANGE = (
+    "there is a solution, but doubles cannot represent it: its numbers are too "
+    "large or too small"
+)
 LOST_BY_ROUNDING = (
     "there is a solution, but its nearest doubles do not solve the problem"
 )
@@ -88,18 +93,22 @@ def auto(
     near: bool = False,
     tried: stages.Tried | None = None,
 ) -> Stage:
-    """Solve any LCP, or prove that it has no solution, by the first method in the table that succeeds, and milp last,
-    which finds a solution or a proof that there is none, or reaches its limits.
+    """Solve any LCP, or prove that it has no solution, by the first method in the table
+    that succeeds, and milp last, which finds a solution or a proof that there is none,
+    or reaches its limits.
 
-    Free variables that equations define are substituted before. Where the reference point is a solution, that is the
-    answer, unless the run has a start of its own, which the problem does not have.
+    Free variables that equations define are substituted before. Where the reference
+    point is a solution, that is the answer, unless the run has a start of its own,
+    which the problem does not have.
 
     x0 : start, shape (n,), in the units of z; pivoting methods use only its signs.
     presolve : whether a mixed problem is first solved by what presolve leaves of it.
-    states : whether x0 stands for states that a solution may have: these are tried first, and unless they are nearly
-        right, x0 is not used any further.
-    near : whether x0 is of a z near a solution, whose states are tried first where M has zeros on the diagonal.
-    tried : first attempts in the table that have been made, by method; none has solved the problem.
+    states : whether x0 stands for states that a solution may have: these are tried
+        first, and unless they are nearly right, x0 is not used any further.
+    near : whether x0 is of a z near a solution, whose states are tried first where M
+        has zeros on the diagonal.
+    tried : first attempts in the table that have been made, by method; none has solved
+        the problem.
     """
     if (
         problem.x0 is not None
@@ -126,7 +135,8 @@ def auto(
 
 
 def _relaxed_first(problem: Problem, x0: Vector, search: Search, states: bool) -> Stage:
-    """Solve the problem without its far bounds, if it has any, by all methods but milp, and then as given."""
+    """Solve the problem without its far bounds, if it has any, by all methods but milp,
+    and then as given."""
     with imports:
         from lcpcli.model.changes import relaxed
     change, turns = relaxed(problem), Turns(x0)
@@ -139,9 +149,9 @@ def _relaxed_first(problem: Problem, x0: Vector, search: Search, states: bool) -
 
 
 def _searched(problem: Problem, x0: Vector, milp: bool = True, **how: Any) -> Stage:
-    """Take the methods in turn, as `_search` does, in the variables in which the reference point is 0, or else in those
-    of the problem, where rounding to these spoils the solution, and then milp, if it is among them, on the problem as
-    given."""
+    """Take the methods in turn, as `_search` does, in the variables in which the
+    reference point is 0, or else in those of the problem, where rounding to these
+    spoils the solution, and then milp, if it is among them, on the problem as given."""
     turns = Turns(x0)
     search: Search = partial(_search, milp=milp, **how)
     ending = yield from turns.take("", stages.from_reference(problem, x0, search))
@@ -171,9 +181,11 @@ def _search(
     begun: bool = False,
     is_decided: Callable[[], bool] = lambda: False,
 ) -> Stage:
-    """Take the methods before milp in turn, from the start in `turns`; presolve, states, near, tried : as in `auto`;
-    milp : whether nodes of its tree are examined; begun : whether the first ones have had their turns; is_decided :
-    called after each turn, for other work between the turns; if it returns True, the search ends."""
+    """Take the methods before milp in turn, from the start in `turns`; presolve,
+    states, near, tried : as in `auto`;
+    milp : whether nodes of its tree are examined; begun : whether the first ones have
+    had their turns; is_decided : called after each turn, for other work between the
+    turns; if it returns True, the search ends."""
     x0, criterion = turns.last.x, cache(partial(Criterion, problem))
     first = (
         [("newton", from_start(problem, problem.box.basis_of(x0)))] if states else []
@@ -236,8 +248,9 @@ def _search(
 def _improved(
     problem: Problem, turns: Turns, tol: float
 ) -> Generator[Iterate, None, bool]:
-    """Yield the last iterate refined to its last digits or, for few unknowns, made exact; return whether it is a
-    solution up to rounding, or one is shown to exist by one system with its states."""
+    """Yield the last iterate refined to its last digits or, for few unknowns, made
+    exact; return whether it is a solution up to rounding, or one is shown to exist by
+    one system with its states."""
     if problem.n <= measure.FEW_UNKNOWNS:
         return isinstance((yield from exactly(problem, turns)), Finished)
     box = problem.box
@@ -276,10 +289,11 @@ def all_stages(
     tried: stages.Tried | None = None,
     begun: bool = False,
 ) -> Iterator[tuple[str, Stage]]:
-    """Yield the stages before milp in order; with presolve first on what that leaves of a mixed problem, but a small or
-    dense one is first given to newton, which takes no longer than presolve. milp comes after all others for what
-    presolve leaves too, for half of the time that is left. tried : as in `Structure`. begun :
-    whether the first stages of the table have had their turns."""
+    """Yield the stages before milp in order; with presolve first on what that leaves of
+    a mixed problem, but a small or dense one is first given to newton, which takes no
+    longer than presolve. milp comes after all others for what presolve leaves too, for
+    half of the time that is left. tried : as in `Structure`. begun : whether the first
+    stages of the table have had their turns."""
     structure = Structure(problem, x0, tried)
     rows: Sequence[Row] = LATER if begun else TABLE
     if not (presolve and problem.is_mixed):
@@ -312,8 +326,9 @@ def all_stages(
 
 
 def may_gain_by_presolve(structure: Structure) -> bool:
-    """Return whether many rows have at most one entry, or variables are fixed; or else M is not monotone as it is.
-    Sparse convex programs gain nothing: they take as many steps as before."""
+    """Return whether many rows have at most one entry, or variables are fixed; or else
+    M is not monotone as it is. Sparse convex programs gain nothing: they take as many
+    steps as before."""
     problem, M = structure.problem, structure.problem.M
     if structure.program:
         return False
@@ -329,7 +344,8 @@ def may_gain_by_presolve(structure: Structure) -> bool:
 
 
 def _for_half_of_the_time(stage: Stage) -> Stage:
-    """Pass on the stage, for at most half of the time that is left. No context stays open while it is suspended."""
+    """Pass on the stage, for at most half of the time that is left. No context stays
+    open while it is suspended."""
     end = clock.seconds() + remaining() / 2
     while True:
         try:
@@ -344,12 +360,14 @@ def _for_half_of_the_time(stage: Stage) -> Stage:
 
 
 def clearly_refutes(problem: Problem, y: Vector) -> bool:
-    """Return whether y proves that a problem has no solution, and would for slightly different data."""
+    """Return whether y proves that a problem has no solution, and would for slightly
+    different data."""
     return is_clear(problem, y) and proves_infeasible(problem, y)
 
 
 def _clearly(problem: Problem, stage: Stage) -> Stage:
-    """Pass on the stage; a proof that would not hold for slightly different data counts as none."""
+    """Pass on the stage; a proof that would not hold for slightly different data counts
+    as none."""
     ending = yield from stage
     y = (
         ending.certificate.vector
@@ -364,11 +382,12 @@ def _clearly(problem: Problem, stage: Stage) -> Stage:
 
 
 class Tree:
-    """The tree over the states of a problem with few unknowns in exact arithmetic, which is suspended and goes on; most
-    problems never need it, so that it is set up when it is first asked.
+    """The tree over the states of a problem with few unknowns in exact arithmetic,
+    which is suspended and goes on; most problems never need it, so that it is set up
+    when it is first asked.
 
-    data : the problem in exact numbers. is_decided : whether the tree has ended. solution : the exact solution that it
-    has found; None if there is none.
+    data : the problem in exact numbers. is_decided : whether the tree has ended.
+    solution : the exact solution that it has found; None if there is none.
     """
 
     def __init__(self, problem: Problem) -> None:
@@ -404,9 +423,10 @@ def small(
     states: bool = False,
     tried: stages.Tried | None = None,
 ) -> Stage:
-    """Solve a problem of at most FEW_UNKNOWNS: where pivoting finds no solution, exact arithmetic decides, between the
-    turns of the other methods, which `search` runs, if it has not decided in its first one. A larger problem is left to
-    `search`. states : whether x0 stands for states that a solution may have."""
+    """Solve a problem of at most FEW_UNKNOWNS: where pivoting finds no solution, exact
+    arithmetic decides, between the turns of the other methods, which `search` runs, if
+    it has not decided in its first one. A larger problem is left to `search`. states :
+    whether x0 stands for states that a solution may have."""
     if problem.n > measure.FEW_UNKNOWNS:
         return (yield from search(problem, x0, states=states, tried=tried))
     tree, turns = Tree(problem), Turns(x0)
@@ -436,7 +456,8 @@ def _is_proof(ending: Ending) -> bool:
 def _without_doubt(
     problem: Problem, turns: Turns, stage: Stage, tree: Tree | None = None
 ) -> Stage:
-    """Pass on a stage up to a solution where rounding hides terms: it is replaced by an exact one, if one is found."""
+    """Pass on a stage up to a solution where rounding hides terms: it is replaced by an
+    exact one, if one is found."""
     done = turns.last.evaluations
     while isinstance(step := advance(stage), Iterate):
         turns.last = step = step._replace(evaluations=done + step.evaluations)
@@ -482,12 +503,15 @@ def _pivoting(
 
 
 def exactly(problem: Problem, turns: Turns, tree: Tree | None = None) -> Stage:
-    """Yield (z - w) / 2 of an exact solution, rounded, for a problem of at most `measure.FEW_UNKNOWNS`: of one near the
-    last iterate, or else of one that the tree finds, if it is given, in its next share of work. For at most
-    MOST_DECIDED unknowns the tree comes first, as it decides sooner than pivoting from states that are not right.
+    """Yield (z - w) / 2 of an exact solution, rounded, for a problem of at most
+    `measure.FEW_UNKNOWNS`: of one near the last iterate, or else of one that the tree
+    finds, if it is given, in its next share of work. For at most MOST_DECIDED unknowns
+    the tree comes first, as it decides sooner than pivoting from states that are not
+    right.
 
-    Finished : there is a solution. NoSolution : it is proved that there is none. Stalled : solutions were found, but
-    are out of range or do not solve the problem when rounded to doubles; or none was found in time.
+    Finished : there is a solution. NoSolution : it is proved that there is none.
+    Stalled : solutions were found, but are out of range or do not solve the problem
+    when rounded to doubles; or none was found in time.
     """
     return (
         yield from turns.take(

@@ -1,7 +1,9 @@
-"""The dual simplex method on the dictionary of w = A z + b in doubles, warm started as forms are restricted to 0.
+"""The dual simplex method on the dictionary of w = A z + b in doubles, warm started as
+forms are restricted to 0.
 
-C. E. Lemke, The dual method of solving the linear programming problem, Naval Research Logistics Quarterly 1 (1954)
-36-47. Its answers hold only up to rounding, and for A + delta with a small delta > 0: the caller verifies them.
+C. E. Lemke, The dual method of solving the linear programming problem, Naval Research
+Logistics Quarterly 1 (1954) 36-47. Its answers hold only up to rounding, and for A +
+delta with a small delta > 0: the caller verifies them.
 """
 
 from __future__ import annotations
@@ -26,10 +28,12 @@ MOST_PIVOTS = 5
 
 
 class DualSimplex:
-    """The nonnegative z and w with w = A z + b, A of shape (m, n), where those forms are 0 that are restricted to be.
+    """The nonnegative z and w with w = A z + b, A of shape (m, n), where those forms
+    are 0 that are restricted to be.
 
-    Forms are numbered: z_j is j, and w_i is n + i. Each basic form is written in terms of the cobasic ones; the
-    objective, a sum of all z with weights between 1 and 2 by which ties are broken, has nonnegative coefficients.
+    Forms are numbered: z_j is j, and w_i is n + i. Each basic form is written in terms
+    of the cobasic ones; the objective, a sum of all z with weights between 1 and 2 by
+    which ties are broken, has nonnegative coefficients.
 
     margin : of the largest |A_ij|, what is added to A.
     """
@@ -52,7 +56,8 @@ class DualSimplex:
         return self._dictionary[:-1]
 
     def point(self) -> tuple[Vector, Vector] | None:
-        """Return z and w where all cobasic forms are 0; None if z is so large that the margin decides."""
+        """Return z and w where all cobasic forms are 0; None if z is so large that the
+        margin decides."""
         n = self._cobasic.size
         values = np.zeros(n + self._basic.size)
         values[self._basic] = self._rows[:, 0]
@@ -78,8 +83,9 @@ class DualSimplex:
         return self.feasible()
 
     def feasible(self) -> Vector | None:
-        """Move to a feasible point and return None; or return y, the multipliers of w = A z + b that show that there
-        is none, which are 0 if that takes too many pivots."""
+        """Move to a feasible point and return None; or return y, the multipliers of w =
+        A z + b that show that there is none, which are 0 if that takes too many
+        pivots."""
         for _ in range(MOST_PIVOTS * self._basic.size):
             check()
             i = int(np.argmin(self._rows[:, 0]))
@@ -92,7 +98,8 @@ class DualSimplex:
         return np.zeros(self._basic.size)
 
     def _entering(self, row: Vector) -> int | None:
-        """Return the cobasic form whose growth raises a row and keeps the objective's coefficients nonnegative."""
+        """Return the cobasic form whose growth raises a row and keeps the objective's
+        coefficients nonnegative."""
         usable = np.flatnonzero((row > ZERO) & self._varies)
         return (
             int(usable[np.argmin(self._dictionary[-1, 1:][usable] / row[usable])])

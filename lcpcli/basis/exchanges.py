@@ -1,12 +1,14 @@
-"""Basic solutions, the signs that they violate beyond rounding, and block principal pivoting, which exchanges these.
+"""Basic solutions, the signs that they violate beyond rounding, and block principal
+pivoting, which exchanges these.
 
-For a set B of basic variables, for which w_B = 0, and z_N at their bounds, M_BB z_B = -(q + M z_N)_B and
-w_N = (M z + q)_N. This basic solution solves the problem if each basic variable lies within its bounds and w has the
-sign that each bound asks for. A violation counts if it exceeds the rounding error of its row, ROW_ROUNDING
-(|M| |z| + |q|)_i; for a z_i the same holds after multiplication by the largest |M_ij|.
+For a set B of basic variables, for which w_B = 0, and z_N at their bounds, M_BB z_B =
+-(q + M z_N)_B and w_N = (M z + q)_N. This basic solution solves the problem if each
+basic variable lies within its bounds and w has the sign that each bound asks for. A
+violation counts if it exceeds the rounding error of its row, ROW_ROUNDING (|M| |z| +
+|q|)_i; for a z_i the same holds after multiplication by the largest |M_ij|.
 
-M. M. Kostreva, Block pivot methods for solving the complementarity problem, Linear Algebra and its Applications 21
-(1978) 207-215.
+M. M. Kostreva, Block pivot methods for solving the complementarity problem, Linear
+Algebra and its Applications 21 (1978) 207-215.
 """
 
 from __future__ import annotations
@@ -57,11 +59,12 @@ class BasicSolution(NamedTuple):
 def exchanging(
     problem: Any, basis: States
 ) -> Generator[BasicSolution, Indices | None, None]:
-    """Yield the basic solution of a basis, then the one with its `wrong` signs exchanged, and so on: block principal
-    pivoting. The caller may choose what is exchanged by changing `wrong` in between, as a safeguard does.
+    """Yield the basic solution of a basis, then the one with its `wrong` signs
+    exchanged, and so on: block principal pivoting. The caller may choose what is
+    exchanged by changing `wrong` in between, as a safeguard does.
 
-    problem : has a `box` and basic solutions, `at(basis)`, of one problem or of m; `part(rows)` are the problems whose
-        rows are sent.
+    problem : has a `box` and basic solutions, `at(basis)`, of one problem or of m;
+        `part(rows)` are the problems whose rows are sent.
     """
     while True:
         found = problem.at(basis)
@@ -72,11 +75,11 @@ def exchanging(
 
 
 class System(ABC):
-    """The basic solutions of w = M z + q, one after another, for M of any kind: a subclass has its products and
-    solvers.
+    """The basic solutions of w = M z + q, one after another, for M of any kind: a
+    subclass has its products and solvers.
 
-    row_maxima, largest : the largest |M_ij| of each row, shape (n,), and of all. has_terms : whether all `terms` take
-    less time than a solve.
+    row_maxima, largest : the largest |M_ij| of each row, shape (n,), and of all.
+    has_terms : whether all `terms` take less time than a solve.
     """
 
     box: Box
@@ -95,13 +98,15 @@ class System(ABC):
 
     @abstractmethod
     def solver(self, indices: Indices) -> Solve:
-        """Return a solver of systems with M_PP, of half of all digits at least; raise SingularMatrix here or there."""
+        """Return a solver of systems with M_PP, of half of all digits at least; raise
+        SingularMatrix here or there."""
 
     exchanging = exchanging  # raises SingularMatrix as `at` does
 
     def at(self, basis: States) -> BasicSolution:
-        """Return the basic solution of a basis, refined once by its residual w_B if it is a solution; raise
-        SingularMatrix, with a clause for the user, if M_BB is singular or numbers overflow."""
+        """Return the basic solution of a basis, refined once by its residual w_B if it
+        is a solution; raise SingularMatrix, with a clause for the user, if M_BB is
+        singular or numbers overflow."""
         indices, z = np.logical_not(basis).nonzero()[0], self.box.nonbasic(basis)
         start = self.product(z) + self.q if np.count_nonzero(z) else self.q
         if not indices.size:
@@ -116,7 +121,8 @@ class System(ABC):
     def _refined(
         self, basis: States, z: Vector, indices: Indices, own: Vector
     ) -> BasicSolution:
-        """Return the basic solution with these basic indices, for z at bounds elsewhere, where w = own."""
+        """Return the basic solution with these basic indices, for z at bounds
+        elsewhere, where w = own."""
         solve = self.solver(indices)
         z[indices] = solve(-own)
         for refines in (True, False):
@@ -169,7 +175,8 @@ class System(ABC):
         return found._replace(is_solution=not self.violated(found).any())
 
     def count_violations(self, found: BasicSolution) -> int:
-        """Return how many signs are violated beyond rounding; only these stay `wrong`."""
+        """Return how many signs are violated beyond rounding; only these stay
+        `wrong`."""
         found.wrong[:] = self.violated(found)
         return int(np.count_nonzero(found.wrong))
 
@@ -188,7 +195,8 @@ class System(ABC):
 
 
 class BasicSolutions(System):
-    """The basic solutions of a problem, by a solver of systems with this M, perhaps that of another problem."""
+    """The basic solutions of a problem, by a solver of systems with this M, perhaps
+    that of another problem."""
 
     def __init__(self, problem: Problem, solver: PrincipalSolver | None = None) -> None:
         self._problem, self.box, self.q, M = problem, problem.box, problem.q, problem.M
@@ -219,7 +227,8 @@ class BasicSolutions(System):
 
 
 def in_units_of_state(terms: Vector, maxima: Vector, basic: Mask) -> Vector:
-    """Return errors of rows in units of what has signs: where basic of z_i, by the largest |M_ij|, else of w_i."""
+    """Return errors of rows in units of what has signs: where basic of z_i, by the
+    largest |M_ij|, else of w_i."""
     in_z = np.divide(terms, maxima, where=maxima > 0, out=np.zeros_like(terms))
     return np.where(basic, in_z, terms)
 
@@ -234,8 +243,9 @@ DEPENDENT = 1e-11  # relative: singular values of such an M_BB that count as 0
 class CorrectedSolutions(BasicSolutions):
     """The basic solutions of a problem, with CORRECTIONS.
 
-    M : dense. near : where M_BB is singular, as for redundant contacts, values near these z_B are corrected as little
-    as possible; if it is None, SingularMatrix is raised.
+    M : dense. near : where M_BB is singular, as for redundant contacts, values near
+    these z_B are corrected as little as possible; if it is None, SingularMatrix is
+    raised.
     """
 
     def __init__(self, problem: Problem, M: Vector, near: Vector | None = None) -> None:
@@ -264,9 +274,9 @@ class CorrectedSolutions(BasicSolutions):
 def solve_basic(
     M: Vector, q: Vector, reference: Vector, z: Vector, B: Indices, near: Vector
 ) -> bool:
-    """Set z_B so that w_B = M (z - reference) + q is 0, as exactly as rounding of each row allows, for a dense M, and
-    return whether M_BB is regular; if not, the values `near` z_B are corrected as little as possible. It is compiled as
-    well."""
+    """Set z_B so that w_B = M (z - reference) + q is 0, as exactly as rounding of each
+    row allows, for a dense M, and return whether M_BB is regular; if not, the values
+    `near` z_B are corrected as little as possible. It is compiled as well."""
     ones, A = np.ones(B.size), M[B][:, B]
     rows = reciprocals(row_and_column_maxima(A, ones, ones)[0])
     A *= rows.reshape(-1, 1)
@@ -290,6 +300,7 @@ def solve_basic(
 
 
 def reciprocals(sizes: Vector) -> Vector:
-    """Return 1 / sizes, 1 for 0; of subnormal sizes the largest double, so that 0 times it stays 0."""
+    """Return 1 / sizes, 1 for 0; of subnormal sizes the largest double, so that 0 times
+    it stays 0."""
     found: Vector = np.minimum(1.0 / (sizes + (sizes == 0.0)), LARGEST_DOUBLE)
     return found

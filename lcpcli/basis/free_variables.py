@@ -1,19 +1,24 @@
-"""A mixed problem as one in bounded variables 0 <= y <= d, for pivoting: its free variables are eliminated.
+"""A mixed problem as one in bounded variables 0 <= y <= d, for pivoting: its free
+variables are eliminated.
 
-With bounded variables B and free ones F, equations M_FB z_B + M_FF z_F + q_F = 0 have the solutions z_F = V u - E (M_FB
-z_B + q_F), for all u, if U' (M_FB z_B + q_F) = 0, where the columns of U and V span the null spaces of M_FF' and of
-M_FF, and E is an inverse, or a pseudo-inverse. What is left is
+With bounded variables B and free ones F, equations M_FB z_B + M_FF z_F + q_F = 0 have
+the solutions z_F = V u - E (M_FB z_B + q_F), for all u, if U' (M_FB z_B + q_F) = 0,
+where the columns of U and V span the null spaces of M_FF' and of M_FF, and E is an
+inverse, or a pseudo-inverse. What is left is
 
-    w_B = K z_B + H u + k, G z_B + g = 0:  K = M_BB - M_BF E M_FB, H = M_BF V, G = U' M_FB.
+    w_B = K z_B + H u + k, G z_B + g = 0:  K = M_BB - M_BF E M_FB, H = M_BF V, G = U'
+    M_FB.
 
-As an equation has no partner, any invertible combination R G is the same: R by least squares, R G ~ -H', shows that M
-is monotone, or that of a program, whatever the order, signs, and factors of its equations are. Such an M is so on the
-null space of G; with the orthogonal projections P along the rows of G, and Q along the columns of H, K z_B is Q K P z_B
-but for terms in g and, as they may be added to u, those in the range of H, and Q K P is positive semidefinite
-everywhere. Then u = a - b with a, b >= 0.
+As an equation has no partner, any invertible combination R G is the same: R by least
+squares, R G ~ -H', shows that M is monotone, or that of a program, whatever the order,
+signs, and factors of its equations are. Such an M is so on the null space of G; with
+the orthogonal projections P along the rows of G, and Q along the columns of H, K z_B is
+Q K P z_B but for terms in g and, as they may be added to u, those in the range of H,
+and Q K P is positive semidefinite everywhere. Then u = a - b with a, b >= 0.
 
-Where the equations of a sparse problem have a unique solution for bounded variables, z_F = -M_FF^{-1} (M_FB z_B + q_F)
-by sparse factors, there are left w_B = K z_B + k, with K = M_BB - M_BF M_FF^{-1} M_FB, which is dense.
+Where the equations of a sparse problem have a unique solution for bounded variables,
+z_F = -M_FF^{-1} (M_FB z_B + q_F) by sparse factors, there are left w_B = K z_B + k,
+with K = M_BB - M_BF M_FF^{-1} M_FB, which is dense.
 """
 
 from __future__ import annotations
@@ -40,9 +45,11 @@ DEPENDENT = 1e-12  # relative: singular values of rows of G that count as 0
 
 
 class Kept(NamedTuple):
-    """The variables that are not fixed, as `kept` has their numbers; `bounded` and `free` have their places in it.
+    """The variables that are not fixed, as `kept` has their numbers; `bounded` and
+    `free` have their places in it.
 
-    A : their M, where those with an upper bound only are mirrored. turn : -1 for these, 1 for the others.
+    A : their M, where those with an upper bound only are mirrored. turn : -1 for these,
+        1 for the others.
     """
 
     A: Vector
@@ -53,10 +60,11 @@ class Kept(NamedTuple):
 
 
 class Eliminated(NamedTuple):
-    """The matrix K of the bounded variables, and of a and b, with what takes constants there and solutions back.
+    """The matrix K of the bounded variables, and of a and b, with what takes constants
+    there and solutions back.
 
-    rows, columns : the units of the variables that are kept. X : E A_FB. of_equations : what P takes from K, by the
-    equations. Y : what Q takes from it, by u.
+    rows, columns : the units of the variables that are kept. X : E A_FB. of_equations :
+    what P takes from K, by the equations. Y : what Q takes from it, by u.
     """
 
     K: Vector
@@ -72,8 +80,9 @@ class Eliminated(NamedTuple):
 
 
 def solved(A: Vector) -> tuple[Vector, Vector, Vector]:
-    """Return E, shape (f, f), U and V, shape (f, f - rank), with A E A = A, U' A = 0 and A V = 0 for a square A in
-    equilibrated units: A x = r has the solutions x = E r + V u, for all u, if U' r = 0."""
+    """Return E, shape (f, f), U and V, shape (f, f - rank), with A E A = A, U' A = 0
+    and A V = 0 for a square A in equilibrated units: A x = r has the solutions x = E r
+    + V u, for all u, if U' r = 0."""
     f = A.shape[0]
     try:
         E = np.ascontiguousarray(np.linalg.inv(A))
@@ -99,7 +108,8 @@ def cleaned(A: Vector, most: float) -> Vector:
 
 
 def combinations(G: Vector, H: Vector) -> Vector:
-    """Return an invertible R with R G ~ -H' in the sense of least squares, or nearly such where there is none.
+    """Return an invertible R with R G ~ -H' in the sense of least squares, or nearly
+    such where there is none.
 
     G, H : shapes (s, b) and (b, s).
     """
@@ -122,8 +132,9 @@ def kept(M: Vector, lower: Vector, upper: Vector) -> Kept:
 
 
 def eliminated(own: Kept, rows: Vector, columns: Vector) -> Eliminated:
-    """Eliminate the free variables from the A of those that are kept, which is in these units and may be changed, with
-    a - b in place of u, and inequalities in both directions for the equations G z_B + g = 0."""
+    """Eliminate the free variables from the A of those that are kept, which is in these
+    units and may be changed, with a - b in place of u, and inequalities in both
+    directions for the equations G z_B + g = 0."""
     A, bounded, free = own.A, own.bounded, own.free
     m = bounded.size
     if not free.size:
@@ -172,7 +183,8 @@ def eliminated(own: Kept, rows: Vector, columns: Vector) -> Eliminated:
 def same_units(
     A: Vector, rows: Vector, columns: Vector, bounded: Indices
 ) -> tuple[Vector, Vector]:
-    """Give rows and columns of bounded variables the same units, which are not far apart, if M may be monotone."""
+    """Give rows and columns of bounded variables the same units, which are not far
+    apart, if M may be monotone."""
     ratios = rows[bounded] / columns[bounded]
     is_near = bounded.size > 0 and ratios.max() <= NEAR_UNITS * ratios.min()
     if is_near and may_be_monotone(A / rows.reshape(-1, 1) / columns):
@@ -186,7 +198,8 @@ def same_units(
 
 
 def may_be_monotone(M: Vector) -> bool:
-    """Return whether all minors of order 2 of M + M' are nonnegative, up to rounding."""
+    """Return whether all minors of order 2 of M + M' are nonnegative, up to
+    rounding."""
     M = 0.5 * M
     d, pairs = np.diag(M), np.abs(M + M.T) - CANCELLED * (np.abs(M) + np.abs(M.T))
     roots = np.sqrt(np.maximum(d, 0.0))
@@ -196,7 +209,8 @@ def may_be_monotone(M: Vector) -> bool:
 
 
 def constants(own: Kept, found: Eliminated, w: Vector) -> tuple[Vector, Vector]:
-    """Return k for the w of all variables at the corner of the box, and the offset of the free ones."""
+    """Return k for the w of all variables at the corner of the box, and the offset of
+    the free ones."""
     b, free = found.rows * (own.turn * w[own.kept]), own.free
     if not free.size:
         return b, np.empty(0)
@@ -224,7 +238,8 @@ def reduced(
     rows: Vector,
     columns: Vector,
 ) -> tuple[Vector, Vector, Vector]:
-    """Return K, k and d of a problem from the variables that are kept, with A in these units."""
+    """Return K, k and d of a problem from the variables that are kept, with A in these
+    units."""
     found = eliminated(own, rows, columns)
     corner = np.zeros(q.size)
     for i in range(q.size):
@@ -236,7 +251,8 @@ def reduced(
 
 
 def direction(own: Kept, found: Eliminated, y: Vector, offset: Vector) -> Vector:
-    """Return the distances of the kept variables from the corner of the box, if free ones have this offset."""
+    """Return the distances of the kept variables from the corner of the box, if free
+    ones have this offset."""
     v, m, s = np.zeros(own.kept.size), own.bounded.size, found.V.shape[1]
     v[own.bounded] = y[:m]
     if own.free.size:
@@ -247,7 +263,8 @@ def direction(own: Kept, found: Eliminated, y: Vector, offset: Vector) -> Vector
 
 
 def given_states(own: Kept, n: int, states: States) -> States:
-    """Return the states of all n variables for those of y; mirrored ones are at the other bound."""
+    """Return the states of all n variables for those of y; mirrored ones are at the
+    other bound."""
     found, bounded = np.full(n, LOWER, np.int8), own.bounded
     found[own.kept[own.free]] = BASIC
     found[own.kept[bounded]] = (states[: bounded.size] * own.turn[bounded]).astype(
@@ -262,8 +279,9 @@ NEAR_ONE = 2.0**8
 
 
 def exponents(A: Vector) -> Vector:
-    """Return the exponents of the factors of rows, and then of columns, that `Reduction` uses: 0 if all of these have
-    largest entries of about size 1; none where `equilibrate` has to be asked, as it would balance logarithms."""
+    """Return the exponents of the factors of rows, and then of columns, that
+    `Reduction` uses: 0 if all of these have largest entries of about size 1; none where
+    `equilibrate` has to be asked, as it would balance logarithms."""
     sizes = units.sizes_in_units(A, np.zeros(2 * A.shape[0]))
     used = sizes[sizes > 0.0]
     if used.size == 0 or (used.max() <= NEAR_ONE and used.min() >= 1.0 / NEAR_ONE):
@@ -272,7 +290,8 @@ def exponents(A: Vector) -> Vector:
 
 
 def scaled(A: Vector, powers: Vector) -> tuple[Vector, Vector]:
-    """Scale rows and columns of A by powers of two with their `exponents`; return these factors."""
+    """Scale rows and columns of A by powers of two with their `exponents`; return these
+    factors."""
     n, factors = A.shape[0], np.exp2(powers)
     rows, columns = (
         (factors[:n], factors[n:])
@@ -285,12 +304,14 @@ def scaled(A: Vector, powers: Vector) -> tuple[Vector, Vector]:
 
 
 class Reduction:
-    """A mixed problem in bounded variables: K y + k has the signs that 0 <= y <= d ask for, with k from any q.
+    """A mixed problem in bounded variables: K y + k has the signs that 0 <= y <= d ask
+    for, with k from any q.
 
     K, d : shapes (m, m) and (m,). units : the factors of the rows of K, shape (m,).
 
-    Variables with an upper bound only are mirrored, fixed ones are left out, and rows and columns are equilibrated. The
-    unknowns y are the bounded variables in order, and then a and b.
+    Variables with an upper bound only are mirrored, fixed ones are left out, and rows
+    and columns are equilibrated. The unknowns y are the bounded variables in order, and
+    then a and b.
     """
 
     def __init__(self, M: Vector, box: Box) -> None:
@@ -308,7 +329,8 @@ class Reduction:
         self.d = widths(self._own, self._found, upper - lower)
 
     def within(self, box: Box) -> Reduction | None:
-        """Return the reduction for other bounds of the same kinds; None if variables are bounded on other sides."""
+        """Return the reduction for other bounds of the same kinds; None if variables
+        are bounded on other sides."""
         lower, upper = box.vectors(self.n)
         before, now = (
             [*map(np.isfinite, own.vectors(self.n)), own.fixed]
@@ -335,7 +357,8 @@ class Reduction:
         )
 
     def direction(self, y: Vector, offset: Vector | None = None) -> Vector:
-        """Return the direction of z for one of y, or z - corner if free variables have this offset."""
+        """Return the direction of z for one of y, or z - corner if free variables have
+        this offset."""
         z, offset = (
             np.zeros(self.n),
             np.zeros(self.free.size) if offset is None else offset,
@@ -350,8 +373,8 @@ class Reduction:
         return own
 
     def multipliers(self, u: Vector) -> Vector:
-        """Return the y of all rows, with M_F' y = 0 for free variables F as nearly as possible, for multipliers u of
-        the reduced rows."""
+        """Return the y of all rows, with M_F' y = 0 for free variables F as nearly as
+        possible, for multipliers u of the reduced rows."""
         y, B = np.zeros(self.n), self.bounded
         y[self.kept[B]] = self.turn[B] * self.rows[B] * u[: B.size]
         if self.free.size:
@@ -369,10 +392,12 @@ LARGEST = 1e10
 
 
 class WithoutFree:
-    """The problem in the bounded variables. Raises SingularMatrix if M_FF is singular, or nearly so, if there are no
-    free variables, or if there are more than MOST_REDUCED bounded ones.
+    """The problem in the bounded variables. Raises SingularMatrix if M_FF is singular,
+    or nearly so, if there are no free variables, or if there are more than MOST_REDUCED
+    bounded ones.
 
-    problem : with a sparse M. bounded : its bounded variables, those of `reduced`, with dense K.
+    problem : with a sparse M. bounded : its bounded variables, those of `reduced`, with
+        dense K.
     """
 
     def __init__(self, problem: Problem) -> None:
@@ -401,7 +426,8 @@ class WithoutFree:
         )
 
     def given(self, z: Vector, basis: States) -> tuple[Vector, States]:
-        """Return z of the given problem, and its states, for those of the bounded variables."""
+        """Return z of the given problem, and its states, for those of the bounded
+        variables."""
         whole, states = (
             np.empty(self._problem.n),
             np.full(self._problem.n, BASIC, np.int8),

@@ -1,11 +1,15 @@
-"""The tableau of Lemke's method: w = M y + q + z_0 c with bounds 0 <= y <= d, from a large z_0 down to z_0 = 0.
+"""The tableau of Lemke's method: w = M y + q + z_0 c with bounds 0 <= y <= d, from a
+large z_0 down to z_0 = 0.
 
-R. W. H. Sargent, An efficient implementation of the Lemke algorithm and its extension to deal with upper and lower
-bounds, Mathematical Programming Study 7 (1978) 36-54: a basic y_i leaves at either bound, an entering one may go over
-to its other bound, and w_i <= 0 while y_i = d_i. Variables have numbers: i stands for w_i, n + i for y_i, 2 n for z_0.
+R. W. H. Sargent, An efficient implementation of the Lemke algorithm and its extension
+to deal with upper and lower bounds, Mathematical Programming Study 7 (1978) 36-54: a
+basic y_i leaves at either bound, an entering one may go over to its other bound, and
+w_i <= 0 while y_i = d_i. Variables have numbers: i stands for w_i, n + i for y_i, 2 n
+for z_0.
 
-All but `refactorize` is written for numpy in a form that numba compiles as well, so that both make the same decisions;
-`exchange`, `choose` and `shift` are compiled from other bodies, which make no temporary arrays (see `compiled`).
+All but `refactorize` is written for numpy in a form that numba compiles as well, so
+that both make the same decisions; `exchange`, `choose` and `shift` are compiled from
+other bodies, which make no temporary arrays (see `compiled`).
 """
 
 from __future__ import annotations
@@ -30,12 +34,16 @@ TIE = 1e-9  # relative: entries of the lexicographic rule that differ by less ar
 
 
 class Tableau(NamedTuple):
-    """(basic variables) = T (nonbasic variables) + constants, with the values that the basic ones have at present.
+    """(basic variables) = T (nonbasic variables) + constants, with the values that the
+    basic ones have at present.
 
-    T : shape (n, n + 1). values, lower, upper : of the basic variables and their bounds, shape (n,). basic, nonbasic :
-    their numbers, shapes (n,) and (n + 1,). column : of the nonbasic variable of each pair, shape (n,); both variables
-    of one pair are nonbasic, and its other one enters next. at_upper : which y_i stay at d_i if nonbasic, shape (n,).
-    noise : the errors of the values, shape (n,). growth : the largest term of an entry of T so far, shape (1,).
+    T : shape (n, n + 1). values, lower, upper : of the basic variables and their
+    bounds, shape (n,). basic, nonbasic : their numbers, shapes (n,) and (n + 1,).
+    column : of the nonbasic variable of each pair, shape (n,); both variables of one
+    pair are nonbasic, and its other one enters next. at_upper : which y_i stay at d_i
+    if nonbasic, shape (n,).
+    noise : the errors of the values, shape (n,). growth : the largest term of an entry
+        of T so far, shape (1,).
     """
 
     T: Vector
@@ -88,10 +96,11 @@ def choose(
     cover_row: int,
     lexicographic: bool,
 ) -> tuple[int, float]:
-    """Return the row that the variable of this column leaves by, and how far the variable moves.
+    """Return the row that the variable of this column leaves by, and how far the
+    variable moves.
 
-    Of the rows that block within the noise of the values, the one with the largest pivot leaves, or the lexicographic
-    minimum, but z_0 before all others.
+    Of the rows that block within the noise of the values, the one with the largest
+    pivot leaves, or the lexicographic minimum, but z_0 before all others.
     """
     n, noise = tableau.values.size, tableau.noise
     change = tableau.T[:, entering] * way
@@ -127,7 +136,8 @@ def choose(
 
 
 def lexicographic_minimum(tableau: Tableau, rows: Indices, change: Vector) -> int:
-    """Return the one of these rows that blocks first if the powers e, e^2, ..., e^n of a small e are added to q."""
+    """Return the one of these rows that blocks first if the powers e, e^2, ..., e^n of
+    a small e are added to q."""
     n = tableau.values.size
     place = np.full(2 * n + 1, -1)
     place[tableau.nonbasic] = np.arange(n + 1)
@@ -146,7 +156,8 @@ def lexicographic_minimum(tableau: Tableau, rows: Indices, change: Vector) -> in
 
 
 def shift(tableau: Tableau, entering: int, way: float, step: float) -> float:
-    """Let the variable of a column move, and the basic ones with it; return the largest rate of these."""
+    """Let the variable of a column move, and the basic ones with it; return the largest
+    rate of these."""
     change = tableau.T[:, entering] * way
     rate, values = np.abs(change), tableau.values
     values += step * change
@@ -158,8 +169,9 @@ def shift(tableau: Tableau, entering: int, way: float, step: float) -> float:
 def move(
     tableau: Tableau, d: Vector, entering: int, way: float, row: int, step: float
 ) -> tuple[int, float]:
-    """Let the variable of a column enter and that of a row leave, or go over to its other bound; return the column
-    that enters next, with the direction in which its variable moves, or NO_ROW once z_0 has left."""
+    """Let the variable of a column enter and that of a row leave, or go over to its
+    other bound; return the column that enters next, with the direction in which its
+    variable moves, or NO_ROW once z_0 has left."""
     n = tableau.values.size
     at_upper, variable = tableau.at_upper, int(tableau.nonbasic[entering])
     fastest = shift(tableau, entering, way, step)
@@ -193,7 +205,8 @@ def move(
 def begin(
     tableau: Tableau, d: Vector, cover: Vector, lexicographic: bool
 ) -> tuple[int, int, float]:
-    """Let z_0 enter at its least value with all w_i >= 0; return its row, and what enters next with its way."""
+    """Let z_0 enter at its least value with all w_i >= 0; return its row, and what
+    enters next with its way."""
     ratios = tableau.values / cover
     least = ratios.min()
     # Some row, also where numbers overflow.
@@ -212,7 +225,8 @@ def follow(
     lexicographic: bool,
     most: int,
 ) -> tuple[int, int, int, float]:
-    """Follow the path for so many pivots; return how it ended, their number, and what enters next, with its way."""
+    """Follow the path for so many pivots; return how it ended, their number, and what
+    enters next, with its way."""
     for pivots in range(most):
         row, step = choose(tableau, d, entering, way, cover_row, lexicographic)
         if row == UNBOUNDED:
@@ -226,7 +240,8 @@ def follow(
 def path(
     K: Vector, k: Vector, d: Vector, cover: Vector, most: int
 ) -> tuple[int, int, States]:
-    """Follow the path of a problem for so many pivots; return how it ended, their number, and the states of y."""
+    """Follow the path of a problem for so many pivots; return how it ended, their
+    number, and the states of y."""
     states = np.full(k.size, LOWER, np.int8)
     if not (k < 0.0).any():
         return SOLVED, 0, states
@@ -241,7 +256,8 @@ def path(
 
 
 def refactorize(tableau: Tableau, A: Vector, q: Vector, d: Vector) -> None:
-    """Compute T and the values anew from A = [M c] and q; raise LinAlgError if the basis is singular."""
+    """Compute T and the values anew from A = [M c] and q; raise LinAlgError if the
+    basis is singular."""
     n = q.size
     rows, others = (tableau.basic >= n).nonzero()[0], (tableau.basic < n).nonzero()[0]
     columns, own = (

@@ -1,4 +1,5 @@
-"""Last week's runs against today's: two files of lcp bench, or of results of lcp solve and compare, run by run."""
+"""Last week's runs against today's: two files of lcp bench, or of results of lcp solve
+and compare, run by run."""
 
 from __future__ import annotations
 
@@ -47,8 +48,9 @@ Key = tuple[str, str]  # a problem and a method
 
 
 class Ending(NamedTuple):
-    """How one run ended. is_good : whether it solved the problem or proved that it has no solution, and made no false
-    claim. interval : of the median of repeated times. digest : of the problem, in a log."""
+    """How one run ended. is_good : whether it solved the problem or proved that it has
+    no solution, and made no false claim. interval : of the median of repeated times.
+    digest : of the problem, in a log."""
 
     status: str
     is_good: bool
@@ -79,7 +81,8 @@ class Change(NamedTuple):
 
     @property
     def verdict(self) -> str:
-        """Return what has changed: the ending first, then the time, if the intervals of both medians are apart."""
+        """Return what has changed: the ending first, then the time, if the intervals of
+        both medians are apart."""
         old, new, ratio = self.old, self.new, self.ratio
         if old is None or new is None:
             return NEW if old is None else GONE
@@ -135,15 +138,22 @@ def is_failure(change: Change, limit: float) -> bool:
 def report(
     paths: Sequence[str], changes: Sequence[Change], has_failed: bool
 ) -> result_formats.Report:
-    """Return the report on the changes, of which only JSON and CSV have the runs that are as before."""
+    """Return the report on the changes, of which only JSON and CSV have the runs that
+    are as before."""
     records, counts = (
         [change.data() for change in changes],
         Counter(change.verdict for change in changes),
     )
     ratios = [change.ratio for change in changes if change.ratio]
-    verdict = f"{count(len(changes), 'run')}: {', '.join(f'{number} {kind}' for kind, number in counts.most_common())}"
+    verdict = (
+        f"{count(len(changes), 'run')}: "
+        f"{', '.join(f'{number} {kind}' for kind, number in counts.most_common())}"
+    )
     if ratios:
-        verdict += f"; geometric mean of the ratios of times, new over old: {geometric_mean(ratios):.3g}"
+        verdict += (
+            "; geometric mean of the ratios of times, new over old: "
+            f"{geometric_mean(ratios):.3g}"
+        )
 
     def made(*_: Any) -> document.Document:
         shown = [_row(change) for change in changes if change.verdict != SAME]
@@ -168,8 +178,9 @@ def report(
 
 
 def runs_in(path: str) -> dict[Key, Ending]:
-    """Return the endings of the runs in a file, by problem and method, "" for a problem that could not be read; raise
-    an LCPError if it has none. A last line that was cut off counts as not written."""
+    """Return the endings of the runs in a file, by problem and method, "" for a problem
+    that could not be read; raise an LCPError if it has none. A last line that was cut
+    off counts as not written."""
     text = within(place(path), decode, content_of(path, EXPECTED))
     with suppress(ValueError, RecursionError, OverflowError):
         return {
@@ -201,7 +212,8 @@ def runs_in(path: str) -> dict[Key, Ending]:
 def with_unread(
     runs: Mapping[Key, Ending], others: Mapping[Key, Ending]
 ) -> dict[Key, Ending]:
-    """Return the runs with those of others that could not be made, as their problem could not be read."""
+    """Return the runs with those of others that could not be made, as their problem
+    could not be read."""
     unread = {
         problem: ending for (problem, method), ending in runs.items() if not method
     }
@@ -224,7 +236,8 @@ def _of_row(row: record.Measurement) -> Ending:
 
 
 def _of_result(result: Mapping[str, Any]) -> tuple[Key, Ending]:
-    """Return the file of a result, with the number of its item, or its problem; the method; and the ending."""
+    """Return the file of a result, with the number of its item, or its problem; the
+    method; and the ending."""
     name = PurePath(result["file"]).name if result["file"] else result["problem"]
     item = f":{result['item']}" if result["item"] else ""
     status, seconds = str(result["status"]), result["seconds"]

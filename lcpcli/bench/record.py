@@ -1,7 +1,9 @@
-"""The record of a bench, and its JSON: the request, the environment, and all measurements; and its statistics.
+"""The record of a bench, and its JSON: the request, the environment, and all
+measurements; and its statistics.
 
-The performance profile: E. D. Dolan and J. J. Moré, Benchmarking optimization software with performance profiles, Math.
-Program. 91 (2002) 201-213. The interval for a median: H. A. David and H. N. Nagaraja, Order Statistics (2003), 7.1.
+The performance profile: E. D. Dolan and J. J. Moré, Benchmarking optimization software
+with performance profiles, Math. Program. 91 (2002) 201-213. The interval for a median:
+H. A. David and H. N. Nagaraja, Order Statistics (2003), 7.1.
 """
 
 from __future__ import annotations
@@ -37,7 +39,8 @@ class Settings:
 
 @dataclass(frozen=True)
 class Machine:
-    """Processor, cores, memory in bytes, system, and the threads of the BLAS; None for what is not known."""
+    """Processor, cores, memory in bytes, system, and the threads of the BLAS; None for
+    what is not known."""
 
     processor: str
     cores: int | None
@@ -50,14 +53,21 @@ class Machine:
 class Measurement:
     """The measurement of one solver on one case.
 
-    problem : the name of the case. family, seed : None for a problem in a file. n : the number of unknowns.
+    problem : the name of the case. family, seed : None for a problem in a file. n : the
+        number of unknowns.
     solver, kind : the solver's name, and "method" or "peer".
-    status, statement : how the run ended, in a word and a sentence; EXCLUDED if the peer does not accept the case.
-    claimed : whether a z, or that there is none, is claimed. success, false_success : as in `timing.checked`.
-    residual, scaled_residual, error : recomputed; None if there is no z, or if they are not finite.
-    seconds : the time of each repeat, set-up included; empty if excluded. setup_seconds : for the run with the curve.
-    curve : (k, seconds, error) of the iterates; curve_of is "error" or "residual", whichever the curve shows.
-    optimality : for a program, as in `timing.optimality`, empty without an answer; None for other problems.
+    status, statement : how the run ended, in a word and a sentence; EXCLUDED if the
+        peer does not accept the case.
+    claimed : whether a z, or that there is none, is claimed. success, false_success :
+        as in `timing.checked`.
+    residual, scaled_residual, error : recomputed; None if there is no z, or if they are
+        not finite.
+    seconds : the time of each repeat, set-up included; empty if excluded. setup_seconds
+        : for the run with the curve.
+    curve : (k, seconds, error) of the iterates; curve_of is "error" or "residual",
+        whichever the curve shows.
+    optimality : for a program, as in `timing.optimality`, empty without an answer; None
+        for other problems.
     """
 
     problem: str
@@ -96,8 +106,9 @@ class Measurement:
 class BenchRecord:
     """The record of a bench; `measurements` grows in the order of cases and solvers.
 
-    suite : the suites and files requested. missing : peers requested but not installed. unread : what is wrong with
-    files that were left out. versions : of Python, of this program, of its numerical libraries, and of the peers.
+    suite : the suites and files requested. missing : peers requested but not installed.
+    unread : what is wrong with files that were left out. versions : of Python, of this
+    program, of its numerical libraries, and of the peers.
     """
 
     suite: list[str]
@@ -137,7 +148,8 @@ def read(path: str) -> BenchRecord:
 
 
 def parse(text: str) -> BenchRecord:
-    """Return the record in JSON; raise ValueError, RecursionError or OverflowError for any other text."""
+    """Return the record in JSON; raise ValueError, RecursionError or OverflowError for
+    any other text."""
     record: BenchRecord = _decode("it", json.loads(text), BenchRecord)
     expected = {
         (case.name, solver) for case in record.cases for solver in record.solvers
@@ -160,8 +172,8 @@ def parse(text: str) -> BenchRecord:
 
 
 def _decode(name: str, value: Any, kind: Any) -> Any:
-    """Convert a value of JSON to the type `kind`; fields that an older record lacks get their defaults. Raise
-    ValueError for a value of another type."""
+    """Convert a value of JSON to the type `kind`; fields that an older record lacks get
+    their defaults. Raise ValueError for a value of another type."""
     origin, parts = get_origin(kind), get_args(kind)
     if origin is UnionType:
         return _decode(name, value, type(value) if type(value) in parts else parts[0])
@@ -215,7 +227,8 @@ class Summary(NamedTuple):
 
 
 def summary(times: Sequence[float]) -> Summary:
-    """Return the median and the quartiles of at least one time, interpolating between the order statistics."""
+    """Return the median and the quartiles of at least one time, interpolating between
+    the order statistics."""
     if len(times) == 1:
         return Summary(times[0], times[0], times[0], 1)
     lower, median, upper = statistics.quantiles(times, n=4, method="inclusive")
@@ -223,8 +236,9 @@ def summary(times: Sequence[float]) -> Summary:
 
 
 def median_interval(times: Sequence[float]) -> tuple[float, float]:
-    """Return the narrowest pair of symmetric order statistics that contains the median with CONFIDENCE, for any
-    distribution; the smallest and the largest of fewer than six times, which never attain it."""
+    """Return the narrowest pair of symmetric order statistics that contains the median
+    with CONFIDENCE, for any distribution; the smallest and the largest of fewer than
+    six times, which never attain it."""
     ordered, n = sorted(times), len(times)
     rank, tail = 0, 2.0**-n
     while rank + 1 < n - 1 - rank:
@@ -236,14 +250,16 @@ def median_interval(times: Sequence[float]) -> tuple[float, float]:
 
 
 def shifted_geometric_mean(times: Sequence[float], shift: float = SHIFT) -> float:
-    """Return exp(mean(log(t + shift))) - shift for at least one time; no very long or short time dominates it."""
+    """Return exp(mean(log(t + shift))) - shift for at least one time; no very long or
+    short time dominates it."""
     return math.exp(math.fsum(math.log(t + shift) for t in times) / len(times)) - shift
 
 
 def mean_cells(
     times: Mapping[Any, Sequence[float]], limit: float, shift: float = SHIFT
 ) -> tuple[dict[Any, str], str]:
-    """Return the shifted geometric means of times as cells, "" for no times, and their unit; a failure counts limit."""
+    """Return the shifted geometric means of times as cells, "" for no times, and their
+    unit; a failure counts limit."""
     charged = {
         key: [min(seconds, limit) for seconds in own] for key, own in times.items()
     }
@@ -260,10 +276,12 @@ def mean_cells(
 def performance_ratios(
     times: Mapping[str, Mapping[str, float]],
 ) -> dict[str, list[float]]:
-    """Return, in order, each solver's times on the problems that it accepts, each divided by the fastest solver's time.
+    """Return, in order, each solver's times on the problems that it accepts, each
+    divided by the fastest solver's time.
 
-    times : by solver, then by problem; infinity if it failed, no entry if it does not accept the problem. The
-        performance profile of a solver at tau is the fraction of its ratios that are at most tau.
+    times : by solver, then by problem; infinity if it failed, no entry if it does not
+        accept the problem. The performance profile of a solver at tau is the fraction
+        of its ratios that are at most tau.
     """
     problems = {problem for own in times.values() for problem in own}
     best = {
@@ -284,7 +302,8 @@ def performance_ratios(
 
 
 def growth(points: Sequence[tuple[int, float]]) -> Power | None:
-    """Fit the growth of times with n to pairs (n, seconds); return None for fewer than LEAST_SIZES different n."""
+    """Fit the growth of times with n to pairs (n, seconds); return None for fewer than
+    LEAST_SIZES different n."""
     if len({n for n, _ in points}) < LEAST_SIZES:
         return None
     from scipy.stats import linregress, t
@@ -303,7 +322,8 @@ def growth(points: Sequence[tuple[int, float]]) -> Power | None:
 
 
 def times(record: BenchRecord) -> dict[str, dict[str, float]]:
-    """Return the median seconds of each solver on each problem that it accepts; infinity if it failed."""
+    """Return the median seconds of each solver on each problem that it accepts;
+    infinity if it failed."""
     medians: dict[str, dict[str, float]] = {solver: {} for solver in record.solvers}
     for row in record.measurements:
         if not row.excluded:
@@ -314,7 +334,8 @@ def times(record: BenchRecord) -> dict[str, dict[str, float]]:
 
 
 def growths(record: BenchRecord) -> dict[str, list[Growth]]:
-    """Return the growth of the time of each solver on each series in which it solved two sizes or more."""
+    """Return the growth of the time of each solver on each series in which it solved
+    two sizes or more."""
     solved: dict[str, dict[str, list[Measurement]]] = {}
     for row in record.measurements:
         if row.family and row.success:

@@ -1,4 +1,5 @@
-"""The report on a bench, made from its record: tables of text, and a figure; only JSON and CSV have all digits."""
+"""The report on a bench, made from its record: tables of text, and a figure; only JSON
+and CSV have all digits."""
 
 from __future__ import annotations
 
@@ -62,7 +63,8 @@ def sheet(
 
 
 def optimality(record: BenchRecord) -> Section:
-    """Return how many programs each solver solved, by three measures, and its mean time; no rows without programs."""
+    """Return how many programs each solver solved, by three measures, and its mean
+    time; no rows without programs."""
     proved = {
         row.problem
         for row in record.measurements
@@ -98,10 +100,13 @@ def optimality(record: BenchRecord) -> Section:
     levels = (f"{NAMES[measure]} {wording.level(level)}" for measure, level in COLUMNS)
     header = ["solver", "of", *levels, f"mean/{unit}"]
     note = (
-        "Solved up to these residuals, recomputed from the program: the largest of primal and dual residual and "
-        "duality gap, relative to their own terms (rel.) and absolute (abs.), and the natural residual of z and w, "
+        "Solved up to these residuals, recomputed from the program: the largest "
+        "of primal and dual residual and "
+        "duality gap, relative to their own terms (rel.) and absolute (abs.), "
+        "and the natural residual of z and w, "
         "relative to the terms of w. "
-        f"mean: geometric mean of the times of programs solved to a relative {SOLVED_TO:g}, shifted by "
+        "mean: geometric mean of the times of programs solved to a relative "
+        f"{SOLVED_TO:g}, shifted by "
         f"{wording.duration(PROGRAM_SHIFT)}; other programs count as the time limit."
     )
     return sheet("Optimality", header, [rows], note)
@@ -124,7 +129,10 @@ def title(record: BenchRecord) -> str:
     )
     files = {file for case in record.cases for file in (case.file, case.q_file)}
     suites = [name for name in record.suite if name not in files]
-    return f"{' '.join(['lcp bench', *suites])}: {count(len(record.cases), 'problem')}{progress}"
+    return (
+        f"{' '.join(['lcp bench', *suites])}: "
+        f"{count(len(record.cases), 'problem')}{progress}"
+    )
 
 
 def conditions(record: BenchRecord) -> list[str]:
@@ -132,8 +140,10 @@ def conditions(record: BenchRecord) -> list[str]:
     memory = f", {machine.memory / 2**30:.3g} GiB" if machine.memory else ""
     threads = f", {count(machine.threads, 'thread')}" if machine.threads else ""
     lines = [
-        f"tolerance {options.tol:g}, accepted to {options.accept:g}, time limit {options.time_limit:g} s",
-        f"{machine.processor}, {machine.cores or '?'} cores{memory}{threads}, {machine.system}",
+        f"tolerance {options.tol:g}, accepted to {options.accept:g}, time limit "
+        f"{options.time_limit:g} s",
+        f"{machine.processor}, {machine.cores or '?'} cores{memory}{threads}, "
+        f"{machine.system}",
         ", ".join(f"{name} {version}" for name, version in record.versions.items()),
     ]
     return lines + [
@@ -164,8 +174,14 @@ def _solvers(record: BenchRecord) -> Section:
         ]
         for name, mean in means.items()
     ]
-    note = "false: claimed but wrong by every measure. mean: geometric mean of the times, shifted by "
-    note += f"{wording.duration(SHIFT)}; a failure counts as the time limit, {wording.duration(limit)}."
+    note = (
+        "false: claimed but wrong by every measure. mean: geometric mean of the "
+        "times, shifted by "
+    )
+    note += (
+        f"{wording.duration(SHIFT)}; a failure counts as the time limit, "
+        f"{wording.duration(limit)}."
+    )
     return sheet(
         "Solvers",
         ["solver", "solved", "of", "false", f"mean/{unit}", "fastest"],
@@ -175,7 +191,8 @@ def _solvers(record: BenchRecord) -> Section:
 
 
 def _beside(record: BenchRecord) -> Section:
-    """Return, for each peer, how it and the first method do on the problems that both take."""
+    """Return, for each peer, how it and the first method do on the problems that both
+    take."""
     medians, limit = times(record), record.options.time_limit
     method, pairs = (
         record.methods[0] if record.methods else "",
@@ -213,7 +230,10 @@ def _beside(record: BenchRecord) -> Section:
         f"{method}/{unit}",
         "faster",
     ]
-    note = f"faster: the problems that the solver solves in less time than {method}. mean: as above."
+    note = (
+        f"faster: the problems that the solver solves in less time than {method}. "
+        "mean: as above."
+    )
     return sheet(
         f"Beside {method}, on the problems that the other takes", header, [rows], note
     )
@@ -224,7 +244,8 @@ def is_over_time(record: BenchRecord) -> bool:
 
 
 def _over_time(record: BenchRecord) -> Section:
-    """Return how many problems of each series every solver has solved, or proved to have no solution, in time."""
+    """Return how many problems of each series every solver has solved, or proved to
+    have no solution, in time."""
     limit = record.options.time_limit
     moments = [*(moment for moment in MOMENTS if moment < limit), limit]
     cases = {
@@ -318,7 +339,10 @@ def _growth(record: BenchRecord) -> Section:
         rows: list[list[str]] = []
         for growth in found:
             if fit := growth.fit:
-                interval = f"{fit.exponent - fit.margin:.2f} to {fit.exponent + fit.margin:.2f}"
+                interval = (
+                    f"{fit.exponent - fit.margin:.2f} to "
+                    f"{fit.exponent + fit.margin:.2f}"
+                )
                 cells = [
                     f"{growth.n[0]}-{growth.n[-1]}",
                     f"{fit.exponent:.2f}",
@@ -337,7 +361,8 @@ LEAST_PROBLEMS = 5
 
 
 def draw_figure(record: BenchRecord, form: str) -> bytes:
-    """Return the figure of a bench with at least one measurement; form is one of `plotting.FORMS`."""
+    """Return the figure of a bench with at least one measurement; form is one of
+    `plotting.FORMS`."""
     panels = _panels(record)
     growth_panels = dict(islice(growths(record).items(), PANELS_OF_A_KIND))
     medians, in_seconds = times(record), is_over_time(record)
@@ -361,8 +386,9 @@ def draw_figure(record: BenchRecord, form: str) -> bytes:
 
 
 def _panels(record: BenchRecord) -> list[Panel]:
-    """Return the panels of the largest problem of each series, those with the most successes and longest curves first.
-    A peer, of which only the end is known, is a single point."""
+    """Return the panels of the largest problem of each series, those with the most
+    successes and longest curves first. A peer, of which only the end is known, is a
+    single point."""
     problems = [
         list(group)
         for _, group in groupby(record.measurements, key=lambda row: row.problem)
@@ -449,7 +475,8 @@ def render(record: BenchRecord, form: str, width: int | None, color: bool) -> st
 
 
 def _rows(record: BenchRecord) -> Iterator[Sequence[object]]:
-    """Yield a header, and the cells of each measurement; parameters and booleans are in JSON, missing values empty."""
+    """Yield a header, and the cells of each measurement; parameters and booleans are in
+    JSON, missing values empty."""
     yield [*COPIED, "median_seconds", "lower_quartile", "upper_quartile", "repeats"]
     for row in record.measurements:
         times = summary(row.seconds) if row.seconds else ("", "", "", 0)

@@ -1,4 +1,5 @@
-"""Suites of cases by name; the cases of suites, files and folders, and the problem of each. No import is heavy."""
+"""Suites of cases by name; the cases of suites, files and folders, and the problem of
+each. No import is heavy."""
 
 from __future__ import annotations
 
@@ -26,11 +27,14 @@ DEFAULT_METHODS = ("auto", "newton", "lemke", "fixed-point", "shi")
 
 @dataclass(frozen=True)
 class Case:
-    """A problem of the gallery, or one in a file, described so that it can be made again.
+    """A problem of the gallery, or one in a file, described so that it can be made
+    again.
 
-    name : unique within a bench. family, n, seed, parameters : the arguments of `gallery.make`; "", 0, 0 and none for a
-    file. Nonlinear problems have no seed and no parameters. file, q_file : the paths of its file, and of the file of q
-    if separate. infinity : bounds in its file of at least this size count as infinite; None if only infinite ones do.
+    name : unique within a bench. family, n, seed, parameters : the arguments of
+    `gallery.make`; "", 0, 0 and none for a file. Nonlinear problems have no seed and no
+    parameters. file, q_file : the paths of its file, and of the file of q if separate.
+    infinity : bounds in its file of at least this size count as infinite; None if only
+    infinite ones do.
     """
 
     name: str
@@ -47,10 +51,11 @@ class Case:
 class Suite:
     """Cases under one name.
 
-    text : the cases: families with their sizes, then values of parameters and of the seed, all of which are combined,
-    as in "planted 40 100 entries=10 seed=0,1; murty 5"; a parameter without a value is true. Also files of shipped
-    programs. budget : default number of seconds for a measurement. over_time : whether the report shows what is solved
-    within which time. methods : those that are measured by default.
+    text : the cases: families with their sizes, then values of parameters and of the
+    seed, all of which are combined, as in "planted 40 100 entries=10 seed=0,1; murty
+    5"; a parameter without a value is true. Also files of shipped programs. budget :
+    default number of seconds for a measurement. over_time : whether the report shows
+    what is solved within which time. methods : those that are measured by default.
     """
 
     meaning: str
@@ -110,71 +115,91 @@ def method_of(solver: str) -> str:
 SUITES = {
     "quick": Suite(
         "a little of everything, in under a minute",
-        "harker-pang 25 50 100; obstacle 100 225 400; tridiagonal 300; ben-gharbia-gilbert 51;"
-        "curtis-han-robinson 3; murty 10; diagonal 20 decades=6; bimatrix 10; infeasible 10",
+        "harker-pang 25 50 100; obstacle 100 225 400; tridiagonal 300; "
+        "ben-gharbia-gilbert 51;"
+        "curtis-han-robinson 3; murty 10; diagonal 20 decades=6; bimatrix 10; "
+        "infeasible 10",
         budget=0.5,
     ),
     "paper": Suite(
         "fixed-point and shi on more than the paper's examples",
-        "tridiagonal 10 100 1000 10000; dominant 100 300 1000; obstacle 25 100 400; journal-bearing 25 100 400;"
-        "american-put 25 100 400; near-singular 100 epsilon=1e-1,1e-2,1e-3; near-degenerate 100 epsilon=1e-2,1e-6;"
-        "degenerate 20 50 100; ben-gharbia-gilbert 5 51 201; kostreva 3 51; murty 3 6 9; curtis-han-robinson 3;"
+        "tridiagonal 10 100 1000 10000; dominant 100 300 1000; obstacle 25 100 "
+        "400; journal-bearing 25 100 400;"
+        "american-put 25 100 400; near-singular 100 epsilon=1e-1,1e-2,1e-3; "
+        "near-degenerate 100 epsilon=1e-2,1e-6;"
+        "degenerate 20 50 100; ben-gharbia-gilbert 5 51 201; kostreva 3 51; "
+        "murty 3 6 9; curtis-han-robinson 3;"
         "hilbert 4; diagonal 20 decades=2; qp 10 20",
         budget=0.5,
     ),
     "dense": Suite(
         "dense problems up to n = 800",
-        "harker-pang 50 100 200 400 800; harker-pang 50 100 200 400 800 symmetric; bimatrix 10 20 40;"
+        "harker-pang 50 100 200 400 800; harker-pang 50 100 200 400 800 "
+        "symmetric; bimatrix 10 20 40;"
         "contact 50 100 200; lp 50 100 200; qp 50 100 200; degenerate 50 100 200",
     ),
     "sparse": Suite(
         # Dominant ones fill in, and the time limit stops no factorization.
         "sparse problems up to n = 100,000",
-        "obstacle 900 2500 10000 40000; journal-bearing 900 2500 10000; american-put 1000 3000 10000;"
+        "obstacle 900 2500 10000 40000; journal-bearing 900 2500 10000; "
+        "american-put 1000 3000 10000;"
         "tridiagonal 1000 10000 100000; dominant 300 1000 3000",
     ),
     "mixed": Suite(
         "problems with bounds, free variables and equations",
-        "two-obstacles 100 2500 10000 90000; torsion 100 2500 10000; circuit 8 80 800 8000; relays 10 50 200 800;"
+        "two-obstacles 100 2500 10000 90000; torsion 100 2500 10000; circuit 8 "
+        "80 800 8000; relays 10 50 200 800;"
         "spatial-prices 24 120 1000; boxes 10 100 300 1000",
     ),
     "hard": Suite(
         "problems without a structure to rely on, and models: solved over time",
-        "planted 40 60 100 200 500 seed=0,1; planted 40 100 200 500 seed=0,1 entries=10; gaussian 20 30 40 seed=0,1;"
-        "indefinite 100 seed=0,1; indefinite 100 seed=0,1 symmetric; indefinite 100 seed=0,1 strict;"
-        "indefinite 100 seed=0,1 strict symmetric; circuit 80; relays 50 200; spatial-prices 120; contact 100",
+        "planted 40 60 100 200 500 seed=0,1; planted 40 100 200 500 seed=0,1 "
+        "entries=10; gaussian 20 30 40 seed=0,1;"
+        "indefinite 100 seed=0,1; indefinite 100 seed=0,1 symmetric; indefinite "
+        "100 seed=0,1 strict;"
+        "indefinite 100 seed=0,1 strict symmetric; circuit 80; relays 50 200; "
+        "spatial-prices 120; contact 100",
         0.0,
         over_time=True,
     ),
     "programs": Suite(
         "linear and quadratic programs",
-        "hs21.json hs35.json hs53.json hs76.json klee-minty.json portfolio.json transport.json;"
+        "hs21.json hs35.json hs53.json hs76.json klee-minty.json portfolio.json "
+        "transport.json;"
         "portfolio 100 1000 2500; control 100 1000 5000; transport 100 1000 10000",
     ),
     "nonlinear": Suite(
         "nonlinear problems of the literature",
-        "kojima-shindo 4; josephy 4; mathiesen 4; billups 1; nash-cournot 5 10; scarf 19; bratu 289 5625;"
+        "kojima-shindo 4; josephy 4; mathiesen 4; billups 1; nash-cournot 5 10; "
+        "scarf 19; bratu 289 5625;"
         "elastohydrodynamic 41 101",
         methods=("josephy-newton",),
     ),
     "speed": Suite(
         "the problems of lcp help speed: small and large, dense and sparse",
-        "harker-pang 10 symmetric; harker-pang 10; harker-pang 300 symmetric; harker-pang 300;"
-        "harker-pang 1000 symmetric; harker-pang 1000; harker-pang 2000 symmetric; harker-pang 2000;"
+        "harker-pang 10 symmetric; harker-pang 10; harker-pang 300 symmetric; "
+        "harker-pang 300;"
+        "harker-pang 1000 symmetric; harker-pang 1000; harker-pang 2000 "
+        "symmetric; harker-pang 2000;"
         "obstacle 10000 90000",
     ),
     "stiff": Suite(
         "ill-conditioned, badly scaled and nearly degenerate problems",
-        "diagonal 50 decades=1,2,4,8,16,50,100,150; near-singular 50 epsilon=1e-2,1e-4,1e-6,1e-8,1e-10,1e-12;"
-        "near-degenerate 50 epsilon=1e-2,1e-4,1e-6,1e-8,1e-10,1e-12; ill-scaled 50 decades=1,2,4,8,16,32,50;"
-        "hilbert 2 4 6 8 10 12 14 16 20; obstacle 25 100 400 2500 10000; journal-bearing 25 100 400 2500;"
+        "diagonal 50 decades=1,2,4,8,16,50,100,150; near-singular 50 "
+        "epsilon=1e-2,1e-4,1e-6,1e-8,1e-10,1e-12;"
+        "near-degenerate 50 epsilon=1e-2,1e-4,1e-6,1e-8,1e-10,1e-12; ill-scaled "
+        "50 decades=1,2,4,8,16,32,50;"
+        "hilbert 2 4 6 8 10 12 14 16 20; obstacle 25 100 400 2500 10000; "
+        "journal-bearing 25 100 400 2500;"
         "american-put 25 100 400 3000",
         0.0,
     ),
     "extreme": Suite(
         "problems constructed to defeat a method, and problems without a solution",
-        "growth 10 20 30 40 50 60; murty 5 10 20 40 100; fathi 5 10 15 20 100; ben-gharbia-gilbert 5 51 201;"
-        "kostreva 3 51; curtis-han-robinson 3; degenerate 10 50 100; bimatrix 4 10 20 40; contact 10 50 100;"
+        "growth 10 20 30 40 50 60; murty 5 10 20 40 100; fathi 5 10 15 20 100; "
+        "ben-gharbia-gilbert 5 51 201;"
+        "kostreva 3 51; curtis-han-robinson 3; degenerate 10 50 100; bimatrix 4 "
+        "10 20 40; contact 10 50 100;"
         "lp 10 50 100; infeasible 10 50 100; unsolvable 4 10 20; ray 4 10 20",
         0.0,
     ),
@@ -200,11 +225,13 @@ def cases_of(
     tell: Tell = lambda _: None,
     infinity: float | None = None,
 ) -> list[Case]:
-    """Return the cases of suites, files and folders, each once; a file with M alone is followed by the file of q.
+    """Return the cases of suites, files and folders, each once; a file with M alone is
+    followed by the file of q.
 
-    faults : receives what is wrong with files that cannot be read, which are left out; else a ProblemError is raised.
-    tell : called with remarks on the problem in a file. infinity : as in `Case`, for the files. Raises OptionError for
-    a name that is neither a suite nor a file.
+    faults : receives what is wrong with files that cannot be read, which are left out;
+        else a ProblemError is raised.
+    tell : called with remarks on the problem in a file. infinity : as in `Case`, for
+    the files. Raises OptionError for a name that is neither a suite nor a file.
     """
     left = asked = [
         path
@@ -261,7 +288,8 @@ def cases_of(
 
 
 def _files(asked: Sequence[str], tell: Tell, infinity: float | None) -> Sequence[str]:
-    """Return the files of the problem that begins with the first file, after reading them."""
+    """Return the files of the problem that begins with the first file, after reading
+    them."""
     from lcpcli.files import reading
     from lcpcli.files.inputs import nonlinear_in
     from lcpcli.model import changes
@@ -296,7 +324,8 @@ def _files(asked: Sequence[str], tell: Tell, infinity: float | None) -> Sequence
 
 
 def problem_of(case: Case) -> Problem | NonlinearProblem:
-    """Return the problem of a case, with its verdict or its known solutions but without wrong ones."""
+    """Return the problem of a case, with its verdict or its known solutions but without
+    wrong ones."""
     if case.file:
         from lcpcli.files import reading
         from lcpcli.files.inputs import nonlinear_in
@@ -319,8 +348,9 @@ def problem_of(case: Case) -> Problem | NonlinearProblem:
 
 
 def prepare(case: Case) -> Problem | NonlinearProblem:
-    """Return the problem of a case with a reference for errors: a solution is computed if none is known and the problem
-    is linear. The verdict in a file is not believed if there is a solution."""
+    """Return the problem of a case with a reference for errors: a solution is computed
+    if none is known and the problem is linear. The verdict in a file is not believed if
+    there is a solution."""
     from lcpcli.model.problem import Problem
     from lcpcli.solving.proof import with_reference
 

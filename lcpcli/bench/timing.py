@@ -1,5 +1,6 @@
-"""A bench from the request to its record: runs of a method or of a peer on a problem, repeated until their time is
-known accurately enough, and verification from the original M and q, never from what the solver reports."""
+"""A bench from the request to its record: runs of a method or of a peer on a problem,
+repeated until their time is known accurately enough, and verification from the original
+M and q, never from what the solver reports."""
 
 from __future__ import annotations
 
@@ -72,8 +73,9 @@ def run_method(
     time_limit: float,
     with_curve: bool,
 ) -> Claim:
-    """Run one of METHODS, with the options in its name, as in shi:p=10, and otherwise with its defaults; on a nonlinear
-    problem the method for these. Raises KeyboardInterrupt if the run was interrupted."""
+    """Run one of METHODS, with the options in its name, as in shi:p=10, and otherwise
+    with its defaults; on a nonlinear problem the method for these. Raises
+    KeyboardInterrupt if the run was interrupted."""
     known, nothing = bool(problem.solutions), np.array([], dtype=np.intp)
     trace = Trace(1, MOST_POINTS, nothing, residuals=not known) if with_curve else None
     variant, limits, began = (
@@ -103,7 +105,8 @@ def run_peer(
     time_limit: float,
     _with_curve: bool = False,
 ) -> Claim:
-    """Run one of PEERS, which gives no curve. Raises KeyboardInterrupt if the run was interrupted."""
+    """Run one of PEERS, which gives no curve. Raises KeyboardInterrupt if the run was
+    interrupted."""
     try:
         claim: Claim = peers.load(name).solve(problem, tol, time_limit)
     except (ImportError, SystemError) as error:
@@ -131,14 +134,17 @@ def measure(
 ) -> tuple[Claim, list[float]]:
     """Return an answer with its error curve, and the seconds of each repeat.
 
-    The first run provides the curve and is an untimed warm-up, unless its answer claims nothing: as times of failures
-    are not used, it is then the only run. Brief runs are warmed up for WARM_UP seconds. There are at least
-    LEAST_REPEATS repeats; they end when their median is known, after MOST_REPEATS of them, or when the budget in
-    seconds is spent; a repeat longer than the whole budget is always the last. If no repeat was so long, the curve is
-    that of the fastest of CURVES warm runs. In either case its times are multiplied by one factor, so that the run
-    takes the median of the repeats.
+    The first run provides the curve and is an untimed warm-up, unless its answer claims
+    nothing: as times of failures are not used, it is then the only run. Brief runs are
+    warmed up for WARM_UP seconds. There are at least LEAST_REPEATS repeats; they end
+    when their median is known, after MOST_REPEATS of them, or when the budget in
+    seconds is spent; a repeat longer than the whole budget is always the last. If no
+    repeat was so long, the curve is that of the fastest of CURVES warm runs. In either
+    case its times are multiplied by one factor, so that the run takes the median of the
+    repeats.
 
-    solve : makes one run; its argument is whether to record the error curve. rest : seconds to sleep before each run.
+    solve : makes one run; its argument is whether to record the error curve. rest :
+        seconds to sleep before each run.
     """
 
     def rested(keeps_curve: bool) -> Claim:
@@ -195,12 +201,15 @@ LEAST_TERMS = 1e-6
 def checked(
     problem: Problem | NonlinearProblem, answer: Claim, accept: float
 ) -> dict[str, Any]:
-    """Return the verified facts on an answer, by their names in a `Measurement`; None for a number that is not finite.
+    """Return the verified facts on an answer, by their names in a `Measurement`; None
+    for a number that is not finite.
 
-    A claimed solution is a success if its scaled residual is at most `accept`, unless it is known that there is none.
-    The claim is false if even the natural residual, in the problem's own units, exceeds `accept` times the largest term
-    of w, in |M| |z| or |q|; in between, the claim is inexact: z meets a common stopping criterion, but small rows may
-    have no correct digit. A claim that there is no solution is false if one is known, else a success.
+    A claimed solution is a success if its scaled residual is at most `accept`, unless
+    it is known that there is none. The claim is false if even the natural residual, in
+    the problem's own units, exceeds `accept` times the largest term of w, in |M| |z| or
+    |q|; in between, the claim is inexact: z meets a common stopping criterion, but
+    small rows may have no correct digit. A claim that there is no solution is false if
+    one is known, else a success.
     """
     claimed, none = answer.solved, answer.status in WITHOUT_SOLUTION
     if none or answer.z is None:
@@ -245,14 +254,17 @@ def checked(
 def optimality(
     problem: Problem | NonlinearProblem, z: Vector | None
 ) -> dict[str, float] | None:
-    """Return how well an answer satisfies the optimality conditions of the problem's program.
+    """Return how well an answer satisfies the optimality conditions of the problem's
+    program.
 
-    The measures are the largest violation of a constraint, component of the gradient of the Lagrangian, or duality gap,
-    absolute and relative to its own terms, as in qpbenchmark (S. Caron et al.), and the natural residual relative to
-    the terms of w. The result is None if the problem is not made from a program, and empty if there is no z, or if
-    numbers are out of range. z = (x, y, s), shape (n,). The multiplier of a bound is w if the bound is near; otherwise
-    w is left over, as a residual. The gap is the sum of the products of distances and multipliers, which is the
-    difference of the objectives without its cancellation.
+    The measures are the largest violation of a constraint, component of the gradient of
+    the Lagrangian, or duality gap, absolute and relative to its own terms, as in
+    qpbenchmark (S. Caron et al.), and the natural residual relative to the terms of w.
+    The result is None if the problem is not made from a program, and empty if there is
+    no z, or if numbers are out of range. z = (x, y, s), shape (n,). The multiplier of a
+    bound is w if the bound is near; otherwise w is left over, as a residual. The gap is
+    the sum of the products of distances and multipliers, which is the difference of the
+    objectives without its cancellation.
     """
     if not isinstance(problem.origin, Program):
         return None
@@ -318,8 +330,9 @@ def start(
     options: Settings,
     *how: Any,
 ) -> BenchRecord:
-    """Return an empty record; the wanted peers are selected by `registry.select`. Files are read once, so that errors
-    in them are reported before any measurement. how : `tell` and `infinity` as for `cases_of`."""
+    """Return an empty record; the wanted peers are selected by `registry.select`. Files
+    are read once, so that errors in them are reported before any measurement. how :
+    `tell` and `infinity` as for `cases_of`."""
     faults = list[str]()
     cases = cases_of(asked, faults, *how)
     present, missing = list[str](), list[str]()
@@ -347,8 +360,8 @@ def machine() -> Machine:
 
 
 def software(names: Sequence[str]) -> dict[str, str | None]:
-    """Return the versions of Python, of this program, of its numerical libraries, with numba if all runs use the
-    compiled kernels, and of the named peers."""
+    """Return the versions of Python, of this program, of its numerical libraries, with
+    numba if all runs use the compiled kernels, and of the named peers."""
     own = {"python": platform.python_version(), "lcpcli": VERSION}
     own |= {
         name: version(name) for name in ("numpy", *[NUMBA] * wants_kernels(), "scipy")
@@ -357,8 +370,8 @@ def software(names: Sequence[str]) -> dict[str, str | None]:
 
 
 def refuse_elsewhere(record: BenchRecord) -> None:
-    """Raise OptionError if the pending cases cannot be measured on the same machine with the same versions, or
-    ProblemError if their files can no longer be read."""
+    """Raise OptionError if the pending cases cannot be measured on the same machine
+    with the same versions, or ProblemError if their files can no longer be read."""
     for case, _ in record.pending():
         if case.file:
             problem_of(case)
@@ -381,7 +394,8 @@ def refuse_elsewhere(record: BenchRecord) -> None:
 def run(
     record: BenchRecord, starting: Callable[[Case, str], None]
 ) -> Iterator[Measurement]:
-    """Make the pending measurements; each is added to the record and yielded. starting : called before each."""
+    """Make the pending measurements; each is added to the record and yielded. starting
+    : called before each."""
     for case, names in record.pending():
         starting(case, names[0])
         problem = prepare(case)

@@ -1,4 +1,5 @@
-"""lcp solve --all, --minimize and --maximize: all solutions of a problem, or the best one by a linear objective."""
+"""lcp solve --all, --minimize and --maximize: all solutions of a problem, or the best
+one by a linear objective."""
 
 from __future__ import annotations
 
@@ -38,8 +39,9 @@ def outcome(
     objective: str | LinearObjective | None = None,
     sense: str = "min",
 ) -> int:
-    """Search for every solution of a problem, or for the best one by an objective, with decimals as written; success
-    means that the list is complete or has reached --max-solutions, or that the solution is proved to be the best."""
+    """Search for every solution of a problem, or for the best one by an objective, with
+    decimals as written; success means that the list is complete or has reached
+    --max-solutions, or that the solution is proved to be the best."""
     (problem,) = request.inputs.problems(work)
     where, remarks = str(work.sources[0]), problem.remarks
     if not isinstance(objective, str | None):
@@ -70,7 +72,8 @@ def outcome(
 
 
 def _search(request: Request, problem: InputProblem, where: str) -> sets.SolutionSet:
-    """Search until the list is complete, a signal comes or the time is up, in which the numbers are also made exact."""
+    """Search until the list is complete, a signal comes or the time is up, in which the
+    numbers are also made exact."""
     began, most = clock.seconds(), request.max_solutions
     try:
         with interrupts.within(request.limits.time_limit):
@@ -105,7 +108,8 @@ def _search(request: Request, problem: InputProblem, where: str) -> sets.Solutio
 
 
 def objective_in(path: str) -> LinearObjective | None:
-    """Return the objective of the linear model in an .nl file; None if it has none, or is nonlinear."""
+    """Return the objective of the linear model in an .nl file; None if it has none, or
+    is nonlinear."""
     from lcpcli.files.nl_format import Model
 
     content = content_of(path, "")

@@ -1,7 +1,9 @@
-"""lcp as a solver of AMPL, and of what calls solvers as AMPL does: lcp STUB -AMPL [NAME=VALUE]...
+"""lcp as a solver of AMPL, and of what calls solvers as AMPL does: lcp STUB -AMPL
+[NAME=VALUE]...
 
-The model in STUB.nl is solved, and the answer is written to STUB.sol, in which solve_result_num says how the run has
-ended; its message is printed, too. The exit code is then 0. Options are in lcp_options, a variable, or behind -AMPL.
+The model in STUB.nl is solved, and the answer is written to STUB.sol, in which
+solve_result_num says how the run has ended; its message is printed, too. The exit code
+is then 0. Options are in lcp_options, a variable, or behind -AMPL.
 """
 
 from __future__ import annotations
@@ -29,7 +31,8 @@ OPTIONS = {option.name: option for option in (*LIMITS, THREADS, RESTARTS)}
 # solve_result_num: 0 solved, 200 to 299 no solution, 400 to 499 a point that is not
 # verified.
 NUMBERED = (
-    "SOLVED 0, INFEASIBLE 200, UNSOLVABLE 201, ILL_POSED 202, ITERATION_LIMIT 400, TIME_LIMIT 401, INTERRUPTED 402, "
+    "SOLVED 0, INFEASIBLE 200, UNSOLVABLE 201, ILL_POSED 202, ITERATION_LIMIT "
+    "400, TIME_LIMIT 401, INTERRUPTED 402, "
     "STALLED 403, DIVERGED 404, BREAKDOWN 405, RAY 406"
 )
 NUMBERS = {
@@ -42,7 +45,8 @@ NO_POINT = 500
 
 
 def run(stub: str, words: Sequence[str]) -> int:
-    """Solve the model in a file, write the answer beside it, and return 0. words : options, each NAME=VALUE."""
+    """Solve the model in a file, write the answer beside it, and return 0. words :
+    options, each NAME=VALUE."""
     stem = stub.removesuffix(".nl")
     path, written = f"{stem}.nl", f"{stem}.sol"
     # Which would stand for the answer if this run is refused or killed.
@@ -68,7 +72,8 @@ def run(stub: str, words: Sequence[str]) -> int:
 
 
 def _options(words: Sequence[str]) -> dict[str, Any]:
-    """Return the values of options, of which the last one counts where one is given twice."""
+    """Return the values of options, of which the last one counts where one is given
+    twice."""
     given: dict[str, Any] = {}
     for word in words:
         name, is_there, text = word.partition("=")
@@ -92,7 +97,8 @@ def _options(words: Sequence[str]) -> dict[str, Any]:
 def _answer(
     model: nl_format.Model, given: Mapping[str, Any]
 ) -> tuple[str, int, Vector | None]:
-    """Return how a run has ended, in words and as a solve_result_num, and the unknowns; None if there are no values."""
+    """Return how a run has ended, in words and as a solve_result_num, and the unknowns;
+    None if there are no values."""
     others = {**given}
     limits = Limits.taken_from(others)
     if isinstance(model.problem, NonlinearProblem):
@@ -114,7 +120,10 @@ def _answer(
         )
     else:
         result = driver.run(model.problem, "auto", limits=limits, **others)
-    words = f"{result.message}; {count(result.iterations, 'iteration')}, residual {result.residual:.3g}"
+    words = (
+        f"{result.message}; {count(result.iterations, 'iteration')}, residual "
+        f"{result.residual:.3g}"
+    )
     return (
         "; ".join(filter(None, [words, result.advice])),
         NUMBERS[result.status],

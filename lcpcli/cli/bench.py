@@ -1,4 +1,5 @@
-"""lcp bench: methods and other solvers on suites of problems; lcp compare-runs: earlier runs beside today's."""
+"""lcp bench: methods and other solvers on suites of problems; lcp compare-runs: earlier
+runs beside today's."""
 
 from __future__ import annotations
 
@@ -71,7 +72,10 @@ MEASURING = (TOL, OF_EACH_RUN, ACCEPT, BUDGET)
     ),
     lists={"Suites": MEANINGS, "Methods": meanings(), "Other solvers": PEERS},
     exits=EXITS,
-    epilog="Times are medians of repeated runs. A solution counts only if its recomputed residual is at most --accept.",
+    epilog=(
+        "Times are medians of repeated runs. A solution counts only if its "
+        "recomputed residual is at most --accept."
+    ),
 )
 @declarations.files_argument(
     "Problems",
@@ -79,7 +83,9 @@ MEASURING = (TOL, OF_EACH_RUN, ACCEPT, BUDGET)
     "[SUITE|FILE [Q_FILE]|FOLDER]...",
     {
         "SUITE": f"{listed(MEANINGS, 'or')}.  [default: {DEFAULT_SUITE}]",
-        "FILE [Q_FILE]": f"As for lcp compare, but not standard input. {declarations.OTHERS}",
+        "FILE [Q_FILE]": (
+            f"As for lcp compare, but not standard input. {declarations.OTHERS}"
+        ),
     },
     declarations.FILES._replace(words=MEANINGS),
 )
@@ -87,8 +93,10 @@ MEASURING = (TOL, OF_EACH_RUN, ACCEPT, BUDGET)
 @declarations.several_methods("Solvers", "measure", DEFAULT_METHODS)
 @option(
     "Solvers",
-    f"--peer peers NAME  Another solver to measure, if it is installed; repeatable: {listed(PEERS, 'or')}. The part of "
-    "a name before a dash selects all solvers whose names begin with it.  [default: none]",
+    "--peer peers NAME  Another solver to measure, if it is installed; "
+    f"repeatable: {listed(PEERS, 'or')}. The part of "
+    "a name before a dash selects all solvers whose names begin with it.  "
+    "[default: none]",
     multiple=True,
     shell_complete=Candidates(
         {
@@ -109,9 +117,12 @@ MEASURING = (TOL, OF_EACH_RUN, ACCEPT, BUDGET)
     FORMATS,
     option(
         "Output",
-        "--plot FILE  Draw performance profiles, error against time, and scaling with n, as .png, .svg or .pdf.",
+        "--plot FILE  Draw performance profiles, error against time, and "
+        "scaling with n, as .png, .svg or .pdf.",
     ),
-    file=f"{declarations.TO_FILE} JSON is saved after each measurement, to resume from.",
+    file=(
+        f"{declarations.TO_FILE} JSON is saved after each measurement, to resume from."
+    ),
     quiet="Print neither results nor progress, only errors.",
 )
 def bench(
@@ -276,7 +287,8 @@ FORMATS_OF_COMPARISON = {
 }
 SLOWER = Option(
     *("slower", float, None, "ratio > 1", lambda ratio: 1 < ratio < math.inf),
-    "Also fail if a run takes at least this many times as long, beyond its spread; by default times never fail.",
+    "Also fail if a run takes at least this many times as long, beyond its "
+    "spread; by default times never fail.",
 )
 
 
@@ -290,16 +302,25 @@ SLOWER = Option(
     ),
     exits={
         0: "no run is worse",
-        1: "a run is worse, contradicts the earlier one, or is slower than --slower allows",
+        1: (
+            "a run is worse, contradicts the earlier one, or is slower than "
+            "--slower allows"
+        ),
         2: "usage or input error",
     },
-    epilog="Unchanged runs appear only in JSON and CSV. lcp help measuring says when a time counts as different.",
+    epilog=(
+        "Unchanged runs appear only in JSON and CSV. lcp help measuring says when a "
+        "time counts as different."
+    ),
 )
 @argument(
     "Runs",
     "old",
     {
-        "OLD": "Earlier runs: a file of lcp bench -o FILE.json, or results of lcp solve or compare in JSON."
+        "OLD": (
+            "Earlier runs: a file of lcp bench -o FILE.json, or results of lcp "
+            "solve or compare in JSON."
+        )
     },
     shell_complete=declarations.FILES,
 )

@@ -1,4 +1,5 @@
-"""lcp check and lcp inspect: whether a proposed solution is correct, and the diagnosis of a problem."""
+"""lcp check and lcp inspect: whether a proposed solution is correct, and the diagnosis
+of a problem."""
 
 from __future__ import annotations
 
@@ -52,9 +53,13 @@ OF_INSPECTION = TIME_LIMIT._replace(
     "paths",
     {
         "FILE [Q_FILE]": f"As for lcp solve. {OTHERS}",
-        "SOLUTION": "A result of lcp solve in JSON or CSV, with its fractions or its proof if it has them, each "
-        "solution of --all; or z as a list in JSON, as a row, a column or a table of numbers, or typed here, such as "
-        "1,0,15/29. Also the strategies of a game, x or x and y of a program, and a .sol file of an .nl model; lcp "
+        "SOLUTION": "A result of lcp solve in JSON or CSV, with "
+        "its fractions or its proof "
+        "if it has them, each "
+        "solution of --all; or z as a list in JSON, as a row, a column or a "
+        "table of numbers, or typed here, such as "
+        "1,0,15/29. Also the strategies of a game, x or x and y of a program, "
+        "and a .sol file of an .nl model; lcp "
         "help proofs has the forms. - is standard input.",
     },
     metavar="FILE [Q_FILE] SOLUTION",
@@ -67,7 +72,10 @@ OF_INSPECTION = TIME_LIMIT._replace(
 def check(paths: tuple[str, ...], tol: float | None, exact: bool, **given: Any) -> int:
     """Verify the proposed SOLUTION of the problem in FILE, or in FILE and Q_FILE."""
     if not 2 <= len(paths) <= 3:
-        hint = "give the file of the problem, the file of q if it is separate, and the solution"
+        hint = (
+            "give the file of the problem, the file of q if it is separate, and the "
+            "solution"
+        )
         raise OptionError(
             "FILE [Q_FILE] SOLUTION", f"stands for 2 or 3 files, not {len(paths)}", hint
         )
@@ -175,7 +183,8 @@ def _verifications(
         "lcp inspect bimatrix --time-limit 10 -o bimatrix-classes.json",
     ),
     exits={0: "inspected", 2: "usage or input error (one-line message)"},
-    epilog='A class is "yes" or "no" only where rounding errors cannot affect the answer. Rows and columns are counted '
+    epilog='A class is "yes" or "no" only where rounding errors cannot affect the '
+    "answer. Rows and columns are counted "
     "from 1; the indices of the JSON, from 0.",
 )
 @declarations.problem_file
@@ -185,8 +194,9 @@ def _verifications(
 def inspect(
     file: str, q_file: str | None, time_limit: float | None, whole: bool, **given: Any
 ) -> int:
-    """Report the classes of M, its scaling, and which methods are guaranteed to solve the problem; of a nonlinear model
-    the rows and operators, and what is known of F and its Jacobian at the start."""
+    """Report the classes of M, its scaling, and which methods are guaranteed to solve
+    the problem; of a nonlinear model the rows and operators, and what is known of F and
+    its Jacobian at the start."""
     destination, inputs = (
         output.Destination.taken(given),
         Inputs.of(list(filter(None, [file, q_file])), **given),

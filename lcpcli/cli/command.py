@@ -1,4 +1,5 @@
-"""The command group lcp, and the base classes of its commands: help in sections, hints for unknown words."""
+"""The command group lcp, and the base classes of its commands: help in sections, hints
+for unknown words."""
 
 from __future__ import annotations
 
@@ -52,8 +53,10 @@ class Command(click.Command):
     """A command whose help has sections.
 
     examples : command lines that run anywhere.
-    common : the options that its help shows without --all, so that it fits on a screen; by default all, and the lists.
-    lists : under each heading the names that are accepted, with their meanings. exits : the exit codes, likewise.
+    common : the options that its help shows without --all, so that it fits on a screen;
+        by default all, and the lists.
+    lists : under each heading the names that are accepted, with their meanings. exits :
+        the exit codes, likewise.
     """
 
     def __init__(
@@ -135,7 +138,8 @@ class Command(click.Command):
             raise OptionError(name, unknown, self._suggest(ctx, name) or hint) from None
 
     def _suggest(self, ctx: click.Context, given: str) -> str:
-        """Return the hint for an unknown option, which may be a value of another option, or a misspelling."""
+        """Return the hint for an unknown option, which may be a value of another
+        option, or a misspelling."""
         word = given.lstrip("-").casefold().replace("_", "-")
         if word in GONE:
             return GONE[word]
@@ -180,7 +184,8 @@ class Command(click.Command):
             super().format_epilog(ctx, formatter)
 
     def tables(self, ctx: click.Context) -> dict[str, Rows]:
-        """Return the tables that help shows after the examples: under each heading, terms with their meanings."""
+        """Return the tables that help shows after the examples: under each heading,
+        terms with their meanings."""
         tables: dict[str, list[tuple[str, str]]] = {}
         params, is_brief = (
             self.get_params(ctx),
@@ -224,7 +229,10 @@ class Command(click.Command):
         helps = tables.pop(HELP)
         if is_brief:
             number = sum(isinstance(param, click.Option) for param in params)
-            more = f"Show this message. lcp help {ctx.info_name} --all shows all {number} options"
+            more = (
+                f"Show this message. lcp help {ctx.info_name} --all shows all "
+                f"{number} options"
+            )
             more += (
                 ", and lcp help METHOD a method and its options."
                 if "--method" in self.common
@@ -235,7 +243,8 @@ class Command(click.Command):
 
 
 def _brief(meaning: str) -> str:
-    """Return the first clause of what an option means, with its default if that is a single word."""
+    """Return the first clause of what an option means, with its default if that is a
+    single word."""
     text, _, bracket = meaning.partition("  [")
     default = re.search(r"default:? \S+\]$", bracket)
     return re.split(r"[.;] ", text)[0].rstrip(".") + (
@@ -247,7 +256,8 @@ command = partial(click.command, cls=Command)
 
 
 class Candidates(NamedTuple):
-    """The completions of a word that shells offer: these words with their meanings, and names of files if `files`."""
+    """The completions of a word that shells offer: these words with their meanings, and
+    names of files if `files`."""
 
     words: Mapping[str, str] = {}
     files: bool = False
@@ -267,8 +277,8 @@ class Candidates(NamedTuple):
 
 
 class Choice(click.Choice):  # type: ignore[type-arg,unused-ignore]
-    """One of several words with meanings, or what `parse` makes of it; the error for an unknown word has a likely one,
-    else all or `otherwise`."""
+    """One of several words with meanings, or what `parse` makes of it; the error for an
+    unknown word has a likely one, else all or `otherwise`."""
 
     def __init__(
         self,
@@ -286,7 +296,8 @@ class Choice(click.Choice):  # type: ignore[type-arg,unused-ignore]
             return self.parse(value) if isinstance(value, str) else value
         if value not in self.meanings:
             self.fail(
-                f"{quoted(value)} is unknown; {likely(value, self.meanings, self.otherwise)}",
+                f"{quoted(value)} is unknown; "
+                f"{likely(value, self.meanings, self.otherwise)}",
                 param,
                 ctx,
             )
@@ -310,7 +321,8 @@ def tabulate(formatter: click.HelpFormatter, tables: Mapping[str, Rows]) -> None
 
 
 class Commands(UserDict[str, Any]):
-    """Commands by name, each imported on demand. The values are the names of the commands' modules in lcpcli.cli."""
+    """Commands by name, each imported on demand. The values are the names of the
+    commands' modules in lcpcli.cli."""
 
     def __getitem__(self, name: str) -> Any:
         return getattr(
@@ -319,7 +331,8 @@ class Commands(UserDict[str, Any]):
 
 
 class Group(Command, click.Group):
-    """A group of commands; the error for an unknown command suggests the most likely one."""
+    """A group of commands; the error for an unknown command suggests the most likely
+    one."""
 
     def tables(self, ctx: click.Context) -> dict[str, Rows]:
         return {"Commands": list(self.meanings().items()), **super().tables(ctx)}
@@ -388,13 +401,15 @@ def _show_version(context: click.Context, _: click.Parameter, is_asked: bool) ->
 )
 @click.pass_context
 def lcp(context: click.Context) -> None:
-    """Solve linear complementarity problems: find z >= 0 with w = Mz + q >= 0 and z'w = 0; and mixed ones."""
+    """Solve linear complementarity problems: find z >= 0 with w = Mz + q >= 0 and z'w =
+    0; and mixed ones."""
     if context.invoked_subcommand is None:
         click.echo(context.get_help())
 
 
 MODULES = (  # of the commands, in the order of the help
-    "solve solve, compare solve, path path, bench bench, compare-runs bench, check check, inspect check, kernels help, "
+    "solve solve, compare solve, path path, bench bench, compare-runs bench, "
+    "check check, inspect check, kernels help, "
     "make make, convert make, completion help, help help"
 )
 lcp.commands = Commands(map(str.split, MODULES.split(", ")))

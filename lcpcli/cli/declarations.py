@@ -1,4 +1,5 @@
-"""The arguments and options that several commands share, each declared once, and which have no effect together."""
+"""The arguments and options that several commands share, each declared once, and which
+have no effect together."""
 
 from __future__ import annotations
 
@@ -29,14 +30,20 @@ from lcpcli.report.document import MEANINGS
 from lcpcli.report.wording import CHOICES, flag
 
 STARTS = {
-    "x0": "Starting point x = (z - w) / 2: numbers, a file or a result.  [default: the problem's, else 0]",
+    "x0": (
+        "Starting point x = (z - w) / 2: numbers, a file or a result.  [default: "
+        "the problem's, else 0]"
+    ),
     **{
         name: meaning
         for method in METHODS.values()
         for name, meaning in method.vectors.items()
     },
     "z0": "Starting point given as z, with w = Mz + q.  [default: see --x0]",
-    "basis": "Starting point given by states: lower,basic,upper, a list in JSON, or a result.  [default: see --x0]",
+    "basis": (
+        "Starting point given by states: lower,basic,upper, a list in JSON, or a "
+        "result.  [default: see --x0]"
+    ),
 }
 
 # The options of methods, by name.
@@ -68,9 +75,10 @@ FLAGS: dict[str, str] = {}  # of all options that are declared, by name
 
 
 def option(heading: str, *rows: str | Option, **attributes: Any) -> Declaration:
-    """Declare options under a heading of the help. A row has an option's names, that of its value in capitals unless it
-    is a flag or has a type, and, after two blanks, what it means; or it is numeric, in its range, and None where it is
-    not given. The rest is as for `click.option`."""
+    """Declare options under a heading of the help. A row has an option's names, that of
+    its value in capitals unless it is a flag or has a type, and, after two blanks, what
+    it means; or it is numeric, in its range, and None where it is not given. The rest
+    is as for `click.option`."""
     made = list[Any]()
     for row in rows:
         text, how = (
@@ -126,7 +134,8 @@ def _numeric(declared: Option) -> tuple[str, dict[str, Any]]:
 def argument(
     heading: str, name: str, words: Mapping[str, str], **attributes: Any
 ) -> Declaration:
-    """Declare an argument under a heading, with the meanings of its words; the rest is as for `click.argument`."""
+    """Declare an argument under a heading, with the meanings of its words; the rest is
+    as for `click.argument`."""
 
     def declare(function: Any) -> Any:
         function = click.argument(name, **attributes)(function)
@@ -140,7 +149,8 @@ def argument(
 
 
 def declared(*declarations: Declaration) -> Declaration:
-    """Return a declaration that combines the given ones, in the order in which help shows them."""
+    """Return a declaration that combines the given ones, in the order in which help
+    shows them."""
     return lambda command: reduce(
         lambda made, declare: declare(made), reversed(declarations), command
     )
@@ -152,8 +162,8 @@ def reporting(
     file: str = f"{TO_FILE}  [default: standard output]",
     quiet: str = "Print no results, only errors; the exit code tells the outcome.",
 ) -> Declaration:
-    """Declare --format, one of these formats if there are any, None leaving it to the suffix of -o; the others; -o and
-    --quiet, with their meanings."""
+    """Declare --format, one of these formats if there are any, None leaving it to the
+    suffix of -o; the others; -o and --quiet, with their meanings."""
     form = "-f --format form FORMAT  {}.  [default: by the suffix of -o, else table]"
     choice = (
         [option("Output", form.format(listed(formats, "or")), type=Choice(formats))]
@@ -174,16 +184,24 @@ METHOD = Choice(meanings(), parse=registry.parse)
 METHOD_NAMES = listed(METHOD.meanings, "or")
 show_option = option(
     "Output",
-    "--show names NAME  Show only the unknowns of this name, or z1, z2, ...; * stands for any text, as in 'price *'; "
+    "--show names NAME  Show only the unknowns of this name, or z1, z2, ...; * "
+    "stands for any text, as in 'price *'; "
     "repeatable. JSON has all.  [default: as many as fit]",
     multiple=True,
 )
 
 
 def several_methods(heading: str, purpose: str, default: Sequence[str]) -> Declaration:
-    """Declare a repeatable --method, for a purpose, and --sweep; see `chosen_variants`."""
-    one = f"A method to {purpose}: {METHOD_NAMES}, with options of its own as in shi:p=10,k-star=5; repeatable."
-    every = "Run the methods that have this option once for each value, as in p=1,10,100; several make a grid."
+    """Declare a repeatable --method, for a purpose, and --sweep; see
+    `chosen_variants`."""
+    one = (
+        f"A method to {purpose}: {METHOD_NAMES}, with options of its own as in "
+        "shi:p=10,k-star=5; repeatable."
+    )
+    every = (
+        "Run the methods that have this option once for each value, as in "
+        "p=1,10,100; several make a grid."
+    )
     names, axes = "-m --method methods NAME[:...]", f"{SWEEP} OPTION=VALUE,..."
     return declared(
         option(
@@ -227,7 +245,8 @@ def chosen_variants(
     default: Sequence[str],
     given: Collection[str] = (),
 ) -> list[Variant]:
-    """Return the requested methods, or the default ones, for all values of --sweep, which may set no given option."""
+    """Return the requested methods, or the default ones, for all values of --sweep,
+    which may set no given option."""
     for axis in axes:
         name = axis.partition("=")[0].strip().replace("-", "_")
         refuse(
@@ -251,7 +270,10 @@ def _columns(
 
 
 BOUND = "a number, none, a list or a file.  [default: the problem's]"
-M_AND_Q = "M and q as .json, .npz, .mat, or .csv with the columns [M | q]; M alone, also as .mtx or .npy"
+M_AND_Q = (
+    "M and q as .json, .npz, .mat, or .csv with the columns [M | q]; M alone, also "
+    "as .mtx or .npy"
+)
 BESIDES_FILES = "- is standard input, and the name of a shipped problem stands for it."
 # That a file may hold.
 OTHERS = "Programs: .mps, .qps, .lp; models: .nl; games: .nfg, .efg."
@@ -293,7 +315,10 @@ problem_files = declared(  # the problems of a command that takes one or several
         "files",
         "FILE [Q_FILE]|FOLDER...",
         {
-            "FILE": f"{M_AND_Q}; .jsonl with a problem in each line. {OTHERS} {BESIDES_FILES}",
+            "FILE": (
+                f"{M_AND_Q}; .jsonl with a problem in each line. {OTHERS} "
+                f"{BESIDES_FILES}"
+            ),
             "Q_FILE": "q, or several q in columns, if FILE contains M alone.",
         },
         required=True,
@@ -302,7 +327,10 @@ problem_files = declared(  # the problems of a command that takes one or several
 )
 problem_output = reporting(  # of a command that writes a problem
     {},
-    file=f"Write to this file, in the format of its suffix: {WRITTEN}.  [default: JSON to standard output]",
+    file=(
+        f"Write to this file, in the format of its suffix: {WRITTEN}.  [default: "
+        "JSON to standard output]"
+    ),
     quiet="Say nothing on standard error but errors.",
 )
 
@@ -353,7 +381,8 @@ solving = declared(
         MEANINGS,
         option(
             "Output",
-            "--trace [FILE]  Write the iterates to this .csv file; without a file, add them to JSON, or write them as "
+            "--trace [FILE]  Write the iterates to this .csv file; without a "
+            "file, add them to JSON, or write them as "
             "CSV.  [default: none]",
             is_flag=False,
             flag_value=ITERATES,
@@ -362,14 +391,16 @@ solving = declared(
         option("Output", EVERY),
         option(
             "Output",
-            f"--columns NAME,...  Show only these columns of the iterates, and no summary: {', '.join(CHOICES)}."
+            "--columns NAME,...  Show only these columns of the iterates, and "
+            f"no summary: {', '.join(CHOICES)}."
             "  [default: all]",
             callback=_columns,
         ),
         option(
             "Output",
             "--plot FILE  Draw error over time: .png, .svg or .pdf.",
-            "--paths FILE  Draw the iterates x, z = |x| + x, of a problem in two unknowns over the merit function: "
+            "--paths FILE  Draw the iterates x, z = |x| + x, of a problem in "
+            "two unknowns over the merit function: "
             ".png, .svg, .pdf.  [default: none]",
         ),
     ),
@@ -439,7 +470,8 @@ TABLE = {  # by what is asked for
     "--sequence": [
         Refusal(
             {*OWN, *OF_ITERATES, "--jobs", "--cluster", "--method"},
-            "has no effect with {mode}, where auto solves each problem from the states of the last one",
+            "has no effect with {mode}, where auto solves each problem from the "
+            "states of the last one",
         )
     ],
     "--resume": [
@@ -486,9 +518,10 @@ TABLE = {  # by what is asked for
 
 
 def refuse_beside(modes: str | Mapping[str, bool], given: Mapping[str, Any]) -> None:
-    """Raise OptionError if a mode, one of TABLE, is asked for beside an option without effect in it. modes : it, or
-    several and whether each is asked for. given : the values of options by flag; None, False and an empty tuple stand
-    for one that is not given."""
+    """Raise OptionError if a mode, one of TABLE, is asked for beside an option without
+    effect in it. modes : it, or several and whether each is asked for. given : the
+    values of options by flag; None, False and an empty tuple stand for one that is not
+    given."""
     for mode in (
         [modes]
         if isinstance(modes, str)

@@ -1,4 +1,5 @@
-"""lcp help, the reference, one page per topic; lcp completion; and lcp kernels, which compiles ahead of use."""
+"""lcp help, the reference, one page per topic; lcp completion; and lcp kernels, which
+compiles ahead of use."""
 
 from __future__ import annotations
 
@@ -78,7 +79,10 @@ MOST_HEADINGS = 4  # of a page that has a word in many sections
     "Topic",
     "topic",
     {
-        "TOPIC": "A topic below, a command, a method, or a word to search for.  [default: list them]"
+        "TOPIC": (
+            "A topic below, a command, a method, or a word to search for.  "
+            "[default: list them]"
+        )
     },
     required=False,
     shell_complete=lambda *given: Candidates({**TOPICS, **lcp.meanings()})(*given),
@@ -96,8 +100,8 @@ MOST_HEADINGS = 4  # of a page that has a word in many sections
 def help(
     context: click.Context, topic: str | None, section: str | None, whole: bool
 ) -> None:
-    """Show the page on TOPIC, or the sections on a word that has some, formatted on a terminal and as Markdown in a
-    pipe; or list the pages that have a word."""
+    """Show the page on TOPIC, or the sections on a word that has some, formatted on a
+    terminal and as Markdown in a pipe; or list the pages that have a word."""
     commands = lcp.commands
     refuse(
         whole and topic not in commands,
@@ -218,30 +222,37 @@ SHELLS = {
     type=Choice(SHELLS),
 )
 def completion(shell: str) -> int:
-    """Print a script with which SHELL completes commands, options, methods, names and problem files."""
+    """Print a script with which SHELL completes commands, options, methods, names and
+    problem files."""
     return shell_complete(lcp, {}, "lcp", VARIABLE, f"{shell}_source")
 
 
 @command(
     short_help="Compile the kernels of the extra fast ahead of time.",
     examples=("lcp kernels",),
-    epilog="LCPCLI_KERNELS=1 in the environment makes all runs use them: see lcp help speed.",
+    epilog=(
+        "LCPCLI_KERNELS=1 in the environment makes all runs use them: see lcp help "
+        "speed."
+    ),
     exits={
         0: "all are compiled",
         2: "numba is missing, or cannot write its cache (one-line message)",
     },
 )
 def kernels() -> None:
-    """Compile the kernels of the extra fast that numba does not have in its cache, and say where that is."""
+    """Compile the kernels of the extra fast that numba does not have in its cache, and
+    say where that is."""
     refuse(not has_numba(), "kernels", *MISSING)
     try:
         from lcpcli.kernels.announcement import KERNELS, compile_all
 
         begun, shown = itertools.count(1), shows_progress(False)
         with Line() as line:
-            tell = lambda name: (
-                line.show(f"{next(begun)}/{KERNELS}  {name}") if shown else None
-            )  # noqa: E731
+
+            def tell(name: str) -> None:
+                if shown:
+                    line.show(f"{next(begun)}/{KERNELS}  {name}")
+
             now, before, folder = compile_all(tell)
     except RuntimeError as error:  # the cache has no place
         raise OptionError(
@@ -254,5 +265,6 @@ def kernels() -> None:
         "unset it",
     )
     click.echo(
-        f"{count(now, 'kernel')} compiled, {before} already there; the cache is in {folder}"
+        f"{count(now, 'kernel')} compiled, {before} already there; the cache is "
+        f"in {folder}"
     )

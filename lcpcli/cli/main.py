@@ -1,6 +1,8 @@
-"""The command lcp: start-up, and exit with one of the codes. Errors become one line on standard error and exit code 2.
+"""The command lcp: start-up, and exit with one of the codes. Errors become one line on
+standard error and exit code 2.
 
-Little more than the standard library is imported before the handler for Ctrl-C is installed.
+Little more than the standard library is imported before the handler for Ctrl-C is
+installed.
 """
 
 from __future__ import annotations
@@ -60,7 +62,8 @@ def of_status(status: Status) -> int:
 
 
 def of_result(result: Result) -> int:
-    """Return the exit code of a result that Ctrl-C has not cut short: of its status, unless a requested proof fails."""
+    """Return the exit code of a result that Ctrl-C has not cut short: of its status,
+    unless a requested proof fails."""
     unproved = result.exact is not None and result.exact.status is None
     return (
         NOT_SOLVED
@@ -70,7 +73,8 @@ def of_result(result: Result) -> int:
 
 
 def of_several(codes: Iterable[int]) -> int:
-    """Return the exit code of a run of several problems from the exit codes of the problems."""
+    """Return the exit code of a run of several problems from the exit codes of the
+    problems."""
     return min(codes, key=BY_PRECEDENCE.index)
 
 
@@ -95,8 +99,7 @@ def main() -> None:
         # error.
         if sys.stdout is None:
             os.dup2(os.open(os.devnull, os.O_RDONLY), 1)
-            # noqa: SIM115.
-            sys.stdout = sys.__stdout__ = open(1, "w")  # type: ignore[misc]
+            sys.stdout = sys.__stdout__ = open(1, "w")  # type: ignore[misc]  # noqa: SIM115
         for stream in (sys.stdout, sys.stderr):
             if hasattr(stream, "reconfigure"):
                 stream.reconfigure(errors="backslashreplace")
@@ -111,15 +114,18 @@ def main() -> None:
 
 @contextlib.contextmanager
 def _output_alone() -> Iterator[None]:
-    """Open a context in which compiled code cannot print to standard output, as HiGHS does now and then whatever its
-    options: sys.stdout writes to a copy of file descriptor 1, which itself is the null device."""
+    """Open a context in which compiled code cannot print to standard output, as HiGHS
+    does now and then whatever its options: sys.stdout writes to a copy of file
+    descriptor 1, which itself is the null device."""
     from lcpcli import interrupts
 
     usual, own = sys.stdout, sys.__stdout__
     with interrupts.silent() as copy:
         if copy is not None and own is not None and own is usual and own.fileno() == 1:
             buffering = 1 if own.line_buffering else -1
-            stream = open(copy, "w", buffering, own.encoding, own.errors, closefd=False)  # noqa: SIM115
+            stream = open(  # noqa: SIM115
+                copy, "w", buffering, own.encoding, own.errors, closefd=False
+            )
             sys.stdout = sys.__stdout__ = stream  # type: ignore[misc]
         try:
             yield
@@ -130,9 +136,10 @@ def _output_alone() -> Iterator[None]:
 
 
 def leave(code: int) -> NoReturn:
-    """End the process with this exit code: at once, as the interpreter's shutdown takes longer than many a solve once
-    numpy is loaded, but after the functions that are registered for the exit. An exit that has to be orderly is left to
-    the interpreter: where a thread is to be awaited, or a profiler or a debugger watches."""
+    """End the process with this exit code: at once, as the interpreter's shutdown takes
+    longer than many a solve once numpy is loaded, but after the functions that are
+    registered for the exit. An exit that has to be orderly is left to the interpreter:
+    where a thread is to be awaited, or a profiler or a debugger watches."""
     from lcpcli.interrupts import abandoned
 
     if not any(map(threading.Thread.is_alive, [*abandoned, *reading])):
@@ -147,7 +154,8 @@ def leave(code: int) -> NoReturn:
 
 
 def _interrupt_again(lost: sys.UnraisableHookArgs) -> None:
-    """Repeat Ctrl-C that came in a callback of the interpreter, such as that of a lock of imports, and was ignored."""
+    """Repeat Ctrl-C that came in a callback of the interpreter, such as that of a lock
+    of imports, and was ignored."""
     if isinstance(lost.exc_value, KeyboardInterrupt):
         from lcpcli.interrupts import repeat
 
@@ -179,7 +187,8 @@ def _run() -> int:
         if param is None:
             where = error.ctx.command_path if error.ctx else "lcp"
             return say(
-                f"lcp: {where.removeprefix('lcp ')}: {_one_line(error.message)}; see {where} --help"
+                f"lcp: {where.removeprefix('lcp ')}: "
+                f"{_one_line(error.message)}; see {where} --help"
             )
         name = (
             param.opts[-1]
@@ -210,7 +219,8 @@ def _run() -> int:
             return say(f"lcp: {error.filename}: {error.strerror}")
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return say(
-            f"lcp: standard output cannot be written ({error.strerror}); write to a file with -o"
+            f"lcp: standard output cannot be written ({error.strerror}); write "
+            "to a file with -o"
         )
 
 
@@ -238,7 +248,8 @@ def say(message: str, code: int = BAD_INPUT) -> int:
 
 
 def _complain_of_loading(error: BaseException) -> int:
-    """Report a library that fails to load, perhaps for lack of memory, by the root of its error, which it may wrap."""
+    """Report a library that fails to load, perhaps for lack of memory, by the root of
+    its error, which it may wrap."""
     while error.__cause__ or error.__context__:
         error = error.__cause__ or error.__context__ or error
     fault = _one_line(str(error) or type(error).__name__)

@@ -1,4 +1,5 @@
-"""lcp make and lcp convert: write a problem of the gallery, a program or a game, or write one in another format."""
+"""lcp make and lcp convert: write a problem of the gallery, a program or a game, or
+write one in another format."""
 
 from __future__ import annotations
 
@@ -55,15 +56,20 @@ KINDS = {bool: "true or false", int: "a whole number", float: "a number"}
         "lcp make harker-pang -n 50 --seed 3 --set symmetric=true -o problem.npz",
     ),
     exits={0: "written", 2: "usage error (one-line message)"},
-    epilog=f"The same arguments give the same problem. {', '.join(COMPLETE)} also hold its known solutions and, for a "
-    "program or a game, what lcp solve needs to report the minimizer or the equilibrium. lcp solve also takes the file "
+    epilog=f"The same arguments give the same problem. {', '.join(COMPLETE)} also hold "
+    "its known solutions and, for a "
+    "program or a game, what lcp solve needs to report the minimizer or the "
+    "equilibrium. lcp solve also takes the file "
     "of a program or a game itself; lcp help programs has the keys.",
 )
 @argument(
     "Family",
     "family",
     {
-        "FAMILY": "A family; lcp make --list shows all families with their parameters and the class of M."
+        "FAMILY": (
+            "A family; lcp make --list shows all families with their parameters and "
+            "the class of M."
+        )
     },
     required=False,
     metavar="[FAMILY]",
@@ -94,7 +100,8 @@ def make(
     quiet: bool,
     **given: Any,
 ) -> int:
-    """Write a problem of FAMILY, a family of the gallery, or the problem of a program or a game."""
+    """Write a problem of FAMILY, a family of the gallery, or the problem of a program
+    or a game."""
     n, seed, output = (given[name] for name in ("n", "seed", "output"))
     sources = {"--from-qp": given["from_qp"], "--from-game": given["from_game"]}
     given = {
@@ -193,9 +200,12 @@ def _parameters(family: str, settings: tuple[str, ...]) -> dict[str, Any]:
         "lcp make obstacle -n 100 | lcp convert - -o obstacle.npz",
     ),
     exits={0: "written", 2: "usage or input error (one-line message)"},
-    epilog=f"Text formats keep all digits as written; .npz, .npy and .mat hold doubles. {', '.join(COMPLETE)} keep "
-    "everything, .csv M, q and bounds, the others M and q; .mtx and .npy need two files for them, such as p.mtx and "
-    "p.q.mtx. Programs and games are kept, programs also in .mps; lcp make --from-qp and --from-game write M and q.",
+    epilog="Text formats keep all digits as written; .npz, .npy and .mat hold "
+    f"doubles. {', '.join(COMPLETE)} keep "
+    "everything, .csv M, q and bounds, the others M and q; .mtx and .npy need "
+    "two files for them, such as p.mtx and "
+    "p.q.mtx. Programs and games are kept, programs also in .mps; lcp make "
+    "--from-qp and --from-game write M and q.",
 )
 @problem_file
 @problem_output
@@ -231,18 +241,23 @@ def convert(file: str, q_file: str | None, output: str | None, **given: Any) -> 
             needed = "as MPS needs unique names without spaces or control characters"
             change = f"{count(len(names), 'name')} had to be changed, {needed}"
             tell(
-                f"{output}: {change}: {quoted(old)} is {quoted(new)}{', and so on' * (len(names) > 1)}",
+                f"{output}: {change}: {quoted(old)} is "
+                f"{quoted(new)}{', and so on' * (len(names) > 1)}",
                 inputs.quiet,
             )
     if is_rounded(written, output):
         endings = " or ".join(exact_endings(written.rounded))
-        change = f"some numbers have more digits than doubles and were rounded; {endings} would keep them all"
+        change = (
+            "some numbers have more digits than doubles and were rounded; "
+            f"{endings} would keep them all"
+        )
         tell(f"{output}: {change}", inputs.quiet)
     return 0
 
 
 def read_written(inputs: Inputs) -> Written[Problem]:
-    """Read the problem in the files, rounded and, where texts have more digits than doubles, as written."""
+    """Read the problem in the files, rounded and, where texts have more digits than
+    doubles, as written."""
     from lcpcli.files import beside, contents, reading
     from lcpcli.rational.numbers import Written, written
 
@@ -284,7 +299,8 @@ def write(
     quiet: bool,
     as_program: bool = False,
 ) -> None:
-    """Write a problem in the format of the file's suffix and say so, or as JSON to standard output."""
+    """Write a problem in the format of the file's suffix and say so, or as JSON to
+    standard output."""
     from lcpcli.files import writing
     from lcpcli.rational.numbers import Written
 
@@ -303,7 +319,8 @@ def write(
 
 
 def losses(problem: Problem, output: str) -> list[str]:
-    """Return the names of those parts of a problem that the format of the file does not keep."""
+    """Return the names of those parts of a problem that the format of the file does not
+    keep."""
     from lcpcli.files import csv_format
     from lcpcli.files.writing import kind_of
 

@@ -29,8 +29,10 @@ MOST_POINTS = 400  # of one method in a figure, about one for each pixel across 
 class Destination:
     """Where a command shows its report.
 
-    form, path : the format, and the file, None for standard output. quiet : whether nothing but errors is printed.
-    width, color : of a terminal, else None, and whether it shows colours. silent : whether the report is not shown.
+    form, path : the format, and the file, None for standard output. quiet : whether
+        nothing but errors is printed.
+    width, color : of a terminal, else None, and whether it shows colours. silent :
+        whether the report is not shown.
     """
 
     def __init__(self, form: str | None, path: str | None, quiet: bool = False) -> None:
@@ -55,30 +57,35 @@ class Destination:
 
     @classmethod
     def taken(cls, given: dict[str, Any]) -> Destination:
-        """Return the destination for the options of a command, from which --format and -o are taken away."""
+        """Return the destination for the options of a command, from which --format and
+        -o are taken away."""
         return cls(given.pop("form"), given.pop("output"), given["quiet"])
 
     def show(
         self, render: Callable[[str, int | None, bool], str], verdict: str = ""
     ) -> None:
-        """Show what `render` returns for the format, the width and whether there are colours; where it goes to a file,
-        say the verdict in a line on standard error."""
+        """Show what `render` returns for the format, the width and whether there are
+        colours; where it goes to a file, say the verdict in a line on standard
+        error."""
         if not self.silent:
             show(render(self.form, self.width, self.color), self.path, self.color)
         if verdict and self.path is not None:
             tell(verdict, self.quiet)
 
     def add(self, path: str | None, content: Callable[[str], str | bytes]) -> None:
-        """Write a further file, such as a figure, with its content by its name, if it has one, and say so."""
+        """Write a further file, such as a figure, with its content by its name, if it
+        has one, and say so."""
         if path is not None:
             show(content(path), path)
             tell(f"wrote {path}", self.quiet)
 
 
 class Output(Destination):
-    """The choice of what is shown of a request, in which format and where, checked before any computation.
+    """The choice of what is shown of a request, in which format and where, checked
+    before any computation.
 
-    trace_path : the file of all iterates, if any. with_iterates : whether the iterates are added to the output.
+    trace_path : the file of all iterates, if any. with_iterates : whether the iterates
+        are added to the output.
     """
 
     def __init__(self, request: Request) -> None:
@@ -129,8 +136,8 @@ class Output(Destination):
         require_plot(request.paths, "paths")
 
     def traces(self, problem: AnyProblem) -> tuple[Trace | None, Trace | None]:
-        """Return an empty trace for iterates that are shown or written, and an empty curve for the figure and for the
-        levels; each keeps only what is needed."""
+        """Return an empty trace for iterates that are shown or written, and an empty
+        curve for the figure and for the levels; each keeps only what is needed."""
         request, levels = self.request, self.request.levels if problem.solutions else ()
         draws = (
             request.plot is not None or request.paths is not None or self.form == "html"
@@ -163,7 +170,8 @@ class Output(Destination):
         return trace, curve
 
     def with_visible_trace(self, result: Result) -> Result:
-        """Return the result with the part of its trace that is shown, where more was kept for a file."""
+        """Return the result with the part of its trace that is shown, where more was
+        kept for a file."""
         if self.trace_path is None or result.trace is None:
             return result
         shown = result.trace if self.with_iterates else None
@@ -192,7 +200,8 @@ class Output(Destination):
         )
 
     def _selection(self, problem: AnyProblem) -> tuple[int, int | None, Indices | None]:
-        """Return the selection of a table: the step and the largest number of its iterates, and their components."""
+        """Return the selection of a table: the step and the largest number of its
+        iterates, and their components."""
         from lcpcli.report.tables import kept_components
 
         width = self.width if self.form == "table" else None
@@ -220,7 +229,8 @@ def require_plot(file: str | None, option: str = "plot") -> None:
 
 
 def hush() -> None:
-    """Keep matplotlib from telling on standard error that it has no folder for its cache."""
+    """Keep matplotlib from telling on standard error that it has no folder for its
+    cache."""
     import logging
 
     logging.getLogger("matplotlib").setLevel(logging.ERROR)

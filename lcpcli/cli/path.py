@@ -55,7 +55,10 @@ OF_POINTS = TOL._replace(
         ),
         *("--format", "--plot", "--output", "--quiet"),
     ),
-    epilog="lcp help paths has examples, also for programs. Components are counted from 1; indices in JSON, from 0.",
+    epilog=(
+        "lcp help paths has examples, also for programs. Components are counted "
+        "from 1; indices in JSON, from 0."
+    ),
     exits={
         **EXITS,
         0: "the path is verified, and reaches its end, a ray or a turn",
@@ -67,7 +70,9 @@ OF_POINTS = TOL._replace(
     "Problem",
     "files",
     {
-        "FROM TO": "Two problems as for lcp solve, with the same M and other q or bounds, or two programs (.mps, .qps, "
+        "FROM TO": "Two problems as for lcp solve, with the "
+        "same M and other q or bounds, "
+        "or two programs (.mps, .qps, "
         ".lp, .nl) that differ in costs, in bounds or in sides of rows.",
         "FILE FROM TO": "M, and the q of each problem.",
         "FROM [Q_FILE]": "With --direction, one problem.",
@@ -79,7 +84,8 @@ OF_POINTS = TOL._replace(
 @declarations.q_option
 @option(
     "Problem",
-    "--direction NUMBERS|FILE  In place of TO: q becomes q + t d, with this d.  [default: none]",
+    "--direction NUMBERS|FILE  In place of TO: q becomes q + t d, with this d.  "
+    "[default: none]",
 )
 @declarations.bounds_options
 @option(
@@ -108,7 +114,8 @@ def path(
     plot: str | None,
     **given: Any,
 ) -> int:
-    """Follow the solution z(t) as q and the bounds of one problem change to those of another."""
+    """Follow the solution z(t) as q and the bounds of one problem change to those of
+    another."""
     from lcpcli.parametric.path import REACHED
 
     destination, exact = Destination.taken(given), given.pop("exact")
@@ -128,7 +135,10 @@ def path(
     )
     hint = "give one problem: a file, or a file with M and one with q"
     if direction is None:
-        hint = "give two problems, or a file with M and two with q, or a problem and --direction"
+        hint = (
+            "give two problems, or a file with M and two with q, or a problem and "
+            "--direction"
+        )
     is_wrong = len(files) not in (fewest, fewest + 1)
     refuse(
         is_wrong,
@@ -210,7 +220,10 @@ def _values(text: str | None, start: Number, stop: Number, exact: bool) -> list[
         raise OptionError("--at", f"{text!r} is not a list of numbers", "write 0,0.5,1")
     values = [_number("--at", number, exact) for number in typed]
     for value in values:
-        fault = f"is {float(value):g}, and the path goes from {float(start):g} to {float(stop):g}"
+        fault = (
+            f"is {float(value):g}, and the path goes from {float(start):g} to "
+            f"{float(stop):g}"
+        )
         refuse(not start <= value <= stop, "--at", fault, "give values between these")
     return values
 

@@ -37,11 +37,13 @@ SECONDS_ALONE = 9.0
 
 
 class Local:
-    """Processes on this machine. They are copies of this one, which start at once, where that is safe: on Linux, beside
-    no other threads, be it of linear algebra, and unless they are very many.
+    """Processes on this machine. They are copies of this one, which start at once,
+    where that is safe: on Linux, beside no other threads, be it of linear algebra, and
+    unless they are very many.
 
-    size : their number. most : inputs that are handed over to a process at once. kill_error : of a future whose process
-    was killed. end_errors, end : errors that mean that no process is left, and the error to report then.
+    size : their number. most : inputs that are handed over to a process at once.
+    kill_error : of a future whose process was killed. end_errors, end : errors that
+    mean that no process is left, and the error to report then.
     """
 
     most: int = sys.maxsize
@@ -75,7 +77,8 @@ class Local:
                 return self._executor.submit(function, *arguments)
 
     def look(self) -> None:
-        """End all processes if one was killed, as the executor does unless it waits for the rest of a result."""
+        """End all processes if one was killed, as the executor does unless it waits for
+        the rest of a result."""
         if not all(
             each.is_alive() for each in list(self._executor._processes.values())
         ):
@@ -111,7 +114,8 @@ def _leave_signals_to_parent() -> None:
 
 
 class Cluster:
-    """The workers of a Dask scheduler, which repeats the work of a killed one, and hands over one in milliseconds."""
+    """The workers of a Dask scheduler, which repeats the work of a killed one, and
+    hands over one in milliseconds."""
 
     most = 16
     end_errors: tuple[type[Exception], ...] = (OSError, CancelledError, RuntimeError)
@@ -133,7 +137,10 @@ class Cluster:
             address.startswith("tls:")
             and Security().get_connection_args("client").get("ssl_context") is None
         ):
-            hint = "set distributed.comm.tls.ca-file, client.cert and client.key there; see Dask's documentation on TLS"
+            hint = (
+                "set distributed.comm.tls.ca-file, client.cert and client.key "
+                "there; see Dask's documentation on TLS"
+            )
             raise OptionError(
                 "--cluster",
                 f"{address} needs certificates, and Dask's configuration names none",
@@ -150,7 +157,10 @@ class Cluster:
             raise OptionError(
                 "--cluster", f"{address} cannot be reached", hint
             ) from None
-        hint = "start the scheduler again; --resume continues a log that -o FILE.jsonl has begun"
+        hint = (
+            "start the scheduler again; --resume continues a log that -o FILE.jsonl "
+            "has begun"
+        )
         self.end = OptionError(
             "--cluster", f"the scheduler at {address} no longer answers", hint
         )
@@ -180,7 +190,8 @@ class Cluster:
             self._began = now
         elif now > self._began + SECONDS_ALONE and not self._has_warned:
             tell(
-                f"--cluster: the scheduler at {self._address} has no workers; start dask worker {self._address}"
+                f"--cluster: the scheduler at {self._address} has no workers; "
+                f"start dask worker {self._address}"
             )
             self._has_warned = True
 

@@ -1,8 +1,10 @@
-"""The request of a command, of which lines tell what is wrong with known solutions and the like; its problems; and runs
-of methods on a problem: each with the options that it has, timed, with proofs.
+"""The request of a command, of which lines tell what is wrong with known solutions and
+the like; its problems; and runs of methods on a problem: each with the options that it
+has, timed, with proofs.
 
-No displayed time includes the extra cost of a first run: imports never count, and short runs are repeated, as the first
-one waits for memory and caches. Of runs that are compared, which are repeated more often, the least times count.
+No displayed time includes the extra cost of a first run: imports never count, and short
+runs are repeated, as the first one waits for memory and caches. Of runs that are
+compared, which are repeated more often, the least times count.
 """
 
 from __future__ import annotations
@@ -55,8 +57,9 @@ LARGE_FILE = 8 * MANY_ROWS**2
 class InputProblem(NamedTuple):
     """A problem from the input: a Problem, or a NonlinearProblem where these are taken.
 
-    exactly : reads the numbers of a linear problem as written; None for a nonlinear one. remarks : lines on wrong known
-    solutions, which are dropped, on far bounds and the like. length : returns the number of bytes of its text.
+    exactly : reads the numbers of a linear problem as written; None for a nonlinear
+    one. remarks : lines on wrong known solutions, which are dropped, on far bounds and
+    the like. length : returns the number of bytes of its text.
     """
 
     problem: Any
@@ -68,10 +71,13 @@ class InputProblem(NamedTuple):
 class Inputs(NamedTuple):
     """The files of a command, and how they are to be read.
 
-    of_folders : those files that come from folders. lower, upper : bounds of z in place of the problem's own, numbers
-    or a file. infinity : bounds of at least this size count as infinite. game : whether two files have the payoffs of a
-    game. has_q : whether --q has named the second of two files. quiet : whether remarks on the input are left out.
-    others : the values of other options that may name files to read, such as starting points.
+    of_folders : those files that come from folders. lower, upper : bounds of z in place
+    of the problem's own, numbers or a file. infinity : bounds of at least this size
+    count as infinite. game : whether two files have the payoffs of a game. has_q :
+    whether --q has named the second of two files. quiet : whether remarks on the input
+    are left out.
+    others : the values of other options that may name files to read, such as starting
+        points.
     """
 
     files: Sequence[str]
@@ -86,9 +92,13 @@ class Inputs(NamedTuple):
 
     @classmethod
     def of(cls, files: Sequence[str], q: str | None = None, **given: Any) -> Inputs:
-        """Return the inputs in these files, with q in the file of --q if there is one."""
+        """Return the inputs in these files, with q in the file of --q if there is
+        one."""
         if q is not None and (len(files) != 1 or given["game"]):
-            fault = f"names q for one file with M, not for {'a game' if given['game'] else count(len(files), 'file')}"
+            fault = (
+                "names q for one file with M, not for "
+                f"{'a game' if given['game'] else count(len(files), 'file')}"
+            )
             raise OptionError("--q", fault, "write M.csv --q q.csv, with both names")
         return cls([*files, *filter(None, [q])], has_q=q is not None, **given)
 
@@ -98,7 +108,8 @@ class Inputs(NamedTuple):
 
     @property
     def paths(self) -> list[str]:
-        """Return the files, and the values given for bounds and the like, which are numbers or files."""
+        """Return the files, and the values given for bounds and the like, which are
+        numbers or files."""
         return [
             *self.files,
             *(bound for bound in (self.lower, self.upper) if bound is not None),
@@ -108,7 +119,8 @@ class Inputs(NamedTuple):
     def prepare(
         self, outputs: Mapping[str, str | None], threads: int | None = None
     ) -> None:
-        """Set the number of threads; refuse to read standard input twice, and refuse outputs as `refuse` does."""
+        """Set the number of threads; refuse to read standard input twice, and refuse
+        outputs as `refuse` does."""
         settle_threads(self.files, threads)
         refuse(
             self.paths.count(STANDARD) > 1,
@@ -119,7 +131,8 @@ class Inputs(NamedTuple):
         self.refuse(outputs)
 
     def refuse(self, outputs: Mapping[str, str | None]) -> None:
-        """Refuse outputs, by option, that cannot be written or would overwrite an input or each other."""
+        """Refuse outputs, by option, that cannot be written or would overwrite an input
+        or each other."""
         written: dict[str, str] = {}
         for option, output in outputs.items():
             if output is None:
@@ -147,7 +160,8 @@ class Inputs(NamedTuple):
                 refuse_unwritable(output)
 
     def read(self, takes_models: bool = False) -> InputProblem:
-        """Read the problem in the files, which has to be linear unless `takes_models`."""
+        """Read the problem in the files, which has to be linear unless
+        `takes_models`."""
         from lcpcli.files import reading
         from lcpcli.files.games import game_in
         from lcpcli.files.inputs import Input
@@ -175,7 +189,8 @@ class Inputs(NamedTuple):
 
     @contextmanager
     def hint_at_game(self) -> Iterator[None]:
-        """Open a context in which the error for two files that may be the payoffs of a game hints at --game."""
+        """Open a context in which the error for two files that may be the payoffs of a
+        game hints at --game."""
         try:
             yield
         except ProblemError as error:
@@ -189,7 +204,8 @@ class Inputs(NamedTuple):
             ) from None
 
     def works(self, are_many: bool = False) -> tuple[Iterator[Work], bool]:
-        """Return the inputs in the files, and whether they may be several problems, as they are with `are_many`."""
+        """Return the inputs in the files, and whether they may be several problems, as
+        they are with `are_many`."""
         from lcpcli.files.inputs import FIRST_NAME, QColumns, inputs
 
         if self.game:
@@ -208,7 +224,10 @@ class Inputs(NamedTuple):
             and first[0].names[0] == FIRST_NAME
         ):
             own, columns = first[0].sources[0].file, len(first[0].names)
-            means = f"its {columns} columns are {columns} q, as --q would say; if they are M and q, name it alone"
+            means = (
+                f"its {columns} columns are {columns} q, as --q would say; if they "
+                "are M and q, name it alone"
+            )
             # It may have been meant as [M | q]
             self.tell([f"{own}: {means}"] * (columns == len(first[0].Q) + 1))
         self.hint_at_option(first[0].paths if len(first) == 1 else ())
@@ -217,7 +236,8 @@ class Inputs(NamedTuple):
     def problems(
         self, work: Work, takes_models: bool = False
     ) -> Iterator[InputProblem]:
-        """Yield the problems of an input. takes_models : whether they may be nonlinear."""
+        """Yield the problems of an input. takes_models : whether they may be
+        nonlinear."""
         from lcpcli.files.inputs import QColumns, nonlinear_in
 
         if not isinstance(work, QColumns):
@@ -298,8 +318,8 @@ class Inputs(NamedTuple):
 
 
 def without_wrong_solutions(problem: Problem, file: str) -> tuple[Problem, list[str]]:
-    """Return the problem without wrong known solutions, and remarks on these and on a shipped problem in place of a
-    missing file."""
+    """Return the problem without wrong known solutions, and remarks on these and on a
+    shipped problem in place of a missing file."""
     vetted, faults = problem, list[str]()
     if problem.solutions:
         from lcpcli.verify.point import without_wrong_solutions
@@ -317,7 +337,8 @@ def tell(line: str, quiet: bool = False) -> None:
 
 
 def same_file(output: str, other: str) -> bool:
-    """Return whether an output goes to an input file; - means standard output and standard input, respectively."""
+    """Return whether an output goes to an input file; - means standard output and
+    standard input, respectively."""
     try:
         one = os.fstat(sys.stdout.fileno()) if output == STANDARD else os.stat(output)
         two = os.fstat(0) if other == STANDARD else os.stat(other)
@@ -329,10 +350,12 @@ def same_file(output: str, other: str) -> bool:
 
 
 def settle_threads(files: Iterable[str], threads: int | None = None) -> None:
-    """Set the number of BLAS threads in the environment, from which numpy takes it when it is loaded later: by default
-    one, unless a file is so large that more threads save time.
+    """Set the number of BLAS threads in the environment, from which numpy takes it when
+    it is loaded later: by default one, unless a file is so large that more threads save
+    time.
 
-    threads : the requested number; only this replaces a number that the environment already has.
+    threads : the requested number; only this replaces a number that the environment
+        already has.
     """
     if threads is not None:
         os.environ.update(dict.fromkeys(VARIABLES, str(threads)))
@@ -351,12 +374,13 @@ Traces = Callable[[AnyProblem], "tuple[Trace | None, Trace | None]"]
 
 
 class Request(SimpleNamespace):
-    """The request of a command: its options, by name. One that is not given is None, False for a flag, or empty; one
-    that the command does not have is None.
+    """The request of a command: its options, by name. One that is not given is None,
+    False for a flag, or empty; one that the command does not have is None.
 
-    inputs : the problems. own : the options of methods, the additions and the starts that are given, by name. numbers :
-    likewise the limits of a run, and what a bench needs. levels : for a comparison, the errors whose first attainment
-    is recorded. adds_auto : whether `auto` runs too where none of the methods solves a problem.
+    inputs : the problems. own : the options of methods, the additions and the starts
+    that are given, by name. numbers : likewise the limits of a run, and what a bench
+    needs. levels : for a comparison, the errors whose first attainment is recorded.
+    adds_auto : whether `auto` runs too where none of the methods solves a problem.
     """
 
     inputs: Inputs
@@ -374,7 +398,8 @@ class Request(SimpleNamespace):
     def of(
         cls, files: Sequence[str], default: Sequence[str] = (), **given: Any
     ) -> Request:
-        """Return the request for files and folders; set the threads, and refuse what cannot be written or compiled."""
+        """Return the request for files and folders; set the threads, and refuse what
+        cannot be written or compiled."""
         wants_kernels()  # or its error, before anything is read
         found = files_in(files, partial(tell, quiet=given["quiet"])) or default
         how = {name: given.pop(name) for name in ("q", *fields.BOUND_OPTIONS, "game")}
@@ -401,7 +426,8 @@ class Request(SimpleNamespace):
 
     @property
     def given(self) -> dict[str, Any]:
-        """Return the values of the options by flag; those of methods are all given, and no method stands for auto."""
+        """Return the values of the options by flag; those of methods are all given, and
+        no method stands for auto."""
         own = {
             flag(f"no-{name}" if value is False else name): True
             for name, value in {**self.own, **self.numbers}.items()
@@ -427,9 +453,11 @@ class Request(SimpleNamespace):
     ) -> Iterator[Result]:
         """Yield one result for each method.
 
-        chosen : as from `options_for`. traces : makes the empty trace and curve of a run. compared : whether the times
-        are compared. of_many : whether there are many problems; their results have no labels, and no progress is shown.
-        compiled : whether there are so many that the extra `fast` is worth loading; by default as the process is set.
+        chosen : as from `options_for`. traces : makes the empty trace and curve of a
+        run. compared : whether the times are compared. of_many : whether there are many
+        problems; their results have no labels, and no progress is shown.
+        compiled : whether there are so many that the extra `fast` is worth loading; by
+            default as the process is set.
         """
         from lcpcli.model.problem import Problem
         from lcpcli.solving import driver
@@ -484,7 +512,8 @@ class Request(SimpleNamespace):
     def prove(
         self, result: Result, exactly: Callable[[], ExactProblem] | None
     ) -> Result:
-        """Return the result with the requested proofs, for numbers as written, as far as its run has left time."""
+        """Return the result with the requested proofs, for numbers as written, as far
+        as its run has left time."""
         if self.exact and exactly is not None:
             from lcpcli.solving.proof import prove
 
@@ -496,13 +525,17 @@ class Request(SimpleNamespace):
         return with_bound(result)
 
     def options_for(self, problem: AnyProblem) -> list[Values]:
-        """Return for each method its options, with the given ones; raise OptionError if no method has a given one."""
+        """Return for each method its options, with the given ones; raise OptionError if
+        no method has a given one."""
         from lcpcli.model.problem import Problem
 
         if is_nonlinear := not isinstance(problem, Problem):
             for variant in self.variants:
                 if variant.method != AUTO and variant.method not in NONLINEAR:
-                    fault = f"{variant} solves linear problems only, and this model is nonlinear"
+                    fault = (
+                        f"{variant} solves linear problems only, and this model is "
+                        "nonlinear"
+                    )
                     raise OptionError("--method", fault, f"give {listed([*NONLINEAR])}")
             refuse_beside("a nonlinear model", self.given)
         given = {name: _value(name, text, problem) for name, text in self.own.items()}
@@ -531,7 +564,8 @@ class Request(SimpleNamespace):
         return chosen
 
     def _refuse(self, name: str, value: Any) -> None:
-        """Raise OptionError for an option that none of the methods has, naming the methods that have it."""
+        """Raise OptionError for an option that none of the methods has, naming the
+        methods that have it."""
         fault = f"has no effect with {' and '.join(map(str, self.variants))}"
         if name in START_OPTIONS:
             fault += f", which use{'s' * (len(self.variants) == 1)} no starting point"
@@ -554,7 +588,8 @@ def taken(given: dict[str, Any], names: Iterable[str]) -> dict[str, Any]:
 
 
 def _value(name: str, given: Any, problem: AnyProblem) -> Any:
-    """Return the value of an option for a problem: a vector or states if the option gives a start."""
+    """Return the value of an option for a problem: a vector or states if the option
+    gives a start."""
     if name not in STARTS:
         return given
     from lcpcli.files import beside
@@ -578,7 +613,8 @@ def _value(name: str, given: Any, problem: AnyProblem) -> Any:
 
 
 def with_references(problems: Sequence[AnyProblem], limits: Limits) -> list[AnyProblem]:
-    """Return the problems, linear ones with references for errors if found within the time limit of a run."""
+    """Return the problems, linear ones with references for errors if found within the
+    time limit of a run."""
     from lcpcli.enumeration import others
     from lcpcli.model.problem import Problem
     from lcpcli.solving import proof
@@ -592,7 +628,8 @@ def with_references(problems: Sequence[AnyProblem], limits: Limits) -> list[AnyP
                 found[i] = others.with_all_references(solved)
     except KeyboardInterrupt:
         tell(
-            "interrupted while solving for the reference of the errors, before the first run"
+            "interrupted while solving for the reference of the errors, before "
+            "the first run"
         )
         raise
     return found

@@ -1,4 +1,5 @@
-"""The session of a command that solves: it reads the problems, runs the methods and shows the outcome."""
+"""The session of a command that solves: it reads the problems, runs the methods and
+shows the outcome."""
 
 from __future__ import annotations
 
@@ -35,7 +36,8 @@ Faults: TypeAlias = "list[tuple[contents.Source, LCPError]]"
 def run(
     request: Request, of_one: Callable[[Request, Work, Output], int] | None = None
 ) -> int:
-    """Run the methods on the problems, or `of_one` on a single one, show the results, and return the exit code."""
+    """Run the methods on the problems, or `of_one` on a single one, show the results,
+    and return the exit code."""
     inputs, takes_many = request.inputs, not request.levels and of_one is None
     if request.exact and of_one is None:
         from lcpcli.rational.elimination import require
@@ -171,7 +173,8 @@ def _run(request: Request, works: Iterator[Work], output: Output) -> int:
 def _read(
     inputs: Inputs, works: Sequence[Work]
 ) -> tuple[list[InputProblem], list[contents.Source], Faults]:
-    """Return the problems, their places, and the errors of unreadable ones; the error of a single problem is raised."""
+    """Return the problems, their places, and the errors of unreadable ones; the error
+    of a single problem is raised."""
     problems: list[InputProblem] = []
     sources: list[contents.Source] = []
     faults: Faults = []
@@ -199,9 +202,11 @@ def _results(
     sources: Sequence[contents.Source],
     output: Output,
 ) -> tuple[Results, bool]:
-    """Return the results, by problem, with their proofs, and whether Ctrl-C has cut them short.
+    """Return the results, by problem, with their proofs, and whether Ctrl-C has cut
+    them short.
 
-    The list of inputs is emptied, to free the contents of the files. sources : the places of the problems.
+    The list of inputs is emptied, to free the contents of the files. sources : the
+    places of the problems.
     """
     problems = [each.problem for each in inputs]
     data = [each.exactly if request.exact else None for each in inputs]

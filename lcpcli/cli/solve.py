@@ -1,4 +1,5 @@
-"""lcp solve: one method on one problem or on many; and lcp compare: several methods side by side."""
+"""lcp solve: one method on one problem or on many; and lcp compare: several methods
+side by side."""
 
 from __future__ import annotations
 
@@ -35,7 +36,8 @@ AS_PUBLISHED: tuple[str, ...] = ("fixed-point", "shi")
 @declarations.problem_files
 @option(
     "Method",
-    f"-m --method NAME  {declarations.METHOD_NAMES}, with options of its own as in shi:p=10.",
+    f"-m --method NAME  {declarations.METHOD_NAMES}, with options of its own as "
+    "in shi:p=10.",
     type=declarations.METHOD,
     default="auto",
     show_default=True,
@@ -46,17 +48,21 @@ AS_PUBLISHED: tuple[str, ...] = ("fixed-point", "shi")
     "Answer",
     "--all all_of_them  List every solution; see lcp help solutions.",
     MAX_SOLUTIONS,
-    '--minimize EXPRESSION  Find the solution with the least value of an expression such as "z1 + 2 z3".  '
+    "--minimize EXPRESSION  Find the solution with the least value of an "
+    'expression such as "z1 + 2 z3".  '
     "[default: none]",
     "--maximize EXPRESSION  The same for the largest value.  [default: none]",
 )
 @option(
     "Many problems",
     JOBS,
-    "--cluster ADDRESS  Have the workers of this Dask scheduler, such as tcp://host:8786, solve the problems.  "
+    "--cluster ADDRESS  Have the workers of this Dask scheduler, such as "
+    "tcp://host:8786, solve the problems.  "
     "[default: none]",
-    "--sequence  Solve each problem from the states of the previous one, as for time steps; see lcp help sequences.",
-    "--resume FILE  Continue the log that -o FILE.jsonl has begun, given the same problems.  [default: none]",
+    "--sequence  Solve each problem from the states of the previous one, as for "
+    "time steps; see lcp help sequences.",
+    "--resume FILE  Continue the log that -o FILE.jsonl has begun, given the "
+    "same problems.  [default: none]",
 )
 def solve(
     files: tuple[str, ...],
@@ -109,15 +115,20 @@ def solve(
     common=(*declarations.COMMON, "--sweep"),
     lists={"Methods": declarations.METHOD.meanings},
     exits={**EXITS, 0: "every method solved every problem"},
-    epilog="An option applies to the methods that have it. Errors refer to a known solution, else to a computed one. "
-    "By default auto runs too where neither of the paper's methods solves a problem; the exit code is theirs.",
+    epilog="An option applies to the methods that have it. Errors refer to a known "
+    "solution, else to a computed one. "
+    "By default auto runs too where neither of the paper's methods solves a "
+    "problem; the exit code is theirs.",
 )
 @declarations.files_argument(
     "Problem",
     "files",
     "[FILE [Q_FILE]|FOLDER]...",
     {
-        "FILE [Q_FILE]": f"As for lcp solve. {declarations.OTHERS}  [default: the paper's two examples]"
+        "FILE [Q_FILE]": (
+            f"As for lcp solve. {declarations.OTHERS}  [default: the paper's two "
+            "examples]"
+        )
     },
 )
 @declarations.with_bounds

@@ -1,7 +1,9 @@
-"""Many problems solved by one method, each result written as soon as it is known; and how such a run is resumed.
+"""Many problems solved by one method, each result written as soon as it is known; and
+how such a run is resumed.
 
-Several processes, on this machine or a cluster, solve them while the next problems are being read. Each problem of a
-process that was killed gets a second attempt, alone; one that kills its process again has no result.
+Several processes, on this machine or a cluster, solve them while the next problems are
+being read. Each problem of a process that was killed gets a second attempt, alone; one
+that kills its process again has no result.
 """
 
 from __future__ import annotations
@@ -156,8 +158,8 @@ def run(works: Iterator[Work], output: Output, request: Request) -> int:
 def _written(
     records: Iterator[TaskRecord], write: Write, with_progress: bool
 ) -> tuple[Counter[Kind], bool]:
-    """Write all records; return how many problems ended how, and whether Ctrl-C ended that. with_progress : whether
-    their number is shown meanwhile."""
+    """Write all records; return how many problems ended how, and whether Ctrl-C ended
+    that. with_progress : whether their number is shown meanwhile."""
     ends = Counter[Kind]()
     with Line() as line:
         try:
@@ -187,7 +189,8 @@ Past = dict[int, tuple[str, Kind, Source]]
 
 
 def options_of(request: Request) -> dict[str, str]:
-    """Return the options on which records depend, as texts, with digests of the files that they name."""
+    """Return the options on which records depend, as texts, with digests of the files
+    that they name."""
     given = {**request.inputs._asdict(), **vars(request)}
     given = {name: given[name] for name in OF_RUN if given[name] not in (None, False)}
     given |= {"method": request.variants[0], **request.own, **vars(request.limits)}
@@ -201,9 +204,11 @@ def options_of(request: Request) -> dict[str, str]:
 def missing(
     works: Iterator[Work], given: Mapping[str, str], past: Past, ends: Counter[Kind]
 ) -> Iterator[Work]:
-    """Yield the inputs that a log lacks, with the marks of their records; raise OptionError if it is not a log of them.
+    """Yield the inputs that a log lacks, with the marks of their records; raise
+    OptionError if it is not a log of them.
 
-    given : the options. past : what the log has. ends : counts how the runs of these problems ended.
+    given : the options. past : what the log has. ends : counts how the runs of these
+        problems ended.
     """
     number, places = 0, {source for _, _, source in past.values()}
     for whole in works:
@@ -246,22 +251,28 @@ def missing(
             elif are_new[0]:
                 yield marked
     if past:
-        fault = f"has a result of problem {max(past)}, but the last problem is number {number}"
+        fault = (
+            f"has a result of problem {max(past)}, but the last problem is number "
+            f"{number}"
+        )
         raise OptionError("--resume", fault, HINT)
 
 
 def _known(
     record: Mapping[str, Any], given: Mapping[str, str]
 ) -> tuple[int, tuple[str, Kind, Source]]:
-    """Return the number of the problem of a record, its digest, how its run ended, and its place; raise OptionError if
-    the record was written with other options."""
+    """Return the number of the problem of a record, its digest, how its run ended, and
+    its place; raise OptionError if the record was written with other options."""
     number, word, exact = record["number"], record["status"], record["exact"]
     source = Source(record.get("file"), record.get("item"))
     try:
         then = {**dict.fromkeys(given, "none"), **record["given"]}
         now = {**dict.fromkeys(then, "none"), **given}
         if other := next((name for name in now if then[name] != now[name]), None):
-            fault = f"was written with {other.replace('_', ' ')} {then[other]}, but here it is {now[other]}"
+            fault = (
+                f"was written with {other.replace('_', ' ')} {then[other]}, but "
+                f"here it is {now[other]}"
+            )
             raise OptionError(
                 "--resume", fault, "give the same options, or begin a new log"
             )
@@ -290,7 +301,8 @@ LOST = "breakdown"
 class TaskRecord(NamedTuple):
     """The output for one problem.
 
-    text : the result in the format of the output. word : how the run ended. complaints : lines for standard error.
+    text : the result in the format of the output. word : how the run ended. complaints
+        : lines for standard error.
     interrupted : whether Ctrl-C ended the run.
     """
 
@@ -306,10 +318,12 @@ Records: TypeAlias = tuple[list[list[TaskRecord]], float]
 
 
 class Task(NamedTuple):
-    """The work on every problem: solve it by the method, prove the result if requested, and typeset the record.
+    """The work on every problem: solve it by the method, prove the result if requested,
+    and typeset the record.
 
-    form : the format, "" for none. layout : the columns of a table. every : the step from one written iterate to the
-    next; None to write none. steps : what solves each problem from the states of the last one, in a sequence.
+    form : the format, "" for none. layout : the columns of a table. every : the step
+    from one written iterate to the next; None to write none. steps : what solves each
+    problem from the states of the last one, in a sequence.
     """
 
     request: Request
@@ -319,7 +333,8 @@ class Task(NamedTuple):
     steps: Solver | None = None
 
     def all_of(self, works: Sequence[Work]) -> Records:
-        """Return the records of inputs and their seconds; the last are missing if the others took long."""
+        """Return the records of inputs and their seconds; the last are missing if the
+        others took long."""
         began, seconds, records = time.perf_counter(), 0.0, list[list[TaskRecord]]()
         for work in works:
             records.append(list(self.records(work)))
@@ -382,7 +397,8 @@ class Task(NamedTuple):
         ]
 
     def _each(self, work: Work) -> Iterator[tuple[Result, Sequence[str]]]:
-        """Yield the results for problems that are solved one by one, with remarks on what was read."""
+        """Yield the results for problems that are solved one by one, with remarks on
+        what was read."""
         from lcpcli.solving.direct_run import uses_kernels
 
         inputs, compiled = (
@@ -448,7 +464,8 @@ def size_of(work: Work) -> int:
 
 
 class Ahead:
-    """Inputs that a thread reads ahead, as far as there is room; `news` is set for each of them and at the end."""
+    """Inputs that a thread reads ahead, as far as there is room; `news` is set for each
+    of them and at the end."""
 
     def __init__(self, works: Iterable[Work], news: Event) -> None:
         self._works, self._news, self._read = works, news, deque[Work]()
@@ -460,7 +477,8 @@ class Ahead:
 
     @property
     def is_at_end(self) -> bool:
-        """Return whether all inputs have been taken. Raises the error, if any, that ended the reading."""
+        """Return whether all inputs have been taken. Raises the error, if any, that
+        ended the reading."""
         is_at_end = bool(self._ends) and not self._read
         if is_at_end and self._ends[0] is not None:
             raise self._ends[0]
@@ -494,16 +512,19 @@ class Ahead:
 
 
 def _room_for(work: Work) -> int:
-    """Return as how many inputs one counts that is read ahead: those that wait have at most MOST_BYTES together."""
+    """Return as how many inputs one counts that is read ahead: those that wait have at
+    most MOST_BYTES together."""
     return min(READ_AHEAD, 1 + size_of(work) * READ_AHEAD // MOST_BYTES)
 
 
 def all_records(
     task: Task, works: Iterable[Work], pool: Pool | None, in_order: bool
 ) -> Iterator[TaskRecord]:
-    """Yield the records that the pool makes, or this process without one, in order or each as soon as it is known.
+    """Yield the records that the pool makes, or this process without one, in order or
+    each as soon as it is known.
 
-    Only so many inputs are taken as keep the processes busy and leave room for records that wait for an earlier one.
+    Only so many inputs are taken as keep the processes busy and leave room for records
+    that wait for an earlier one.
     """
     if pool is None:
         yield from chain.from_iterable(map(task.records, works))
@@ -582,7 +603,8 @@ def all_records(
 
 
 class _Piece:
-    """Inputs that are handed over together, and then their records; and the bytes of these."""
+    """Inputs that are handed over together, and then their records; and the bytes of
+    these."""
 
     def __init__(self, works: Sequence[Work], future: Future[Records]) -> None:
         self.works, self.future, self.bytes = works, future, sum(map(size_of, works))

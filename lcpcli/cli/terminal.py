@@ -1,4 +1,5 @@
-"""The terminal: its size and colours, printing on standard output, and the line that shows the progress of a run."""
+"""The terminal: its size and colours, printing on standard output, and the line that
+shows the progress of a run."""
 
 from __future__ import annotations
 
@@ -26,7 +27,8 @@ ERASE = "\r\x1b[K"  # the control sequence that empties the line of a terminal
 
 
 def terminal() -> tuple[int | None, bool]:
-    """Return the width of standard output and whether it shows colours; the width of a pipe is COLUMNS, if set."""
+    """Return the width of standard output and whether it shows colours; the width of a
+    pipe is COLUMNS, if set."""
     if not sys.stdout.isatty():
         columns = os.environ.get("COLUMNS", "")
         return (int(columns[:DIGITS]) or None) if columns.isdecimal() else None, False
@@ -44,7 +46,8 @@ def size() -> os.terminal_size:
 def emit(text: str, color: bool) -> None:
     """Print to standard output; exit silently if its reader has closed it.
 
-    color : whether the text has colours. Without them a terminal gets no control sequences; a pipe gets all as it is.
+    color : whether the text has colours. Without them a terminal gets no control
+        sequences; a pipe gets all as it is.
     """
     if not color and sys.stdout.isatty():
         text = "\n".join(map(visible, text.split("\n")))
@@ -57,7 +60,8 @@ def emit(text: str, color: bool) -> None:
 
 
 def shows_progress(quiet: bool) -> bool:
-    """Return whether progress is shown: on a terminal that can erase it, unless output is to be quiet."""
+    """Return whether progress is shown: on a terminal that can erase it, unless output
+    is to be quiet."""
     return (
         not quiet
         and sys.stderr is not None
@@ -67,8 +71,8 @@ def shows_progress(quiet: bool) -> bool:
 
 
 class Line:
-    """The progress of a run: one line, rewritten in place and erased at the end. It shows iterations, or the number of
-    problems, only after the first second."""
+    """The progress of a run: one line, rewritten in place and erased at the end. It
+    shows iterations, or the number of problems, only after the first second."""
 
     def __init__(self) -> None:
         self._drawn, self._next = False, time.monotonic() + PATIENCE
@@ -81,7 +85,8 @@ class Line:
             self._write(ERASE)
 
     def tell(self, method: str, k: int, bound: float, seconds: float) -> None:
-        """Show the method, its iteration, the approximate relative residual, and the time so far."""
+        """Show the method, its iteration, the approximate relative residual, and the
+        time so far."""
         size = f"relative residual about {bound:.1e}  " if bound < math.inf else ""
         if seconds >= PATIENCE:
             self.show(f"{method}  k = {k}  {size}{seconds:.1f} s")

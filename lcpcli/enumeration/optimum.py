@@ -1,12 +1,14 @@
 """The best of all solutions of a problem, by a linear objective: `lcpcli.optimum`.
 
-Branch and bound over the states of the unknowns: each node of the tree is a polyhedron in which some states are chosen.
-The least objective on it, by the simplex method in integers, is a bound, and where it is attained at a solution, the
-node has no better one. So there is no large constant for complementarity, and no tolerance.
+Branch and bound over the states of the unknowns: each node of the tree is a polyhedron
+in which some states are chosen. The least objective on it, by the simplex method in
+integers, is a bound, and where it is attained at a solution, the node has no better
+one. So there is no large constant for complementarity, and no tolerance.
 
-Objectives may also be in the payoffs of a game, which are linear in the costs of the players. The LCP of a game of two
-strategies x and y has x / v and y / u in their place, with the costs u and v of the row and the column player. With
-these as unknowns, payoffs are linear, and so are sums of them:
+Objectives may also be in the payoffs of a game, which are linear in the costs of the
+players. The LCP of a game of two strategies x and y has x / v and y / u in their place,
+with the costs u and v of the row and the column player. With these as unknowns, payoffs
+are linear, and so are sums of them:
 
     0 <= x,  R y - u e >= 0,  u free,  e'x = 1,        0 <= y,  C'x - v e >= 0,  v free,  e'y = 1.
 """
@@ -53,7 +55,8 @@ PLAYERS = ("row", "column")
 
 
 def names_of_payoffs(problem: Problem) -> Sequence[str]:
-    """Return the names of the payoffs of both players of a game, none for another problem."""
+    """Return the names of the payoffs of both players of a game, none for another
+    problem."""
     origin = problem.origin
     players = (
         PLAYERS
@@ -68,8 +71,9 @@ def names_of_payoffs(problem: Problem) -> Sequence[str]:
 def in_costs(
     data: ExactProblem, objective: Mapping[str, Fraction]
 ) -> tuple[ExactProblem, Mapping[str, Fraction], Fraction]:
-    """Return a problem, an objective in its unknowns and a constant in place of an objective that has payoffs of the
-    players of a game beside unknowns, or only payoffs; the same ones, and 0, if it has none. Raises ProblemError."""
+    """Return a problem, an objective in its unknowns and a constant in place of an
+    objective that has payoffs of the players of a game beside unknowns, or only
+    payoffs; the same ones, and 0, if it has none. Raises ProblemError."""
     origin, called = data.problem.origin, names_of_payoffs(data.problem)
     own = [objective.get(name, Fraction(0)) for name in called]
     if not any(name in objective for name in called):
@@ -85,7 +89,10 @@ def in_costs(
         )
         constants = one.constant, two.constant
     elif others:
-        fault = f"has {next(iter(others))!r} beside payoffs, which are not linear in the unknowns"
+        fault = (
+            f"has {next(iter(others))!r} beside payoffs, which are not linear in "
+            "the unknowns"
+        )
         raise ProblemError(
             "objective", fault, f"use {' and '.join(map(repr, called))} alone"
         )
@@ -144,11 +151,13 @@ WORDS = {"min": ("smaller", "lower"), "max": ("larger", "upper")}
 
 @dataclass(frozen=True, eq=False)
 class Optimum:
-    """The best solution that a search has found, with what is proved about all others, in fractions.
+    """The best solution that a search has found, with what is proved about all others,
+    in fractions.
 
     data, sense : the problem, and "min" or "max".
-    status : "optimal" if no solution is better; "unbounded" if there are better and better ones; "unsolvable" if the
-        problem has no solution; "time_limit" or "interrupted" if the search ended before.
+    status : "optimal" if no solution is better; "unbounded" if there are better and
+        better ones; "unsolvable" if the problem has no solution; "time_limit" or
+        "interrupted" if the search ended before.
     z, value : the best solution found, and its objective; None if none was found.
     bound : the objective of no solution is better than this; None if no bound is known.
     gap : the distance between value and bound; None if one of them is not known.
@@ -178,7 +187,8 @@ class Optimum:
 
     @property
     def equilibrium(self) -> ExactEquilibrium | None:
-        """Return the equilibrium that z stands for; None if the problem is no game of two strategies."""
+        """Return the equilibrium that z stands for; None if the problem is no game of
+        two strategies."""
         game = self.data.problem.origin
         return (
             Players(self.data, game).equilibrium(self.z)
@@ -188,8 +198,9 @@ class Optimum:
 
     @property
     def outward(self) -> dict[str, int]:
-        """Return the sides, 1 for upward and -1 for downward, to which value, bound and gap may be rounded so that what
-        is said of them remains true: a bound outward, the objective of a solution that may not be the best inward."""
+        """Return the sides, 1 for upward and -1 for downward, to which value, bound and
+        gap may be rounded so that what is said of them remains true: a bound outward,
+        the objective of a solution that may not be the best inward."""
         side = int(-SENSES[self.sense])
         return {
             "value": side if self.status == OPTIMAL else -side,
@@ -200,7 +211,8 @@ class Optimum:
     def message(
         self, cell: Callable[[Fraction, int], str] = lambda value, _: text(value)
     ) -> str:
-        """Return the outcome in one sentence, with numbers as `cell` shows them, rounded in the given direction."""
+        """Return the outcome in one sentence, with numbers as `cell` shows them,
+        rounded in the given direction."""
         better, side = WORDS[self.sense]
         numbers = ((name, getattr(self, name)) for name in ("value", "bound"))
         value, bound = (
@@ -214,7 +226,10 @@ class Optimum:
         if self.status == UNBOUNDED:
             return f"solutions have {better} and {better} objectives without limit"
         if self.status == OPTIMAL:
-            return f"optimal: {'least' if better == 'smaller' else 'largest'} value {value} (exact)"
+            return (
+                f"optimal: {'least' if better == 'smaller' else 'largest'} value "
+                f"{value} (exact)"
+            )
         found = (
             "no solution was found"
             if self.value is None
@@ -238,17 +253,21 @@ def optimum(
     sense: str = "min",
     time_limit: float | None = None,
 ) -> Optimum:
-    """Find the solution of a problem with the least, or the largest, objective'z, in exact arithmetic.
+    """Find the solution of a problem with the least, or the largest, objective'z, in
+    exact arithmetic.
 
     Parameters
     ----------
-    problem : a Problem, whose doubles are taken as exact, or an ExactProblem; at most 500 unknowns.
-    objective : shape (n,), numbers, also Fractions; or coefficients by the names of unknowns, the others 0; or an
-        expression such as "z1 + 2 z3". In a program to be maximized, the name of a row stands for its multiplier in
-        that sense, with the other sign than in z. For a game, also '"payoff of row" + "payoff of column"', and for a
-        game tree '"payoff of Ann"': these are the expected payoffs.
+    problem : a Problem, whose doubles are taken as exact, or an ExactProblem; at most
+        500 unknowns.
+    objective : shape (n,), numbers, also Fractions; or coefficients by the names of
+        unknowns, the others 0; or an expression such as "z1 + 2 z3". In a program to be
+        maximized, the name of a row stands for its multiplier in that sense, with the
+        other sign than in z. For a game, also '"payoff of row" + "payoff of column"',
+        and for a game tree '"payoff of Ann"': these are the expected payoffs.
     sense : "min" or "max".
-    time_limit : seconds after which to stop, with the best solution found and a bound; by default there is no limit.
+    time_limit : seconds after which to stop, with the best solution found and a bound;
+        by default there is no limit.
 
     Raises
     ------
@@ -343,7 +362,8 @@ def _fractions(given: Any, n: int) -> list[Fraction]:
 
 
 def _index(problem: Problem, name: Any) -> int:
-    """Return the index of the unknown with a name, or with a place such as z1, or raise ProblemError."""
+    """Return the index of the unknown with a name, or with a place such as z1, or raise
+    ProblemError."""
     names, places = list(problem.names), [f"z{i}" for i in range(1, problem.n + 1)]
     own = next((each for each in (names, places) if name and name in each), None)
     if own is None:
@@ -372,8 +392,9 @@ class _Open(NamedTuple):
 
 
 class _Search:
-    """The search for the least objective: the number of nodes of its tree, the queue of those that are to be branched
-    on, the last one first, or once there is a solution that with the least bound, and the best solution found."""
+    """The search for the least objective: the number of nodes of its tree, the queue of
+    those that are to be branched on, the last one first, or once there is a solution
+    that with the least bound, and the best solution found."""
 
     def __init__(self, data: ExactProblem, costs: Sequence[Fraction]) -> None:
         self.data, self.nodes, self._costs = data, 0, costs
@@ -386,7 +407,8 @@ class _Search:
         self.check = self._unknowns.check
 
     def begin(self) -> None:
-        """Take a solution that a run in doubles finds, so that there is one if the time is short."""
+        """Take a solution that a run in doubles finds, so that there is one if the time
+        is short."""
         limits = Limits(
             max_iterations=MOST_ITERATIONS,
             time_limit=max(remaining() / 2, LEAST_SECONDS),
@@ -404,7 +426,8 @@ class _Search:
             )
 
     def run(self) -> str:
-        """Search until the best solution is proved to be the best; return how the search ended."""
+        """Search until the best solution is proved to be the best; return how the
+        search ended."""
         root = self._unknowns.root(self._form)
         self.extend([] if root is None else self._worth(root))
         if any(is_leaf for _, is_leaf in explored(self, self)):
@@ -412,7 +435,8 @@ class _Search:
         return UNSOLVABLE if self.value is None else OPTIMAL
 
     def bound(self, status: str) -> Fraction | None:
-        """Return a number below which no objective is, at the end of a search with this status."""
+        """Return a number below which no objective is, at the end of a search with this
+        status."""
         if status == OPTIMAL:
             return self.value
         bounds = [each.bound for each in (*self._open, *self._current)]
@@ -448,7 +472,8 @@ class _Search:
         return self._unknowns.unsettled(each.node)
 
     def children(self, parent: _Open, k: int) -> Iterator[_Open]:
-        """Yield the nodes with each state of the unknown that are not empty and may have a better solution."""
+        """Yield the nodes with each state of the unknown that are not empty and may
+        have a better solution."""
         least = None if parent.bound == -math.inf else OBJECTIVE * self.data.n
         for state in self._unknowns.choices[k]:
             child = parent.node.copy()
@@ -456,7 +481,8 @@ class _Search:
                 yield from self._worth(child)
 
     def _worth(self, node: Node) -> Iterator[_Open]:
-        """Yield a node, with its bound, if it may have a better solution than its point; take that if it is one."""
+        """Yield a node, with its bound, if it may have a better solution than its
+        point; take that if it is one."""
         self.nodes += 1
         unknowns, here, form = self._unknowns, node.dictionary, OBJECTIVE * self.data.n
         is_bounded = here.minimize(form)

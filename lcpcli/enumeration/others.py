@@ -1,6 +1,8 @@
-"""Whether a solution is the only one: by a theorem in doubles, or for few unknowns by a search in exact arithmetic.
+"""Whether a solution is the only one: by a theorem in doubles, or for few unknowns by a
+search in exact arithmetic.
 
-A solve waits for the answer, so that both end within a few milliseconds and load no scipy.
+A solve waits for the answer, so that both end within a few milliseconds and load no
+scipy.
 """
 
 from __future__ import annotations
@@ -38,15 +40,17 @@ AGREEMENT = 1e-7
 
 
 class Findings(NamedTuple):
-    """Whether there are other solutions beside z, None if that is not decided, or if the only solution differs from z
-    as printed; and whether the problem has an exact solution, None if that is not decided."""
+    """Whether there are other solutions beside z, None if that is not decided, or if
+    the only solution differs from z as printed; and whether the problem has an exact
+    solution, None if that is not decided."""
 
     others: bool | None = None
     solvable: bool | None = None
 
 
 def is_asked(problem: Problem) -> bool:
-    """Return whether the problem is small enough for an answer at once, and comes from no program or game tree."""
+    """Return whether the problem is small enough for an answer at once, and comes from
+    no program or game tree."""
     if problem.n > MOST_UNKNOWNS or problem.origin is None:
         return problem.n <= MOST_UNKNOWNS
     with imports:
@@ -60,10 +64,12 @@ def search_others(
     exactly: Callable[[], ExactProblem],
     length: Callable[[], int] = int,
 ) -> Findings:
-    """Return what is found out at once about solutions beside z, which solves the problem up to rounding.
+    """Return what is found out at once about solutions beside z, which solves the
+    problem up to rounding.
 
-    exactly : makes the problem with its numbers as written. length : returns the number of bytes of its text.
-    An error in the search is ignored: the solution stands without it.
+    exactly : makes the problem with its numbers as written. length : returns the number
+    of bytes of its text. An error in the search is ignored: the solution stands without
+    it.
     """
     if is_only(problem, z):
         return Findings(others=False, solvable=True)
@@ -88,9 +94,11 @@ def search_others(
 
 @np.errstate(all="ignore")
 def is_only(problem: Problem, z: Vector) -> bool:
-    """Return whether z is shown to agree with the only solution, also if each number is rounded to double precision.
+    """Return whether z is shown to agree with the only solution, also if each number is
+    rounded to double precision.
 
-    There is exactly one if M is H+ or positive definite, and how far it is from z then follows from the residual.
+    There is exactly one if M is H+ or positive definite, and how far it is from z then
+    follows from the residual.
     """
     M, rounding = matrices.dense(problem.M), (problem.n + 16) * EPS
     diagonal = M.diagonal()
@@ -118,8 +126,9 @@ def is_only(problem: Problem, z: Vector) -> bool:
 
 
 def with_all_references(problem: Problem) -> Problem:
-    """Return a problem in few unknowns that has a computed exact solution with all of its solutions, if these are few
-    and isolated, so that errors refer to the nearest one; any other problem as it is."""
+    """Return a problem in few unknowns that has a computed exact solution with all of
+    its solutions, if these are few and isolated, so that errors refer to the nearest
+    one; any other problem as it is."""
     if problem.reference != "exact" or problem.n > QUICK_UNKNOWNS:
         return problem
     with imports:

@@ -1,11 +1,13 @@
-"""The pieces of the solution set of a problem, verified from its data, each once, as they are found; and proofs that
-there is at most one, mostly for every q.
+"""The pieces of the solution set of a problem, verified from its data, each once, as
+they are found; and proofs that there is at most one, mostly for every q.
 
-If M is positive semidefinite, the solutions are one polyhedron; if all principal minors are positive, there is at most
-one (R. W. Cottle, J.-S. Pang and R. E. Stone, The Linear Complementarity Problem, SIAM 2009, sections 3.1 and 3.3; the
-same holds with bounds). The minors are positive if those of the strongly connected parts of M are, and these if,
-scaled, they are positive definite or diagonally dominant. If the payoffs of a game sum to a constant, the equilibria
-are one polyhedron too (J. von Neumann, Mathematische Annalen 100 (1928) 295-320).
+If M is positive semidefinite, the solutions are one polyhedron; if all principal minors
+are positive, there is at most one (R. W. Cottle, J.-S. Pang and R. E. Stone, The Linear
+Complementarity Problem, SIAM 2009, sections 3.1 and 3.3; the same holds with bounds).
+The minors are positive if those of the strongly connected parts of M are, and these if,
+scaled, they are positive definite or diagonally dominant. If the payoffs of a game sum
+to a constant, the equilibria are one polyhedron too (J. von Neumann, Mathematische
+Annalen 100 (1928) 295-320).
 """
 
 from __future__ import annotations
@@ -58,13 +60,15 @@ Points = tuple[Point, ...]
 
 @dataclass(frozen=True)
 class Piece:
-    """A polyhedron of solutions that lies in no other one: the convex hull of its vertices, plus rays, plus lines.
+    """A polyhedron of solutions that lies in no other one: the convex hull of its
+    vertices, plus rays, plus lines.
 
-    vertices, rays, lines : each of length n, exact; rays and lines are directions. An isolated solution is a piece with
-        one vertex and nothing else. If there are lines, the vertices are points, one on each minimal face.
-    states : for each unknown, the states that it has everywhere on the piece, which is the set of all z with one of
-        these states for each: "lower" (z_i = l_i and w_i >= 0), "basic" (w_i = 0), "upper" (z_i = u_i and w_i <= 0),
-        "fixed" (l_i = u_i).
+    vertices, rays, lines : each of length n, exact; rays and lines are directions. An
+        isolated solution is a piece with one vertex and nothing else. If there are
+        lines, the vertices are points, one on each minimal face.
+    states : for each unknown, the states that it has everywhere on the piece, which is
+        the set of all z with one of these states for each: "lower" (z_i = l_i and w_i
+        >= 0), "basic" (w_i = 0), "upper" (z_i = u_i and w_i <= 0), "fixed" (l_i = u_i).
     """
 
     vertices: Points
@@ -73,7 +77,8 @@ class Piece:
     states: Words
 
     def __str__(self) -> str:
-        """Return the piece in one line: its vertices, rays and lines, of many only the first and the last."""
+        """Return the piece in one line: its vertices, rays and lines, of many only the
+        first and the last."""
         generators = (self.vertices, self.rays, self.lines)
         vertices, rays, lines = (
             _elided([_short(point) for point in each]) for each in generators
@@ -96,7 +101,8 @@ class Piece:
         rays: Points = (),
         lines: Points = (),
     ) -> Piece:
-        """Return the piece with these generators, whose `states_of` are given; raise ArithmeticError if it is none."""
+        """Return the piece with these generators, whose `states_of` are given; raise
+        ArithmeticError if it is none."""
         common = (
             tuple(name for name in own[0] if all(name in each for each in own))
             for own in zip(*states, strict=True)
@@ -110,7 +116,8 @@ class Piece:
 
 
 def states_of(data: ExactProblem, z: Point, is_direction: bool = False) -> Words:
-    """Return the states that each unknown has at a point, or keeps in a direction, for this M, q and bounds."""
+    """Return the states that each unknown has at a point, or keeps in a direction, for
+    this M, q and bounds."""
     Z, d = over_one_denominator(z)
     used = [(j, value) for j, value in enumerate(Z) if value]
     lower, upper, constants = data.lower, data.upper, data.constants
@@ -149,7 +156,8 @@ def combined(
     n: int,
     check: Callable[[], None],
 ) -> Piece:
-    """Return the product of pieces of independent blocks, with these indices among n; `check` may raise."""
+    """Return the product of pieces of independent blocks, with these indices among n;
+    `check` may raise."""
     zero: list[Any] = [Fraction(0)] * n
 
     def put(parts: Iterable[tuple[Sequence[int], Sequence[Any]]]) -> tuple[Any, ...]:
@@ -210,7 +218,8 @@ def restricted(data: ExactProblem, indices: Sequence[int]) -> ExactProblem:
 
 
 def pieces(data: ExactProblem, check: Callable[[], None]) -> Iterator[Piece]:
-    """Yield every maximal piece of the solution set once, in the order in which the tree meets them.
+    """Yield every maximal piece of the solution set once, in the order in which the
+    tree meets them.
 
     `check` is called before each step and may raise.
     """
@@ -291,8 +300,9 @@ def _listed(
 
 
 def _largest(unknowns: Unknowns, root: Node, node: Node) -> tuple[Node, int]:
-    """Return a maximal node that contains a node all of whose points are solutions, and the states that hold on it, as
-    bits. Nodes with these states contain it, so that any leaf that does not lie in it is larger."""
+    """Return a maximal node that contains a node all of whose points are solutions, and
+    the states that hold on it, as bits. Nodes with these states contain it, so that any
+    leaf that does not lie in it is larger."""
     while True:
         common = unknowns.common_states(node)
         larger = None
@@ -306,7 +316,8 @@ def _largest(unknowns: Unknowns, root: Node, node: Node) -> tuple[Node, int]:
 
 
 def _choose_common(unknowns: Unknowns, node: Node, bits: int) -> None:
-    """Choose the state of each unknown with only one among these bits; the node has solutions with these states."""
+    """Choose the state of each unknown with only one among these bits; the node has
+    solutions with these states."""
     for k, mask in enumerate(unknowns.masks):
         if (bits & mask).bit_count() == 1 and node.states[k] is None:
             chosen = unknowns.choose(node, *unknowns.meaning[bits & mask])
@@ -314,7 +325,8 @@ def _choose_common(unknowns: Unknowns, node: Node, bits: int) -> None:
 
 
 def _solution(data: ExactProblem, check: Callable[[], None]) -> list[Fraction] | None:
-    """Return a solution from the methods in doubles, made exact; None if they find none."""
+    """Return a solution from the methods in doubles, made exact; None if they find
+    none."""
     with imports:
         from lcpcli.rational import pivoting
         from lcpcli.solving import driver
@@ -331,7 +343,8 @@ def _solution(data: ExactProblem, check: Callable[[], None]) -> list[Fraction] |
 
 
 def shape_of(data: ExactProblem, check: Callable[[], None]) -> str:
-    """Return what the solutions are proved to be at most: POINT, PIECE or, if nothing is proved, ""."""
+    """Return what the solutions are proved to be at most: POINT, PIECE or, if nothing
+    is proved, ""."""
     game = data.problem.origin
     if isinstance(game, Game):
         rows = zip(*game.payoffs(), strict=True)
@@ -367,7 +380,8 @@ def shape_of(data: ExactProblem, check: Callable[[], None]) -> str:
 
 
 def _is_definite(M: Rows, doubles: Vector, check: Callable[[], None]) -> bool:
-    """Return whether diag(d) M is positive definite for some d > 0 (G. W. Cross, Lin. Alg. Appl. 20 (1978) 253-263)."""
+    """Return whether diag(d) M is positive definite for some d > 0 (G. W. Cross, Lin.
+    Alg. Appl. 20 (1978) 253-263)."""
     for d in filter(None, map(_whole, row_scalings(doubles))):
         S = elimination.symmetrized(
             [[v * a for a in row] for v, row in zip(d, M, strict=True)]
@@ -379,7 +393,8 @@ def _is_definite(M: Rows, doubles: Vector, check: Callable[[], None]) -> bool:
 
 
 def _is_dominant(M: Rows, doubles: Vector) -> bool:
-    """Return whether M_ii d_i > sum of |M_ij| d_j, j != i, for some d > 0, which is proposed in doubles."""
+    """Return whether M_ii d_i > sum of |M_ij| d_j, j != i, for some d > 0, which is
+    proposed in doubles."""
 
     def is_dominant(proposed: Vector) -> bool:
         d = _whole(proposed)
@@ -392,7 +407,8 @@ def _is_dominant(M: Rows, doubles: Vector) -> bool:
 
 
 def _whole(d: Vector) -> list[int]:
-    """Return numbers times a common factor, rounded to integers; empty if they are not all positive and finite."""
+    """Return numbers times a common factor, rounded to integers; empty if they are not
+    all positive and finite."""
     if not (np.isfinite(d).all() and d.min() > 0):
         return []
     values = fractions_of(d)
@@ -401,7 +417,8 @@ def _whole(d: Vector) -> list[int]:
 
 
 def _strong_parts(data: ExactProblem) -> list[Sequence[int]]:
-    """Return the unknowns of the strongly connected parts of M; without scipy, of a small problem, all as one."""
+    """Return the unknowns of the strongly connected parts of M; without scipy, of a
+    small problem, all as one."""
     if data.n <= MOST_WITHOUT_THEOREM:
         return [range(data.n)]
     with imports:

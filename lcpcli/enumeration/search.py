@@ -1,9 +1,11 @@
-"""All solutions of a problem: `lcpcli.solutions`; and of a game the equilibria: the extreme ones, the maximal Nash
-subsets that they span, and the components of these.
+"""All solutions of a problem: `lcpcli.solutions`; and of a game the equilibria: the
+extreme ones, the maximal Nash subsets that they span, and the components of these.
 
-The pieces of the LCP of a game are its maximal Nash subsets, all convex combinations of some strategies of each player,
-and their vertices its extreme equilibria; subsets that share one of these form one component (D. Avis, G. Rosenberg, R.
-Savani and B. von Stengel, Enumeration of Nash equilibria for two-player games, Economic Theory 42 (2010) 9-37).
+The pieces of the LCP of a game are its maximal Nash subsets, all convex combinations of
+some strategies of each player, and their vertices its extreme equilibria; subsets that
+share one of these form one component (D. Avis, G. Rosenberg, R. Savani and B. von
+Stengel, Enumeration of Nash equilibria for two-player games, Economic Theory 42 (2010)
+9-37).
 """
 
 from __future__ import annotations
@@ -57,19 +59,24 @@ def solutions(
     time_limit: float | None = None,
     max_solutions: int | None = None,
 ) -> Solutions:
-    """Find all solutions of a problem, in exact arithmetic: return an iterator over the pieces of the solution set.
+    """Find all solutions of a problem, in exact arithmetic: return an iterator over the
+    pieces of the solution set.
 
-    The set is a union of polyhedra, one for each choice of a state (at the lower bound, basic, at the upper bound) for
-    every unknown. The pieces are the maximal polyhedra among these: isolated solutions, and faces given by vertices,
-    rays and lines, in fractions. All are verified. Once the iterator has ended, `complete` says whether the list is
-    proved to be complete, and `others`, where that is known, whether there are other pieces. The number of pieces, and
-    the time, may double with each unknown. The pieces found are kept, and a second loop yields them again.
+    The set is a union of polyhedra, one for each choice of a state (at the lower bound,
+    basic, at the upper bound) for every unknown. The pieces are the maximal polyhedra
+    among these: isolated solutions, and faces given by vertices, rays and lines, in
+    fractions. All are verified. Once the iterator has ended, `complete` says whether
+    the list is proved to be complete, and `others`, where that is known, whether there
+    are other pieces. The number of pieces, and the time, may double with each unknown.
+    The pieces found are kept, and a second loop yields them again.
 
     Parameters
     ----------
-    problem : a Problem, whose doubles are taken as exact, or an ExactProblem. If its origin is a game, the payoffs are
-        used, as written or as their shortest decimals, and `equilibria` has the equilibria.
-    time_limit : seconds after which to stop; by default there is no limit. max_solutions : the most pieces to list.
+    problem : a Problem, whose doubles are taken as exact, or an ExactProblem. If its
+        origin is a game, the payoffs are used, as written or as their shortest
+        decimals, and `equilibria` has the equilibria.
+    time_limit : seconds after which to stop; by default there is no limit.
+        max_solutions : the most pieces to list.
 
     Raises
     ------
@@ -88,8 +95,8 @@ def solutions(
     >>> len(list(found))
     2
 
-    The search is a tree over the states, which cuts a branch only where a row of an integer dictionary shows that it is
-    empty, or that it lies in a piece found before.
+    The search is a tree over the states, which cuts a branch only where a row of an
+    integer dictionary shows that it is empty, or that it lies in a piece found before.
     """
     given = {"time_limit": time_limit, "max_solutions": max_solutions}
     options.check((options.TIME_LIMIT, options.MAX_SOLUTIONS), given)
@@ -98,7 +105,8 @@ def solutions(
 
 
 def in_exact_numbers(problem: Problem | ExactProblem) -> ExactProblem:
-    """Return a problem with its doubles taken as exact; raise ProblemError if `refuse_large` does."""
+    """Return a problem with its doubles taken as exact; raise ProblemError if
+    `refuse_large` does."""
     if isinstance(problem, ExactProblem):
         refuse_large(problem.problem)
         return problem
@@ -107,7 +115,8 @@ def in_exact_numbers(problem: Problem | ExactProblem) -> ExactProblem:
 
 
 def refuse_large(problem: Problem) -> None:
-    """Raise ProblemError if the doubles in M already show that too many unknowns depend on each other."""
+    """Raise ProblemError if the doubles in M already show that too many unknowns depend
+    on each other."""
     if problem.n <= MOST_BLOCK_UNKNOWNS or isinstance(problem.origin, Game):
         return
     with imports:
@@ -118,17 +127,21 @@ def refuse_large(problem: Problem) -> None:
         raise ProblemError(
             "M",
             fault,
-            f"all solutions are listed up to {MOST_BLOCK_UNKNOWNS}; lcp solve finds one",
+            f"all solutions are listed up to {MOST_BLOCK_UNKNOWNS}; lcp solve "
+            "finds one",
         )
 
 
 class Solutions(Iterator[Piece]):
-    """The pieces of a solution set, as they are found; iterating again gives the same ones, without another search.
+    """The pieces of a solution set, as they are found; iterating again gives the same
+    ones, without another search.
 
-    problem : the problem, in exact arithmetic. pieces : the pieces found so far, none of which lies in another piece,
-    found or not. complete : whether they are proved to be all of the pieces. others : whether there are others; None if
-    that is not known. Once `max_solutions` are found, the search for one more takes up to about as many steps again.
-    A copy, for instance by pickle, has the pieces found when it was made, and ends with them.
+    problem : the problem, in exact arithmetic. pieces : the pieces found so far, none
+    of which lies in another piece, found or not. complete : whether they are proved to
+    be all of the pieces. others : whether there are others; None if that is not known.
+    Once `max_solutions` are found, the search for one more takes up to about as many
+    steps again. A copy, for instance by pickle, has the pieces found when it was made,
+    and ends with them.
     """
 
     def __init__(
@@ -159,7 +172,8 @@ class Solutions(Iterator[Piece]):
         return {**self.__dict__, "_search": iter(())}
 
     def __iter__(self) -> Iterator[Piece]:
-        """Iterate from the first piece on: over the pieces found so far, then further ones."""
+        """Iterate from the first piece on: over the pieces found so far, then further
+        ones."""
         i = 0
         while i < len(self.pieces) or next(self, None) is not None:
             yield self.pieces[i]
@@ -174,7 +188,10 @@ class Solutions(Iterator[Piece]):
             True: "not all",
             None: "as far as the search has come",
         }[self.others]
-        return f"<Solutions: {count(len(self.pieces), 'piece')}, {known}{': ' * bool(pieces)}{'; '.join(pieces)}>"
+        return (
+            f"<Solutions: {count(len(self.pieces), 'piece')}, "
+            f"{known}{': ' * bool(pieces)}{'; '.join(pieces)}>"
+        )
 
     def __next__(self) -> Piece:
         enough = len(self.pieces) == self._most
@@ -196,7 +213,8 @@ class Solutions(Iterator[Piece]):
         return piece
 
     def stop(self) -> None:
-        """End the search at the next step, as after the time limit; signal handlers may call it at any time."""
+        """End the search at the next step, as after the time limit; signal handlers may
+        call it at any time."""
         self._deadline = -math.inf
 
     @property
@@ -213,11 +231,13 @@ class Solutions(Iterator[Piece]):
 
     @property
     def equilibria(self) -> Equilibria | None:
-        """Return the equilibria of a game in the pieces found so far; None for other problems."""
+        """Return the equilibria of a game in the pieces found so far; None for other
+        problems."""
         return self.arranged()[2]
 
     def arranged(self) -> tuple[Sequence[Piece], list[Point], Equilibria | None]:
-        """Return pieces and points in the order of the equilibria of a game, and these; else as they were found."""
+        """Return pieces and points in the order of the equilibria of a game, and these;
+        else as they were found."""
         if self._players is None:
             return tuple(self.pieces), self.points, None
         return self._players.arranged(self.pieces, self.complete)
@@ -242,7 +262,8 @@ class Solutions(Iterator[Piece]):
         self.others = False
 
     def _check(self) -> None:
-        """Raise TimeIsUp after the deadline or the last step, or when there is no effort left."""
+        """Raise TimeIsUp after the deadline or the last step, or when there is no
+        effort left."""
         check()
         self._steps += 1
         self._spend()
@@ -251,8 +272,9 @@ class Solutions(Iterator[Piece]):
 
 
 def _combinations(searches: Sequence[Iterator[Piece]]) -> Iterator[tuple[Piece, ...]]:
-    """Yield all combinations of the pieces that some searches find, each at least one. The searches are copied, so that
-    each is asked for no more pieces than are needed; those of the last search change last."""
+    """Yield all combinations of the pieces that some searches find, each at least one.
+    The searches are copied, so that each is asked for no more pieces than are needed;
+    those of the last search change last."""
     left = [copy(search) for search in searches]
     chosen = [next(each) for each in left]
     while True:
@@ -272,9 +294,11 @@ def _combinations(searches: Sequence[Iterator[Piece]]) -> Iterator[tuple[Piece, 
 class ExactEquilibrium:
     """An extreme equilibrium.
 
-    row, column : the strategies, exact probabilities. payoffs : the payoffs of the row and the column player.
-    index : 1 or -1; None where the game is degenerate: a strategy has more pure best replies than its support has
-        elements. If no equilibrium is degenerate, the indices of all add up to 1.
+    row, column : the strategies, exact probabilities. payoffs : the payoffs of the row
+        and the column player.
+    index : 1 or -1; None where the game is degenerate: a strategy has more pure best
+        replies than its support has elements. If no equilibrium is degenerate, the
+        indices of all add up to 1.
     """
 
     row: Point
@@ -290,8 +314,9 @@ class ExactEquilibrium:
 
 @dataclass(frozen=True)
 class NashSubset:
-    """A maximal Nash subset: all convex combinations of these strategies of each player, in any pairing; and the
-    extreme equilibria that its strategies form, counted from 0."""
+    """A maximal Nash subset: all convex combinations of these strategies of each
+    player, in any pairing; and the extreme equilibria that its strategies form, counted
+    from 0."""
 
     rows: tuple[Point, ...]
     columns: tuple[Point, ...]
@@ -302,10 +327,12 @@ class NashSubset:
 class Equilibria:
     """The equilibria of a game of two players, as far as they were found.
 
-    extreme : the extreme equilibria. subsets : the maximal Nash subsets, each of them complete; if all are here, their
-    union is the set of equilibria. complete : whether they are proved to be all. components : which subsets are
-    connected, counted from 0; None if there may be others, which might connect them. is_degenerate : whether the game
-    is degenerate at an equilibrium (see `ExactEquilibrium`), which need not be isolated then; None if not known.
+    extreme : the extreme equilibria. subsets : the maximal Nash subsets, each of them
+    complete; if all are here, their union is the set of equilibria. complete : whether
+    they are proved to be all. components : which subsets are connected, counted from 0;
+    None if there may be others, which might connect them. is_degenerate : whether the
+    game is degenerate at an equilibrium (see `ExactEquilibrium`), which need not be
+    isolated then; None if not known.
     """
 
     extreme: tuple[ExactEquilibrium, ...]
@@ -316,7 +343,8 @@ class Equilibria:
 
 
 class Players:
-    """The players of a game, with the equilibria that some solutions of its LCP stand for."""
+    """The players of a game, with the equilibria that some solutions of its LCP stand
+    for."""
 
     def __init__(self, data: ExactProblem, game: Game) -> None:
         self._data, self._rows = data, game.A.shape[0]
@@ -335,8 +363,9 @@ class Players:
     def arranged(
         self, pieces: Sequence[Piece], complete: bool
     ) -> tuple[Sequence[Piece], list[Point], Equilibria]:
-        """Return pieces and their vertices, which `take` has received, in the order of their equilibria, and the
-        latter. complete : whether the pieces are proved to be all."""
+        """Return pieces and their vertices, which `take` has received, in the order of
+        their equilibria, and the latter. complete : whether the pieces are proved to be
+        all."""
         found = {z: self._found[z] for piece in pieces for z in piece.vertices}
         points = sorted(
             found, key=lambda z: (found[z].row, found[z].column), reverse=True
@@ -383,7 +412,8 @@ class Players:
         )
 
     def equilibrium(self, z: Sequence[Fraction]) -> ExactEquilibrium:
-        """Return the equilibrium of the strategies in z, each divided by the other's costs; best replies have w = 0."""
+        """Return the equilibrium of the strategies in z, each divided by the other's
+        costs; best replies have w = 0."""
         m, (r, c) = self._rows, self._constants
         x, y = (
             self._strategies.setdefault(own, own)
@@ -400,8 +430,9 @@ class Players:
         )
 
     def _index(self, rows: Sequence[int], columns: Sequence[int]) -> int:
-        """Return the sign of the determinants of the costs on the supports, times -1 for each strategy but one in the
-        supports (L. S. Shapley, Mathematical Programming Study 1 (1974) 175-189, where the determinants are of positive
+        """Return the sign of the determinants of the costs on the supports, times -1
+        for each strategy but one in the supports (L. S. Shapley, Mathematical
+        Programming Study 1 (1974) 175-189, where the determinants are of positive
         payoffs, each with that factor); 1 for a pure equilibrium."""
         M, pairs = self._data.rows, ((rows, columns), (columns, rows))
         costs = ([[M[i][j] for j in others] for i in own] for own, others in pairs)
@@ -416,8 +447,10 @@ def _strategy(multiple: Sequence[Fraction]) -> Vertex:
 
 
 class SolutionSet:
-    """The solutions that a search has found, in the order in which they are shown; for a game, that of the equilibria.
-    status : COMPLETE, UNSOLVABLE, or what ended the search. seconds : the time of the search."""
+    """The solutions that a search has found, in the order in which they are shown; for
+    a game, that of the equilibria.
+    status : COMPLETE, UNSOLVABLE, or what ended the search. seconds : the time of the
+        search."""
 
     def __init__(self, search: Solutions, ended: str, seconds: float) -> None:
         self.data, self.complete, self.others, self.seconds = (
@@ -451,7 +484,10 @@ class SolutionSet:
                 else f" in {count(len(found.components), 'component')}"
             )
             subsets = count(len(found.subsets), "maximal Nash subset")
-            words = f"infinitely many equilibria: {len(found.extreme)} extreme ones, {subsets}{joined}"
+            words = (
+                f"infinitely many equilibria: {len(found.extreme)} extreme ones, "
+                f"{subsets}{joined}"
+            )
         return words + " found" * (not self.complete)
 
     @property
@@ -471,7 +507,10 @@ class SolutionSet:
             )
         if not self.complete:
             others = OTHERS_WORDING[self.others] if self.pieces else "there may be some"
-            return f"{self.count if self.pieces else 'no solution was found'}{UNLISTED[self.status]}; {others}"
+            return (
+                f"{self.count if self.pieces else 'no solution was found'}{UNLISTED[self.status]}; "
+                f"{others}"
+            )
         isolated = all(piece.is_point for piece in self.pieces)
         if isolated and len(self.pieces) == 1:
             return f"{self.count}, proved to be the only one"
@@ -479,7 +518,8 @@ class SolutionSet:
 
 
 def objective(data: ExactProblem, program: Program, z: Sequence[Fraction]) -> Fraction:
-    """Return the exact value of the program's objective at the x of z, in its own sense and with its constant."""
+    """Return the exact value of the program's objective at the x of z, in its own sense
+    and with its constant."""
     k, total = program.variables, Fraction(0)
     for i, value in enumerate(z[:k]):
         curvature = sum(

@@ -1,1 +1,2 @@
-"""Functions that are given as graphs of operations: values, derivatives and enclosures. It uses no other room."""
+"""Functions that are given as graphs of operations: values, derivatives and enclosures.
+It uses no other room."""

@@ -1,14 +1,18 @@
-"""Expressions of the unknowns as a graph without repeated nodes, in which sums are flat and constants are combined.
+"""Expressions of the unknowns as a graph without repeated nodes, in which sums are flat
+and constants are combined.
 
-Their operators are evaluated in double precision or in intervals. Derivatives are expressions too. They are computed in
-reverse (A. Griewank and A. Walther, Evaluating Derivatives, 2008, chapter 3): each node that a row depends on has an
-adjoint, the derivative of the row by the node, which is the sum, over all nodes of which the node is an argument, of
-their adjoints times their partial derivatives.
+Their operators are evaluated in double precision or in intervals. Derivatives are
+expressions too. They are computed in reverse (A. Griewank and A. Walther, Evaluating
+Derivatives, 2008, chapter 3): each node that a row depends on has an adjoint, the
+derivative of the row by the node, which is the sum, over all nodes of which the node is
+an argument, of their adjoints times their partial derivatives.
 
-Interval arithmetic is on arrays of shape (2, m), lower bounds before upper ones, rounded outward. Sums, products,
-quotients and square roots are rounded correctly by IEEE 754, so that the neighbouring doubles bound them; for other
-functions errors of up to ERROR in their last places are allowed, as numpy states at most 4. nan stands for a function
-that is not defined everywhere (R. E. Moore, R. B. Kearfott and M. J. Cloud, Introduction to Interval Analysis, 2009).
+Interval arithmetic is on arrays of shape (2, m), lower bounds before upper ones,
+rounded outward. Sums, products, quotients and square roots are rounded correctly by
+IEEE 754, so that the neighbouring doubles bound them; for other functions errors of up
+to ERROR in their last places are allowed, as numpy states at most 4. nan stands for a
+function that is not defined everywhere (R. E. Moore, R. B. Kearfott and M. J. Cloud,
+Introduction to Interval Analysis, 2009).
 """
 
 from __future__ import annotations
@@ -55,7 +59,8 @@ def _defined(found: Vector, *given: Vector) -> Vector:
 
 
 def _line_where(condition: Any, ends: Vector) -> Vector:
-    """Return the ends of intervals, those of the whole line where a condition is true."""
+    """Return the ends of intervals, those of the whole line where a condition is
+    true."""
     return np.stack(
         [np.where(condition, -np.inf, ends[0]), np.where(condition, np.inf, ends[1])]
     )
@@ -92,7 +97,8 @@ def power(a: Vector, exponent: int) -> Vector:
 
 
 def _reaches(a: Vector, angle: float, period: float) -> Mask:
-    """Return where an interval may contain an angle, or one that differs from it by periods."""
+    """Return where an interval may contain an angle, or one that differs from it by
+    periods."""
     turns, near = (a - angle) / period, np.abs(a).max(axis=0) < LARGEST_ANGLE
     return np.asarray(
         ~near | (np.floor(turns[1] + MARGIN) > np.floor(turns[0] - MARGIN))
@@ -127,7 +133,8 @@ def _equal(a: Vector, b: Vector) -> Vector:
 
 
 def _chosen(condition: Vector) -> Vector:
-    """Return 1 or 0; where the condition is open the whole line, as the function may jump."""
+    """Return 1 or 0; where the condition is open the whole line, as the function may
+    jump."""
     holds, fails = _decided(condition)
     found = _line_where(~holds & ~fails, np.stack([holds, holds]).astype(float))
     return _defined(found, condition)
@@ -140,7 +147,8 @@ def _if(condition: Vector, a: Vector, b: Vector) -> Vector:
 
 
 def _decided(condition: Vector) -> tuple[Mask, Mask]:
-    """Return where a condition, any number, is surely not 0, and where it is surely 0."""
+    """Return where a condition, any number, is surely not 0, and where it is surely
+    0."""
     return (condition[0] > 0) | (condition[1] < 0), (condition[0] == 0) & (
         condition[1] == 0
     )
@@ -149,8 +157,9 @@ def _decided(condition: Vector) -> tuple[Mask, Mask]:
 class Operator(NamedTuple):
     """An operator on doubles and on intervals.
 
-    partials : returns its derivatives by its arguments, None for one that it jumps with, as nodes of a graph, from the
-    graph, the arguments and the value; None for relations, which jump, and for what only derivatives have.
+    partials : returns its derivatives by its arguments, None for one that it jumps
+    with, as nodes of a graph, from the graph, the arguments and the value; None for
+    relations, which jump, and for what only derivatives have.
     """
 
     doubles: Callable[..., Any]
@@ -165,7 +174,8 @@ def _monotone(
     image: Ends = LINE,
     sign: int = 1,
 ) -> Operator:
-    """Return a monotone function between the ends of its domain and of its image, with the sign of its derivative."""
+    """Return a monotone function between the ends of its domain and of its image, with
+    the sign of its derivative."""
 
     def enclosed(a: Vector) -> Vector:
         found = _around(function(np.clip(a, *domain))[::sign])
@@ -177,8 +187,9 @@ def _monotone(
 
 
 def _relation(relation: Callable[..., Any], step: int) -> Operator:
-    """Return a relation: 1 where it holds, 0 where it does not, between them where it is open. step : 1 if it holds for
-    all lesser first arguments, too, -1 if it does for all greater ones."""
+    """Return a relation: 1 where it holds, 0 where it does not, between them where it
+    is open. step : 1 if it holds for all lesser first arguments, too, -1 if it does for
+    all greater ones."""
 
     def of_intervals(a: Vector, b: Vector) -> Vector:
         return _defined(
@@ -320,7 +331,8 @@ INTERVALS: Functions = {
 
 
 class Arithmetic:
-    """Numbers to compute with, in arrays whose last axis counts nodes: doubles, in arrays of shape (m,).
+    """Numbers to compute with, in arrays whose last axis counts nodes: doubles, in
+    arrays of shape (m,).
 
     functions : those of `DOUBLES` for these numbers.
     """
@@ -365,8 +377,8 @@ LARGEST_POWER = 2**31  # of integer exponents
 class Sum(NamedTuple):
     """A constant and multiples of nodes.
 
-    terms : pairs of a node and its coefficient, which may be 0 only for nodes that are not defined everywhere, so that
-    terms that cancel keep their domain.
+    terms : pairs of a node and its coefficient, which may be 0 only for nodes that are
+    not defined everywhere, so that terms that cancel keep their domain.
     """
 
     terms: tuple[tuple[int, Constant], ...]
@@ -374,7 +386,8 @@ class Sum(NamedTuple):
 
 
 class Operation(NamedTuple):
-    """An operator with its arguments, which are nodes. exponent : of the operator "power", else 0."""
+    """An operator with its arguments, which are nodes. exponent : of the operator
+    "power", else 0."""
 
     operator: str
     arguments: tuple[int, ...]
@@ -382,9 +395,11 @@ class Operation(NamedTuple):
 
 
 class Graph:
-    """An expression graph over n unknowns, which are the nodes 0 to n - 1; arguments come before what they are used in.
+    """An expression graph over n unknowns, which are the nodes 0 to n - 1; arguments
+    come before what they are used in.
 
-    is_exact : whether constants are Fractions, which are combined without rounding, and not used by functions.
+    is_exact : whether constants are Fractions, which are combined without rounding, and
+        not used by functions.
     """
 
     def __init__(self, n: int, is_exact: bool = False) -> None:
@@ -440,7 +455,8 @@ class Graph:
         return number
 
     def share(self, number: int) -> int:
-        """Return a node that is used often: one that is not linear is not copied into sums."""
+        """Return a node that is used often: one that is not linear is not copied into
+        sums."""
         if number >= self.n and any(
             part >= self.n for part, _ in self.parts(number).terms
         ):
@@ -460,7 +476,8 @@ class Graph:
         return None if number < self.n else self._values[number - self.n]
 
     def sum(self, parts: Sequence[tuple[int, Constant]], constant: Constant = 0) -> int:
-        """Return the sum of a constant and of multiples of nodes, which are pairs of a node and its coefficient."""
+        """Return the sum of a constant and of multiples of nodes, which are pairs of a
+        node and its coefficient."""
         if len(parts) == 1 and parts[0][1] == 1 and not constant:
             return parts[0][0]
         terms: dict[int, Constant] = {}
@@ -530,7 +547,8 @@ class Graph:
         return self._add(Operation("power", (base,), exponent))
 
     def gradient(self, row: int) -> dict[int, int]:
-        """Return the derivatives of a node, as nodes, by the unknowns on which it depends otherwise than by jumps."""
+        """Return the derivatives of a node, as nodes, by the unknowns on which it
+        depends otherwise than by jumps."""
         if row in self._gradients:
             return self._gradients[row]
         if all(part < self.n for part, _ in self.parts(row).terms):
@@ -562,7 +580,8 @@ class Graph:
     def _partials(
         self, node: Operation, value: int
     ) -> Sequence[tuple[int, int | None]]:
-        """Return the arguments of an operator with the derivatives of its value by them, None for jumps."""
+        """Return the arguments of an operator with the derivatives of its value by
+        them, None for jumps."""
         if all(self.value(argument) is not None for argument in node.arguments):
             return []  # where a graph keeps all digits, it keeps functions of constants
         if node.operator == "power":

@@ -1,7 +1,7 @@
 """Values of functions that are given as expressions: one tape, in several arithmetics.
 
-The nodes of the graph are put in levels, each of which needs only lower ones, and the nodes of one operator in a level
-are evaluated together.
+The nodes of the graph are put in levels, each of which needs only lower ones, and the
+nodes of one operator in a level are evaluated together.
 """
 
 from __future__ import annotations
@@ -19,10 +19,12 @@ SUM = "sum"  # in place of an operator
 
 
 class Group(NamedTuple):
-    """The nodes of one operator, at the places from begin on, with the same exponent if they are powers.
+    """The nodes of one operator, at the places from begin on, with the same exponent if
+    they are powers.
 
-    nodes : their numbers in the graph. arguments : the places of the first arguments, of the second ones and so on; of
-    sums, those of all terms. more : the exponent of powers, or the factors of terms. starts : where each sum starts.
+    nodes : their numbers in the graph. arguments : the places of the first arguments,
+    of the second ones and so on; of sums, those of all terms. more : the exponent of
+    powers, or the factors of terms. starts : where each sum starts.
     """
 
     operator: str
@@ -36,8 +38,9 @@ class Group(NamedTuple):
 class Tape:
     """The functions of the rows in an arithmetic.
 
-    graph, rows : the expressions, m nodes of a graph with n unknowns. groups : the nodes in the order of evaluation,
-    and last the sums of the rows. places : the place of each node among the values.
+    graph, rows : the expressions, m nodes of a graph with n unknowns. groups : the
+    nodes in the order of evaluation, and last the sums of the rows. places : the place
+    of each node among the values.
     """
 
     def __init__(
@@ -104,7 +107,8 @@ class Tape:
         return np.array([self.places[number] for number in numbers], np.intp)
 
     def _add_sums(self, nodes: Sequence[int], parts: Sequence[Sum]) -> None:
-        """Add several sums; a constant is a multiple of one, also where there are no terms."""
+        """Add several sums; a constant is a multiple of one, also where there are no
+        terms."""
         terms = [
             [*own.terms, *[(-1, own.constant)] * bool(own.constant or not own.terms)]
             for own in parts
@@ -119,7 +123,8 @@ class Tape:
         )
 
     def values(self, x: Vector) -> Vector:
-        """Return the values of the rows. x : the unknowns, numbers of the arithmetic."""
+        """Return the values of the rows. x : the unknowns, numbers of the
+        arithmetic."""
         last, functions, found = self.groups[-1], self.arithmetic.functions, x
         values = np.empty((*x.shape[:-1], last.begin))
         values[..., : self.n] = x
@@ -138,7 +143,8 @@ class Tape:
 
 
 class Jacobian:
-    """The Jacobian of rows in an arithmetic. rows, columns : of its entries, in the order of rows, then columns."""
+    """The Jacobian of rows in an arithmetic. rows, columns : of its entries, in the
+    order of rows, then columns."""
 
     def __init__(
         self, graph: Graph, rows: Sequence[int], arithmetic: Arithmetic

@@ -1,1 +1,2 @@
-"""Problems, solutions and outputs in files: one module per format, imported on demand, with one line in `formats`."""
+"""Problems, solutions and outputs in files: one module per format, imported on demand,
+with one line in `formats`."""

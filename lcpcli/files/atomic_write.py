@@ -1,7 +1,9 @@
-"""Output to files: completely or not at all, and by one run at a time where the system has locks.
+"""Output to files: completely or not at all, and by one run at a time where the system
+has locks.
 
-A log of results in JSON lines grows by one record at a time, and an interrupted run can be resumed from it. After the
-fields of a result, each record has the number of its problem in the run, a digest of the problem, and the options.
+A log of results in JSON lines grows by one record at a time, and an interrupted run can
+be resumed from it. After the fields of a result, each record has the number of its
+problem in the run, a digest of the problem, and the options.
 """
 
 from __future__ import annotations
@@ -25,8 +27,9 @@ Content: TypeAlias = "str | bytes | IO[bytes]"
 
 
 def refuse_unwritable(path: str) -> None:
-    """Raise OptionError if `write_whole` could not write to this path, before anything is computed. The test creates a
-    file and removes it, as permissions say nothing about root or read-only disks."""
+    """Raise OptionError if `write_whole` could not write to this path, before anything
+    is computed. The test creates a file and removes it, as permissions say nothing
+    about root or read-only disks."""
     from tempfile import TemporaryFile
 
     if not path:
@@ -52,7 +55,8 @@ def write_whole(path: str, content: Content) -> None:
 
 
 def write_together(contents: Mapping[str, Content]) -> None:
-    """Write several files as `write_whole` does; none is moved into place before all are complete."""
+    """Write several files as `write_whole` does; none is moved into place before all
+    are complete."""
     for path in contents:
         refuse_unwritable(path)
     files = {
@@ -77,7 +81,8 @@ def write_together(contents: Mapping[str, Content]) -> None:
 
 @contextmanager
 def gradual_writing(path: str) -> Iterator[Callable[[str], object]]:
-    """Open a context with a function that adds a text. The texts are written when it closes, even after an error."""
+    """Open a context with a function that adds a text. The texts are written when it
+    closes, even after an error."""
     from tempfile import TemporaryFile, gettempdir
 
     def add(text: str) -> None:
@@ -156,8 +161,9 @@ def _is_special(path: str | Path) -> bool:
 
 
 def open_alone(path: str | Path, name: str) -> IO[bytes]:
-    """Open a file, created if it is missing, that this run alone reads and writes until the file is closed; a device or
-    a pipe is only written. Raise OptionError, with the name of the file, if another run holds it."""
+    """Open a file, created if it is missing, that this run alone reads and writes until
+    the file is closed; a device or a pipe is only written. Raise OptionError, with the
+    name of the file, if another run holds it."""
     while not _is_special(path):
         # Which closes the file but for the one that is returned.
         with ExitStack() as stack:
@@ -176,8 +182,9 @@ def open_alone(path: str | Path, name: str) -> IO[bytes]:
 
 @contextmanager
 def reserve(paths: Iterable[str]) -> Iterator[None]:
-    """Open a context in which no other run writes these files; raise OptionError if another run writes one of them. As
-    each file is replaced as a whole, the locks are on files beside them."""
+    """Open a context in which no other run writes these files; raise OptionError if
+    another run writes one of them. As each file is replaced as a whole, the locks are
+    on files beside them."""
     with ExitStack() as locks:
         for target, path in {
             Path(path).resolve(): path for path in paths if not _is_special(path)
@@ -226,8 +233,9 @@ class Log:
             self._file.flush()
 
     def records(self) -> Iterator[Mapping[str, Any]]:
-        """Yield the finished records; raise OptionError if the file is not a log. An unfinished end, which is a line
-        that was cut off or the record of an interrupted run, is removed."""
+        """Yield the finished records; raise OptionError if the file is not a log. An
+        unfinished end, which is a line that was cut off or the record of an interrupted
+        run, is removed."""
         if not Path(self._path).is_file():
             raise OptionError(self._path, "is not a file", EXPECTED)
         finished = place = 0
@@ -255,7 +263,8 @@ class Log:
 
 @contextmanager
 def open_log(path: str, anew: bool) -> Iterator[Log]:
-    """Open a context with a log, which is created if it is missing. anew : whether it is refused if it has records."""
+    """Open a context with a log, which is created if it is missing. anew : whether it
+    is refused if it has records."""
     with naming(path):
         file = open_alone(path, path)
     is_empty = Path(path).is_file() and not Path(path).stat().st_size

@@ -1,10 +1,12 @@
-"""Bounds, starting points, states and solutions given in addition to a problem, as numbers or words, or in files.
-Numbers may be typed in place of a file name: 1,0,15/29 or "1 0 2.5" or "[1, 0]".
+"""Bounds, starting points, states and solutions given in addition to a problem, as
+numbers or words, or in files. Numbers may be typed in place of a file name: 1,0,15/29
+or "1 0 2.5" or "[1, 0]".
 
-A proposed solution, a z to be verified or a Farkas vector, with all digits, is a result in JSON or CSV as `lcp solve`
-writes it, a list in JSON, or a row, a column or a table of numbers; the output of `lcp solve --all` has several. For a
-game, strategies may be given, in JSON under row and column. Besides decimals, fractions like 15/29 are read, in JSON as
-strings. If a result has exact vectors, these are read.
+A proposed solution, a z to be verified or a Farkas vector, with all digits, is a result
+in JSON or CSV as `lcp solve` writes it, a list in JSON, or a row, a column or a table
+of numbers; the output of `lcp solve --all` has several. For a game, strategies may be
+given, in JSON under row and column. Besides decimals, fractions like 15/29 are read, in
+JSON as strings. If a result has exact vectors, these are read.
 """
 
 from __future__ import annotations
@@ -49,7 +51,10 @@ from lcpcli.typing import Vector
 NUMBER = r"(?:[-+.eE/]*\d[-+\d.eE/]*|[-+]?inf|nan)"
 PARTING = r"(?:\s*[,;]\s*|\s+)"
 LIST = re.compile(rf"\s*\[?\s*{NUMBER}(?:{PARTING}{NUMBER})*\s*\]?\s*")
-STATES_HINT = "give a JSON list of lower, basic and upper, or a result of lcp solve in JSON or CSV"
+STATES_HINT = (
+    "give a JSON list of lower, basic and upper, or a result of lcp solve in JSON "
+    "or CSV"
+)
 # Of bounds for a problem made from a program or a game: what this is, and the hint.
 REFUSALS = {
     "qp": ("a program", "give the bounds of its variables in the file"),
@@ -63,10 +68,12 @@ def with_bounds(
     fetch: Fetch = content_of,
     doubles: Doubles | None = None,
 ) -> Problem:
-    """Return the problem with the given bounds, lower and upper; a bound that is None stays as it is. Known solutions
-    are dropped if bounds change. A bound is a number, inf, -inf or none, a list of these, or the name of a file with
-    such a list; a bound of size infinity or more is infinite. fetch(name, hint for an empty file) returns the content
-    of the file. doubles : makes doubles from the numbers as written, in place of the nearest doubles."""
+    """Return the problem with the given bounds, lower and upper; a bound that is None
+    stays as it is. Known solutions are dropped if bounds change. A bound is a number,
+    inf, -inf or none, a list of these, or the name of a file with such a list; a bound
+    of size infinity or more is infinite. fetch(name, hint for an empty file) returns
+    the content of the file. doubles : makes doubles from the numbers as written, in
+    place of the nearest doubles."""
     number = float if doubles is None else doubles.of
     texts = {name: given[name] for name in BOUNDS if given[name] is not None}
     values = {
@@ -107,7 +114,8 @@ def with_bounds(
 def with_exact_bounds(
     data: ExactProblem, problem: Problem, given: Mapping[str, Any], fetch: Fetch
 ) -> ExactProblem:
-    """Return the exact data of the problem that `with_bounds` returned, with the bounds as written."""
+    """Return the exact data of the problem that `with_bounds` returned, with the bounds
+    as written."""
     # Whose rows' sides may be in M and q.
     if problem.origin is not None and problem is not data.problem:
         return (data.of_floats if data.are_floats() else data.of_decimals)(problem)
@@ -135,7 +143,8 @@ def with_exact_bounds(
 def _values(
     name: str, text: str, fetch: Fetch, number: Callable[[Fraction], Any], names: Names
 ) -> Any:
-    """Return the value of a bound, or the list of values; None stands for no bound. number : converts a number."""
+    """Return the value of a bound, or the list of values; None stands for no bound.
+    number : converts a number."""
     if _is_typed(text):
         words = re.split(PARTING, text.strip().strip("[]").strip())
         values = [
@@ -186,7 +195,8 @@ def _end(name: str, text: str, number: Callable[[Fraction], Any]) -> Any:
 
 
 def typed_numbers(text: str, may_be_file: bool = True) -> list[str] | None:
-    """Return the numbers in a text, each as typed; None if the text is not a list of numbers or may name a file."""
+    """Return the numbers in a text, each as typed; None if the text is not a list of
+    numbers or may name a file."""
     return (
         None
         if not LIST.fullmatch(text) or (may_be_file and os.path.lexists(text))
@@ -201,8 +211,9 @@ def typed_vector(field: str, typed: list[str], n: int) -> Vector:
 def read_start(
     field: str, path: str, n: int, box: Box | None = None, names: Names = tuple
 ) -> Vector:
-    """Return a starting point of length n, given in numbers or in a file. The file has the vector itself, or results of
-    `lcp solve -o`; then the starting point is the final iterate of the first result: x for the given bounds, or z."""
+    """Return a starting point of length n, given in numbers or in a file. The file has
+    the vector itself, or results of `lcp solve -o`; then the starting point is the
+    final iterate of the first result: x for the given bounds, or z."""
     if (numbers := typed_numbers(path)) is not None:
         return typed_vector(field, numbers, n)
 
@@ -225,10 +236,12 @@ def read_start(
 def read_candidates(
     path: str, lengths: Mapping[int, str], problem: Sought, names: Names = tuple
 ) -> list[Candidate]:
-    """Return the proposed solutions, given in numbers or in a file: a result, all solutions, or a vector in any format.
+    """Return the proposed solutions, given in numbers or in a file: a result, all
+    solutions, or a vector in any format.
 
-    lengths : what a vector stands for, by its length: z and, for a program, x and y, or x. problem : the problem
-    whose result is chosen of several. names : those of the unknowns, by which a table may be labelled.
+    lengths : what a vector stands for, by its length: z and, for a program, x and y, or
+    x. problem : the problem whose result is chosen of several. names : those of the
+    unknowns, by which a table may be labelled.
     """
     numbers = typed_numbers(path)
 
@@ -255,7 +268,8 @@ def read_candidates(
 
 
 def read_states(given: str, problem: Problem) -> list[str]:
-    """Return the states, one for each variable, given in words or in a file, of a basis that the problem has."""
+    """Return the states, one for each variable, given in words or in a file, of a basis
+    that the problem has."""
     is_file, words = os.path.exists(given), given.replace(",", " ").split()
     if not is_file and not set(words) & set(WORDS.values()):
         fault = f"{given!r} is neither a file nor states"
@@ -275,7 +289,8 @@ def read_states(given: str, problem: Problem) -> list[str]:
 
 @np.errstate(all="ignore")
 def _states_in(path: str, content: bytes, problem: Problem) -> list[str]:
-    """Return the states in a file: its list, the list in a result, or else the states of z and w in a result."""
+    """Return the states in a file: its list, the list in a result, or else the states
+    of z and w in a result."""
     form = form_of(path, content)
     refuse(form not in ("csv_format", "json_format"), "", "has no states", STATES_HINT)
     if form == "json_format":
@@ -300,7 +315,8 @@ def _states_in(path: str, content: bytes, problem: Problem) -> list[str]:
 def _result_in(
     form: str, content: bytes, n: int, before: str = ""
 ) -> tuple[Vector, Vector | None]:
-    """Return z and w of a result, the first of several; w may be None in CSV. before : the prefix of messages."""
+    """Return z and w of a result, the first of several; w may be None in CSV. before :
+    the prefix of messages."""
     if form == "csv_format":
         first = of_table(content)[0]
         refuse(first.rows is not None, "", "has no column headed z", HINT)
@@ -325,7 +341,8 @@ def _result_in(
 
 
 def _first_in(content: bytes) -> Any:
-    """Return the content of a JSON text: of several objects, one per line, that of the first problem."""
+    """Return the content of a JSON text: of several objects, one per line, that of the
+    first problem."""
     text = decode(content)
     are_several = text.strip().partition("\n")[2].lstrip().startswith("{")
     return load_json(first_of(text.strip()) if are_several else text)
@@ -345,8 +362,9 @@ Rows = list[tuple[int, dict[str, str]]]  # the number of a line, and its cells b
 class Candidate(NamedTuple):
     """A proposed solution or proof of infeasibility, to be verified.
 
-    kind : "solution" for a z, strategies of a game one after the other, or another vector, identified by its length;
-        "answer" for x, or x and y, in the program's own sense; "farkas" for a y that should prove that there is none.
+    kind : "solution" for a z, strategies of a game one after the other, or another
+        vector, identified by its length; "answer" for x, or x and y, in the program's
+        own sense; "farkas" for a y that should prove that there is none.
     """
 
     kind: Literal["solution", "answer", "farkas"]
@@ -366,9 +384,10 @@ Sought = tuple[str, str]  # the file and the name of the problem whose result is
 
 
 def record_of(text: str, problem: Sought) -> tuple[str, str]:
-    """Return one of several results, one per line: that of the problem by its file, else the name of its file or its
-    own name; if none is, `first_of` them, with a remark. Raise ProblemError if several are, or if none is in a log.
-    Return any other text as it is, without a remark."""
+    """Return one of several results, one per line: that of the problem by its file,
+    else the name of its file or its own name; if none is, `first_of` them, with a
+    remark. Raise ProblemError if several are, or if none is in a log. Return any other
+    text as it is, without a remark."""
     lines = [line for line in text.split("\n") if line.strip()]
     if len(lines) < 2 or not all(line.lstrip().startswith("{") for line in lines[:2]):
         return text, ""
@@ -399,7 +418,8 @@ def record_of(text: str, problem: Sought) -> tuple[str, str]:
 
 
 def first_of(text: str) -> str:
-    """Return the result with the least number from results with one in each line; else the first line."""
+    """Return the result with the least number from results with one in each line; else
+    the first line."""
     lines = text.split("\n")
     given = [_object(line).get("number") for line in lines]
     numbers = [own if isinstance(own, int) else at for at, own in enumerate(given, 1)]
@@ -414,8 +434,9 @@ def _object(line: str | bytes) -> dict[str, Any]:
 
 
 def of_json(content: bytes, lengths: Lengths, problem: Sought) -> list[Candidate]:
-    """Return the candidates in a JSON text: several if it is the output of lcp solve --all. lengths : the possible
-    lengths of a candidate, n first. problem : the problem, whose result is taken of several."""
+    """Return the candidates in a JSON text: several if it is the output of lcp solve
+    --all. lengths : the possible lengths of a candidate, n first. problem : the
+    problem, whose result is taken of several."""
     text, remark = record_of(decode(content), problem)
     data = load_json(text, fraction)
     solutions = (
@@ -486,7 +507,10 @@ def _candidate(data: Any, lengths: Lengths) -> Candidate:
         return Candidate(
             "farkas", _numbers("certificate.vector", certificate.get("vector"), of_z)
         )
-    claim = "the result says that there is none, by exhaustion, which has no certificate to check; solve it again"
+    claim = (
+        "the result says that there is none, by exhaustion, which has no "
+        "certificate to check; solve it again"
+    )
     claim *= certificate.get("kind") == "exhaustion"
     return Candidate("solution", _numbers("z", data["z"], of_z), claim=claim)
 
@@ -516,12 +540,16 @@ def of_length(field: str, values: list[Fraction], lengths: Lengths) -> list[Frac
     if len(values) in lengths:
         return values
     n, own = next(iter(lengths.items()))
-    fault = f"has {count(len(values), 'entry')} for {own if own.endswith('strategies') else count(n, 'unknown')}"
+    fault = (
+        f"has {count(len(values), 'entry')} for "
+        f"{own if own.endswith('strategies') else count(n, 'unknown')}"
+    )
     refuse(len(lengths) == 1, field, fault, "make them agree")
     raise ProblemError(
         field,
         fault,
-        f"give {listed((f'{size} for {what}' for size, what in sorted(lengths.items())), 'or')}",
+        "give "
+        f"{listed((f'{size} for {what}' for size, what in sorted(lengths.items())), 'or')}",
     )
 
 
@@ -616,13 +644,17 @@ def _column(name: str, rows: Rows) -> list[Fraction]:
 
 
 def _in_order(name: str, rows: Rows) -> Rows:
-    """Return the rows in the order of their components, which are in the column `name`, each once."""
+    """Return the rows in the order of their components, which are in the column `name`,
+    each once."""
     places: dict[str, Any] = {str(i): None for i in range(1, len(rows) + 1)}
     given = {row[name] for _, row in rows}
     for k, row in rows:
         if places.get(own := row[name], "") is not None:
             missing = next(i for i in places if i not in given)
-            fault = f"has component {own!r}{' again' * (own in places)}, while {missing} is missing"
+            fault = (
+                f"has component {own!r}{' again' * (own in places)}, while "
+                f"{missing} is missing"
+            )
             where = f"line {k}, column {[*row].index(name) + 1}"
             raise ProblemError(where, fault, f"give each of 1 to {len(rows)} once")
         places[own] = k, row

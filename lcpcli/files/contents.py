@@ -1,4 +1,5 @@
-"""Files by name, including shipped problems and folders, and their contents before parsing."""
+"""Files by name, including shipped problems and folders, and their contents before
+parsing."""
 
 from __future__ import annotations
 
@@ -52,7 +53,8 @@ def shipped_path(name: str) -> str:
 
 
 def shipped_problems() -> dict[str, Path]:
-    """Return the files of the shipped problems, by the names under which every command reads them."""
+    """Return the files of the shipped problems, by the names under which every command
+    reads them."""
     from pathlib import Path
 
     folders = map(shipped_path, (".", "programs", "games"))
@@ -61,7 +63,8 @@ def shipped_problems() -> dict[str, Path]:
 
 
 def shipped_file(name: str) -> Path | None:
-    """Return the file of the shipped problem with this name; None if there is none, or the user has one so named."""
+    """Return the file of the shipped problem with this name; None if there is none, or
+    the user has one so named."""
     file = (
         None
         if os.path.lexists(name)
@@ -71,9 +74,11 @@ def shipped_file(name: str) -> Path | None:
 
 
 def files_in(paths: Iterable[str], tell: Callable[[str], object]) -> list[str]:
-    """Return the paths, with each folder replaced by its problem files, in the order of their names. Hidden files,
-    results and other entries of a folder are left out, and `tell` is called with a line about the last two. A folder
-    without problems, or an unreadable one, stays: its error comes when it is read, so the other files are not affected.
+    """Return the paths, with each folder replaced by its problem files, in the order of
+    their names. Hidden files, results and other entries of a folder are left out, and
+    `tell` is called with a line about the last two. A folder without problems, or an
+    unreadable one, stays: its error comes when it is read, so the other files are not
+    affected.
     """
     return [
         file
@@ -148,7 +153,8 @@ def parsed(
 
 
 def within(where: str, parse: Callable[..., T], *given: Any) -> T:
-    """Call `parse` with the given arguments; prefix the place to the message of a ProblemError that it raises."""
+    """Call `parse` with the given arguments; prefix the place to the message of a
+    ProblemError that it raises."""
     try:
         return parse(*given)
     except ProblemError as error:
@@ -175,8 +181,9 @@ def checked(path: str, content: bytes, expected: str) -> bytes:
 
 @contextmanager
 def open_file(path: str) -> Iterator[IO[bytes]]:
-    """Open a context with a file to read from, or with standard input; a name without a file may be the name of a
-    shipped problem. Raises ProblemError if the file cannot be read."""
+    """Open a context with a file to read from, or with standard input; a name without a
+    file may be the name of a shipped problem. Raises ProblemError if the file cannot be
+    read."""
     name = place(path)
     refuse(not path, "", "the name of a file is empty", "name a file")
     refuse(
@@ -239,9 +246,9 @@ def unpacked(content: bytes) -> bytes:
 
 
 def uncompressed(content: bytes, form: int, size: int = 0) -> tuple[bytes, bytes]:
-    """Return what zlib uncompresses, and the bytes behind it; raise ProblemError if these are damaged, or if the result
-    takes more than a quarter of the memory of this machine. form : `wbits` of zlib, 31 for gzip. size : of
-    earlier parts."""
+    """Return what zlib uncompresses, and the bytes behind it; raise ProblemError if
+    these are damaged, or if the result takes more than a quarter of the memory of this
+    machine. form : `wbits` of zlib, 31 for gzip. size : of earlier parts."""
     import zlib
 
     most = (memory() or 0) // 4 or sys.maxsize
@@ -276,17 +283,22 @@ def memory() -> int | None:
 
 
 def refuse_beyond_memory(field: str, shape: tuple[int, ...], itemsize: int = 8) -> None:
-    """Raise ProblemError if an array of the shape that a file declares is larger than the memory of this machine."""
+    """Raise ProblemError if an array of the shape that a file declares is larger than
+    the memory of this machine."""
     size = math.prod(shape) * itemsize
-    fault = f"is {' x '.join(map(str, shape))}, {size / 1e9:.3g} GB, more than this machine's memory"
+    fault = (
+        f"is {' x '.join(map(str, shape))}, {size / 1e9:.3g} GB, more than this "
+        "machine's memory"
+    )
     refuse(size > (memory() or math.inf), field, fault, "give it in sparse form")
 
 
 def refuse_mostly_absent(
     field: str, shape: tuple[int, ...], size: int, given: int
 ) -> None:
-    """Raise ProblemError if work on `size` numbers would be done for a shape that a file declares but hardly gives: a
-    few bytes could otherwise take all memory. given : the numbers in the file."""
+    """Raise ProblemError if work on `size` numbers would be done for a shape that a
+    file declares but hardly gives: a few bytes could otherwise take all memory. given :
+    the numbers in the file."""
     fault = f"is declared as {' x '.join(map(str, shape))} with {count(given, 'entry')}"
     is_wrong = size > FEW_ABSENT and size > MOST_ABSENT * given
     refuse(is_wrong, field, fault, f"give at least one of {MOST_ABSENT} entries")

@@ -1,9 +1,11 @@
-"""Problems in CSV: n rows of n + 1 columns [M | q], or one file with the rows of M and another with q; see `lcp help
-formats`. Bounds of z are two more columns, headed lower and upper, beside one headed q; an empty cell means no bound.
+"""Problems in CSV: n rows of n + 1 columns [M | q], or one file with the rows of M and
+another with q; see `lcp help formats`. Bounds of z are two more columns, headed lower
+and upper, beside one headed q; an empty cell means no bound.
 
-Columns are separated by semicolons, tabs, commas or blanks: the first of these that the first row contains. Blank
-lines, lines that begin with # and a byte order mark are skipped, and so are a title above the table and empty cells at
-its end. Any line endings are accepted. A header that is a column short is as R writes it, above an index.
+Columns are separated by semicolons, tabs, commas or blanks: the first of these that the
+first row contains. Blank lines, lines that begin with # and a byte order mark are
+skipped, and so are a title above the table and empty cells at its end. Any line endings
+are accepted. A header that is a column short is as R writes it, above an index.
 """
 
 from __future__ import annotations
@@ -59,7 +61,8 @@ class Table(NamedTuple):
 
 
 def fields(content: bytes, number: Number = float) -> dict[str, Any]:
-    """Return M and q in n rows of n + 1 columns, or M alone in n rows of n, and what a header names."""
+    """Return M and q in n rows of n + 1 columns, or M alone in n rows of n, and what a
+    header names."""
     table = table_of(content, number)
     rows, places, header = table.rows, table.places, table.header
     unknowns = [name for name in header if name not in ("q", *BOUNDS)][
@@ -119,7 +122,8 @@ def fields(content: bytes, number: Number = float) -> dict[str, Any]:
 
 
 def _names(header: list[str]) -> dict[str, list[str]]:
-    """Return the names of the unknowns in a header; none if two are alike, or if they only number the columns."""
+    """Return the names of the unknowns in a header; none if two are alike, or if they
+    only number the columns."""
     are_numbers = all(NUMBERED.fullmatch(name) for name in header)
     if all(name.isdecimal() for name in header):  # such as years
         are_numbers = list(map(int, header)) in (
@@ -150,7 +154,8 @@ def values(field: str, content: bytes, number: Number = float) -> list[Any]:
 
 
 def refuse_two_meanings(content: bytes, of_M: bytes) -> None:
-    """Raise ProblemError if M has decimal commas and each line of q may be two numbers or one with a decimal comma."""
+    """Raise ProblemError if M has decimal commas and each line of q may be two numbers
+    or one with a decimal comma."""
     rows = [line for _, line in lines_of(of_M)]
     has_commas = delimiter_of(rows[0]) != "," and any(
         re.search(r"\d,\d", row) for row in rows
@@ -161,8 +166,9 @@ def refuse_two_meanings(content: bytes, of_M: bytes) -> None:
 
 
 def render(fields: Mapping[str, Any], exact: Exact) -> dict[str, bytes]:
-    """Return [M | q], one row per line, with all digits; with bounds, [M | q | lower | upper]. Bounds, and names of the
-    unknowns that a header can hold, stand below one."""
+    """Return [M | q], one row per line, with all digits; with bounds, [M | q | lower |
+    upper]. Bounds, and names of the unknowns that a header can hold, stand below
+    one."""
     refuse(
         not fields["q"].size,
         "",
@@ -200,8 +206,9 @@ def can_head(names: Sequence[str]) -> bool:
 
 
 def lines_of(content: bytes) -> list[tuple[int, str]]:
-    """Return the lines of a text with their numbers, without blank ones and comments. Breaks between quotation marks,
-    as names may have, end no line if all marks match."""
+    """Return the lines of a text with their numbers, without blank ones and comments.
+    Breaks between quotation marks, as names may have, end no line if all marks
+    match."""
     lines = decode(content).replace("\r\n", "\n").replace("\r", "\n").split("\n")
     found, is_open = list[tuple[int, list[str]]](), False
     for number, line in enumerate(lines, 1):
@@ -232,7 +239,8 @@ def is_header(cells: list[str]) -> bool:
 
 
 def grid_of(content: bytes, all_bounds: bool = False) -> Table:
-    """Return the cells of the table in a text. all_bounds : whether all of them are bounds, which may be absent."""
+    """Return the cells of the table in a text. all_bounds : whether all of them are
+    bounds, which may be absent."""
     lines = lines_of(content)
     refuse(not lines, "", "contains no numbers", "give one row per line")
     lines = lines[_has_title(lines) :]
@@ -286,7 +294,8 @@ def grid_of(content: bytes, all_bounds: bool = False) -> Table:
 def table_of(
     content: bytes, number_of: Callable[[str], Any] = float, all_bounds: bool = False
 ) -> Table:
-    """Return the table in a text. all_bounds : whether all numbers are bounds; then a header may name anything."""
+    """Return the table in a text. all_bounds : whether all numbers are bounds; then a
+    header may name anything."""
     grid = grid_of(content, all_bounds)
     top, header, below, indexed, commas, *_ = grid
     header = header[indexed:]
@@ -332,7 +341,8 @@ def table_of(
 
 
 def _has_title(lines: list[tuple[int, str]]) -> bool:
-    """Return whether the first line is a title above a table: text in one cell, and several cells below."""
+    """Return whether the first line is a title above a table: text in one cell, and
+    several cells below."""
     if len(lines) < 2 or DECIMALS.fullmatch(lines[1][1]):
         return False
     delimiter = delimiter_of(lines[1][1])
@@ -357,7 +367,8 @@ def _without_empty_ends(
 
 
 def _places(line: int, names: list[str]) -> dict[str, int]:
-    """Return the columns of q, lower and upper if the header names a bound; else an empty dictionary."""
+    """Return the columns of q, lower and upper if the header names a bound; else an
+    empty dictionary."""
     for column, name in list(enumerate(names, 1))[-3:]:
         meant = OTHER_NAMES.get(name.casefold(), name)
         hint, is_other = (
@@ -390,8 +401,9 @@ def _places(line: int, names: list[str]) -> dict[str, int]:
 
 
 def _heads_an_index(header: list[str], below: list[str]) -> bool:
-    """Return whether the first line is a header whose first column is an index: this column has no name, as pandas
-    writes it, or a name with only names below it, and the other columns have names or are numbered from 0."""
+    """Return whether the first line is a header whose first column is an index: this
+    column has no name, as pandas writes it, or a name with only names below it, and the
+    other columns have names or are numbered from 0."""
     first, *others = (name.strip() for name in header)
     is_named = bool(first)
     if not others or (is_named and not (below and all(map(is_name, (first, *below))))):
@@ -409,13 +421,17 @@ def remark(problem: Problem) -> str:
     # Fewer are 1, 2, ... by chance.
     first = [] if any(problem.names) or n < 3 else problem.M[:, 0].tolist()
     numbers = ", ".join(f"{x:g}" for x in first[:3])
-    line = f"the first column of M is {numbers}, ...; if it numbers the rows, add a header with an empty first cell"
+    line = (
+        f"the first column of M is {numbers}, ...; if it numbers the rows, add a "
+        "header with an empty first cell"
+    )
     return line if first and first in (list(range(n)), list(range(1, n + 1))) else ""
 
 
 def require_order(content: bytes, names: Callable[[], Sequence[str]]) -> None:
-    """Raise ProblemError if the rows of a table below a header, or the columns of its only row, are labelled by these
-    names in another order. names : returns the names, if there are labels; a result has none."""
+    """Raise ProblemError if the rows of a table below a header, or the columns of its
+    only row, are labelled by these names in another order. names : returns the names,
+    if there are labels; a result has none."""
     first = lines_of(content[:HEAD])[:1]
     header = cells_of(*first[0], delimiter_of(first[0][1])) if first else []
     if (
@@ -492,8 +508,8 @@ def value_of(
     number_of: Callable[[str], Any],
     is_bound: bool,
 ) -> Any:
-    """Return the number in a cell, which may be written as a fraction, with a decimal comma if the file has `commas`; a
-    bound may be absent (None) or infinite."""
+    """Return the number in a cell, which may be written as a fraction, with a decimal
+    comma if the file has `commas`; a bound may be absent (None) or infinite."""
     if is_bound and is_absent(entry):
         return None
     if is_bound and entry.strip().casefold().lstrip("+-") in ("inf", "infinity"):

@@ -1,7 +1,9 @@
-"""The named fields of problems, programs and games, in all formats, and the problem made from them.
+"""The named fields of problems, programs and games, in all formats, and the problem
+made from them.
 
-A program has either the native keys Q, c, A, row_lower, row_upper, lower, upper or the names of qpsolvers or of OSQP; a
-game has A and B, or, as a tree, efg. Each may have name, source and note.
+A program has either the native keys Q, c, A, row_lower, row_upper, lower, upper or the
+names of qpsolvers or of OSQP; a game has A and B, or, as a tree, efg. Each may have
+name, source and note.
 """
 
 from __future__ import annotations
@@ -101,7 +103,8 @@ OSQP = ("P", "q", "A", "l", "u", *TEXTS)
 GAME = ("A", "B", "rows", "columns", "players", "sense", *TEXTS)
 READINGS = (
     "give min x'Qx/2 + c'x, row_lower <= Ax <= row_upper, lower <= x <= upper, "
-    "or min x'Px/2 + q'x, Gx <= h, Ax = b, lb <= x <= ub, or min x'Px/2 + q'x, l <= Ax <= u"
+    "or min x'Px/2 + q'x, Gx <= h, Ax = b, lb <= x <= ub, or min x'Px/2 + q'x, "
+    "l <= Ax <= u"
 )
 FOREIGN_FIELDS = dict(  # names of quadprog and linprog, with those of qpsolvers
     zip(
@@ -122,7 +125,8 @@ def is_for_bounds(key: str) -> bool:
 def refuse_unknown(
     field: str, given: Collection[str], known: tuple[str, ...], whole: str = "a problem"
 ) -> None:
-    """Raise ProblemError for the first unknown key, suggesting the one that is likely meant."""
+    """Raise ProblemError for the first unknown key, suggesting the one that is likely
+    meant."""
     keys = set(given)
     refuse({"A", "B", "C"} <= keys, "", *THREE_PLAYERS)
     hint = "give M and q of a linear one, or a .nl model (lcp help models)"
@@ -166,7 +170,8 @@ FORMS = {
 
 
 def kind_of(keys: Collection[str]) -> str:
-    """Return "program", "game" or "tree" if the keys of an object show that it is one, else ""."""
+    """Return "program", "game" or "tree" if the keys of an object show that it is one,
+    else ""."""
     given = set(keys)
     if given & {"M", "efg"}:
         return "" if "M" in given else "tree"
@@ -176,16 +181,18 @@ def kind_of(keys: Collection[str]) -> str:
 
 
 def is_whole(fields: Collection[str]) -> bool:
-    """Return whether the fields, by their names, are those of a whole problem, not of one whose q is elsewhere."""
+    """Return whether the fields, by their names, are those of a whole problem, not of
+    one whose q is elsewhere."""
     return "q" in fields or bool(kind_of(fields))
 
 
 def made(fields: Mapping[str, Any]) -> Problem | Matrix:
-    """Return the problem with these fields, or of the program or game with these fields, or M alone if there is no q;
-    a ProblemError names the field.
+    """Return the problem with these fields, or of the program or game with these
+    fields, or M alone if there is no q; a ProblemError names the field.
 
-    fields : texts, numbers, vectors and matrices as `Problem`, `from_qp` and so on take them, None for no bound;
-        solution is a list of vectors, origin an object. Unknown fields have been refused, except in an origin.
+    fields : texts, numbers, vectors and matrices as `Problem`, `from_qp` and so on take
+        them, None for no bound; solution is a list of vectors, origin an object.
+        Unknown fields have been refused, except in an origin.
     """
     if kind := kind_of(fields):
         return {"program": _program, "game": _game, "tree": _tree}[kind](fields)
@@ -213,7 +220,8 @@ def made(fields: Mapping[str, Any]) -> Problem | Matrix:
 
 
 def of_table(table: Any) -> dict[str, Any]:
-    """Return M and q from an array of n rows and n + 1 columns, or M from an array of any other shape."""
+    """Return M and q from an array of n rows and n + 1 columns, or M from an array of
+    any other shape."""
     if table.ndim != 2 or table.shape[1] != table.shape[0] + 1:
         return {"M": table}
     return {"M": table[:, :-1].copy(), "q": table[:, -1].copy()}
@@ -221,7 +229,10 @@ def of_table(table: Any) -> dict[str, Any]:
 
 def _program(data: Mapping[str, Any]) -> Problem:
     if other := next((key for key in data if key in FOREIGN_FIELDS), None):
-        fault = f"is not a key of a program; it is called {FOREIGN_FIELDS[other]} in the second of these ways"
+        fault = (
+            f"is not a key of a program; it is called {FOREIGN_FIELDS[other]} in "
+            "the second of these ways"
+        )
         raise ProblemError(other, fault, READINGS)
     known = [key for key in data if any(key in keys for keys, *_ in FORMS.values())]
     known.sort(key=lambda key: key not in NATIVE)
@@ -241,7 +252,10 @@ def _program(data: Mapping[str, Any]) -> Problem:
     keys, vector, matrix = FORMS[maker]
     refuse_unknown("", data, keys, "a program")
     refuse(vector not in data, vector, "is missing", f"add the objective, {vector}'x")
-    hint = "add it, all zeros for a linear program; the matrix of a complementarity problem is called M"
+    hint = (
+        "add it, all zeros for a linear program; the matrix of a complementarity "
+        "problem is called M"
+    )
     refuse(keys is OSQP and "P" not in data, "P", "is missing", hint)
     from lcpcli.model import reductions
 

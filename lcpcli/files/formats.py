@@ -1,4 +1,5 @@
-"""The formats of files, by suffix and by the beginning of a file. The error for an unreadable file gives advice.
+"""The formats of files, by suffix and by the beginning of a file. The error for an
+unreadable file gives advice.
 
 numpy is not loaded, so that shell completion responds at once.
 """
@@ -94,17 +95,21 @@ LINES = (".jsonl", ".ndjson")  # one problem, or one result, in each line
 
 
 class Format(Protocol):
-    """Interface of a format's module. Errors do not name the file; the caller adds that. number : makes doubles from
-    the numbers in a text, where the nearest ones are not wanted. exact : what doubles stand for, as in `Exact`."""
+    """Interface of a format's module. Errors do not name the file; the caller adds
+    that. number : makes doubles from the numbers in a text, where the nearest ones are
+    not wanted. exact : what doubles stand for, as in `Exact`."""
 
     def fields(self, content: bytes, number: Number = float, /) -> dict[str, Any]:
-        """Return the fields in the file, as `lcpcli.files.fields` takes them; M alone if there is no q."""
+        """Return the fields in the file, as `lcpcli.files.fields` takes them; M alone
+        if there is no q."""
 
     def values(self, field: str, content: bytes, number: Number = float, /) -> Any:
-        """Return the numbers of a file with a single field, or of the given field: a list or an array."""
+        """Return the numbers of a file with a single field, or of the given field: a
+        list or an array."""
 
     def render(self, fields: Mapping[str, Any], exact: Exact, /) -> dict[str, bytes]:
-        """Return the files to write: the file itself under "", others under what is inserted before its suffix."""
+        """Return the files to write: the file itself under "", others under what is
+        inserted before its suffix."""
 
 
 def load(form: str) -> Format:
@@ -112,13 +117,17 @@ def load(form: str) -> Format:
 
 
 def kind_with(suffix: str) -> Kind | None:
-    """Return the kind of the files with a suffix, in this package or in another one; None if there is none."""
+    """Return the kind of the files with a suffix, in this package or in another one;
+    None if there is none."""
     if suffix and suffix not in FORMATS:
         from lcpcli.additions import addition
 
         if kind := addition("formats", suffix):
             if not isinstance(kind, Kind) or "." not in kind.form:
-                fault = f"{suffix} of another package is not a Kind whose module has its full name"
+                fault = (
+                    f"{suffix} of another package is not a Kind whose module has "
+                    "its full name"
+                )
                 raise ProblemError("", fault, "see lcp help development")
             FORMATS[suffix] = kind
     return FORMATS.get(suffix)
@@ -195,7 +204,8 @@ FOREIGN: tuple[tuple[str, str, str, tuple[bytes, ...]], ...] = (
 # comments before.
 HEAD = 4096
 RESULT = re.compile(  # of this program, in JSON or CSV
-    rb'\s*\{"version": "|\s*\{"problem": .{0,999}?, "n": \d+, "(?:kind|bounds)": |\{\s*"suite": \[|'
+    rb'\s*\{"version": "|\s*\{"problem": .{0,999}?, "n": \d+, '
+    rb'"(?:kind|bounds)": |\{\s*"suite": \[|'
     rb"(?:#[^\n]*\n)*(?:(?:problem,(?:method,)?)?component,z,w\b|piece,kind,number,component|equilibrium,player,strategy|"
     rb"problem,method,k,)"
 )
@@ -207,8 +217,9 @@ AS_TABLE = (
 
 
 def form_of(path: str, content: bytes) -> str:
-    """Return the format of a file, one of FORMATS; raise ProblemError for an unreadable one. With other suffixes, and
-    with .csv, a text that opens with a brace or a bracket is JSON, everything else CSV."""
+    """Return the format of a file, one of FORMATS; raise ProblemError for an unreadable
+    one. With other suffixes, and with .csv, a text that opens with a brace or a bracket
+    is JSON, everything else CSV."""
     ending = os.path.splitext(uncompressed(path))[1].casefold()
     if content.startswith(ZIP) and ending != ".npz":
         is_spreadsheet = b"xl/" in content or b"opendocument.spreadsheet" in content

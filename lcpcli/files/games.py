@@ -1,9 +1,10 @@
-"""Games of two players: in Gambit's strategic form, .nfg, in its extensive form, .efg, of which `model.extensive` makes
-a tree, and in two tables, one with the payoffs of each player.
+"""Games of two players: in Gambit's strategic form, .nfg, in its extensive form, .efg,
+of which `model.extensive` makes a tree, and in two tables, one with the payoffs of each
+player.
 
-A .nfg file lists the payoffs of all pairs of strategies, or outcomes with payoffs and then the outcome of each pair;
-the first player's strategy changes fastest; outcome 0 pays nothing. (Gambit, https://www.gambit-project.org, file
-formats.)
+A .nfg file lists the payoffs of all pairs of strategies, or outcomes with payoffs and
+then the outcome of each pair; the first player's strategy changes fastest; outcome 0
+pays nothing. (Gambit, https://www.gambit-project.org, file formats.)
 """
 
 from __future__ import annotations
@@ -33,7 +34,8 @@ Pair = tuple[Fraction, Fraction]
 
 # As in every format.
 def fields(content: bytes, number: Number = float) -> dict[str, Any]:  # noqa: ARG001
-    """Return the game in an .nfg file, or the text of an .efg file: old ones have labels in Latin-1."""
+    """Return the game in an .nfg file, or the text of an .efg file: old ones have
+    labels in Latin-1."""
     if content.lstrip().startswith(b"EFG"):
         with suppress(ProblemError):
             return {"efg": decode(content)}
@@ -92,7 +94,8 @@ def fields(content: bytes, number: Number = float) -> dict[str, Any]:  # noqa: A
 
 
 def _nested(text: str) -> list[Any]:
-    """Return the words and the quoted texts of a file, with a list for each pair of braces."""
+    """Return the words and the quoted texts of a file, with a list for each pair of
+    braces."""
     braces = {"{": "[", "}": "],\n"}
     parts = (
         braces.get(token) or f"{json.dumps(token)},\n" for token in TOKEN.findall(text)
@@ -107,7 +110,8 @@ def _nested(text: str) -> list[Any]:
 
 
 def _pairs(cells: list[Any]) -> list[Pair]:
-    """Return the payoffs of both players for each pair of strategies, from a list of them or of outcomes."""
+    """Return the payoffs of both players for each pair of strategies, from a list of
+    them or of outcomes."""
     if not (cells and isinstance(cells[0], list)):
         return _in_pairs(cells)
     outcomes = [(Fraction(0), Fraction(0))]
@@ -171,7 +175,8 @@ def _whole(token: Any) -> int:
 
 
 def game_in(paths: Sequence[str]) -> Input:
-    """Return the game as an input in JSON. The payoffs in the tables may be fractions; labels name the strategies."""
+    """Return the game as an input in JSON. The payoffs in the tables may be fractions;
+    labels name the strategies."""
     if len(paths) != 2:
         raise ParameterError("game", f"takes two files, not {len(paths)}", HINT)
     (A, rows, columns), (B, own_rows, own_columns) = map(_table, paths)
@@ -185,8 +190,9 @@ def game_in(paths: Sequence[str]) -> Input:
 
 
 def hint(paths: Sequence[str]) -> str:
-    """Return the line that says that two files may be the payoffs of a game, as tables of the same shape that are
-    square, or have labels and no q, or have a shape that no problem has; "" for other files."""
+    """Return the line that says that two files may be the payoffs of a game, as tables
+    of the same shape that are square, or have labels and no q, or have a shape that no
+    problem has; "" for other files."""
     if len(paths) != 2 or not all(
         Path(path).is_file() and Path(path).stat().st_size < 100_000 for path in paths
     ):
@@ -204,15 +210,19 @@ def hint(paths: Sequence[str]) -> str:
 
 
 def _shared(path: str, key: str, names: list[str], others: list[str]) -> list[str]:
-    """Return the names that two tables give a player's strategies; an empty list if the numbers of names differ. Raises
-    ProblemError if the names in the second table, in the file `path`, differ, or are in another order."""
+    """Return the names that two tables give a player's strategies; an empty list if the
+    numbers of names differ. Raises ProblemError if the names in the second table, in
+    the file `path`, differ, or are in another order."""
     if names and others and len(names) != len(others):
         return []
     if names and others and names != others:
         own, other = next(
             (own, name) for own, name in zip(others, names, strict=True) if own != name
         )
-        fault = f"has {quoted(own)} among the {key} where the other table has {quoted(other)}"
+        fault = (
+            f"has {quoted(own)} among the {key} where the other table has "
+            f"{quoted(other)}"
+        )
         raise ProblemError(
             place(path),
             fault,

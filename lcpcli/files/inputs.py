@@ -1,6 +1,7 @@
 """Many problems, read one after another: files, JSON lines, and several q for one M.
 
-An input that cannot be read is kept with its error, so that the other problems are still solved.
+An input that cannot be read is kept with its error, so that the other problems are
+still solved.
 """
 
 from __future__ import annotations
@@ -77,7 +78,8 @@ class Input(NamedTuple):
         )
 
     def length(self) -> int:
-        """Return the number of bytes of the texts among the contents, whose numbers may have any number of digits."""
+        """Return the number of bytes of the texts among the contents, whose numbers may
+        have any number of digits."""
         return sum(len(text) for text in self.contents if b"\0" not in text)
 
     def exact_parts(self) -> ExactParts:
@@ -170,11 +172,13 @@ def inputs(
     of_folders: Collection[str] = (),
     has_q: bool = False,
 ) -> Iterator[Work]:
-    """Yield the inputs in the files, in order; "-" is standard input. A file with M alone is followed by the file of q.
+    """Yield the inputs in the files, in order; "-" is standard input. A file with M
+    alone is followed by the file of q.
 
-    streams : whether a first line of standard input that is an object is a problem, whatever follows. of_folders : the
-    files that come from folders, where the next one is q only if it can be nothing else. has_q : whether the second of
-    two files has q, whatever it looks like.
+    streams : whether a first line of standard input that is an object is a problem,
+    whatever follows. of_folders : the files that come from folders, where the next one
+    is q only if it can be nothing else. has_q : whether the second of two files has q,
+    whatever it looks like.
     """
     left = list(paths)
     while left:
@@ -205,8 +209,9 @@ def inputs(
 
 
 def _head(path: str, file: IO[bytes], streams: bool) -> tuple[list[bytes], bool]:
-    """Return the lines of a file up to the second one that is not blank, and whether each line is a problem; of a
-    stream only the first line is awaited if it is enough to decide."""
+    """Return the lines of a file up to the second one that is not blank, and whether
+    each line is a problem; of a stream only the first line is awaited if it is enough
+    to decide."""
     head = []
     for line in file:
         head.append(line)
@@ -232,9 +237,9 @@ def _head(path: str, file: IO[bytes], streams: bool) -> tuple[list[bytes], bool]
 def _with_next(
     path: str, content: bytes, left: list[str], of_folders: Collection[str], has_q: bool
 ) -> Work:
-    """Return the problem in a file. The next file is taken as q if it `has_q`, if this one has M alone, or if the next
-    one has a vector and no problem, so that the error can name both; of a folder only if M is alone and it can only be
-    q."""
+    """Return the problem in a file. The next file is taken as q if it `has_q`, if this
+    one has M alone, or if the next one has a vector and no problem, so that the error
+    can name both; of a folder only if M is alone and it can only be q."""
     if not left:
         return Input((path,), (content,))
     M, shared = _without_q(path, content)
@@ -276,7 +281,8 @@ def _with_next(
 
 
 def _refuse_swapped(path: str, content: bytes, left: list[str]) -> None:
-    """Raise ProblemError if a file holds q, and the next one the M that should come before it."""
+    """Raise ProblemError if a file holds q, and the next one the M that should come
+    before it."""
     M = q = None
     with suppress(ProblemError):
         q = reading.vector_in("q", path, content)
@@ -295,7 +301,8 @@ def _refuse_swapped(path: str, content: bytes, left: list[str]) -> None:
 def _without_q(
     path: str, content: bytes
 ) -> tuple[Matrix | None, Mapping[str, Any] | None]:
-    """Return M and what several q share with it in a file; None if it has q, and None twice if it is no problem."""
+    """Return M and what several q share with it in a file; None if it has q, and None
+    twice if it is no problem."""
     # A guess that spares reading it twice.
     has_q = content.lstrip().startswith(b"{") and b'"q"' in content
     with suppress(ProblemError):
@@ -314,8 +321,9 @@ def _without_q(
 
 
 def _is_q(path: str, n: int | None = None) -> bool:
-    """Return whether a file holds q and cannot be a problem, or M alone. n : the rows of the M before it, if any; then
-    a vector of n entries is q whatever else it could be, and several q may be given in columns."""
+    """Return whether a file holds q and cannot be a problem, or M alone. n : the rows
+    of the M before it, if any; then a vector of n entries is q whatever else it could
+    be, and several q may be given in columns."""
     if path == STANDARD_INPUT or path.casefold().endswith(LINES):
         return False
     own: Problem | Matrix | None = None
@@ -339,7 +347,8 @@ def _is_q(path: str, n: int | None = None) -> bool:
 
 
 def _columns(path: str, content: bytes, n: int) -> tuple[Matrix, list[str]] | None:
-    """Return Q of shape (n, k) and the names of its columns; None if the file has a single vector, or no such table."""
+    """Return Q of shape (n, k) and the names of its columns; None if the file has a
+    single vector, or no such table."""
     form, names = form_of(path, content), list[str]()
     if form == "matrix_market_format" or kind_in(form).has_no_vector:
         return None

@@ -1,7 +1,9 @@
-"""Problems in JSON: an object with M, q and, if known, other keys (see `lcp help formats`), or a program or a game.
+"""Problems in JSON: an object with M, q and, if known, other keys (see `lcp help
+formats`), or a program or a game.
 
-M is a list of rows, or {"format": "coo", "shape": [n, n], "rows": [...], "cols": [...], "values": [...]} with
-indices from 0. origin is as in `lcpcli.model.reductions`. Numbers are decimals; each key occurs only once.
+M is a list of rows, or {"format": "coo", "shape": [n, n], "rows": [...], "cols": [...],
+"values": [...]} with indices from 0. origin is as in `lcpcli.model.reductions`. Numbers
+are decimals; each key occurs only once.
 """
 
 from __future__ import annotations
@@ -30,11 +32,15 @@ if TYPE_CHECKING:
 OF_COORDINATES = ("format", "shape", "rows", "cols", "values")
 # Decimals with so few digits are always the shortest decimals of their doubles.
 DIGITS = 15
-SEVERAL = "lcp solve takes a problem in each line; give other commands one line, as by sed -n 1p FILE | lcp inspect -"
+SEVERAL = (
+    "lcp solve takes a problem in each line; give other commands one line, as by "
+    "sed -n 1p FILE | lcp inspect -"
+)
 
 
 def fields(content: bytes, number: Number = float) -> dict[str, Any]:
-    """Return the fields of the object in a JSON text; a ProblemError names the field, or the line and column."""
+    """Return the fields of the object in a JSON text; a ProblemError names the field,
+    or the line and column."""
     data = load(decode(content), number)
     if not isinstance(data, dict):
         raise ProblemError(
@@ -67,13 +73,15 @@ def fields(content: bytes, number: Number = float) -> dict[str, Any]:
 
 
 def values(field: str, content: bytes, number: Number = float) -> Any:
-    """Return the numbers in a JSON list, or in the list of an object with this field alone."""
+    """Return the numbers in a JSON list, or in the list of an object with this field
+    alone."""
     data = load(decode(content), number)
     return data[field] if isinstance(data, dict) and list(data) == [field] else data
 
 
 def payoff(text: str) -> float | Fraction:
-    """Return a payoff as written: the nearest double, or a fraction if the shortest decimal of the double differs."""
+    """Return a payoff as written: the nearest double, or a fraction if the shortest
+    decimal of the double differs."""
     double = float(text)
     if (len(text) <= DIGITS and "e" not in text.casefold()) or not math.isfinite(
         double
@@ -95,7 +103,8 @@ def payoff(text: str) -> float | Fraction:
 
 
 def payoff_of(value: Fraction) -> Fraction | float:
-    """Return a payoff as a double if the payoff is the double's shortest decimal, else as a fraction."""
+    """Return a payoff as a double if the payoff is the double's shortest decimal, else
+    as a fraction."""
     from fractions import Fraction
 
     with suppress(OverflowError):
@@ -171,7 +180,8 @@ def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
 
 
 def _sparse(field: str, given: dict[str, Any], n: int | None = None) -> Matrix:
-    """Return the sparse matrix, after checking that its indices fit its shape, which is n x n unless n is None."""
+    """Return the sparse matrix, after checking that its indices fit its shape, which is
+    n x n unless n is None."""
     from lcpcli.linalg.patterns import outside
 
     refuse_unknown(field, given, OF_COORDINATES)
@@ -215,7 +225,8 @@ def _sparse(field: str, given: dict[str, Any], n: int | None = None) -> Matrix:
 def of_coordinates(
     field: str, values: Vector, rows: Any, cols: Any, shape: tuple[int, int], first: int
 ) -> Matrix:
-    """Return the sparse matrix in scipy's coordinate form; raise ProblemError for a place outside, or one given twice.
+    """Return the sparse matrix in scipy's coordinate form; raise ProblemError for a
+    place outside, or one given twice.
     rows, cols : the places of the values, counted from `first`."""
     from scipy.sparse import coo_array
 
@@ -274,7 +285,10 @@ def _text(value: Any, number: Callable[[float], str]) -> str:
         lists = ",\n    ".join(
             f'"{key}": {_text(part, number)}' for key, part in parts.items()
         )
-        return f'{{\n    "format": "coo", "shape": [{value.shape[0]}, {value.shape[1]}],\n    {lists}\n  }}'
+        return (
+            f'{{\n    "format": "coo", "shape": [{value.shape[0]}, '
+            f"{value.shape[1]}],\n    {lists}\n  }}"
+        )
     if not isinstance(value, np.ndarray):
         return visible_json(json.dumps(value, ensure_ascii=False))
     if value.ndim == 2:

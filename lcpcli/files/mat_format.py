@@ -1,11 +1,14 @@
-"""Problems in MATLAB's MAT files up to version 7: variables called M, q and so on, as the keys in JSON.
+"""Problems in MATLAB's MAT files up to version 7: variables called M, q and so on, as
+the keys in JSON.
 
-Vectors may be rows or columns. solution is one z or has one z per column. Other variables are ignored, as `save` in
-MATLAB writes the whole workspace, but bounds under other names are refused. origin is a JSON string.
+Vectors may be rows or columns. solution is one z or has one z per column. Other
+variables are ignored, as `save` in MATLAB writes the whole workspace, but bounds under
+other names are refused. origin is a JSON string.
 
-The elements of a file are checked before scipy reads them: its readers are compiled, and wrong sizes in a file make
-them run beyond their memory. Version 5 (also 6 and 7): elements with a type and a size; an array consists in turn of
-elements, with its flags, dimensions, name and values. Version 4: arrays with five numbers each. (The MathWorks,
+The elements of a file are checked before scipy reads them: its readers are compiled,
+and wrong sizes in a file make them run beyond their memory. Version 5 (also 6 and 7):
+elements with a type and a size; an array consists in turn of elements, with its flags,
+dimensions, name and values. Version 4: arrays with five numbers each. (The MathWorks,
 MAT-File Format.)
 """
 
@@ -83,7 +86,8 @@ def values(field: str, content: bytes, number: Number = float) -> Any:  # noqa: 
 
 
 def render(fields: Mapping[str, Any], exact: Exact) -> dict[str, bytes]:  # noqa: ARG001
-    """Return the fields as a MAT file, numbers bit for bit; names are cells, and several solutions are columns."""
+    """Return the fields as a MAT file, numbers bit for bit; names are cells, and
+    several solutions are columns."""
     from scipy.io import savemat
 
     variables = dict(fields) | {
@@ -113,7 +117,8 @@ def _variables(content: bytes) -> dict[str, Any]:
 
 
 def _array(name: str, value: Any) -> Any:
-    """Return a variable, as a vector if it has one row or one column, unless its name is the name of a matrix."""
+    """Return a variable, as a vector if it has one row or one column, unless its name
+    is the name of a matrix."""
     is_matrix = name in ("M", *MATRICES)
     if is_sparse(value):
         refuse_mostly_absent(name, value.shape, max(value.shape), value.nnz)
@@ -147,7 +152,8 @@ def _require(condition: Any) -> None:
 
 
 def checked(content: bytes) -> bytes:
-    """Return a MAT file with those arrays that can be read, uncompressed; raise ValueError if it is damaged."""
+    """Return a MAT file with those arrays that can be read, uncompressed; raise
+    ValueError if it is damaged."""
     if 0 in content[:4]:  # as scipy tells the versions apart
         _check_version_4(content)
         return content
@@ -185,8 +191,8 @@ def _arrays(content: bytes, order: str) -> Iterator[Element]:
 
 
 def _is_readable(data: bytes, order: str) -> bool:
-    """Return whether an array is one of numbers, texts, or a cell of such arrays; raise ValueError if its parts are not
-    those that it declares."""
+    """Return whether an array is one of numbers, texts, or a cell of such arrays; raise
+    ValueError if its parts are not those that it declares."""
     if not data:
         return False
     parts = list(_elements(data, order))

@@ -1,7 +1,8 @@
-"""Matrices and vectors in Matrix Market files: "array" if dense, "coordinate" if sparse.
+"""Matrices and vectors in Matrix Market files: "array" if dense, "coordinate" if
+sparse.
 
-Every line is checked, because scipy's reader silently reads "1,5" as 1, truncates fractions in an integer file, and
-crashes on some broken files. All digits are kept.
+Every line is checked, because scipy's reader silently reads "1,5" as 1, truncates
+fractions in an integer file, and crashes on some broken files. All digits are kept.
 """
 
 from __future__ import annotations
@@ -22,7 +23,10 @@ from lcpcli.linalg.matrices import is_sparse
 from lcpcli.rational.numbers import decimal
 from lcpcli.typing import Matrix, Vector
 
-BANNER = "%%MatrixMarket matrix array|coordinate real|integer general|symmetric|skew-symmetric"
+BANNER = (
+    "%%MatrixMarket matrix array|coordinate real|integer "
+    "general|symmetric|skew-symmetric"
+)
 SIGNS = {"general": 0, "symmetric": 1, "skew-symmetric": -1}  # of the mirrored entries
 CHOICES = (("array", "coordinate"), ("real", "double", "integer"), tuple(SIGNS))
 # Unambiguous, so that matching does not backtrack.
@@ -52,7 +56,8 @@ def values(field: str, content: bytes, number: Number = float) -> Any:
 
 
 def render(fields: Mapping[str, Any], exact: Exact) -> dict[str, bytes]:
-    """Return M as an array or, if it is sparse, by coordinates, and q as an array of one column, with all digits."""
+    """Return M as an array or, if it is sparse, by coordinates, and q as an array of
+    one column, with all digits."""
     # Not of shape (0, 1), as scipy 1.15 never ends writing that.
     q = fields["q"][:, np.newaxis][:, : fields["q"].size]
     return {"": _text(fields["M"], exact), ".q": _text(q, exact)}
@@ -85,7 +90,10 @@ def _matrix(field: str, content: bytes, number: Number) -> Any:
     refuse(entries * 2 * width > len(content) - end + 1, field, fault, "is it cut off?")
     _refuse_other_lines(form, kind, content, end)
     words = content[end:].split()
-    fault = f"is declared with {count(entries, 'entry')} but has {count(len(words) // width, 'entry')}"
+    fault = (
+        f"is declared with {count(entries, 'entry')} but has "
+        f"{count(len(words) // width, 'entry')}"
+    )
     refuse(len(words) != entries * width, field, fault, "make them agree")
     texts = words[width - 1 :: width]
     doubles = (
@@ -111,7 +119,8 @@ def _matrix(field: str, content: bytes, number: Number) -> Any:
 
 
 def _dense(sign: int, shape: tuple[int, int], values: Vector) -> Matrix:
-    """Return the matrix from its values by columns, which are only the lower triangle if it is mirrored with a sign."""
+    """Return the matrix from its values by columns, which are only the lower triangle
+    if it is mirrored with a sign."""
     if not sign:
         return np.ascontiguousarray(values.reshape(shape, order="F"))
     matrix, upper = np.zeros(shape), np.triu_indices(shape[0], int(sign < 0))

@@ -1,10 +1,12 @@
-"""Linear and quadratic programs in MPS, fixed and free, with QUADOBJ, QSECTION or QMATRIX; others are read as LP files,
-which HiGHS converts to MPS: files with warnings are refused, and numbers have up to 15 digits.
+"""Linear and quadratic programs in MPS, fixed and free, with QUADOBJ, QSECTION or
+QMATRIX; others are read as LP files, which HiGHS converts to MPS: files with warnings
+are refused, and numbers have up to 15 digits.
 
-What programs interpret differently is refused: an entry or a bound given twice, and a negative upper bound without a
-lower bound, which some take to mean no lower bound. Bounds, right-hand sides and ranges of 1e20 or more are infinite.
-Programs are written as free MPS: QUADOBJ has one triangle of Q, and the right-hand side of the objective is minus its
-constant.
+What programs interpret differently is refused: an entry or a bound given twice, and a
+negative upper bound without a lower bound, which some take to mean no lower bound.
+Bounds, right-hand sides and ranges of 1e20 or more are infinite. Programs are written
+as free MPS: QUADOBJ has one triangle of Q, and the right-hand side of the objective is
+minus its constant.
 """
 
 from __future__ import annotations
@@ -56,7 +58,10 @@ SECTIONS = (
 QUADRATIC = SECTIONS[-3:]
 # Headings that words may follow.
 WITH_WORDS = ("NAME", "OBJSENSE", "QCMATRIX", "QSECTION", "CSECTION")
-HEADING = f"the sections are {', '.join(SECTIONS)}, ENDATA; quadratic constraints and ordered sets are not read"
+HEADING = (
+    f"the sections are {', '.join(SECTIONS)}, ENDATA; quadratic constraints and "
+    "ordered sets are not read"
+)
 LINE = "is the heading of the next section misspelt, or the first word of the line?"
 CONTINUOUS = "lcp solves programs with continuous variables only"
 # The ends that bounds set.
@@ -253,7 +258,8 @@ class _Reader:
             self._lines[column] = self._line
 
     def _declare(self, column: str) -> None:
-        """Refuse a column that is unknown, unless it has a square: some writers leave empty columns out."""
+        """Refuse a column that is unknown, unless it has a square: some writers leave
+        empty columns out."""
         if column not in self._columns:
             if column not in self._squared:
                 raise self._unknown(column, "COLUMNS")
@@ -363,7 +369,10 @@ class _Reader:
         self._line = self._lines.get(column, 0)
         self._require(low < math.inf and high > -math.inf, *NOT_NONE)
         if low > high:
-            fault = f"gives {quoted(column)} the upper bound {high:g}, below its lower bound {low:g}"
+            fault = (
+                f"gives {quoted(column)} the upper bound {high:g}, below its lower "
+                f"bound {low:g}"
+            )
             hint = (
                 "make the lower bound the smaller one"
                 if low
@@ -458,7 +467,8 @@ WORDS = (
 
 
 def render(fields: Mapping[str, Any], exact: Exact) -> dict[str, bytes]:
-    """Return the program in free MPS; raise ProblemError for finite bounds that MPS takes for infinite ones."""
+    """Return the program in free MPS; raise ProblemError for finite bounds that MPS
+    takes for infinite ones."""
     number = partial(number_text, exact)
     k, m = fields["c"].size, fields["row_lower"].size if "A" in fields else 0
     low, high = (
@@ -548,8 +558,8 @@ def new_names(problem: Problem) -> dict[str, str]:
 
 
 def names(given: Sequence[str], letter: str) -> list[str]:
-    """Return names without spaces, all different and none of them a word of the format; a missing name becomes the
-    letter and the number of its place."""
+    """Return names without spaces, all different and none of them a word of the format;
+    a missing name becomes the letter and the number of its place."""
     found: dict[str, None] = {}
     for i, name in enumerate(given, 1):
         found[_free(_word(name) or f"{letter}{i}", WORDS, found)] = None
@@ -627,7 +637,10 @@ def _columns(
 
 # Complaints about faults that are reported elsewhere.
 TOLD = ("inconsistent bounds", "Parser error")
-HINT = "compare it with a file in the LP format that is read; quadratic constraints and integer variables are not"
+HINT = (
+    "compare it with a file in the LP format that is read; quadratic constraints "
+    "and integer variables are not"
+)
 
 
 def as_mps(text: bytes) -> bytes:

@@ -1,7 +1,9 @@
-"""Models in AMPL's .nl format, in text or in binary: complementarity conditions, and equations for free variables.
+"""Models in AMPL's .nl format, in text or in binary: complementarity conditions, and
+equations for free variables.
 
-D. M. Gay, Writing .nl files (2005), and Hooking your solver to AMPL (1997), whose section 5 has the .sol files in which
-solvers answer AMPL and what else writes .nl files.
+D. M. Gay, Writing .nl files (2005), and Hooking your solver to AMPL (1997), whose
+section 5 has the .sol files in which solvers answer AMPL and what else writes .nl
+files.
 """
 
 from __future__ import annotations
@@ -38,14 +40,16 @@ from lcpcli.rational.numbers import Doubles, fraction
 from lcpcli.typing import Indices, Matrix, Vector
 
 NO_OBJECTIVE = (
-    "take the objective out to find one solution, or write its optimality conditions as complementarity conditions; "
+    "take the objective out to find one solution, or write its optimality "
+    "conditions as complementarity conditions; "
     "lcp minimizes over the solutions of linear models only"
 )
 LEFT_OUT = "its objective counts only in lcp solve, for a single model"
 
 
 def fields(content: bytes, number: Number = float) -> dict[str, Any]:
-    """Return M, q, the bounds and as names the variables of a linear model; raise ProblemError for another one."""
+    """Return M, q, the bounds and as names the variables of a linear model; raise
+    ProblemError for another one."""
     from scipy.sparse import csr_array
 
     model = _model(content, isinstance(number, Doubles))
@@ -83,13 +87,17 @@ def _model(content: bytes, is_exact: bool = False) -> NlModel:
 
 
 def read_nl(path: str | os.PathLike[str]) -> NonlinearProblem:
-    """Read a model of AMPL in an .nl file, in text or in binary, as a nonlinear problem for `solve_mcp`.
+    """Read a model of AMPL in an .nl file, in text or in binary, as a nonlinear problem
+    for `solve_mcp`.
 
-    The model must be square: each row either complements a variable, or is an equation, of which there are as many as
-    other variables that are not fixed; these must be free, and are paired with them. Names are taken from a file .col
-    beside it. Fixed variables that no row complements are no unknowns. `lcpcli.read` reads linear models.
+    The model must be square: each row either complements a variable, or is an equation,
+    of which there are as many as other variables that are not fixed; these must be
+    free, and are paired with them. Names are taken from a file .col beside it. Fixed
+    variables that no row complements are no unknowns. `lcpcli.read` reads linear
+    models.
 
-    Raises ProblemError, which says where the error is, what is wrong, and how to fix it.
+    Raises ProblemError, which says where the error is, what is wrong, and how to fix
+    it.
 
     >>> from lcpcli import read_nl
     >>> read_nl("missing.nl")
@@ -101,7 +109,8 @@ def read_nl(path: str | os.PathLike[str]) -> NonlinearProblem:
 
 
 class LinearObjective(NamedTuple):
-    """costs'z + constant, of which the least or the largest value is sought: sense is "min" or "max"."""
+    """costs'z + constant, of which the least or the largest value is sought: sense is
+    "min" or "max"."""
 
     costs: list[Fraction]
     sense: str
@@ -111,8 +120,9 @@ class LinearObjective(NamedTuple):
 class Model:
     """A model in a file, with its problem.
 
-    content, path : of the file, beside which there may be names; the content is read if it is None. model : what is in
-    the file. name, names : of the problem and of its unknowns.
+    content, path : of the file, beside which there may be names; the content is read if
+    it is None. model : what is in the file. name, names : of the problem and of its
+    unknowns.
     """
 
     def __init__(self, content: bytes | None, path: str) -> None:
@@ -127,7 +137,8 @@ class Model:
         self.remark = in_names(path, self.model.remark)
 
     def solution_in(self, path: str) -> list[Fraction]:
-        """Return the solution in a file .sol, with all decimals; raise ProblemError if it is none of this model."""
+        """Return the solution in a file .sol, with all decimals; raise ProblemError if
+        it is none of this model."""
         return parsed(path, WHOLE, self._solution)
 
     def _solution(self, content: bytes) -> list[Fraction]:
@@ -145,7 +156,10 @@ class Model:
                 "is no .sol file in text",
                 "write it as solvers for AMPL do, in text",
             ) from None
-        fault = f"has {count(len(found), 'value')} of {count(own, 'variable')} for {variables} of the model"
+        fault = (
+            f"has {count(len(found), 'value')} of {count(own, 'variable')} for "
+            f"{variables} of the model"
+        )
         refuse(
             own != variables or len(found) != own, "", fault, "solve the model again"
         )
@@ -163,7 +177,8 @@ class Model:
 
     @property
     def objective(self) -> LinearObjective | None:
-        """Return the objective of a linear model, with its decimals; None if there is none, or a constant one."""
+        """Return the objective of a linear model, with its decimals; None if there is
+        none, or a constant one."""
         if self.model.objective is None:
             return None
         exact = _model(self._content, is_exact=True)
@@ -222,8 +237,8 @@ class Model:
 class Functions:
     """The functions of a model in an arithmetic.
 
-    order : of each unknown the place of its row in the model; by default equations are paired with the unknowns that
-    are left by the entries of the Jacobian at the start.
+    order : of each unknown the place of its row in the model; by default equations are
+    paired with the unknowns that are left by the entries of the Jacobian at the start.
     """
 
     def __init__(
@@ -259,7 +274,8 @@ class Functions:
 
     @np.errstate(all="ignore")
     def enclosure(self, lower: Vector, upper: Vector) -> Enclosure:
-        """Return bounds on F and on the Jacobian over a box, if the arithmetic is that of intervals."""
+        """Return bounds on F and on the Jacobian over a box, if the arithmetic is that
+        of intervals."""
         box = np.stack([lower, upper])
         return Enclosure(*self.F(box), *map(self._matrix, self._jacobian.entries(box)))
 
@@ -283,12 +299,14 @@ LEAST = 2.0**-500  # stands for entries that happen to be 0, or are undefined
 
 
 def paired(n: int, rows: Indices, columns: Indices, values: Vector) -> Indices:
-    """Return for each of n free variables its equation: as many pairs as possible at entries of the Jacobian, of which
-    the product is as large as possible, relative to the largest entries of the rows; what is left is paired in order.
+    """Return for each of n free variables its equation: as many pairs as possible at
+    entries of the Jacobian, of which the product is as large as possible, relative to
+    the largest entries of the rows; what is left is paired in order.
 
-    rows, columns, values : the entries. Every pairing has the same solutions, as an equation has to hold whatever its
-    variable is; entries on the diagonal help the methods. (I. S. Duff and J. Koster, On algorithms for permuting large
-    entries to the diagonal of a sparse matrix, 2001.)
+    rows, columns, values : the entries. Every pairing has the same solutions, as an
+    equation has to hold whatever its variable is; entries on the diagonal help the
+    methods. (I. S. Duff and J. Koster, On algorithms for permuting large entries to the
+    diagonal of a sparse matrix, 2001.)
     """
     with imports:
         from scipy.sparse import csr_array
@@ -319,7 +337,8 @@ WITH_TOLERANCE = "3"  # as the second option: a tolerance stands behind the opti
 
 
 def solution_text(header: Header, message: str, values: Vector, number: int) -> str:
-    """Return the file with the values of all variables, and none of multipliers. number : the solve_result_num."""
+    """Return the file with the values of all variables, and none of multipliers. number
+    : the solve_result_num."""
     size, *own = header.options
     # Which counts two more if a tolerance follows.
     size = str(int(size) + 2 * (own[1:2] == [WITH_TOLERANCE]))

@@ -1,9 +1,12 @@
-"""The complementarity problem of an .nl file: its unknowns, and the function that belongs to each of them.
+"""The complementarity problem of an .nl file: its unknowns, and the function that
+belongs to each of them.
 
-A condition x >= 0 complements F >= 0 of a variable with both bounds means l <= x <= u complementary to F, unless
-another condition, such as that of the multiplier of the upper bound, implies the bound that is not stated. A bounded
-variable without a condition may be tied by an equation to the variable or to the function of one, as where a modeling
-language introduces a variable for an expression: its bounds then belong to that condition.
+A condition x >= 0 complements F >= 0 of a variable with both bounds means l <= x <= u
+complementary to F, unless another condition, such as that of the multiplier of the
+upper bound, implies the bound that is not stated. A bounded variable without a
+condition may be tied by an equation to the variable or to the function of one, as where
+a modeling language introduces a variable for an expression: its bounds then belong to
+that condition.
 """
 
 from __future__ import annotations
@@ -48,23 +51,33 @@ NAMES = {"*": "product", "/": "quotient", "and": "min", "or": "max", "<==>": "="
 NAMES |= {"square": "^", "less": "max", "not": "="}
 # The last argument of the operator in a graph.
 CONSTANTS = {"square": 2, "less": 0, "not": 0}
-SQUARE = "lcp solves square systems: rows with a complementing variable, and as many equations as other variables"
-UNCOMPLEMENTED = "lcp needs for each inequality the variable that complements it, as in 0 <= z complements F(z) >= 0"
+SQUARE = (
+    "lcp solves square systems: rows with a complementing variable, and as many "
+    "equations as other variables"
+)
+UNCOMPLEMENTED = (
+    "lcp needs for each inequality the variable that complements it, as in 0 <= z "
+    "complements F(z) >= 0"
+)
 LOST = (
-    "a variable with two bounds but no row may have lost it, as by inequality() in Pyomo: "
+    "a variable with two bounds but no row may have lost it, as by inequality() "
+    "in Pyomo: "
     "write Var(bounds=(l, u)) and complements(x >= l, F >= 0)"
 )
 
 
 class NlModel:
-    """A complementarity problem in n unknowns, from the segments of a file; a ProblemError says why it is none.
+    """A complementarity problem in n unknowns, from the segments of a file; a
+    ProblemError says why it is none.
 
-    is_exact : whether the numbers in the segments are Fractions. graph, complements, equations : the expressions of the
-    rows that complement an unknown, by the unknown, and of the equations. lower, upper, start : bounds and first values
-    of the unknowns. free : the unknowns without a row, as many as there are equations. unknowns : of each unknown the
-    variable in the file. fixed : the values of all variables that are no unknowns, by number. objective : "min" or
-    "max", and the node of an expression; None if there is none, or a constant one. remark : on bounds that count though
-    no condition states them, else "".
+    is_exact : whether the numbers in the segments are Fractions. graph, complements,
+    equations : the expressions of the rows that complement an unknown, by the unknown,
+    and of the equations. lower, upper, start : bounds and first values of the unknowns.
+    free : the unknowns without a row, as many as there are equations. unknowns : of
+    each unknown the variable in the file. fixed : the values of all variables that are
+    no unknowns, by number. objective : "min" or "max", and the node of an expression;
+    None if there is none, or a constant one. remark : on bounds that count though no
+    condition states them, else "".
     """
 
     def __init__(self, segments: Segments, is_exact: bool = False) -> None:
@@ -138,7 +151,8 @@ class NlModel:
 
     @property
     def operators(self) -> dict[str, int]:
-        """Return how often each operator but sums occurs in the rows, the most frequent one first."""
+        """Return how often each operator but sums occurs in the rows, the most frequent
+        one first."""
         found = Counter[str]()
         for group in Tape(self.graph, self.rows, Arithmetic()).groups:
             found[group.operator] += len(group.nodes) * (group.operator != SUM)
@@ -197,7 +211,8 @@ class NlModel:
         return self.graph.sum(found.pop())
 
     def _apply(self, name: str, arguments: Sequence[_Parts]) -> _Parts:
-        """Return the value of an operator as a sum, so that sums of sums become nodes only once."""
+        """Return the value of an operator as a sum, so that sums of sums become nodes
+        only once."""
         graph = self.graph
         constants = map(
             graph.value,
@@ -208,7 +223,10 @@ class NlModel:
         if lost := next(
             (value for value in constants if value and not isfinite(value)), None
         ):
-            fault = f"computes with the constant {float(lost):g}, so that it is finite nowhere"
+            fault = (
+                f"computes with the constant {float(lost):g}, so that it is finite "
+                "nowhere"
+            )
             raise ProblemError(
                 "",
                 fault,
@@ -234,7 +252,8 @@ class NlModel:
     def _piecewise_linear(
         self, slopes: Sequence[Any], breakpoints: Sequence[Any], argument: int
     ) -> int:
-        """Return the function with these slopes between the breakpoints that is 0 at 0: a sum of kinks."""
+        """Return the function with these slopes between the breakpoints that is 0 at 0:
+        a sum of kinks."""
         graph, zero = self.graph, self.graph.constant(0)
         parts, constant = [(argument, slopes[0])], 0
         for place, left, right in zip(breakpoints, slopes, slopes[1:], strict=False):
@@ -263,15 +282,18 @@ WORDS = {
 Ends = tuple[Any, Any]  # bounds: Fractions, or infinite
 NONE: Ends = (-inf, inf)
 LOST_ENDS = (
-    "if it is inequality(l, e, u) of an expression in Pyomo, which loses the bounds, write a variable y with "
-    "Var(bounds=(l, u)), the constraint y == e and complements(y >= l, F >= 0); else write an equation"
+    "if it is inequality(l, e, u) of an expression in Pyomo, which loses the "
+    "bounds, write a variable y with "
+    "Var(bounds=(l, u)), the constraint y == e and complements(y >= l, F >= 0); "
+    "else write an equation"
 )
 # Of the function, by the only bound of its unknown.
 SIGNS: dict[int, Ends] = {LOWER: (0, inf), UPPER: (-inf, 0)}
 
 
 class Affine(NamedTuple):
-    """slope z_i + constant, for an unknown i; `range`: its bounds for those of z_i; `domain`: those of z_i for its."""
+    """slope z_i + constant, for an unknown i; `range`: its bounds for those of z_i;
+    `domain`: those of z_i for its."""
 
     i: int
     slope: Fraction
@@ -297,13 +319,16 @@ def kinds_of(low: Any, high: Any) -> int:
 
 
 class Conditions:
-    """The conditions of a model, and the bounds of its unknowns, which are made to agree.
+    """The conditions of a model, and the bounds of its unknowns, which are made to
+    agree.
 
-    The bounds of unknowns without a condition are given to those to which they are tied; then it is decided which
-    bounds the conditions mean. A ProblemError says which one states a bound that its variable does not have.
+    The bounds of unknowns without a condition are given to those to which they are
+    tied; then it is decided which bounds the conditions mean. A ProblemError says which
+    one states a bound that its variable does not have.
 
-    stated : which bounds the condition of an unknown states. bounds : of the unknowns. read : for each variable with
-    bounds that its condition does not state the bounds that count.
+    stated : which bounds the condition of an unknown states. bounds : of the unknowns.
+    read : for each variable with bounds that its condition does not state the bounds
+    that count.
     """
 
     def __init__(
@@ -336,17 +361,24 @@ class Conditions:
                 self._settle(x, kind, own)
 
     def refuse_others(self, free: Sequence[int]) -> None:
-        """Raise ProblemError unless there are as many equations as unknowns without a row, none of which has bounds."""
+        """Raise ProblemError unless there are as many equations as unknowns without a
+        row, none of which has bounds."""
         kinds = {i: kind for i in free if (kind := kinds_of(*self.bounds[i]))}
         if len(free) != len(self.equations):
-            fault = f"has {count(len(self.equations), 'equation')} for {count(len(free), 'variable')}"
+            fault = (
+                f"has {count(len(self.equations), 'equation')} for "
+                f"{count(len(free), 'variable')}"
+            )
             is_lost = BOTH in kinds.values() and len(self.equations) < len(free)
             raise ProblemError(
                 "",
                 f"{fault} that no row complements",
                 f"{SQUARE}; {LOST}" if is_lost else SQUARE,
             )
-        hint = "complement it with a row, or take its bounds out: equations do not keep them"
+        hint = (
+            "complement it with a row, or take its bounds out: equations do not "
+            "keep them"
+        )
         refuse(
             kinds,
             "".join(self.names[i] for i in [*kinds][:1]),
@@ -362,7 +394,10 @@ class Conditions:
             f"{_double(low):g} <= " if low > -inf else "",
             f" <= {_double(high):g}" if high < inf else "",
         )
-        text = f"{lower}{self.names[x]}{upper} is complementary to the expression of its condition, which states "
+        text = (
+            f"{lower}{self.names[x]}{upper} is complementary to the expression of "
+            "its condition, which states "
+        )
         more = (
             f", and likewise for {count(len(others), 'other variable')}"
             if others
@@ -371,7 +406,8 @@ class Conditions:
         return f"{text}fewer bounds than the variable has{more}"
 
     def _settle(self, x: int, stated: int, own: int) -> None:
-        """Drop the bounds of x that are not stated if other conditions imply them, else let them count."""
+        """Drop the bounds of x that are not stated if other conditions imply them, else
+        let them count."""
         if stated & ~own or stated not in WORDS:
             said, has = (
                 WORDS.get(each, f"the kind {each} of bounds") for each in (stated, own)
@@ -385,8 +421,9 @@ class Conditions:
             self.read[owner] = self._tied(x)[owner].range(self._ends(x))
 
     def _refuse_lost(self, x: int) -> None:
-        """Raise ProblemError if an unknown without bounds complements just another one, and each of them occurs else
-        only in an equation that defines it, which is what Pyomo leaves of the bounds of an expression."""
+        """Raise ProblemError if an unknown without bounds complements just another one,
+        and each of them occurs else only in an equation that defines it, which is what
+        Pyomo leaves of the bounds of an expression."""
         terms, constant = self.graph.parts(self.complements[x])
         u = terms[0][0] if len(terms) == 1 and not constant else x
         if (
@@ -405,7 +442,8 @@ class Conditions:
             )
 
     def _definition(self, x: int, condition: int | None = None) -> int | None:
-        """Return the equation that is x or -x plus other terms, if only this condition has x too; else None."""
+        """Return the equation that is x or -x plus other terms, if only this condition
+        has x too; else None."""
         rows = [row for row in self._rows_with.get(x, ()) if row != condition]
         if len(rows) != 1 or rows[0] not in self.equations:
             return None
@@ -428,8 +466,9 @@ class Conditions:
         return found
 
     def _drop_implied(self, x: int, stated: int = 0) -> bool:
-        """Drop the bounds of x that are not stated and that other conditions imply, by their unknowns and by the signs
-        of their functions; return whether none is left."""
+        """Drop the bounds of x that are not stated and that other conditions imply, by
+        their unknowns and by the signs of their functions; return whether none is
+        left."""
         (low, high), own = self.bounds[x], self._ends(x)
         domains = [value.domain(ends) for y, value, ends, _ in self._sides(x) if y != x]
         if not stated & LOWER and own[0] <= max(
@@ -456,8 +495,9 @@ class Conditions:
             self._exchange(x, y, value)
 
     def _condition_on(self, x: int) -> tuple[int, Affine] | None:
-        """Return the unknown of the condition that x takes part in but for a shift and the sign, and the side of this
-        condition that is x: the unknown itself, or its function. The best one has a bound of x itself."""
+        """Return the unknown of the condition that x takes part in but for a shift and
+        the sign, and the side of this condition that is x: the unknown itself, or its
+        function. The best one has a bound of x itself."""
         own = {end for end in self._ends(x) if _is_finite(end)}
         fit = [
             (own.isdisjoint(value.domain(ends)), y, value)
@@ -470,8 +510,9 @@ class Conditions:
         return min(fit, key=lambda side: side[0])[1:] if fit else None
 
     def _sides(self, x: int) -> list[tuple[int, Affine, Ends, bool]]:
-        """Return the sides of conditions that are affine functions of x, unknowns before functions: the condition's
-        unknown, the function, the bounds that it implies for the side, and whether this is its function."""
+        """Return the sides of conditions that are affine functions of x, unknowns
+        before functions: the condition's unknown, the function, the bounds that it
+        implies for the side, and whether this is its function."""
         tied = self._tied(x)
         sides = [
             (y, value, self._ends(y), False)
@@ -504,7 +545,8 @@ class Conditions:
 
     @cached_property
     def _single(self) -> dict[int, list[tuple[int, Fraction, Fraction]]]:
-        """For each unknown the conditions whose functions are slope times it, plus a constant, and no more."""
+        """For each unknown the conditions whose functions are slope times it, plus a
+        constant, and no more."""
         found = dict[int, list[tuple[int, Fraction, Fraction]]]()
         for y, node in self.complements.items():
             terms, constant = self.graph.parts(node)
@@ -520,7 +562,8 @@ class Conditions:
         return found
 
     def _tied(self, x: int) -> dict[int, Affine]:
-        """Return the unknowns that equations in two unknowns each make functions of x, as these, x first."""
+        """Return the unknowns that equations in two unknowns each make functions of x,
+        as these, x first."""
         found = {x: Affine(x, Fraction(1), Fraction(0))}
         for u in (reached := [x]):
             for v, slope, constant in self._relations.get(u, ()):
@@ -531,7 +574,8 @@ class Conditions:
 
     @cached_property
     def _relations(self) -> dict[int, list[tuple[int, Fraction, Fraction]]]:
-        """For each unknown the others that an equation makes slope times it, plus a constant."""
+        """For each unknown the others that an equation makes slope times it, plus a
+        constant."""
         found = dict[int, list[tuple[int, Fraction, Fraction]]]()
         for node in self.equations:
             terms, constant = self.graph.parts(node)
@@ -551,7 +595,10 @@ class Conditions:
         return _fraction(low), _fraction(high)
 
     def _set(self, x: int, ends: Ends) -> None:
-        fault = f"has the bounds {_double(ends[0]):g} and {_double(ends[1]):g} by its complementarity condition"
+        fault = (
+            f"has the bounds {_double(ends[0]):g} and {_double(ends[1]):g} by its "
+            "complementarity condition"
+        )
         refuse(ends[0] > ends[1], self.names[x], fault, "correct them")
         low, high = map(_double, ends)
         exact = tuple(

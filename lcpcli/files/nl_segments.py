@@ -1,6 +1,6 @@
-"""The content of AMPL's .nl files, in text or in binary, not yet a problem: tokens in the order in which they are read,
-operators by number (table 5), segments, and names from the files .col and .row beside (D. M. Gay, "Writing .nl files",
-2005).
+"""The content of AMPL's .nl files, in text or in binary, not yet a problem: tokens in
+the order in which they are read, operators by number (table 5), segments, and names
+from the files .col and .row beside (D. M. Gay, "Writing .nl files", 2005).
 """
 
 from __future__ import annotations
@@ -32,7 +32,8 @@ def whole(text: str) -> int:
 
 
 class TextTokens:
-    """The tokens of a text: words between blanks, without comments. A letter and what follows it are two tokens."""
+    """The tokens of a text: words between blanks, without comments. A letter and what
+    follows it are two tokens."""
 
     def __init__(self, text: str, constant: Constant) -> None:
         self._words: list[str] = []
@@ -53,7 +54,8 @@ class TextTokens:
         )
 
     def code(self) -> str:
-        """Return the letter with which a segment or a term of an expression begins; "" at the end of the file."""
+        """Return the letter with which a segment or a term of an expression begins; ""
+        at the end of the file."""
         if self._next == len(self._words):
             return ""
         word = self._word()
@@ -87,8 +89,9 @@ class TextTokens:
 
 
 class BinaryTokens:
-    """The tokens of a binary file: letters, integers of four bytes, and doubles. begin : the first byte behind the
-    header. constant : returns the number for the decimals of a double."""
+    """The tokens of a binary file: letters, integers of four bytes, and doubles. begin
+    : the first byte behind the header. constant : returns the number for the decimals
+    of a double."""
 
     def __init__(
         self, content: bytes, begin: int, order: str, constant: Constant
@@ -170,7 +173,8 @@ MEANINGS = {
 
 
 def names_beside(path: str, variables: Sequence[str]) -> Sequence[str]:
-    """Return the names of some variables of the model in a file, which are given by v and their numbers from 0."""
+    """Return the names of some variables of the model in a file, which are given by v
+    and their numbers from 0."""
     names, numbers = _names(path, ".col"), [int(variable[1:]) for variable in variables]
     last = max(numbers, default=-1)
     fault = f"has {count(len(names), 'name')}, but {path} has the variable v{last}"
@@ -223,7 +227,8 @@ ENDS = "ends too early"
 
 
 class Header(NamedTuple):
-    """The header of a file, with the numbers of its variables, rows, entries of the Jacobian and common expressions."""
+    """The header of a file, with the numbers of its variables, rows, entries of the
+    Jacobian and common expressions."""
 
     # The numbers in the first line, which belong into the solution file.
     options: list[str]
@@ -284,7 +289,8 @@ def _line(line: bytes) -> str:
 
 
 class Segments:
-    """The content of a file. Expressions are lists of terms, operators before their arguments."""
+    """The content of a file. Expressions are lists of terms, operators before their
+    arguments."""
 
     def __init__(self, header: Header, tokens: Tokens) -> None:
         self.header, self._tokens, self._entries = header, tokens, 0
@@ -364,7 +370,8 @@ class Segments:
         return found
 
     def _side(self, row: int | None) -> Side:
-        """Return both bounds of the next variable, or of a row, which may complement a variable instead."""
+        """Return both bounds of the next variable, or of a row, which may complement a
+        variable instead."""
         tokens = self._tokens
         kind = tokens.kind()
         if kind == "5" and row is not None:

@@ -1,5 +1,5 @@
-"""An array as numpy.save writes it, M alone, [M | q] or a vector, and the meaning of named arrays, as in NPZ and MAT.
-Nothing is ever unpickled.
+"""An array as numpy.save writes it, M alone, [M | q] or a vector, and the meaning of
+named arrays, as in NPZ and MAT. Nothing is ever unpickled.
 """
 
 from __future__ import annotations
@@ -26,7 +26,8 @@ NAME_FIELDS = ("rows", "columns", "names")
 
 # As in every format.
 def fields(content: bytes, number: Number = float) -> dict[str, Any]:  # noqa: ARG001
-    """Return M and q from an array of n rows and n + 1 columns, or M from an array of any other shape."""
+    """Return M and q from an array of n rows and n + 1 columns, or M from an array of
+    any other shape."""
     return of_table(_array(content))
 
 
@@ -47,7 +48,8 @@ def written(save: Callable[..., object], *given: Any, **options: Any) -> bytes:
 
 
 def flat(array: Any) -> Any:
-    """Return an array of one row or one column, or MATLAB's [] of neither, as a vector, any other array as it is."""
+    """Return an array of one row or one column, or MATLAB's [] of neither, as a vector,
+    any other array as it is."""
     return (
         array.ravel()
         if array.ndim == 2 and (1 in array.shape or array.shape == (0, 0))
@@ -56,7 +58,8 @@ def flat(array: Any) -> Any:
 
 
 def array_in(file: IO[bytes]) -> Any:
-    """Return the array in a file. One that declares more than the file holds takes no memory before it is refused."""
+    """Return the array in a file. One that declares more than the file holds takes no
+    memory before it is refused."""
     with warnings.catch_warnings():
         # About files written by Python 2, which are fine.
         warnings.simplefilter("ignore", UserWarning)
@@ -71,8 +74,8 @@ def array_in(file: IO[bytes]) -> Any:
 
 @contextmanager
 def unless_damaged(name: str, fault: str, hint: str) -> Iterator[None]:
-    """Open a context in which whatever is raised becomes a ProblemError: neither numpy nor scipy nor zipfile document
-    what a broken file may raise."""
+    """Open a context in which whatever is raised becomes a ProblemError: neither numpy
+    nor scipy nor zipfile document what a broken file may raise."""
     try:
         yield
     except (ProblemError, MemoryError):
@@ -91,8 +94,9 @@ def _array(content: bytes) -> Any:
 
 
 def of_arrays(arrays: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the fields from arrays by name: all arrays of a program or a game, the known fields of a problem, or M
-    with the bounds and names that it has without q. Several solutions are rows."""
+    """Return the fields from arrays by name: all arrays of a program or a game, the
+    known fields of a problem, or M with the bounds and names that it has without q.
+    Several solutions are rows."""
     if kind_of(arrays):
         return {key: _plain(key, array) for key, array in arrays.items()}
     keys = KEYS if "q" in arrays else ("M", *BOUNDS, "names")
@@ -107,7 +111,8 @@ def of_arrays(arrays: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def named(field: str, arrays: Mapping[str, Any]) -> Any:
-    """Return the array for a field or an option: the one of its name, or the only one; a bound may be one number."""
+    """Return the array for a field or an option: the one of its name, or the only one;
+    a bound may be one number."""
     name = field.lstrip("-")
     refuse(
         name not in arrays and len(arrays) != 1,
@@ -139,7 +144,8 @@ def _plain(key: str, array: Any) -> Any:
 
 
 def texts(array: Any) -> list[str] | None:
-    """Return the texts in an array of texts, or of cells with one text each; None for any other array."""
+    """Return the texts in an array of texts, or of cells with one text each; None for
+    any other array."""
     if array.dtype.kind != "O":
         return (
             [str(name) for name in array.ravel().tolist()]
@@ -157,7 +163,8 @@ def texts(array: Any) -> list[str] | None:
 
 
 def text(key: str, array: Any) -> str:
-    """Return the text in an array of one text, or of none, as scipy reads an empty one."""
+    """Return the text in an array of one text, or of none, as scipy reads an empty
+    one."""
     if not array.size and array.dtype.kind in "US":
         return ""
     is_other = array.ndim > 1 or array.size != 1 or array.dtype.kind not in "US"

@@ -1,8 +1,10 @@
-"""Problems in NPZ, as numpy.savez writes it: arrays called M, q and so on, as the keys in JSON.
+"""Problems in NPZ, as numpy.savez writes it: arrays called M, q and so on, as the keys
+in JSON.
 
-A sparse M is stored in parts, as scipy.sparse.save_npz writes them: data, indices, indptr and shape (compressed sparse
-rows), or the parts of another form, with its name as format; or called M.data etc., as for programs A.data etc.
-solution is one z or has one z per row. origin is a JSON string. Nothing is ever unpickled.
+A sparse M is stored in parts, as scipy.sparse.save_npz writes them: data, indices,
+indptr and shape (compressed sparse rows), or the parts of another form, with its name
+as format; or called M.data etc., as for programs A.data etc. solution is one z or has
+one z per row. origin is a JSON string. Nothing is ever unpickled.
 """
 
 from __future__ import annotations
@@ -74,7 +76,8 @@ def values(field: str, content: bytes, number: Number = float) -> Any:  # noqa: 
 
 
 def render(fields: Mapping[str, Any], exact: Exact) -> dict[str, bytes]:  # noqa: ARG001
-    """Return the file with the fields, bit for bit except NULs that end a text; sparse matrices by their parts."""
+    """Return the file with the fields, bit for bit except NULs that end a text; sparse
+    matrices by their parts."""
     arrays: dict[str, Any] = {}
     for key, value in fields.items():
         if not is_sparse(value):
@@ -91,7 +94,8 @@ def render(fields: Mapping[str, Any], exact: Exact) -> dict[str, bytes]:  # noqa
 
 
 def _arrays(content: bytes) -> dict[str, Any]:
-    """Return the arrays of an archive by name; an array larger than the data stored for it is refused."""
+    """Return the arrays of an archive by name; an array larger than the data stored for
+    it is refused."""
     arrays = dict[str, Any]()
     hint = "is it cut off? save it again with numpy.savez, and not as objects"
     with (
@@ -135,7 +139,10 @@ def _matrix(arrays: dict[str, Any]) -> Matrix:
     )
     from scipy import sparse
 
-    parts = f"{', '.join(PARTS[form])} (whole numbers but for data) and shape, of two numbers"
+    parts = (
+        f"{', '.join(PARTS[form])} (whole numbers but for data) and shape, of two "
+        "numbers"
+    )
     hint = "give all, as scipy.sparse.save_npz writes them"
     with unless_damaged("M", f"has inconsistent parts: {parts}", hint):
         data, *places = (arrays[key] for key in PARTS[form])

@@ -33,7 +33,10 @@ if TYPE_CHECKING:
 
 # Returns the names of the unknowns, if they are needed.
 Names: TypeAlias = "Callable[[], Sequence[str]]"
-NOT_SECOND = "leave it out; give a second problem a run of its own, and for an index see lcp help formats"
+NOT_SECOND = (
+    "leave it out; give a second problem a run of its own, and for an index see lcp "
+    "help formats"
+)
 # Hints for an empty file.
 WHOLE, LINE = "give M and q, as JSON or CSV", "give one row or one column of numbers"
 
@@ -44,11 +47,13 @@ def read(
     *,
     infinity: float = math.inf,
 ) -> Problem:
-    """Read the problem in one file, or with M in one file and q in another, of any formats; "-" is standard input.
+    """Read the problem in one file, or with M in one file and q in another, of any
+    formats; "-" is standard input.
 
-    The format is recognized by the suffix of the name (.mtx.gz is compressed .mtx) and by the content. Bounds, and
-    sides of a program's rows, whose size is `infinity` or more count as infinite; a usual value is 1e20. Raises
-    ProblemError, which says where the error is (file, field or line), what is wrong, and how to fix it.
+    The format is recognized by the suffix of the name (.mtx.gz is compressed .mtx) and
+    by the content. Bounds, and sides of a program's rows, whose size is `infinity` or
+    more count as infinite; a usual value is 1e20. Raises ProblemError, which says where
+    the error is (file, field or line), what is wrong, and how to fix it.
 
     >>> from lcpcli import Problem, read, write
     >>> write(Problem([[2, 1], [1, 2]], [-5, -6], name="small"), "small.json")
@@ -68,7 +73,8 @@ def read(
 
 
 def read_origin(kind: str, path: str) -> Problem:
-    """Read the problem of the program ("qp") or the game of two players ("game") in a file."""
+    """Read the problem of the program ("qp") or the game of two players ("game") in a
+    file."""
     problem = read(path)
     is_other = problem.origin is None or problem.origin.data()["kind"] not in (
         kind,
@@ -100,7 +106,8 @@ def contents_of(paths: Sequence[str]) -> tuple[bytes, ...]:
 def problem_of(
     paths: Sequence[str], contents: Sequence[bytes], number: Number = float
 ) -> Problem:
-    """Return the problem in the contents of one file, or of two. number : converts the numbers in texts to doubles."""
+    """Return the problem in the contents of one file, or of two. number : converts the
+    numbers in texts to doubles."""
     (path, *q_paths), fields = paths, fields_in(paths[0], contents[0], number)
     if q_paths:
         refuse(
@@ -151,7 +158,8 @@ def fields_in(path: str, content: bytes, number: Number = float) -> dict[str, An
 
 
 def _called(form: str, function: str, *given: Any) -> Any:
-    """Return what a function of a format returns for a file. A fault of another package's module is one of the file."""
+    """Return what a function of a format returns for a file. A fault of another
+    package's module is one of the file."""
     try:
         return getattr(load(form), function)(*given)
     except Exception as error:
@@ -187,7 +195,8 @@ def vector_in(
     number: Number = float,
     names: Names = tuple,
 ) -> Vector:
-    """Return the vector in a file's content. n : its length; None for any. names : of its entries, as labels may be."""
+    """Return the vector in a file's content. n : its length; None for any. names : of
+    its entries, as labels may be."""
     require_order(path, content, names)
     form = form_of(path, content)
     refuse(
@@ -223,7 +232,8 @@ def exact_parts_of(paths: Sequence[str], contents: Sequence[bytes]) -> ExactPart
 
 
 def exact_parts_in(form: str, content: bytes, lacks_q: bool = False) -> ExactParts:
-    """Return the numbers in the content of a file as written: arrays in their own type, texts with all decimals.
+    """Return the numbers in the content of a file as written: arrays in their own type,
+    texts with all decimals.
     lacks_q : whether q is in another file; zeros then take its place."""
     from lcpcli.rational.exact_problem import (
         bounds_of,

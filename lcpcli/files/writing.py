@@ -25,12 +25,15 @@ from lcpcli.rational.numbers import Doubles, Written, places, written
 def write(
     problem: Problem, path: str | os.PathLike[str], *, as_program: bool = False
 ) -> None:
-    """Write a problem in the format given by the suffix of the file, completely or not at all.
+    """Write a problem in the format given by the suffix of the file, completely or not
+    at all.
 
-    .json, .npz and .mat keep everything, .csv keeps M, q and the bounds, the other formats only M and q: p.mtx or p.npy
-    has M, and p.q.mtx or p.q.npy next to it has q. .mps is for problems made from programs, and has the program.
-    as_program : whether .json, .npz and .mat also get the program that the problem was made from (Q, c, A and so on),
-        in place of M and q, unless the problem has a field for which a program has no key, such as x0.
+    .json, .npz and .mat keep everything, .csv keeps M, q and the bounds, the other
+    formats only M and q: p.mtx or p.npy has M, and p.q.mtx or p.q.npy next to it has q.
+    .mps is for problems made from programs, and has the program.
+    as_program : whether .json, .npz and .mat also get the program that the problem was
+        made from (Q, c, A and so on), in place of M and q, unless the problem has a
+        field for which a program has no key, such as x0.
     Raises ProblemError if the suffix is unknown or the file cannot be written.
 
     >>> from lcpcli import Problem, read, write
@@ -104,7 +107,8 @@ def contents_of(
 
 
 def _fields(problem: Problem, in_text: bool) -> dict[str, Any]:
-    """Return all fields of a problem but the texts. An origin is an object in a format of text, else JSON."""
+    """Return all fields of a problem but the texts. An origin is an object in a format
+    of text, else JSON."""
     fields: dict[str, Any] = {"M": problem.M, "q": problem.q, **problem.bounds}
     fields |= {
         key: getattr(problem, key)
@@ -129,8 +133,9 @@ def _fields(problem: Problem, in_text: bool) -> dict[str, Any]:
 
 
 def _fields_of_origin(problem: Problem, in_text: bool) -> dict[str, Any]:
-    """Return the fields of the program, in its own sense, or of the game that a problem was made from, without default
-    values; of a game tree its text. In formats of text, payoffs are as written."""
+    """Return the fields of the program, in its own sense, or of the game that a problem
+    was made from, without default values; of a game tree its text. In formats of text,
+    payoffs are as written."""
     origin = problem.origin
     if isinstance(origin, ExtensiveGame):
         return {"efg": origin.tree.text}
@@ -166,8 +171,9 @@ def _fields_of_origin(problem: Problem, in_text: bool) -> dict[str, Any]:
 
 
 def with_costs(found: Written[Problem], path: str) -> Written[Problem]:
-    """Return the problem of a game for a file with M and q, with its costs computed exactly from the payoffs as
-    written. The problem stays as it is if some costs are not decimals, and for any other file."""
+    """Return the problem of a game for a file with M and q, with its costs computed
+    exactly from the payoffs as written. The problem stays as it is if some costs are
+    not decimals, and for any other file."""
     problem, game = found.rounded, found.rounded.origin
     # Which is written in decimals, and does not keep all?
     kind = formats.FORMATS.get(Path(path).suffix.casefold())
@@ -187,7 +193,8 @@ def with_costs(found: Written[Problem], path: str) -> Written[Problem]:
 
 
 def is_rounded(found: Written[Problem], path: str) -> bool:
-    """Return whether a file with the problem of `with_costs` has rounded doubles in place of written numbers."""
+    """Return whether a file with the problem of `with_costs` has rounded doubles in
+    place of written numbers."""
     game, kind = found.own.origin, formats.FORMATS[Path(path).suffix.casefold()]
     if isinstance(game, ExtensiveGame):
         return game.is_rounded and kind.keeps != formats.ALL
@@ -217,14 +224,18 @@ def ending_of(path: str) -> str:
     kind = formats.kind_with(ending.casefold())
     if kind is not None and kind.keeps:
         return ending
-    hint = f"use {listed(formats.COMPLETE, 'or')}, or {listed(formats.PROGRAM_SUFFIXES, 'or')} for a program"
+    hint = (
+        f"use {listed(formats.COMPLETE, 'or')}, or "
+        f"{listed(formats.PROGRAM_SUFFIXES, 'or')} for a program"
+    )
     refuse(kind is not None, path, "is of a format that is only read", hint)
     fault = f"has the unknown suffix {ending}" if ending else "has no suffix"
     raise ProblemError(path, fault, f"use {formats.WRITTEN}")
 
 
 def file_of_q(path: str) -> str | None:
-    """Return the file for q that is written beside a file for M alone; None where there is none."""
+    """Return the file for q that is written beside a file for M alone; None where there
+    is none."""
     ending = ending_of(path)
     is_beside = formats.FORMATS[ending.casefold()].keeps == formats.M_AND_Q
     return f"{path.removesuffix(ending)}.q{ending}" if is_beside else None

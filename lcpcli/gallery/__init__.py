@@ -1,1 +1,2 @@
-"""Families of problems by name, in files by theme, imported on demand; lcpcli.gallery.families lists them."""
+"""Families of problems by name, in files by theme, imported on demand;
+lcpcli.gallery.families lists them."""

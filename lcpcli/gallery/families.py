@@ -1,8 +1,10 @@
 """Families of problems by name, imported on demand.
 
-A family `f` is a function f(n, seed, *, parameters) -> Problem with about n unknowns, in the file of its theme or a new
-file. The same arguments give the same numbers on any machine (up to rounding, if a product of matrices is not of
-integers). Keyword-only parameters have defaults; a family without random entries calls its second argument _seed.
+A family `f` is a function f(n, seed, *, parameters) -> Problem with about n unknowns,
+in the file of its theme or a new file. The same arguments give the same numbers on any
+machine (up to rounding, if a product of matrices is not of integers). Keyword-only
+parameters have defaults; a family without random entries calls its second argument
+_seed.
 """
 
 from __future__ import annotations
@@ -23,7 +25,8 @@ LARGEST_SIZE = 10**8  # unknowns; the vectors of a larger problem alone take gig
 
 
 class Entry(NamedTuple):
-    """A family: its file, meaning, class of matrices and source, and its number of unknowns if that is fixed."""
+    """A family: its file, meaning, class of matrices and source, and its number of
+    unknowns if that is fixed."""
 
     file: str
     meaning: str
@@ -149,7 +152,8 @@ def parameters_of(name: str) -> dict[str, Any]:
 
 
 def make(name: str, n: int | None = None, seed: int = 0, **parameters: Any) -> Problem:
-    """Return the problem of a family with about n unknowns; by default 10, or the family's own number.
+    """Return the problem of a family with about n unknowns; by default 10, or the
+    family's own number.
 
     Raises OptionError if there is no such family, parameter, size or seed.
     """
@@ -191,7 +195,8 @@ def refuse_unknown(name: str, parameter: str) -> None:
 
 
 def require(parameter: str, value: float, fits: bool, admissible: str) -> None:
-    """Raise OptionError for the parameter unless its value fits; `admissible` is the range as shown to the user."""
+    """Raise OptionError for the parameter unless its value fits; `admissible` is the
+    range as shown to the user."""
     if not fits:
         raise OptionError(
             parameter,

@@ -1,6 +1,8 @@
-"""Nonlinear complementarity problems of the literature, with the starts from which they are usually solved.
+"""Nonlinear complementarity problems of the literature, with the starts from which they
+are usually solved.
 
-Most are in S. P. Dirkse and M. C. Ferris, MCPLIB, Optimization Methods and Software 5 (1995) 319-345.
+Most are in S. P. Dirkse and M. C. Ferris, MCPLIB, Optimization Methods and Software 5
+(1995) 319-345.
 """
 
 from __future__ import annotations
@@ -18,7 +20,8 @@ from lcpcli.typing import Vector
 def kojima_shindo() -> NonlinearProblem:
     """Four polynomials, with a degenerate and a nondegenerate solution.
 
-    M. Kojima, S. Shindo, Journal of the Operations Research Society of Japan 29 (1986) 352-374.
+    M. Kojima, S. Shindo, Journal of the Operations Research Society of Japan 29 (1986)
+    352-374.
     """
     return _polynomials(
         "kojima-shindo",
@@ -28,9 +31,11 @@ def kojima_shindo() -> NonlinearProblem:
 
 
 def josephy() -> NonlinearProblem:
-    """Four polynomials that differ from those of `kojima_shindo` in three numbers, with one solution.
+    """Four polynomials that differ from those of `kojima_shindo` in three numbers, with
+    one solution.
 
-    N. H. Josephy, Newton's method for generalized equations, MRC Technical Report 1965, University of Wisconsin (1979).
+    N. H. Josephy, Newton's method for generalized equations, MRC Technical Report 1965,
+    University of Wisconsin (1979).
     """
     return _polynomials("josephy", (3.0, 3.0, 1.0), [[1.5**0.5, 0.0, 0.0, 0.5]])
 
@@ -58,9 +63,11 @@ def _polynomials(
 
 
 def billups() -> NonlinearProblem:
-    """(z - 1)^2 - 1.01 from 0, where merit functions have a minimum; the solution is 1 + 1.01^(1/2).
+    """(z - 1)^2 - 1.01 from 0, where merit functions have a minimum; the solution is 1
+    + 1.01^(1/2).
 
-    S. C. Billups, Algorithms for complementarity problems, thesis, University of Wisconsin (1995).
+    S. C. Billups, Algorithms for complementarity problems, thesis, University of
+    Wisconsin (1995).
     """
     functions = (lambda z: (z - 1) ** 2 - 1.01), (lambda z: [2 * (z - 1)])
     return NonlinearProblem(
@@ -71,8 +78,8 @@ def billups() -> NonlinearProblem:
 def mathiesen() -> NonlinearProblem:
     """A Walrasian equilibrium; the solutions are (t, 0, 0, 0) for t from 0 to 3.
 
-    L. Mathiesen, Mathematical Programming 37 (1987) 1-18; in the form of J.-S. Pang, S. A. Gabriel, ibid. 60 (1993)
-    295-337.
+    L. Mathiesen, Mathematical Programming 37 (1987) 1-18; in the form of J.-S. Pang, S.
+    A. Gabriel, ibid. 60 (1993) 295-337.
     """
 
     def F(z: Vector) -> list[float]:
@@ -89,8 +96,8 @@ def mathiesen() -> NonlinearProblem:
 def nash_cournot(firms: int = 10) -> NonlinearProblem:
     """The outputs of 5 or 10 firms, none of which gains by another output of its own.
 
-    F. H. Murphy, H. D. Sherali, A. L. Soyster, Mathematical Programming 24 (1982) 92-106; P. T. Harker, ibid. 41 (1988)
-    29-59.
+    F. H. Murphy, H. D. Sherali, A. L. Soyster, Mathematical Programming 24 (1982)
+    92-106; P. T. Harker, ibid. 41 (1988) 29-59.
     """
     if firms == 5:
         costs, capacities, elasticity = np.arange(10.0, 0, -2), 0.2, 1.1
@@ -117,9 +124,11 @@ def nash_cournot(firms: int = 10) -> NonlinearProblem:
 
 
 def scarf() -> NonlinearProblem:
-    """Prices of six goods, activities of eight sectors and incomes of five agents, of which the first is the unit.
+    """Prices of six goods, activities of eight sectors and incomes of five agents, of
+    which the first is the unit.
 
-    H. Scarf with T. Hansen, The Computation of Economic Equilibria, Yale University Press (1973).
+    H. Scarf with T. Hansen, The Computation of Economic Equilibria, Yale University
+    Press (1973).
     """
     endowments = _rows(
         "0 0 0 0 0; 0 0 0 0 0; 1 2 1.5 1 2; 3 .1 2 1 6; 5 .1 6 .1 .1; .1 7 .1 8 .5"
@@ -156,10 +165,12 @@ def _rows(text: str) -> Vector:
 
 
 def bratu(m: int = 75, load: float = 6.0) -> NonlinearProblem:
-    """-u_xx - u_yy = load e^u on the unit square with an obstacle below and above, with sparse J on an m x m grid.
+    """-u_xx - u_yy = load e^u on the unit square with an obstacle below and above, with
+    sparse J on an m x m grid.
 
-    J. J. Moré, G. Toraldo, SIAM Journal on Optimization 1 (1991) 93-113; E. D. Dolan, J. J. Moré and T. S. Munson,
-    Benchmarking optimization software with COPS 3.0 (2004).
+    J. J. Moré, G. Toraldo, SIAM Journal on Optimization 1 (1991) 93-113; E. D. Dolan,
+    J. J. Moré and T. S. Munson, Benchmarking optimization software with COPS 3.0
+    (2004).
     """
     from scipy.sparse import diags_array
 
@@ -175,9 +186,11 @@ def bratu(m: int = 75, load: float = 6.0) -> NonlinearProblem:
 
 
 def elastohydrodynamic(n: int = 100) -> NonlinearProblem:
-    """The pressure in an oil film between two elastic cylinders, on n grid points, and the constant of the gap.
+    """The pressure in an oil film between two elastic cylinders, on n grid points, and
+    the constant of the gap.
 
-    M. M. Kostreva, International Journal for Numerical Methods in Fluids 4 (1984) 377-397.
+    M. M. Kostreva, International Journal for Numerical Methods in Fluids 4 (1984)
+    377-397.
     """
     begin, end, viscosity, speed = -3.0, 2.0, 2.832, 6.057
     dx, grid = (end - begin) / n, np.arange(n + 1)
@@ -224,7 +237,8 @@ FAMILIES: dict[str, Callable[..., NonlinearProblem]] = {
 
 
 def make(family: str, n: int) -> NonlinearProblem:
-    """Return the problem of a family with n unknowns, for each of its numbers of unknowns."""
+    """Return the problem of a family with n unknowns, for each of its numbers of
+    unknowns."""
     # As the functions count them.
     sizes = {"nash-cournot": n, "bratu": isqrt(n), "elastohydrodynamic": n - 1}
     return FAMILIES[family](sizes[family]) if family in sizes else FAMILIES[family]()

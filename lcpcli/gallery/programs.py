@@ -18,11 +18,13 @@ STEP = 0.25  # seconds between the inputs of control, a fraction of the springs'
 
 
 def lp(n: int, seed: int) -> Problem:
-    """Pose min c'x, Ax >= b, x >= 0 with its dual: M = [0 -A'; A 0], q = (c, -b), z = (x, y). n is at least 2.
+    """Pose min c'x, Ax >= b, x >= 0 with its dual: M = [0 -A'; A 0], q = (c, -b), z =
+    (x, y). n is at least 2.
 
-    There are n // 2 constraints of integers, up to ten entries per row; M is sparse above n = 200. The known vertex is
-    strictly complementary, so the solution is unique, and exact. The data are original to lcp.
-    G. B. Dantzig, R. W. Cottle, in: Nonlinear Programming, North-Holland (1967) 55-73.
+    There are n // 2 constraints of integers, up to ten entries per row; M is sparse
+    above n = 200. The known vertex is strictly complementary, so the solution is
+    unique, and exact. The data are original to lcp. G. B. Dantzig, R. W. Cottle, in:
+    Nonlinear Programming, North-Holland (1967) 55-73.
     """
     return _program(
         "lp",
@@ -33,11 +35,13 @@ def lp(n: int, seed: int) -> Problem:
 
 
 def qp(n: int, seed: int) -> Problem:
-    """Pose min x'Qx / 2 + c'x, Ax >= b, x >= 0: M = [Q -A'; A 0], q = (c, -b), z = (x, y). n is at least 2.
+    """Pose min x'Qx / 2 + c'x, Ax >= b, x >= 0: M = [Q -A'; A 0], q = (c, -b), z = (x,
+    y). n is at least 2.
 
-    There are n // 2 constraints; the data are integers, Q is positive definite, and M is dense. The known solution is
-    strictly complementary with independent active constraints, hence unique, and exact.
-    R. W. Cottle, G. B. Dantzig, Linear Algebra Appl. 1 (1968) 103-125. The random data are original to lcp.
+    There are n // 2 constraints; the data are integers, Q is positive definite, and M
+    is dense. The known solution is strictly complementary with independent active
+    constraints, hence unique, and exact. R. W. Cottle, G. B. Dantzig, Linear Algebra
+    Appl. 1 (1968) 103-125. The random data are original to lcp.
     """
     return _program(
         "qp",
@@ -48,8 +52,8 @@ def qp(n: int, seed: int) -> Problem:
 
 
 def _program(kind: str, n: int, seed: int, note: str) -> Problem:
-    """Return the problem for integers x and y with (m + 1) // 2 positive entries each, and an A whose leading square
-    is diagonally dominant."""
+    """Return the problem for integers x and y with (m + 1) // 2 positive entries each,
+    and an A whose leading square is diagonally dominant."""
     from scipy.sparse import csr_array
 
     n = max(2, n)
@@ -82,9 +86,11 @@ def _program(kind: str, n: int, seed: int, note: str) -> Problem:
 
 
 def portfolio(n: int, seed: int, *, most: float = 0.2) -> Problem:
-    """Minimize x'Dx + y'y subject to y = F'x, shares x of k assets that add up to 1, 0 <= x <= most, and an expected
-    return from 3 % to 12 %; about n unknowns with the multipliers of rows. D and F, of k // 10 + 1 factors, are random.
-    H. Markowitz, J. Finance 7 (1952) 77-91; factors as in B. Stellato et al., Math. Program. Comput. 12 (2020) 637-672.
+    """Minimize x'Dx + y'y subject to y = F'x, shares x of k assets that add up to 1, 0
+    <= x <= most, and an expected return from 3 % to 12 %; about n unknowns with the
+    multipliers of rows. D and F, of k // 10 + 1 factors, are random. H. Markowitz, J.
+    Finance 7 (1952) 77-91; factors as in B. Stellato et al., Math. Program. Comput. 12
+    (2020) 637-672.
 
     most : the largest share, at least 2 / k.
     """
@@ -119,14 +125,16 @@ def portfolio(n: int, seed: int, *, most: float = 0.2) -> Problem:
 def frontier(
     n: int, seed: int, *, target: float = 0.0, weight: float = 0.0, most: float = 0.2
 ) -> Problem:
-    """Minimize x'Sx / 2 - weight r'x for shares x of n - 2 assets that add up to 1, with 0 <= x <= most and a return
-    r'x of at least `target`. n is at least 4.
+    """Minimize x'Sx / 2 - weight r'x for shares x of n - 2 assets that add up to 1,
+    with 0 <= x <= most and a return r'x of at least `target`. n is at least 4.
 
-    M = [S -A'; A 0], with A = (e, r)', and the bounds are the same for all targets and weights. S = D + FF' is exact,
-    with one random factor for 50 assets; the returns are random, from 2 % to 12 %.
-    H. Markowitz, Naval Res. Logist. Quart. 3 (1956) 111-133; Portfolio Selection, Wiley (1959).
+    M = [S -A'; A 0], with A = (e, r)', and the bounds are the same for all targets and
+    weights. S = D + FF' is exact, with one random factor for 50 assets; the returns are
+    random, from 2 % to 12 %. H. Markowitz, Naval Res. Logist. Quart. 3 (1956) 111-133;
+    Portfolio Selection, Wiley (1959).
 
-    target : 0 where the row is not active. most : the largest share, at least 2 / (n - 2).
+    target : 0 where the row is not active. most : the largest share, at least 2 / (n -
+        2).
     """
     k = max(2, n - 2)
     random = np.random.default_rng([seed, k])
@@ -142,19 +150,25 @@ def frontier(
         upper=np.full(k, max(most, 2.0 / k)),
         rows=("budget", "return"),
         columns=[f"asset{i}" for i in range(1, k + 1)],
-        note=f"{k} assets; a path from one target, or weight, to another one is a part of the efficient frontier.",
+        note=(
+            f"{k} assets; a path from one target, or weight, to another one is a "
+            "part of the efficient frontier."
+        ),
     )
 
 
 def lasso(n: int, seed: int, *, penalty: float = 1.0, samples: int = 20) -> Problem:
-    """Minimize |y - X b|^2 / 2 + lambda (|b_1| + ... + |b_k|) for k = n / 2 features, where b = b+ - b-.
+    """Minimize |y - X b|^2 / 2 + lambda (|b_1| + ... + |b_k|) for k = n / 2 features,
+    where b = b+ - b-.
 
-    M = [G -G; -G G] with G = X'X, and q = (lambda e - X'y, lambda e + X'y), z = (b+, b-). X is normal in multiples of
-    1/16, and y sums up a tenth of the features, with whole coefficients, and noise, so that M and X'y are exact.
-    R. Tibshirani, J. R. Stat. Soc. B 58 (1996) 267-288; the path by M. R. Osborne, B. Presnell, B. A. Turlach, IMA J.
-    Numer. Anal. 20 (2000) 389-403.
+    M = [G -G; -G G] with G = X'X, and q = (lambda e - X'y, lambda e + X'y), z = (b+,
+    b-). X is normal in multiples of 1/16, and y sums up a tenth of the features, with
+    whole coefficients, and noise, so that M and X'y are exact. R. Tibshirani, J. R.
+    Stat. Soc. B 58 (1996) 267-288; the path by M. R. Osborne, B. Presnell, B. A.
+    Turlach, IMA J. Numer. Anal. 20 (2000) 389-403.
 
-    penalty : lambda as a fraction of the largest |X'y|, which moves q alone; from 1 on b = 0. samples : of y.
+    penalty : lambda as a fraction of the largest |X'y|, which moves q alone; from 1 on
+        b = 0. samples : of y.
     """
     k = max(1, round(n / 2))
     X, y = regression(k, seed, samples)
@@ -164,7 +178,10 @@ def lasso(n: int, seed: int, *, penalty: float = 1.0, samples: int = 20) -> Prob
         penalty * abs(c).max() + np.concatenate((-c, c)),
         columns=[f"b{i}{sign}" for sign in "+-" for i in range(1, k + 1)],
         constant=float(y @ y) / 2,
-        note=f"{samples} samples of {k} features. b is the first half of x minus the second half.",
+        note=(
+            f"{samples} samples of {k} features. b is the first half of x minus the "
+            "second half."
+        ),
     )
 
 
@@ -178,12 +195,14 @@ def regression(k: int, seed: int, samples: int) -> tuple[Vector, Vector]:
 
 
 def control(n: int, seed: int, *, masses: int = 4, strength: float = 0.5) -> Problem:
-    """Bring a chain of masses and springs to rest, over as many steps as give about n unknowns with multipliers.
+    """Bring a chain of masses and springs to rest, over as many steps as give about n
+    unknowns with multipliers.
 
-    x has the states, which are positions and velocities, and the inputs, which are forces of at most `strength`, of one
-    step after another, by the symplectic Euler method. The objective is half the sum of the squares of the states and
-    of 0.1 times those of the inputs. The start is random.
-    F. Borrelli, A. Bemporad, M. Morari, Predictive Control for Linear and Hybrid Systems (2017), chapter 11.
+    x has the states, which are positions and velocities, and the inputs, which are
+    forces of at most `strength`, of one step after another, by the symplectic Euler
+    method. The objective is half the sum of the squares of the states and of 0.1 times
+    those of the inputs. The start is random. F. Borrelli, A. Bemporad, M. Morari,
+    Predictive Control for Linear and Hybrid Systems (2017), chapter 11.
     """
     from scipy.sparse import (
         block_array,
@@ -231,10 +250,12 @@ def control(n: int, seed: int, *, masses: int = 4, strength: float = 0.5) -> Pro
 
 
 def transport(n: int, seed: int) -> Problem:
-    """Pose the linear program of m plants and m markets, with m^2 flows and 2 m multipliers, about n unknowns.
+    """Pose the linear program of m plants and m markets, with m^2 flows and 2 m
+    multipliers, about n unknowns.
 
-    The supplies, whole numbers from 10 to 20, are enough for the demands from 5 to 10, at costs from 1 to 100 a unit.
-    F. L. Hitchcock, J. Math. Phys. 20 (1941) 224-230. The numbers are random.
+    The supplies, whole numbers from 10 to 20, are enough for the demands from 5 to 10,
+    at costs from 1 to 100 a unit. F. L. Hitchcock, J. Math. Phys. 20 (1941) 224-230.
+    The numbers are random.
     """
     from scipy.sparse import eye_array, kron, vstack
 

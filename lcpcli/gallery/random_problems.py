@@ -1,5 +1,6 @@
-"""Random problems, examples that defeat a method, and problems built around a solution, or a proof that there is none:
-numbers are rounded so that q = w - Mz is free of rounding, and the known solution exact."""
+"""Random problems, examples that defeat a method, and problems built around a solution,
+or a proof that there is none: numbers are rounded so that q = w - Mz is free of
+rounding, and the known solution exact."""
 
 from __future__ import annotations
 
@@ -15,9 +16,11 @@ from lcpcli.typing import Mask, Matrix, Vector
 
 
 def harker_pang(n: int, seed: int, *, symmetric: bool = False) -> Problem:
-    """Draw M = A'A + B + D with A and the skew B in (-5, 5), the diagonal D in (0, 0.3), and q in (-500, 500).
+    """Draw M = A'A + B + D with A and the skew B in (-5, 5), the diagonal D in (0,
+    0.3), and q in (-500, 500).
 
-    P. T. Harker and J.-S. Pang, A damped-Newton method for the LCP, Lectures in Applied Mathematics 26 (1990) 265-284.
+    P. T. Harker and J.-S. Pang, A damped-Newton method for the LCP, Lectures in Applied
+    Mathematics 26 (1990) 265-284.
 
     symmetric : leave B out.
     """
@@ -31,7 +34,8 @@ def harker_pang(n: int, seed: int, *, symmetric: bool = False) -> Problem:
 
 
 def ill_scaled(n: int, seed: int, *, decades: int = 6) -> Problem:
-    """Rescale the nonsymmetric M and q of Harker and Pang to R M C and R q, R and C diagonal with random powers of two.
+    """Rescale the nonsymmetric M and q of Harker and Pang to R M C and R q, R and C
+    diagonal with random powers of two.
 
     decades : R and C lie between 10^-decades and 10^decades.
     """
@@ -49,7 +53,8 @@ def ill_scaled(n: int, seed: int, *, decades: int = 6) -> Problem:
 def tridiagonal(n: int, seed: int) -> Problem:
     """Let M be tridiag(-1, 4, -1), sparse, and q normally distributed.
 
-    M is from Example 1 of Y. El foutayeni, M. Khaladi, J. Comput. Appl. Math. 236 (2012) 1919-1925.
+    M is from Example 1 of Y. El foutayeni, M. Khaladi, J. Comput. Appl. Math. 236
+    (2012) 1919-1925.
     """
     q = np.random.default_rng([seed, n]).standard_normal(n)
     return Problem(
@@ -58,7 +63,8 @@ def tridiagonal(n: int, seed: int) -> Problem:
 
 
 def dominant(n: int, seed: int) -> Problem:
-    """Draw about ten normal entries per row; the diagonal is 1.1 times the sum of their moduli, plus 0.1."""
+    """Draw about ten normal entries per row; the diagonal is 1.1 times the sum of their
+    moduli, plus 0.1."""
     from scipy.sparse import csr_array, diags_array
 
     random = np.random.default_rng([seed, n])
@@ -73,9 +79,11 @@ def dominant(n: int, seed: int) -> Problem:
 
 
 def near_singular(n: int, seed: int, *, epsilon: float = 1e-8) -> Problem:
-    """Let M be HDH with a random reflection H and eigenvalues D equally spaced from 1 to 2, except one, epsilon.
+    """Let M be HDH with a random reflection H and eigenvalues D equally spaced from 1
+    to 2, except one, epsilon.
 
-    q = w - Mz, rounded, for z and w complementary and uniform in (0, 1); z may be wrong by about 1e-16 / epsilon.
+    q = w - Mz, rounded, for z and w complementary and uniform in (0, 1); z may be wrong
+    by about 1e-16 / epsilon.
     """
     random = np.random.default_rng([seed, n])
     v, size = random.standard_normal(n), random.uniform(-1, 1, n)
@@ -94,7 +102,8 @@ def near_singular(n: int, seed: int, *, epsilon: float = 1e-8) -> Problem:
 
 
 def boxes(n: int, seed: int) -> Problem:
-    """Draw integers: M = A A' + n I, bounds of every kind, and the q for which a random z, mostly at bounds, solves."""
+    """Draw integers: M = A A' + n I, bounds of every kind, and the q for which a random
+    z, mostly at bounds, solves."""
     random = np.random.default_rng([seed, n])
     A = random.integers(-2, 3, (n, n)).astype(float)
     M = A @ A.T + n * np.eye(n)
@@ -113,12 +122,16 @@ def boxes(n: int, seed: int) -> Problem:
     w = np.where(
         kind == 4, size - 5, np.where(at_lower, size, np.where(at_upper, -size, 0.0))
     )
-    note = f"{np.count_nonzero(at_lower)} variables at a lower bound, {np.count_nonzero(at_upper)} at an upper one."
+    note = (
+        f"{np.count_nonzero(at_lower)} variables at a lower bound, "
+        f"{np.count_nonzero(at_upper)} at an upper one."
+    )
     return Problem(M, w - M @ z, solutions=(z,), note=note, lower=lower, upper=upper)
 
 
 def diagonal(n: int, _seed: int, *, decades: int = 6) -> Problem:
-    """Let M be diag(10^-decades, ..., 10^decades), sparse, with z = (1, 0, 1, 0, ...) and w = M (e - z)."""
+    """Let M be diag(10^-decades, ..., 10^decades), sparse, with z = (1, 0, 1, 0, ...)
+    and w = M (e - z)."""
     from scipy.sparse import csr_array, diags_array
 
     entries, z = (
@@ -135,20 +148,26 @@ def diagonal(n: int, _seed: int, *, decades: int = 6) -> Problem:
 
 
 def degenerate(n: int, seed: int) -> Problem:
-    """Draw integers M = A'A + I and q; z > 0 for a quarter of the indices and w > 0 for another, rounded down."""
+    """Draw integers M = A'A + I and q; z > 0 for a quarter of the indices and w > 0 for
+    another, rounded down."""
     random = np.random.default_rng([seed, n])
     M, places, quarter = integer_matrix(random, n), random.permutation(n), (n + 2) // 4
     z, w = np.zeros((2, n))
     z[places[:quarter]] = random.integers(1, 10, quarter)
     w[places[quarter : n // 2]] = random.integers(1, 10, n // 2 - quarter)
-    note = "The solution is exact: all numbers are integers. z_i = w_i = 0 for half of the indices."
+    note = (
+        "The solution is exact: all numbers are integers. z_i = w_i = 0 for half of "
+        "the indices."
+    )
     return Problem(M, w - M @ z, solutions=[z], note=note)
 
 
 def near_degenerate(n: int, seed: int, *, epsilon: float = 1e-8) -> Problem:
-    """Draw integers M = A'A + I; z_i or w_i is 0, the other is 1 for half of the indices and epsilon for the rest.
+    """Draw integers M = A'A + I; z_i or w_i is 0, the other is 1 for half of the
+    indices and epsilon for the rest.
 
-    epsilon is rounded to a power of two, so that q is exact and the solution is known, while n^2 < 2^51 epsilon.
+    epsilon is rounded to a power of two, so that q is exact and the solution is known,
+    while n^2 < 2^51 epsilon.
     """
     random = np.random.default_rng([seed, n])
     M, power = integer_matrix(random, n), 2.0 ** round(math.log2(epsilon))
@@ -159,22 +178,28 @@ def near_degenerate(n: int, seed: int, *, epsilon: float = 1e-8) -> Problem:
 
 
 def infeasible(n: int, seed: int) -> Problem:
-    """Draw integers M and q, whose first (n + 1) // 2 rows are chosen to add up to M'y <= 0 and q'y = -1.
+    """Draw integers M and q, whose first (n + 1) // 2 rows are chosen to add up to M'y
+    <= 0 and q'y = -1.
 
-    No z >= 0 has Mz + q >= 0: J. Farkas, Theorie der einfachen Ungleichungen, J. reine angew. Math. 124 (1902) 1-27.
+    No z >= 0 has Mz + q >= 0: J. Farkas, Theorie der einfachen Ungleichungen, J. reine
+    angew. Math. 124 (1902) 1-27.
     """
     random = np.random.default_rng([seed, n])
     k = (n + 1) // 2
     M, q = (random.integers(-5, 6, shape).astype(np.float64) for shape in ((n, n), n))
     M[0] = -M[1:k].sum(axis=0) - random.integers(0, 3, n)
     q[0] = -q[1:k].sum() - 1
-    note = f"A Farkas vector is y with ones in the first {k} entries and zeros in the others."
+    note = (
+        f"A Farkas vector is y with ones in the first {k} entries and zeros in the "
+        "others."
+    )
     return Problem(M, q, verdict="infeasible", note=note)
 
 
 def unsolvable(n: int, seed: int) -> Problem:
-    """Hide [0 1; 1 0] with q = (-1, 1), which has no solution, in two random rows that involve no other unknown; the
-    others have a symmetric positive definite block, so that all is feasible, and random integers. n is at least 2.
+    """Hide [0 1; 1 0] with q = (-1, 1), which has no solution, in two random rows that
+    involve no other unknown; the others have a symmetric positive definite block, so
+    that all is feasible, and random integers. n is at least 2.
     """
     n = max(2, n)
     random, M = np.random.default_rng([seed, n]), np.zeros((n, n))
@@ -192,10 +217,12 @@ def unsolvable(n: int, seed: int) -> Problem:
 
 
 def ray(n: int, seed: int) -> Problem:
-    """Put [0 1; 0 0] and a symmetric positive definite integer block on the diagonal of M. n is at least 2.
+    """Put [0 1; 0 0] and a symmetric positive definite integer block on the diagonal of
+    M. n is at least 2.
 
-    q_1 is the smallest component of q, so that z_1, whose column of M is zero, enters first in Lemke's method. In z_1
-    and z_2 the solutions are (t, -q_1) and (0, -q_1 + t) for all t >= 0; the known one has t = 0.
+    q_1 is the smallest component of q, so that z_1, whose column of M is zero, enters
+    first in Lemke's method. In z_1 and z_2 the solutions are (t, -q_1) and (0, -q_1 +
+    t) for all t >= 0; the known one has t = 0.
     """
     n = max(2, n)
     random = np.random.default_rng([seed, n])
@@ -207,18 +234,23 @@ def ray(n: int, seed: int) -> Problem:
     q[2:] = w[2:] - M[2:, 2:] @ z[2:]
     M[0, 1], q[0] = 1, q.min() - 1
     z[:2] = 0, -q[0]
-    note = "It has infinitely many solutions, but Lemke's method from e ends on a ray at its first pivot."
+    note = (
+        "It has infinitely many solutions, but Lemke's method from e ends on a ray "
+        "at its first pivot."
+    )
     return Problem(M, q, solutions=[z], note=note)
 
 
 def integer_matrix(random: Generator, n: int) -> Vector:
-    """Return A'A + I with entries of A from -1, 0 and 1: symmetric positive definite, with integers up to n + 1."""
+    """Return A'A + I with entries of A from -1, 0 and 1: symmetric positive definite,
+    with integers up to n + 1."""
     A = random.integers(-1, 2, (n, n)).astype(np.float64)
     return np.asarray(A.T @ A + np.eye(n))
 
 
 def complementary(size: Vector, inside: Mask) -> tuple[Vector, Vector]:
-    """Return two vectors with entries of the given sizes: the first is 0 outside the set, the second inside it."""
+    """Return two vectors with entries of the given sizes: the first is 0 outside the
+    set, the second inside it."""
     return np.where(inside, size, 0), np.where(inside, 0, size)
 
 
@@ -228,27 +260,35 @@ LARGEST_EXACT = 18
 
 
 def murty(n: int, _seed: int) -> Problem:
-    """Let M be upper triangular with 1 on the diagonal and 2 above it, and q = -e; the solution is e_n.
+    """Let M be upper triangular with 1 on the diagonal and 2 above it, and q = -e; the
+    solution is e_n.
 
-    K. G. Murty, Computational complexity of complementary pivot methods, Math. Programming Study 7 (1978) 61-73.
+    K. G. Murty, Computational complexity of complementary pivot methods, Math.
+    Programming Study 7 (1978) 61-73.
     """
     note = f"Pivoting on the least index needs 2^{n} - 1 steps from z = 0."
     return Problem(_triangle(n), -np.ones(n), solutions=[np.eye(n)[-1]], note=note)
 
 
 def all_cones(n: int, _seed: int, *, t: float = -1.0) -> Problem:
-    """Let M be that of `murty` and q = a - t e with a_i = 2^(i - 1) - 1: a line through all 2^n complementary cones.
+    """Let M be that of `murty` and q = a - t e with a_i = 2^(i - 1) - 1: a line through
+    all 2^n complementary cones.
 
-    From t = -1 to 2^n - 1 the solution path has its breakpoints at 0, 1, 2, ..., 2^n - 2: z_n is 0 up to t = a_n and
-    t - a_n from there on, so that the other rows, a_i - t + 2 z_n, come back along the same path.
-    K. G. Murty, Computational complexity of parametric linear programming, Math. Programming 19 (1980) 213-219.
+    From t = -1 to 2^n - 1 the solution path has its breakpoints at 0, 1, 2, ..., 2^n -
+    2: z_n is 0 up to t = a_n and t - a_n from there on, so that the other rows, a_i - t
+    + 2 z_n, come back along the same path. K. G. Murty, Computational complexity of
+    parametric linear programming, Math. Programming 19 (1980) 213-219.
     """
-    note = f"The path from t = -1 to 2^{n} - 1 has a breakpoint at each whole number between them."
+    note = (
+        f"The path from t = -1 to 2^{n} - 1 has a breakpoint at each whole number "
+        "between them."
+    )
     return Problem(_triangle(n), np.exp2(np.arange(n)) - 1 - t, note=note)
 
 
 def fathi(n: int, _seed: int) -> Problem:
-    """Let M be U'U for an upper triangular U with 1 on the diagonal and 2 above it, and q = -e; the solution is e_1.
+    """Let M be U'U for an upper triangular U with 1 on the diagonal and 2 above it, and
+    q = -e; the solution is e_1.
 
     Y. Fathi, Computational complexity of LCPs, Math. Programming 17 (1979) 335-344.
     """
@@ -264,7 +304,8 @@ def _triangle(n: int) -> Vector:
 
 
 def ben_gharbia_gilbert(n: int, _seed: int, *, alpha: float = 2.0) -> Problem:
-    """Let M be I + alpha C with the cyclic down-shift C, and q = e; z = 0; iterations from x0 = 2 e_1 - e cycle.
+    """Let M be I + alpha C with the cyclic down-shift C, and q = e; z = 0; iterations
+    from x0 = 2 e_1 - e cycle.
 
     n is rounded up to an odd number >= 3; for an even n M would not be a P-matrix.
     I. Ben Gharbia, J. C. Gilbert, Math. Programming 134 (2012) 349-364.
@@ -275,14 +316,19 @@ def ben_gharbia_gilbert(n: int, _seed: int, *, alpha: float = 2.0) -> Problem:
         np.ones(len(unit)),
         x0=2 * unit[0] - 1,
         solutions=[np.zeros(len(unit))],
-        note=f"The Newton iteration without safeguards returns to the active set of x0 after {len(unit)} steps.",
+        note=(
+            "The Newton iteration without safeguards returns to the active set of "
+            f"x0 after {len(unit)} steps."
+        ),
     )
 
 
 def kostreva(n: int, _seed: int) -> Problem:
-    """Let M be I + 2 C with the cyclic up-shift C, q = -e; then z = e/3. n is rounded up to an odd number >= 3.
+    """Let M be I + 2 C with the cyclic up-shift C, q = -e; then z = e/3. n is rounded
+    up to an odd number >= 3.
 
-    M. M. Kostreva, Cycling in linear complementarity problems, Math. Programming 16 (1979) 127-130, for n = 3.
+    M. M. Kostreva, Cycling in linear complementarity problems, Math. Programming 16
+    (1979) 127-130, for n = 3.
     """
     n = max(3, n + 1 - n % 2)
     M, z = np.eye(n) + 2 * np.roll(np.eye(n), -1, axis=0), np.full(n, 1 / 3)
@@ -291,7 +337,8 @@ def kostreva(n: int, _seed: int) -> Problem:
 
 
 def curtis_han_robinson(_n: int, _seed: int) -> Problem:
-    """Pose a problem with the solution (0, 4/19, 11/19) and an x0 from which plain active-set exchanges cycle.
+    """Pose a problem with the solution (0, 4/19, 11/19) and an x0 from which plain
+    active-set exchanges cycle.
 
     F. E. Curtis, Z. Han, D. P. Robinson, Comput. Optim. Appl. 60 (2015) 311-341.
     """
@@ -300,13 +347,17 @@ def curtis_han_robinson(_n: int, _seed: int) -> Problem:
         [2, 1, -3],
         x0=[-1, 1, -1],
         solutions=[[0, 4 / 19, 11 / 19]],
-        note="The Newton iteration without safeguards cycles from x0, although M is symmetric positive definite.",
+        note=(
+            "The Newton iteration without safeguards cycles from x0, although M is "
+            "symmetric positive definite."
+        ),
     )
 
 
 def growth(n: int, _seed: int) -> Problem:
-    """Let M have 1 on the diagonal and -1 below it, and q = -e; the solution is z_i = 2^(i-1), like the pivots in J. H.
-    Wilkinson, Error analysis of direct methods of matrix inversion, J. ACM 8 (1961) 281-330. n is at most 1024.
+    """Let M have 1 on the diagonal and -1 below it, and q = -e; the solution is z_i =
+    2^(i-1), like the pivots in J. H. Wilkinson, Error analysis of direct methods of
+    matrix inversion, J. ACM 8 (1961) 281-330. n is at most 1024.
     """
     n, note = (
         min(n, 1024),
@@ -317,11 +368,13 @@ def growth(n: int, _seed: int) -> Problem:
 
 
 def hilbert(n: int, _seed: int, *, degenerate: bool = False) -> Problem:
-    """Let M have the entries 1 / (i + j - 1), and q = -M z for z = e, or (1, 0, 1, 0, ...) if degenerate.
+    """Let M have the entries 1 / (i + j - 1), and q = -M z for z = e, or (1, 0, 1, 0,
+    ...) if degenerate.
 
-    Up to n = 18 M is multiplied by the least common multiple of 1, ..., 2n - 1, so that all data are integers and z is
-    exact. Beyond, M and q are rounded, and no solution is known, as theirs differs from z.
-    D. Hilbert, Ein Beitrag zur Theorie des Legendre'schen Polynoms, Acta Math. 18 (1894) 155-159.
+    Up to n = 18 M is multiplied by the least common multiple of 1, ..., 2n - 1, so that
+    all data are integers and z is exact. Beyond, M and q are rounded, and no solution
+    is known, as theirs differs from z. D. Hilbert, Ein Beitrag zur Theorie des
+    Legendre'schen Polynoms, Acta Math. 18 (1894) 155-159.
     """
     denominators = np.arange(1, n + 1)[:, None] + np.arange(n)
     factor = math.lcm(*range(1, 2 * n)) if n <= LARGEST_EXACT else 1
@@ -335,10 +388,12 @@ STEPS_OF_M, STEPS_OF_Z = 2.0**20, 2.0**10
 
 
 def planted(n: int, seed: int, *, entries: int = 0) -> Problem:
-    """Draw M from the normal distribution, a set of half of the indices on average, z > 0 on it and w > 0 elsewhere,
-    uniform in (0.1, 1.1), and let q = w - Mz. Nothing shows which of the 2^n sets it is.
+    """Draw M from the normal distribution, a set of half of the indices on average, z >
+    0 on it and w > 0 elsewhere, uniform in (0.1, 1.1), and let q = w - Mz. Nothing
+    shows which of the 2^n sets it is.
 
-    entries : the number of entries in each row of a sparse M, some in the same place; 0 for a dense M.
+    entries : the number of entries in each row of a sparse M, some in the same place; 0
+        for a dense M.
     """
     random = np.random.default_rng([seed, n, entries])
     if entries:
@@ -356,7 +411,8 @@ def planted(n: int, seed: int, *, entries: int = 0) -> Problem:
 
 
 def gaussian(n: int, seed: int) -> Problem:
-    """Draw M and q from the normal distribution. There may be no solution, one, or several."""
+    """Draw M and q from the normal distribution. There may be no solution, one, or
+    several."""
     M, q = np.split(np.random.default_rng([seed, n]).standard_normal((n + 1, n)), [n])
     return Problem(M, q[0], note="Whether there is a solution is not known.")
 
@@ -364,10 +420,12 @@ def gaussian(n: int, seed: int) -> Problem:
 def indefinite(
     n: int, seed: int, *, symmetric: bool = False, strict: bool = False
 ) -> Problem:
-    """Draw M from the normal distribution, over sqrt(n), and z > 0 at two fifths of the indices; q = -Mz, so w = 0.
+    """Draw M from the normal distribution, over sqrt(n), and z > 0 at two fifths of the
+    indices; q = -Mz, so w = 0.
 
-    One solve with M finds z, as in the problems `sid` and `asym` of the repository dominicflocco/DCA-BL (INFORMS J.
-    Comput. 2024.0822), whose M are made in another way.
+    One solve with M finds z, as in the problems `sid` and `asym` of the repository
+    dominicflocco/DCA-BL (INFORMS J. Comput. 2024.0822), whose M are made in another
+    way.
 
     symmetric : of M. strict : whether w is positive where z is 0.
     """
@@ -376,7 +434,10 @@ def indefinite(
     M = _rounded((M + M.T) / np.sqrt(2) if symmetric else M, STEPS_OF_M)
     size = _rounded(random.uniform(0.0, 1.0, n), STEPS_OF_Z) + 1 / STEPS_OF_Z
     z, w = complementary(size, random.permutation(n) < round(0.4 * n))
-    note = f"z > 0 for {np.count_nonzero(z)} of {n} indices, w > 0 for {'the others' if strict else 'none'}."
+    note = (
+        f"z > 0 for {np.count_nonzero(z)} of {n} indices, w > 0 for "
+        f"{'the others' if strict else 'none'}."
+    )
     return Problem(M, (w if strict else 0.0) - M @ z, solutions=[z], note=note)
 
 

@@ -1,8 +1,9 @@
-"""Rigid boxes in the plane with Coulomb friction in time: each step is one LCP, whose z moves the boxes on.
+"""Rigid boxes in the plane with Coulomb friction in time: each step is one LCP, whose z
+moves the boxes on.
 
-The boxes collide without rebound. A step of the length h from the velocity v is that of D. E. Stewart, J. C. Trinkle,
-Int. J. Numer. Methods Eng. 39 (1996) 2673-2691, which is solvable by M. Anitescu, F. A. Potra, Nonlinear Dynamics 14
-(1997) 231-247.
+The boxes collide without rebound. A step of the length h from the velocity v is that of
+D. E. Stewart, J. C. Trinkle, Int. J. Numer. Methods Eng. 39 (1996) 2673-2691, which is
+solvable by M. Anitescu, F. A. Potra, Nonlinear Dynamics 14 (1997) 231-247.
 """
 
 from __future__ import annotations
@@ -31,12 +32,16 @@ KINDS = {
     "tower": "boxes on top of each other, which slide at first",
     "pyramid": "rows of boxes, each on two others",
     "heap": "tilted boxes that fall on the floor and on each other",
-    "crushed": "boxes between the floor and a ceiling that comes down: at last there is no solution",
+    "crushed": (
+        "boxes between the floor and a ceiling that comes down: at last there is no "
+        "solution"
+    ),
 }
 
 
 class Contact(NamedTuple):
-    """A contact: two bodies by number, the unit normal from the first to the second, the point, and the gap there."""
+    """A contact: two bodies by number, the unit normal from the first to the second,
+    the point, and the gap there."""
 
     first: int
     second: int
@@ -46,12 +51,15 @@ class Contact(NamedTuple):
 
 
 class Scene:
-    """Boxes on a floor, perhaps below a ceiling that comes down, and the contacts between them now.
+    """Boxes on a floor, perhaps below a ceiling that comes down, and the contacts
+    between them now.
 
-    centres, angles, velocities : of the boxes, shapes (b, 2), (b,) and (b, 3), the last with the angular velocity. As
-        attributes they begin with the floor and end with the ceiling, if there is one.
+    centres, angles, velocities : of the boxes, shapes (b, 2), (b,) and (b, 3), the last
+        with the angular velocity. As attributes they begin with the floor and end with
+        the ceiling, if there is one.
     friction : Coulomb's coefficient. ceiling : its height at the beginning, or None.
-    contacts : the contacts of which the next problem is made; where there are none, `advance()` moves on.
+    contacts : the contacts of which the next problem is made; where there are none,
+        `advance()` moves on.
     """
 
     def __init__(
@@ -83,11 +91,13 @@ class Scene:
         self._look()
 
     def problem(self) -> Problem:
-        """Return the LCP of the next step, for z = (normal impulses, tangential ones in both directions, gamma).
+        """Return the LCP of the next step, for z = (normal impulses, tangential ones in
+        both directions, gamma).
 
-        With the rows N and T of the k contacts, J = (N, T, -T), the inverse masses W and the velocity u that gravity
-        alone would leave, M = [J W J' B; C 0] with B = [0; E'] and C = [friction I, -E], and q = (N u + gap / h, T u,
-        -T u, 0): no contact penetrates at the end of the step, up to the rotations in it.
+        With the rows N and T of the k contacts, J = (N, T, -T), the inverse masses W
+        and the velocity u that gravity alone would leave, M = [J W J' B; C 0] with B =
+        [0; E'] and C = [friction I, -E], and q = (N u + gap / h, T u, -T u, 0): no
+        contact penetrates at the end of the step, up to the rotations in it.
         """
         k = len(self.contacts)
         rows = self._rows * np.sqrt(self._inverse_masses.ravel())
@@ -108,7 +118,8 @@ class Scene:
         )
 
     def advance(self, z: Vector | None = None) -> None:
-        """Move on by a step of the length h, with the impulses of a solution; without z as if there were no contact."""
+        """Move on by a step of the length h, with the impulses of a solution; without z
+        as if there were no contact."""
         self.velocities = self._free()
         if z is not None:
             k = len(self.contacts)
@@ -126,7 +137,8 @@ class Scene:
         )
 
     def _look(self) -> None:
-        """Find the contacts and the rows N and T, which map the velocities of all bodies to those at the contacts."""
+        """Find the contacts and the rows N and T, which map the velocities of all
+        bodies to those at the contacts."""
         c, s = np.cos(self.angles), np.sin(self.angles)
         self._axes = np.stack(
             (np.stack((c, s), axis=1), np.stack((-s, c), axis=1)), axis=1
@@ -148,8 +160,9 @@ class Scene:
         self._rows = rows.reshape(2 * k, 3 * self.angles.size)
 
     def _between(self, i: int, j: int) -> list[Contact]:
-        """Return the contacts of two bodies, at most two: the side of one body on the axis on which they are farthest
-        apart, and the ends of the nearest side of the other one, as far as they lie above it."""
+        """Return the contacts of two bodies, at most two: the side of one body on the
+        axis on which they are farthest apart, and the ends of the nearest side of the
+        other one, as far as they lie above it."""
         best = -math.inf, i, j, 0, self._axes[i, 0]
         for first, second in ((i, j), (j, i)):
             between = self.centres[second] - self.centres[first]
@@ -212,8 +225,10 @@ def contact_in_time(
 ) -> Scene:
     """Return a scene at its beginning.
 
-    kind : one of KINDS. boxes : their number, at least 1; of a pyramid the number in its lowest row.
-    seed : of the offsets, tilts and velocities at the beginning. friction : Coulomb's coefficient, from 0 to 10.
+    kind : one of KINDS. boxes : their number, at least 1; of a pyramid the number in
+        its lowest row.
+    seed : of the offsets, tilts and velocities at the beginning. friction : Coulomb's
+        coefficient, from 0 to 10.
 
     >>> import lcpcli
     >>> scene = contact_in_time("tower", 3)
@@ -261,10 +276,12 @@ def contact_in_time(
 def rigid_boxes(
     n: int, seed: int, *, kind: str = "tower", friction: float = 0.5
 ) -> Problem:
-    """Model the first time step with contacts of rigid boxes in the plane, as `Scene.problem` does.
+    """Model the first time step with contacts of rigid boxes in the plane, as
+    `Scene.problem` does.
 
-    kind : as in KINDS. A tower of k boxes has n = 8 k unknowns, a pyramid on k boxes 8 k^2; a heap of n / 8 boxes
-        begins with one contact or two. friction : Coulomb's coefficient.
+    kind : as in KINDS. A tower of k boxes has n = 8 k unknowns, a pyramid on k boxes 8
+        k^2; a heap of n / 8 boxes begins with one contact or two. friction : Coulomb's
+        coefficient.
     """
     scene = contact_in_time(
         kind,

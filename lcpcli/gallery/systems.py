@@ -1,5 +1,6 @@
-"""Switching systems of mechanics and electronics, games, some of them trees, and markets; and free boundary problems of
-physics and finance by finite differences, with sparse matrices."""
+"""Switching systems of mechanics and electronics, games, some of them trees, and
+markets; and free boundary problems of physics and finance by finite differences, with
+sparse matrices."""
 
 from __future__ import annotations
 
@@ -31,14 +32,16 @@ INNER, LOAD, LEAK, COUPLING = 1.0, 0.25, 0.0625, 0.5
 def contact(
     n: int, seed: int, *, friction: float = 0.5, compliance: float = 0.0
 ) -> Problem:
-    """Model the impulses in k = n / 4 contacts, rounded, between (k + 1) // 2 bodies in the plane and the ground.
+    """Model the impulses in k = n / 4 contacts, rounded, between (k + 1) // 2 bodies in
+    the plane and the ground.
 
-    z = (normal impulses, tangential impulses in both directions, sliding speeds), of lengths k, 2k and k. With the
-    rows N and T = (t, -t) of the contacts, unit masses, the velocity v before, E that sums both directions, and the
-    coefficient of friction, M = [NN' NT' 0; TN' TT' E'; friction I, -E, 0] and q = (Nv, Tv, 0); a compliance is added
-    to the diagonal of NN' and TT'.
-    D. E. Stewart, J. C. Trinkle, Int. J. Numer. Methods Eng. 39 (1996) 2673-2691; A. M. Al-Fahed, G. E. Stavroulakis,
-    P. D. Panagiotopoulos, Z. angew. Math. Mech. 71 (1991) 257-265.
+    z = (normal impulses, tangential impulses in both directions, sliding speeds), of
+    lengths k, 2k and k. With the rows N and T = (t, -t) of the contacts, unit masses,
+    the velocity v before, E that sums both directions, and the coefficient of friction,
+    M = [NN' NT' 0; TN' TT' E'; friction I, -E, 0] and q = (Nv, Tv, 0); a compliance is
+    added to the diagonal of NN' and TT'. D. E. Stewart, J. C. Trinkle, Int. J. Numer.
+    Methods Eng. 39 (1996) 2673-2691; A. M. Al-Fahed, G. E. Stavroulakis, P. D.
+    Panagiotopoulos, Z. angew. Math. Mech. 71 (1991) 257-265.
     """
     k = max(1, round(n / 4))
     random = np.random.default_rng([seed, k])
@@ -52,7 +55,8 @@ def contact(
 
 
 def with_friction(A: Vector, friction: float) -> Matrix:
-    """Return [A B; C 0] with B = [0; E'] and C = [friction I, -E] for A of shape (3 k, 3 k), as in `contact`."""
+    """Return [A B; C 0] with B = [0; E'] and C = [friction I, -E] for A of shape (3 k,
+    3 k), as in `contact`."""
     one, none = np.eye(len(A) // 3), np.zeros((len(A) // 3, len(A) // 3))
     E = np.hstack((one, one))
     return np.block(
@@ -61,7 +65,8 @@ def with_friction(A: Vector, friction: float) -> Matrix:
 
 
 def _rows(random: Generator, k: int) -> tuple[Vector, Vector]:
-    """Return normal and tangential rows of k contacts, each between random bodies or a random body and the ground."""
+    """Return normal and tangential rows of k contacts, each between random bodies or a
+    random body and the ground."""
     bodies = (k + 1) // 2
     normal, tangential = np.zeros((2, k, 3 * bodies))
     for i in range(k):
@@ -80,12 +85,15 @@ def _rows(random: Generator, k: int) -> tuple[Vector, Vector]:
 
 
 def circuit(n: int, _seed: int) -> Problem:
-    """Model a row of k = n / 8 bridge rectifiers, rounded: 4 k free potentials v, then 4 k diode currents i >= 0.
+    """Model a row of k = n / 8 bridge rectifiers, rounded: 4 k free potentials v, then
+    4 k diode currents i >= 0.
 
-    Kirchhoff's law G v + D i = s at each node is an equation; the voltage -D'v that a diode blocks is not negative, and
-    0 where it conducts: M = [G D; -D' 0], q = (-s, 0). Each bridge has a current source with an inner conductance, a
-    load, and leaks to the ground; its plus leads to that of the next. The network and its values are original.
-    V. Acary, O. Bonnefon, B. Brogliato, Nonsmooth Modeling and Simulation for Switched Circuits, Springer (2011).
+    Kirchhoff's law G v + D i = s at each node is an equation; the voltage -D'v that a
+    diode blocks is not negative, and 0 where it conducts: M = [G D; -D' 0], q = (-s,
+    0). Each bridge has a current source with an inner conductance, a load, and leaks to
+    the ground; its plus leads to that of the next. The network and its values are
+    original. V. Acary, O. Bonnefon, B. Brogliato, Nonsmooth Modeling and Simulation for
+    Switched Circuits, Springer (2011).
     """
     from scipy.sparse import block_array, csr_array, diags_array, eye_array
 
@@ -112,13 +120,16 @@ def circuit(n: int, _seed: int) -> Problem:
     return Problem(
         M,
         q,
-        note=f"{k} bridges: potentials of {size} nodes, then currents of {size} diodes.",
+        note=(
+            f"{k} bridges: potentials of {size} nodes, then currents of {size} diodes."
+        ),
         lower=lower,
     )
 
 
 def _incidence(nodes: int, ends: Sequence[tuple[Indices, Indices]]) -> Any:
-    """Return a column for each branch of a network, with 1 at its first node and -1 at its second node."""
+    """Return a column for each branch of a network, with 1 at its first node and -1 at
+    its second node."""
     from scipy.sparse import csr_array
 
     first, second = map(np.concatenate, zip(*ends, strict=True))
@@ -130,11 +141,12 @@ def _incidence(nodes: int, ends: Sequence[tuple[Indices, Indices]]) -> Any:
 
 
 def relays(n: int, seed: int, *, step: float = 0.125) -> Problem:
-    """Model the outputs -1 <= z_i <= 1 of n relays, 1 where w_i < 0 and -1 where w_i > 0, that drive x' = A x + C'z.
+    """Model the outputs -1 <= z_i <= 1 of n relays, 1 where w_i < 0 and -1 where w_i >
+    0, that drive x' = A x + C'z.
 
-    w = C x at the end of an implicit Euler step h: M = h C (I - h A)^-1 C' and q = C (I - h A)^-1 x_0, with A = S - I
-    for a random skew-symmetric S.
-    V. Acary, B. Brogliato, Numerical Methods for Nonsmooth Dynamical Systems, Springer (2008).
+    w = C x at the end of an implicit Euler step h: M = h C (I - h A)^-1 C' and q = C (I
+    - h A)^-1 x_0, with A = S - I for a random skew-symmetric S. V. Acary, B. Brogliato,
+    Numerical Methods for Nonsmooth Dynamical Systems, Springer (2008).
     """
     random = np.random.default_rng([seed, n])
     S, C = np.rint(UNITS * random.standard_normal((2, n, n))) / UNITS
@@ -152,31 +164,39 @@ def relays(n: int, seed: int, *, step: float = 0.125) -> Problem:
 
 
 def bimatrix(n: int, seed: int) -> Problem:
-    """Let M = [0 A; B' 0], q = -e with uniform costs A and B of shape (n // 2, n - n // 2) in (1, 2). n is at least 2.
+    """Let M = [0 A; B' 0], q = -e with uniform costs A and B of shape (n // 2, n - n //
+    2) in (1, 2). n is at least 2.
 
-    C. E. Lemke, J. T. Howson, Equilibrium points of bimatrix games, J. SIAM 12 (1964) 413-423.
+    C. E. Lemke, J. T. Howson, Equilibrium points of bimatrix games, J. SIAM 12 (1964)
+    413-423.
     """
     n = max(2, n)
     m = n // 2
     A, B = np.random.default_rng([seed, n]).uniform(1, 2, (2, m, n - m))
     M = np.zeros((n, n))
     M[:m, m:], M[m:, :m] = A, B.T
-    note = "Lemke's method from e ends on a ray at its first pivot, although every game has an equilibrium."
+    note = (
+        "Lemke's method from e ends on a ray at its first pivot, although every "
+        "game has an equilibrium."
+    )
     return Problem(M, -np.ones(n), note=note)
 
 
 def spatial_prices(
     n: int, seed: int, *, capacity: float = 3.0, tax: float = 0.0
 ) -> Problem:
-    """Model prices of one good in m regions of supply and m of demand, and flows, with about n = 2 m + m^2 unknowns.
+    """Model prices of one good in m regions of supply and m of demand, and flows, with
+    about n = 2 m + m^2 unknowns.
 
-    z = (supply prices, demand prices, flows by region of supply); prices are free. Region i supplies s_i = b_i (p_i -
-    a_i), region j demands e_j (d_j - r_j); both equal the sums of flows. A flow has w = p_i + c_ij + tax - r_j, its
-    loss per unit; at its capacity it may gain. Data are random.
-    T. Takayama, G. G. Judge, Spatial and Temporal Price and Allocation Models, North-Holland (1971).
+    z = (supply prices, demand prices, flows by region of supply); prices are free.
+    Region i supplies s_i = b_i (p_i - a_i), region j demands e_j (d_j - r_j); both
+    equal the sums of flows. A flow has w = p_i + c_ij + tax - r_j, its loss per unit;
+    at its capacity it may gain. Data are random. T. Takayama, G. G. Judge, Spatial and
+    Temporal Price and Allocation Models, North-Holland (1971).
 
     capacity : of each flow; it moves bounds alone.
-    tax : on a unit of trade, a subsidy if negative; it moves q alone. From 18 on there is no trade.
+    tax : on a unit of trade, a subsidy if negative; it moves q alone. From 18 on there
+        is no trade.
     """
     from scipy.sparse import (
         block_array,
@@ -218,13 +238,16 @@ GRID = 1000  # perturbations of payoffs are multiples of 1 / GRID
 
 
 def poker(n: int, seed: int, *, perturbation: float = 0.25) -> Problem:
-    """Pose poker with one card each of r >= 2 ranks, about n = 12 r + 4 unknowns: Kuhn's game for r = 3.
+    """Pose poker with one card each of r >= 2 ranks, about n = 12 r + 4 unknowns:
+    Kuhn's game for r = 3.
 
-    Both ante 1. The first player bets 1 or checks; after a bet the second one calls or folds, after a check it may bet,
-    and then the first one calls or folds. The higher card wins.
-    H. W. Kuhn, A simplified two-person poker, Contributions to the Theory of Games I (1950) 97-103.
+    Both ante 1. The first player bets 1 or checks; after a bet the second one calls or
+    folds, after a check it may bet, and then the first one calls or folds. The higher
+    card wins. H. W. Kuhn, A simplified two-person poker, Contributions to the Theory of
+    Games I (1950) 97-103.
 
-    perturbation : of each payoff of each player at each end, at random; 0 is the zero-sum game.
+    perturbation : of each payoff of each player at each end, at random; 0 is the
+        zero-sum game.
     """
     ranks = max(2, round((n - 4) / 12))
     pairs = [(i, j) for i, j in product(range(1, ranks + 1), repeat=2) if i != j]
@@ -245,7 +268,10 @@ def poker(n: int, seed: int, *, perturbation: float = 0.25) -> Problem:
 
         def end(won: int) -> str:
             number, (one, other) = next(of_end)
-            return f't "" {number} "" {{ {Fraction(won * GRID + one, GRID)} {Fraction(other - won * GRID, GRID)} }}'
+            return (
+                f't "" {number} "" {{ {Fraction(won * GRID + one, GRID)} '
+                f"{Fraction(other - won * GRID, GRID)} }}"
+            )
 
         lines += [
             f'p "" 1 {i} "{i}" {{ "bet" "check" }} 0',
@@ -262,13 +288,15 @@ def poker(n: int, seed: int, *, perturbation: float = 0.25) -> Problem:
 
 
 def bargaining(n: int, _seed: int, *, discount: float = 0.75) -> Problem:
-    """Pose bargaining over a good with k costs, k values and k prices, about n = 4 k^3 + 3 k^2 + k + 4 unknowns.
+    """Pose bargaining over a good with k costs, k values and k prices, about n = 4 k^3
+    + 3 k^2 + k + 4 unknowns.
 
-    The seller knows its cost i - 1, the buyer its value i, for i from 1 to k, each with the same probability. The
-    seller asks for one of the prices 1 to k; the buyer accepts, or offers one of them, which the seller accepts or
-    rejects, and then gains count for less, by the factor discount.
-    K. Chatterjee, W. Samuelson, Operations Research 31 (1983) 835-851, for offers at the same time; A. Rubinstein,
-    Econometrica 50 (1982) 97-109, for alternating ones.
+    The seller knows its cost i - 1, the buyer its value i, for i from 1 to k, each with
+    the same probability. The seller asks for one of the prices 1 to k; the buyer
+    accepts, or offers one of them, which the seller accepts or rejects, and then gains
+    count for less, by the factor discount. K. Chatterjee, W. Samuelson, Operations
+    Research 31 (1983) 835-851, for offers at the same time; A. Rubinstein, Econometrica
+    50 (1982) 97-109, for alternating ones.
     """
     k = next(k for k in range(1, n + 2) if unknowns_of(k + 1) > n)
     types = " ".join(
@@ -299,24 +327,35 @@ def _offers(k: int, i: int, j: int, discount: Fraction) -> Iterator[str]:
     numbers = count_from(2 * k * k * k * (k * (i - 1) + j - 1) + 1)
 
     def end(price: int, factor: Fraction) -> str:
-        return f't "" {next(numbers)} "" {{ {factor * (price - i + 1)} {factor * (j - price)} }}'
+        return (
+            f't "" {next(numbers)} "" {{ {factor * (price - i + 1)} '
+            f"{factor * (j - price)} }}"
+        )
 
     yield f'p "" 1 {i} "cost {i - 1}" {{ {asked} }} 0'
     for ask in prices:
-        yield f'p "" 2 {k * (j - 1) + ask} "value {j}, asked {ask}" {{ "accept" {offered} }} 0'
+        yield (
+            f'p "" 2 {k * (j - 1) + ask} "value {j}, asked {ask}" {{ "accept" '
+            f"{offered} }} 0"
+        )
         yield end(ask, Fraction(1))
         for offer in prices:
             own = k + k * k * (i - 1) + k * (ask - 1) + offer
-            yield f'p "" 1 {own} "cost {i - 1}, asked {ask}, offered {offer}" {{ "accept" "reject" }} 0'
+            yield (
+                f'p "" 1 {own} "cost {i - 1}, asked {ask}, offered {offer}" {{ '
+                f'"accept" "reject" }} 0'
+            )
             yield end(offer, discount)
             yield 't "" 0'
 
 
 def obstacle(n: int, _seed: int) -> Problem:
-    """Discretize -Laplace z >= f, z >= 0 with complementarity on the unit square, z = 0 on its boundary, times h^2.
+    """Discretize -Laplace z >= f, z >= 0 with complementarity on the unit square, z = 0
+    on its boundary, times h^2.
 
     Five-point differences on a grid of m x m interior points with m = sqrt(n), rounded.
-    R. Glowinski, Numerical Methods for Nonlinear Variational Problems (1984), chapter II; the load is original to lcp.
+    R. Glowinski, Numerical Methods for Nonlinear Variational Problems (1984), chapter
+    II; the load is original to lcp.
     """
     return Problem(*_membrane(n), note="The membrane touches the obstacle where z = 0.")
 
@@ -324,7 +363,8 @@ def obstacle(n: int, _seed: int) -> Problem:
 def two_obstacles(
     n: int, _seed: int, *, gap: float = 0.3, load: float = 1.0
 ) -> Problem:
-    """Discretize -Laplace z = load f where -gap / 2 < z < gap / 2, with the square, f and differences of `obstacle`.
+    """Discretize -Laplace z = load f where -gap / 2 < z < gap / 2, with the square, f
+    and differences of `obstacle`.
 
     J. F. Rodrigues, Obstacle Problems in Mathematical Physics, North-Holland (1987).
     """
@@ -337,13 +377,14 @@ def two_obstacles(
 
 
 def torsion(n: int, _seed: int, *, angle: float = 4.0) -> Problem:
-    """Model the stress function z of a square bar: |z| is at most the distance to the boundary, and where it is less,
-    -Laplace z = 2 angle, times h^2.
+    """Model the stress function z of a square bar: |z| is at most the distance to the
+    boundary, and where it is less, -Laplace z = 2 angle, times h^2.
 
-    R. Glowinski, as for `obstacle`; with bounds instead of a constraint on the gradient: H. Brezis, M. Sibony, Arch.
-    Rational Mech. Anal. 41 (1971) 254-265.
+    R. Glowinski, as for `obstacle`; with bounds instead of a constraint on the
+    gradient: H. Brezis, M. Sibony, Arch. Rational Mech. Anal. 41 (1971) 254-265.
 
-    angle : twist per unit length, which moves q alone; the bar is plastic where z is at a bound.
+    angle : twist per unit length, which moves q alone; the bar is plastic where z is at
+        a bound.
     """
     m, h, X, Y = grid(n)
     distance, q = (
@@ -366,7 +407,8 @@ def _membrane(n: int) -> tuple[Matrix, Vector]:
 
 
 def grid(n: int) -> tuple[int, float, Vector, Vector]:
-    """Return m, h and the coordinates of the interior points of the unit square, each of shape (m, m)."""
+    """Return m, h and the coordinates of the interior points of the unit square, each
+    of shape (m, m)."""
     m = max(1, round(math.sqrt(n)))
     h = 1 / (m + 1)
     return m, h, *np.meshgrid(*2 * [h * np.arange(1, m + 1)])
@@ -380,7 +422,8 @@ def laplacian_of(m: int) -> Matrix:
 
 
 def three_diagonals(diagonal: Vector, off: Vector | None = None) -> Matrix:
-    """Return the sparse symmetric tridiagonal matrix with these entries, by default -1 off the diagonal."""
+    """Return the sparse symmetric tridiagonal matrix with these entries, by default -1
+    off the diagonal."""
     from scipy.sparse import csr_array, diags_array
 
     off = -np.ones(diagonal.size - 1) if off is None else off
@@ -392,11 +435,12 @@ def three_diagonals(diagonal: Vector, off: Vector | None = None) -> Matrix:
 
 
 def journal_bearing(n: int, _seed: int, *, eccentricity: float = 0.8) -> Problem:
-    """Model the pressure z >= 0 in the oil film of an infinitely long bearing, zero where the film ruptures.
+    """Model the pressure z >= 0 in the oil film of an infinitely long bearing, zero
+    where the film ruptures.
 
-    The equation is Reynolds', (h^3 z')' = h', for the film h = 1 + eccentricity cos t, 0 < t < 2 pi, with z = 0 at both
-    ends, by central differences at n interior points, times the square of the step.
-    C. W. Cryer, Math. Comp. 25 (1971) 435-443.
+    The equation is Reynolds', (h^3 z')' = h', for the film h = 1 + eccentricity cos t,
+    0 < t < 2 pi, with z = 0 at both ends, by central differences at n interior points,
+    times the square of the step. C. W. Cryer, Math. Comp. 25 (1971) 435-443.
 
     eccentricity : offset of the shaft from the centre, as a fraction of the clearance.
     """
@@ -421,15 +465,18 @@ def american_put(
     years: float = 0.5,
     strike: float = 1.0,
 ) -> Problem:
-    """Model an American put by one fully implicit step of `years` before expiry, in the variables of the heat equation.
+    """Model an American put by one fully implicit step of `years` before expiry, in the
+    variables of the heat equation.
 
-    With x = log S, t = volatility^2 years / 2, k = 2 rate / volatility^2, the strike E and the payoff
-    g(x, t) = exp((k + 1)^2 t / 4) max(E exp((k - 1) x / 2) - exp((k + 1) x / 2), 0), the unknown is z = u - g at n
-    interior points of -2 < x < 2, where u solves u_t >= u_xx, u >= g with complementarity.
-    P. Wilmott, J. Dewynne, S. Howison, Option Pricing, Oxford Financial Press (1993).
+    With x = log S, t = volatility^2 years / 2, k = 2 rate / volatility^2, the strike E
+    and the payoff g(x, t) = exp((k + 1)^2 t / 4) max(E exp((k - 1) x / 2) - exp((k + 1)
+    x / 2), 0), the unknown is z = u - g at n interior points of -2 < x < 2, where u
+    solves u_t >= u_xx, u >= g with complementarity. P. Wilmott, J. Dewynne, S. Howison,
+    Option Pricing, Oxford Financial Press (1993).
 
     volatility, rate : per year, as fractions; years : the length of the step.
-    strike : E, which moves q alone. A path between two strikes passes the puts whose payoffs are means of both.
+    strike : E, which moves q alone. A path between two strikes passes the puts whose
+        payoffs are means of both.
     """
     k, t = 2 * rate / volatility**2, volatility**2 * years / 2
     # Prices so far from a strike of 1 that z is 0 at both ends.

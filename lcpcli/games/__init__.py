@@ -1,1 +1,2 @@
-"""Games of two players as problems, and what strategies gain in them. It uses `linalg` and `model`."""
+"""Games of two players as problems, and what strategies gain in them. It uses `linalg`
+and `model`."""

@@ -1,5 +1,6 @@
-"""Equilibria of games: what a best response to strategies would gain. In extensive form it is computed from the ends of
-the tree, backward over a player's information sets, not from the matrices of the sequence form."""
+"""Equilibria of games: what a best response to strategies would gain. In extensive form
+it is computed from the ends of the tree, backward over a player's information sets, not
+from the matrices of the sequence form."""
 
 from __future__ import annotations
 
@@ -26,25 +27,31 @@ Strategy = list[list[Any]]  # for each information set the probabilities of its 
 
 
 class _Statement:
-    """What is said of strategies. players : their names. gains : how much each would gain by a best response."""
+    """What is said of strategies. players : their names. gains : how much each would
+    gain by a best response."""
 
     players: Sequence[str]
     gains: tuple[Any, ...]
 
     def statement(self, are_equilibrium: bool) -> str:
-        """Return a sentence on whether the strategies are an equilibrium, and on what a player would gain."""
+        """Return a sentence on whether the strategies are an equilibrium, and on what a
+        player would gain."""
         tolerance = "" if isinstance(self.gains[0], Fraction) else " to the tolerance"
         found = (
             "an equilibrium" if are_equilibrium else f"not an equilibrium{tolerance}"
         )
         one, other = map(float, self.gains)
-        return f"{found}: by a best response {self.players[0]} would gain {one:.1g}, {self.players[1]} {other:.1g}"
+        return (
+            f"{found}: by a best response {self.players[0]} would gain {one:.1g}, "
+            f"{self.players[1]} {other:.1g}"
+        )
 
 
 @dataclass(frozen=True, eq=False)
 class InformationSetStrategy:
-    """What a player does at an information set: the player's name, the label, the actions and their probabilities, and
-    the probability that the information set is reached."""
+    """What a player does at an information set: the player's name, the label, the
+    actions and their probabilities, and the probability that the information set is
+    reached."""
 
     player: str
     label: str
@@ -55,9 +62,10 @@ class InformationSetStrategy:
 
 @dataclass(frozen=True, eq=False)
 class Behavior(_Statement):
-    """Behavior strategies of both players of a game tree, all numbers in doubles or in fractions: what they do at all
-    information sets, in the order of the file, the realization plans, the expected payoffs, and how much each player
-    would gain by a best response, 0 if that is only rounding."""
+    """Behavior strategies of both players of a game tree, all numbers in doubles or in
+    fractions: what they do at all information sets, in the order of the file, the
+    realization plans, the expected payoffs, and how much each player would gain by a
+    best response, 0 if that is only rounding."""
 
     players: list[str]
     information_sets: list[InformationSetStrategy]
@@ -115,7 +123,8 @@ class Behavior(_Statement):
         )
 
     def are_best(self, game: ExtensiveGame, tol: float) -> bool:
-        """Return whether no player gains more than is allowed of the terms of its gain, counted from what it gets."""
+        """Return whether no player gains more than is allowed of the terms of its gain,
+        counted from what it gets."""
         allowed = PER_UNKNOWN * sum(game.sizes) * tol
         ends, plans = (
             _ends(game.tree, float),
@@ -135,7 +144,8 @@ class Behavior(_Statement):
 
 
 def point_of(game: ExtensiveGame, x: Plan, y: Plan) -> list[Any]:
-    """Return the z with these plans, and with the costs of best responses to them, in the numbers that they have."""
+    """Return the z with these plans, and with the costs of best responses to them, in
+    the numbers that they have."""
     z = [*x, *y]
     for player, other in ((0, y), (1, x)):
         own, exact = (
@@ -159,7 +169,8 @@ def plan_of(player: Player, strategy: Strategy) -> Plan:
 
 
 def strategy_of(player: Player, plan: Plan) -> Strategy:
-    """Return the behavior strategy of a plan, uniform at information sets that the player's own moves exclude."""
+    """Return the behavior strategy of a plan, uniform at information sets that the
+    player's own moves exclude."""
     found: Strategy = []
     for i in range(len(player.sets)):
         total = sum(own := [plan[sequence] for sequence in player.moves(i)])
@@ -180,7 +191,8 @@ def _ends(tree: GameTree, number: Any) -> list[tuple[tuple[int, int], Any, list[
 def _expected(
     ends: Sequence[Any], player: int, own: Plan, other: Plan, centre: Any = 0
 ) -> tuple[Any, Any]:
-    """Return the expected payoff of a player less the centre, and the sum of the sizes of its terms."""
+    """Return the expected payoff of a player less the centre, and the sum of the sizes
+    of its terms."""
     weights = (
         (chance * own[at[player]] * other[at[1 - player]], payoffs)
         for at, chance, payoffs in ends
@@ -202,9 +214,10 @@ def _best_plan(own: Player, ends: Sequence[Any], player: int, other: Plan) -> Pl
 
 
 def _best_response(own: Player, behind: Plan) -> tuple[Strategy, list[Any]]:
-    """Return a pure best response, with the first action of the largest payoff at each information set, and the payoff
-    of the game and of what follows each information set. behind : what each sequence gets where the game then ends.
-    Information sets behind other ones of the player come later, and are decided first."""
+    """Return a pure best response, with the first action of the largest payoff at each
+    information set, and the payoff of the game and of what follows each information
+    set. behind : what each sequence gets where the game then ends. Information sets
+    behind other ones of the player come later, and are decided first."""
     behind, strategy, largest = [*behind], list[list[Any]](), list[Any]()
     for i in range(len(own.sets) - 1, -1, -1):
         payoffs = [behind[sequence] for sequence in own.moves(i)]
@@ -217,8 +230,9 @@ def _best_response(own: Player, behind: Plan) -> tuple[Strategy, list[Any]]:
 
 @dataclass(frozen=True, eq=False)
 class Strategies(_Statement):
-    """A pair of mixed strategies of a game: the probabilities, the payoffs, and how much each player would gain by a
-    best response to the other, 0 if that is only rounding; all doubles, or all fractions."""
+    """A pair of mixed strategies of a game: the probabilities, the payoffs, and how
+    much each player would gain by a best response to the other, 0 if that is only
+    rounding; all doubles, or all fractions."""
 
     row: Vector
     column: Vector
@@ -228,7 +242,8 @@ class Strategies(_Statement):
 
     @classmethod
     def of(cls, game: Game, x: Vector, y: Vector) -> Strategies:
-        """Return the strategies x, y of a game: doubles, or fractions in arrays of objects, with payoffs as written."""
+        """Return the strategies x, y of a game: doubles, or fractions in arrays of
+        objects, with payoffs as written."""
         exact = x.dtype == object
         number: Any = Fraction if exact else float
         A, B = (
@@ -251,7 +266,8 @@ class Strategies(_Statement):
         return cls(x, y, (row, column), tuple(by_best), game.players or cls.players)
 
     def are_best(self, game: Game, tol: float) -> bool:
-        """Return whether no player gains more than is allowed of the terms of its gain, of payoffs that are met."""
+        """Return whether no player gains more than is allowed of the terms of its gain,
+        of payoffs that are met."""
         allowed = PER_UNKNOWN * sum(game.A.shape) * tol
         terms = _terms(
             game, self.row.astype(float), self.column.astype(float), self.payoffs
@@ -264,7 +280,8 @@ class Strategies(_Statement):
 def _terms(
     game: Game, x: Vector, y: Vector, centres: Sequence[Any]
 ) -> tuple[float, float]:
-    """Return each player's terms of its gain: sizes of payoffs less a centre, in its mixture and its best response."""
+    """Return each player's terms of its gain: sizes of payoffs less a centre, in its
+    mixture and its best response."""
     found = []
     for A, own, other, centre in (
         (game.A, x, y, centres[0]),

@@ -1,4 +1,5 @@
-"""Games of two players, in strategic and in extensive form, as complementarity problems."""
+"""Games of two players, in strategic and in extensive form, as complementarity
+problems."""
 
 from __future__ import annotations
 
@@ -24,17 +25,21 @@ def from_game(
     source: str = "",
     note: str = "",
 ) -> Problem:
-    """Return the LCP whose solutions are the equilibria of a game in which both players maximize, or minimize.
+    """Return the LCP whose solutions are the equilibria of a game in which both players
+    maximize, or minimize.
 
-    A, B : payoffs of the row and column player, both of shape (m, k); lists may also contain fractions like "1/3".
-    rows, columns : optional names of the strategies; by default the labels of A, if these are texts.
+    A, B : payoffs of the row and column player, both of shape (m, k); lists may also
+        contain fractions like "1/3".
+    rows, columns : optional names of the strategies; by default the labels of A, if
+        these are texts.
     players : optional names of the row and the column player.
     sense : "min" if A and B are costs, whose negatives are then the payoffs.
 
-    The unknowns are z = (x, y); x and y, each divided by its sum, are the strategies, to which `Result.answer` maps z
-    back. A cost is the largest payoff plus the range of the payoffs, minus the payoff, so that all costs lie within a
-    factor of two. Payoffs are taken as their shortest decimals, fractions as they are. Raises ProblemError, which names
-    the field at fault.
+    The unknowns are z = (x, y); x and y, each divided by its sum, are the strategies,
+    to which `Result.answer` maps z back. A cost is the largest payoff plus the range of
+    the payoffs, minus the payoff, so that all costs lie within a factor of two. Payoffs
+    are taken as their shortest decimals, fractions as they are. Raises ProblemError,
+    which names the field at fault.
 
     >>> import lcpcli
     >>> answer = lcpcli.run(lcpcli.from_game([[3, 0], [0, 2]], [[0, 2], [3, 0]]), "auto").answer
@@ -64,13 +69,17 @@ def from_game(
 
 
 def from_efg(text: str, *, name: str = "", source: str = "", note: str = "") -> Problem:
-    """Return the mixed problem whose solutions are the equilibria of a game tree of two players with perfect recall.
+    """Return the mixed problem whose solutions are the equilibria of a game tree of two
+    players with perfect recall.
 
-    text : the game in the format of Gambit's .efg files; `lcpcli.read` takes such a file.
-    name : by default the title of the game. source, note : further texts of the problem.
+    text : the game in the format of Gambit's .efg files; `lcpcli.read` takes such a
+        file.
+    name : by default the title of the game. source, note : further texts of the
+        problem.
 
-    The unknowns are the realization plans of both players and their costs, as in `ExtensiveGame`; `Result.answer` maps
-    them back to probabilities of actions at information sets. Raises ProblemError, which names the line at fault.
+    The unknowns are the realization plans of both players and their costs, as in
+    `ExtensiveGame`; `Result.answer` maps them back to probabilities of actions at
+    information sets. Raises ProblemError, which names the line at fault.
 
     >>> import lcpcli
     >>> entry = '''EFG 2 R "entry" { "entrant" "incumbent" }

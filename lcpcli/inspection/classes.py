@@ -1,36 +1,46 @@
-"""P-matrices, whose principal minors are all positive, P0-matrices, where none is negative, and sufficient matrices.
+"""P-matrices, whose principal minors are all positive, P0-matrices, where none is
+negative, and sufficient matrices.
 
-Small matrices are decided by all their principal minors, in exact arithmetic. Larger ones belong to P or P0 by an
-implication, or are ruled out by one minor, or by a vector whose signs M reverses (M. Fiedler and V. Pták, Czechoslovak
-Mathematical Journal 12 (1962) 382-400): v_i (Mv)_i <= 0 for all i, v != 0, for P; v_i (Mv)_i < 0 wherever v_i != 0 for
-P0.
+Small matrices are decided by all their principal minors, in exact arithmetic. Larger
+ones belong to P or P0 by an implication, or are ruled out by one minor, or by a vector
+whose signs M reverses (M. Fiedler and V. Pták, Czechoslovak Mathematical Journal 12
+(1962) 382-400): v_i (Mv)_i <= 0 for all i, v != 0, for P; v_i (Mv)_i < 0 wherever v_i
+!= 0 for P0.
 
-M is column sufficient if z_i (Mz)_i <= 0 for all i implies that all are 0, and row sufficient if M' is column
-sufficient (R. W. Cottle, J.-S. Pang and V. Venkateswaran, Linear Algebra Appl. 114/115 (1989) 231-249). Both imply P0.
-Small matrices are decided exactly: let z be a counterexample of smallest support P, I the indices with z_i (Mz)_i < 0,
-and J the others in P. M_PP + T is singular for the diagonal T of -(Mz)_i / z_i. Its determinant is a sum over the
-principal minors from J to P, each times a positive number; in a P0-matrix they are therefore all 0, and M_PP + T is
-singular for every T >= 0 with support in I. No null vector of it vanishes on I, as a multiple of it could be subtracted
-from z to make P smaller. So the null space of M_PP + t diag(1_I), t > 0, has a counterexample; it suffices to examine
-all I and P.
+M is column sufficient if z_i (Mz)_i <= 0 for all i implies that all are 0, and row
+sufficient if M' is column sufficient (R. W. Cottle, J.-S. Pang and V. Venkateswaran,
+Linear Algebra Appl. 114/115 (1989) 231-249). Both imply P0. Small matrices are decided
+exactly: let z be a counterexample of smallest support P, I the indices with z_i (Mz)_i
+< 0, and J the others in P. M_PP + T is singular for the diagonal T of -(Mz)_i / z_i.
+Its determinant is a sum over the principal minors from J to P, each times a positive
+number; in a P0-matrix they are therefore all 0, and M_PP + T is singular for every T >=
+0 with support in I. No null vector of it vanishes on I, as a multiple of it could be
+subtracted from z to make P smaller. So the null space of M_PP + t diag(1_I), t > 0, has
+a counterexample; it suffices to examine all I and P.
 
-H+ and M-matrices are P-matrices: they are strictly diagonally dominant after a positive scaling d of the columns, with
-C d > 0 for the comparison matrix C (see `verify.error_theorems`). There is no such d if C v <= 0 for some v >= 0, v !=
-0, as C^-1 >= 0. d and v are computed in double precision and verified exactly.
+H+ and M-matrices are P-matrices: they are strictly diagonally dominant after a positive
+scaling d of the columns, with C d > 0 for the comparison matrix C (see
+`verify.error_theorems`). There is no such d if C v <= 0 for some v >= 0, v != 0, as
+C^-1 >= 0. d and v are computed in double precision and verified exactly.
 
-Positive definite and semidefinite matrices, symmetric or not: the sign of v'Mv = v'(M + M')v / 2.
+Positive definite and semidefinite matrices, symmetric or not: the sign of v'Mv = v'(M +
+M')v / 2.
 
-Small matrices are decided by exact elimination, larger ones by factors of S = M + M' (see `verify.error_theorems`). A
-factorization that fails gives a v, and v'Mv is determined exactly.
+Small matrices are decided by exact elimination, larger ones by factors of S = M + M'
+(see `verify.error_theorems`). A factorization that fails gives a v, and v'Mv is
+determined exactly.
 
-Copositive matrices: v'Mv >= 0 for all v >= 0, strictly if > 0 for v != 0; copositive-plus if (M + M')v = 0 wherever
-v >= 0 and v'Mv = 0. Small matrices are decided exactly, with S = M + M' and one linear system per index set P. S is
-copositive unless, for some P with det S_PP < 0, u = -S_PP^-1 e is nonnegative (K. P. Hadeler, Linear Algebra Appl. 49
-(1983) 79-89; R. W. Cottle, G. J. Habetler and C. E. Lemke, ibid. 3 (1970) 295-310); then u'S_PP u = -e'u < 0. The zeros
-of a copositive form are sums of those of minimal support, where S_PP has only the null vector u > 0 (R. Hildebrand,
-ibid. 459 (2014) 154-174). Of any size, a sum of a positive semidefinite matrix and one without negative entries is
-copositive: that of contact with friction (D. E. Stewart and J. C. Trinkle, Int. J. Numer. Methods Eng. 39 (1996)
-2673-2691), in whatever order the rows are.
+Copositive matrices: v'Mv >= 0 for all v >= 0, strictly if > 0 for v != 0;
+copositive-plus if (M + M')v = 0 wherever v >= 0 and v'Mv = 0. Small matrices are
+decided exactly, with S = M + M' and one linear system per index set P. S is copositive
+unless, for some P with det S_PP < 0, u = -S_PP^-1 e is nonnegative (K. P. Hadeler,
+Linear Algebra Appl. 49 (1983) 79-89; R. W. Cottle, G. J. Habetler and C. E. Lemke,
+ibid. 3 (1970) 295-310); then u'S_PP u = -e'u < 0. The zeros of a copositive form are
+sums of those of minimal support, where S_PP has only the null vector u > 0 (R.
+Hildebrand, ibid. 459 (2014) 154-174). Of any size, a sum of a positive semidefinite
+matrix and one without negative entries is copositive: that of contact with friction (D.
+E. Stewart and J. C. Trinkle, Int. J. Numer. Methods Eng. 39 (1996) 2673-2691), in
+whatever order the rows are.
 """
 
 from __future__ import annotations
@@ -68,7 +78,8 @@ ZERO = 1e-9
 
 
 def h_plus(context: Context) -> Verdict:
-    """Decide whether M_ii > 0, and M_ii d_i > sum of |M_ij| d_j, j != i, in every row for some d > 0."""
+    """Decide whether M_ii > 0, and M_ii d_i > sum of |M_ij| d_j, j != i, in every row
+    for some d > 0."""
     return context.low_diagonal() or scaled_dominance(context.M, context.check)
 
 
@@ -101,7 +112,10 @@ def scaled_dominance(M: Matrix, check: verdict.Check) -> Verdict:
     if (
         d := scaling(M, lambda d: bool((verdict.signs(C, d, check) > 0).all()), check)
     ) is not None:
-        evidence = f"scaling the columns of M by d = {text_of(d)} makes it strictly diagonally dominant"
+        evidence = (
+            f"scaling the columns of M by d = {text_of(d)} makes it strictly "
+            "diagonally dominant"
+        )
         return Verdict(YES, evidence, vector=d)
     v, diagonal = e, C.diagonal()
     # Power iteration on I + J, which may lead to a Perron vector v >= 0 of J = I - D^-1
@@ -125,7 +139,8 @@ def scaled_dominance(M: Matrix, check: verdict.Check) -> Verdict:
     if indices is None:
         return Verdict(
             YES,
-            "all leading minors of its comparison matrix are positive, in exact arithmetic",
+            "all leading minors of its comparison matrix are positive, in exact "
+            "arithmetic",
         )
     return Verdict(
         NO,
@@ -174,7 +189,8 @@ def p0_matrix(context: Context) -> Verdict:
 
 
 def _by_symmetry(context: Context, name: str) -> Verdict | None:
-    """Decide for symmetric M, which is P if and only if it is definite, and P0 if and only if it is semidefinite."""
+    """Decide for symmetric M, which is P if and only if it is definite, and P0 if and
+    only if it is semidefinite."""
     return (
         context.excluded(name, "it is symmetric and not")
         if context.yes("symmetric")
@@ -183,7 +199,8 @@ def _by_symmetry(context: Context, name: str) -> Verdict | None:
 
 
 def _by_minors(context: Context, strict: bool) -> Verdict:
-    """Decide by a minor that rules out M, by all minors if they are few, or by a vector whose signs M reverses."""
+    """Decide by a minor that rules out M, by all minors if they are few, or by a vector
+    whose signs M reverses."""
     size = "not positive" if strict else "negative"
     if (low := context.low_diagonal(strict)) is not None:
         return low
@@ -199,7 +216,8 @@ def _by_minors(context: Context, strict: bool) -> Verdict:
                 )
         return Verdict(
             YES,
-            f"none of its {2**context.n - 1} principal minors is {size}, in exact arithmetic",
+            f"none of its {2**context.n - 1} principal minors is {size}, in "
+            "exact arithmetic",
         )
     if (v := _sign_reversal(context, strict)) is not None:
         bound = "<= 0" if strict else "< 0"
@@ -212,7 +230,8 @@ def _by_minors(context: Context, strict: bool) -> Verdict:
 
 
 def _pair(context: Context, strict: bool) -> tuple[int, int] | None:
-    """Return the indices of a principal minor of order 2 that is exactly negative, or zero if strict; or None."""
+    """Return the indices of a principal minor of order 2 that is exactly negative, or
+    zero if strict; or None."""
     M, diagonal = context.M, context.diagonal
     if matrices.is_sparse(M):
         product = M.multiply(M.T).tocoo()
@@ -237,7 +256,8 @@ def _pair(context: Context, strict: bool) -> tuple[int, int] | None:
 
 
 def _sign_reversal(context: Context, strict: bool) -> Vector | None:
-    """Return a real eigenvector of a nonpositive eigenvalue, if M reverses its signs exactly; else None."""
+    """Return a real eigenvector of a nonpositive eigenvalue, if M reverses its signs
+    exactly; else None."""
     if context.n > MOST_WITH_VECTORS:
         return None
     context.check()
@@ -267,7 +287,8 @@ def row_sufficient(context: Context) -> Verdict:
 
 
 def column_sufficient(context: Context, product: str = "Mz") -> Verdict:
-    """Decide whether z_i (Mz)_i <= 0 for all i, or the same for another product, implies that all of these are 0."""
+    """Decide whether z_i (Mz)_i <= 0 for all i, or the same for another product,
+    implies that all of these are 0."""
     found = context.implied("p_matrix", "positive_semidefinite") or context.excluded(
         "p0_matrix"
     )
@@ -276,7 +297,8 @@ def column_sufficient(context: Context, product: str = "Mz") -> Verdict:
     if context.n > ALL_PAIRS:
         return Verdict(
             UNDECIDED,
-            f"3^{context.n} pairs of index sets are too many; no sufficient condition was found",
+            f"3^{context.n} pairs of index sets are too many; no sufficient "
+            "condition was found",
         )
     if not context.yes("p0_matrix"):
         return Verdict(UNDECIDED, "whether it is a P0-matrix is not decided")
@@ -308,7 +330,8 @@ def column_sufficient(context: Context, product: str = "Mz") -> Verdict:
                 )
     return Verdict(
         YES,
-        f"no z on any of {2**context.n - 1} index sets is a counterexample, in exact arithmetic",
+        f"no z on any of {2**context.n - 1} index sets is a counterexample, in "
+        "exact arithmetic",
     )
 
 
@@ -367,23 +390,29 @@ def positive_semidefinite(context: Context) -> Verdict:
 def _by_vector(
     context: Context, v: Vector | None, strict: bool, P: tuple[int, ...] | None = None
 ) -> Verdict | None:
-    """Return NO if v'Mv is proved to be negative, or, if strict, not to be positive; else None."""
+    """Return NO if v'Mv is proved to be negative, or, if strict, not to be positive;
+    else None."""
     if v is None or not context.form_is_low(v, strict):
         return None
     return Verdict(NO, f"v'Mv {'<=' if strict else '<'} 0 for v = {text_of(v)}", P, v)
 
 
 def _by_diagonal(context: Context, strict: bool) -> Verdict | None:
-    """Return NO if the least diagonal entry is negative, or, if strict, not positive; else None."""
+    """Return NO if the least diagonal entry is negative, or, if strict, not positive;
+    else None."""
     i = int(context.diagonal.argmin())
     if context.diagonal[i] > 0 or (context.diagonal[i] == 0 and not strict):
         return None
-    found = f"v'Mv = {entry(i, i)} = {context.diagonal[i]:.6g} for the unit vector v of index {i + 1}"
+    found = (
+        f"v'Mv = {entry(i, i)} = {context.diagonal[i]:.6g} for the unit vector v of "
+        f"index {i + 1}"
+    )
     return Verdict(NO, found, (i,), context.vector((i,), (1,)))
 
 
 def _by_rounded_arithmetic(context: Context) -> Verdict:
-    """Find a proof or a counterexample by floating-point factorizations, both verified."""
+    """Find a proof or a counterexample by floating-point factorizations, both
+    verified."""
     scaling = (
         context.verdicts["h_plus"].vector if "h_plus" in context.verdicts else None
     )
@@ -405,7 +434,8 @@ def _by_rounded_arithmetic(context: Context) -> Verdict:
     ):
         return Verdict(
             YES,
-            "M + M' is an H+-matrix: its diagonal is positive and dominant after scaling the columns",
+            "M + M' is an H+-matrix: its diagonal is positive and dominant "
+            "after scaling the columns",
         )
     context.check()
     if not affordable(S):
@@ -414,7 +444,8 @@ def _by_rounded_arithmetic(context: Context) -> Verdict:
     if proved:
         return Verdict(
             YES,
-            "Cholesky's factorization of (M + M') / 2 shifted by more than its rounding error succeeds",
+            "Cholesky's factorization of (M + M') / 2 shifted by more than its "
+            "rounding error succeeds",
         )
     undecided = Verdict(
         UNDECIDED, "rounding errors prevent a proof, and no counterexample was found"
@@ -429,7 +460,8 @@ def _is_exact(context: Context, S: Matrix) -> bool:
 
 
 def _by_support(context: Context) -> Verdict | None:
-    """Decide by M + M' without its zero rows, by weak dominance, or by a zero on the diagonal of a nonzero row."""
+    """Decide by M + M' without its zero rows, by weak dominance, or by a zero on the
+    diagonal of a nonzero row."""
     S = context.symmetric_part
     support = np.flatnonzero(abs(S).sum(axis=1))
     if pair := _loose(context):
@@ -475,9 +507,9 @@ def _loose(context: Context) -> tuple[int, int] | None:
 
 
 def _by_index_set(context: Context, indices: tuple[int, ...], strict: bool) -> Verdict:
-    """Return NO by a principal minor S_PP of S = M + M' that is negative, or zero if strict, with a vector if it is
-    exact: (x, 1) with S_PP x = -S_Pk without the last pivot k, exactly if P is small, else an eigenvector of the least
-    eigenvalue."""
+    """Return NO by a principal minor S_PP of S = M + M' that is negative, or zero if
+    strict, with a vector if it is exact: (x, 1) with S_PP x = -S_Pk without the last
+    pivot k, exactly if P is small, else an eigenvector of the least eigenvalue."""
     v, rows = None, list(indices)
     if len(indices) <= RATIONAL:
         whole = elimination.symmetrized(context.whole())
@@ -493,15 +525,20 @@ def _by_index_set(context: Context, indices: tuple[int, ...], strict: bool) -> V
             )[1][:, 0]
             v = np.zeros(context.n)
             v[rows] = least
-    minor = f"the minor {index_set(indices)} of M + M' is {'not positive' if strict else 'negative'}"
+    minor = (
+        f"the minor {index_set(indices)} of M + M' is "
+        f"{'not positive' if strict else 'negative'}"
+    )
     return _by_vector(context, v, strict, indices) or Verdict(NO, minor, indices)
 
 
 @np.errstate(all="ignore")
 def semidefinite_rank(S: Matrix) -> int | None:
-    """Return the rank of a symmetric S of shape (n, n) if floating point proves that S is positive semidefinite, else
-    None: n if a factorization does. A singular S is semidefinite if some S_PP is definite and the columns outside of P
-    are combinations of those in P, for which a guess is rounded to multiples of 1 / DENOMINATOR and checked exactly.
+    """Return the rank of a symmetric S of shape (n, n) if floating point proves that S
+    is positive semidefinite, else None: n if a factorization does. A singular S is
+    semidefinite if some S_PP is definite and the columns outside of P are combinations
+    of those in P, for which a guess is rounded to multiples of 1 / DENOMINATOR and
+    checked exactly.
     """
     P = np.flatnonzero(matrices.row_maxima(S))
     S = S[P][:, P]
@@ -559,7 +596,8 @@ def copositive(context: Context) -> Verdict:
             return _excluded(context, P, u, "v'Mv < 0")
     return Verdict(
         YES,
-        f"none of {2**context.n - 1} index sets supports a v >= 0 with v'Mv < 0, in exact arithmetic",
+        f"none of {2**context.n - 1} index sets supports a v >= 0 with v'Mv < "
+        "0, in exact arithmetic",
     )
 
 
@@ -580,7 +618,8 @@ def strictly_copositive(context: Context) -> Verdict:
 
 
 def copositive_plus(context: Context) -> Verdict:
-    """Decide whether M is copositive, and (M + M')v = 0 for every v >= 0 with v'Mv = 0."""
+    """Decide whether M is copositive, and (M + M')v = 0 for every v >= 0 with v'Mv =
+    0."""
     found = context.implied(
         "positive_semidefinite", "strictly_copositive"
     ) or context.excluded("copositive")
@@ -592,8 +631,9 @@ def copositive_plus(context: Context) -> Verdict:
 
 
 def _beside_zeros_on_diagonal(context: Context) -> Verdict | None:
-    """Return YES if M + M' has no negative entry in the rows where its diagonal is 0, as those of the slacks of
-    friction cones, and is positive semidefinite without them; else None."""
+    """Return YES if M + M' has no negative entry in the rows where its diagonal is 0,
+    as those of the slacks of friction cones, and is positive semidefinite without them;
+    else None."""
     rows, rest = np.flatnonzero(context.diagonal == 0), np.flatnonzero(context.diagonal)
     if not rows.size or not rest.size or context.symmetric_part[rows].min() < 0:
         return None
@@ -601,10 +641,14 @@ def _beside_zeros_on_diagonal(context: Context) -> Verdict | None:
     part.verdicts["positive_definite"] = positive_definite(part)
     if positive_semidefinite(part).word != YES:
         return None
-    where = f"{'the row' if rows.size == 1 else f'the {rows.size} rows'} where its diagonal is 0"
+    where = (
+        f"{'the row' if rows.size == 1 else f'the {rows.size} rows'} where its "
+        "diagonal is 0"
+    )
     return Verdict(
         YES,
-        f"M + M' has no negative entry in {where}, and is positive semidefinite without them",
+        f"M + M' has no negative entry in {where}, and is positive semidefinite "
+        "without them",
     )
 
 
@@ -616,7 +660,8 @@ def _undecided(context: Context, what: str = "index sets") -> Verdict:
 def _excluded(
     context: Context, P: tuple[int, ...], u: list[Fraction], claim: str
 ) -> Verdict:
-    """Return NO by the v with v_P = u, which is given in doubles if they represent it exactly."""
+    """Return NO by the v with v_P = u, which is given in doubles if they represent it
+    exactly."""
     v = context.vector(P, u)
     if v is None:
         return Verdict(
@@ -628,8 +673,9 @@ def _excluded(
 
 
 def _by_zeros(context: Context, plus: bool) -> Verdict:
-    """Decide whether a copositive M is strictly copositive, or copositive-plus, by the zeros v >= 0 of minimal support
-    of its form, for which some v_P > 0 spans the null space of S_PP."""
+    """Decide whether a copositive M is strictly copositive, or copositive-plus, by the
+    zeros v >= 0 of minimal support of its form, for which some v_P > 0 spans the null
+    space of S_PP."""
     if context.n > ALL_SETS or not context.yes("copositive"):
         return (
             _undecided(context)

@@ -1,9 +1,11 @@
-"""Diagnosis of a problem: the classes of M with evidence, its difficulty, and which methods are guaranteed, and the
-plan of `auto` for it: its attempts until one solves the problem or proves that there is no solution.
+"""Diagnosis of a problem: the classes of M with evidence, its difficulty, and which
+methods are guaranteed, and the plan of `auto` for it: its attempts until one solves the
+problem or proves that there is no solution.
 
-Of a nonlinear problem its rows and operators, F and its Jacobian J at the start, and what its pattern makes singular.
-The pattern is taken from J at the start and at SAMPLES points nearby, at random from fixed seeds: an entry of J that is
-0 at all of them counts as 0 everywhere, and a row that is the same at all of them as that of a linear function.
+Of a nonlinear problem its rows and operators, F and its Jacobian J at the start, and
+what its pattern makes singular. The pattern is taken from J at the start and at SAMPLES
+points nearby, at random from fixed seeds: an entry of J that is 0 at all of them counts
+as 0 everywhere, and a row that is the same at all of them as that of a linear function.
 """
 
 from __future__ import annotations
@@ -43,9 +45,11 @@ from lcpcli.verify.measure import FEW_UNKNOWNS
 class Attempt(NamedTuple):
     """An attempt of `auto`.
 
-    method, part : the method, as in the route of a result, and which part of it is tried; "" if it is tried as a whole.
-    iterations : the number in its first turn. Once these are used up, the later attempts have their turns before it
-    continues with twice as many; None if it is never suspended. reason : why the attempt is made.
+    method, part : the method, as in the route of a result, and which part of it is
+        tried; "" if it is tried as a whole.
+    iterations : the number in its first turn. Once these are used up, the later
+    attempts have their turns before it continues with twice as many; None if it is
+    never suspended. reason : why the attempt is made.
     """
 
     method: str
@@ -71,10 +75,11 @@ MILP = Attempt("milp", "", None, "it needs no property of M")
 
 @np.errstate(all="ignore")
 def plan(problem: Problem) -> list[Attempt]:
-    """Return the attempts of `auto` on a problem, in the order in which they begin; most problems need only the first.
+    """Return the attempts of `auto` on a problem, in the order in which they begin;
+    most problems need only the first.
 
-    The plan depends only on facts that cost at most one factorization of M: the same problem has the same plan
-    everywhere.
+    The plan depends only on facts that cost at most one factorization of M: the same
+    problem has the same plan everywhere.
 
     >>> import lcpcli
     >>> [attempt.method for attempt in lcpcli.plan(lcpcli.Problem([[2, 1], [1, 2]], [-5, -6]))][:3]
@@ -119,14 +124,17 @@ ASYMMETRY = 1e-12
 
 @dataclass(eq=False)
 class Inspection:
-    """The diagnosis of one problem. Quantities that are too expensive to compute are None.
+    """The diagnosis of one problem. Quantities that are too expensive to compute are
+    None.
 
-    condition, equilibrated_condition : in the 1-norm, of M and of R M C; infinite if singular, estimated for large n.
-    spread, equilibrated_spread : the spreads of M and of R M C. spectrum : the spectrum of a symmetric M.
-    p, smoothing_error : as `theory.smoothing` has them. published, best : the rates of `fixed-point` with omega = 1 and
-        with `--omega auto`.
-    presolve : what presolve leaves of a mixed problem, or a proof that there is no solution; None if presolve changes
-        nothing or time ran out.
+    condition, equilibrated_condition : in the 1-norm, of M and of R M C; infinite if
+        singular, estimated for large n.
+    spread, equilibrated_spread : the spreads of M and of R M C. spectrum : the spectrum
+        of a symmetric M.
+    p, smoothing_error : as `theory.smoothing` has them. published, best : the rates of
+        `fixed-point` with omega = 1 and with `--omega auto`.
+    presolve : what presolve leaves of a mixed problem, or a proof that there is no
+        solution; None if presolve changes nothing or time ran out.
     plan : the attempts of `auto`, in order; None if time ran out.
     obvious : the answer, if it is obvious from M and q; else "".
     """
@@ -168,15 +176,19 @@ def inspect(
 def inspect(
     problem: Problem | NonlinearProblem, time_limit: float = INSPECTION_SECONDS
 ) -> Inspection | NonlinearInspection:
-    """Diagnose a problem, as `lcp inspect` does: the classes of M, its scaling, and which methods are guaranteed.
+    """Diagnose a problem, as `lcp inspect` does: the classes of M, its scaling, and
+    which methods are guaranteed.
 
     Parameters
     ----------
-    problem : a Problem, of which a sparse M is made dense only if it is small, or a NonlinearProblem.
-    time_limit : seconds after which expensive computations end; what they would have decided stays undecided.
+    problem : a Problem, of which a sparse M is made dense only if it is small, or a
+        NonlinearProblem.
+    time_limit : seconds after which expensive computations end; what they would have
+        decided stays undecided.
 
-    Returns an Inspection, or a NonlinearInspection, which the interpreter shows as the command prints it. The verdict
-    on a class is "yes" or "no" only where rounding errors cannot affect it.
+    Returns an Inspection, or a NonlinearInspection, which the interpreter shows as the
+    command prints it. The verdict on a class is "yes" or "no" only where rounding
+    errors cannot affect it.
 
     >>> import lcpcli
     >>> found = lcpcli.inspect(lcpcli.Problem([[2, 1], [1, 2]], [-5, -6]))
@@ -233,10 +245,12 @@ def inspect(
 
 
 def _obvious(problem: Problem, classes: dict[str, Verdict]) -> str:
-    """Return what is evident about the solutions from M, its classes and q; "" if nothing is.
+    """Return what is evident about the solutions from M, its classes and q; "" if
+    nothing is.
 
-    M is a P-matrix if and only if there is exactly one for every q: H. Samelson, R. M. Thrall, O. Wesler, A partition
-    theorem for Euclidean n-space, Proc. Amer. Math. Soc. 9 (1958) 805-807.
+    M is a P-matrix if and only if there is exactly one for every q: H. Samelson, R. M.
+    Thrall, O. Wesler, A partition theorem for Euclidean n-space, Proc. Amer. Math. Soc.
+    9 (1958) 805-807.
     """
     box, kinds, unique = problem.box, problem.box.kinds, classes["p_matrix"].word == YES
     if not box.gaps(box.project(np.zeros(problem.n)), problem.q_ref).any():
@@ -258,7 +272,10 @@ def _obvious(problem: Problem, classes: dict[str, Verdict]) -> str:
     if not rows.size:
         return ""
     i = int(rows[0]) + 1
-    return f"q{i} < 0 and no entry of row {i} of M is positive: there is no solution, as w{i} < 0 for every z >= 0"
+    return (
+        f"q{i} < 0 and no entry of row {i} of M is positive: there is no solution, "
+        f"as w{i} < 0 for every z >= 0"
+    )
 
 
 def _hints(own: Inspection) -> list[str]:
@@ -267,13 +284,16 @@ def _hints(own: Inspection) -> list[str]:
     before, after = map(max, (own.spread, own.equilibrated_spread))
     if before > theory.BAD_SPREAD and after < before - 1:
         found.append(
-            f"badly scaled: the largest entries of rows or columns vary by {before:.1f} decades, "
-            f"by {after:.1f} after equilibration; use auto, or --scale with shi and fixed-point"
+            "badly scaled: the largest entries of rows or columns vary by "
+            f"{before:.1f} decades, "
+            f"by {after:.1f} after equilibration; use auto, or --scale with shi "
+            "and fixed-point"
         )
     if condition is not None and theory.BAD_CONDITION < condition < math.inf:
         digits = f"{min(math.log10(condition), 16.0):.0f}"
         found.append(
-            f"ill-conditioned, even after equilibration: about {digits} digits of z may be lost"
+            f"ill-conditioned, even after equilibration: about {digits} digits "
+            "of z may be lost"
         )
     rounding = (
         ends is not None
@@ -281,7 +301,8 @@ def _hints(own: Inspection) -> list[str]:
     )
     if rounding and own.classes["positive_semidefinite"].word == NO:
         found.append(
-            "M fails to be positive semidefinite only by rounding errors: perhaps it was meant to be"
+            "M fails to be positive semidefinite only by rounding errors: "
+            "perhaps it was meant to be"
         )
     M = own.problem.M
     if own.classes["symmetric"].word != NO:
@@ -289,7 +310,8 @@ def _hints(own: Inspection) -> list[str]:
     if abs(M - M.T).max() <= ASYMMETRY * abs(M).max():
         return [
             *found,
-            "M is symmetric up to rounding: if it should be, symmetrize it, which halves the work",
+            "M is symmetric up to rounding: if it should be, symmetrize it, "
+            "which halves the work",
         ]
     transpose = M.T.tocsr() if matrices.is_sparse(M) else np.ascontiguousarray(M.T)
     if (
@@ -297,7 +319,8 @@ def _hints(own: Inspection) -> list[str]:
         and weak_row(transpose, check) is None
     ):
         found.append(
-            "strictly diagonally dominant by columns, not by rows: if rows were intended, M is transposed"
+            "strictly diagonally dominant by columns, not by rows: if rows were "
+            "intended, M is transposed"
         )
     return found
 
@@ -315,14 +338,19 @@ MOST_NAMED = 5  # rows or unknowns in a hint
 class NonlinearInspection:
     """The diagnosis of a nonlinear problem. What is unknown, or too expensive, is None.
 
-    operators, common_expressions, fixed_variables : of a model, how often each operator occurs, and how many common
-        expressions and fixed variables, which are no unknowns, it has; None for other problems.
+    operators, common_expressions, fixed_variables : of a model, how often each operator
+        occurs, and how many common expressions and fixed variables, which are no
+        unknowns, it has; None for other problems.
     equations : the number of unknowns without bounds, whose rows are equations.
-    nonlinear_rows : the number of rows of J that vary. nonzeros : the number of entries of J that are not 0 everywhere.
-    structural_rank : of J: the largest rank that a matrix of its pattern can have; _of_equations : of the rows of the
-        equations; _of_free : of the columns of the unknowns without bounds.
-    undefined_rows : those in which F is not finite at the start. residual : the natural residual there.
-    condition, spread, classes : of J at the start; classes is empty where J is not finite.
+    nonlinear_rows : the number of rows of J that vary. nonzeros : the number of entries
+        of J that are not 0 everywhere.
+    structural_rank : of J: the largest rank that a matrix of its pattern can have;
+        _of_equations : of the rows of the equations; _of_free : of the columns of the
+        unknowns without bounds.
+    undefined_rows : those in which F is not finite at the start. residual : the natural
+        residual there.
+    condition, spread, classes : of J at the start; classes is empty where J is not
+        finite.
     """
 
     problem: NonlinearProblem
@@ -356,8 +384,9 @@ def inspect_nonlinear(
 ) -> NonlinearInspection:
     """Diagnose a nonlinear problem.
 
-    operators, common, fixed : of the model from which it is made, if it is. time_limit : seconds, after which expensive
-    computations end, and what they would have found is unknown.
+    operators, common, fixed : of the model from which it is made, if it is. time_limit
+    : seconds, after which expensive computations end, and what they would have found is
+    unknown.
     """
     evaluations, F = Evaluations(problem), problem.values(problem.x0)
     samples = list(_samples(evaluations))
@@ -413,7 +442,8 @@ def _samples(evaluations: Evaluations) -> Iterator[Matrix]:
 
 
 def _pattern(n: int, samples: Sequence[Matrix]) -> tuple[Matrix, Vector]:
-    """Return the places where one of the samples is not 0 as a csr array, and which rows differ between samples."""
+    """Return the places where one of the samples is not 0 as a csr array, and which
+    rows differ between samples."""
     with imports:
         from scipy.sparse import csr_array
     whole = list(map(csr_array, samples))
@@ -434,7 +464,10 @@ def _nonlinear_hints(found: NonlinearInspection, is_undefined: bool) -> Iterator
     """Yield hints at likely mistakes, each with evidence and advice."""
     problem, spread = found.problem, found.spread
     if found.undefined_rows:
-        yield f"F is not finite at the start in {_named(problem, found.undefined_rows)}: start inside its domain"
+        yield (
+            "F is not finite at the start in "
+            f"{_named(problem, found.undefined_rows)}: start inside its domain"
+        )
     elif is_undefined:
         yield "J is not finite at the start: start inside the domain of F"
     k, of_rows, of_free = (
@@ -443,15 +476,24 @@ def _nonlinear_hints(found: NonlinearInspection, is_undefined: bool) -> Iterator
         found.structural_rank_of_free,
     )
     if of_rows < k:
-        few = f"the {k} equations can be solved for at most {of_rows} unknowns, whatever the values"
+        few = (
+            f"the {k} equations can be solved for at most {of_rows} unknowns, "
+            "whatever the values"
+        )
         yield f"{few}: some are redundant, or contradict each other"
     if of_free < k:
-        yield f"at most {of_free} of the {k} unknowns without bounds are determined by the rows in which they occur"
+        yield (
+            f"at most {of_free} of the {k} unknowns without bounds are determined "
+            "by the rows in which they occur"
+        )
     if (
         spread is not None
         and (decades := max(spread.rows, spread.columns)) > theory.BAD_SPREAD
     ):
-        yield f"badly scaled: the largest entries of rows or columns of J at the start vary by {decades:.1f} decades"
+        yield (
+            "badly scaled: the largest entries of rows or columns of J at the "
+            f"start vary by {decades:.1f} decades"
+        )
     is_singular = found.condition is not None and found.condition > theory.BAD_CONDITION
     if is_singular and found.structural_rank == problem.n:
         yield "J is singular at the start, or nearly: another start may be better"

@@ -1,21 +1,28 @@
-"""A priori theory: which methods are guaranteed for what class of M, the rate of `fixed-point`, the error of `shi`.
+"""A priori theory: which methods are guaranteed for what class of M, the rate of
+`fixed-point`, the error of `shi`.
 
-A method is guaranteed to find a solution, or a proof that there is none. The statements are those of the methods' own
-modules, which name the sources, and hold in exact arithmetic. For `fixed-point`, |T|_2 < 1 holds for every omega > 0 if
-v'Mv > 0 for all v != 0, since |(omega I + M)v|^2 exceeds |(omega I - M)v|^2 by 4 omega v'Mv, and Bai (2010) has
-convergence for H+-matrices if omega is at least the largest diagonal entry. For `shi`, level sets are bounded for
-P-matrices, whose F is a homeomorphism.
+A method is guaranteed to find a solution, or a proof that there is none. The statements
+are those of the methods' own modules, which name the sources, and hold in exact
+arithmetic. For `fixed-point`, |T|_2 < 1 holds for every omega > 0 if v'Mv > 0 for all v
+!= 0, since |(omega I + M)v|^2 exceeds |(omega I - M)v|^2 by 4 omega v'Mv, and Bai
+(2010) has convergence for H+-matrices if omega is at least the largest diagonal entry.
+For `shi`, level sets are bounded for P-matrices, whose F is a homeomorphism.
 
-With bounds, z - x has for mid(l, u, 2x) the Lipschitz constant of |x|, so that what holds for fixed-point and shi still
-holds, and newton returns to no state of its last index, as w_n rises with z_n, as for an LCP. Without free variables
-lemke takes the path of the standard form, whose matrix is row sufficient if M is, and copositive-plus if M is and all
-variables have a lower bound. With free variables it is positive semidefinite if M is.
+With bounds, z - x has for mid(l, u, 2x) the Lipschitz constant of |x|, so that what
+holds for fixed-point and shi still holds, and newton returns to no state of its last
+index, as w_n rises with z_n, as for an LCP. Without free variables lemke takes the path
+of the standard form, whose matrix is row sufficient if M is, and copositive-plus if M
+is and all variables have a lower bound. With free variables it is positive semidefinite
+if M is.
 
-With T = (omega I + M)^-1 (omega I - M), Schäfer's fixed point iteration is x' = T |x| - (omega I + M)^-1 q. As
+With T = (omega I + M)^-1 (omega I - M), Schäfer's fixed point iteration is x' = T |x| -
+(omega I + M)^-1 q. As
 | |x| - |y| | <= |x - y|, each step reduces the Euclidean distance to the solution at least by the factor |T|_2, which
-for symmetric M is the maximum of |omega - lambda| / |omega + lambda| over its eigenvalues (van Bokhoven 1981).
+for symmetric M is the maximum of |omega - lambda| / |omega + lambda| over its
+eigenvalues (van Bokhoven 1981).
 
-Facts about M that determine difficulty and cost: scaling, condition, spectrum, and the size of its factors.
+Facts about M that determine difficulty and cost: scaling, condition, spectrum, and the
+size of its factors.
 """
 
 from __future__ import annotations
@@ -52,7 +59,8 @@ MOST_WITH_NORM = 500
 
 
 class Guarantee(NamedTuple):
-    """A method's guarantee. word : YES, NO, or UNDECIDED like the classes that decide it. reason : why, as a clause."""
+    """A method's guarantee. word : YES, NO, or UNDECIDED like the classes that decide
+    it. reason : why, as a clause."""
 
     word: str
     reason: str
@@ -60,8 +68,9 @@ class Guarantee(NamedTuple):
 
 @dataclass(frozen=True)
 class Rate:
-    """The rate of the modulus iteration for one omega: the factor |T|_2, which bounds the reduction of the error by
-    each iteration, and the iterations to reduce it by the default tolerance; None if it is unknown or not below 1."""
+    """The rate of the modulus iteration for one omega: the factor |T|_2, which bounds
+    the reduction of the error by each iteration, and the iterations to reduce it by the
+    default tolerance; None if it is unknown or not below 1."""
 
     omega: float
     factor: float | None
@@ -71,7 +80,8 @@ class Rate:
 def guarantees(
     classes: Mapping[str, Verdict], problem: Problem
 ) -> dict[str, Guarantee]:
-    """Return for each of `methods.registry.METHODS` whether its success is guaranteed by the known classes of M."""
+    """Return for each of `methods.registry.METHODS` whether its success is guaranteed
+    by the known classes of M."""
     found = {
         name: _guarantee(method, classes, problem) for name, method in METHODS.items()
     }
@@ -102,7 +112,10 @@ def _guarantee(
         classes["h_plus"].word == YES and classes["positive_definite"].word != YES
     )
     if method is METHODS["fixed-point"] and only_h_plus:
-        above = f"M is H+, guaranteed with --omega auto: {largest:.6g}, the largest diagonal entry"
+        above = (
+            f"M is H+, guaranteed with --omega auto: {largest:.6g}, the largest "
+            "diagonal entry"
+        )
         below = "M is an H+-matrix with no diagonal entry above 1"
         return Guarantee(YES, below) if largest <= OMEGA.value else Guarantee(NO, above)
     gains = method.guaranteed
@@ -127,14 +140,17 @@ def _guarantee(
         )
     return Guarantee(
         NO,
-        f"M is {'not' if len(gains) == 1 else 'neither'} {' nor '.join(map(called, gains))}",
+        f"M is {'not' if len(gains) == 1 else 'neither'} "
+        f"{' nor '.join(map(called, gains))}",
     )
 
 
 def rates(M: Matrix, ends: Spectrum | None) -> tuple[Rate, Rate | None]:
-    """Return the rates for omega = 1, as published, and for `fixed_point.best_omega`, if a symmetric M is affordable.
+    """Return the rates for omega = 1, as published, and for `fixed_point.best_omega`,
+    if a symmetric M is affordable.
 
-    ends : the ends of a positive definite spectrum; if they are not known, the rates are known only for small M.
+    ends : the ends of a positive definite spectrum; if they are not known, the rates
+        are known only for small M.
     """
     omega = best_omega(M) if affordable(M) or not matrices.is_symmetric(M) else math.inf
     return _rate(M, OMEGA.value, ends), _rate(
@@ -143,7 +159,8 @@ def rates(M: Matrix, ends: Spectrum | None) -> tuple[Rate, Rate | None]:
 
 
 def _rate(M: Matrix, omega: float, ends: Spectrum | None) -> Rate:
-    """Return the rate for one omega; unknown if omega I + M is singular or T overflows."""
+    """Return the rate for one omega; unknown if omega I + M is singular or T
+    overflows."""
     factor: float | None = None
     if ends is not None and ends.smallest > 0:
         factor = max(
@@ -169,8 +186,9 @@ def _rate(M: Matrix, omega: float, ends: Spectrum | None) -> Rate:
 
 
 def smoothing(problem: Problem) -> tuple[float, float]:
-    """Return the default p of `shi`, which runs with mid(l, u, 0) moved to 0, in 1 / (units of z), and for it the bound
-    (ln 3 / p) |M - I|_inf of |F~ - F|, in units of q."""
+    """Return the default p of `shi`, which runs with mid(l, u, 0) moved to 0, in 1 /
+    (units of z), and for it the bound (ln 3 / p) |M - I|_inf of |F~ - F|, in units of
+    q."""
     problem = shifted(problem).problem
     return (p := default_p(problem)), smoothing_error(problem, p)
 
@@ -184,15 +202,17 @@ MOST_WITH_SPECTRUM = 500
 
 
 class Spread(NamedTuple):
-    """The range in decades of the largest entries of nonzero rows, and of nonzero columns."""
+    """The range in decades of the largest entries of nonzero rows, and of nonzero
+    columns."""
 
     rows: float
     columns: float
 
 
 class Spectrum(NamedTuple):
-    """The smallest and the largest eigenvalue of a symmetric M, in units of M; estimates, by a few steps of inverse and
-    of power iteration, are accurate to a factor of about 3."""
+    """The smallest and the largest eigenvalue of a symmetric M, in units of M;
+    estimates, by a few steps of inverse and of power iteration, are accurate to a
+    factor of about 3."""
 
     smallest: float
     largest: float
@@ -201,8 +221,9 @@ class Spectrum(NamedTuple):
 
 @dataclass(frozen=True)
 class Cost:
-    """The storage of M in bytes, and the cost of its triangular factors in entries and operations; the factors of a
-    sparse M lie within a band of width `bandwidth` after reordering."""
+    """The storage of M in bytes, and the cost of its triangular factors in entries and
+    operations; the factors of a sparse M lie within a band of width `bandwidth` after
+    reordering."""
 
     bytes: int
     bandwidth: int | None
@@ -224,7 +245,8 @@ def spread(M: Matrix) -> Spread:
 
 
 def condition(M: Matrix) -> float:
-    """Return |M|_1 |M^-1|_1, from below for more than factors.MOST_NUMPY_ROWS rows; infinite if M is singular."""
+    """Return |M|_1 |M^-1|_1, from below for more than factors.MOST_NUMPY_ROWS rows;
+    infinite if M is singular."""
     small = not matrices.is_sparse(M) and M.shape[0] <= factors.MOST_NUMPY_ROWS
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
         try:
@@ -253,7 +275,8 @@ def _estimated_condition(M: Matrix) -> float:
 
 
 def eigenvalues(M: Matrix, definite: bool) -> Spectrum | None:
-    """Return the ends of the spectrum of a symmetric M; estimated if it is large, positive definite and affordable."""
+    """Return the ends of the spectrum of a symmetric M; estimated if it is large,
+    positive definite and affordable."""
     if M.shape[0] <= MOST_WITH_SPECTRUM:
         values = np.linalg.eigvalsh(matrices.dense(M))
         return Spectrum(float(values[0]), float(values[-1]), estimated=False)
@@ -266,7 +289,8 @@ def eigenvalues(M: Matrix, definite: bool) -> Spectrum | None:
 
 
 def cost(M: Matrix, definite: bool) -> Cost:
-    """Return the cost of M and of its factorization; half for a symmetric positive definite one."""
+    """Return the cost of M and of its factorization; half for a symmetric positive
+    definite one."""
     n = int(M.shape[0])
     if matrices.is_sparse(M):
         band, size = Band(M), M.data.nbytes + M.indices.nbytes + M.indptr.nbytes

@@ -1,7 +1,9 @@
-"""Verdicts on classes of matrices, with their evidence; the table of all classes, and those that the entries decide.
+"""Verdicts on classes of matrices, with their evidence; the table of all classes, and
+those that the entries decide.
 
-The entries of M are taken as exact numbers, and no "yes" or "no" depends on rounding: what is found in double precision
-is either guaranteed by an error bound or decided in exact arithmetic, or else it is "not decided".
+The entries of M are taken as exact numbers, and no "yes" or "no" depends on rounding:
+what is found in double precision is either guaranteed by an error bound or decided in
+exact arithmetic, or else it is "not decided".
 """
 
 from __future__ import annotations
@@ -57,12 +59,15 @@ Check = Callable[[], None]
 
 @dataclass(frozen=True, eq=False)
 class Verdict:
-    """The verdict on whether a matrix belongs to a class, its entries taken as exact numbers.
+    """The verdict on whether a matrix belongs to a class, its entries taken as exact
+    numbers.
 
     word : YES, NO or UNDECIDED.
-    evidence : the evidence, or why the question is undecided, as a clause that counts rows and columns from 1.
+    evidence : the evidence, or why the question is undecided, as a clause that counts
+        rows and columns from 1.
     indices : the index set in the evidence, counted from 0; None if there is none.
-    vector : the vector, shape (n,), for which the evidence holds exactly; None if there is none.
+    vector : the vector, shape (n,), for which the evidence holds exactly; None if there
+        is none.
     """
 
     word: str
@@ -72,7 +77,8 @@ class Verdict:
 
 
 def text_of(numbers: Sequence[float] | Vector) -> str:
-    """Return a vector or index set for a sentence: complete if it is short, else its beginning."""
+    """Return a vector or index set for a sentence: complete if it is short, else its
+    beginning."""
     texts = [f"{number:.6g}" for number in numbers[:MOST_ENTRIES]] + ["..."] * (
         len(numbers) > MOST_ENTRIES
     )
@@ -99,14 +105,16 @@ def index_sets(n: int) -> Iterator[tuple[int, ...]]:
 def blocks(
     A: elimination.Rows, check: Check
 ) -> Iterator[tuple[tuple[int, ...], elimination.Rows]]:
-    """Yield every index set P with the rows and columns of A in it, the smallest first."""
+    """Yield every index set P with the rows and columns of A in it, the smallest
+    first."""
     for P in index_sets(len(A)):
         check()
         yield P, [[A[i][j] for j in P] for i in P]
 
 
 class Context:
-    """The matrix to classify, dense or sparse of shape (n, n), with the verdicts so far and a check of the time."""
+    """The matrix to classify, dense or sparse of shape (n, n), with the verdicts so far
+    and a check of the time."""
 
     def __init__(self, M: Matrix, check: Check) -> None:
         self.M, self.n, self.check = M, int(M.shape[0]), check
@@ -119,20 +127,23 @@ class Context:
         )
 
     def implied(self, *names: str) -> Verdict | None:
-        """Return YES by the first of these smaller classes to which M is known to belong; else None."""
+        """Return YES by the first of these smaller classes to which M is known to
+        belong; else None."""
         return next(
             (Verdict(YES, f"it is {called(name)}") for name in names if self.yes(name)),
             None,
         )
 
     def excluded(self, name: str, because: str = "it is not") -> Verdict | None:
-        """Return NO, with its evidence, by a larger class to which M is known not to belong; else None."""
+        """Return NO, with its evidence, by a larger class to which M is known not to
+        belong; else None."""
         witness = self.verdicts[name]
         no = Verdict(NO, f"{because} {called(name)}", witness.indices, witness.vector)
         return no if witness.word == NO else None
 
     def low_diagonal(self, strict: bool = True) -> Verdict | None:
-        """Return NO by the first diagonal entry that is negative, or, if strict, not positive; else None."""
+        """Return NO by the first diagonal entry that is negative, or, if strict, not
+        positive; else None."""
         low = np.flatnonzero(self.diagonal <= 0 if strict else self.diagonal < 0)
         if not low.size:
             return None
@@ -145,7 +156,8 @@ class Context:
 
     @cached_property
     def symmetric_part(self) -> Matrix:
-        """Return M + M', rounded once per entry; exact if M is symmetric. It is definite if and only if v'Mv is."""
+        """Return M + M', rounded once per entry; exact if M is symmetric. It is
+        definite if and only if v'Mv is."""
         total = self.M + self.M.T
         return total.tocsr() if matrices.is_sparse(self.M) else total
 
@@ -155,13 +167,15 @@ class Context:
 
     @cached_property
     def definiteness(self) -> elimination.Definiteness:
-        """Return the result of exact elimination of M + M', for a small M. May raise TimeIsUp."""
+        """Return the result of exact elimination of M + M', for a small M. May raise
+        TimeIsUp."""
         return elimination.definiteness(
             elimination.symmetrized(self.whole()), self.check
         )
 
     def vector(self, P: Sequence[int], u: Sequence[Fraction | int]) -> Vector | None:
-        """Return a positive integer multiple of the v with v_P = u, 0 elsewhere; None if floats do not represent it."""
+        """Return a positive integer multiple of the v with v_P = u, 0 elsewhere; None
+        if floats do not represent it."""
         whole = numbers.whole_multiple([Fraction(value) for value in u])
         if max(map(abs, whole)) > numbers.LARGEST_INTEGER:
             return None
@@ -170,7 +184,8 @@ class Context:
         return v
 
     def form_is_low(self, v: Vector, strict: bool) -> bool:
-        """Return whether v'Mv is surely negative, or, if strict, not positive; False if v is 0 or not finite."""
+        """Return whether v'Mv is surely negative, or, if strict, not positive; False if
+        v is 0 or not finite."""
         if not np.isfinite(v).all() or not v.any():
             return False
         value = float(v @ matrices.product(self.M, v))
@@ -190,8 +205,9 @@ class Context:
 
 
 def signs(A: Matrix, d: Vector, check: Check) -> Vector:
-    """Return the sign of every component of A d, -1, 0 or 1, exactly, for finite A of shape (n, n) and d of shape (n,):
-    in doubles where rounding cannot change it, else, after a call of `check` for each row, in exact arithmetic."""
+    """Return the sign of every component of A d, -1, 0 or 1, exactly, for finite A of
+    shape (n, n) and d of shape (n,): in doubles where rounding cannot change it, else,
+    after a call of `check` for each row, in exact arithmetic."""
     n = d.size
     value, size = matrices.product(A, d), matrices.absolute_product(A, np.abs(d))
     bound = (n + 2) * EPS * size + n * SMALLEST_NORMAL
@@ -214,7 +230,8 @@ def signs(A: Matrix, d: Vector, check: Check) -> Vector:
 
 
 def sums_exactly(A: Matrix, largest: float) -> bool:
-    """Return whether sums of entries up to `largest` are free of rounding, as all are multiples of a common unit."""
+    """Return whether sums of entries up to `largest` are free of rounding, as all are
+    multiples of a common unit."""
     if not 0 < largest < np.inf:
         return False
     entries = A.data if matrices.is_sparse(A) else A
@@ -238,7 +255,8 @@ def skew_symmetric(context: Context) -> Verdict:
 
 
 def _nonzero_entry(context: Context, difference: Matrix) -> Verdict | None:
-    """Return NO with the first pair of entries of M whose difference is not 0; None if there is none."""
+    """Return NO with the first pair of entries of M whose difference is not 0; None if
+    there is none."""
     if (place := _first(difference)) is None:
         return None
     i, j = place
@@ -278,7 +296,8 @@ def strictly_diagonally_dominant(context: Context) -> Verdict:
 
 
 def weak_row(M: Matrix, check: Check) -> int | None:
-    """Return the first row that is not strictly diagonally dominant, or None. `check` may raise TimeIsUp."""
+    """Return the first row that is not strictly diagonally dominant, or None. `check`
+    may raise TimeIsUp."""
     weak = np.flatnonzero(
         signs(matrices.comparison(M), np.ones(M.shape[0]), check) <= 0
     )
@@ -302,8 +321,9 @@ CLASSES = {
 def classify(M: Matrix, last: str = "", steps: float = math.inf) -> dict[str, Verdict]:
     """Return for each of CLASSES, or up to the class `last`, whether M belongs to it.
 
-    M is dense or sparse of shape (n, n) with finite entries. When the time is up, expensive tests end, and no
-    further one is started, but implications are still reported.
+    M is dense or sparse of shape (n, n) with finite entries. When the time is up,
+    expensive tests end, and no further one is started, but implications are still
+    reported.
 
     steps : of exact elimination and of searches, after which they end too.
     """

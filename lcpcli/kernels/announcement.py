@@ -1,5 +1,6 @@
-"""What comes before kernels are loaded: those are forgotten that are out of date, and a message says when kernels are
-compiled, which takes seconds once on a machine; or all are compiled ahead of their first use."""
+"""What comes before kernels are loaded: those are forgotten that are out of date, and a
+message says when kernels are compiled, which takes seconds once on a machine; or all
+are compiled ahead of their first use."""
 
 from __future__ import annotations
 
@@ -13,7 +14,10 @@ from pathlib import Path
 from numba.core import event
 from numba.core.dispatcher import Dispatcher
 
-ANNOUNCEMENT = "lcpcli: compiling the kernels of the extra fast, once on a machine, which takes about a minute"
+ANNOUNCEMENT = (
+    "lcpcli: compiling the kernels of the extra fast, once on a machine, which "
+    "takes about a minute"
+)
 PACKAGE = Path(__file__).parents[1]
 KERNELS = 15  # that `compiled` uses
 ROOMS = ("kernels", "basis", "verify")  # with files of functions that are compiled
@@ -33,7 +37,8 @@ USED = (
 class Announcement(event.Listener):
     """The message that kernels are compiled, when the first of them is.
 
-    tell : a function to call instead, with the name of each kernel when its compilation begins.
+    tell : a function to call instead, with the name of each kernel when its compilation
+        begins.
     """
 
     is_due = True
@@ -56,8 +61,9 @@ ONCE = Announcement()  # in a process, for all modules of kernels
 
 
 def announced() -> AbstractContextManager[None]:
-    """Forget kernels that were compiled before one of the files that they use was changed, and open a context in which
-    the first kernel that is compiled is announced."""
+    """Forget kernels that were compiled before one of the files that they use was
+    changed, and open a context in which the first kernel that is compiled is
+    announced."""
     with suppress(OSError):
         newest = max((PACKAGE / f"{name}.py").stat().st_mtime for name in USED)
         for index in (
@@ -74,8 +80,9 @@ def announced() -> AbstractContextManager[None]:
 
 
 def compile_all(tell: Callable[[str], None]) -> tuple[int, int, str]:
-    """Load all kernels, which compiles those that the cache lacks; `tell` is called with the name of each as that
-    begins. Return how many were compiled, how many were there, and the folder with the cache, "" without any."""
+    """Load all kernels, which compiles those that the cache lacks; `tell` is called
+    with the name of each as that begins. Return how many were compiled, how many were
+    there, and the folder with the cache, "" without any."""
     ONCE.tell = tell
     ways = map(
         import_module, ("lcpcli.kernels.compiled", "lcpcli.kernels.mixed_kernels")

@@ -1,5 +1,5 @@
-"""The compiled form of `methods.direct`, by the extra `fast`: to import it takes half a second, or seconds if numba has
-to compile its kernels, once on a machine."""
+"""The compiled form of `methods.direct`, by the extra `fast`: to import it takes half a
+second, or seconds if numba has to compile its kernels, once on a machine."""
 
 from __future__ import annotations
 
@@ -61,8 +61,9 @@ def direct(
 def lemke(
     problem: Problem, tol: float, basic: Mask | None = None
 ) -> DirectAnswer | None:
-    """Return the solution of an LCP at a basis, if it is one, or else at the end of Lemke's path; None where neither is
-    one beyond doubt, or M is in units that `Reduction` would change."""
+    """Return the solution of an LCP at a basis, if it is one, or else at the end of
+    Lemke's path; None where neither is one beyond doubt, or M is in units that
+    `Reduction` would change."""
     M, q = np.ascontiguousarray(problem.M), problem.q
     if not (powers := exponents(M)).size or powers.any():
         return None
@@ -92,8 +93,8 @@ def _of_mixed() -> ModuleType:
 
 
 def mixed(problem: Problem, tol: float) -> DirectAnswer | None:
-    """Return the solution of a mixed problem of few unknowns at which newton or Lemke's path ends; None where neither
-    is one beyond doubt, or a bound is far from 0."""
+    """Return the solution of a mixed problem of few unknowns at which newton or Lemke's
+    path ends; None where neither is one beyond doubt, or a bound is far from 0."""
     rows, q, kernels = rows_of(problem), problem.q, _of_mixed()
     box = lower, upper = (
         np.ascontiguousarray(problem.lower),
@@ -142,7 +143,8 @@ def _at(
     evaluations: int,
     made: int = 0,
 ) -> DirectAnswer | None:
-    """Return the basic solution of these states, after `made` others, if it is a solution beyond doubt."""
+    """Return the basic solution of these states, after `made` others, if it is a
+    solution beyond doubt."""
     z = basic_solution(M, problem.q, *box, states)
     found = judged(problem, rows_of(problem), box, z, tol, states)
     return (
@@ -168,8 +170,9 @@ def judged(
     tol: float,
     states: States | None = None,
 ) -> Confirmed | None:
-    """Return a z within the box, or the exact solution near it, if it is a solution beyond doubt, or if it is one but
-    for numbers and distances from bounds that may be rounding of 0; else None. rows : those of M."""
+    """Return a z within the box, or the exact solution near it, if it is a solution
+    beyond doubt, or if it is one but for numbers and distances from bounds that may be
+    rounding of 0; else None. rows : those of M."""
     if not surely_solves(*rows, problem.q, *box, tol, z):
         z = on_bounds(*box, z)
         if not surely_solves(*rows, problem.q, *box, tol, z):
@@ -185,7 +188,8 @@ def judged(
 
 
 def solves(problem: Problem, z: Vector, tol: float) -> bool:
-    """Return whether a z >= 0 solves an LCP beyond doubt, or a z within its bounds a problem with sparse M."""
+    """Return whether a z >= 0 solves an LCP beyond doubt, or a z within its bounds a
+    problem with sparse M."""
     if is_sparse(problem.M) and problem.M.nnz > MOST_JUDGED_ENTRIES:
         return False
     lower, upper = conditions_of(problem)[2:]
@@ -199,8 +203,8 @@ def solves(problem: Problem, z: Vector, tol: float) -> bool:
 def judged_by_entries(
     problem: Problem, z: Vector, tol: float
 ) -> tuple[bool | None, Rows | None]:
-    """Return whether a z within its bounds solves a problem with sparse M and moderate numbers, None if that is in
-    doubt; and the rows of z, if they are known."""
+    """Return whether a z within its bounds solves a problem with sparse M and moderate
+    numbers, None if that is in doubt; and the rows of z, if they are known."""
     if problem.M.nnz > MOST_JUDGED_ENTRIES:
         return None, None
     ends = conditions_of(problem)[2:]
@@ -218,7 +222,8 @@ def judged_by_entries(
 def direct_many(
     M: Vector, Q: Vector, largest: Vector, tol: float
 ) -> tuple[Vector, Indices]:
-    """Return for LCPs what `direct.direct_many` returns; M and `largest` may have one row for all problems."""
+    """Return for LCPs what `direct.direct_many` returns; M and `largest` may have one
+    row for all problems."""
     M, Z, found = (
         np.ascontiguousarray(M),
         np.empty(Q.shape),

@@ -1,11 +1,14 @@
-"""Block pivoting and the judgement of its answers in loops over numbers, compiled by numba.
+"""Block pivoting and the judgement of its answers in loops over numbers, compiled by
+numba.
 
-These are `newton` and the first bound of `Measure.surely_solves` once more, for dense LCPs of few unknowns:
-for ten of them, calls of numpy take a hundred times as long as the arithmetic. Where they find no solution beyond
-doubt, the methods themselves decide. All are compiled when `kernels.compiled` loads this file, or are in a cache.
+These are `newton` and the first bound of `Measure.surely_solves` once more, for dense
+LCPs of few unknowns: for ten of them, calls of numpy take a hundred times as long as
+the arithmetic. Where they find no solution beyond doubt, the methods themselves decide.
+All are compiled when `kernels.compiled` loads this file, or are in a cache.
 
-Block pivoting on mixed problems is `newton` as `auto` runs it, for few unknowns; `measure_kernels` judge what it finds.
-M is given by the entries of its rows: where each row begins, the columns and the values.
+Block pivoting on mixed problems is `newton` as `auto` runs it, for few unknowns;
+`measure_kernels` judge what it finds. M is given by the entries of its rows: where each
+row begins, the columns and the values.
 """
 
 from __future__ import annotations
@@ -48,7 +51,8 @@ FOUND = types.Tuple((COUNT, COUNT, NUMBERS))
 
 @compiled
 def _factorize(A: Any, rows: Any, k: int) -> bool:
-    """Replace the leading k-by-k block of A by its LU factors with row exchanges; return whether it is regular.
+    """Replace the leading k-by-k block of A by its LU factors with row exchanges;
+    return whether it is regular.
 
     Two columns are eliminated at a time, as that halves the passes over the rest."""
     for first in range(0, k, 2):
@@ -100,7 +104,8 @@ def _solve(A: Any, rows: Any, k: int, b: Any) -> None:
 def _basic_solution(
     M: Any, q: Any, basic: Any, A: Any, rows: Any, P: Any, z: Any, b: Any
 ) -> int:
-    """Write the z of a basis into z, and factors of M_PP into A; return the order of M_PP, -1 if it is singular."""
+    """Write the z of a basis into z, and factors of M_PP into A; return the order of
+    M_PP, -1 if it is singular."""
     k = 0
     for i in range(q.size):
         z[i] = 0.0
@@ -121,7 +126,8 @@ def _basic_solution(
 
 @compiled
 def _repeats(M: Any, q: Any, i: int, k: int, P: Any) -> bool:
-    """Return whether row i is one of the basic rows but for the sign, as far as z_P goes, so that w_i = 0."""
+    """Return whether row i is one of the basic rows but for the sign, as far as z_P
+    goes, so that w_i = 0."""
     for a in range(k):
         same, opposite = q[i] == q[P[a]], q[i] == -q[P[a]]
         for c in range(k if same or opposite else 0):
@@ -144,10 +150,11 @@ def _block_pivoting(
     z: Any,
     b: Any,
 ) -> tuple[int, int]:
-    """Exchange wrong signs, from a basis, as `newton` does with its safeguard; return the order of the last M_PP, -1 if
-    there is no solution, and the number of steps.
+    """Exchange wrong signs, from a basis, as `newton` does with its safeguard; return
+    the order of the last M_PP, -1 if there is no solution, and the number of steps.
 
-    is_start : whether the basis is a start that is given up for q < 0 if it is not near a solution's."""
+    is_start : whether the basis is a start that is given up for q < 0 if it is not near
+        a solution's."""
     n, k, steps, single = q.size, 0, 0, False
     fewest, waiting, left = n + 1, direct.BLOCK_PATIENCE, direct.FEW_INDEX_STEPS
     wrong = np.empty(n, np.bool_)
@@ -194,7 +201,8 @@ def _block_pivoting(
 def _judged(
     M: Any, q: Any, tol: float, k: int, A: Any, rows: Any, P: Any, z: Any, b: Any
 ) -> int:
-    """Refine z by its residual, with the factors of M_PP; return what it is, as the kernel does."""
+    """Refine z by its residual, with the factors of M_PP; return what it is, as the
+    kernel does."""
     n = q.size
     for a in range(k):
         total = q[P[a]]
@@ -222,7 +230,8 @@ def _judged(
 
 @inlined
 def _hides_terms(q: Any, largest: float, z: Any) -> bool:
-    """Return what `final_states.is_doubtful` asks first, of numbers that are not long."""
+    """Return what `final_states.is_doubtful` asks first, of numbers that are not
+    long."""
     least_z, largest_z, least_q, largest_q = np.inf, 0.0, np.inf, 0.0
     for i in range(q.size):
         if z[i] != 0.0:
@@ -236,7 +245,8 @@ def _hides_terms(q: Any, largest: float, z: Any) -> bool:
 
 @inlined
 def _is_sure(M: Any, q: Any, k: int, P: Any, z: Any) -> bool:
-    """Return whether a solution with the states of z surely differs from it by its last digits alone."""
+    """Return whether a solution with the states of z surely differs from it by its last
+    digits alone."""
     B = P[:k]
     y, columns = z[B], M[:, B]
     sizes, w = np.abs(columns), columns @ y + q
@@ -263,7 +273,8 @@ def _is_sure(M: Any, q: Any, k: int, P: Any, z: Any) -> bool:
 def solve_one(
     M: Any, q: Any, basic: Any, is_start: bool, largest: float, tol: float
 ) -> Any:
-    """Return what was found for one problem from a basis, the steps of `newton`, and z of shape (n,)."""
+    """Return what was found for one problem from a basis, the steps of `newton`, and z
+    of shape (n,)."""
     n = q.size
     A, rows, P, z, b = (
         np.empty((n, n)),
@@ -295,7 +306,8 @@ def solve_one(
     **OPTIONS,
 )
 def solve_rows(M: Any, Q: Any, largest: Any, tol: float, Z: Any, found: Any) -> None:
-    """Solve the problems with the rows of Q, each with its M or all with one; write their z and the rest into rows."""
+    """Solve the problems with the rows of Q, each with its M or all with one; write
+    their z and the rest into rows."""
     for i in range(Q.shape[0]):
         own = min(i, M.shape[0] - 1)
         found[i, 0], found[i, 1], z = solve_one(
@@ -325,8 +337,9 @@ def _w(entries: Any, q: Any, z: Any) -> Any:
 
 @compiled
 def _factorize_thin(A: Any, rows: Any) -> bool:
-    """Replace A by its LU factors with row exchanges, passing over entries 0, one column at a time, so that entries
-    that cancel are 0; return whether it is regular."""
+    """Replace A by its LU factors with row exchanges, passing over entries 0, one
+    column at a time, so that entries that cancel are 0; return whether it is
+    regular."""
     k = A.shape[0]
     others = np.empty(k, np.int64)
     for j in range(k):
@@ -361,8 +374,9 @@ def _state(t: float, lower: float, upper: float) -> int:
 
 @inlined
 def _system(entries: Any, lower: Any, upper: Any, states: Any, order: Any) -> Any:
-    """Return whether M_BB is regular, z with zeros in place of basic variables, and the system of the basis: the places
-    of its variables, M_BB or its factors with their row exchanges, and whether these are factors."""
+    """Return whether M_BB is regular, z with zeros in place of basic variables, and the
+    system of the basis: the places of its variables, M_BB or its factors with their row
+    exchanges, and whether these are factors."""
     starts, columns, values = entries
     n, k, place, z = states.size, 0, np.full(states.size, -1), np.empty(states.size)
     for i in order:
@@ -414,7 +428,8 @@ def _is_wrong(
     w: float,
     i: int,
 ) -> bool:
-    """Return whether a component violates the condition of its state by more than rounding."""
+    """Return whether a component violates the condition of its state by more than
+    rounding."""
     starts, columns, values = entries
     violation = (
         max(lower - z[i], z[i] - upper)
@@ -436,8 +451,9 @@ def _is_wrong(
 def pivot_blocks(
     begin: Any, columns: Any, values: Any, q: Any, lower: Any, upper: Any, t: Any
 ) -> Any:
-    """Exchange wrong signs, from the states of t = z - w, as `auto` lets `newton` do; return the number of steps and z
-    of the solution; if there is none, minus the number of basic solutions, and 0."""
+    """Exchange wrong signs, from the states of t = z - w, as `auto` lets `newton` do;
+    return the number of steps and z of the solution; if there is none, minus the number
+    of basic solutions, and 0."""
     entries = begin, columns, values
     # Which keeps factors sparse.
     order = np.argsort(np.bincount(columns, minlength=q.size), kind="mergesort")

@@ -1,8 +1,11 @@
-"""The judgement of a point by the whole measure, and the entries of M other than 0, compiled by numba.
+"""The judgement of a point by the whole measure, and the entries of M other than 0,
+compiled by numba.
 
-These are `box.reference`, `Measure.surely_solves` and `linalg.units.units` once more, for moderate numbers
-and M in compressed sparse rows with sorted columns: begin, columns, values. Where they find no solution beyond doubt,
-the methods themselves decide. As numba's cache knows of changes in this file alone, it uses no kernels of others.
+These are `box.reference`, `Measure.surely_solves` and `linalg.units.units` once more,
+for moderate numbers and M in compressed sparse rows with sorted columns: begin,
+columns, values. Where they find no solution beyond doubt, the methods themselves
+decide. As numba's cache knows of changes in this file alone, it uses no kernels of
+others.
 """
 
 from __future__ import annotations
@@ -32,7 +35,8 @@ SOLVES, FAILS, UNDECIDED = 1, -1, 0
 
 @compiled
 def _rows(begin: Any, columns: Any, values: Any, q: Any, z: Any) -> Any:
-    """Return M z + q and |M| |z| + |q|, and whether all of them are finite and no product may have underflowed."""
+    """Return M z + q and |M| |z| + |q|, and whether all of them are finite and no
+    product may have underflowed."""
     n, is_sure = q.size, True
     w, terms = q.copy(), np.abs(q)
     for i in range(n):
@@ -68,7 +72,8 @@ def _largest_gap(z: Any, w: Any, lower: Any, upper: Any) -> float:
 def _reference(
     begin: Any, columns: Any, values: Any, q: Any, lower: Any, upper: Any
 ) -> Any:
-    """Return the reference point and its M z + q and |M| |z| + |q|, and whether these are sure as those of `_rows`."""
+    """Return the reference point and its M z + q and |M| |z| + |q|, and whether these
+    are sure as those of `_rows`."""
     n = q.size
     near, corner = np.empty(n), np.empty(n)
     for i in range(n):
@@ -100,7 +105,8 @@ def _sizes(
     least: Any,
     is_rough: Any,
 ) -> Any:
-    """Return `Measure.component_sizes`, but NaN where q_ref is too rough. least : bounds on |q_ref|, from below."""
+    """Return `Measure.component_sizes`, but NaN where q_ref is too rough. least :
+    bounds on |q_ref|, from below."""
     n, (rho, gamma, parts, count) = z.size, units
     sizes, of_reference, rough = (
         np.full(count, -np.inf),
@@ -136,7 +142,8 @@ def _sizes(
 
 @compiled
 def _root(parents: Any, i: int) -> int:
-    """Return the number that stands for the component of a node, and shorten the way to it."""
+    """Return the number that stands for the component of a node, and shorten the way to
+    it."""
     while parents[i] != i:
         parents[i] = parents[parents[i]]
         i = parents[i]
@@ -145,7 +152,8 @@ def _root(parents: Any, i: int) -> int:
 
 @compiled
 def _components(begin: Any, columns: Any, values: Any) -> Any:
-    """Return the components of the rows and, after them, of the columns, shape (2 n,), and their number."""
+    """Return the components of the rows and, after them, of the columns, shape (2 n,),
+    and their number."""
     n = begin.size - 1
     parents, numbers, parts, count = (
         np.arange(2 * n),
@@ -170,8 +178,9 @@ def _components(begin: Any, columns: Any, values: Any) -> Any:
 
 @njit(types.Tuple((NUMBERS, NUMBERS, PARTS, types.int64))(*ROWS), **OPTIONS)
 def units_of(begin: Any, columns: Any, values: Any) -> Any:
-    """Return log2 of R and of C, the components of rows and columns, shape (2 n,), and their number, as `units.units`
-    finds them up to a constant for each component; 0 components if they are not settled."""
+    """Return log2 of R and of C, the components of rows and columns, shape (2 n,), and
+    their number, as `units.units` finds them up to a constant for each component; 0
+    components if they are not settled."""
     n = begin.size - 1
     sums, counts = np.zeros(2 * n), np.zeros(2 * n)
     used = values != 0.0
@@ -221,7 +230,8 @@ def units_of(begin: Any, columns: Any, values: Any) -> Any:
 def reference_of(
     begin: Any, columns: Any, values: Any, q: Any, lower: Any, upper: Any
 ) -> Any:
-    """Return whether the reference point z of a mixed problem seems to solve it, z, and z - w, empty for far bounds."""
+    """Return whether the reference point z of a mixed problem seems to solve it, z, and
+    z - w, empty for far bounds."""
     z, w, _, _ = _reference(begin, columns, values, q, lower, upper)
     t, solves = z - w, True
     for i in range(z.size):
@@ -314,7 +324,8 @@ def surely_solves(
     tol: float,
     z: Any,
 ) -> bool:
-    """Return whether an admissible z solves the problem, whatever the rounding errors in w are."""
+    """Return whether an admissible z solves the problem, whatever the rounding errors
+    in w are."""
     return bool(
         _judgement(begin, columns, values, q, lower, upper, tol, z)[0] == SOLVES
     )
@@ -331,8 +342,9 @@ def judgement(
     tol: float,
     z: Any,
 ) -> Any:
-    """Return whether an admissible z surely SOLVES the problem, surely FAILS to, or neither; `measure.Rows`, shape
-    (4, n), if these are known and the z does not; and what `units_of` does, without components if it was not needed."""
+    """Return whether an admissible z surely SOLVES the problem, surely FAILS to, or
+    neither; `measure.Rows`, shape (4, n), if these are known and the z does not; and
+    what `units_of` does, without components if it was not needed."""
     answer, is_known, own, units = _judgement(
         begin, columns, values, q, lower, upper, tol, z
     )

@@ -1,4 +1,5 @@
-"""The elimination of free variables, and the states of what is left of a mixed problem, compiled by numba."""
+"""The elimination of free variables, and the states of what is left of a mixed problem,
+compiled by numba."""
 
 from __future__ import annotations
 

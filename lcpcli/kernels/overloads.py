@@ -1,5 +1,6 @@
-"""Functions of other rooms as kernels call them, most of them as they are written for numpy. Nothing is compiled here,
-so that the modules of kernels need none of each other."""
+"""Functions of other rooms as kernels call them, most of them as they are written for
+numpy. Nothing is compiled here, so that the modules of kernels need none of each
+other."""
 
 from __future__ import annotations
 
@@ -26,7 +27,8 @@ VECTOR, MATRIX = (types.Array(types.float64, d, "C", readonly=True) for d in (1,
 
 @overload(tableau.exchange, jit_options=OPTIONS)
 def _exchange(T: Any, row: Any, column: Any) -> Any:  # noqa: ARG001
-    """Return the body of `tableau.exchange` that is compiled: one pass over the tableau in place of three."""
+    """Return the body of `tableau.exchange` that is compiled: one pass over the tableau
+    in place of three."""
 
     def exchange(T: Any, row: Any, column: Any) -> Any:
         pivot, own = T[row, column], T[row].copy()
@@ -65,8 +67,13 @@ def _shift(tableau: Any, entering: Any, way: Any, step: Any) -> Any:  # noqa: AR
 
 @overload(tableau.choose, jit_options=OPTIONS)
 def _choose(
-    tableau: Any, d: Any, entering: Any, way: Any, cover_row: Any, lexicographic: Any
-) -> Any:  # noqa: ARG001
+    tableau: Any,  # noqa: ARG001
+    d: Any,  # noqa: ARG001
+    entering: Any,  # noqa: ARG001
+    way: Any,  # noqa: ARG001
+    cover_row: Any,  # noqa: ARG001
+    lexicographic: Any,  # noqa: ARG001
+) -> Any:
     """Return the body of `tableau.choose` that is compiled: two passes."""
 
     def choose(
@@ -116,7 +123,8 @@ def _choose(
 
 @overload(matrices.row_and_column_maxima, jit_options=OPTIONS)
 def _maxima(M: Any, R: Any, C: Any) -> Any:  # noqa: ARG001
-    """Return the body of `row_and_column_maxima` that is compiled: one pass over a dense M."""
+    """Return the body of `row_and_column_maxima` that is compiled: one pass over a
+    dense M."""
 
     def maxima(M: Any, R: Any, C: Any) -> Any:
         rows, columns = np.zeros(R.size), np.zeros(R.size)

@@ -1,1 +1,2 @@
-"""What numpy and scipy lack: products, factorizations, scaling and Krylov methods, for arrays rather than problems."""
+"""What numpy and scipy lack: products, factorizations, scaling and Krylov methods, for
+arrays rather than problems."""

@@ -1,6 +1,8 @@
-"""Matrices in compressed sparse rows made of arrays, without scipy's checks, which take longer than a small problem.
+"""Matrices in compressed sparse rows made of arrays, without scipy's checks, which take
+longer than a small problem.
 
-scipy's routines without checks are not public: where they are not found, the usual ones stand in.
+scipy's routines without checks are not public: where they are not found, the usual ones
+stand in.
 """
 
 from __future__ import annotations
@@ -30,7 +32,8 @@ EMPTY = {form: form((1, 1)) for form in (csr_array, csc_matrix)}
 def of_arrays(
     shape: Shape, indptr: Indices, indices: Indices, data: Vector, form: Any = csr_array
 ) -> Matrix:
-    """Return the matrix with these arrays, which it shares, as a csr_array or a csc_matrix."""
+    """Return the matrix with these arrays, which it shares, as a csr_array or a
+    csc_matrix."""
     if not hasattr(EMPTY.get(form), "_shape"):
         return form((data, indices, indptr), shape=shape)
     M = copy(EMPTY[form])
@@ -39,7 +42,8 @@ def of_arrays(
 
 
 def transposed(shape: Shape, indptr: Indices, indices: Indices, data: Vector) -> Arrays:
-    """Return the arrays of the transpose of a matrix of this shape, with sorted indices."""
+    """Return the arrays of the transpose of a matrix of this shape, with sorted
+    indices."""
     if unchecked is None:
         T = csr_array((data, indices, indptr), shape=shape).T.tocsr()
         return T.indptr, T.indices, T.data
@@ -53,14 +57,16 @@ def transposed(shape: Shape, indptr: Indices, indices: Indices, data: Vector) ->
 
 
 def of_columns(M: Matrix) -> Matrix:
-    """Return a matrix in compressed columns in compressed rows, in memory of its own, with sorted indices."""
+    """Return a matrix in compressed columns in compressed rows, in memory of its own,
+    with sorted indices."""
     arrays = transposed(M.shape[::-1], M.indptr, M.indices, M.data)
     arrays[2].setflags(write=False)
     return of_arrays(M.shape, *arrays)
 
 
 def block(M: Matrix, rows: Indices, columns: Indices) -> Arrays:
-    """Return the arrays of the block of M with these rows and columns, both ascending, faster than scipy does."""
+    """Return the arrays of the block of M with these rows and columns, both ascending,
+    faster than scipy does."""
     places, indptr, indices, data = (
         np.full(M.shape[1], -1, dtype=M.indices.dtype),
         M.indptr,
@@ -104,7 +110,8 @@ def of_entries(
     columns: Sequence[Indices],
     values: Sequence[Vector],
 ) -> Matrix:
-    """Return the matrix with the entries in these arrays, one after another; those at the same place are summed."""
+    """Return the matrix with the entries in these arrays, one after another; those at
+    the same place are summed."""
     entries = np.concatenate(values)
     index = np.int32 if max(*shape, entries.size) <= LARGEST_INT32 else np.int64
     places = [

@@ -1,5 +1,5 @@
-"""Constants of double precision, the common bound on the rounding error in a row of w, the sizes of vectors, and what
-numpy may load further modules for."""
+"""Constants of double precision, the common bound on the rounding error in a row of w,
+the sizes of vectors, and what numpy may load further modules for."""
 
 from __future__ import annotations
 
@@ -48,7 +48,8 @@ MOST_LOOPED_ENTRIES = 32
 
 
 def largest(v: Vector) -> float:
-    """Return the largest |v_i| of a vector, without warnings; 0 if it is empty, NaN or infinity if an entry is NaN."""
+    """Return the largest |v_i| of a vector, without warnings; 0 if it is empty, NaN or
+    infinity if an entry is NaN."""
     if v.size > MOST_LOOPED_ENTRIES:
         return (
             float(np.abs(v).max())
@@ -84,13 +85,15 @@ def least(v: Vector) -> float:
 
 
 def are_moderate(values: Vector) -> bool:
-    """Return whether every nonzero |value| lies between 1 / FAR_FROM_ONE and FAR_FROM_ONE."""
+    """Return whether every nonzero |value| lies between 1 / FAR_FROM_ONE and
+    FAR_FROM_ONE."""
     least, largest = sizes(values)
     return largest <= FAR_FROM_ONE and least >= 1 / FAR_FROM_ONE
 
 
 def sizes(values: Vector) -> tuple[float, float]:
-    """Return the least nonzero |value|, infinite if there is none, and the largest, NaN or infinity if an entry is."""
+    """Return the least nonzero |value|, infinite if there is none, and the largest, NaN
+    or infinity if an entry is."""
     if values.size <= 2 * MOST_LOOPED_ENTRIES:  # in place of two reductions
         found = list(map(abs, filter(None, values.ravel().tolist())))
         if not found:
@@ -113,8 +116,9 @@ def row_sizes(values: Vector) -> tuple[Vector, Vector]:
 
 
 def each_step(**faults: Any) -> Callable[[Steps[Item, End]], Steps[Item, End]]:
-    """Return a decorator of generator functions under which each step has numpy's `errstate(**faults)`, whatever the
-    caller's is; as a decorator of these, `errstate` itself ends before the first step."""
+    """Return a decorator of generator functions under which each step has numpy's
+    `errstate(**faults)`, whatever the caller's is; as a decorator of these, `errstate`
+    itself ends before the first step."""
 
     def decorated(function: Steps[Item, End]) -> Steps[Item, End]:
         @wraps(function)
@@ -134,14 +138,16 @@ def each_step(**faults: Any) -> Callable[[Steps[Item, End]], Steps[Item, End]]:
 
 
 def generator(seed: int) -> Generator:
-    """Return numpy's generator of random numbers from a seed, which some versions of numpy have to load first."""
+    """Return numpy's generator of random numbers from a seed, which some versions of
+    numpy have to load first."""
     with imports:
         from numpy.random import default_rng
     return default_rng(seed)
 
 
 def distinct(indices: Indices) -> Indices:
-    """Return the different indices in increasing order; np.unique would load the masked arrays of numpy."""
+    """Return the different indices in increasing order; np.unique would load the masked
+    arrays of numpy."""
     ordered = np.sort(indices)
     found: Indices = ordered[
         np.append(True, ordered[1:] != ordered[:-1])[: ordered.size]
@@ -150,8 +156,8 @@ def distinct(indices: Indices) -> Indices:
 
 
 def in_range(y: Vector, R: Vector | float = 1.0) -> Vector:
-    """Return R y times the power of two that puts its largest entry between 1 and 2, or its entries in the middle of
-    the range of doubles, if the least would be lost."""
+    """Return R y times the power of two that puts its largest entry between 1 and 2, or
+    its entries in the middle of the range of doubles, if the least would be lost."""
     mantissas, powers = np.frexp(y)
     factors, own = np.frexp(R)
     mantissas, carried = np.frexp(mantissas * factors)

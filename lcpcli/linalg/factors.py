@@ -1,12 +1,14 @@
-"""Factorizations of dense and sparse matrices and of their principal submatrices, exploiting positive definiteness.
+"""Factorizations of dense and sparse matrices and of their principal submatrices,
+exploiting positive definiteness.
 
-Each factorization gives a solver, or reports that the matrix is singular. scipy is imported only when needed: for
-sparse or large matrices.
+Each factorization gives a solver, or reports that the matrix is singular. scipy is
+imported only when needed: for sparse or large matrices.
 
-A principal submatrix of a tridiagonal matrix is tridiagonal too: entries beside the diagonal remain where neighbours
-do. LAPACK's gttrf factorizes it with row exchanges.
+A principal submatrix of a tridiagonal matrix is tridiagonal too: entries beside the
+diagonal remain where neighbours do. LAPACK's gttrf factorizes it with row exchanges.
 
-Many systems with principal submatrices of one dense M, of which each distinct one is factorized once, or of many.
+Many systems with principal submatrices of one dense M, of which each distinct one is
+factorized once, or of many.
 """
 
 from __future__ import annotations
@@ -62,7 +64,8 @@ class Tridiagonal:
         self._factorize, self._solve = get_lapack_funcs(("gttrf", "gttrs"))
 
     def at(self, indices: Indices) -> Callable[[Vector], Vector]:
-        """Return a solver of systems with M_PP; raise LinAlgError if M_PP is singular."""
+        """Return a solver of systems with M_PP; raise LinAlgError if M_PP is
+        singular."""
         first, beside = indices[:-1], np.diff(indices) == 1
         below, above = (side[first] * beside for side in (self._below, self._above))
         if indices.size < FEWEST_ROWS:
@@ -79,8 +82,9 @@ class Tridiagonal:
 
 
 def solver(A: Matrix) -> TwoWay:
-    """Return a solver solve(b, transposed=False) of systems with A, which may be overwritten, or its transpose; this
-    function or the solver raises SingularMatrix if A is singular."""
+    """Return a solver solve(b, transposed=False) of systems with A, which may be
+    overwritten, or its transpose; this function or the solver raises SingularMatrix if
+    A is singular."""
     if not is_sparse(A):
         return invert(A) if A.shape[0] <= MOST_NUMPY_ROWS else dense_factors().lu(A)
     if (definite := definite_solver(A)) is not None:
@@ -90,9 +94,10 @@ def solver(A: Matrix) -> TwoWay:
 
 
 def checked_solver(M: Matrix, shift: float = 0.0) -> Solve:
-    """Return a solver x = solve(b) of (shift I + M) x = b; raise SingularMatrix if that matrix is singular to working
-    precision. The test is a system with known solution, of which a solve must recover a digit. Unlike a condition
-    number, this is insensitive to the units of rows and columns."""
+    """Return a solver x = solve(b) of (shift I + M) x = b; raise SingularMatrix if that
+    matrix is singular to working precision. The test is a system with known solution,
+    of which a solve must recover a digit. Unlike a condition number, this is
+    insensitive to the units of rows and columns."""
     solve = solver(plus_diagonal(M, shift, order="F"))
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
         known = 1 / np.maximum(column_maxima(M), shift)
@@ -105,12 +110,14 @@ def checked_solver(M: Matrix, shift: float = 0.0) -> Solve:
 
 
 def sparse_lu(symmetric: bool) -> Callable[[Matrix], Any]:
-    """Return scipy's splu for csr_arrays, raising SingularMatrix; with diagonal pivots for symmetric ones.
+    """Return scipy's splu for csr_arrays, raising SingularMatrix; with diagonal pivots
+    for symmetric ones.
 
-    Ordering M + M' instead of M'M halves the fill-in for symmetric matrices. Diagonal pivots are safe for positive
-    definite ones; otherwise a known system, or refinement, detects failure.
-    SuperLU must not see a structurally singular matrix: for some it passes negative sizes to BLAS, which prints to
-    standard output, and fails with other errors.
+    Ordering M + M' instead of M'M halves the fill-in for symmetric matrices. Diagonal
+    pivots are safe for positive definite ones; otherwise a known system, or refinement,
+    detects failure. SuperLU must not see a structurally singular matrix: for some it
+    passes negative sizes to BLAS, which prints to standard output, and fails with other
+    errors.
     """
     with imports:
         from scipy.sparse.linalg import splu
@@ -136,7 +143,8 @@ def sparse_lu(symmetric: bool) -> Callable[[Matrix], Any]:
 
 
 def factorized(factorize: Callable[[], Any], entries: int) -> Any:
-    """Return the factors of a sparse matrix with so many entries; raise SingularMatrix for any error of a library."""
+    """Return the factors of a sparse matrix with so many entries; raise SingularMatrix
+    for any error of a library."""
     try:
         return interruptibly(factorize) if entries > MOST_QUICK_ENTRIES else factorize()
     except RuntimeError as error:
@@ -144,12 +152,14 @@ def factorized(factorize: Callable[[], Any], entries: int) -> Any:
 
 
 def positive_pivots(lu: Any) -> bool:
-    """Return whether all pivots are diagonal and positive, as they are for positive definite matrices."""
+    """Return whether all pivots are diagonal and positive, as they are for positive
+    definite matrices."""
     return bool(np.array_equal(lu.perm_r, lu.perm_c) and lu.U.diagonal().min() > 0)
 
 
 class _DenseFactors:
-    """LAPACK's factorizations of dense matrices in either storage order. They raise SingularMatrix."""
+    """LAPACK's factorizations of dense matrices in either storage order. They raise
+    SingularMatrix."""
 
     def __init__(self) -> None:
         with imports:
@@ -159,9 +169,10 @@ class _DenseFactors:
         )
 
     def cholesky(self, A: Matrix) -> TwoWay:
-        """Return a solver, as `lu` does, from the Cholesky factors of A. scipy's potrf holds the interpreter's lock, so
-        that neither Ctrl-C nor a time limit can end the wait for it; numpy's releases it, but copies A twice and
-        takes a third longer."""
+        """Return a solver, as `lu` does, from the Cholesky factors of A. scipy's potrf
+        holds the interpreter's lock, so that neither Ctrl-C nor a time limit can end
+        the wait for it; numpy's releases it, but copies A twice and takes a third
+        longer."""
         if A.shape[0] >= LONG_CHOLESKY:
             upper = interruptibly(partial(np.linalg.cholesky, A.T)).T
             # A is symmetric.
@@ -172,7 +183,8 @@ class _DenseFactors:
         return lambda b, transposed=False: self._potrs(factor, b, lower=True)[0]  # noqa: ARG005
 
     def lu(self, A: Matrix, overwrite: bool = True) -> TwoWay:
-        """Return a solver solve(b, transposed=False) from the LU factors of A, of systems with A or its transpose."""
+        """Return a solver solve(b, transposed=False) from the LU factors of A, of
+        systems with A or its transpose."""
         by_columns = A.flags.f_contiguous
         factorize = partial(
             self._getrf, A if by_columns else A.T, overwrite_a=overwrite
@@ -191,7 +203,8 @@ dense_factors = cache(_DenseFactors)
 
 
 def invert(A: Matrix) -> TwoWay:
-    """Return a solver as `_DenseFactors.lu` does, from the inverse with one step of refinement: as accurate as LU."""
+    """Return a solver as `_DenseFactors.lu` does, from the inverse with one step of
+    refinement: as accurate as LU."""
     inverse = np.linalg.inv(A)
 
     def solve(b: Vector, transposed: bool = False) -> Vector:
@@ -203,14 +216,16 @@ def invert(A: Matrix) -> TwoWay:
 
 
 def finite(A: Vector) -> Vector:
-    """Return A; raise SingularMatrix if its numbers are not finite, on which LAPACK's singular values may never end."""
+    """Return A; raise SingularMatrix if its numbers are not finite, on which LAPACK's
+    singular values may never end."""
     if not np.isfinite(A).all():
         raise SingularMatrix
     return A
 
 
 class Latest:
-    """The last large dense M_PP that was factorized, for who owns M; what is copied or pickled with it begins anew."""
+    """The last large dense M_PP that was factorized, for who owns M; what is copied or
+    pickled with it begins anew."""
 
     def __init__(self) -> None:
         self.kept: tuple[Indices, TwoWay] | None = None
@@ -222,7 +237,8 @@ class Latest:
 def well_conditioned_inverse(
     M: Matrix, largest: float = MODEST_CONDITION
 ) -> Matrix | None:
-    """Return the inverse of a dense M, or None if its condition number exceeds `largest`."""
+    """Return the inverse of a dense M, or None if its condition number exceeds
+    `largest`."""
     with suppress(SingularMatrix), np.errstate(over="ignore", invalid="ignore"):
         inverse = np.linalg.inv(M)
         if norm_inf(M) * norm_inf(inverse) <= largest:
@@ -231,7 +247,8 @@ def well_conditioned_inverse(
 
 
 def definite_solver(M: Matrix) -> Solve | None:
-    """Return a solver of M x = b if M is symmetric positive definite to working precision, else None."""
+    """Return a solver of M x = b if M is symmetric positive definite to working
+    precision, else None."""
     if not is_symmetric(M) or not M.diagonal().min() > 0:
         return None
     with suppress(SingularMatrix):
@@ -248,9 +265,11 @@ def definite_solver(M: Matrix) -> Solve | None:
 class PrincipalSolver:
     """Solves M_PP x = b for one set of indices P after another.
 
-    Blocks of a symmetric M are assumed positive definite until one fails to be: dense ones are factorized by Cholesky's
-    method, sparse ones with diagonal pivots. The factors of a large or sparse block are kept for the same P, and the
-    factors of a dense one are updated while P differs in few indices from the P of that block. latest : keeps them too.
+    Blocks of a symmetric M are assumed positive definite until one fails to be: dense
+    ones are factorized by Cholesky's method, sparse ones with diagonal pivots. The
+    factors of a large or sparse block are kept for the same P, and the factors of a
+    dense one are updated while P differs in few indices from the P of that block.
+    latest : keeps them too.
     """
 
     def __init__(self, M: Matrix, latest: Latest | None = None) -> None:
@@ -276,7 +295,8 @@ class PrincipalSolver:
         self._tridiagonal = Tridiagonal(M) if is_tridiagonal else None
 
     def solve(self, indices: Indices, b: Vector) -> Vector:
-        """Return x after one step of refinement, for b of shape (k,); raise SingularMatrix if M_PP is singular."""
+        """Return x after one step of refinement, for b of shape (k,); raise
+        SingularMatrix if M_PP is singular."""
         if indices.size == 0:
             return np.empty(0)
         solve = self.at(indices)
@@ -289,7 +309,8 @@ class PrincipalSolver:
         return refined
 
     def at(self, indices: Indices) -> Solve:
-        """Return a solver of systems with M_PP, without refinement; this or the solver may raise SingularMatrix."""
+        """Return a solver of systems with M_PP, without refinement; this or the solver
+        may raise SingularMatrix."""
         if self._small:
             return self._factorized(indices)
         if self._tridiagonal is not None:
@@ -307,7 +328,8 @@ class PrincipalSolver:
         return solve
 
     def block(self, indices: Indices) -> Matrix:
-        """Return M_PP for the indices of P, stored by columns if it is small, so that its rows can be exchanged."""
+        """Return M_PP for the indices of P, stored by columns if it is small, so that
+        its rows can be exchanged."""
         return (
             self._M.T.take(indices, 0).take(indices, 1).T
             if self._small
@@ -315,7 +337,8 @@ class PrincipalSolver:
         )
 
     def factorized(self, block: Matrix, overwrite: bool = False) -> Solve:
-        """Return a solver of systems with M_PP, without refinement; raise SingularMatrix if M_PP is singular."""
+        """Return a solver of systems with M_PP, without refinement; raise
+        SingularMatrix if M_PP is singular."""
         if self._dense is None and not is_sparse(block):
             return partial(np.linalg.solve, block)
         if self._definite and (is_sparse(block) or is_symmetric(block)):
@@ -338,10 +361,12 @@ class PrincipalSolver:
         return self.factorized(block, overwrite=block is not self._M)
 
     def _updated(self, indices: Indices, kept: Indices, solve: Solve) -> Solve | None:
-        """Return a solver for P from that for the factorized set K, by a Schur complement; None if they differ much.
+        """Return a solver for P from that for the factorized set K, by a Schur
+        complement; None if they differ much.
 
-        With K extended by the indices of P that it lacks, N, and one equation x_i = 0 with a multiplier for each index
-        of K outside P, the rows in K are solved by the known factors.
+        With K extended by the indices of P that it lacks, N, and one equation x_i = 0
+        with a multiplier for each index of K outside P, the rows in K are solved by the
+        known factors.
         """
         before, now = np.zeros((2, self._M.shape[0]), dtype=bool)
         before[kept], now[indices] = True, True
@@ -391,11 +416,14 @@ LARGE_SHARE = 0.55
 def solve_principal(
     M: Matrix, sets: Mask, B: Vector, inverse: Matrix | None = None
 ) -> Vector:
-    """Return x with M_PP x_P = b_P and zeros elsewhere for each row of B; NaN if M_PP is singular, or for overflow.
+    """Return x with M_PP x_P = b_P and zeros elsewhere for each row of B; NaN if M_PP
+    is singular, or for overflow.
 
-    M, sets, B : shapes (n, n), (m, n), (m, n); row i of sets is the mask of the index set P for row i of B.
-    inverse : G, the inverse of M, if M is well-conditioned. If most indices are in P and few in N, M_PP^-1 = G_PP -
-        G_PN G_NN^-1 G_NP then needs only the smaller system.
+    M, sets, B : shapes (n, n), (m, n), (m, n); row i of sets is the mask of the index
+        set P for row i of B.
+    inverse : G, the inverse of M, if M is well-conditioned. If most indices are in P
+        and few in N, M_PP^-1 = G_PP - G_PN G_NN^-1 G_NP then needs only the smaller
+        system.
     """
     if not sets.size:
         return np.zeros(B.shape)
@@ -419,8 +447,9 @@ def solve_principal(
 
 
 def principal_inverses(M: Vector, sets: Mask) -> Vector:
-    """Return G with G_PP = M_PP^-1 and zeros elsewhere for each of m matrices M; NaN in G_PP where M_PP is singular or
-    numbers overflow. M, sets : shapes (m, n, n), (m, n); row i of sets is the mask of the index set P for M[i]."""
+    """Return G with G_PP = M_PP^-1 and zeros elsewhere for each of m matrices M; NaN in
+    G_PP where M_PP is singular or numbers overflow. M, sets : shapes (m, n, n), (m, n);
+    row i of sets is the mask of the index set P for M[i]."""
     G, sizes, n = np.zeros(M.size), np.count_nonzero(sets, axis=1), M.shape[-1]
     entries = M.reshape(-1)
     for size in range(1, n + 1):
@@ -440,9 +469,11 @@ def each_product(M: Vector, v: Vector) -> Vector:
 
 
 def _batches(sets: Mask) -> Iterator[tuple[Indices, Indices]]:
-    """Yield distinct nonempty sets in batches of equal size s, shape (g, s), and the rows with these sets, (g, r).
+    """Yield distinct nonempty sets in batches of equal size s, shape (g, s), and the
+    rows with these sets, (g, r).
 
-    The numbers of rows of the sets of a batch are within a factor of two; the last row of a set is repeated up to r.
+    The numbers of rows of the sets of a batch are within a factor of two; the last row
+    of a set is repeated up to r.
     """
     m, n = sets.shape
     packed = np.zeros((m, -(-n // WORD) * 8), dtype=np.uint8)  # as one key for each set
@@ -475,7 +506,8 @@ def _batches(sets: Mask) -> Iterator[tuple[Indices, Indices]]:
 
 
 def _solved(A: Vector, B: Vector | None = None) -> Vector:
-    """Return X with A X = B for A and B of shapes (g, s, s) and (g, s, r), or the inverse of A; NaN if singular."""
+    """Return X with A X = B for A and B of shapes (g, s, s) and (g, s, r), or the
+    inverse of A; NaN if singular."""
     try:
         return (np.linalg.inv(A) if B is None else np.linalg.solve(A, B)).astype(
             np.float64, copy=False

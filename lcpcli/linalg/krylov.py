@@ -1,10 +1,13 @@
-"""Krylov methods: conjugate gradients, BiCGSTAB and GMRES, preconditioned; rough eigenvalues and semidefiniteness.
+"""Krylov methods: conjugate gradients, BiCGSTAB and GMRES, preconditioned; rough
+eigenvalues and semidefiniteness.
 
-M. R. Hestenes and E. Stiefel, Methods of conjugate gradients for solving linear systems, Journal of Research of the
-National Bureau of Standards 49 (1952) 409-436; H. A. van der Vorst, Bi-CGSTAB: a fast and smoothly converging variant
-of Bi-CG, SIAM Journal on Scientific and Statistical Computing 13 (1992) 631-644. scipy has both, but takes its inner
-products from the BLAS, whose threads synchronize at each of them: on a busy two-core machine this made a run ten times
-slower (measured, 90,000 unknowns). Here they are computed by one thread, as products with a sparse M are.
+M. R. Hestenes and E. Stiefel, Methods of conjugate gradients for solving linear
+systems, Journal of Research of the National Bureau of Standards 49 (1952) 409-436; H.
+A. van der Vorst, Bi-CGSTAB: a fast and smoothly converging variant of Bi-CG, SIAM
+Journal on Scientific and Statistical Computing 13 (1992) 631-644. scipy has both, but
+takes its inner products from the BLAS, whose threads synchronize at each of them: on a
+busy two-core machine this made a run ten times slower (measured, 90,000 unknowns). Here
+they are computed by one thread, as products with a sparse M are.
 """
 
 from __future__ import annotations
@@ -57,10 +60,12 @@ def gmres(
     precondition: Operator = np.copy,
     enough: float = 0.0,
 ) -> Vector:
-    """Return a rough solution of A x = b, shape (n,), after a few steps, each of which takes one product with A and
-    leaves the least |b - A x|_2 in its Krylov space; fewer once that is at most `enough`.
+    """Return a rough solution of A x = b, shape (n,), after a few steps, each of which
+    takes one product with A and leaves the least |b - A x|_2 in its Krylov space; fewer
+    once that is at most `enough`.
 
-    H. F. Walker and L. Zhou, A simpler GMRES, Numerical Linear Algebra with Applications 1 (1994) 571-581.
+    H. F. Walker and L. Zhou, A simpler GMRES, Numerical Linear Algebra with
+    Applications 1 (1994) 571-581.
     precondition : an approximate inverse of A; it returns new arrays.
     """
     x, r, last, spanned = np.zeros(b.size), b.copy(), b, list[tuple[Vector, Vector]]()
@@ -95,11 +100,12 @@ def conjugate_gradients(
     precondition: Operator,
     measure: Measure = norm,
 ) -> tuple[Vector, float]:
-    """Solve A x = b for symmetric positive definite A from x, shape (n,), until the residual b - A x is at most `most`
-    by this measure; return the last x, and the size of its residual by the recursion.
+    """Solve A x = b for symmetric positive definite A from x, shape (n,), until the
+    residual b - A x is at most `most` by this measure; return the last x, and the size
+    of its residual by the recursion.
 
-    A, precondition : products with A and with a symmetric positive definite approximate inverse; they return new
-        arrays; precondition may return its argument.
+    A, precondition : products with A and with a symmetric positive definite approximate
+        inverse; they return new arrays; precondition may return its argument.
     """
     x = x.copy()
     r = b - A(x) if np.count_nonzero(x) else b.copy()
@@ -127,7 +133,8 @@ def conjugate_gradients(
 
 
 def relative_to(target: Vector) -> Measure:
-    """Return the measure of a residual by its largest component relative to this target."""
+    """Return the measure of a residual by its largest component relative to this
+    target."""
     parts = [*row_parts(target.size)]
     return lambda r: float(
         np.max([(np.abs(r[part]) / target[part]).max() for part in parts], initial=0.0)
@@ -143,7 +150,8 @@ def bicgstab(
     precondition: Operator,
     measure: Measure = norm,
 ) -> tuple[Vector, float]:
-    """Solve A x = b for any nonsingular A, as `conjugate_gradients` does, with two products with A per iteration."""
+    """Solve A x = b for any nonsingular A, as `conjugate_gradients` does, with two
+    products with A per iteration."""
     x = x.copy()
     r = b - A(x) if np.count_nonzero(x) else b.copy()
     shadow, size = r.copy(), measure(r)
@@ -181,7 +189,8 @@ def identity(v: Any) -> Any:
 
 
 def ends(M: Matrix) -> tuple[float, float] | None:
-    """Return rough estimates of the extreme eigenvalues of a symmetric positive definite M; None for any other M."""
+    """Return rough estimates of the extreme eigenvalues of a symmetric positive
+    definite M; None for any other M."""
     solve = definite_solver(M)
     if solve is None:
         return None
@@ -191,7 +200,8 @@ def ends(M: Matrix) -> tuple[float, float] | None:
 
 
 def _rayleigh(product: Operator, n: int) -> float:
-    """Return the Rayleigh quotient of a symmetric positive definite operator after some power iteration."""
+    """Return the Rayleigh quotient of a symmetric positive definite operator after some
+    power iteration."""
     v: Vector = generator(0).standard_normal(n)
     size = 0.0
     for _ in range(EIGENVALUE_STEPS):
@@ -204,10 +214,11 @@ def _rayleigh(product: Operator, n: int) -> float:
 
 @np.errstate(all="ignore")
 def is_semidefinite(M: Matrix) -> bool:
-    """Return whether v'Mv >= 0 for all v up to rounding: whether the symmetric part of M is positive semidefinite.
+    """Return whether v'Mv >= 0 for all v up to rounding: whether the symmetric part of
+    M is positive semidefinite.
 
-    Diagonal dominance settles the question without a factorization. Otherwise M is scaled to a diagonal of about 1
-    first, so that the answer does not depend on units.
+    Diagonal dominance settles the question without a factorization. Otherwise M is
+    scaled to a diagonal of about 1 first, so that the answer does not depend on units.
     """
     diagonal, n = M.diagonal(), M.shape[0]
     if diagonal.min(initial=0.0) < 0:

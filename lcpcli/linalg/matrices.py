@@ -1,15 +1,17 @@
 """Operations in which dense and sparse matrices differ, and products.
 
-Matrices are dense float64 arrays or scipy.sparse.csr_array, of shape (n, n). scipy is imported only when needed: for
-sparse matrices.
+Matrices are dense float64 arrays or scipy.sparse.csr_array, of shape (n, n). scipy is
+imported only when needed: for sparse matrices.
 
 Products of one matrix with many vectors are prepared once.
 
-Bounds on the rounding errors in M z + q, underflow of products included; and residuals as if in more than twice the
-precision. For these every product is split into its rounded value and its error (T. J. Dekker, A floating-point
-technique for extending the available precision, Numerische Mathematik 18 (1971) 224-242), and math.fsum adds them up
-exactly. For many rows at once the sums are distilled: T. Ogita, S. M. Rump and S. Oishi, Accurate sum and dot product,
-SIAM Journal on Scientific Computing 26 (2005) 1955-1988.
+Bounds on the rounding errors in M z + q, underflow of products included; and residuals
+as if in more than twice the precision. For these every product is split into its
+rounded value and its error (T. J. Dekker, A floating-point technique for extending the
+available precision, Numerische Mathematik 18 (1971) 224-242), and math.fsum adds them
+up exactly. For many rows at once the sums are distilled: T. Ogita, S. M. Rump and S.
+Oishi, Accurate sum and dot product, SIAM Journal on Scientific Computing 26 (2005)
+1955-1988.
 """
 
 from __future__ import annotations
@@ -45,7 +47,8 @@ MODERATE_FACTOR = 2.0**100
 
 
 def is_sparse(M: Any) -> bool:
-    """Return whether M is a scipy sparse matrix or array, not a linear operator, without importing scipy."""
+    """Return whether M is a scipy sparse matrix or array, not a linear operator,
+    without importing scipy."""
     return (
         type(M) is not np.ndarray
         and type(M).__module__.startswith("scipy.sparse")
@@ -69,7 +72,8 @@ def norm_inf(M: Matrix) -> float:
 def row_and_column_maxima(
     M: Matrix, R: Vector, C: Vector, symmetric: bool = False
 ) -> tuple[Vector, Vector]:
-    """Return the largest entry of every row and of every column of R |M| C for diagonals R, C of shape (n,).
+    """Return the largest entry of every row and of every column of R |M| C for
+    diagonals R, C of shape (n,).
 
     symmetric : whether R |M| C is; it then saves time to know that of a sparse M.
     """
@@ -98,7 +102,8 @@ def has_no_positive_links(M: Matrix) -> bool:
 
 
 def row_maxima(M: Matrix) -> Vector:
-    """Return the largest |entry| of every row of M, NaN where an entry is; |M| is not formed if M is dense."""
+    """Return the largest |entry| of every row of M, NaN where an entry is; |M| is not
+    formed if M is dense."""
     return _by_rows(np.maximum, M, np.abs(M.data)) if is_sparse(M) else _maxima(M, 1)
 
 
@@ -111,7 +116,8 @@ def column_maxima(M: Matrix) -> Vector:
 
 
 def _by_rows(reduction: np.ufunc, M: Matrix, values: Vector) -> Vector:
-    """Return the sum, maximum or the like of one value for each stored entry, for each row; 0 for empty rows."""
+    """Return the sum, maximum or the like of one value for each stored entry, for each
+    row; 0 for empty rows."""
     rows, filled = np.zeros(M.shape[0]), np.flatnonzero(np.diff(M.indptr))
     if filled.size:
         rows[filled] = reduction.reduceat(values, M.indptr[filled])
@@ -130,7 +136,8 @@ def dense(A: Matrix) -> Matrix:
 
 
 def compressed(A: Matrix | tuple[int, int]) -> Matrix:
-    """Return A, or a zero matrix if A is a shape, in compressed sparse rows; A itself if it has that form already."""
+    """Return A, or a zero matrix if A is a shape, in compressed sparse rows; A itself
+    if it has that form already."""
     if type(A).__name__ == "csr_array":
         return A
     with imports:
@@ -145,9 +152,11 @@ def comparison(M: Matrix) -> Matrix:
 
 
 def scaled(M: Matrix, R: Vector, C: Vector) -> Matrix:
-    """Return R M C for diagonals R, C > 0 of shape (n,), as a new matrix; exact if they are powers of two.
+    """Return R M C for diagonals R, C > 0 of shape (n,), as a new matrix; exact if they
+    are powers of two.
 
-    Entries underflow only where R M C itself does; where it overflows they are the largest finite number.
+    Entries underflow only where R M C itself does; where it overflows they are the
+    largest finite number.
     """
     if not is_sparse(M):
         return _scaler(R, C)(M, R[:, np.newaxis], C)
@@ -158,7 +167,8 @@ def scaled(M: Matrix, R: Vector, C: Vector) -> Matrix:
 
 
 def principal(M: Matrix, indices: Indices) -> Matrix:
-    """Return M_PP for the indices of P, ascending; dense, or in compressed sparse rows as M is; M itself for all."""
+    """Return M_PP for the indices of P, ascending; dense, or in compressed sparse rows
+    as M is; M itself for all."""
     if indices.size == M.shape[0]:
         return M
     if not is_sparse(M):
@@ -171,7 +181,8 @@ def principal(M: Matrix, indices: Indices) -> Matrix:
 def plus_diagonal(
     M: Matrix, d: Vector | float, order: Literal["C", "F"] = "C"
 ) -> Matrix:
-    """Return M + diag(d), or M + d I for a number d, as a new matrix; a dense one is stored in `order`, C or F."""
+    """Return M + diag(d), or M + d I for a number d, as a new matrix; a dense one is
+    stored in `order`, C or F."""
     if not is_sparse(M):
         A = M.copy(order)
         diagonal = np.einsum("ii->i", A)  # a view
@@ -183,7 +194,8 @@ def plus_diagonal(
 
 
 def thinned(M: Matrix, most: float) -> Matrix:
-    """Return a dense M in compressed rows if it has at most `most` entries other than 0; else M itself.
+    """Return a dense M in compressed rows if it has at most `most` entries other than
+    0; else M itself.
 
     scipy's own conversion takes several times as long as a product with M.
     """
@@ -208,7 +220,8 @@ def thinned(M: Matrix, most: float) -> Matrix:
 
 
 def _scaler(R: Vector, C: Vector) -> Callable[[Vector, Vector, Vector], Vector]:
-    """Return a function that multiplies entries by arrays of their R and C without intermediate over- or underflow.
+    """Return a function that multiplies entries by arrays of their R and C without
+    intermediate over- or underflow.
 
     Where the product itself overflows, the result is the largest finite number.
     """
@@ -237,15 +250,17 @@ def row_blocks(M: Matrix) -> Iterator[tuple[slice, Vector]]:
 
 
 def row_parts(n: int, width: int = 8) -> Iterator[slice]:
-    """Yield slices of n rows, a block each: of a matrix with so many columns, or of as many vectors."""
+    """Yield slices of n rows, a block each: of a matrix with so many columns, or of as
+    many vectors."""
     height = max(1, BLOCK_NUMBERS // max(1, width))
     for top in range(0, n, height):
         yield slice(top, min(top + height, n))
 
 
 def entries(M: Matrix) -> Iterator[tuple[slice, slice, Indices]]:
-    """Yield for each block of rows of a sparse M the slices of the rows and of their entries, and the row of each
-    entry, counted from the first of the block: what is computed of them stays in the cache."""
+    """Yield for each block of rows of a sparse M the slices of the rows and of their
+    entries, and the row of each entry, counted from the first of the block: what is
+    computed of them stays in the cache."""
     for rows in row_parts(M.shape[0]):
         starts = M.indptr[rows.start : rows.stop + 1]
         owners = np.repeat(np.arange(starts.size - 1), np.diff(starts))
@@ -253,7 +268,8 @@ def entries(M: Matrix) -> Iterator[tuple[slice, slice, Indices]]:
 
 
 def with_data(M: Matrix, data: Vector) -> Matrix:
-    """Return the matrix with these numbers in the places of the entries of M, whose arrays of places it shares."""
+    """Return the matrix with these numbers in the places of the entries of M, whose
+    arrays of places it shares."""
     with imports:
         from lcpcli.linalg.compressed_rows import of_arrays
     return of_arrays(M.shape, M.indptr, M.indices, data)
@@ -286,7 +302,8 @@ def is_symmetric(M: Matrix) -> bool:
 
 
 def mirrored(M: Matrix) -> tuple[Matrix, Vector] | None:
-    """Return a sparse M without stored zeros, and M_ji for each entry M_ij; None if some M_ij has none."""
+    """Return a sparse M without stored zeros, and M_ji for each entry M_ij; None if
+    some M_ij has none."""
     if not (M.has_canonical_format and M.data.all()):
         M = M.copy()
         M.sum_duplicates()
@@ -302,8 +319,9 @@ def mirrored(M: Matrix) -> tuple[Matrix, Vector] | None:
 
 
 def is_narrow(M: Matrix, most: float = MOST_NARROW_ENTRIES) -> bool:
-    """Return whether the entries of a sparse M are so near its diagonal, as for problems in one dimension, that its
-    factors cannot have many more entries: at most so many times those of M."""
+    """Return whether the entries of a sparse M are so near its diagonal, as for
+    problems in one dimension, that its factors cannot have many more entries: at most
+    so many times those of M."""
     return bool(M.shape[0] * (2 * width(M) + 1) <= most * M.nnz)
 
 
@@ -342,11 +360,14 @@ def unit_columns(n: int, selected: Indices, sparse: bool) -> Matrix:
 
 
 def product(M: Matrix, v: Vector) -> Vector:
-    """Return M v for M of shape (m, n), dense or sparse, and v of shape (n,), or (n, k) for k vectors at once.
+    """Return M v for M of shape (m, n), dense or sparse, and v of shape (n,), or (n, k)
+    for k vectors at once.
 
-    numpy and scipy each have a BLAS with its own threads, which keep spinning for a while after each call. When both
-    are used in turn they compete for the processors: a factorization by scipy between products by numpy was observed to
-    take three to fifteen times as long. So scipy's, once loaded, computes the products with large dense matrices too.
+    numpy and scipy each have a BLAS with its own threads, which keep spinning for a
+    while after each call. When both are used in turn they compete for the processors: a
+    factorization by scipy between products by numpy was observed to take three to
+    fifteen times as long. So scipy's, once loaded, computes the products with large
+    dense matrices too.
     """
     if not isinstance(M, np.ndarray):
         return _product_with(M, M.data, v) if is_sparse(M) else np.asarray(M @ v)
@@ -392,7 +413,8 @@ Shape: TypeAlias = tuple[int, int]
 
 
 def multiplier(M: Matrix) -> Callable[[Vector], Vector]:
-    """Return a function that returns M v for a contiguous v of shape (n,), to be called many times."""
+    """Return a function that returns M v for a contiguous v of shape (n,), to be called
+    many times."""
     return (
         compressed_multiplier(M.shape, M.indptr, M.indices, M.data)
         if is_sparse(M)
@@ -403,18 +425,21 @@ def multiplier(M: Matrix) -> Callable[[Vector], Vector]:
 def compressed_multiplier(
     shape: Shape, indptr: Indices, indices: Indices, data: Vector
 ) -> Callable[[Vector], Vector]:
-    """Return a function as `multiplier` does for the arrays of a matrix in compressed sparse rows."""
+    """Return a function as `multiplier` does for the arrays of a matrix in compressed
+    sparse rows."""
     return partial(row_multiplier(shape, indptr, indices, data), slice(0, shape[0]))
 
 
 def row_multiplier(
     shape: Shape, indptr: Indices, indices: Indices, data: Vector
 ) -> Callable[[slice, Vector], Vector]:
-    """Return a function that returns some rows of M v, a slice with both ends, for the arrays of M in compressed sparse
-    rows and a contiguous v of its type, to be called many times.
+    """Return a function that returns some rows of M v, a slice with both ends, for the
+    arrays of M in compressed sparse rows and a contiguous v of its type, to be called
+    many times.
 
-    scipy's operator takes ten times as long as the product with a small matrix in this form; its routine without checks
-    is not public, so the operator stands in where it is not found.
+    scipy's operator takes ten times as long as the product with a small matrix in this
+    form; its routine without checks is not public, so the operator stands in where it
+    is not found.
     """
     try:
         with imports:
@@ -441,11 +466,13 @@ TINY_TERMS = 2.0**-900
 
 
 def row_errors(M: Matrix, z: Vector, terms: Vector) -> Vector:
-    """Return bounds on the rounding errors in w = M z + q for z of shape (n,), or for m of them in rows.
+    """Return bounds on the rounding errors in w = M z + q for z of shape (n,), or for m
+    of them in rows.
 
     terms : |q| + |M| |z| as computed, of the shape of w.
 
-    A product that underflows is off by up to SMALLEST_NORMAL, and is missing in the terms as in w.
+    A product that underflows is off by up to SMALLEST_NORMAL, and is missing in the
+    terms as in w.
     """
     errors: Vector = ROW_ROUNDING * terms
     tiny = terms <= TINY_TERMS
@@ -462,7 +489,8 @@ def may_underflow(M: Matrix, z: Vector) -> bool:
 
 
 def products(M: Matrix, z: Vector) -> Vector:
-    """Return how many products M_ij z_j of numbers other than 0 each row of M z adds up."""
+    """Return how many products M_ij z_j of numbers other than 0 each row of M z adds
+    up."""
     used: Mask = M != 0
     counts: Vector = (used.astype(np.float64) @ (z != 0).T.astype(np.float64)).T
     return counts
@@ -476,7 +504,8 @@ CANCELLED = 2.0**-80
 
 
 def accurate_residual(A: Matrix, x: Vector, b: Vector) -> Vector:
-    """Return b - A x for A dense or in compressed sparse rows, rounded once (except for over- and underflow)."""
+    """Return b - A x for A dense or in compressed sparse rows, rounded once (except for
+    over- and underflow)."""
     if not is_sparse(A):
         pairs = zip(b.tolist(), A, strict=True)
         return np.array(
@@ -503,7 +532,8 @@ def _summed(A: Matrix, x: Vector, b: Vector) -> Vector:
 
 
 def _distilled(A: Matrix, x: Vector, b: Vector) -> Vector:
-    """Return the residuals of all rows of a sparse A, whose lengths are similar, at once."""
+    """Return the residuals of all rows of a sparse A, whose lengths are similar, at
+    once."""
     lengths = np.diff(A.indptr)
     entries = np.arange(lengths.max())[:, np.newaxis]
     places = np.minimum(A.indptr[:-1] + entries, A.nnz - 1)

@@ -1,11 +1,15 @@
-"""Patterns of sparse matrices: the bandwidth and the fill, which bound the cost of factors, and signs.
+"""Patterns of sparse matrices: the bandwidth and the fill, which bound the cost of
+factors, and signs.
 
-Elimination without row exchanges causes no fill-in outside the band (E. Cuthill and J. McKee, Reducing the bandwidth of
-sparse symmetric matrices, Proceedings of the 24th ACM National Conference (1969) 157-172, reversed after A. George,
-1971). A column of L has the entries of its column of A and those of its children in the elimination tree (J. W. H. Liu,
-The role of elimination trees in sparse factorization, SIAM J. Matrix Anal. Appl. 11 (1990) 134-172).
+Elimination without row exchanges causes no fill-in outside the band (E. Cuthill and J.
+McKee, Reducing the bandwidth of sparse symmetric matrices, Proceedings of the 24th ACM
+National Conference (1969) 157-172, reversed after A. George, 1971). A column of L has
+the entries of its column of A and those of its children in the elimination tree (J. W.
+H. Liu, The role of elimination trees in sparse factorization, SIAM J. Matrix Anal.
+Appl. 11 (1990) 134-172).
 
-The index arrays of sparse matrices in files: scipy's compiled code trusts them, so that they are checked before.
+The index arrays of sparse matrices in files: scipy's compiled code trusts them, so that
+they are checked before.
 """
 
 from __future__ import annotations
@@ -40,7 +44,8 @@ MUCH_FILL = 10
 
 
 def affordable(M: Matrix) -> bool:
-    """Return whether a factorization of M, which takes less than one of its band, may be a side computation."""
+    """Return whether a factorization of M, which takes less than one of its band, may
+    be a side computation."""
     if not is_sparse(M):
         return bool(M.shape[0] <= MOST_DENSE_ROWS)
     band = Band(M)
@@ -52,7 +57,8 @@ def _symmetric(M: Matrix) -> Matrix:
 
 
 def is_forest(M: Matrix) -> bool:
-    """Return whether the graph of the entries of a sparse M is a forest: factors of M then have no more of them."""
+    """Return whether the graph of the entries of a sparse M is a forest: factors of M
+    then have no more of them."""
     n = M.shape[0]
     if M.nnz > 3 * n:
         return False
@@ -64,10 +70,12 @@ def is_forest(M: Matrix) -> bool:
 
 
 class Band:
-    """The band of a sparse matrix of shape (n, n) and of its transpose together, in the reverse Cuthill-McKee order.
+    """The band of a sparse matrix of shape (n, n) and of its transpose together, in the
+    reverse Cuthill-McKee order.
 
-    width : the largest |i - j| of a stored entry in that order. entries, operations : upper bounds on the entries of
-    both triangular factors, and on the multiplications and additions of the elimination, if it stays in the band.
+    width : the largest |i - j| of a stored entry in that order. entries, operations :
+    upper bounds on the entries of both triangular factors, and on the multiplications
+    and additions of the elimination, if it stays in the band.
     """
 
     def __init__(self, M: Matrix) -> None:
@@ -94,12 +102,15 @@ class Band:
 
 
 def order_of(M: Matrix) -> str:
-    """Return the ordering that SuperLU is to compute for diagonal pivots of a sparse M: minimum degree, or COLAMD.
+    """Return the ordering that SuperLU is to compute for diagonal pivots of a sparse M:
+    minimum degree, or COLAMD.
 
-    SuperLU holds the interpreter's lock in this search, so that neither Ctrl-C nor a time limit can end the wait for
-    it. Minimum degree gives less fill, but takes minutes where the graph of M has no small separators, and L is nearly
-    dense in any order; COLAMD takes a second there. Minimum degree also goes through a long row whenever one of its
-    unknowns is eliminated, while COLAMD leaves such rows for the end.
+    SuperLU holds the interpreter's lock in this search, so that neither Ctrl-C nor a
+    time limit can end the wait for it. Minimum degree gives less fill, but takes
+    minutes where the graph of M has no small separators, and L is nearly dense in any
+    order; COLAMD takes a second there. Minimum degree also goes through a long row
+    whenever one of its unknowns is eliminated, while COLAMD leaves such rows for the
+    end.
     """
     if M.nnz <= MOST_ORDERED_ENTRIES:
         return "MMD_AT_PLUS_A"
@@ -109,7 +120,8 @@ def order_of(M: Matrix) -> str:
 
 
 def _spreads(M: Matrix) -> bool:
-    """Return whether a few steps along the entries of M lead from a typical unknown to most others."""
+    """Return whether a few steps along the entries of M lead from a typical unknown to
+    most others."""
     pattern = _symmetric(M)
     pattern.data[:] = 1.0
     reached = np.zeros(M.shape[0])
@@ -120,10 +132,12 @@ def _spreads(M: Matrix) -> bool:
 
 
 def fill(M: Matrix, most: int) -> int:
-    """Count the entries below the diagonal of L, for diagonal pivots of M + M' in order of the entries of their rows.
+    """Count the entries below the diagonal of L, for diagonal pivots of M + M' in order
+    of the entries of their rows.
 
-    For the conditions of programs this order is not much worse than minimum degree, and it takes no time. M is sparse,
-    of shape (n, n). Counting stops above `most`, or when TimeIsUp is raised.
+    For the conditions of programs this order is not much worse than minimum degree, and
+    it takes no time. M is sparse, of shape (n, n). Counting stops above `most`, or when
+    TimeIsUp is raised.
     """
     with imports:
         from scipy.sparse import tril
@@ -148,12 +162,14 @@ def fill(M: Matrix, most: int) -> int:
 
 
 def signs(M: Matrix) -> Vector | None:
-    """Return S of shape (n,), entries 1 or -1, with S_i M_ij = S_j M_ji for all i and j; None if there is none.
+    """Return S of shape (n,), entries 1 or -1, with S_i M_ij = S_j M_ji for all i and
+    j; None if there is none.
 
-    If M + M' is positive semidefinite and D positive, S (M + D) is then quasidefinite and has LDL' factors for every
-    order of the pivots (R. J. Vanderbei, Symmetric quasidefinite matrices, SIAM J. Optim. 5 (1995) 100-113).
-    i and j have the same sign where M_ij = M_ji and opposite ones where M_ij = -M_ji: in the graph of all (i, +) and
-    (i, -) with these edges, (i, +) and (i, -) must not be connected.
+    If M + M' is positive semidefinite and D positive, S (M + D) is then quasidefinite
+    and has LDL' factors for every order of the pivots (R. J. Vanderbei, Symmetric
+    quasidefinite matrices, SIAM J. Optim. 5 (1995) 100-113). i and j have the same sign
+    where M_ij = M_ji and opposite ones where M_ij = -M_ji: in the graph of all (i, +)
+    and (i, -) with these edges, (i, +) and (i, -) must not be connected.
     """
     with imports:
         from scipy.sparse.csgraph import connected_components
@@ -174,9 +190,11 @@ def signs(M: Matrix) -> Vector | None:
 
 
 def is_structurally_singular(A: Matrix) -> bool:
-    """Return whether all matrices with the nonzeros of A, of shape (n, n), are singular: whether fewer than n of them
-    share neither rows nor columns. The largest number is that of a flow from rows to columns, found in polynomial time,
-    which `scipy.sparse.csgraph.structural_rank` may not be: for some matrices of 1000 rows it does not end."""
+    """Return whether all matrices with the nonzeros of A, of shape (n, n), are
+    singular: whether fewer than n of them share neither rows nor columns. The largest
+    number is that of a flow from rows to columns, found in polynomial time, which
+    `scipy.sparse.csgraph.structural_rank` may not be: for some matrices of 1000 rows it
+    does not end."""
     n = A.shape[0]
     if (
         np.count_nonzero(np.diff(A.indptr)) < n
@@ -199,12 +217,14 @@ def is_structurally_singular(A: Matrix) -> bool:
 
 
 def outside(indices: Any, size: int) -> Indices:
-    """Return the places of the indices that are not whole numbers from 0 to size - 1."""
+    """Return the places of the indices that are not whole numbers from 0 to size -
+    1."""
     return np.flatnonzero(~((indices >= 0) & (indices < size) & (indices % 1 == 0)))
 
 
 def are_compressed(ends: Any, indices: Any, lines: int, across: int) -> bool:
-    """Return whether indices below `across` belong to this number of compressed rows or columns with these ends."""
+    """Return whether indices below `across` belong to this number of compressed rows or
+    columns with these ends."""
     are_ends = (
         ends.size == lines + 1
         and ends[0] == 0
@@ -217,7 +237,8 @@ def are_compressed(ends: Any, indices: Any, lines: int, across: int) -> bool:
 def fit(
     form: str, places: Sequence[Any], data: Sequence[int], shape: Sequence[int]
 ) -> bool:
-    """Return whether the arrays of places in one of scipy's sparse forms fit the matrix that they belong to.
+    """Return whether the arrays of places in one of scipy's sparse forms fit the matrix
+    that they belong to.
 
     data, shape : the shapes of the array of values and of the matrix.
     """

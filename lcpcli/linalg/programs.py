@@ -1,7 +1,9 @@
-"""Linear programs, solved by HiGHS, in its own package or in scipy, kept from delaying Ctrl-C and time limits.
+"""Linear programs, solved by HiGHS, in its own package or in scipy, kept from delaying
+Ctrl-C and time limits.
 
-And convex quadratic ones, solved by PIQP, where it is installed: R. Schwan, Y. Jiang, D. Kuhn and C. N. Jones, PIQP: a
-proximal interior-point quadratic programming solver, 62nd IEEE Conference on Decision and Control (2023) 1088-1093.
+And convex quadratic ones, solved by PIQP, where it is installed: R. Schwan, Y. Jiang,
+D. Kuhn and C. N. Jones, PIQP: a proximal interior-point quadratic programming solver,
+62nd IEEE Conference on Decision and Control (2023) 1088-1093.
 """
 
 from __future__ import annotations
@@ -38,7 +40,8 @@ TOLERANCES = {
 
 
 def _limits(A: Matrix, effort: float, name: str) -> dict[str, float]:
-    """Return the options for the limits: the iterations, under this name, and the time that remains."""
+    """Return the options for the limits: the iterations, under this name, and the time
+    that remains."""
     limits, seconds = dict[str, float](), max(EARLIER * remaining(), 0.0)
     if seconds < math.inf:
         limits["time_limit"] = seconds
@@ -54,7 +57,8 @@ def _entries(A: Matrix) -> int:
 
 
 class Optimum(NamedTuple):
-    """A minimizer x, the multipliers y of the rows, which are derivatives by their bounds, and the minimum."""
+    """A minimizer x, the multipliers y of the rows, which are derivatives by their
+    bounds, and the minimum."""
 
     x: Vector
     y: Vector
@@ -64,11 +68,12 @@ class Optimum(NamedTuple):
 def minimized(
     objective: Vector, A: Matrix, ends: Pair, bounds: Pair, effort: float = math.inf
 ) -> Optimum | None:
-    """Return the minimum of objective'x with row_lower <= A x <= row_upper and lower <= x <= upper, if one is found.
-    The solver takes no longer than remains for the run.
+    """Return the minimum of objective'x with row_lower <= A x <= row_upper and lower <=
+    x <= upper, if one is found. The solver takes no longer than remains for the run.
 
-    ends, bounds : the pairs row_lower, row_upper and lower, upper; infinite where there is no bound. effort : so many
-    iterations are done as usually take so many seconds; their number depends on the size of A alone.
+    ends, bounds : the pairs row_lower, row_upper and lower, upper; infinite where there
+    is no bound. effort : so many iterations are done as usually take so many seconds;
+    their number depends on the size of A alone.
     """
     with imports:
         highspy = import_module("highspy") if find_spec("highspy") else None
@@ -118,7 +123,8 @@ def _by_scipy(
     bounds: Pair,
     limits: Any,
 ) -> tuple[Optimum | None, bool]:
-    """Return the minimum by the HiGHS of scipy, or None, and whether one of these limits has ended it."""
+    """Return the minimum by the HiGHS of scipy, or None, and whether one of these
+    limits has ended it."""
     with imports:
         from scipy.optimize import linprog
     low, high = ends
@@ -150,7 +156,8 @@ def highs_with(
     options: Mapping[str, Any],
     lower_triangle: Any = None,
 ) -> Any:
-    """Return HiGHS with a program, the lower triangle of whose Hessian is sparse or None; None if it is refused."""
+    """Return HiGHS with a program, the lower triangle of whose Hessian is sparse or
+    None; None if it is refused."""
     with imports:
         from scipy.sparse import csc_array
     highs, model = (
@@ -182,8 +189,8 @@ def highs_with(
 
 
 def solver(highspy: Any, options: Mapping[str, Any]) -> Any:
-    """Return HiGHS with some options, which prints nothing; from version 1.16 on it has a banner when callbacks are
-    enabled, before options can be set from outside."""
+    """Return HiGHS with some options, which prints nothing; from version 1.16 on it has
+    a banner when callbacks are enabled, before options can be set from outside."""
 
     class Silent(highspy.Highs):  # type: ignore[misc]
         def enableCallbacks(self) -> None:
@@ -197,8 +204,9 @@ def solver(highspy: Any, options: Mapping[str, Any]) -> Any:
 
 
 class Ended(NamedTuple):
-    """How PIQP ended: x, the multipliers of the equations and of the other rows, which are the derivatives of the
-    minimum with respect to their bounds, and its status, `PIQP_SOLVED` if the tolerance is reached."""
+    """How PIQP ended: x, the multipliers of the equations and of the other rows, which
+    are the derivatives of the minimum with respect to their bounds, and its status,
+    `PIQP_SOLVED` if the tolerance is reached."""
 
     x: Vector
     of_equations: Vector
@@ -208,7 +216,8 @@ class Ended(NamedTuple):
 
 @cache
 def has_piqp() -> bool:
-    """Return whether PIQP is installed, and QDLDL, which tells how much work it has, without loading them."""
+    """Return whether PIQP is installed, and QDLDL, which tells how much work it has,
+    without loading them."""
     with imports:
         return all(map(find_spec, ("piqp", "qdldl")))
 
@@ -225,9 +234,12 @@ def convex_minimum(
 ) -> Ended:
     """Minimize x'Qx / 2 + c'x with A x = b, low <= G x <= high and lower <= x <= upper.
 
-    Q, equations, rows, bounds : Q; A, b; G, low, high; lower, upper. The matrices are all dense, or all csc_matrices.
-    tol : for PIQP's residuals and the duality gap: relative, and absolute in units of the largest |c_i| and |b_i|.
-    most_steps : by default PIQP's own limit; it has no limit of time, and cannot be interrupted.
+    Q, equations, rows, bounds : Q; A, b; G, low, high; lower, upper. The matrices are
+        all dense, or all csc_matrices.
+    tol : for PIQP's residuals and the duality gap: relative, and absolute in units of
+        the largest |c_i| and |b_i|.
+    most_steps : by default PIQP's own limit; it has no limit of time, and cannot be
+        interrupted.
     most_gap : the tolerance of the duality gap, by default `tol`.
     """
     with imports:

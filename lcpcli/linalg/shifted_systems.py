@@ -1,8 +1,10 @@
-"""Systems with M + diag(d) for one d after another, whose pattern is analysed only once.
+"""Systems with M + diag(d) for one d after another, whose pattern is analysed only
+once.
 
-If signs S make S M symmetric, no pivoting is needed (see `patterns.signs`): the factors are LDL' by QDLDL, where it is
-installed and faster, or those of SuperLU with diagonal pivots in an order for symmetric patterns, without dense rows
-and columns. Dense M has LU factors with partial pivoting.
+If signs S make S M symmetric, no pivoting is needed (see `patterns.signs`): the factors
+are LDL' by QDLDL, where it is installed and faster, or those of SuperLU with diagonal
+pivots in an order for symmetric patterns, without dense rows and columns. Dense M has
+LU factors with partial pivoting.
 """
 
 from __future__ import annotations
@@ -33,12 +35,14 @@ MOST_FILLED = 5.0
 # Operations of LDL: columns of such a length are handled faster in dense blocks.
 MOST_PER_ENTRY = 300.0
 Systems: TypeAlias = "SuperLU | LDL | Bordered | _Dense"
-"""Systems of one M: factorize(d) factorizes M + diag(d), or raises SingularMatrix; solve(b) solves for the last d."""
+"""Systems of one M: factorize(d) factorizes M + diag(d), or raises SingularMatrix;
+solve(b) solves for the last d."""
 
 
 def systems(M: Matrix, S: Vector | None, once: bool = False) -> Systems:
-    """Return the systems of M, dense or in compressed sparse rows, with signs S if there are any. once : whether a
-    single d is expected: QDLDL's search for an order may then take longer than what it saves."""
+    """Return the systems of M, dense or in compressed sparse rows, with signs S if
+    there are any. once : whether a single d is expected: QDLDL's search for an order
+    may then take longer than what it saves."""
     if not is_sparse(M):
         return _Dense(M)
     if S is None or not has_qdldl():
@@ -58,7 +62,8 @@ def systems(M: Matrix, S: Vector | None, once: bool = False) -> Systems:
 
 
 def operations(systems: Systems) -> float:
-    """Return the number of operations of a factorization by QDLDL, else infinity; raise SingularMatrix for M + I."""
+    """Return the number of operations of a factorization by QDLDL, else infinity; raise
+    SingularMatrix for M + I."""
     if not isinstance(systems, LDL):
         return math.inf
     systems.factorize(np.ones(systems.S.size))
@@ -83,8 +88,9 @@ class _Dense:
 
 
 class SuperLU:
-    """Systems by scipy's SuperLU with diagonal pivots, in a given order or in that of the first factorization, as
-    SuperLU's own search for an order may take longer than all factorizations."""
+    """Systems by scipy's SuperLU with diagonal pivots, in a given order or in that of
+    the first factorization, as SuperLU's own search for an order may take longer than
+    all factorizations."""
 
     def __init__(self, M: Matrix, order: Indices | None = None) -> None:
         self._M, self._diagonal = M, M.diagonal()
@@ -115,7 +121,8 @@ class SuperLU:
         return np.asarray(self._lu.solve(permuted)[self._solving])
 
     def _keep(self, order: Indices, search: str) -> None:
-        """Permute rows and columns to these places, the whole diagonal among them; search : for an order from there."""
+        """Permute rows and columns to these places, the whole diagonal among them;
+        search : for an order from there."""
         with imports:
             from scipy.sparse import csc_array
         coo, n, self._order, self._search, self._inverse = (
@@ -140,8 +147,9 @@ class SuperLU:
 
 
 class LDL:
-    """Systems by QDLDL's factors of S (M + diag(d)), or by SuperLU once the first of them take so many operations per
-    entry that the dense blocks of SuperLU save more than the other half of the factors costs."""
+    """Systems by QDLDL's factors of S (M + diag(d)), or by SuperLU once the first of
+    them take so many operations per entry that the dense blocks of SuperLU save more
+    than the other half of the factors costs."""
 
     def __init__(self, M: Matrix, S: Vector) -> None:
         with imports:
@@ -194,7 +202,8 @@ class LDL:
         )
 
     def operations(self) -> tuple[float, float]:
-        """Return the number of operations for the factors, and its mean for an entry of these."""
+        """Return the number of operations for the factors, and its mean for an entry of
+        these."""
         lengths = np.diff(self._solver.factors()[0].indptr).astype(np.float64)
         total = float((lengths * (lengths + 3)).sum())
         return total, total / max(float(lengths.sum()), 1.0)
@@ -222,7 +231,8 @@ class _Diagonal:
 
 
 class Bordered:
-    """Systems with some rows and columns split off as a border. is_diagonal : whether the rest is a diagonal matrix."""
+    """Systems with some rows and columns split off as a border. is_diagonal : whether
+    the rest is a diagonal matrix."""
 
     def __init__(self, M: Matrix, places: Indices, is_diagonal: bool = False) -> None:
         with imports:

@@ -1,8 +1,10 @@
-"""Products of a sparse matrix with vectors, a block of rows at a time and without its entries where its rows repeat.
+"""Products of a sparse matrix with vectors, a block of rows at a time and without its
+entries where its rows repeat.
 
-Difference formulas on a grid have the same few numbers in nearly every row, at the same distances from the diagonal:
-the stencil. Such rows are read once, to be compared; products then take only the vector, which is read once if a block
-of it stays in the cache. The other rows, at the edge of the grid, are multiplied as they are.
+Difference formulas on a grid have the same few numbers in nearly every row, at the same
+distances from the diagonal: the stencil. Such rows are read once, to be compared;
+products then take only the vector, which is read once if a block of it stays in the
+cache. The other rows, at the edge of the grid, are multiplied as they are.
 """
 
 from __future__ import annotations
@@ -21,7 +23,8 @@ MOST_OTHERS = 0.3  # of all rows: those that differ from the stencil
 
 
 class Operator:
-    """Products of a sparse matrix of shape (n, n) with contiguous vectors of its own type, by blocks of rows.
+    """Products of a sparse matrix of shape (n, n) with contiguous vectors of its own
+    type, by blocks of rows.
 
     parts : the blocks, as slices of rows.
     """
@@ -58,7 +61,8 @@ class Operator:
         return block
 
     def __call__(self, v: Any, factors: Any = None, out: Any = None) -> Any:
-        """Return M v, times factors of shape (n,) if they are given, in `out` if that is given."""
+        """Return M v, times factors of shape (n,) if they are given, in `out` if that
+        is given."""
         image = np.empty_like(v) if out is None else out
         for k, part in enumerate(self.parts):
             if factors is None:
@@ -89,10 +93,13 @@ class Operator:
 
 
 class _Stencil(NamedTuple):
-    """The rows of a matrix with the same entries at the same distances from the diagonal, and the others.
+    """The rows of a matrix with the same entries at the same distances from the
+    diagonal, and the others.
 
-    terms : each value with its distances. first, last : the rows between which all distances stay within the matrix.
-    others : the indices of the rows that differ, in order. starts : where those of each block begin, and their number.
+    terms : each value with its distances. first, last : the rows between which all
+        distances stay within the matrix.
+    others : the indices of the rows that differ, in order. starts : where those of each
+        block begin, and their number.
     """
 
     terms: list[tuple[float, list[int]]]
@@ -123,7 +130,8 @@ class _Stencil(NamedTuple):
 
 
 def _stencil(M: Matrix) -> _Stencil | None:
-    """Return the stencil of the first row of median length, if nearly all rows of M have exactly its entries."""
+    """Return the stencil of the first row of median length, if nearly all rows of M
+    have exactly its entries."""
     n, degrees = M.shape[0], np.diff(M.indptr)
     typical = int((degrees == int(np.median(degrees))).argmax())
     own = slice(*M.indptr[typical : typical + 2])

@@ -1,12 +1,15 @@
-"""How many threads the BLAS uses: one, unless the matrix is so large that more of them save time.
+"""How many threads the BLAS uses: one, unless the matrix is so large that more of them
+save time.
 
-The threads of a BLAS wait for each other busily. Beside two busy processes on two processors, a dense problem with
-n = 2000 was seen to take 8 to 27 times as long as alone in two threads, and 1.6 times as long in one thread; alone, two
-threads save a tenth to a quarter of the time.
+The threads of a BLAS wait for each other busily. Beside two busy processes on two
+processors, a dense problem with n = 2000 was seen to take 8 to 27 times as long as
+alone in two threads, and 1.6 times as long in one thread; alone, two threads save a
+tenth to a quarter of the time.
 
-The number belongs to the process. Commands set it in the environment before numpy, which reads it when it is loaded
-(`lcpcli.cli.problems.settle_threads`); where numpy is loaded, threadpoolctl changes it for the duration of a call.
-Nothing heavy is imported here before it is needed.
+The number belongs to the process. Commands set it in the environment before numpy,
+which reads it when it is loaded (`lcpcli.cli.problems.settle_threads`); where numpy is
+loaded, threadpoolctl changes it for the duration of a call. Nothing heavy is imported
+here before it is needed.
 """
 
 from __future__ import annotations
@@ -53,10 +56,12 @@ def in_environment() -> int | None:
 
 
 def with_limited_threads(function: Function) -> Function:
-    """Return a function (problem, ...) that calls the given one with as many threads as its keyword `threads` says.
+    """Return a function (problem, ...) that calls the given one with as many threads as
+    its keyword `threads` says.
 
-    By default the environment sets their number; if not, it is one, unless M is so large that more save time. A
-    nonlinear problem has no M, but linear systems with up to twice as many unknowns.
+    By default the environment sets their number; if not, it is one, unless M is so
+    large that more save time. A nonlinear problem has no M, but linear systems with up
+    to twice as many unknowns.
     """
 
     @wraps(function)
@@ -74,7 +79,8 @@ def with_limited_threads(function: Function) -> Function:
 
 
 def _number(problem: Any, asked: int | None) -> int | None:
-    """Return the number of threads for a problem, None to leave it as it is; raise OptionError if it cannot be set."""
+    """Return the number of threads for a problem, None to leave it as it is; raise
+    OptionError if it cannot be set."""
     if asked is not None:
         options.check((options.THREADS,), {options.THREADS.name: asked})
         if _libraries() is None:
@@ -99,10 +105,12 @@ _thread = threading.local()  # is_limited : whether it is within a context of `l
 
 @contextmanager
 def limited(number: int) -> Iterator[None]:
-    """Open a context in which the BLAS of numpy and that of scipy use that many threads, if threadpoolctl is installed.
+    """Open a context in which the BLAS of numpy and that of scipy use that many
+    threads, if threadpoolctl is installed.
 
-    Of nested contexts the outermost one decides. As the number belongs to the process, the smallest one counts where
-    contexts of several threads overlap, and the last of these to close puts back what was there before.
+    Of nested contexts the outermost one decides. As the number belongs to the process,
+    the smallest one counts where contexts of several threads overlap, and the last of
+    these to close puts back what was there before.
     """
     libraries, call = _libraries(), object()
     if libraries is None or getattr(_thread, "is_limited", False):
@@ -118,8 +126,8 @@ def limited(number: int) -> Iterator[None]:
 
 
 def _share(libraries: Sequence[Any], call: object, number: int | None = None) -> None:
-    """Take the number for which a call asks, or forget it at its end. The first call changes the number of the process,
-    and the last one puts it back."""
+    """Take the number for which a call asks, or forget it at its end. The first call
+    changes the number of the process, and the last one puts it back."""
     with _lock:
         if not _asked:
             _usual[:] = [library.get_num_threads() for library in libraries]
@@ -139,7 +147,8 @@ def _share(libraries: Sequence[Any], call: object, number: int | None = None) ->
 
 @cache
 def _libraries() -> list[Any] | None:
-    """Return threadpoolctl's controllers of the BLAS that are loaded; None without threadpoolctl."""
+    """Return threadpoolctl's controllers of the BLAS that are loaded; None without
+    threadpoolctl."""
     with imports:
         try:
             from threadpoolctl import ThreadpoolController

@@ -1,20 +1,26 @@
-"""The units of rows and columns that a matrix itself suggests, the groups of them that are coupled, and equilibration.
+"""The units of rows and columns that a matrix itself suggests, the groups of them that
+are coupled, and equilibration.
 
-A. R. Curtis and J. K. Reid, On the automatic scaling of matrices for Gaussian elimination, IMA Journal of Applied
-Mathematics 10 (1972) 118-124: R and C with the least sum of squares of log2 |R_i M_ij C_j| over the nonzero entries.
-They are unique up to a constant for each connected component of rows and columns, with an edge where M_ij is not 0, so
-that what is measured in them does not depend on the units in which M is given.
+A. R. Curtis and J. K. Reid, On the automatic scaling of matrices for Gaussian
+elimination, IMA Journal of Applied Mathematics 10 (1972) 118-124: R and C with the
+least sum of squares of log2 |R_i M_ij C_j| over the nonzero entries. They are unique up
+to a constant for each connected component of rows and columns, with an edge where M_ij
+is not 0, so that what is measured in them does not depend on the units in which M is
+given.
 
-With rho = log2 R and the sign of gamma = log2 C changed, the normal equations are those of the Laplacian of the
-bipartite graph of rows and columns. A matrix without zeros solves them by its means. If the graph is a forest, all
-squares become 0, and each unknown follows from the one above it. Few unknowns are solved for directly, those of a
-narrow band too, and others by conjugate gradients, which take few steps unless the graph is long, and else by sparse
-elimination, which creates few entries if it is.
+With rho = log2 R and the sign of gamma = log2 C changed, the normal equations are those
+of the Laplacian of the bipartite graph of rows and columns. A matrix without zeros
+solves them by its means. If the graph is a forest, all squares become 0, and each
+unknown follows from the one above it. Few unknowns are solved for directly, those of a
+narrow band too, and others by conjugate gradients, which take few steps unless the
+graph is long, and else by sparse elimination, which creates few entries if it is.
 
-Equilibration: for positive diagonals R and C the solutions of LCP(R M C, R q) are z / C with w scaled by R. With R and
-C computed from the matrix itself, what is measured in scaled units hardly depends on the units of the data.
+Equilibration: for positive diagonals R and C the solutions of LCP(R M C, R q) are z / C
+with w scaled by R. With R and C computed from the matrix itself, what is measured in
+scaled units hardly depends on the units of the data.
 
-Systems with a singular matrix: a solution, what all solutions share, and whether there is one.
+Systems with a singular matrix: a solution, what all solutions share, and whether there
+is one.
 """
 
 from __future__ import annotations
@@ -77,8 +83,9 @@ DENSE, DENSE_CG_STEPS = 0.2, 30
 
 
 class Units(NamedTuple):
-    """Units R and C. rows, columns : log2 of R and of C, shape (n,). row_part, column_part : the numbers of the
-    connected components of rows and columns, 0 to parts - 1, shape (n,)."""
+    """Units R and C. rows, columns : log2 of R and of C, shape (n,). row_part,
+    column_part : the numbers of the connected components of rows and columns, 0 to
+    parts - 1, shape (n,)."""
 
     rows: Vector
     columns: Vector
@@ -87,12 +94,14 @@ class Units(NamedTuple):
     parts: int
 
     def diagonals(self) -> tuple[Vector, Vector]:
-        """Return R and C, rounded to powers of two, so that scaling by them is exact."""
+        """Return R and C, rounded to powers of two, so that scaling by them is
+        exact."""
         return np.exp2(np.rint(self.rows)), np.exp2(np.rint(self.columns))
 
     def largest(self, values: Vector, part: Indices) -> Vector:
-        """Return the largest value in each component, for values of rows or columns with these components, of shape
-        (..., n); minus infinity in an empty component."""
+        """Return the largest value in each component, for values of rows or columns
+        with these components, of shape (..., n); minus infinity in an empty
+        component."""
         if self.parts == 1:
             return np.asarray(values.max(axis=-1, keepdims=True, initial=-np.inf))
         found = np.full((*values.shape[:-1], self.parts), -np.inf)
@@ -103,8 +112,8 @@ class Units(NamedTuple):
 
 
 def units(M: Matrix, S: Vector | None = None) -> Units:
-    """Return the units of M, dense or in compressed sparse rows, with finite entries. In each component, the means of
-    log2 R and log2 C over the entries are equal.
+    """Return the units of M, dense or in compressed sparse rows, with finite entries.
+    In each component, the means of log2 R and log2 C over the entries are equal.
 
     S : 1 for variables and -1 for multipliers, if M is that of a program.
     """
@@ -128,7 +137,8 @@ def units(M: Matrix, S: Vector | None = None) -> Units:
 
 
 def _sums(M: Vector) -> Vector:
-    """Return the sums of log2 |M_ij| in rows and in columns of a matrix without zeros, shape (2, n)."""
+    """Return the sums of log2 |M_ij| in rows and in columns of a matrix without zeros,
+    shape (2, n)."""
     sums = np.zeros((2, M.shape[0]))
     for part in row_parts(*M.shape):
         logarithms = np.log2(np.abs(M[part]))
@@ -140,8 +150,8 @@ def _sums(M: Vector) -> Vector:
 def _dense(M: Vector) -> Units | None:
     """Return the fit for a dense M; None if it takes conjugate gradients many steps.
 
-    For few rows, the normal equations become regular if the vectors are added that are 1 in the rows and -1 in the
-    columns of a component.
+    For few rows, the normal equations become regular if the vectors are added that are
+    1 in the rows and -1 in the columns of a component.
     """
     n, used = M.shape[0], M != 0
     entries, logarithms = (
@@ -252,8 +262,9 @@ def _symmetric(
     most: int,
     error: float,
 ) -> tuple[Vector, bool]:
-    """Return rho = gamma for a symmetric matrix, and whether conjugate gradients have settled them. chosen : the rows
-    that are eliminated, if there are no entries between them."""
+    """Return rho = gamma for a symmetric matrix, and whether conjugate gradients have
+    settled them. chosen : the rows that are eliminated, if there are no entries between
+    them."""
     with imports:
         from lcpcli.linalg.compressed_rows import block, of_arrays, transposed
     first, other, M = (
@@ -281,7 +292,8 @@ def _symmetric(
 
 
 def _scaled(places: Arrays, of_rows: Vector, of_columns: Vector) -> Arrays:
-    """Return the entries of a matrix as 1 / root(r c), where r and c are the counts of their rows and columns."""
+    """Return the entries of a matrix as 1 / root(r c), where r and c are the counts of
+    their rows and columns."""
     indptr, indices, _ = places
     return (
         indptr,
@@ -297,7 +309,8 @@ def _product(matrix: Arrays, columns: int) -> Operator:
 def _centred(
     x: Vector, counts: Vector, part: Indices, parts: int
 ) -> tuple[Vector, Vector]:
-    """Return rho and gamma with equal means in each component, over as many entries as rows and columns have."""
+    """Return rho and gamma with equal means in each component, over as many entries as
+    rows and columns have."""
     (rows, columns), n = counts, counts.shape[1]
     entries = np.maximum(np.bincount(part[:n], rows, parts), 1.0)
     totals = np.bincount(part[:n], rows * x[:n], parts) - np.bincount(
@@ -314,12 +327,14 @@ def _by_gradients(
     most: int,
     error: float = SETTLED_ERROR,
 ) -> tuple[Vector, Vector, bool]:
-    """Return rho and gamma by conjugate gradients on the normal equations, with 1 on their diagonal, after rho is
-    eliminated, which halves the steps; and whether at most so many of these settled them.
+    """Return rho and gamma by conjugate gradients on the normal equations, with 1 on
+    their diagonal, after rho is eliminated, which halves the steps; and whether at most
+    so many of these settled them.
 
-    sums, counts : of the logarithms, and the numbers of entries, in rows and in columns. times : the product with the
-    matrix that has 1 / root(r c) for each entry, where r and c are the counts of its row and column, with its transpose
-    and, if there are any, with the same of entries between columns.
+    sums, counts : of the logarithms, and the numbers of entries, in rows and in
+    columns. times : the product with the matrix that has 1 / root(r c) for each entry,
+    where r and c are the counts of its row and column, with its transpose and, if there
+    are any, with the same of entries between columns.
     """
     (forth, back, *among), (of_rows, of_columns) = times, map(_roots, counts)
     means = sums[0] / of_rows
@@ -350,8 +365,9 @@ def _roots(counts: Vector) -> Vector:
 def _forest(
     indptr: Indices, indices: Indices, logarithms: Vector, part: Indices, parts: int
 ) -> Vector:
-    """Return rho and gamma, one after another, of a forest: 0 at the root of each tree, and else x_v = a_v - x_above.
-    Each step of the loop puts twice as many steps up the tree in one."""
+    """Return rho and gamma, one after another, of a forest: 0 at the root of each tree,
+    and else x_v = a_v - x_above. Each step of the loop puts twice as many steps up the
+    tree in one."""
     with imports:
         from scipy.sparse import csr_array
         from scipy.sparse.csgraph import breadth_first_order
@@ -392,9 +408,10 @@ def _eliminated(
     parts: int,
     is_symmetric: bool,
 ) -> Vector:
-    """Return rho and gamma, one after another, by elimination and one step of refinement, with one of them 0 in each
-    component; the two are equal for a symmetric matrix, whose equations are singular only where a row and its column
-    are in different components. E : the matrix with ones for the entries."""
+    """Return rho and gamma, one after another, by elimination and one step of
+    refinement, with one of them 0 in each component; the two are equal for a symmetric
+    matrix, whose equations are singular only where a row and its column are in
+    different components. E : the matrix with ones for the entries."""
     with imports:
         from scipy.sparse import block_array
 
@@ -425,8 +442,9 @@ def _banded(
     times: list[Callable[[Vector], Vector]],
     roots: Indices,
 ) -> Vector:
-    """Return rho and gamma, one after another, of a band by Cholesky factors, with 0 at the roots, and one step of
-    refinement. Row i of M has place 2 i, and column j place 2 j + 1. times : as in `_by_gradients`."""
+    """Return rho and gamma, one after another, of a band by Cholesky factors, with 0 at
+    the roots, and one step of refinement. Row i of M has place 2 i, and column j place
+    2 j + 1. times : as in `_by_gradients`."""
     with imports:
         from scipy.linalg import cho_solve_banded, cholesky_banded
     n, last = M.shape[0], 2 * farthest + 1
@@ -450,8 +468,9 @@ def _banded(
 
 
 def _components(used: Mask, entries: Vector) -> tuple[Indices, Indices, int]:
-    """Return the components of the rows and of the columns that have entries, and their number: by breadth-first search
-    or, for few rows, by powers of the matrix of rows that share a column; entries : `used` as numbers."""
+    """Return the components of the rows and of the columns that have entries, and their
+    number: by breadth-first search or, for few rows, by powers of the matrix of rows
+    that share a column; entries : `used` as numbers."""
     n, count = used.shape[0], 0
     rows, columns = np.full((2, n), -1, dtype=np.intp)
     if n <= MOST_DENSE:
@@ -480,17 +499,21 @@ def _components(used: Mask, entries: Vector) -> tuple[Indices, Indices, int]:
 def equilibrate(
     M: Matrix, q: Vector, rows: Vector | None = None
 ) -> tuple[Vector, Vector]:
-    """Return diagonals R, C of shape (n,) for which the rows and columns of R |M| C have largest entries near 1.
+    """Return diagonals R, C of shape (n,) for which the rows and columns of R |M| C
+    have largest entries near 1.
 
-    Rows and columns are divided simultaneously by the square roots of their largest entries (D. Ruiz, A scaling
-    algorithm to equilibrate both rows and columns norms in matrices, RAL-TR-2001-034), repeatedly until every largest
-    entry lies between 1/2 and 2, at most MOST_SWEEPS times. The divisors are powers of two, so that scaling is exact,
-    and stay finite. A symmetric M stays symmetric: R = C. A zero row is scaled until its entry of q is as large as the
-    largest other one; a zero column, which has no scale, is left unscaled. Uncoupled blocks of M keep their common
-    units. No exponent ends more than EXPONENT_MARGIN outside the range of the exponents of the first sweep.
+    Rows and columns are divided simultaneously by the square roots of their largest
+    entries (D. Ruiz, A scaling algorithm to equilibrate both rows and columns norms in
+    matrices, RAL-TR-2001-034), repeatedly until every largest entry lies between 1/2
+    and 2, at most MOST_SWEEPS times. The divisors are powers of two, so that scaling is
+    exact, and stay finite. A symmetric M stays symmetric: R = C. A zero row is scaled
+    until its entry of q is as large as the largest other one; a zero column, which has
+    no scale, is left unscaled. Uncoupled blocks of M keep their common units. No
+    exponent ends more than EXPONENT_MARGIN outside the range of the exponents of the
+    first sweep.
 
-    rows : the largest |entry| of each row of M, if they are known: M need then not be read if its diagonal is nearly as
-        large.
+    rows : the largest |entry| of each row of M, if they are known: M need then not be
+        read if its diagonal is nearly as large.
     """
     rows, diagonal = (
         matrices.row_maxima(M) if rows is None else rows,
@@ -525,9 +548,10 @@ def equilibrate(
 
 
 def moderate_powers(M: Matrix, sizes: Vector, diagonal: Vector) -> Vector:
-    """Return the exponents of the factors of rows, and then of columns, by which `equilibrate` makes these largest
-    entries about 1, shape (2 n,); none where it would balance logarithms first. It is compiled as well, for a dense M,
-    as are the functions that it calls."""
+    """Return the exponents of the factors of rows, and then of columns, by which
+    `equilibrate` makes these largest entries about 1, shape (2 n,); none where it would
+    balance logarithms first. It is compiled as well, for a dense M, as are the
+    functions that it calls."""
     n = diagonal.size
     power = common_power(diagonal.min(), sizes[:n].max())
     if not np.isnan(power):
@@ -540,8 +564,9 @@ def moderate_powers(M: Matrix, sizes: Vector, diagonal: Vector) -> Vector:
 def swept(
     M: Matrix, sizes: Vector, diagonal: Vector, powers: Vector, is_limited: bool
 ) -> Vector:
-    """Return the exponents after at most MOST_SWEEPS from some with which the largest entries have these sizes; limited
-    ones leave the range of those of the first sweep by EXPONENT_MARGIN at most, if these are near each other."""
+    """Return the exponents after at most MOST_SWEEPS from some with which the largest
+    entries have these sizes; limited ones leave the range of those of the first sweep
+    by EXPONENT_MARGIN at most, if these are near each other."""
     n, changes = diagonal.size, half_power(sizes)
     low, high = -LARGEST_POWER, LARGEST_POWER
     if is_limited and changes.max() - changes.min() <= NEAR_UNITS:
@@ -559,15 +584,17 @@ def swept(
 
 
 def sizes_in_units(M: Matrix, powers: Vector) -> Vector:
-    """Return the largest entries of rows, and then of columns, in units with these exponents, shape (2 n,)."""
+    """Return the largest entries of rows, and then of columns, in units with these
+    exponents, shape (2 n,)."""
     factors, n = np.exp2(powers), M.shape[0]
     rows, columns = matrices.row_and_column_maxima(M, factors[:n], factors[n:])
     return np.concatenate((rows, columns))
 
 
 def common_power(least: float, largest: float) -> float:
-    """Return the power of two that scales all rows and columns, as their largest entries lie between the least |M_ii|
-    and the largest |M_ij|; NaN if these two need different powers, or are far from 1."""
+    """Return the power of two that scales all rows and columns, as their largest
+    entries lie between the least |M_ii| and the largest |M_ij|; NaN if these two need
+    different powers, or are far from 1."""
     if not (least > 1.0 / FAR_FROM_ONE and largest < FAR_FROM_ONE):
         return np.nan
     first, last = -np.rint(0.5 * np.log2(largest)), -np.rint(0.5 * np.log2(least))
@@ -583,7 +610,8 @@ def are_far_apart(sizes: Vector) -> bool:
 
 
 def half_power(sizes: Vector) -> Vector:
-    """Return half the binary logarithm of each size, rounded to an integer; 0 where the size is 0."""
+    """Return half the binary logarithm of each size, rounded to an integer; 0 where the
+    size is 0."""
     found: Vector = np.rint(0.5 * np.log2(sizes + (sizes == 0.0)))
     return found
 
@@ -595,8 +623,9 @@ LEAST_SINGULAR_VALUE = ROW_ROUNDING / LEAST_DIGITS
 
 
 class PseudoInverse:
-    """A generalized inverse of a dense matrix A of shape (k, k), and bases of the null spaces of A and of A':
-    G = C (R A C)^+ R in the units R, C that A suggests, so that A G A = A and G A G = G.
+    """A generalized inverse of a dense matrix A of shape (k, k), and bases of the null
+    spaces of A and of A': G = C (R A C)^+ R in the units R, C that A suggests, so that
+    A G A = A and G A G = G.
     """
 
     def __init__(self, A: Vector) -> None:
@@ -620,14 +649,16 @@ class PseudoInverse:
         return np.asarray((self._inverse.T if transposed else self._inverse) @ b)
 
     def determines(self, J: Vector) -> Mask:
-        """Return for which rows of J, shape (m, k), J x is the same for all solutions x, up to rounding."""
+        """Return for which rows of J, shape (m, k), J x is the same for all solutions
+        x, up to rounding."""
         sizes = np.abs(J) @ np.abs(self._null)
         return np.asarray(
             (np.abs(J @ self._null) <= self._rounding * sizes).all(axis=1)
         )
 
     def is_consistent(self, b: Vector, terms: Vector) -> bool:
-        """Return whether A x = b has a solution, up to rounding of the terms that b is the sum of."""
+        """Return whether A x = b has a solution, up to rounding of the terms that b is
+        the sum of."""
         return bool(
             (
                 np.abs(self._left_null @ b)

@@ -1,1 +1,2 @@
-"""The published methods, one per module. `registry` declares them with their options."""
+"""The published methods, one per module. `registry` declares them with their
+options."""

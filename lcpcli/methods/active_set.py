@@ -1,12 +1,15 @@
-"""Block principal pivoting on large sparse problems, whose basic solutions are approximated by Krylov methods.
+"""Block principal pivoting on large sparse problems, whose basic solutions are
+approximated by Krylov methods.
 
-It is a semismooth Newton method: M. Hintermüller, K. Ito and K. Kunisch, The primal-dual active set strategy as a
-semismooth Newton method, SIAM Journal on Optimization 13 (2003) 865-888; here with inexact solves: each step need only
-reduce the residual by a digit.
+It is a semismooth Newton method: M. Hintermüller, K. Ito and K. Kunisch, The
+primal-dual active set strategy as a semismooth Newton method, SIAM Journal on
+Optimization 13 (2003) 865-888; here with inexact solves: each step need only reduce the
+residual by a digit.
 
-A step for all variables moves the edge of the active set by one ring of neighbours. So it must start close to it, as
-coarse versions of the problem suggest, and in between the variables near wrong signs are pivoted by themselves, with
-the others fixed, which costs little.
+A step for all variables moves the edge of the active set by one ring of neighbours. So
+it must start close to it, as coarse versions of the problem suggest, and in between the
+variables near wrong signs are pivoted by themselves, with the others fixed, which costs
+little.
 """
 
 from __future__ import annotations
@@ -55,20 +58,24 @@ ROUNDING_REACHED = "the residual has stopped falling at rounding level"
 NO_PROGRESS = "block principal pivoting makes no further progress"
 
 Preconditioners = Callable[[Mask], Solve]
-"""For each set of basic variables, an approximate inverse of their principal submatrix, for vectors of shape (n,) that
-are 0 elsewhere."""
+"""For each set of basic variables, an approximate inverse of their principal submatrix,
+for vectors of shape (n,) that are 0 elsewhere."""
 
 
 def krylov(problem: Problem, x0: Vector, symmetric: bool) -> Stage:
-    """Pivot on all violated signs, solving M_PP z_P = -q_P by conjugate gradients or, if nonsymmetric, BiCGSTAB.
+    """Pivot on all violated signs, solving M_PP z_P = -q_P by conjugate gradients or,
+    if nonsymmetric, BiCGSTAB.
 
-    M must be sparse with positive diagonal, ideally all ones. A solve starts from the last z and ends when its residual
-    is a tenth of min(z, Mz + q), so that P is found before the last digits are. It needs only some ten vectors of
-    memory. symmetric : whether M is, up to rounding.
+    M must be sparse with positive diagonal, ideally all ones. A solve starts from the
+    last z and ends when its residual is a tenth of min(z, Mz + q), so that P is found
+    before the last digits are. It needs only some ten vectors of memory. symmetric :
+    whether M is, up to rounding.
 
-    Yields x = (z - w) / 2 for each pivoting step, with F where z is admissible; evaluations are products with M.
-    Finished : the residual is zero. Stalled : it stagnates at rounding level. Breakdown : the steps do not advance.
-    Raises SingularMatrix if M is too ill-conditioned for this method, or no P-matrix.
+    Yields x = (z - w) / 2 for each pivoting step, with F where z is admissible;
+    evaluations are products with M.
+    Finished : the residual is zero. Stalled : it stagnates at rounding level. Breakdown
+    : the steps do not advance. Raises SingularMatrix if M is too ill-conditioned for
+    this method, or no P-matrix.
     """
     box = problem.box
     own = Inexact(problem.M, problem.q, box, box.z_of(x0), symmetric)
@@ -95,9 +102,11 @@ def krylov(problem: Problem, x0: Vector, symmetric: bool) -> Stage:
 
 
 class Inexact:
-    """A problem whose basic solutions are approximated by a Krylov method, perhaps preconditioned.
+    """A problem whose basic solutions are approximated by a Krylov method, perhaps
+    preconditioned.
 
-    z, w, basis : the last basic solution; w = M z + q. size : |min(diag(M) z, w)|_2. products : products with M so far.
+    z, w, basis : the last basic solution; w = M z + q. size : |min(diag(M) z, w)|_2.
+        products : products with M so far.
     """
 
     def __init__(
@@ -137,7 +146,8 @@ class Inexact:
         return terms
 
     def at(self, basis: States) -> BasicSolution:
-        """Approximate the basic solution of a basis; raise SingularMatrix if that takes too long."""
+        """Approximate the basic solution of a basis; raise SingularMatrix if that takes
+        too long."""
         unchanged = self.products > 1 and np.array_equal(basis, self.basis)
         reduction = FINAL_REDUCTION if unchanged else REDUCTION
         most = int(PATIENCE_PRODUCTS * -np.log10(reduction)) // self._cost
@@ -151,7 +161,8 @@ class Inexact:
     def approach(
         self, basis: States, target: float, most: int, measure: Measure = norm
     ) -> float:
-        """Move z towards the basic solution of a basis in at most so many steps; return the measure of its residual."""
+        """Move z towards the basic solution of a basis in at most so many steps; return
+        the measure of its residual."""
         z, basic = self.box.nonbasic(basis), basis == BASIC
         mask = basic.astype(float)
         if self._precondition is not None and (
@@ -175,7 +186,8 @@ class Inexact:
         return left
 
     def found(self, basis: States) -> BasicSolution:
-        """Judge the signs of the last z and w after a step of Jacobi's method; z at its lower bound counts as below."""
+        """Judge the signs of the last z and w after a step of Jacobi's method; z at its
+        lower bound counts as below."""
         basic = basis == BASIC
         left = np.where(basic, self.w, 0.0)
         z, w = self.z - left / self.diagonal, self.w - left
@@ -195,11 +207,14 @@ REUSE_CHANGE = 0.03
 
 
 def multilevel(problem: Problem, symmetric: bool) -> Stage:
-    """Pivot by `active_set` from the states that coarse versions of the problem suggest.
+    """Pivot by `active_set` from the states that coarse versions of the problem
+    suggest.
 
-    M must be sparse with a positive diagonal, and smooth vectors those that it makes small, as for differential
-    equations and graphs. V-cycles of the same coarse versions are the preconditioners, so that nothing is factorized,
-    and time and memory are proportional to n. Takes `symmetric`, yields, returns and raises as `active_set`.
+    M must be sparse with a positive diagonal, and smooth vectors those that it makes
+    small, as for differential equations and graphs. V-cycles of the same coarse
+    versions are the preconditioners, so that nothing is factorized, and time and memory
+    are proportional to n. Takes `symmetric`, yields, returns and raises as
+    `active_set`.
     """
     hierarchy = Hierarchy(problem.M)
     if hierarchy.is_stuck:
@@ -220,13 +235,16 @@ def active_set(
     symmetric: bool,
     operator: Operator | None = None,
 ) -> Stage:
-    """Pivot on all violated signs, with a few preconditioned products a step; in between, pivot near these signs only,
-    which moves the edge of the active set by several rings at a small cost.
+    """Pivot on all violated signs, with a few preconditioned products a step; in
+    between, pivot near these signs only, which moves the edge of the active set by
+    several rings at a small cost.
 
-    symmetric, operator : whether M is, up to rounding, and products with it, if there are any.
+    symmetric, operator : whether M is, up to rounding, and products with it, if there
+        are any.
 
-    Yields x = (z - w) / 2 for each step; evaluations are products with M. Stalled : after the last one, whose residual
-    is at rounding level. Raises SingularMatrix where a system is.
+    Yields x = (z - w) / 2 for each step; evaluations are products with M. Stalled :
+    after the last one, whose residual is at rounding level. Raises SingularMatrix where
+    a system is.
     """
     own = Inexact(
         problem.M, problem.q, problem.box, z, symmetric, precondition, operator
@@ -260,7 +278,8 @@ def active_set(
 
 
 def _pivoted_near(own: Inexact, found: BasicSolution) -> States:
-    """Exchange the wrong signs, and pivot with the variables near them alone, until these hardly change."""
+    """Exchange the wrong signs, and pivot with the variables near them alone, until
+    these hardly change."""
     box, basis = own.box, own.box.exchanged(found.basis, found.wrong, found.z)
     own.z = np.where(basis == BASIC, box.project(own.z), box.nonbasic(basis))
     near = found.wrong.copy()
@@ -287,8 +306,9 @@ def _pivoted_near(own: Inexact, found: BasicSolution) -> States:
 
 
 class Factors:
-    """Preconditioners from factors of a principal submatrix, which are kept while few variables change, unless the
-    band of M is so narrow that new ones cost little; they, or a call for one, raise SingularMatrix."""
+    """Preconditioners from factors of a principal submatrix, which are kept while few
+    variables change, unless the band of M is so narrow that new ones cost little; they,
+    or a call for one, raise SingularMatrix."""
 
     def __init__(self, M: Matrix) -> None:
         self._change = 0.0 if is_narrow(M) else REUSE_CHANGE
@@ -320,15 +340,19 @@ WEAK_DOMINANCE = 0.02
 
 
 def sparse_route(problem: Problem, x0: Vector) -> Stage:
-    """Solve the problem in units in which M has diagonal 1: by pivoting with inexact solves.
+    """Solve the problem in units in which M has diagonal 1: by pivoting with inexact
+    solves.
 
-    Well-conditioned M, however large and with any fill-in, needs a few dozen products and no factorization
-    (`krylov`). It gives up early if convergence is slow, and is left out where entries that are not positive off the
-    diagonal nearly add up to it, as for differential equations. Then the start and the solves come from coarse versions
-    of M (`multilevel`), or, where these converge slowly, the solves come from factors of principal submatrices. Where
-    rounding stops that short of the tolerance, `finish` factorizes the last one.
+    Well-conditioned M, however large and with any fill-in, needs a few dozen products
+    and no factorization (`krylov`). It gives up early if convergence is slow, and is
+    left out where entries that are not positive off the diagonal nearly add up to it,
+    as for differential equations. Then the start and the solves come from coarse
+    versions of M (`multilevel`), or, where these converge slowly, the solves come from
+    factors of principal submatrices. Where rounding stops that short of the tolerance,
+    `finish` factorizes the last one.
 
-    It is meant for sparse positive definite and H-matrices; it may fail for other M, and ends as its last part does.
+    It is meant for sparse positive definite and H-matrices; it may fail for other M,
+    and ends as its last part does.
     """
     diagonal = problem.M.diagonal()
     if not diagonal.min() > 0:

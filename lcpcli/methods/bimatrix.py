@@ -1,8 +1,10 @@
-"""Equilibria of bimatrix games: pure ones by a look at the costs, others by the method of Lemke and Howson.
+"""Equilibria of bimatrix games: pure ones by a look at the costs, others by the method
+of Lemke and Howson.
 
-C. E. Lemke and J. T. Howson, Equilibrium points of bimatrix games, J. SIAM 12 (1964) 413-423, on two dictionaries, one
-for the strategies of each player, as in L. S. Shapley, A note on the Lemke-Howson algorithm, Mathematical Programming
-Study 1 (1974) 175-189.
+C. E. Lemke and J. T. Howson, Equilibrium points of bimatrix games, J. SIAM 12 (1964)
+413-423, on two dictionaries, one for the strategies of each player, as in L. S.
+Shapley, A note on the Lemke-Howson algorithm, Mathematical Programming Study 1 (1974)
+175-189.
 """
 
 from __future__ import annotations
@@ -35,14 +37,16 @@ NO_PIVOT = 1e-11
 
 
 class Costs(NamedTuple):
-    """The costs of both players, of shape (m, k), all positive: M = [0 R; C' 0], and q < 0 is scaled to -1."""
+    """The costs of both players, of shape (m, k), all positive: M = [0 R; C' 0], and q
+    < 0 is scaled to -1."""
 
     R: Vector
     C: Vector
 
 
 def costs(problem: Problem) -> Costs | None:
-    """Return the costs of the game whose equilibria solve a dense LCP; None if it has no such form."""
+    """Return the costs of the game whose equilibria solve a dense LCP; None if it has
+    no such form."""
     M, q = problem.M, problem.q
     if (
         is_sparse(M)
@@ -61,7 +65,8 @@ def costs(problem: Problem) -> Costs | None:
 
 
 def pure(problem: Problem, game: Costs | None) -> Vector | None:
-    """Return the z of the first equilibrium in pure strategies, shape (n,); None if there is none, or no game."""
+    """Return the z of the first equilibrium in pure strategies, shape (n,); None if
+    there is none, or no game."""
     if game is None:
         return None
     R, C = game
@@ -88,9 +93,11 @@ def pure_equilibrium(problem: Problem, game: Costs | None) -> Stage:
 
 
 def lemke_howson(problem: Problem, game: Costs) -> Stage:
-    """Follow the paths of a game from several labels in turns; yield where each path is after its turn.
+    """Follow the paths of a game from several labels in turns; yield where each path is
+    after its turn.
 
-    Finished : the last iterate is an equilibrium, up to rounding. Stalled : no path has ended at one.
+    Finished : the last iterate is an equilibrium, up to rounding. Stalled : no path has
+        ended at one.
     """
     paths, evaluations = dict[int, _Path](), 0
     labels = generator(0).permutation(problem.n)[:LABELS].tolist()
@@ -115,7 +122,8 @@ def lemke_howson(problem: Problem, game: Costs) -> Stage:
 
 
 class _Path:
-    """The path of one label. is_over : whether it has come to an end; is_complete : at an equilibrium."""
+    """The path of one label. is_over : whether it has come to an end; is_complete : at
+    an equilibrium."""
 
     def __init__(self, given: Costs, label: int) -> None:
         m, k = given.R.shape
@@ -140,19 +148,22 @@ class _Path:
         check()
 
     def point(self) -> Vector:
-        """Return the strategies, not scaled, at this point of the path; basic ones that are 0 have small values."""
+        """Return the strategies, not scaled, at this point of the path; basic ones that
+        are 0 have small values."""
         return np.concatenate((self.of_x.values(), self.of_y.values()))
 
 
 def _payoffs(given: Vector) -> Vector:
-    """Return positive payoffs, between 1 and 2, that have the same best replies as the costs."""
+    """Return positive payoffs, between 1 and 2, that have the same best replies as the
+    costs."""
     largest, least = given.max(), given.min()
     return np.array(1.0 + (largest - given) / ((largest - least) or 1.0))
 
 
 class _Dictionary:
-    """The basic variables, as functions of the others, of A v + s = 1 with v, s >= 0; ties between blocking rows are
-    broken by a second right-hand side, a symbolic perturbation of the first.
+    """The basic variables, as functions of the others, of A v + s = 1 with v, s >= 0;
+    ties between blocking rows are broken by a second right-hand side, a symbolic
+    perturbation of the first.
 
     Each variable has a label of its own: those of v are a range.
     """
@@ -174,7 +185,8 @@ class _Dictionary:
         self._first = variables[0]
 
     def pivot(self, label: int) -> int | None:
-        """Let a variable that is not basic enter; return the label of the one that leaves, None if there is none."""
+        """Let a variable that is not basic enter; return the label of the one that
+        leaves, None if there is none."""
         T, width = self.T, self.others.size
         c = int((self.others == label).argmax())
         column = T[:, c].copy()

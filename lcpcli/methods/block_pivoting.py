@@ -1,12 +1,15 @@
-"""Block principal pivoting for many right-hand sides at once: problems with one active set share its factorization.
+"""Block principal pivoting for many right-hand sides at once: problems with one active
+set share its factorization.
 
-M. H. Van Benthem and M. R. Keenan, Fast algorithm for the solution of large-scale non-negativity-constrained least
-squares problems, Journal of Chemometrics 18 (2004) 441-450, with the safeguard of `newton`, as in J. Kim and H. Park,
-Fast nonnegative matrix factorization: an active-set-like method and comparisons, SIAM Journal on Scientific Computing
-33 (2011) 3261-3281. Products with M are taken for all columns together. So that few systems are solved, it starts from
-nearly right active sets: for right-hand sides that follow each other closely, as in time, from the active set of a
-neighbour's solution; for the others from the active set at which projected gradients arrive, with one product with M
-per step for all problems.
+M. H. Van Benthem and M. R. Keenan, Fast algorithm for the solution of large-scale
+non-negativity-constrained least squares problems, Journal of Chemometrics 18 (2004)
+441-450, with the safeguard of `newton`, as in J. Kim and H. Park, Fast nonnegative
+matrix factorization: an active-set-like method and comparisons, SIAM Journal on
+Scientific Computing 33 (2011) 3261-3281. Products with M are taken for all columns
+together. So that few systems are solved, it starts from nearly right active sets: for
+right-hand sides that follow each other closely, as in time, from the active set of a
+neighbour's solution; for the others from the active set at which projected gradients
+arrive, with one product with M per step for all problems.
 """
 
 from __future__ import annotations
@@ -44,7 +47,8 @@ SETTLED_CHANGES = 0.1
 class Frame:
     """The problems of a block with their reference points moved to 0, one in each row.
 
-    block : the block, which has M. q : shape (m, n). box : the bounds, of shape (m, n) unless they are z >= 0.
+    block : the block, which has M. q : shape (m, n). box : the bounds, of shape (m, n)
+        unless they are z >= 0.
     """
 
     block: Block
@@ -59,7 +63,8 @@ class Frame:
         )
 
     def at(self, basis: States) -> BasicSolution:
-        """Return the basic solutions of the states; they are not finite where M_PP is singular or numbers overflow."""
+        """Return the basic solutions of the states; they are not finite where M_PP is
+        singular or numbers overflow."""
         M, z = self.block.M, self.box.nonbasic(basis)
         right = self.q + self.block.times_M(z) if z.any() else self.q
         z += solve_principal(M, basis == BASIC, -right, self.block.columns.inverse)
@@ -91,7 +96,8 @@ def frame_of(block: Block) -> Frame:
 
 
 def in_given_variables(frame: Frame, z: Vector) -> Vector:
-    """Return the admissible z of the block for z of its frame; a z at a bound stays at that bound."""
+    """Return the admissible z of the block for z of its frame; a z at a bound stays at
+    that bound."""
     given, reference_z = frame.block.box, frame.block.references.z
     z = frame.box.project(z)
     return (
@@ -105,9 +111,11 @@ def in_given_variables(frame: Frame, z: Vector) -> Vector:
 class Pivoted:
     """The points and states at which pivoting ended.
 
-    z, basis : basic solutions that have the signs of their states, but for rounding, shape (m, n). steps : how many
-    systems were solved for each, shape (m,). ended : which problems have such a solution, shape (m,); for the others
-    M_PP was singular, or the steps were too few. by_gradient : where projected gradients chose the start, shape (m,).
+    z, basis : basic solutions that have the signs of their states, but for rounding,
+    shape (m, n). steps : how many systems were solved for each, shape (m,). ended :
+    which problems have such a solution, shape (m,); for the others M_PP was singular,
+    or the steps were too few. by_gradient : where projected gradients chose the start,
+    shape (m,).
     """
 
     z: Vector
@@ -125,13 +133,15 @@ def pivoted(
     most_steps: int,
     is_late: Callable[[], bool],
 ) -> Pivoted:
-    """Pivot the wanted problems, shape (m,), by blocks in at most `most_steps`, stopping early once `is_late()`.
+    """Pivot the wanted problems, shape (m,), by blocks in at most `most_steps`,
+    stopping early once `is_late()`.
 
     R, C : units in which sizes are compared, shape (n,).
     """
 
     def pivot(rows: Indices, basis: States) -> None:
-        """Pivot some rows of the frame from their states, and write the solutions into `found`."""
+        """Pivot some rows of the frame from their states, and write the solutions into
+        `found`."""
         guard, pivoting = (
             Safeguard(shape[1], LEAST_INDEX_STEPS),
             exchanging(frame.part(rows), basis),
@@ -180,7 +190,8 @@ def refined(frame: Frame, found: Pivoted, rows: Indices, w: Vector) -> Vector:
 
 
 def _neighbours(q: Vector) -> tuple[Indices, Mask]:
-    """Return for each row the first row of its stride, and which rows are near that row, none unless most are."""
+    """Return for each row the first row of its stride, and which rows are near that
+    row, none unless most are."""
     rows = np.arange(q.shape[0])
     leaders, near = rows // STRIDE * STRIDE, np.zeros(rows.size, dtype=bool)
     last = rows[STRIDE - 1 :: STRIDE]
@@ -198,9 +209,9 @@ def _are_near(q: Vector, rows: Indices, others: Indices) -> Mask:
 
 
 def _start(frame: Frame, R: Vector, C: Vector) -> tuple[States, Mask]:
-    """Return the states to start from, and where gradients, not the reference points, have given them: where these do
-    not diverge. They continue while each check finds fewer changes of state than SETTLING_FACTOR times those of the
-    check before."""
+    """Return the states to start from, and where gradients, not the reference points,
+    have given them: where these do not diverge. They continue while each check finds
+    fewer changes of state than SETTLING_FACTOR times those of the check before."""
     start, diagonal = frame.box.basis_of(-0.5 * frame.q), frame.block.M.diagonal()
     if not (frame.q.size and diagonal.min() > 0):
         return start, np.zeros(frame.q.shape[0], dtype=bool)

@@ -1,7 +1,9 @@
-"""Convex linear and quadratic programs by PIQP, whose minimizer and multipliers have the states of a basic solution.
+"""Convex linear and quadratic programs by PIQP, whose minimizer and multipliers have
+the states of a basic solution.
 
-The problem is that of a program if signs S = +-1 make S M symmetric, where z_i is a variable if S_i = 1 and the
-multiplier of a constraint if S_i = -1: see `program.ProgramData.conditions`.
+The problem is that of a program if signs S = +-1 make S M symmetric, where z_i is a
+variable if S_i = 1 and the multiplier of a constraint if S_i = -1: see
+`program.ProgramData.conditions`.
 """
 
 from __future__ import annotations
@@ -47,11 +49,12 @@ MOST_OPERATIONS = 6e7
 
 
 def convex_program(problem: Problem) -> Stage:
-    """Yield PIQP's point, if only rounding keeps it from solving the problem, then the basic solutions of its states,
-    and those after exchanges of wrong signs.
+    """Yield PIQP's point, if only rounding keeps it from solving the problem, then the
+    basic solutions of its states, and those after exchanges of wrong signs.
 
-    Finished : one of them violates no sign beyond rounding. Breakdown : the problem is not that of a convex program, or
-    too large for PIQP, or PIQP finds no minimum. Stalled : no basic solution solves it.
+    Finished : one of them violates no sign beyond rounding. Breakdown : the problem is
+    not that of a convex program, or too large for PIQP, or PIQP finds no minimum.
+    Stalled : no basic solution solves it.
     """
     problem = as_sparse(problem, compressed(problem.M))
     S = problem.signs
@@ -82,9 +85,11 @@ def convex_program(problem: Problem) -> Stage:
 
 
 def _most_operations(M: Matrix, is_row: Mask) -> float:
-    """Return a bound, but for lower terms, on the operations of a factorization: one that eliminates the constraints
-    first, or the variables without entries of Q off the diagonal, and fills all that is left; if that takes more than
-    MOST_OPERATIONS, one that fills what these variables leave in the envelope of the reverse Cuthill-McKee order."""
+    """Return a bound, but for lower terms, on the operations of a factorization: one
+    that eliminates the constraints first, or the variables without entries of Q off the
+    diagonal, and fills all that is left; if that takes more than MOST_OPERATIONS, one
+    that fills what these variables leave in the envelope of the reverse Cuthill-McKee
+    order."""
     counts, n, rows = np.diff(M.indptr), M.shape[0], int(np.count_nonzero(is_row))
     own = float(np.square(counts, dtype=np.float64).sum())
     most: float = own + (n - rows) ** 3 / 3
@@ -114,7 +119,8 @@ def _most_operations(M: Matrix, is_row: Mask) -> float:
 
 
 def _has_others(problem: Problem, is_row: Mask) -> bool:
-    """Return whether M has entries in rows and columns of constraints, which no program has."""
+    """Return whether M has entries in rows and columns of constraints, which no program
+    has."""
     multipliers = is_row.nonzero()[0]
     return (
         problem.program_origin is None
@@ -123,8 +129,9 @@ def _has_others(problem: Problem, is_row: Mask) -> bool:
 
 
 def _minimizer(problem: Problem, S: Vector) -> tuple[Vector, bool] | None:
-    """Return the minimizer and the multipliers, both approximate, and whether PIQP reached its tolerance; None if there
-    are none, or M has more entries than that of a program, or PIQP would take a bound for none."""
+    """Return the minimizer and the multipliers, both approximate, and whether PIQP
+    reached its tolerance; None if there are none, or M has more entries than that of a
+    program, or PIQP would take a bound for none."""
     M, q, lower, upper = conditions_of(problem)
     is_row, is_equation = S < 0, (S < 0) & np.isinf(lower) & np.isinf(upper)
     sides = lower[is_row], upper[is_row]

@@ -1,14 +1,17 @@
 """Block pivoting on a dense LCP with few unknowns, with its answer judged on the spot.
 
-For few unknowns a step of `newton` takes less time than what a run does around it. So `auto` first makes the same steps
-in as few operations as possible, and continues only where these do not lead to a solution beyond doubt. The exchanges
-are those of `newton`, and the judgement is the first bound of `Measure.surely_solves`.
+For few unknowns a step of `newton` takes less time than what a run does around it. So
+`auto` first makes the same steps in as few operations as possible, and continues only
+where these do not lead to a solution beyond doubt. The exchanges are those of `newton`,
+and the judgement is the first bound of `Measure.surely_solves`.
 
-The safeguard: single exchanges of the least index, once block exchanges do not advance: J. J. Júdice and F. M. Pires, A
-block principal pivoting algorithm for large-scale strictly monotone linear complementarity problems, Computers &
-Operations Research 21 (1994) 587-596, after K. G. Murty, Opsearch 11 (1974) 123-130.
+The safeguard: single exchanges of the least index, once block exchanges do not advance:
+J. J. Júdice and F. M. Pires, A block principal pivoting algorithm for large-scale
+strictly monotone linear complementarity problems, Computers & Operations Research 21
+(1994) 587-596, after K. G. Murty, Opsearch 11 (1974) 123-130.
 
-Block pivoting on many dense problems with an M each, all at once, with the answers judged on the spot.
+Block pivoting on many dense problems with an M each, all at once, with the answers
+judged on the spot.
 """
 
 from __future__ import annotations
@@ -72,15 +75,17 @@ MANY_WRONG, HASTY_PATIENCE = 0.25, 3
 FEW_INDEX_STEPS = 5
 
 Made: TypeAlias = tuple[Vector, Vector, bool]
-"""The z and w of a basic solution, each of shape (n,), and whether a single exchange led to it."""
+"""The z and w of a basic solution, each of shape (n,), and whether a single exchange
+led to it."""
 
 
 class DirectAnswer(NamedTuple):
     """A basic solution without wrong signs, which may solve the problem.
 
-    z : shape (n,). is_certain : whether z solves the problem, whatever the rounding errors in w are; if not, this
-    remains to be seen. steps : how many basic solutions were computed. method : by which. evaluations : as a method
-    counts them. end : the basis, where z does not show it.
+    z : shape (n,). is_certain : whether z solves the problem, whatever the rounding
+    errors in w are; if not, this remains to be seen. steps : how many basic solutions
+    were computed. method : by which. evaluations : as a method counts them. end : the
+    basis, where z does not show it.
     """
 
     z: Vector
@@ -94,9 +99,10 @@ class DirectAnswer(NamedTuple):
 def safeguarded(
     fewest: Any, waiting: Any, left: Any, single: Any, count: Any
 ) -> tuple[Any, Any, Any, Any]:
-    """Return the state of the safeguard after a step with so many wrong signs: the fewest so far, the steps without
-    fewer that are left before a single exchange, and the fields of `Safeguard`. For one problem or, in arrays, for m;
-    it is compiled as well."""
+    """Return the state of the safeguard after a step with so many wrong signs: the
+    fewest so far, the steps without fewer that are left before a single exchange, and
+    the fields of `Safeguard`. For one problem or, in arrays, for m; it is compiled as
+    well."""
     fewer = count < fewest
     others = fewer ^ True
     waiting = fewer * BLOCK_PATIENCE + others * (waiting - 1)
@@ -110,17 +116,18 @@ def safeguarded(
 
 
 def is_hopeless(fewest: int, waiting: int, n: int) -> bool:
-    """Return whether, of one problem with n unknowns, so many signs have been wrong all along that exchanges rarely
-    lead to a solution."""
+    """Return whether, of one problem with n unknowns, so many signs have been wrong all
+    along that exchanges rarely lead to a solution."""
     return bool(fewest > MANY_WRONG * n and waiting <= BLOCK_PATIENCE - HASTY_PATIENCE)
 
 
 class Safeguard:
-    """The choice of the signs to exchange: all wrong signs while their number reaches new minima, and only the first
-    one after BLOCK_PATIENCE steps without a new minimum.
+    """The choice of the signs to exchange: all wrong signs while their number reaches
+    new minima, and only the first one after BLOCK_PATIENCE steps without a new minimum.
 
-    left : how many more single exchanges may be made, negative once there were too many. single : whether the next
-    exchange is a single one. For m problems both are of shape (m,) after the first step.
+    left : how many more single exchanges may be made, negative once there were too
+    many. single : whether the next exchange is a single one. For m problems both are of
+    shape (m,) after the first step.
     """
 
     def __init__(self, n: int, patience: float) -> None:
@@ -130,8 +137,9 @@ class Safeguard:
         self.single: Any = False
 
     def choose(self, wrong: Mask, count: Any) -> bool:
-        """Leave only the signs to exchange next in `wrong`; `count` is the number of relevant wrong signs, shape (m,)
-        for m problems. Return whether it is a new minimum of one problem."""
+        """Leave only the signs to exchange next in `wrong`; `count` is the number of
+        relevant wrong signs, shape (m,) for m problems. Return whether it is a new
+        minimum of one problem."""
         # As `safeguarded` does, in a tenth of the time.
         if wrong.ndim == 1 and count < self._fewest:
             self._fewest, self._waiting, self.single = count, BLOCK_PATIENCE, False
@@ -151,7 +159,8 @@ class Safeguard:
         return False
 
     def is_hopeless(self, n: int) -> bool:
-        """Return whether exchanges rarely lead to a solution of one problem with n unknowns from here."""
+        """Return whether exchanges rarely lead to a solution of one problem with n
+        unknowns from here."""
         return is_hopeless(self._fewest, self._waiting, n)
 
     def keep(self, rows: Indices) -> None:
@@ -183,8 +192,9 @@ def as_sparse(problem: Problem, M: Matrix) -> Problem:
 
 
 def may_be_program(problem: Problem) -> bool:
-    """Return whether PIQP is installed and comes before other methods: for sparse M, or of a program, with zeros on the
-    diagonal, as constraints have them, and so many unknowns that it takes less time than pivoting."""
+    """Return whether PIQP is installed and comes before other methods: for sparse M, or
+    of a program, with zeros on the diagonal, as constraints have them, and so many
+    unknowns that it takes less time than pivoting."""
     if problem.n < FEWEST_FOR_PIQP:
         return False
     if isinstance(problem.origin, Program):
@@ -198,8 +208,8 @@ def may_be_program(problem: Problem) -> bool:
 
 
 def stored(M: Matrix) -> Matrix:
-    """Return M in the form whose route takes less time: in compressed rows if it has few entries, and is large or
-    a band."""
+    """Return M in the form whose route takes less time: in compressed rows if it has
+    few entries, and is large or a band."""
     n, far = M.shape[0], M.shape[0] // FAR_FROM_DIAGONAL
     if is_sparse(M) or n <= MOST_NARROW_AS_DENSE:
         return M
@@ -217,7 +227,8 @@ def stored(M: Matrix) -> Matrix:
 
 
 def is_full_band(M: Matrix) -> bool:
-    """Return whether M is a full band, sparse and narrow, of so many unknowns that its sparse factors are used."""
+    """Return whether M is a full band, sparse and narrow, of so many unknowns that its
+    sparse factors are used."""
     return (
         is_sparse(M)
         and M.shape[0] > MOST_NARROW_AS_DENSE
@@ -231,9 +242,9 @@ def applies(problem: Problem) -> bool:
 
 
 def basic_zeros(problem: Problem) -> Mask | None:
-    """Return q <= 0 as the first basic variables if some q_i are 0 and M is a Z-matrix with a positive diagonal: then
-    w_i <= q_i for z_i = 0, and from q < 0 exchanges find one unknown after another along chains and trees of zeros.
-    Else None."""
+    """Return q <= 0 as the first basic variables if some q_i are 0 and M is a Z-matrix
+    with a positive diagonal: then w_i <= q_i for z_i = 0, and from q < 0 exchanges find
+    one unknown after another along chains and trees of zeros. Else None."""
     M, q = problem.M, problem.q
     if np.count_nonzero(q) == q.size or not np.count_nonzero(q < 0):
         return None
@@ -249,9 +260,10 @@ def direct(
     basic: Mask | None = None,
     made: list[Made] | None = None,
 ) -> DirectAnswer | None:
-    """Return the answer of block pivoting from a basis, or, if none is given or it is not near a solution's, from
-    q < 0, as by `newton` in `auto`; None if it meets a singular M_PP, takes too many steps, or may have to be replaced
-    by an exact one, as `small` does for few unknowns.
+    """Return the answer of block pivoting from a basis, or, if none is given or it is
+    not near a solution's, from q < 0, as by `newton` in `auto`; None if it meets a
+    singular M_PP, takes too many steps, or may have to be replaced by an exact one, as
+    `small` does for few unknowns.
 
     made : receives the basic solutions.
     """
@@ -326,7 +338,8 @@ def _exchanged(
 
 
 def number_of(mask: Mask) -> int:
-    """Return how many entries of a small mask are true, in half the time of numpy's function."""
+    """Return how many entries of a small mask are true, in half the time of numpy's
+    function."""
     return mask.tobytes().count(1)
 
 
@@ -340,7 +353,8 @@ def _judged(
     tol: float,
     steps: int,
 ) -> DirectAnswer:
-    """Return the answer z, refined once if its residual `own`, w_P, is more than rounding; w has zeros in its place."""
+    """Return the answer z, refined once if its residual `own`, w_P, is more than
+    rounding; w has zeros in its place."""
     M, q = problem.M, problem.q
     size, absolute = np.abs(q), np.abs(M)
     terms = absolute.dot(z)
@@ -368,7 +382,8 @@ def _judged(
 
 
 def is_rounding(problem: Problem, z: Vector, w: Vector) -> bool:
-    """Return whether the negative entries of z and w may be rounding of 0, and no row of few unknowns hides a term."""
+    """Return whether the negative entries of z and w may be rounding of 0, and no row
+    of few unknowns hides a term."""
     terms = np.abs(problem.M) @ np.abs(z) + np.abs(problem.q)
     if (
         np.maximum(-w, 0.0) > ROW_ROUNDING * terms
@@ -383,10 +398,12 @@ def is_rounding(problem: Problem, z: Vector, w: Vector) -> bool:
 def direct_many(
     M: Vector, q: Vector, largest: Vector, tol: float, box: Box
 ) -> tuple[Vector, Indices]:
-    """Solve m problems at once by block pivoting, as `direct.direct` does one. Return z for each, shape (m, n), and
-    what it is, NOTHING, CANDIDATE or CERTAIN, with the number of steps, shape (m, 2).
+    """Solve m problems at once by block pivoting, as `direct.direct` does one. Return z
+    for each, shape (m, n), and what it is, NOTHING, CANDIDATE or CERTAIN, with the
+    number of steps, shape (m, 2).
 
-    M, q, largest : shapes (m, n, n), (m, n) and (m,): the matrices, and their largest |M_ij|.
+    M, q, largest : shapes (m, n, n), (m, n) and (m,): the matrices, and their largest
+        |M_ij|.
     box : the bounds, of shape (m, n) unless they are z >= 0.
     """
     Z, found = np.zeros(q.shape), np.zeros((len(q), 2), dtype=np.intp)
@@ -420,7 +437,8 @@ def direct_many(
 def _judged_rows(
     M: Vector, q: Vector, box: Box, z: Vector, largest: Vector, tol: float
 ) -> tuple[Indices, Vector]:
-    """Return what each z, a basic solution, is once it is within its bounds, shape (m,), and this z."""
+    """Return what each z, a basic solution, is once it is within its bounds, shape
+    (m,), and this z."""
     z, absolute, sizes = box.project(z), np.abs(M), np.abs(q)
     w, terms = each_product(M, z) + q, each_product(absolute, np.abs(z)) + sizes
     least = terms

@@ -1,10 +1,13 @@
-"""Solutions in which rounding hides terms of a row, and what exact arithmetic decides about them, in their last states.
+"""Solutions in which rounding hides terms of a row, and what exact arithmetic decides
+about them, in their last states.
 
-A term that rounding of another one hides, as in x_1 - x_2 = 3 with both near 1e16, may decide a sign and with it a
-state. First, bounds on all rounding errors show whether it does: where an exact solution with the same states surely
-differs from z by no more than its last digits, nothing is left to decide. Else the basic solution of these states is
-computed exactly, one system, and its signs tell. Bodies at rest have signs that only rounding makes wrong, such as
-velocities of 1e-17 beside impulses of 1; then the state that violates most is exchanged, a few times.
+A term that rounding of another one hides, as in x_1 - x_2 = 3 with both near 1e16, may
+decide a sign and with it a state. First, bounds on all rounding errors show whether it
+does: where an exact solution with the same states surely differs from z by no more than
+its last digits, nothing is left to decide. Else the basic solution of these states is
+computed exactly, one system, and its signs tell. Bodies at rest have signs that only
+rounding makes wrong, such as velocities of 1e-17 beside impulses of 1; then the state
+that violates most is exchanged, a few times.
 """
 
 from __future__ import annotations
@@ -42,7 +45,8 @@ MOST_LOOKS = 3
 
 
 def is_doubtful(problem: Problem, z: Vector) -> bool:
-    """Return whether rounding hides a term of a row of a small problem at z, most of the time without a look at M."""
+    """Return whether rounding hides a term of a row of a small problem at z, most of
+    the time without a look at M."""
     if problem.n > FEW_UNKNOWNS:
         return False
     (least_z, largest_z), (least_q, largest_q) = sizes(z), problem.sizes_of_q
@@ -54,7 +58,8 @@ def is_doubtful(problem: Problem, z: Vector) -> bool:
 
 
 def hides_term_of_row(problem: Problem, z: Vector) -> bool:
-    """Return whether rounding hides a term of a row at z, or integers may have been rounded."""
+    """Return whether rounding hides a term of a row at z, or integers may have been
+    rounded."""
     if max(problem.largest, problem.sizes_of_q[1]) > LONG_NUMBER:
         return True
     terms = np.abs(np.column_stack((matrices.dense(problem.M) * z, problem.q)))
@@ -67,13 +72,15 @@ def hides_term_of_row(problem: Problem, z: Vector) -> bool:
 def without_rounding(
     z: Vector, units: Vector | float = 1.0, most: float = ROUNDED_ZERO
 ) -> Vector:
-    """Return z with 0 in place of components that may be rounding of 0: up to `most` of the largest, in these units."""
+    """Return z with 0 in place of components that may be rounding of 0: up to `most` of
+    the largest, in these units."""
     size = np.abs(z) * units
     return np.where(size <= most * size.max(), 0.0, z)
 
 
 class Confirmed(NamedTuple):
-    """A z that solves a problem, and its states; the exact solution, rounded, if it is not the given one."""
+    """A z that solves a problem, and its states; the exact solution, rounded, if it is
+    not the given one."""
 
     z: Vector
     basis: States | None
@@ -83,13 +90,15 @@ class Confirmed(NamedTuple):
 def confirmed(
     problem: Problem, z: Vector, basis: States | None = None
 ) -> Confirmed | None:
-    """Return a z that solves a problem to the tolerance, or the exact solution near it; None if more has to be decided:
-    where rounding hides terms, and there is no exact solution with the states of z or a few others.
+    """Return a z that solves a problem to the tolerance, or the exact solution near it;
+    None if more has to be decided: where rounding hides terms, and there is no exact
+    solution with the states of z or a few others.
 
     basis : the states of z, by default as z shows them.
 
-    For more than MOST_DECIDED unknowns, for which not all states can be searched, z itself is returned also where only
-    rounding makes signs of the exact basic solution wrong, or its singular system contradictory."""
+    For more than MOST_DECIDED unknowns, for which not all states can be searched, z
+    itself is returned also where only rounding makes signs of the exact basic solution
+    wrong, or its singular system contradictory."""
     given = Confirmed(z, basis)
     if not is_doubtful(problem, z):
         return given
@@ -154,7 +163,8 @@ def confirmed(
 
 
 def accepted(point: Point, basis: States | None) -> tuple[Point | None, States | None]:
-    """Return the point that `auto` would accept, or the exact one near it, and the basis; None if it is in doubt."""
+    """Return the point that `auto` would accept, or the exact one near it, and the
+    basis; None if it is in doubt."""
     problem = point.criterion.problem
     if problem.n > FEW_UNKNOWNS:
         found = point.solution()

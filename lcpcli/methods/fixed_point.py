@@ -1,9 +1,11 @@
 """The modulus fixed point iteration for the LCP.
 
-U. Schäfer, On the modulus algorithm for the linear complementarity problem, Operations Research Letters 32 (2004)
-350-354, after W. M. G. van Bokhoven, Piecewise-linear modelling and analysis, Kluwer (1981); with a parameter omega,
-Z.-Z. Bai, Modulus-based matrix splitting iteration methods for linear complementarity problems, Numerical Linear
-Algebra with Applications 17 (2010) 917-933. `anderson` accelerates it (H. F. Walker and P. Ni 2011).
+U. Schäfer, On the modulus algorithm for the linear complementarity problem, Operations
+Research Letters 32 (2004) 350-354, after W. M. G. van Bokhoven, Piecewise-linear
+modelling and analysis, Kluwer (1981); with a parameter omega, Z.-Z. Bai, Modulus-based
+matrix splitting iteration methods for linear complementarity problems, Numerical Linear
+Algebra with Applications 17 (2010) 917-933. `anderson` accelerates it (H. F. Walker and
+P. Ni 2011).
 """
 
 from __future__ import annotations
@@ -29,28 +31,36 @@ def fixed_point(
     omega: float | str = OMEGA.value,
     anderson: int = int(ANDERSON.value),
 ) -> Stage:
-    """Iterate (omega I + M) x_(k+1) = (omega I - M) |x_k| - q, with z = |x| + x and w = omega (|x| - x).
+    """Iterate (omega I + M) x_(k+1) = (omega I - M) |x_k| - q, with z = |x| + x and w =
+    omega (|x| - x).
 
-    With bounds, z - x for z = mid(l, u, 2x) takes the place of |x|, an extension with the same rate: z - x is, like
+    With bounds, z - x for z = mid(l, u, 2x) takes the place of |x|, an extension with
+    the same rate: z - x is, like
     |x|, nonexpansive in x.
 
-    For symmetric positive definite M it converges linearly for every omega > 0, with contraction factor
-    max |omega - lambda| / |omega + lambda| over the eigenvalues lambda of M (van Bokhoven 1981; Schäfer 2004, who
-    treats classes of H-matrices too); elsewhere it may diverge. It costs one factorization, then one product with M
-    and one solve per iteration, and a second product if accelerated.
+    For symmetric positive definite M it converges linearly for every omega > 0, with
+    contraction factor max |omega - lambda| / |omega + lambda| over the eigenvalues
+    lambda of M (van Bokhoven 1981; Schäfer 2004, who treats classes of H-matrices too);
+    elsewhere it may diverge. It costs one factorization, then one product with M and
+    one solve per iteration, and a second product if accelerated.
 
-    If accelerated, x_(k+1) is computed as above, but from a combination of the last iterates instead of x_k. For omega,
-    "auto" stands for `best_omega`, at the cost of one more factorization.
+    If accelerated, x_(k+1) is computed as above, but from a combination of the last
+    iterates instead of x_k. For omega, "auto" stands for `best_omega`, at the cost of
+    one more factorization.
 
-    Yields x1, x2, ... with F(x) = M z - w + q, at no cost: F(x_k) is the change of (omega I - M) |x| from x_(k-1) to
-    x_k. Stalled : the iterates have stopped changing. Breakdown : omega I + M is singular, which is detected at once.
+    Yields x1, x2, ... with F(x) = M z - w + q, at no cost: F(x_k) is the change of
+    (omega I - M) |x| from x_(k-1) to x_k. Stalled : the iterates have stopped changing.
+    Breakdown : omega I + M is singular, which is detected at once.
     """
     omega = best_omega(problem.M) if omega == AUTO else float(omega)
     try:
         solve = factors.checked_solver(problem.M, omega)
     except factors.SingularMatrix:
         name = "I + M" if omega == 1 else f"{omega:g} I + M"
-        reason = f"{name} is singular to working precision, so the iteration is not defined; try another --omega"
+        reason = (
+            f"{name} is singular to working precision, so the iteration is not "
+            "defined; try another --omega"
+        )
         return ended(Breakdown(reason))
     return _iterates(
         problem,
@@ -85,20 +95,23 @@ def _iterates(
 
 
 def _image(M: Matrix, omega: float, distance: Vector) -> Vector:
-    """Return (omega I - M) |x| for |x|, which is overwritten, with one product with M."""
+    """Return (omega I - M) |x| for |x|, which is overwritten, with one product with
+    M."""
     image = matrices.product(M, distance)
     distance *= omega
     return np.subtract(distance, image, out=image)
 
 
 def best_omega(M: Matrix) -> float:
-    """Return a nearly optimal omega > 0 for the modulus iteration (omega I + M) x' = (omega I - M) |x| - q.
+    """Return a nearly optimal omega > 0 for the modulus iteration (omega I + M) x' =
+    (omega I - M) |x| - q.
 
-    M symmetric positive definite: sqrt(lambda_min lambda_max) minimizes the contraction factor
-    max |omega - lambda| / |omega + lambda|; both are estimated by a few steps of power and inverse iteration, for which
-    M is factorized. Rough estimates suffice: the factor is flat around its minimum.
-    Any other M: the largest diagonal entry, the smallest scalar omega for which Bai (2010) proves
-    convergence for H-matrices with positive diagonal; if no diagonal entry is positive, the largest row sum of |M|.
+    M symmetric positive definite: sqrt(lambda_min lambda_max) minimizes the contraction
+    factor max |omega - lambda| / |omega + lambda|; both are estimated by a few steps of
+    power and inverse iteration, for which M is factorized. Rough estimates suffice: the
+    factor is flat around its minimum. Any other M: the largest diagonal entry, the
+    smallest scalar omega for which Bai (2010) proves convergence for H-matrices with
+    positive diagonal; if no diagonal entry is positive, the largest row sum of |M|.
     """
     eigenvalues = ends(M)
     if eigenvalues is not None:
@@ -118,10 +131,12 @@ GRAM_RIDGE = 1e-14
 class Anderson:
     """The accelerated sequence of x -> g(x): call next(x, g(x)) for the next x.
 
-    It takes g - sum gamma_i (g_(i+1) - g_i) over the last `memory` pairs, where gamma minimizes |f - sum gamma_i
-    (f_(i+1) - f_i)|_2 for f = g - x. When |f|_2 exceeds RESTART_GROWTH times its minimum since the last restart, the
-    iteration restarts from the minimum, with a plain step and an empty memory; so a contraction is never made to
-    diverge. It keeps 2 memory + 4 vectors, and costs a few products with memory x n arrays per step.
+    It takes g - sum gamma_i (g_(i+1) - g_i) over the last `memory` pairs, where gamma
+    minimizes |f - sum gamma_i (f_(i+1) - f_i)|_2 for f = g - x. When |f|_2 exceeds
+    RESTART_GROWTH times its minimum since the last restart, the iteration restarts from
+    the minimum, with a plain step and an empty memory; so a contraction is never made
+    to diverge. It keeps 2 memory + 4 vectors, and costs a few products with memory x n
+    arrays per step.
     """
 
     def __init__(self, memory: int, n: int) -> None:

@@ -1,10 +1,13 @@
-"""An infeasible interior point method for mixed problems with M + M' positive semidefinite.
+"""An infeasible interior point method for mixed problems with M + M' positive
+semidefinite.
 
-It keeps z inside its bounds by slacks s and multipliers w > 0 and drives s w and the residuals to 0: M. Kojima,
-N. Megiddo, T. Noma, A. Yoshise, A Unified Approach to Interior Point Algorithms for Linear Complementarity Problems,
-Springer (1991); with Mehrotra's and Gondzio's steps, regularized factors, and at the end the basic solution
-of its active set, also where that basis is singular: the basic variables solve M_BB z_B = -(q + M z_N)_B by a proximal
-iteration, (M_BB + eps) dz = -w_B, which converges to the solution nearest to the interior point if there are several.
+It keeps z inside its bounds by slacks s and multipliers w > 0 and drives s w and the
+residuals to 0: M. Kojima, N. Megiddo, T. Noma, A. Yoshise, A Unified Approach to
+Interior Point Algorithms for Linear Complementarity Problems, Springer (1991); with
+Mehrotra's and Gondzio's steps, regularized factors, and at the end the basic solution
+of its active set, also where that basis is singular: the basic variables solve M_BB z_B
+= -(q + M z_N)_B by a proximal iteration, (M_BB + eps) dz = -w_B, which converges to the
+solution nearest to the interior point if there are several.
 """
 
 from __future__ import annotations
@@ -85,9 +88,11 @@ SOLVED_RESIDUAL = 100 * EPS
 class InteriorAttempt:
     """The settings of one attempt.
 
-    slack, rho : factors of the least slack at the start, and of the regularization: at first, least, and most.
-    shift : eps, in scaled units; with M + eps I there is one solution, near the smallest one for M if eps is small:
-        Tikhonov's regularization, as in F. Facchinei, J.-S. Pang, Finite-Dimensional Variational Inequalities and
+    slack, rho : factors of the least slack at the start, and of the regularization: at
+        first, least, and most.
+    shift : eps, in scaled units; with M + eps I there is one solution, near the
+        smallest one for M if eps is small: Tikhonov's regularization, as in F.
+        Facchinei, J.-S. Pang, Finite-Dimensional Variational Inequalities and
         Complementarity Problems (2003), section 12.2.
     gives_up : whether the attempt ends if its steps remain short.
     """
@@ -112,19 +117,22 @@ ATTEMPTS = FIRST_ATTEMPTS + FURTHER_ATTEMPTS
 
 def interior(
     problem: Problem,
-    x0: Vector,
+    x0: Vector,  # noqa: ARG001
     *,
     start_slack: float = 1.0,
     regularization: float = 1e-8,
-) -> Stage:  # noqa: ARG001
-    """Follow the central path from one start after another until the solution, or a proof that there is none, is found.
+) -> Stage:
+    """Follow the central path from one start after another until the solution, or a
+    proof that there is none, is found.
 
-    It is meant for M + M' positive semidefinite and then takes some tens of steps, each with one factorization of
-    M + D, D a positive diagonal. For other M, and where rounding is too large for it, it may stall.
+    It is meant for M + M' positive semidefinite and then takes some tens of steps, each
+    with one factorization of M + D, D a positive diagonal. For other M, and where
+    rounding is too large for it, it may stall.
 
-    Yields the complementary points nearest to z and w, with mu, the step length and rho as step; and the basic
-    solutions of active sets, with step "finish". NoSolution with a Farkas vector y, from a diverging z; Breakdown or
-    Stalled if no attempt reaches the solution.
+    Yields the complementary points nearest to z and w, with mu, the step length and rho
+    as step; and the basic solutions of active sets, with step "finish". NoSolution with
+    a Farkas vector y, from a diverging z; Breakdown or Stalled if no attempt reaches
+    the solution.
     """
     return (yield from attempts(problem, ATTEMPTS, start_slack, regularization))
 
@@ -148,10 +156,12 @@ further_attempts = partial(attempts, settings=FURTHER_ATTEMPTS)
 
 
 def at_point(problem: Problem, x: Vector, tried: Tried | None = None) -> Stage:
-    """Yield the basic solutions of the active set that x = (z - w) / 2 suggests, as those of the last iterates are.
+    """Yield the basic solutions of the active set that x = (z - w) / 2 suggests, as
+    those of the last iterates are.
 
-    Finished : one of them violates no sign beyond rounding. Stalled : none does; for a large sparse M, the first
-    attempts, which share their scaling with this one, are put in `tried`, if it is given.
+    Finished : one of them violates no sign beyond rounding. Stalled : none does; for a
+    large sparse M, the first attempts, which share their scaling with this one, are put
+    in `tried`, if it is given.
     """
     try:
         run = Run(problem)
@@ -169,7 +179,8 @@ def at_point(problem: Problem, x: Vector, tried: Tried | None = None) -> Stage:
 
 
 class Run:
-    """The attempts on one problem, in the units of `slack_form`; ProblemError is raised if these overflow."""
+    """The attempts on one problem, in the units of `slack_form`; ProblemError is raised
+    if these overflow."""
 
     def __init__(self, problem: Problem, by_units: bool = False) -> None:
         self._given, self.within, self._count = (
@@ -264,11 +275,14 @@ class Run:
         near: Vector | None = None,
         shift: float = PROXIMAL_SHIFT,
     ) -> Stage:
-        """Yield the basic solutions of the states of an x in the given units. The first iterate of the run is the point
-        where they start, put on the bounds of these states, if no more than rounding keeps it from solving the problem.
+        """Yield the basic solutions of the states of an x in the given units. The first
+        iterate of the run is the point where they start, put on the bounds of these
+        states, if no more than rounding keeps it from solving the problem.
 
-        rounds : of exchanges, at most. far : the residual, in scaled units, up to which they go on if it has grown.
-        near : where they start, by default at the z of x. shift : eps of the proximal iteration.
+        rounds : of exchanges, at most. far : the residual, in scaled units, up to which
+            they go on if it has grown.
+        near : where they start, by default at the z of x. shift : eps of the proximal
+            iteration.
         """
         within, inner, times = (
             self.within,
@@ -305,9 +319,10 @@ class Run:
         far: float = FAR_RESIDUAL,
         shift: float = PROXIMAL_SHIFT,
     ) -> Iterator[Iterate]:
-        """Yield the basic solutions of these states, before and after exchanges, near z, while their residual is at
-        most `far` or not much larger than the least one. Their signs are final for the last point, or if they solve the
-        problem up to rounding."""
+        """Yield the basic solutions of these states, before and after exchanges, near
+        z, while their residual is at most `far` or not much larger than the least one.
+        Their signs are final for the last point, or if they solve the problem up to
+        rounding."""
         inner = self.within.problem
         own = _ProximalSolutions(inner, self.within.S, z, shift)
         least = largest(inner.box.gaps(own.z, multiplier(inner.M)(own.z) + inner.q))
@@ -329,7 +344,8 @@ class Run:
 
 
 class _ProximalSolutions:
-    """Basic solutions of a problem with signs S, each by proximal steps from the last z, moved within the bounds."""
+    """Basic solutions of a problem with signs S, each by proximal steps from the last
+    z, moved within the bounds."""
 
     def __init__(
         self, problem: Problem, S: Vector | None, z: Vector, shift: float
@@ -344,7 +360,8 @@ class _ProximalSolutions:
 
     @np.errstate(all="ignore")
     def at(self, basis: States) -> BasicSolution:
-        """Return the basic solution of a basis; raise SingularMatrix if z is not finite."""
+        """Return the basic solution of a basis; raise SingularMatrix if z is not
+        finite."""
         basic, times, q = (
             (basis == BASIC).nonzero()[0],
             multiplier(self._problem.M),
@@ -385,7 +402,8 @@ class _ProximalSolutions:
 
 
 def _active(within: SlackForm, at: PrimalDualPoint) -> States:
-    """Return the active set: a variable is at a bound, the nearer of two, where its slack is below its multiplier."""
+    """Return the active set: a variable is at a bound, the nearer of two, where its
+    slack is below its multiplier."""
     count = within.low.size
     s, w = np.full((2, within.kept.size), np.inf), np.zeros((2, within.kept.size))
     s[0, within.low], w[0, within.low] = at.s[:count], at.w[:count]

@@ -1,15 +1,18 @@
-"""The problem that the interior point method works on, its linear systems, and its steps.
+"""The problem that the interior point method works on, its linear systems, and its
+steps.
 
-The problem is without fixed variables, in units of about 1. Proofs that it has no solution come from iterates that
-diverge: Farkas' y is the direction in which they do.
+The problem is without fixed variables, in units of about 1. Proofs that it has no
+solution come from iterates that diverge: Farkas' y is the direction in which they do.
 
-The systems (M + D) x = b are solved more accurately than by their regularized factors, of M + D + rho, alone:
-refinement removes rho, and where it converges slowly, GMRES takes over, with the factors as its preconditioner.
-rho grows where the factors themselves are poor, and shrinks where rho itself slows refinement.
+The systems (M + D) x = b are solved more accurately than by their regularized factors,
+of M + D + rho, alone: refinement removes rho, and where it converges slowly, GMRES
+takes over, with the factors as its preconditioner. rho grows where the factors
+themselves are poor, and shrinks where rho itself slows refinement.
 
-The steps are Mehrotra's predictor and corrector with Gondzio's further correctors, from infeasible points: S. Mehrotra,
-On the implementation of a primal-dual interior point method, SIAM J. Optim. 2 (1992) 575-601; J. Gondzio, Multiple
-centrality corrections in a primal-dual method for linear programming, Comput. Optim. Appl. 6 (1996) 137-156.
+The steps are Mehrotra's predictor and corrector with Gondzio's further correctors, from
+infeasible points: S. Mehrotra, On the implementation of a primal-dual interior point
+method, SIAM J. Optim. 2 (1992) 575-601; J. Gondzio, Multiple centrality corrections in
+a primal-dual method for linear programming, Comput. Optim. Appl. 6 (1996) 137-156.
 """
 
 from __future__ import annotations
@@ -63,7 +66,8 @@ class SlackForm(Change):
     high: Indices
 
     def back(self, x: Vector) -> Vector:
-        """Return the x of the admissible z of the original problem, and of its w there."""
+        """Return the x of the admissible z of the original problem, and of its w
+        there."""
         z = np.full(self.original.n, self.original.lower, dtype=float)
         z[self.kept] = self.problem.box.z_of(x) * self.units
         z = self.original.box.project(z)
@@ -77,11 +81,13 @@ class SlackForm(Change):
 
 @np.errstate(over="ignore", under="ignore", invalid="ignore")
 def slack_form(problem: Problem, by_units: bool = False) -> SlackForm:
-    """Scale symmetrically: D M D has largest entries of about 1 in rows and columns (D. Ruiz, A scaling algorithm to
-    equilibrate both rows and columns norms in matrices, RAL-TR-2001-034); q and the bounds are divided by the largest.
+    """Scale symmetrically: D M D has largest entries of about 1 in rows and columns (D.
+    Ruiz, A scaling algorithm to equilibrate both rows and columns norms in matrices,
+    RAL-TR-2001-034); q and the bounds are divided by the largest.
 
-    by_units : whether D are the units by which solutions are verified, which takes no time of its own; for S M
-        symmetric, where they are the same for rows and columns.
+    by_units : whether D are the units by which solutions are verified, which takes no
+        time of its own; for S M symmetric, where they are the same for rows and
+        columns.
     """
     given = conditions_of(problem)
     kept = np.flatnonzero(given.lower < given.upper)
@@ -110,8 +116,9 @@ def slack_form(problem: Problem, by_units: bool = False) -> SlackForm:
 
 
 def _ruiz(M: Matrix, symmetric: bool) -> Vector:
-    """Return Ruiz's scaling; symmetric : whether |M| is. If entries are far apart, it stays near a D for which all of D
-    M D are about 1: Ruiz's is not unique for bipartite parts of M."""
+    """Return Ruiz's scaling; symmetric : whether |M| is. If entries are far apart, it
+    stays near a D for which all of D M D are about 1: Ruiz's is not unique for
+    bipartite parts of M."""
     start, numbers = np.ones(M.shape[0]), M.data if is_sparse(M) else M
     sizes = np.log2(np.abs(numbers[numbers != 0]))
     if sizes.size and np.ptp(sizes) > ENTRIES_FAR_APART:
@@ -131,7 +138,8 @@ def _ruiz(M: Matrix, symmetric: bool) -> Vector:
 def proof_of(
     problem: Problem, within: SlackForm, directions: Sequence[Vector]
 ) -> Certificate | None:
-    """Return the certificate from one of the directions, or from its part with one of the signs S; or None."""
+    """Return the certificate from one of the directions, or from its part with one of
+    the signs S; or None."""
     given, S = conditions_of(problem), within.S
     least, most = (
         np.where(np.isfinite(given.lower), 0.0, -np.inf),
@@ -161,7 +169,8 @@ def proof_of(
 
 
 def _is_clear(within: SlackForm, y: Vector, nearly: float) -> bool:
-    """Return whether y is nearly a proof in scaled units and floats, whatever the last digits of the data are."""
+    """Return whether y is nearly a proof in scaled units and floats, whatever the last
+    digits of the data are."""
     y, inner = y[within.kept] / within.units, within.problem
     of, size = Multiplied(inner.M, inner.q, y, inner.box), float(np.abs(y).sum())
     return bool(
@@ -181,7 +190,8 @@ GMRES_STEPS = 8  # at most
 
 
 class AccurateSystems:
-    """Systems with one M and its regularization rho, within a range; `solve` also returns the residual that is left."""
+    """Systems with one M and its regularization rho, within a range; `solve` also
+    returns the residual that is left."""
 
     def __init__(
         self, M: Matrix, systems: Systems, rho: float, least: float, most: float
@@ -206,7 +216,8 @@ class AccurateSystems:
         self._systems.factorize(D + self.rho)
 
     def solve(self, b: Vector, target: float = 0.0) -> tuple[Vector, Vector]:
-        """Return x and b - (M + D) x, of a weighted norm up to the target or LEAST_ACCURACY |b|, if that can be."""
+        """Return x and b - (M + D) x, of a weighted norm up to the target or
+        LEAST_ACCURACY |b|, if that can be."""
         size = self._norm(b) + 1e-300
         goal = max(LEAST_ACCURACY * size, target)
         x, r, of_factors = self._first(b)
@@ -236,7 +247,8 @@ class AccurateSystems:
         return x, r
 
     def _first(self, b: Vector) -> tuple[Vector, Vector, float]:
-        """Return the x of the factors, its residual, and the norm of its residual in the factors' own system."""
+        """Return the x of the factors, its residual, and the norm of its residual in
+        the factors' own system."""
         x = self._systems.solve(b)
         r = b - self._product(x)
         return x, r, self._norm(r - self.rho * x)
@@ -250,7 +262,8 @@ class AccurateSystems:
         solve: Solve,
         most: int = SYSTEM_REFINEMENTS,
     ) -> tuple[Vector, Vector, float]:
-        """Return x, its residual and the norm of the residual after at most so many refinements, while fast."""
+        """Return x, its residual and the norm of the residual after at most so many
+        refinements, while fast."""
         left = self._norm(r)
         for _ in range(most):
             if left <= goal:
@@ -296,8 +309,9 @@ MU_ACCURACY, AIM_ACCURACY = 0.1, 100.0
 
 @dataclass(frozen=True, eq=False)
 class PrimalDualPoint:
-    """z of shape (n,); slacks s and multipliers w of the finite bounds, first the lower ones, all positive. It may also
-    be a direction, the change of a point in a step of length 1."""
+    """z of shape (n,); slacks s and multipliers w of the finite bounds, first the lower
+    ones, all positive. It may also be a direction, the change of a point in a step of
+    length 1."""
 
     z: Vector
     s: Vector
@@ -327,10 +341,11 @@ class Steps:
 
     @np.errstate(all="ignore")
     def start(self, slack: float) -> PrimalDualPoint:
-        """Return a z near the reference point, with slacks and multipliers of at least `slack`.
+        """Return a z near the reference point, with slacks and multipliers of at least
+        `slack`.
 
-        Mehrotra's start: (M + D) z = -q + D mid(l, u, 0), D = 1 for bounded variables; slacks from z and multipliers
-        from w, shifted to be positive.
+        Mehrotra's start: (M + D) z = -q + D mid(l, u, 0), D = 1 for bounded variables;
+        slacks from z and multipliers from w, shifted to be positive.
         """
         p = self.problem
         near = p.box.project(np.zeros(p.n))
@@ -348,8 +363,8 @@ class Steps:
         return PrimalDualPoint(z, s + max(s_least, slack), w + max(w_least, slack))
 
     def residuals(self, at: PrimalDualPoint) -> tuple[Vector, Vector, float]:
-        """Return M z + q minus the multipliers, the distances to the bounds minus the slacks, and the largest of these
-        numbers; those of the last point are cached."""
+        """Return M z + q minus the multipliers, the distances to the bounds minus the
+        slacks, and the largest of these numbers; those of the last point are cached."""
         if self._measured is None or self._measured[0] is not at:
             dual = self._times(at.z)
             dual += self.problem.q
@@ -363,7 +378,8 @@ class Steps:
         return float(at.s @ at.w) / max(self.pairs, 1)
 
     def gap_size(self, at: PrimalDualPoint) -> float:
-        """Return the size of the terms of the gap, including the terms of q'z that cancel."""
+        """Return the size of the terms of the gap, including the terms of q'z that
+        cancel."""
         terms = self.problem.q * at.z
         parts = float(terms[terms > 0].sum()), -float(terms[terms < 0].sum())
         return max(1e-10, *parts, abs(float((self._sign * self._bound) @ at.w)))
@@ -378,9 +394,9 @@ class Steps:
         absorbing, (dual, primal, largest) = self._absorbing(ratio), self.residuals(at)
 
         def direction(aim: float, products: Vector) -> PrimalDualPoint:
-            """Return Newton's direction, which removes the residuals and changes s w by `products`, to first order;
-            what the system leaves of the residual, and multipliers absorb in part, hardly counts beside the mu that is
-            aimed at."""
+            """Return Newton's direction, which removes the residuals and changes s w by
+            `products`, to first order; what the system leaves of the residual, and
+            multipliers absorb in part, hardly counts beside the mu that is aimed at."""
             change = products / at.s
             b = self._spread(self._sign * (change - ratio * primal)) - dual
             z, left = self._systems.solve(
@@ -447,7 +463,8 @@ class Steps:
         )
 
     def _absorbing(self, ratio: Vector) -> Vector:
-        """Return minus the sign of each nearer bound whose multiplier absorbs what a system leaves; else 0."""
+        """Return minus the sign of each nearer bound whose multiplier absorbs what a
+        system leaves; else 0."""
         other = np.zeros(ratio.size)
         low, high = self._partners
         other[low], other[high] = ratio[high], ratio[low]

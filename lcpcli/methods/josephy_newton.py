@@ -1,18 +1,24 @@
-"""Newton's method of Josephy for nonlinear complementarity problems: each step solves the linearization at z.
+"""Newton's method of Josephy for nonlinear complementarity problems: each step solves
+the linearization at z.
 
-N. H. Josephy, Newton's method for generalized equations, MRC Technical Report 1965, University of Wisconsin (1979);
-globally by S. P. Dirkse and M. C. Ferris, The PATH solver, Optimization Methods and Software 5 (1995) 123-156, and by
-T. S. Munson, F. Facchinei, M. C. Ferris, A. Fischer and C. Kanzow, The semismooth algorithm for large scale
-complementarity problems, INFORMS Journal on Computing 13 (2001) 294-311.
+N. H. Josephy, Newton's method for generalized equations, MRC Technical Report 1965,
+University of Wisconsin (1979); globally by S. P. Dirkse and M. C. Ferris, The PATH
+solver, Optimization Methods and Software 5 (1995) 123-156, and by T. S. Munson, F.
+Facchinei, M. C. Ferris, A. Fischer and C. Kanzow, The semismooth algorithm for large
+scale complementarity problems, INFORMS Journal on Computing 13 (2001) 294-311.
 
-The merit function is that of Fischer and Burmeister, half the square of Phi, whose zeros are the solutions.
+The merit function is that of Fischer and Burmeister, half the square of Phi, whose
+zeros are the solutions.
 
-With phi(a, b) = a + b - (a^2 + b^2 + 2 mu)^(1/2) and mu = 0, Phi_i is phi(z_i - l_i, F_i) where z_i has a lower bound
-only, -phi(u_i - z_i, -F_i) with an upper bound only, phi(z_i - l_i, -phi(u_i - z_i, -F_i)) with both, F_i with neither,
-and z_i - l_i where these are equal. A. Fischer, A special Newton-type optimization method, Optimization 24 (1992)
-269-284; S. C. Billups, Algorithms for complementarity problems and generalized equations, thesis (1995). A zero of its
-gradient may be no solution. With mu > 0, Phi is smooth, and its zeros tend to a solution as mu tends to 0: C. Kanzow,
-Some noninterior continuation methods for linear complementarity problems, SIAM J. Matrix Anal. Appl. 17 (1996) 851-868.
+With phi(a, b) = a + b - (a^2 + b^2 + 2 mu)^(1/2) and mu = 0, Phi_i is phi(z_i - l_i,
+F_i) where z_i has a lower bound only, -phi(u_i - z_i, -F_i) with an upper bound only,
+phi(z_i - l_i, -phi(u_i - z_i, -F_i)) with both, F_i with neither, and z_i - l_i where
+these are equal. A. Fischer, A special Newton-type optimization method, Optimization 24
+(1992) 269-284; S. C. Billups, Algorithms for complementarity problems and generalized
+equations, thesis (1995). A zero of its gradient may be no solution. With mu > 0, Phi is
+smooth, and its zeros tend to a solution as mu tends to 0: C. Kanzow, Some noninterior
+continuation methods for linear complementarity problems, SIAM J. Matrix Anal. Appl. 17
+(1996) 851-868.
 """
 
 from __future__ import annotations
@@ -69,13 +75,15 @@ LONG = "it is given up after the work of about a second; with restarts it goes o
 Linear = Callable[
     [Matrix, Vector, Box, "States | None", bool], "tuple[Vector, States] | None"
 ]
-"""What solves a linearization: called with M, q, the bounds, the states to try first, and whether to try longer than
-before, it returns the solution and its states, or None."""
+"""What solves a linearization: called with M, q, the bounds, the states to try first,
+and whether to try longer than before, it returns the solution and its states, or
+None."""
 
 
 class _Attempt(NamedTuple):
-    """How an attempt begins: with the `_Steps` of this name, if any; with the largest perturbation, and steps that all
-    decrease the merit; and at another start at random, of the given seed."""
+    """How an attempt begins: with the `_Steps` of this name, if any; with the largest
+    perturbation, and steps that all decrease the merit; and at another start at random,
+    of the given seed."""
 
     first: str = ""
     is_perturbed: bool = False
@@ -98,26 +106,31 @@ def josephy_newton(
     restarts: int = 12,
     is_brief: bool = False,
 ) -> Stage:
-    """Solve a nonlinear problem by the solutions of its linearizations F(z) + J(z) d, for d with z + d in the bounds.
+    """Solve a nonlinear problem by the solutions of its linearizations F(z) + J(z) d,
+    for d with z + d in the bounds.
 
-    start : an admissible z, where F is finite. linear : solves the linearizations. is_brief : whether, with at most
-    MOST_BRIEF unknowns, it is given up after about a second, by the numbers of linearizations, of their pivots, and of
-    evaluations of F.
+    start : an admissible z, where F is finite. linear : solves the linearizations.
+    is_brief : whether, with at most MOST_BRIEF unknowns, it is given up after about a
+    second, by the numbers of linearizations, of their pivots, and of evaluations of F.
 
-    The steps, as the trace names them: "crash" solves the linearization for the variables that are not held at their
-    bounds, from the start and for as long as the merit function falls fast; "full" leads to the solution of the
-    linearization, "damped" a part of the way there, to where the merit function is below the largest of the last MEMORY
-    merits, at first below SLACK times that of the start. Where there is none, or it leads nowhere, "proximal" is such a
-    step by J + mu I, in the units of its rows, with mu that falls from step to step. Where this fails, "semismooth" is
-    a step of Newton's method for the merit function, and "gradient" one down its gradient; near a solution "active" is
-    the shortest step that solves the equations of its active set, as a singular J asks for. All steps are cut back to
-    where F and J are finite. Where they lead no further, "watchdog" goes back to where the merit was least, from where
-    all steps must decrease it. "restart" begins another attempt: the first one with "smoothed" steps, of Newton's
-    method for smoothed merit functions, the next ones without crash and with perturbed linearizations, and then from
-    other starts.
+    The steps, as the trace names them: "crash" solves the linearization for the
+    variables that are not held at their bounds, from the start and for as long as the
+    merit function falls fast; "full" leads to the solution of the linearization,
+    "damped" a part of the way there, to where the merit function is below the largest
+    of the last MEMORY merits, at first below SLACK times that of the start. Where there
+    is none, or it leads nowhere, "proximal" is such a step by J + mu I, in the units of
+    its rows, with mu that falls from step to step. Where this fails, "semismooth" is a
+    step of Newton's method for the merit function, and "gradient" one down its
+    gradient; near a solution "active" is the shortest step that solves the equations of
+    its active set, as a singular J asks for. All steps are cut back to where F and J
+    are finite. Where they lead no further, "watchdog" goes back to where the merit was
+    least, from where all steps must decrease it. "restart" begins another attempt: the
+    first one with "smoothed" steps, of Newton's method for smoothed merit functions,
+    the next ones without crash and with perturbed linearizations, and then from other
+    starts.
 
-    Finished : the natural residual is 0, or all but that and no step decreases it. Stalled : all starts are stuck,
-    which proves nothing.
+    Finished : the natural residual is 0, or all but that and no step decreases it.
+    Stalled : all starts are stuck, which proves nothing.
     """
     search = _Search(evaluations, linear, is_brief and start.size <= MOST_BRIEF)
     ending: Ending = Stalled(STATIONARY)
@@ -181,7 +194,8 @@ LEAST_MU, ALMOST = 1e-22, 1e-6
 
 
 class Place(NamedTuple):
-    """An admissible z with F, Phi, half the square of Phi, and the natural residual, signed for each row."""
+    """An admissible z with F, Phi, half the square of Phi, and the natural residual,
+    signed for each row."""
 
     z: Vector
     F: Vector
@@ -191,11 +205,13 @@ class Place(NamedTuple):
 
 
 _Solved = tuple[float, float, Place, States]
-"""A share of the perturbation, a part t of the step to the solution of a linearization, where it leads, and states."""
+"""A share of the perturbation, a part t of the step to the solution of a linearization,
+where it leads, and states."""
 
 
 def is_slow(merits: Sequence[float]) -> bool:
-    """Return whether the last PATIENCE merits have left more than PROGRESS of the least residual before."""
+    """Return whether the last PATIENCE merits have left more than PROGRESS of the least
+    residual before."""
     first = len(merits) - PATIENCE
     return first > 0 and min(merits[first:]) > PROGRESS**2 * min(merits[:first])
 
@@ -203,8 +219,9 @@ def is_slow(merits: Sequence[float]) -> bool:
 class _Steps:
     """The steps of a run.
 
-    reference : the natural residual at its start. basis : the states of the last linearization. undefined : a row in
-    which steps have left the domain of F. linearizations : how many have been solved, or tried.
+    reference : the natural residual at its start. basis : the states of the last
+    linearization. undefined : a row in which steps have left the domain of F.
+    linearizations : how many have been solved, or tried.
     """
 
     def __init__(self, evaluations: Evaluations, linear: Linear) -> None:
@@ -220,7 +237,8 @@ class _Steps:
 
     @np.errstate(all="ignore")
     def at(self, z: Vector) -> Place | None:
-        """Return the place of z; None if F, or the merit function, is not finite there."""
+        """Return the place of z; None if F, or the merit function, is not finite
+        there."""
         F = self.evaluations.values(z)
         if not is_finite(F):
             self.undefined = int(np.argmax(~np.isfinite(F)))
@@ -236,8 +254,8 @@ class _Steps:
     def along(
         self, z: Vector, d: Vector, shortest: float, most: float, decrease: float
     ) -> Iterator[tuple[float, Place]]:
-        """Yield the places z + t d, within the bounds, for t = 1, 1/2, 1/4, ..., where F is finite and the merit at
-        most (1 - decrease t) times `most`."""
+        """Yield the places z + t d, within the bounds, for t = 1, 1/2, 1/4, ..., where
+        F is finite and the merit at most (1 - decrease t) times `most`."""
         t, end = 1.0, self.box.moved_back(d, self.box.moved_by(z), z)
         while t >= shortest:
             place = self.at(self.box.project(z + t * d if t < 1.0 else end))
@@ -246,7 +264,8 @@ class _Steps:
             t /= 2
 
     def crash(self, place: Place) -> Iterator[Place]:
-        """Yield where projected Newton steps lead, in the variables that are not held at a bound by the sign of F."""
+        """Yield where projected Newton steps lead, in the variables that are not held
+        at a bound by the sign of F."""
         left = MOST_DAMPED
         for _ in range(MOST_CRASHED):
             t, place = self._crashed(place)
@@ -276,8 +295,9 @@ class _Steps:
         return t, self._farther(place, d, reached) if t == 1 else reached
 
     def smoothed(self, place: Place) -> Iterator[Place]:
-        """Yield where steps for the smoothed merit function lead, with mu that falls whenever Phi is small beside it,
-        to the neighborhood of a solution, or to where no step decreases it."""
+        """Yield where steps for the smoothed merit function lead, with mu that falls
+        whenever Phi is small beside it, to the neighborhood of a solution, or to where
+        no step decreases it."""
         mu, merits = 0.5 * min(size(place.gaps), 1.0) ** 2, [place.merit]
         while not is_slow(merits) and size(place.gaps) > ALMOST * self.reference:
             J = self.evaluations.finite_jacobian(place.z)
@@ -294,8 +314,9 @@ class _Steps:
     def step(
         self, place: Place, J: Matrix, most: float, loosely: float
     ) -> tuple[str, Place] | None:
-        """Return the step from a place and where it leads; None if there is none. most, loosely : what the merit must
-        get below by a step of a linearization, and by one that is not perturbed."""
+        """Return the step from a place and where it leads; None if there is none. most,
+        loosely : what the merit must get below by a step of a linearization, and by one
+        that is not perturbed."""
         left = size(place.gaps) / self.reference if self.reference else 0.0
         near, short = left <= NEAR, list[_Solved]()
         for share, is_longer in self._kinds(left):
@@ -318,8 +339,9 @@ class _Steps:
         return "proximal" if share else "damped" if t < 1 else "full", reached
 
     def _kinds(self, left: float) -> Iterator[tuple[float, bool]]:
-        """Yield the linearizations to try in turn, each by its share of the perturbation and whether it is tried
-        longer. left : of the natural residual: perturbations of this size do not keep the steps from being fast."""
+        """Yield the linearizations to try in turn, each by its share of the
+        perturbation and whether it is tried longer. left : of the natural residual:
+        perturbations of this size do not keep the steps from being fast."""
         own, rising = self._share, tuple[float, ...](PERTURBATIONS)
         if own:
             rising = RISE * own, RISE**2 * own
@@ -334,7 +356,8 @@ class _Steps:
     def _solved(
         self, place: Place, J: Matrix, most: float, share: float, is_longer: bool
     ) -> _Solved | None:
-        """Return the step to the solution of the linearization with a share of the perturbation, or a part of it."""
+        """Return the step to the solution of the linearization with a share of the
+        perturbation, or a part of it."""
         sizes = row_maxima(J)
         M = plus_diagonal(J, share * np.where(sizes > 0, sizes, 1.0)) if share else J
         self.linearizations += 1
@@ -355,8 +378,9 @@ class _Steps:
         return None
 
     def _farther(self, place: Place, d: Vector, reached: Place) -> Place:
-        """Return where twice the step leads if that is much better than where the step leads: near a solution with a
-        singular J, Newton's method goes half of the way (D. W. Decker, H. B. Keller and C. T. Kelley 1983)."""
+        """Return where twice the step leads if that is much better than where the step
+        leads: near a solution with a singular J, Newton's method goes half of the way
+        (D. W. Decker, H. B. Keller and C. T. Kelley 1983)."""
         if HALF_WAY * place.merit <= reached.merit < place.merit:
             twice = self.at(self.box.project(place.z + 2 * d))
             if (
@@ -368,8 +392,9 @@ class _Steps:
         return reached
 
     def _active_step(self, place: Place, J: Matrix) -> Place | None:
-        """Return where the shortest step leads that solves the equations of the active set at a place near a solution,
-        as well as they can be solved: J may be singular there, if multipliers are not unique."""
+        """Return where the shortest step leads that solves the equations of the active
+        set at a place near a solution, as well as they can be solved: J may be singular
+        there, if multipliers are not unique."""
         if place.z.size > MOST_ACTIVE:
             return None
         lower, upper = self.box.moved_by(place.z).vectors(place.z.size)
@@ -396,7 +421,8 @@ class _Steps:
     def downhill(
         self, place: Place, J: Matrix, mu: float = 0.0
     ) -> tuple[str, Place] | None:
-        """Return a semismooth step, or one down the gradient of the merit function, projected on the bounds."""
+        """Return a semismooth step, or one down the gradient of the merit function,
+        projected on the bounds."""
         values = phi(self.box, place.z, place.F, mu) if mu else place.phi
         G, merit = (
             slopes(self.box, place.z, place.F, J, mu),
@@ -431,7 +457,8 @@ class _Steps:
 
 
 class _Search(_Steps):
-    """The attempts of a run. is_rounding : whether the last one has ended where the residual is rounding, or noise."""
+    """The attempts of a run. is_rounding : whether the last one has ended where the
+    residual is rounding, or noise."""
 
     def __init__(
         self, evaluations: Evaluations, linear: Linear, is_brief: bool
@@ -454,7 +481,8 @@ class _Search(_Steps):
         return self._is_brief and work + own.functions / FUNCTIONS > MOST_LINEARIZATIONS
 
     def iterate(self, place: Place, step: str) -> Iterate:
-        """Return the iterate for the loop; it is final if its residual is tiny, or did not decrease much."""
+        """Return the iterate for the loop; it is final if its residual is tiny, or did
+        not decrease much."""
         now, before = size(place.gaps), self._last_size
         self._last_size = now
         is_final = now <= FINE or now > 0.5 * before
@@ -467,7 +495,8 @@ class _Search(_Steps):
         )
 
     def start(self, attempt: _Attempt, first: Vector) -> Place | None:
-        """Return the start of an attempt, further from the first one with each seed; None if it has no merit."""
+        """Return the start of an attempt, further from the first one with each seed;
+        None if it has no merit."""
         self._last_size = np.inf
         start, seed = first, attempt.seed
         if seed:
@@ -497,7 +526,8 @@ class _Search(_Steps):
         return place
 
     def descent(self, place: Place, memory: int) -> Stage:
-        """Take steps until the merit hardly falls; then, once more, begin at its least value with steps that all do."""
+        """Take steps until the merit hardly falls; then, once more, begin at its least
+        value with steps that all do."""
         best, waiting, noisy = place, 0, 0
         while True:
             merits, first = [place.merit], SLACK * place.merit if memory > 1 else 0.0
@@ -537,8 +567,8 @@ class _Search(_Steps):
             yield self.iterate(place, "watchdog")
 
     def _ending(self, best: Place, merits: Sequence[float]) -> Ending:
-        """Return how a descent ends, at the place where the merit was least; if it is stalled, with the row in which
-        steps have left the domain of F."""
+        """Return how a descent ends, at the place where the merit was least; if it is
+        stalled, with the row in which steps have left the domain of F."""
         if size(best.gaps) > NEARLY_SOLVED * self.reference:
             reason = LONG if self.is_long else SLOW if is_slow(merits) else STATIONARY
             if (i := self.undefined) is not None:
@@ -567,7 +597,8 @@ class _Search(_Steps):
         return self.is_rounding
 
     def _is_within_noise(self, place: Place) -> bool:
-        """Return whether the residual is no more than a few times the noise of F, as far as this is known."""
+        """Return whether the residual is no more than a few times the noise of F, as
+        far as this is known."""
         return bool((np.abs(place.gaps) <= FEW_NOISES * self.evaluations.noise).all())
 
 
@@ -583,7 +614,8 @@ def phi(box: Box, z: Vector, F: Vector, mu: float = 0.0) -> Vector:
 
 
 def slopes(box: Box, z: Vector, F: Vector, J: Matrix, mu: float = 0.0) -> Matrix:
-    """Return the Jacobian of Phi, where mu = 0 an element of the generalized one, dense or a csr array."""
+    """Return the Jacobian of Phi, where mu = 0 an element of the generalized one, dense
+    or a csr array."""
     below, above = np.isfinite(box.lower), np.isfinite(box.upper)
     gap = np.where(above, box.upper - z, 0.0)
     upper = np.where(above, -_phi(gap, -F, mu), F)
@@ -616,7 +648,8 @@ def _phi(a: Vector, b: Vector, mu: float) -> Vector:
 
 
 def _slopes(a: Vector, b: Vector, mu: float) -> tuple[Vector, Vector]:
-    """Return the derivatives of phi by a and b; where both are 0, those in the direction (1, 1)."""
+    """Return the derivatives of phi by a and b; where both are 0, those in the
+    direction (1, 1)."""
     root = _root(a, b, mu)
     zero = root == 0
     root = np.where(zero, 1.0, root)
@@ -626,7 +659,8 @@ def _slopes(a: Vector, b: Vector, mu: float) -> tuple[Vector, Vector]:
 
 @np.errstate(all="ignore")
 def newton_direction(G: Matrix, values: Vector, gradient: Vector) -> Vector | None:
-    """Return the Newton step of Phi or, where it is not one of descent, that of Levenberg and Marquardt; or None."""
+    """Return the Newton step of Phi or, where it is not one of descent, that of
+    Levenberg and Marquardt; or None."""
     everything = np.arange(values.size)
     with suppress(SingularMatrix):
         d = PrincipalSolver(G).solve(everything, -values)

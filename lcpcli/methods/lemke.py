@@ -1,15 +1,19 @@
-"""Lemke's method: complementary pivoting from a covering vector, for problems with bounds and free variables.
+"""Lemke's method: complementary pivoting from a covering vector, for problems with
+bounds and free variables.
 
-C. E. Lemke, Bimatrix equilibrium points and mathematical programming, Management Science 11 (1965) 681-689; scheme I,
-algorithm 4.4.5 of R. W. Cottle, J.-S. Pang and R. E. Stone, The Linear Complementarity Problem, Academic Press (1992);
-with bounds, R. W. H. Sargent, Mathematical Programming Study 7 (1978) 36-54; the lexicographic rule after B. C. Eaves,
-The linear complementarity problem, Management Science 17 (1971) 612-634.
+C. E. Lemke, Bimatrix equilibrium points and mathematical programming, Management
+Science 11 (1965) 681-689; scheme I, algorithm 4.4.5 of R. W. Cottle, J.-S. Pang and R.
+E. Stone, The Linear Complementarity Problem, Academic Press (1992); with bounds, R. W.
+H. Sargent, Mathematical Programming Study 7 (1978) 36-54; the lexicographic rule after
+B. C. Eaves, The linear complementarity problem, Management Science 17 (1971) 612-634.
 
-Where the path ends, the solution at its basis is computed from M and q, and small numbers are settled by problems of
-what they leave: a path ends once z_0 is within rounding of the largest numbers, before numbers decide that are smaller
-by sixteen digits, as those of bodies at rest: momenta of 1e-17 beside impulses of 1. At the point z that it finds, M (z
-+ s d) + q = s (M d + (M z + q) / s): in units s of what is violated this is a problem in d with the bounds (l - z) / s,
-in which components far inside their bounds are free, and those with a large w stay where they are.
+Where the path ends, the solution at its basis is computed from M and q, and small
+numbers are settled by problems of what they leave: a path ends once z_0 is within
+rounding of the largest numbers, before numbers decide that are smaller by sixteen
+digits, as those of bodies at rest: momenta of 1e-17 beside impulses of 1. At the point
+z that it finds, M (z + s d) + q = s (M d + (M z + q) / s): in units s of what is
+violated this is a problem in d with the bounds (l - z) / s, in which components far
+inside their bounds are free, and those with a large w stay where they are.
 """
 
 from __future__ import annotations
@@ -65,26 +69,35 @@ SINGULAR_BASIS = "a basis is singular"
 
 
 def lemke(
-    problem: Problem, x0: Vector, *, cover: int | str = 0, ties: str = LARGEST
-) -> Stage:  # noqa: ARG001
-    """Follow the path of almost complementary basic solutions of w = M z + c z_0 + q from a large z_0 down to z_0 = 0.
+    problem: Problem,
+    x0: Vector,  # noqa: ARG001
+    *,
+    cover: int | str = 0,
+    ties: str = LARGEST,
+) -> Stage:
+    """Follow the path of almost complementary basic solutions of w = M z + c z_0 + q
+    from a large z_0 down to z_0 = 0.
 
-    For every M it ends after finitely many pivots, unless ties make it cycle, at a solution or on a ray. If M is
-    copositive-plus (Lemke 1965) or row sufficient, or has nonnegative principal minors and a solution for every
-    feasible q (M. Aganagić and R. W. Cottle, A constructive characterization of Q0-matrices with nonnegative principal
-    minors, Mathematical Programming 37 (1987) 223-231), a ray means that the problem is infeasible; otherwise it means
-    nothing. The number of pivots is usually of order n, at worst exponential; each costs two passes over a dense
-    tableau. Free variables are eliminated first (see `free_variables`).
+    For every M it ends after finitely many pivots, unless ties make it cycle, at a
+    solution or on a ray. If M is copositive-plus (Lemke 1965) or row sufficient, or has
+    nonnegative principal minors and a solution for every feasible q (M. Aganagić and R.
+    W. Cottle, A constructive characterization of Q0-matrices with nonnegative principal
+    minors, Mathematical Programming 37 (1987) 223-231), a ray means that the problem is
+    infeasible; otherwise it means nothing. The number of pivots is usually of order n,
+    at worst exponential; each costs two passes over a dense tableau. Free variables are
+    eliminated first (see `free_variables`).
 
-    x0 is not used: the method starts with all variables at bounds. A cover of "ones" in the units of the rows is
-    Lemke's; the theory is the same for every other c > 0. With the "lexicographic" minimum the path cannot cycle (Eaves
-    1971); with this, a cover of "ones", and integers up to 2^20 for M and q of at most MAX_INTEGER_UNKNOWNS, all
+    x0 is not used: the method starts with all variables at bounds. A cover of "ones" in
+    the units of the rows is Lemke's; the theory is the same for every other c > 0. With
+    the "lexicographic" minimum the path cannot cycle (Eaves 1971); with this, a cover
+    of "ones", and integers up to 2^20 for M and q of at most MAX_INTEGER_UNKNOWNS, all
     pivoting is in integers, so that the path is the same on every machine.
 
-    Yields (z - w) / 2 after every pivot, with F = M z - w + q, and at the end recomputed from M and q, without F; the
-    step is named by the variables that enter and leave the basis, but with free variables. `evaluations` counts the
-    pivots. NoSolution : the path ended on a ray; the certificate is "farkas" if the ray proves that there is no
-    solution, otherwise "ray".
+    Yields (z - w) / 2 after every pivot, with F = M z - w + q, and at the end
+    recomputed from M and q, without F; the step is named by the variables that enter
+    and leave the basis, but with free variables. `evaluations` counts the pivots.
+    NoSolution : the path ended on a ray; the certificate is "farkas" if the ray proves
+    that there is no solution, otherwise "ray".
     """
     n, is_lexicographic = problem.n, ties == LEXICOGRAPHIC
     if problem.box.is_orthant and (problem.q >= 0).all():
@@ -115,10 +128,12 @@ def pivoted(
     reduction: Reduction | None,
     is_sure: Callable[[], bool],
 ) -> Stage:
-    """Follow the path to its end, at most FEW_PIVOTS per unknown; yield only the solution at which it ends, or the
-    point where z_0 is all but 0. A ray may prove that there is no solution, also for slightly different data.
+    """Follow the path to its end, at most FEW_PIVOTS per unknown; yield only the
+    solution at which it ends, or the point where z_0 is all but 0. A ray may prove that
+    there is no solution, also for slightly different data.
 
-    is_sure : whether the path ends at a solution if there is one; if not, long paths rarely do, and are given up.
+    is_sure : whether the path ends at a solution if there is one; if not, long paths
+        rarely do, and are given up.
     """
     path = path_to_end(problem, follow, reduction or reduced(problem), is_sure)
     if path.end == SOLVED:
@@ -139,7 +154,8 @@ def path_to_end(
     reduction: Reduction,
     is_sure: Callable[[], bool] = lambda: True,
 ) -> LemkePath:
-    """Return the path at its end, or where a basis is singular or it has taken too many pivots."""
+    """Return the path at its end, or where a basis is singular or it has taken too many
+    pivots."""
     path = LemkePath(reduction, problem.q, 0, False, follow)
     most = FEW_PIVOTS * path.k.size + MORE_PIVOTS
     with suppress(np.linalg.LinAlgError):
@@ -216,7 +232,8 @@ def _along(problem: Problem, path: LemkePath, is_published: bool) -> Stage:
 
 
 def _pivot_of(n: int, entering: int, leaving: int) -> str:
-    """Return which variable enters the basis for which one, by their numbers in `tableau`."""
+    """Return which variable enters the basis for which one, by their numbers in
+    `tableau`."""
     enters, leaves = (
         f"w{k + 1}" if k < n else f"z{(k - n + 1) % (n + 1)}"
         for k in (entering, leaving)
@@ -229,9 +246,10 @@ def _certificate(
 ) -> Certificate:
     """Return what a ray with z_0 basic proves; z is the direction of the ray in z.
 
-    Candidates for Farkas' y are this z, which is a proof if M is copositive-plus, and the multipliers of the row of
-    z_0, which are a proof if z_0 is at its minimum over all z, w, z_0 within their bounds. That z is the direction of a
-    ray can be verified if the covering vector is e.
+    Candidates for Farkas' y are this z, which is a proof if M is copositive-plus, and
+    the multipliers of the row of z_0, which are a proof if z_0 is at its minimum over
+    all z, w, z_0 within their bounds. That z is the direction of a ray can be verified
+    if the covering vector is e.
     """
     for own in (
         z,
@@ -257,17 +275,19 @@ LEAST_REFRESHED = 50
 
 @lru_cache(maxsize=16)
 def seeded_cover(seed: int, size: int) -> Vector:
-    """Return a covering vector of numbers between 1/2 and 3/2 by a seed, so that rows block one after another."""
+    """Return a covering vector of numbers between 1/2 and 3/2 by a seed, so that rows
+    block one after another."""
     cover: Vector = 0.5 + generator(seed).random(size)
     cover.setflags(write=False)  # as all paths share it
     return cover
 
 
 class LemkePath:
-    """The path of one problem, from z_0 = max -k_i / c_i on; it has no pivots if no k_i is negative.
+    """The path of one problem, from z_0 = max -k_i / c_i on; it has no pivots if no k_i
+    is negative.
 
-    follow : `tableau.follow`, or its compiled form. end : SOLVED, RAY, or PAUSED as long as it goes on. pivots : how
-    many there were.
+    follow : `tableau.follow`, or its compiled form. end : SOLVED, RAY, or PAUSED as
+    long as it goes on. pivots : how many there were.
     """
 
     def __init__(
@@ -294,7 +314,8 @@ class LemkePath:
             self.pivots, self.age, self.end = 1, 1, PAUSED
 
     def advance(self, most: int) -> None:
-        """Follow the path for at most so many pivots; compute the tableau again where it is old, or there is a ray."""
+        """Follow the path for at most so many pivots; compute the tableau again where
+        it is old, or there is a ray."""
         last = self.pivots + most
         while self.end == PAUSED and self.pivots < last:
             young = max(LEAST_REFRESHED, self.k.size) - self.age
@@ -343,7 +364,8 @@ class LemkePath:
         )
 
     def ray(self) -> tuple[Vector, Vector]:
-        """Return the direction of z on the ray, and the multipliers of the rows of the problem in the row of z_0."""
+        """Return the direction of z on the ray, and the multipliers of the rows of the
+        problem in the row of z_0."""
         t, m = self.tableau, self.k.size
         y, u = np.zeros(2 * m + 1), np.zeros(2 * m + 1)
         y[t.basic] = self.way * t.T[:, self.entering]
@@ -358,11 +380,12 @@ LITERAL_STEPS = 8  # exchanges of wrong signs at the end of a path
 def solution_at(
     problem: Problem, M: Vector, near: Vector, basis: States
 ) -> tuple[Vector, bool]:
-    """Return z of the basis at which a path has ended near a z, for M as a dense array, and whether it violates no row
-    beyond rounding.
+    """Return z of the basis at which a path has ended near a z, for M as a dense array,
+    and whether it violates no row beyond rounding.
 
-    Signs that are wrong beyond rounding belong to numbers so small beside others that z_0 left before they decided:
-    they are exchanged, as long as that leads to a solution soon.
+    Signs that are wrong beyond rounding belong to numbers so small beside others that
+    z_0 left before they decided: they are exchanged, as long as that leads to a
+    solution soon.
     """
     system, first = CorrectedSolutions(problem, M, near), near
     for steps, found in enumerate(islice(system.exchanging(basis), LITERAL_STEPS + 1)):
@@ -377,7 +400,8 @@ def solution_at(
 
 
 def confirmed(problem: Problem, basis: States) -> Stage:
-    """Yield the basic solution of a basis, such as the last one of a path for another q, if it violates no row."""
+    """Yield the basic solution of a basis, such as the last one of a path for another
+    q, if it violates no row."""
     try:
         z = problem.box.project(
             CorrectedSolutions(problem, matrices.dense(problem.M)).at(basis).z
@@ -406,8 +430,9 @@ NOISE = 1e-10  # in these units: components of z and of w that are rounding of 0
 
 
 def violations(problem: Problem, z: Vector) -> tuple[Vector, Vector, Mask]:
-    """Return how a z within its bounds violates the problem: w = M z + q with 0 in place of what may be rounding of 0,
-    the natural residuals of the rows, and in which rows these are more than rounding."""
+    """Return how a z within its bounds violates the problem: w = M z + q with 0 in
+    place of what may be rounding of 0, the natural residuals of the rows, and in which
+    rows these are more than rounding."""
     w = problem.w(z)
     gaps = np.abs(problem.box.gaps(z, w))
     rounding = SIGN_ROUNDING * (
@@ -418,7 +443,8 @@ def violations(problem: Problem, z: Vector) -> tuple[Vector, Vector, Mask]:
 
 @np.errstate(all="ignore")
 def settled(problem: Problem, z: Vector, follow: Follow) -> Vector:
-    """Return z with small numbers settled, as far as paths of what is left, in units of its size, end at solutions."""
+    """Return z with small numbers settled, as far as paths of what is left, in units of
+    its size, end at solutions."""
     for _ in range(MOST_LEVELS):
         w, gaps, violated = violations(problem, z)
         size = gaps.max(where=violated, initial=0.0)

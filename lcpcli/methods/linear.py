@@ -1,9 +1,11 @@
-"""What linear programs decide: infeasibility for any M, and a solution for skew-symmetric M.
+"""What linear programs decide: infeasibility for any M, and a solution for
+skew-symmetric M.
 
-O. L. Mangasarian, Linear complementarity problems solvable by a single linear program, Mathematical Programming 10
-(1976) 263-270. M skew-symmetric: z'w = q'z, so that any minimizer of q'z solves it. If moreover M = [0 -A'; A 0] in
-some order, as for linear programs, z consists of a minimizer and its multipliers: G. B. Dantzig, Linear Programming and
-Extensions (1963), chapter 6.
+O. L. Mangasarian, Linear complementarity problems solvable by a single linear program,
+Mathematical Programming 10 (1976) 263-270. M skew-symmetric: z'w = q'z, so that any
+minimizer of q'z solves it. If moreover M = [0 -A'; A 0] in some order, as for linear
+programs, z consists of a minimizer and its multipliers: G. B. Dantzig, Linear
+Programming and Extensions (1963), chapter 6.
 """
 
 from __future__ import annotations
@@ -32,7 +34,8 @@ from lcpcli.verify.certificate import farkas_certificate
 
 
 def linear(problem: Problem, effort: float = math.inf) -> Stage:
-    """End with a Farkas proof, or for sparse M yield the solution if M is skew-symmetric."""
+    """End with a Farkas proof, or for sparse M yield the solution if M is
+    skew-symmetric."""
     units = changes.scale(problem)
     if is_skew(problem.M):
         ending = yield from _finished(units, _saddle_point(units.problem, effort))
@@ -71,7 +74,8 @@ def is_skew(M: Matrix) -> bool:
 
 
 def _saddle_point(problem: Problem, effort: float) -> Vector | None:
-    """Return the minimizer and the multipliers of the linear program, if M = [0 -A'; A 0] with y >= 0, <= 0 or free."""
+    """Return the minimizer and the multipliers of the linear program, if M = [0 -A'; A
+    0] with y >= 0, <= 0 or free."""
     given = conditions_of(problem)
     on_sides = np.isin(given.lower, (0.0, -np.inf)) & np.isin(
         given.upper, (0.0, np.inf)

@@ -1,18 +1,24 @@
-"""Branch and bound over complementary sets, in which a proof in exact arithmetic excludes each branch that is cut.
+"""Branch and bound over complementary sets, in which a proof in exact arithmetic
+excludes each branch that is cut.
 
-A set P of indices stands for all z with w_i = 0 for i in P and z_i = 0 elsewhere; every solution belongs to such a set.
-A node of the tree fixes, for some indices, which of the two holds. What remains is a system of linear inequalities, for
-which the dual simplex method goes on from the parent's point, and the node is pruned only by a Farkas proof that the
-system is infeasible, checked in exact arithmetic (`farkas.refutes`), or, where all indices are decided, by an exact
-solution of M_PP z_P = -q_P that has a negative component.
+A set P of indices stands for all z with w_i = 0 for i in P and z_i = 0 elsewhere; every
+solution belongs to such a set. A node of the tree fixes, for some indices, which of the
+two holds. What remains is a system of linear inequalities, for which the dual simplex
+method goes on from the parent's point, and the node is pruned only by a Farkas proof
+that the system is infeasible, checked in exact arithmetic (`farkas.refutes`), or, where
+all indices are decided, by an exact solution of M_PP z_P = -q_P that has a negative
+component.
 
-Points are sought in the equilibrated standard form of a problem. Proofs are judged by the problem as given, with its
-own bounds, so that no rounding of that form can spoil them.
+Points are sought in the equilibrated standard form of a problem. Proofs are judged by
+the problem as given, with its own bounds, so that no rounding of that form can spoil
+them.
 
-The LCP as a mixed-integer linear program, for any M: P. M. Pardalos and J. B. Rosen, Global optimization approach to
-the linear complementarity problem, SIAM Journal on Scientific and Statistical Computing 9 (1988) 341-353, section 3:
-maximize alpha subject to 0 <= M y + alpha q <= e - b, 0 <= y <= b, 0 <= alpha <= 1, b binary. Its feasible points with
-alpha > 0 are the solutions z = y / alpha scaled to max(z, w) <= 1 / alpha; the maximum is 0 exactly if there is none.
+The LCP as a mixed-integer linear program, for any M: P. M. Pardalos and J. B. Rosen,
+Global optimization approach to the linear complementarity problem, SIAM Journal on
+Scientific and Statistical Computing 9 (1988) 341-353, section 3: maximize alpha subject
+to 0 <= M y + alpha q <= e - b, 0 <= y <= b, 0 <= alpha <= 1, b binary. Its feasible
+points with alpha > 0 are the solutions z = y / alpha scaled to max(z, w) <= 1 / alpha;
+the maximum is 0 exactly if there is none.
 """
 
 from __future__ import annotations
@@ -67,8 +73,9 @@ DOUBTFUL = 8
 
 
 class _Node:
-    """Decisions, the system of those before the last, None for sparse or large M, and the form that the last one
-    restricts to 0; once the node is examined, a set that its point suggests, or None."""
+    """Decisions, the system of those before the last, None for sparse or large M, and
+    the form that the last one restricts to 0; once the node is examined, a set that its
+    point suggests, or None."""
 
     suggested: Mask | None = None
     is_w_larger: Mask
@@ -80,10 +87,13 @@ class _Node:
 
 
 class ComplementarySystem:
-    """The LCP in whose numbers complementary sets are sought, with the way back to the problem as given.
+    """The LCP in whose numbers complementary sets are sought, with the way back to the
+    problem as given.
 
-    form, units : the standard form of the given problem, and that equilibrated. M, q : of the latter.
-    is_choice : the indices that are decided one way or the other; those of the parts of free variables are not.
+    form, units : the standard form of the given problem, and that equilibrated. M, q :
+        of the latter.
+    is_choice : the indices that are decided one way or the other; those of the parts of
+        free variables are not.
     """
 
     def __init__(self, form: StandardForm) -> None:
@@ -96,7 +106,8 @@ class ComplementarySystem:
         return self.form.multipliers(self.units.multipliers(y))
 
     def refutes(self, decided: Vector, y: Vector) -> bool:
-        """Return whether y, but for wrong signs, proves that no solution of the given problem fits the decisions."""
+        """Return whether y, but for wrong signs, proves that no solution of the given
+        problem fits the decisions."""
         given, boxes = (
             self.form.original,
             self.form.restricted(decided == ACTIVE, decided == INACTIVE),
@@ -112,7 +123,8 @@ class ComplementarySystem:
         return farkas.refutes(given.M[:, used], given.q, own, columns.part(used), rows)
 
     def excluded(self, P: Mask) -> bool:
-        """Return whether the given problem has no basic solution of this set, or only one that violates it."""
+        """Return whether the given problem has no basic solution of this set, or only
+        one that violates it."""
         given, boxes = self.form.original, self.form.restricted(P, ~P)
         if boxes is None:
             return True
@@ -130,19 +142,23 @@ class ComplementarySystem:
 
 
 Sets: TypeAlias = Generator[tuple[str, Mask], None, Finished | Stalled | OutOfTime]
-"""Complementary sets to try, each with the step that suggested it; Finished if no other can have a solution."""
+"""Complementary sets to try, each with the step that suggested it; Finished if no other
+can have a solution."""
 
 
 def candidates(
     system: ComplementarySystem, root: DualSimplex | None = None, nodes: int = MAX_NODES
 ) -> Sets:
-    """Yield the sets P, as masks of shape (n,), that appear to have a solution; a set may be yielded more than once.
+    """Yield the sets P, as masks of shape (n,), that appear to have a solution; a set
+    may be yielded more than once.
 
-    root : the system of M z + q, if it has been made before. nodes : the largest number of nodes to examine; one that
-    takes linear programs beside its system counts as DOUBTFUL.
+    root : the system of M z + q, if it has been made before. nodes : the largest number
+    of nodes to examine; one that takes linear programs beside its system counts as
+    DOUBTFUL.
 
-    Returns Finished if it is proved that only the sets that were yielded can have a solution: the caller tries each and
-    stops at a success. Otherwise a limit is reached, or a set where the caller found no solution has no proof.
+    Returns Finished if it is proved that only the sets that were yielded can have a
+    solution: the caller tries each and stops at a success. Otherwise a limit is
+    reached, or a set where the caller found no solution has no proof.
     """
     M, q, tree, unresolved = system.M, system.q, _Nodes(system), False
     whole = None if is_sparse(M) or q.size > MOST_DENSE else root or DualSimplex(M, q)
@@ -167,13 +183,15 @@ def candidates(
 
 
 class _Nodes:
-    """The nodes of the tree in doubles. examined : how many have been; cost : how many they count for."""
+    """The nodes of the tree in doubles. examined : how many have been; cost : how many
+    they count for."""
 
     def __init__(self, system: ComplementarySystem) -> None:
         self.system, self.examined, self.cost, self.check = system, 0, 0, check
 
     def violations(self, node: _Node) -> dict[int, float] | None:
-        """Return min(z, w) at a point of a node, where there is no decision yet; None if a proof excludes it."""
+        """Return min(z, w) at a point of a node, where there is no decision yet; None
+        if a proof excludes it."""
         if (found := self._point(node)) is None:
             return None
         (z, w), undecided = found, (node.decided == OPEN) & self.system.is_choice
@@ -189,7 +207,8 @@ class _Nodes:
         )
 
     def _point(self, node: _Node) -> tuple[Vector, Vector] | None:
-        """Return z and w of a point that fits the decisions of a node; None if a proof excludes that there is one."""
+        """Return z and w of a point that fits the decisions of a node; None if a proof
+        excludes that there is one."""
         node.simplex = simplex = deepcopy(node.simplex)
         M, q, decided, y = self.system.M, self.system.q, node.decided, None
         self.examined, self.cost = self.examined + 1, self.cost + 1
@@ -252,24 +271,29 @@ FEW_ENTRIES, FIRST_ENTRIES, MOST_ENTRIES = 1 << 12, 1 << 21, 1 << 23
 
 
 def milp(problem: Problem, x0: Vector) -> Stage:  # noqa: ARG001 (every method has it)
-    """Solve one mixed-integer program, and a linear system on its active set. x0 has no influence.
+    """Solve one mixed-integer program, and a linear system on its active set. x0 has no
+    influence.
 
-    In order: a proof that the problem is infeasible; the first nodes of branch and bound (`candidates`); the program,
-    for at most half of the time that is left, and the solution on each active set that it suggests; the rest of the
-    tree. Exponential in n at worst. The program is that of R M C, R q with the powers of two of `units.equilibrate`,
-    which rounds nothing: alpha is about 1 / max(z, w), and the solver cannot resolve alpha below 1e-6.
+    In order: a proof that the problem is infeasible; the first nodes of branch and
+    bound (`candidates`); the program, for at most half of the time that is left, and
+    the solution on each active set that it suggests; the rest of the tree. Exponential
+    in n at worst. The program is that of R M C, R q with the powers of two of
+    `units.equilibrate`, which rounds nothing: alpha is about 1 / max(z, w), and the
+    solver cannot resolve alpha below 1e-6.
 
-    Yields (z - w) / 2 for the solution of each complementary set that appears to have one, with step "program" or
-    "tree", the origin of the set. Solutions up to rounding come at once; those only to the LP solver's tolerance come
-    last, unless it is proved that there is none. NoSolution : with a Farkas proof, or after the exhaustion of all
-    complementary sets. Neither depends on rounding or tolerances: alpha = 0 is never taken as a proof, as a tiny alpha
-    may hide a large solution.
+    Yields (z - w) / 2 for the solution of each complementary set that appears to have
+    one, with step "program" or "tree", the origin of the set. Solutions up to rounding
+    come at once; those only to the LP solver's tolerance come last, unless it is proved
+    that there is none. NoSolution : with a Farkas proof, or after the exhaustion of all
+    complementary sets. Neither depends on rounding or tolerances: alpha = 0 is never
+    taken as a proof, as a tiny alpha may hide a large solution.
     """
     return (yield from _decided(problem, _all_sets))
 
 
 def first_nodes(problem: Problem, entries: int = FIRST_ENTRIES) -> Stage:
-    """Examine the first nodes of the tree alone, of so many entries of M in all; yield and return as `milp`."""
+    """Examine the first nodes of the tree alone, of so many entries of M in all; yield
+    and return as `milp`."""
     return (
         yield from _decided(
             problem,
@@ -304,7 +328,8 @@ def _tried(
     sets_of: Callable[[ComplementarySystem, DualSimplex | None], Sets],
     effort: float,
 ) -> Stage:
-    """Try complementary sets after a proof that the problem is infeasible; yield iterates of the standard form."""
+    """Try complementary sets after a proof that the problem is infeasible; yield
+    iterates of the standard form."""
     problem = form.original
     with np.errstate(all="ignore"):
         system = ComplementarySystem(form)
@@ -347,7 +372,8 @@ def _tried(
 
 
 def _all_sets(system: ComplementarySystem, root: DualSimplex | None) -> Sets:
-    """Yield complementary sets that may have a solution, the likeliest first, each with the step that suggested it."""
+    """Yield complementary sets that may have a solution, the likeliest first, each with
+    the step that suggested it."""
     if remaining() <= 0:
         return OutOfTime(TIME_LIMIT_REACHED)
     try:
@@ -365,7 +391,8 @@ def _all_sets(system: ComplementarySystem, root: DualSimplex | None) -> Sets:
 
 
 def _program(M: Matrix, q: Vector) -> list[Mask]:
-    """Return the active sets at the best (y, b, alpha) found in half of the time that is left; none if alpha is 0."""
+    """Return the active sets at the best (y, b, alpha) found in half of the time that
+    is left; none if alpha is 0."""
     with imports:
         from scipy.optimize import LinearConstraint, milp
     n = q.size
@@ -396,8 +423,9 @@ def _program(M: Matrix, q: Vector) -> list[Mask]:
 
 
 def _basic_solution(M: Matrix, q: Vector, P: Mask) -> tuple[Vector | None, bool]:
-    """Return z with z_N = 0, M_PP z_P = -q_P, z >= 0, w >= 0, or None if there is none to the tolerance of the LP
-    solver, and whether z is a solution up to rounding, row by row."""
+    """Return z with z_N = 0, M_PP z_P = -q_P, z >= 0, w >= 0, or None if there is none
+    to the tolerance of the LP solver, and whether z is a solution up to rounding, row
+    by row."""
     best, active = None, np.flatnonzero(P)
     with np.errstate(all="ignore"):
         for z_P in _solutions(M, q, active, np.flatnonzero(~P)):
@@ -419,8 +447,9 @@ def _basic_solution(M: Matrix, q: Vector, P: Mask) -> tuple[Vector | None, bool]
 def _solutions(
     M: Matrix, q: Vector, active: Indices, inactive: Indices
 ) -> Iterator[Vector]:
-    """Yield z_P with M_PP z_P = -q_P: first by factors; then, if M_PP may be singular, one with z_P >= 0 and M_NP z_P +
-    q_N >= 0: a vertex by an LP, then least squares on its support, if there is room for dense columns."""
+    """Yield z_P with M_PP z_P = -q_P: first by factors; then, if M_PP may be singular,
+    one with z_P >= 0 and M_NP z_P + q_N >= 0: a vertex by an LP, then least squares on
+    its support, if there is room for dense columns."""
     with suppress(SingularMatrix):
         yield PrincipalSolver(M).solve(active, -q[active])
     if not 0 < active.size <= MOST_DENSE_ROWS / q.size:

@@ -1,21 +1,26 @@
 """Smoothed aggregation: coarse versions of a sparse matrix with positive diagonal.
 
-P. Vaněk, J. Mandel and M. Brezina, Algebraic multigrid by smoothed aggregation for second and fourth order elliptic
-problems, Computing 56 (1996) 179-196. Aggregates around a maximal set of nodes at distances greater than 2:
-N. Bell, S. Dalton and L. N. Olson, Exposing fine-grained parallelism in algebraic multigrid methods, SIAM Journal on
+P. Vaněk, J. Mandel and M. Brezina, Algebraic multigrid by smoothed aggregation for
+second and fourth order elliptic problems, Computing 56 (1996) 179-196. Aggregates
+around a maximal set of nodes at distances greater than 2: N. Bell, S. Dalton and L. N.
+Olson, Exposing fine-grained parallelism in algebraic multigrid methods, SIAM Journal on
 Scientific Computing 34 (2012) C123-C152, section 3.
 
-V-cycles for principal submatrices, with basis functions truncated where a constraint is active: R. Kornhuber, Monotone
-multigrid methods for elliptic variational inequalities I, Numerische Mathematik 69 (1994) 167-184. The directions that
-they make are as good in single precision, which takes half of the memory and of the time to read it (L. Giraud, A.
-Haidar and L. T. Watson, Lecture Notes in Computational Science and Engineering 60 (2008) 357-364).
+V-cycles for principal submatrices, with basis functions truncated where a constraint is
+active: R. Kornhuber, Monotone multigrid methods for elliptic variational inequalities
+I, Numerische Mathematik 69 (1994) 167-184. The directions that they make are as good in
+single precision, which takes half of the memory and of the time to read it (L. Giraud,
+A. Haidar and L. T. Watson, Lecture Notes in Computational Science and Engineering 60
+(2008) 357-364).
 
-Nested iteration for the active set of a sparse problem, by coarse versions of the problem that are solved roughly: A.
-Brandt and C. W. Cryer, Multigrid algorithms for the solution of linear complementarity problems arising from free
-boundary problems, SIAM Journal on Scientific and Statistical Computing 4 (1983) 655-684. Here the coarse versions come
-from the matrix alone, and each coarse correction has the length that minimizes the energy, as they are too stiff
-(D. Braess, Towards algebraic multigrid for elliptic problems of second order, Computing 55 (1995) 379-393). What comes
-out is not exact, but its active set is wrong only close to its edge.
+Nested iteration for the active set of a sparse problem, by coarse versions of the
+problem that are solved roughly: A. Brandt and C. W. Cryer, Multigrid algorithms for the
+solution of linear complementarity problems arising from free boundary problems, SIAM
+Journal on Scientific and Statistical Computing 4 (1983) 655-684. Here the coarse
+versions come from the matrix alone, and each coarse correction has the length that
+minimizes the energy, as they are too stiff (D. Braess, Towards algebraic multigrid for
+elliptic problems of second order, Computing 55 (1995) 379-393). What comes out is not
+exact, but its active set is wrong only close to its edge.
 """
 
 from __future__ import annotations
@@ -64,10 +69,12 @@ FEW_LEFT = 50  # one node in so many may be farther than 2 from all roots
 
 
 class Level(NamedTuple):
-    """A matrix of a hierarchy by its products, with the weights of its Jacobi relaxation, and the way to the next one.
+    """A matrix of a hierarchy by its products, with the weights of its Jacobi
+    relaxation, and the way to the next one.
 
-    P : the prolongation from there, and R : P', which shares its arrays. T : P before it is smoothed, with one entry a
-    row, in order, and orthonormal columns. coarse : the next matrix, P'AP.
+    P : the prolongation from there, and R : P', which shares its arrays. T : P before
+    it is smoothed, with one entry a row, in order, and orthonormal columns. coarse :
+    the next matrix, P'AP.
     """
 
     operator: Operator
@@ -79,10 +86,11 @@ class Level(NamedTuple):
 
 
 class Hierarchy:
-    """Coarse versions of A, a csr_array with a positive diagonal, until COARSEST unknowns are left.
+    """Coarse versions of A, a csr_array with a positive diagonal, until COARSEST
+    unknowns are left.
 
-    levels : of all matrices but the last. coarsest : the last one, dense. is_stuck : whether a level failed to become
-    much smaller; then there is none.
+    levels : of all matrices but the last. coarsest : the last one, dense. is_stuck :
+    whether a level failed to become much smaller; then there is none.
     """
 
     def __init__(self, A: Matrix) -> None:
@@ -128,8 +136,9 @@ class Hierarchy:
 
 
 def _aggregates(A: Matrix) -> Indices:
-    """Return for each unknown the number of its aggregate, shape (n,): each root has its neighbours and theirs. Roots
-    have distances greater than 2, and all but one node in FEW_LEFT are so close to one; those join a neighbour."""
+    """Return for each unknown the number of its aggregate, shape (n,): each root has
+    its neighbours and theirs. Roots have distances greater than 2, and all but one node
+    in FEW_LEFT are so close to one; those join a neighbour."""
     n, near = A.shape[0], _largest_near(A)
     rank = generator(0).permutation(n).astype(np.int32) + 1
     root = np.zeros(n, dtype=bool)
@@ -145,7 +154,8 @@ def _aggregates(A: Matrix) -> Indices:
 
 
 def _largest_near(A: Matrix) -> Callable[[Any], Any]:
-    """Return what returns the largest value among the neighbours of each node in the graph of A, itself among them."""
+    """Return what returns the largest value among the neighbours of each node in the
+    graph of A, itself among them."""
     n, indptr, indices, degrees = A.shape[0], A.indptr, A.indices, np.diff(A.indptr)
     if degrees.max(initial=0) * n > MOST_PADDED * indices.size:
         return lambda values: np.maximum.reduceat(values[indices], indptr[:-1])
@@ -166,7 +176,8 @@ def _largest_near(A: Matrix) -> Callable[[Any], Any]:
 
 
 def _strong(A: Matrix, strength: float, candidate: Vector) -> Matrix:
-    """Return A with its strong connections and the diagonal alone, changed there so that A candidate stays as it is."""
+    """Return A with its strong connections and the diagonal alone, changed there so
+    that A candidate stays as it is."""
     with imports:
         from scipy.sparse import csr_array
     root = np.sqrt(np.maximum(A.diagonal(), 0))
@@ -196,8 +207,8 @@ REGULAR = 1e-14  # of the largest diagonal entry: what a coarsest matrix gets ad
 
 
 class VCycles:
-    """One V-cycle for each principal submatrix of the finest matrix of a hierarchy, in single precision, where T has
-    the shares of the unknowns in their aggregates."""
+    """One V-cycle for each principal submatrix of the finest matrix of a hierarchy, in
+    single precision, where T has the shares of the unknowns in their aggregates."""
 
     def __init__(self, hierarchy: Hierarchy) -> None:
         self._levels, self._coarsest = list[tuple[Level, Any]](), hierarchy.coarsest
@@ -228,10 +239,12 @@ class VCycles:
         self._last: tuple[Mask, Solve] | None = None
 
     def __call__(self, basic: Mask) -> Solve:
-        """Return one V-cycle for the principal submatrix of the basic variables, shape (n,), symmetric if A is; it
-        takes and returns vectors of shape (n,) that are 0 elsewhere, the latter in memory that the next cycle
-        overwrites. Nothing is formed but masks: an aggregate counts as basic if most of it is, so that the coarse
-        versions of the whole matrix serve for every submatrix. It raises SingularMatrix."""
+        """Return one V-cycle for the principal submatrix of the basic variables, shape
+        (n,), symmetric if A is; it takes and returns vectors of shape (n,) that are 0
+        elsewhere, the latter in memory that the next cycle overwrites. Nothing is
+        formed but masks: an aggregate counts as basic if most of it is, so that the
+        coarse versions of the whole matrix serve for every submatrix. It raises
+        SingularMatrix."""
         masks = [basic]
         for level, _ in self._levels:
             shares = np.bincount(
@@ -261,7 +274,8 @@ def _single(values: Any) -> Any:
 
 
 def _in_range(solve: Solve, single: Any, image: Vector, b: Vector) -> Vector:
-    """Return what a linear function in single precision makes of b in double precision, however small or large b is.
+    """Return what a linear function in single precision makes of b in double precision,
+    however small or large b is.
 
     single, image : memory for both."""
     size = largest(b)
@@ -272,7 +286,8 @@ def _in_range(solve: Solve, single: Any, image: Vector, b: Vector) -> Vector:
 
 
 def _inverse(A: Vector, basic: Mask) -> Solve:
-    """Return a solver of systems with a principal submatrix of a small dense A, for vectors of shape (n,)."""
+    """Return a solver of systems with a principal submatrix of a small dense A, for
+    vectors of shape (n,)."""
     diagonal = A.diagonal() * basic
     size = diagonal.max(initial=0.0) or 1.0
     regular = np.diag(np.where(diagonal <= REGULAR * size, size, REGULAR * size))
@@ -285,7 +300,8 @@ def _inverse(A: Vector, basic: Mask) -> Solve:
 def _v_cycle(
     level: Level, work: Any, weights: Any, mask: Any, coarse: Solve, b: Any
 ) -> Any:
-    """Return what a cycle from this level on makes of b, in `work`, which has two vectors."""
+    """Return what a cycle from this level on makes of b, in `work`, which has two
+    vectors."""
     A, (x, y), (first, second) = level.operator, work, SWEEPS
     np.multiply(weights, b, out=x)
     x *= first
@@ -305,7 +321,8 @@ COARSEST_PIVOTS = 30  # at most; the coarsest problem rarely takes more than a h
 
 
 class FullApproximation:
-    """Approximate solutions of the problem of a matrix, given by q and bounds, on each level of a hierarchy."""
+    """Approximate solutions of the problem of a matrix, given by q and bounds, on each
+    level of a hierarchy."""
 
     def __init__(self, hierarchy: Hierarchy, q: Vector, box: Box) -> None:
         self._levels, self._q, self._boxes = hierarchy.levels, [q], [box]
@@ -317,7 +334,8 @@ class FullApproximation:
             self._boxes.append(self._boxes[-1].mapped(level.T.T.__matmul__))
 
     def solution(self) -> Vector:
-        """Return an approximate solution, which is 0 or the nearest bounds where cycles diverge."""
+        """Return an approximate solution, which is 0 or the nearest bounds where cycles
+        diverge."""
         z = self._boxes[-1].project(np.zeros(self._q[-1].size))
         z = self._coarsest(z, self._q[-1])
         for level in reversed(range(len(self._levels))):
@@ -371,7 +389,8 @@ class FullApproximation:
         return z
 
     def _coarsest(self, z: Vector, q: Vector) -> Vector:
-        """Return the solution on the coarsest level by block pivoting from z, or where that cycles."""
+        """Return the solution on the coarsest level by block pivoting from z, or where
+        that cycles."""
         box = self._boxes[-1]
         basis = box.basis_at(z, self._coarsest_like.M @ z + q)
         for found in islice(

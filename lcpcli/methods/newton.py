@@ -1,18 +1,20 @@
-"""Block principal pivoting on one problem: newton, its starts, also by projected gradients, and the finish of another
-method.
+"""Block principal pivoting on one problem: newton, its starts, also by projected
+gradients, and the finish of another method.
 
-Generalized Newton on F(x) = 0: where x has no zero, F is linear, and the Newton step from x leads to the basic solution
-of the complementary set P = {i : x_i > 0}: M_PP z_P = -q_P, w_P = 0, z_N = 0, w_N = M_NP z_P + q_N. Indices of negative
-entries are exchanged. With bounds, a basic variable goes to the bound that it violates, and a variable at a bound whose
-w has the wrong sign becomes basic. The exchanges and their source are in `basis.exchanges`, their safeguard in
-`direct`.
+Generalized Newton on F(x) = 0: where x has no zero, F is linear, and the Newton step
+from x leads to the basic solution of the complementary set P = {i : x_i > 0}: M_PP z_P
+= -q_P, w_P = 0, z_N = 0, w_N = M_NP z_P + q_N. Indices of negative entries are
+exchanged. With bounds, a basic variable goes to the bound that it violates, and a
+variable at a bound whose w has the wrong sign becomes basic. The exchanges and their
+source are in `basis.exchanges`, their safeguard in `direct`.
 
-Projected gradients find active sets that are nearly right from products with M alone: J. Barzilai and J. M. Borwein,
-Two-point step size gradient methods, IMA Journal of Numerical Analysis 8 (1988) 141-148, projected as in E. G. Birgin,
-J. M. Martínez and M. Raydan, Nonmonotone spectral projected gradient methods on convex sets, SIAM Journal on
-Optimization 10 (2000) 1196-1211, with alternating step sizes (Y.-H. Dai and R. Fletcher, Projected Barzilai-Borwein
-methods for large-scale box-constrained quadratic programming, Numerische Mathematik 100 (2005) 21-47) and without a
-line search.
+Projected gradients find active sets that are nearly right from products with M alone:
+J. Barzilai and J. M. Borwein, Two-point step size gradient methods, IMA Journal of
+Numerical Analysis 8 (1988) 141-148, projected as in E. G. Birgin, J. M. Martínez and M.
+Raydan, Nonmonotone spectral projected gradient methods on convex sets, SIAM Journal on
+Optimization 10 (2000) 1196-1211, with alternating step sizes (Y.-H. Dai and R.
+Fletcher, Projected Barzilai-Borwein methods for large-scale box-constrained quadratic
+programming, Numerische Mathematik 100 (2005) 21-47) and without a line search.
 """
 
 from __future__ import annotations
@@ -78,17 +80,18 @@ def newton(
     hasty: bool = False,
     growing: bool = False,
 ) -> Stage:
-    """Exchange all indices whose z_i or w_i is negative; after BLOCK_PATIENCE steps without a new minimum of their
-    number, exchange only the least index.
+    """Exchange all indices whose z_i or w_i is negative; after BLOCK_PATIENCE steps
+    without a new minimum of their number, exchange only the least index.
 
-    Ends at the solution after finitely many steps for every P-matrix M and every q, in practice after a handful. For
-    other matrices it may meet a singular M_PP or cycle. An iteration costs one factorization of M_PP and one product
-    with M.
+    Ends at the solution after finitely many steps for every P-matrix M and every q, in
+    practice after a handful. For other matrices it may meet a singular M_PP or cycle.
+    An iteration costs one factorization of M_PP and one product with M.
 
-    Of x0 only the signs matter. patience : the largest number of exchanges of the least index: unlike block steps, they
-    may take 2^n. hasty : whether it is given up where it is `Safeguard.is_hopeless`, as another method follows.
-    growing : whether blocks are exchanged without the safeguard while no basic variable is wrong: the basic variables
-    of a Z-matrix then stay basic, as in `z_matrix`.
+    Of x0 only the signs matter. patience : the largest number of exchanges of the least
+    index: unlike block steps, they may take 2^n. hasty : whether it is given up where
+    it is `Safeguard.is_hopeless`, as another method follows.
+    growing : whether blocks are exchanged without the safeguard while no basic variable
+    is wrong: the basic variables of a Z-matrix then stay basic, as in `z_matrix`.
     """
     system = problem if isinstance(problem, System) else BasicSolutions(problem)
     guard, step = Safeguard(x0.size, patience), "block"
@@ -117,10 +120,12 @@ def newton(
 
 
 def without_w(problem: Problem) -> Stage:
-    """Solve M z = -q, for a solution with w = 0 whose z_i at bounds have any sign by rounding, as on a set of published
-    problems with indefinite M: exchanges go astray there, as these z_i have no definite states.
+    """Solve M z = -q, for a solution with w = 0 whose z_i at bounds have any sign by
+    rounding, as on a set of published problems with indefinite M: exchanges go astray
+    there, as these z_i have no definite states.
 
-    Finished : z is within its bounds up to NEAR_BOUND, so that it may solve the problem. Stalled : it is not.
+    Finished : z is within its bounds up to NEAR_BOUND, so that it may solve the
+        problem. Stalled : it is not.
     """
     try:
         found = BasicSolutions(problem).at(np.full(problem.n, BASIC, dtype=np.int8))
@@ -137,7 +142,8 @@ def without_w(problem: Problem) -> Stage:
 
 
 def iterates_of(made: Iterable[Made]) -> Iterator[Iterate]:
-    """Yield the basic solutions that block pivoting has made in another place as iterates of newton."""
+    """Yield the basic solutions that block pivoting has made in another place as
+    iterates of newton."""
     for evaluations, (z, w, single) in enumerate(made, 1):
         step = LEAST_INDEX if single else "block"
         yield Iterate((z - w) / 2, None, step, evaluations, "newton", signs_final=False)
@@ -149,11 +155,13 @@ def dense_route(
     patience: float = LEAST_INDEX_STEPS,
     hasty: bool = False,
 ) -> Stage:
-    """Run newton from x0 or, if x0 = 0, from the reference point and its w (z = 0 and w = q for an LCP); for large n,
-    from the active set at which projected gradients arrive.
+    """Run newton from x0 or, if x0 = 0, from the reference point and its w (z = 0 and w
+    = q for an LCP); for large n, from the active set at which projected gradients
+    arrive.
 
-    A product with M costs a small part of a factorization, and a few dozen of them correct most of the signs that
-    block pivoting would take several factorizations for, if M is a well-conditioned P-matrix.
+    A product with M costs a small part of a factorization, and a few dozen of them
+    correct most of the signs that block pivoting would take several factorizations for,
+    if M is a well-conditioned P-matrix.
     """
     reference = 0.0 if problem.reference_z is None else problem.reference_z
     start = x0 if np.count_nonzero(x0) else (reference - problem.q_ref) / 2
@@ -168,11 +176,13 @@ def dense_route(
 def from_states(
     problem: Problem, basis: States, solutions: BasicSolutions | None = None
 ) -> Stage:
-    """Pivot by blocks from nearly right states, while most steps leave at most FAST_STEP of the violations.
+    """Pivot by blocks from nearly right states, while most steps leave at most
+    FAST_STEP of the violations.
 
-    The states of a solution take one factorization, even where many components are 0 up to rounding. Finished : no sign
-    is violated beyond rounding. Stalled or Breakdown : the states are far from right. solutions : those of the problem,
-    if they have been made before.
+    The states of a solution take one factorization, even where many components are 0 up
+    to rounding. Finished : no sign is violated beyond rounding. Stalled or Breakdown :
+    the states are far from right. solutions : those of the problem, if they have been
+    made before.
     """
     solutions, before = solutions or BasicSolutions(problem), problem.n
     slow = (
@@ -201,11 +211,12 @@ def from_states(
 
 
 def from_start(problem: Problem, basis: States) -> Stage:
-    """Pivot as `from_states` from the states of a start, unless a rough basic solution of a large M, which costs less
-    than a factorization, has more than MOST_WRONG_AT_A_GLANCE wrong signs.
+    """Pivot as `from_states` from the states of a start, unless a rough basic solution
+    of a large M, which costs less than a factorization, has more than
+    MOST_WRONG_AT_A_GLANCE wrong signs.
 
-    Of right states, few of these are wrong if M + M' is nearly positive definite. That is unknown; but where an
-    M_ii <= 0 shows that it is not, nothing is concluded.
+    Of right states, few of these are wrong if M + M' is nearly positive definite. That
+    is unknown; but where an M_ii <= 0 shows that it is not, nothing is concluded.
     """
     M, diagonal = problem.M, problem.M.diagonal()
     if problem.n > MOST_NUMPY_ROWS and diagonal.min() > 0.0:
@@ -225,11 +236,13 @@ def from_start(problem: Problem, basis: States) -> Stage:
 
 
 def finish(problem: Problem, x0: Vector | None, stage: Stage) -> Stage:
-    """Pass on the iterates of a stage, and end with the solution as soon as their active set yields it, with no sign
-    violated beyond rounding; it has step "finish", and the ending is Finished. Otherwise end as the stage does.
+    """Pass on the iterates of a stage, and end with the solution as soon as their
+    active set yields it, with no sign violated beyond rounding; it has step "finish",
+    and the ending is Finished. Otherwise end as the stage does.
 
-    An attempt, as by `from_states`, begins when P is nearly unchanged for STABLE_ITERATES iterates and attempts have
-    cost no more than the evaluations of the stage so far, as products with M; and in any case when the stage ends.
+    An attempt, as by `from_states`, begins when P is nearly unchanged for
+    STABLE_ITERATES iterates and attempts have cost no more than the evaluations of the
+    stage so far, as products with M; and in any case when the stage ends.
 
     x0 : the start of the stage, whose active set counts too; None if it has none.
     """
@@ -269,7 +282,8 @@ def finish(problem: Problem, x0: Vector | None, stage: Stage) -> Stage:
 
 
 def _products(problem: Problem, basis: States) -> float:
-    """Return about how many products with M a step of pivoting from this basis takes as long as."""
+    """Return about how many products with M a step of pivoting from this basis takes as
+    long as."""
     if is_sparse(problem.M):
         return SPARSE_PRODUCTS
     share = float(np.count_nonzero(basis == BASIC)) / problem.n
@@ -291,14 +305,17 @@ SINGLE_RANGE = 1e9
 
 
 def projected_gradient(problem: Problem, x0: Vector) -> Stage:
-    """Iterate z' = mid(l, u, z - t D^-1 (M z + q)), D = diag(M), with Barzilai and Borwein's two step sizes t in turn.
+    """Iterate z' = mid(l, u, z - t D^-1 (M z + q)), D = diag(M), with Barzilai and
+    Borwein's two step sizes t in turn.
 
-    For dense M in single precision, unless numbers are too large or small for it: that is enough for likely states, and
-    a product takes half the time, or less where M in doubles does not fit in the cache.
+    For dense M in single precision, unless numbers are too large or small for it: that
+    is enough for likely states, and a product takes half the time, or less where M in
+    doubles does not fit in the cache.
 
-    Yields the last x = (z - D^-1 w) / 2, which stands for the likely states: what the loop does with an iterate may
-    take as long as a step. Finished : the states have settled. Stalled : they have not settled within
-    MOST_GRADIENT_STEPS, or do not settle any further.
+    Yields the last x = (z - D^-1 w) / 2, which stands for the likely states: what the
+    loop does with an iterate may take as long as a step. Finished : the states have
+    settled. Stalled : they have not settled within MOST_GRADIENT_STEPS, or do not
+    settle any further.
     """
     box, diagonal = problem.box, problem.M.diagonal()
     if not diagonal.min() > 0:
@@ -354,8 +371,9 @@ def projected_gradient(problem: Problem, x0: Vector) -> Stage:
 
 
 class Glance(NamedTuple):
-    """The state of `gradient_steps` at a check: z and its w, of shape (n,) or (m, n), the states that they stand for,
-    how many of these have changed since the last check, and whether the iteration is bounded."""
+    """The state of `gradient_steps` at a check: z and its w, of shape (n,) or (m, n),
+    the states that they stand for, how many of these have changed since the last check,
+    and whether the iteration is bounded."""
 
     z: Vector
     w: Vector
@@ -367,9 +385,11 @@ class Glance(NamedTuple):
 def gradient_steps(
     box: Box, w_of: Callable[[Vector], Vector], z: Vector, w: Vector
 ) -> Iterator[Glance]:
-    """Iterate in units with a unit diagonal, for one problem or many, and yield every GRADIENT_BLOCK steps.
+    """Iterate in units with a unit diagonal, for one problem or many, and yield every
+    GRADIENT_BLOCK steps.
 
-    w_of : M z + q, as a new array. z, w : the start, shape (n,), or (m, n) for m problems.
+    w_of : M z + q, as a new array. z, w : the start, shape (n,), or (m, n) for m
+        problems.
     """
     basis, start, t = box.basis_of(0.5 * (z - w)), _dots(w, w), z.dtype.type(0.5)
     for step in range(
@@ -392,5 +412,6 @@ def gradient_steps(
 
 
 def _dots(A: Vector, B: Vector) -> Vector:
-    """Return the inner products of vectors, or of the rows of matrices, shape (1,) or (m, 1)."""
+    """Return the inner products of vectors, or of the rows of matrices, shape (1,) or
+    (m, 1)."""
     return np.asarray(np.einsum("...i,...i->...", A, B))[..., np.newaxis]

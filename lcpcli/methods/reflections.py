@@ -1,16 +1,20 @@
-"""Relaxed reflections: a search for solutions with any M, which proves nothing where it finds none.
+"""Relaxed reflections: a search for solutions with any M, which proves nothing where it
+finds none.
 
-Complementary pairs (z, w) that satisfy w = M z + q are the common points of the affine set A of all (z, w) with
-w = M z + q and of the set B of all (z, w) with l <= z <= u where w has the signs that the bounds ask for. Neither
-convexity nor monotonicity is needed to project onto B, as its points are found component by component. The iteration
+Complementary pairs (z, w) that satisfy w = M z + q are the common points of the affine
+set A of all (z, w) with w = M z + q and of the set B of all (z, w) with l <= z <= u
+where w has the signs that the bounds ask for. Neither convexity nor monotonicity is
+needed to project onto B, as its points are found component by component. The iteration
 
     x' = x + beta (P_A(2 P_B x - x) - P_B x)
 
-is the relaxed difference map: V. Elser, I. Rankenburg and P. Thibault, Searching with iterated maps, Proceedings of the
-National Academy of Sciences 104 (2007) 418-423; V. Elser, The complexity of bit retrieval, IEEE Transactions on
-Information Theory 64 (2018) 412-428, section III. It settles only near a common point. Several walkers from random
-starts share each product with the matrix of P_A, of order 2n, and single precision will do, as all that counts of a
-walker is the states that it stands for: where its step is small, block pivoting from these gives the solution.
+is the relaxed difference map: V. Elser, I. Rankenburg and P. Thibault, Searching with
+iterated maps, Proceedings of the National Academy of Sciences 104 (2007) 418-423; V.
+Elser, The complexity of bit retrieval, IEEE Transactions on Information Theory 64
+(2018) 412-428, section III. It settles only near a common point. Several walkers from
+random starts share each product with the matrix of P_A, of order 2n, and single
+precision will do, as all that counts of a walker is the states that it stands for:
+where its step is small, block pivoting from these gives the solution.
 """
 
 from __future__ import annotations
@@ -57,13 +61,16 @@ def reflections(
 ) -> Stage:
     """Search for a common point of A and B until it is found; x0 has no influence.
 
-    It works in units in which M is equilibrated and the violations at the reference point are of size 1.
+    It works in units in which M is equilibrated and the violations at the reference
+    point are of size 1.
 
-    The walkers start anew after some thousand steps, with another size of M relative to the identity.
+    The walkers start anew after some thousand steps, with another size of M relative to
+    the identity.
 
-    Yields, every CHECK steps, the point of B of the walker with the smallest step; evaluations are steps. Finished : at
-    a solution, which block pivoting finds from the states of a walker, with step "finish". Breakdown : numbers
-    overflow, or there are too many unknowns.
+    Yields, every CHECK steps, the point of B of the walker with the smallest step;
+    evaluations are steps. Finished : at a solution, which block pivoting finds from the
+    states of a walker, with step "finish". Breakdown : numbers overflow, or there are
+    too many unknowns.
     """
     return (
         yield from stages.from_reference(
@@ -89,7 +96,8 @@ def _search(
 
 
 def _balance(M: Matrix) -> tuple[Vector, Vector]:
-    """Return diagonals that give the rows and columns of M norms that are nearly equal (Sinkhorn and Knopp 1967)."""
+    """Return diagonals that give the rows and columns of M norms that are nearly equal
+    (Sinkhorn and Knopp 1967)."""
     squares = dense(M) ** 2
     R, C = np.ones((2, len(squares)))
     for _ in range(BALANCING_ROUNDS):
@@ -144,7 +152,8 @@ def _walk(problem: Problem, x0: Vector, beta: float, walkers: int, seed: int) ->
 
 
 class _Iteration:
-    """The map x -> P_A(2 P_B x - x) - P_B x in single precision, for A of w = G z + g and each column of X = [z; w]."""
+    """The map x -> P_A(2 P_B x - x) - P_B x in single precision, for A of w = G z + g
+    and each column of X = [z; w]."""
 
     def __init__(self, G: Matrix, g: Vector, box: Box, walkers: int) -> None:
         n = g.size
@@ -166,8 +175,9 @@ class _Iteration:
         )
 
     def step(self, X: Single) -> Single:
-        """Return P_A(2 P_B X - X) - P_B X, in an array that the next step overwrites, as it does P_B X in `nearest`: z
-        within the bounds and w with the signs that they ask for."""
+        """Return P_A(2 P_B X - X) - P_B X, in an array that the next step overwrites,
+        as it does P_B X in `nearest`: z within the bounds and w with the signs that
+        they ask for."""
         nearest, reflected, change, n = (
             self.nearest,
             self._reflected,

@@ -1,12 +1,15 @@
-"""The methods, each declared once, for the command line, the library, help, completion and diagnosis.
+"""The methods, each declared once, for the command line, the library, help, completion
+and diagnosis.
 
-To add one, write a file with its function, and a line in METHODS. A method is a function (problem, x0, *, options) that
-sets itself up and returns a generator. This yields `Iterate(x, F, step, evaluations)`s with x = (z - w) / 2 and returns
-one of the endings in `stages`; x0 is the starting x, of shape (n,). Its options mean what is said here, and have been
-checked. It is imported on request.
+To add one, write a file with its function, and a line in METHODS. A method is a
+function (problem, x0, *, options) that sets itself up and returns a generator. This
+yields `Iterate(x, F, step, evaluations)`s with x = (z - w) / 2 and returns one of the
+endings in `stages`; x0 is the starting x, of shape (n,). Its options mean what is said
+here, and have been checked. It is imported on request.
 
-A variant is a method with values for options of its own, written shi:p=10,k-star=5; a sweep makes one for each value.
-Nothing heavy is imported, so that a mistake in a variant is reported at once.
+A variant is a method with values for options of its own, written shi:p=10,k-star=5; a
+sweep makes one for each value. Nothing heavy is imported, so that a mistake in a
+variant is reported at once.
 """
 
 from __future__ import annotations
@@ -37,14 +40,18 @@ ADDITIONS = {  # options of every method that iterates
     "finish": "Stop once the active set yields the solution.",
 }
 SWITCHES = {  # options of auto that are on unless they are switched off
-    "presolve": "First decide what single rows of a mixed problem determine, and rewrite its equations in the best way."
+    "presolve": (
+        "First decide what single rows of a mixed problem determine, and rewrite "
+        "its equations in the best way."
+    )
 }
 START_OPTIONS = ("x0", "z0", "basis")  # of which one may be given
 ANY = "any matrix"  # in place of a class
 
 P = Option(
     *("p", float, None, "0 < p < infinity", lambda p: 0 < p < math.inf),
-    "Smoothing parameter; by default so large that the smoothing error is below rounding.",
+    "Smoothing parameter; by default so large that the smoothing error is below "
+    "rounding.",
     derived="default_p",
 )
 K_STAR = Option(
@@ -75,7 +82,8 @@ OMEGA = Option(
         "0 < omega < infinity, or auto",
         lambda omega: 0 < omega < math.inf,
     ),
-    "Modulus parameter; 1 is the published method, auto estimates it from the spectrum of M.",
+    "Modulus parameter; 1 is the published method, auto estimates it from the "
+    "spectrum of M.",
     words=(AUTO,),
 )
 ANDERSON = Option(
@@ -90,7 +98,8 @@ START_SLACK = Option(
         "0 < slack < infinity",
         lambda slack: 0 < slack < math.inf,
     ),
-    "Least slack and multiplier at the start, in scaled units; later attempts use multiples of it.",
+    "Least slack and multiplier at the start, in scaled units; later attempts "
+    "use multiples of it.",
 )
 REGULARIZATION = Option(
     *("regularization", float, 1e-8, "0 < rho <= 1", lambda rho: 0 < rho <= 1),
@@ -98,7 +107,8 @@ REGULARIZATION = Option(
 )
 BETA = Option(
     *("beta", float, 0.7, "0 < beta < 2", lambda beta: 0 < beta < 2),
-    "Relaxation: the fraction of each step that is taken; 1 is the method of Douglas and Rachford.",
+    "Relaxation: the fraction of each step that is taken; 1 is the method of "
+    "Douglas and Rachford.",
 )
 WALKERS = Option(
     "walkers",
@@ -111,12 +121,14 @@ SEED = Option("seed", int, 0, *options.NATURAL, "Seed of the random starts.")
 ONES, LARGEST, LEXICOGRAPHIC = "ones", "largest", "lexicographic"
 COVER = Option(
     *("cover", int, 0, "whole number >= 0, or ones", lambda seed: seed >= 0),
-    "Covering vector: ones, or the seed of a random one that keeps rows from blocking simultaneously.",
+    "Covering vector: ones, or the seed of a random one that keeps rows from "
+    "blocking simultaneously.",
     words=(ONES,),
 )
 TIES = Option(
     *("ties", int, LARGEST, f"{LARGEST} or {LEXICOGRAPHIC}", lambda _: False),
-    "Which of the rows that block simultaneously leaves: the one with the largest pivot, or the lexicographic minimum.",
+    "Which of the rows that block simultaneously leaves: the one with the "
+    "largest pivot, or the lexicographic minimum.",
     words=(LARGEST, LEXICOGRAPHIC),
 )
 RESTARTS = Option(
@@ -132,19 +144,24 @@ class Method(NamedTuple):
     """The declaration of one method.
 
     meaning : one line of help, with the source.
-    options : its numeric options, keyword-only parameters of its function; two methods may share an option.
+    options : its numeric options, keyword-only parameters of its function; two methods
+        may share an option.
     switches : its options that are on by default, with their help.
     vectors : its parameters that are vectors given like a start, with their help.
-    iterates : whether it is an iteration on x, to which ADDITIONS apply. uses_start : whether the start matters.
-    takes_bounds : whether it accepts mixed problems; else it is given their standard form, an LCP.
-    excludes_exactly : whether it excludes complementary sets only by exact arithmetic, so that it is believed if it has
-        excluded all of them.
+    iterates : whether it is an iteration on x, to which ADDITIONS apply. uses_start :
+        whether the start matters.
+    takes_bounds : whether it accepts mixed problems; else it is given their standard
+        form, an LCP.
+    excludes_exactly : whether it excludes complementary sets only by exact arithmetic,
+        so that it is believed if it has excluded all of them.
     max_unknowns : the largest n for which it is begun; None for no limit.
-    guaranteed : the classes of M, keys of `inspection.verdict.CLASSES` or ANY, for which, in exact arithmetic, it ends
-        at a solution or with a proof that there is none, each with what it does; the first class that has M counts.
-    location : the module, in lcpcli.methods or by its full name, and the function, if they are not named after the
-        method.
-    package : the name and version of the other package that provides it, set when the method is found there.
+    guaranteed : the classes of M, keys of `inspection.verdict.CLASSES` or ANY, for
+        which, in exact arithmetic, it ends at a solution or with a proof that there is
+        none, each with what it does; the first class that has M counts.
+    location : the module, in lcpcli.methods or by its full name, and the function, if
+        they are not named after the method.
+    package : the name and version of the other package that provides it, set when the
+        method is found there.
     """
 
     meaning: str
@@ -169,7 +186,10 @@ METHODS = {
         takes_bounds=True,
         excludes_exactly=True,
         guaranteed={
-            ANY: "it falls back on milp, which needs no property of M; exponential in n at worst"
+            ANY: (
+                "it falls back on milp, which needs no property of M; exponential "
+                "in n at worst"
+            )
         },
         location=("lcpcli.auto.policy", "auto"),
     ),
@@ -177,7 +197,10 @@ METHODS = {
         "smoothed vector divisions (El foutayeni and Khaladi 2012, after Shi 2008)",
         options=(P, K_STAR, RHO, SIGMA),
         vectors={
-            "x1": "Second point of shi.  [default: the problem's, else a steepest-descent step]"
+            "x1": (
+                "Second point of shi.  [default: the problem's, else a "
+                "steepest-descent step]"
+            )
         },
         iterates=True,
         uses_start=True,
@@ -198,7 +221,8 @@ METHODS = {
         },
     ),
     "newton": Method(
-        "generalized Newton, safeguarded block principal pivoting (Kostreva 1978; Júdice and Pires 1994)",
+        "generalized Newton, safeguarded block principal pivoting (Kostreva "
+        "1978; Júdice and Pires 1994)",
         uses_start=True,
         takes_bounds=True,
         guaranteed={"p_matrix": "it finds the solution, usually in a handful of steps"},
@@ -208,7 +232,9 @@ METHODS = {
         options=(START_SLACK, REGULARIZATION),
         takes_bounds=True,
         guaranteed={
-            "positive_definite": "it follows the central path to the solution, unless rounding stalls it"
+            "positive_definite": (
+                "it follows the central path to the solution, unless rounding stalls it"
+            )
         },
     ),
     "lemke": Method(
@@ -219,12 +245,17 @@ METHODS = {
         guaranteed={
             "p_matrix": "it finds the solution",
             "strictly_copositive": "it finds a solution",
-            "copositive_plus": "it finds a solution, or a ray that proves that there is none",
-            "row_sufficient": "it finds a solution, or a ray that proves that there is none",
+            "copositive_plus": (
+                "it finds a solution, or a ray that proves that there is none"
+            ),
+            "row_sufficient": (
+                "it finds a solution, or a ray that proves that there is none"
+            ),
         },
     ),
     "reflections": Method(
-        "relaxed reflections of random points (Elser, Rankenburg and Thibault 2007); it proves nothing",
+        "relaxed reflections of random points (Elser, Rankenburg and Thibault "
+        "2007); it proves nothing",
         options=(BETA, WALKERS, SEED),
         takes_bounds=True,
         max_unknowns=2000,  # since a matrix of order 2n then takes 64 MB
@@ -262,7 +293,8 @@ OTHER_NAMES = {
 
 
 def suggestion(name: str, known: Iterable[str], otherwise: str = "") -> str:
-    """Return the hint for an unknown word: the method that it may stand for, one that resembles it, or `otherwise`."""
+    """Return the hint for an unknown word: the method that it may stand for, one that
+    resembles it, or `otherwise`."""
     other = OTHER_NAMES.get(name.casefold().replace("_", "-"))
     return (
         f"did you mean {other}?"
@@ -272,7 +304,8 @@ def suggestion(name: str, known: Iterable[str], otherwise: str = "") -> str:
 
 
 def options_of(methods: Mapping[str, Method]) -> dict[str, Option]:
-    """Return the options of some methods by name; raise ValueError if a name belongs to two of them."""
+    """Return the options of some methods by name; raise ValueError if a name belongs to
+    two of them."""
     found: dict[str, Option] = {}
     for name, method in methods.items():
         for option in method.options:
@@ -283,7 +316,8 @@ def options_of(methods: Mapping[str, Method]) -> dict[str, Option]:
                     if found[option.name] in methods[other].options
                 )
                 raise ValueError(
-                    f"{owner} and {name} have two options {option.name}: share it, or rename one"
+                    f"{owner} and {name} have two options {option.name}: share "
+                    "it, or rename one"
                 )
     return found
 
@@ -296,7 +330,8 @@ def meanings() -> dict[str, str]:
 
 
 def declared(name: str) -> Method:
-    """Return the declaration of the method of that name, also of another package; an OptionError suggests a name."""
+    """Return the declaration of the method of that name, also of another package; an
+    OptionError suggests a name."""
     if name not in METHODS and name not in NONLINEAR:
         with imports:
             from lcpcli.additions import addition, names, package
@@ -322,7 +357,8 @@ def declared(name: str) -> Method:
 
 
 def load(name: str) -> Any:
-    """Return the function of the method of that name, from (problem, x0, **options) to a `Stage`."""
+    """Return the function of the method of that name, from (problem, x0, **options) to
+    a `Stage`."""
     module, function = declared(name).location or 2 * (name.replace("-", "_"),)
     place = module if "." in module else f"lcpcli.methods.{module}"
     with imports:
@@ -331,14 +367,18 @@ def load(name: str) -> Any:
         except Exception as error:
             if place.startswith("lcpcli."):
                 raise
-            fault = f"{name} of another package cannot be loaded from {place}: {raised(error)}"
+            fault = (
+                f"{name} of another package cannot be loaded from {place}: "
+                f"{raised(error)}"
+            )
             raise ParameterError(
                 "method", fault, "correct its location, or install that package again"
             ) from None
 
 
 def parameters_of(name: str) -> list[str]:
-    """Return all parameters of a method's function besides the problem and the start."""
+    """Return all parameters of a method's function besides the problem and the
+    start."""
     method = declared(name)
     return [
         *method.vectors,
@@ -348,7 +388,8 @@ def parameters_of(name: str) -> list[str]:
 
 
 def known_options(name: str) -> set[str]:
-    """Return all options of the command line that have an effect on a method: its own, the additions and the starts."""
+    """Return all options of the command line that have an effect on a method: its own,
+    the additions and the starts."""
     method = declared(name)
     return {
         *parameters_of(name),
@@ -358,7 +399,8 @@ def known_options(name: str) -> set[str]:
 
 
 def check(name: str, chosen: Mapping[str, Any]) -> None:
-    """Raise OptionError for a chosen option that has no effect on the method, or is out of its range."""
+    """Raise OptionError for a chosen option that has no effect on the method, or is out
+    of its range."""
     known, method = parameters_of(name), declared(name)
     for given, value in chosen.items():
         if given not in {*OPTIONS, *SWITCHES, *known}:
@@ -381,9 +423,11 @@ def check(name: str, chosen: Mapping[str, Any]) -> None:
 def options_in_force(
     name: str, problem: Problem, chosen: Mapping[str, Any]
 ) -> dict[str, Any]:
-    """Return all of a method's parameters with their values: chosen, default, or derived from the problem.
+    """Return all of a method's parameters with their values: chosen, default, or
+    derived from the problem.
 
-    Raises OptionError as `check` does, whether or not the method will have anything to do.
+    Raises OptionError as `check` does, whether or not the method will have anything to
+    do.
     """
     method = declared(name)
     if chosen:
@@ -406,7 +450,8 @@ FLAGS = (*ADDITIONS, *SWITCHES)  # options that may stand alone, which means tru
 
 
 class Variant(NamedTuple):
-    """A method with the options that are set for a run of it, as texts: ("shi", (("p", "10"), ("k_star", "5")))."""
+    """A method with the options that are set for a run of it, as texts: ("shi", (("p",
+    "10"), ("k_star", "5")))."""
 
     method: str
     settings: tuple[tuple[str, str], ...] = ()
@@ -426,9 +471,11 @@ class Variant(NamedTuple):
 
 
 def parse(text: str) -> Variant:
-    """Return the variant written METHOD or METHOD:OPTION=VALUE,...; an addition such as scale may stand alone.
+    """Return the variant written METHOD or METHOD:OPTION=VALUE,...; an addition such as
+    scale may stand alone.
 
-    Raises OptionError for an unknown method, for an option that it does not have, and for a value out of range.
+    Raises OptionError for an unknown method, for an option that it does not have, and
+    for a value out of range.
     """
     method, _, rest = text.partition(":")
     return _checked(
@@ -438,10 +485,11 @@ def parse(text: str) -> Variant:
 
 
 def sweep(variants: Sequence[Variant], axes: Sequence[str]) -> list[Variant]:
-    """Return each variant once for every value, written OPTION=VALUE,VALUE,...; several options make a grid.
+    """Return each variant once for every value, written OPTION=VALUE,VALUE,...; several
+    options make a grid.
 
-    A variant of a method without the option remains as it is. Raises OptionError for an option that no variant has, and
-    for one that a variant sets already.
+    A variant of a method without the option remains as it is. Raises OptionError for an
+    option that no variant has, and for one that a variant sets already.
     """
     for axis in axes:
         name, _, text = axis.partition("=")
@@ -454,7 +502,10 @@ def sweep(variants: Sequence[Variant], axes: Sequence[str]) -> list[Variant]:
             raise ParameterError("sweep", f"{quoted(axis)} lacks a value", hint)
         if not any(name in _known(variant.method) for variant in variants):
             if owners := _owners(name):
-                fault = f"{_dashed(name)} has no effect with {' and '.join(dict.fromkeys(v.method for v in variants))}"
+                fault = (
+                    f"{_dashed(name)} has no effect with "
+                    f"{' and '.join(dict.fromkeys(v.method for v in variants))}"
+                )
                 raise ParameterError("sweep", fault, f"add --method {owners[0]}")
             fault, words = (
                 f"{quoted(_dashed(name))} is not an option of any method",
@@ -482,7 +533,8 @@ def sweep(variants: Sequence[Variant], axes: Sequence[str]) -> list[Variant]:
 
 
 def labels(variants: Sequence[Variant]) -> list[str]:
-    """Return a name for each variant: its method, with the settings in which the variants of that method differ."""
+    """Return a name for each variant: its method, with the settings in which the
+    variants of that method differ."""
     names = []
     for variant in variants:
         alike = [
@@ -501,7 +553,8 @@ def _dashed(name: str) -> str:
 
 
 def _setting(part: str) -> tuple[str, str]:
-    """Return the name of an option as in Python, and the text after it; an addition such as scale may stand alone."""
+    """Return the name of an option as in Python, and the text after it; an addition
+    such as scale may stand alone."""
     name, equals, value = (word.strip() for word in part.partition("="))
     name = name.replace("-", "_")
     if not equals and name in FLAGS:
@@ -526,7 +579,8 @@ def _known(method: str) -> list[str]:
 
 
 def _checked(variant: Variant, where: str) -> Variant:
-    """Return the variant if its options are known, set once and in their ranges; else raise OptionError.
+    """Return the variant if its options are known, set once and in their ranges; else
+    raise OptionError.
 
     where : the option of the command that has set them.
     """
@@ -558,7 +612,8 @@ def _checked(variant: Variant, where: str) -> Variant:
 
 
 def _value(name: str, text: str) -> Any:
-    """Return the value of an option from its text: a number, one of its words, or true or false for one of FLAGS."""
+    """Return the value of an option from its text: a number, one of its words, or true
+    or false for one of FLAGS."""
     if name in FLAGS:
         if text not in TRUTHS:
             raise ParameterError(

@@ -1,21 +1,25 @@
-"""The smoothed vector-division method: Shi's secant method with descent safeguards, applied to the LCP.
+"""The smoothed vector-division method: Shi's secant method with descent safeguards,
+applied to the LCP.
 
-Y. El foutayeni and M. Khaladi, Using vector divisions in solving the linear complementarity problem, Journal of
-Computational and Applied Mathematics 236 (2012) 1919-1925, section 4, after Y. Shi, Using vector divisions in solving
-nonlinear systems of equations, International Journal of Contemporary Mathematical Sciences 3 (2008) 753-759.
-Steps are numbered as in the paper's algorithm.
+Y. El foutayeni and M. Khaladi, Using vector divisions in solving the linear
+complementarity problem, Journal of Computational and Applied Mathematics 236 (2012)
+1919-1925, section 4, after Y. Shi, Using vector divisions in solving nonlinear systems
+of equations, International Journal of Contemporary Mathematical Sciences 3 (2008)
+753-759. Steps are numbered as in the paper's algorithm.
 
 With phi(x) = ln(1 + e^(px) + e^(-px)) / p in place of |x|,
 
     F~(p, x) = (M + I) x + (M - I) phi(x) + q = M z~ - w~ + q,    z~ = phi(x) + x,    w~ = phi(x) - x.
 
-For t = |x|, a = e^(-pt) and delta = phi - t = ln(1 + a + a^2) / p <= ln(3) / p there are z~ = 2 max(x, 0) + delta,
-w~ = 2 max(-x, 0) + delta and phi' = sign(x) (1 - a^2) / (1 + a + a^2), without overflow or cancellation. Where
-p t > WINDOW, a is zero in double precision, so that exponentials are taken only for the few components within it.
+For t = |x|, a = e^(-pt) and delta = phi - t = ln(1 + a + a^2) / p <= ln(3) / p there
+are z~ = 2 max(x, 0) + delta, w~ = 2 max(-x, 0) + delta and phi' = sign(x) (1 - a^2) /
+(1 + a + a^2), without overflow or cancellation. Where p t > WINDOW, a is zero in double
+precision, so that exponentials are taken only for the few components within it.
 
-With bounds, an extension: z = mid(l, u, 2x) is a sum of such moduli, l/2 + x + |x - l/2| for a lower bound alone,
-(l + u)/2 + |x - l/2| - |x - u/2| for a box, and each is smoothed like |x|, so that w~ = z~ - 2x and
-z~ = mid(l, u, 2x) + delta_l - delta_u; an infinite bound has no delta. The bound on the smoothing error remains valid.
+With bounds, an extension: z = mid(l, u, 2x) is a sum of such moduli, l/2 + x + |x -
+l/2| for a lower bound alone, (l + u)/2 + |x - l/2| - |x - u/2| for a box, and each is
+smoothed like |x|, so that w~ = z~ - 2x and z~ = mid(l, u, 2x) + delta_l - delta_u; an
+infinite bound has no delta. The bound on the smoothing error remains valid.
 """
 
 from __future__ import annotations
@@ -41,7 +45,10 @@ SELECTED, STEEPEST_AT_MULTIPLE, PLANE, AVERAGE, STEEPEST = (
     "2.6",
 )
 SMOOTHED = 1e-3  # times the smoothing error: |F~| at a zero of F~, up to rounding
-SMOOTHING = "its smoothed equation is solved up to rounding; what is left is the smoothing error"
+SMOOTHING = (
+    "its smoothed equation is solved up to rounding; what is left is the smoothing "
+    "error"
+)
 DESCENT = (SELECTED, STEEPEST_AT_MULTIPLE, STEEPEST)
 
 
@@ -55,19 +62,23 @@ def shi(
     rho: float = RHO.value,
     sigma: float = SIGMA.value,
 ) -> Stage:
-    """Solve F~(p, x) = 0 by descent on f = |F~|^2 / 2, along directions in the plane of F~ and the last step. The paper
-    leaves the choice of x1 open; by default it comes from a steepest-descent step.
+    """Solve F~(p, x) = 0 by descent on f = |F~|^2 / 2, along directions in the plane of
+    F~ and the last step. The paper leaves the choice of x1 open; by default it comes
+    from a steepest-descent step.
 
-    In exact arithmetic, limit points of the steepest-descent steps are stationary points of f if its level sets are
-    bounded; where J is nonsingular (for every P-matrix M) these are zeros of F~. In double precision a large p
-    leaves kinks, at which descent may stall. A zero of F~ solves the LCP up to the smoothing error:
+    In exact arithmetic, limit points of the steepest-descent steps are stationary
+    points of f if its level sets are bounded; where J is nonsingular (for every
+    P-matrix M) these are zeros of F~. In double precision a large p leaves kinks, at
+    which descent may stall. A zero of F~ solves the LCP up to the smoothing error:
     |F - F~| <= (ln 3 / p) |M - I|_inf. An iteration costs a product with M for each trial of the line search and one
     with M' for each trial of sufficient decrease; nothing n-by-n is formed.
 
-    Yields x1, x2, ... with F~ and the number of the step that produced it: "1" selected, "2.2" steepest descent at a
-    multiple of k*, "2.4" best direction in the plane, "2.5" average, "2.6" steepest descent for lack of a descent
-    direction, or because the line search after step 2.4 or 2.5 failed. Stalled : the decrease of f is below rounding,
-    or F~ is zero up to rounding but the smoothing error is not, as p is small.
+    Yields x1, x2, ... with F~ and the number of the step that produced it: "1"
+    selected, "2.2" steepest descent at a multiple of k*, "2.4" best direction in the
+    plane, "2.5" average, "2.6" steepest descent for lack of a descent direction, or
+    because the line search after step 2.4 or 2.5 failed. Stalled : the decrease of f is
+    below rounding, or F~ is zero up to rounding but the smoothing error is not, as p is
+    small.
     """
     p, k_star = default_p(problem) if p is None else p, int(k_star)
     smoothed = Smoothed(problem, p)
@@ -88,7 +99,8 @@ def shi(
             return Breakdown("|F~|^2 overflows; divide q and the start by their size")
         if slope == 0:
             return Breakdown(
-                "f = |F~|^2 / 2 is stationary at a point that is not a zero of F~: J is singular there"
+                "f = |F~|^2 / 2 is stationary at a point that is not a zero of "
+                "F~: J is singular there"
             )
         last = here
         # Where a parabola with that slope has its minimum 0.
@@ -115,13 +127,15 @@ def shi(
 
 
 def default_p(problem: Problem) -> float:
-    """Return the p for which the smoothing error (ln 3 / p) (1 + |M|_inf) is the rounding error of q, eps |q|_inf."""
+    """Return the p for which the smoothing error (ln 3 / p) (1 + |M|_inf) is the
+    rounding error of q, eps |q|_inf."""
     scale = problem.sizes_of_q[1] or 1.0
     return min(math.log(3) * (1 + matrices.norm_inf(problem.M)) / EPS / scale, 1e300)
 
 
 def _smoothed_solution(problem: Problem, p: float, F: Vector) -> Stalled | None:
-    """Return the ending at a zero of F~ if only the smoothing error is left, and exceeds rounding; else None."""
+    """Return the ending at a zero of F~ if only the smoothing error is left, and
+    exceeds rounding; else None."""
     default, bound = default_p(problem), error(problem, p)
     if p >= default or np.max(np.abs(F)) > SMOOTHED * bound:
         return None
@@ -136,14 +150,16 @@ def _select(
 
 
 def direction(F: Vector, v: Vector, y: Vector, g: Vector) -> tuple[str, Vector]:
-    """Take steps 2.3 to 2.6: return the step that applies and its direction s, with <s, g> < 0 unless g = 0.
+    """Take steps 2.3 to 2.6: return the step that applies and its direction s, with <s,
+    g> < 0 unless g = 0.
 
-    Each of shape (n,): F = F~(x_k), v = x_k - x_(k-1) or a positive multiple of it, y = F~(x_k) - F~(x_(k-1)) and
-    g = grad f(x_k) = -d. v and y are overwritten.
+    Each of shape (n,): F = F~(x_k), v = x_k - x_(k-1) or a positive multiple of it, y =
+    F~(x_k) - F~(x_(k-1)) and g = grad f(x_k) = -d. v and y are overwritten.
 
-    Step 2.3 takes u = xi_1 F and xi_2 v with xi_1 = -|v|^2 / <v, y> and xi_2 = -<y, F> / |y|^2. As the line search
-    makes the length of s irrelevant, both may be divided by the same positive number, so that neither can overflow: up
-    to this, they are mu F / |F| and nu v / |v| with mu = -sign <v, y> and nu = -cos(y, F) |cos(v, y)|.
+    Step 2.3 takes u = xi_1 F and xi_2 v with xi_1 = -|v|^2 / <v, y> and xi_2 = -<y, F>
+    / |y|^2. As the line search makes the length of s irrelevant, both may be divided by
+    the same positive number, so that neither can overflow: up to this, they are mu F /
+    |F| and nu v / |v| with mu = -sign <v, y> and nu = -cos(y, F) |cos(v, y)|.
     """
     size_F, size_v, size_y = (
         math.sqrt(float(F @ F)),
@@ -167,13 +183,16 @@ def direction(F: Vector, v: Vector, y: Vector, g: Vector) -> tuple[str, Vector]:
 def combine(
     mu: float, nu: float, cosine: float, F_d: float, v_d: float
 ) -> tuple[str, float, float]:
-    """Take steps 2.4 to 2.6 for unit vectors F and v with that cosine: return the step, and a, b of s = a F + b v.
+    """Take steps 2.4 to 2.6 for unit vectors F and v with that cosine: return the step,
+    and a, b of s = a F + b v.
 
-    u = mu F and nu v span the candidates alpha u + (1 - alpha) nu v; F_d and v_d are <F, d> and <v, d>. The projection
-    of d onto the plane of F and v has the largest cosine with d; it is a candidate up to scaling if its coordinates
-    along u and nu v have a positive sum. Otherwise the cosine approaches its supremum as alpha -> +-infinity, along
-    sign <u - nu v, d> (u - nu v). (The printed bound on alpha is the descent condition for <u - nu v, d> > 0; for < 0
-    the inequality is reversed.) If F and v are parallel, all descent candidates have the same cosine.
+    u = mu F and nu v span the candidates alpha u + (1 - alpha) nu v; F_d and v_d are
+    <F, d> and <v, d>. The projection of d onto the plane of F and v has the largest
+    cosine with d; it is a candidate up to scaling if its coordinates along u and nu v
+    have a positive sum. Otherwise the cosine approaches its supremum as alpha ->
+    +-infinity, along sign <u - nu v, d> (u - nu v). (The printed bound on alpha is the
+    descent condition for <u - nu v, d> > 0; for < 0 the inequality is reversed.) If F
+    and v are parallel, all descent candidates have the same cosine.
     """
     u_d, w_d = mu * F_d, nu * v_d
     if abs(u_d - w_d) <= 8 * EPS * (abs(u_d) + abs(w_d)):
@@ -206,20 +225,23 @@ def error(problem: Problem, p: float) -> float:
 
 
 def excess(p: float, t: Vector) -> Vector:
-    """Return delta = phi - |x| at t = |x| >= 0, for p t <= WINDOW; it lies between 0 and ln(3) / p."""
+    """Return delta = phi - |x| at t = |x| >= 0, for p t <= WINDOW; it lies between 0
+    and ln(3) / p."""
     a = np.exp(-p * t)
     return np.asarray(np.log1p(a + a * a) / p)
 
 
 def slope(p: float, x: Vector) -> Vector:
-    """Return phi'(x) = (e^(px) - e^(-px)) / (1 + e^(px) + e^(-px)) for p |x| <= WINDOW; it lies between -1 and 1."""
+    """Return phi'(x) = (e^(px) - e^(-px)) / (1 + e^(px) + e^(-px)) for p |x| <= WINDOW;
+    it lies between -1 and 1."""
     b = -np.expm1(-p * np.abs(x))  # 1 - a, without cancellation near 0
     return np.asarray(np.copysign(b * (2 - b) / (3 - (3 - b) * b), x))
 
 
 @dataclass(frozen=True, eq=False)
 class SmoothedPoint:
-    """F~ and f = |F~|^2 / 2 at one x, each vector of shape (n,); window holds the indices of smoothed components."""
+    """F~ and f = |F~|^2 / 2 at one x, each vector of shape (n,); window holds the
+    indices of smoothed components."""
 
     x: Vector
     F: Vector
@@ -240,8 +262,8 @@ class Smoothed:
         ]
 
     def split(self, x: Vector) -> tuple[Vector, Vector, Indices]:
-        """Return z~ and w~, each of shape (n,), and the indices for which p |x_i - l_i / 2| or p |x_i - u_i / 2| is
-        at most WINDOW."""
+        """Return z~ and w~, each of shape (n,), and the indices for which p |x_i - l_i
+        / 2| or p |x_i - u_i / 2| is at most WINDOW."""
         t, half_width = x + x, WINDOW / self._p
         z: Vector = self._problem.box.project(t)
         w = np.subtract(z, t, out=t)
@@ -264,7 +286,8 @@ class Smoothed:
         return z, w, window
 
     def at(self, x: Vector) -> SmoothedPoint:
-        """Return F~ and f at x, with one product with M; f is infinite if it overflows."""
+        """Return F~ and f at x, with one product with M; f is infinite if it
+        overflows."""
         z, w, window = self.split(x)
         F = matrices.product(self._problem.M, z)
         F -= w
@@ -274,9 +297,11 @@ class Smoothed:
         return SmoothedPoint(x, F, f, window)
 
     def gradient(self, point: SmoothedPoint) -> Vector:
-        """Return the gradient of f, J' F~ = 2 (F~ + h (y - F~)), y = M' F~, with one product with M'.
+        """Return the gradient of f, J' F~ = 2 (F~ + h (y - F~)), y = M' F~, with one
+        product with M'.
 
-        h = (1 + phi') / 2, half the derivative of z~; with bounds (phi'(x - l/2) - phi'(x - u/2)) / 2.
+        h = (1 + phi') / 2, half the derivative of z~; with bounds (phi'(x - l/2) -
+        phi'(x - u/2)) / 2.
         """
         y = matrices.product(self._problem.M.T, point.F)
         y -= point.F
@@ -301,19 +326,22 @@ def search(
     rho: float,
     sigma: float,
 ) -> tuple[SmoothedPoint, Vector, int] | int:
-    """Return the end of the step from start along s, where f has the slope <grad f, s> < 0, with first trial length
-    gamma > 0, the gradient of f there, and the number of lengths tried; only that number if they become
-    too short to change x: the decrease is below rounding.
+    """Return the end of the step from start along s, where f has the slope <grad f, s>
+    < 0, with first trial length gamma > 0, the gradient of f there, and the number of
+    lengths tried; only that number if they become too short to change x: the decrease
+    is below rounding.
 
     The end satisfies the two conditions of step 2.7, the weak Wolfe conditions
 
         f(x + gamma s) <= f(x) + gamma rho <grad f(x), s>               (sufficient decrease)
         <grad f(x + gamma s), s> >= sigma <grad f(x), s>                (curvature).
 
-    Any other trial becomes an end of the bracket: the upper one if it violates the decrease, else the lower one. The
-    bracket expands while it has no upper end; from then on each pair of trials at least halves it. Between the halvings
-    the minimizer of a parabola that interpolates f is tried, which is exact if f is quadratic (Nocedal and Wright 2006,
-    section 3.5). Gradients are computed only where the decrease holds.
+    Any other trial becomes an end of the bracket: the upper one if it violates the
+    decrease, else the lower one. The bracket expands while it has no upper end; from
+    then on each pair of trials at least halves it. Between the halvings the minimizer
+    of a parabola that interpolates f is tried, which is exact if f is quadratic
+    (Nocedal and Wright 2006, section 3.5). Gradients are computed only where the
+    decrease holds.
     """
     low, f_low, slope_low, high, f_high, first = (
         0.0,

@@ -1,4 +1,5 @@
-"""Runs of methods: what they pass to the loop, methods in turn, and the way back from transformed problems."""
+"""Runs of methods: what they pass to the loop, methods in turn, and the way back from
+transformed problems."""
 
 from __future__ import annotations
 
@@ -30,15 +31,21 @@ class Iterate(NamedTuple):
     """One iterate of a method that works on F(x) = M z - w + q with z = |x| + x.
 
     x : shape (n,), a separate array that the method never modifies again.
-    F : shape (n,) or None; F or its smoothed form at x if the method has computed it. If it is F itself,
+    F : shape (n,) or None; F or its smoothed form at x if the method has computed it.
+        If it is F itself,
         |min(z, M z + q)| <= |F| componentwise, which saves the loop computing the residual of every iterate.
-    step : the step of the published algorithm that produced this iterate, as numbered there; "" if it has only one.
-    evaluations : evaluations of F (or of its smoothed form) so far; principal systems solved for pivoting methods.
+    step : the step of the published algorithm that produced this iterate, as numbered
+        there; "" if it has only one.
+    evaluations : evaluations of F (or of its smoothed form) so far; principal systems
+        solved for pivoting methods.
     method : which method produced it, if several take turns; "" if there is only one.
-    signs_final : False if the method knows that a next step would correct signs that are violated beyond rounding: an
-        iterate within the tolerance may then not be accurate to the last digits.
-    basis : of a solution, the basis at which pivoting has ended, in which basic variables may be at bounds; or None.
-    z0 : on the path of Lemke's method, the value of the artificial variable z_0; or None.
+    signs_final : False if the method knows that a next step would correct signs that
+        are violated beyond rounding: an iterate within the tolerance may then not be
+        accurate to the last digits.
+    basis : of a solution, the basis at which pivoting has ended, in which basic
+        variables may be at bounds; or None.
+    z0 : on the path of Lemke's method, the value of the artificial variable z_0; or
+        None.
     """
 
     x: Vector
@@ -53,7 +60,8 @@ class Iterate(NamedTuple):
 
 @dataclass(eq=False, repr=False)
 class _Ended:
-    """How a method ended. reason : a clause for the user; "" if the kind of ending says it all.
+    """How a method ended. reason : a clause for the user; "" if the kind of ending says
+    it all.
     method : which method ended, where several take turns; "" if there is only one.
     """
 
@@ -62,7 +70,8 @@ class _Ended:
 
 
 class Finished(_Ended):
-    """The method is complete: its last iterate satisfies its equation up to rounding."""
+    """The method is complete: its last iterate satisfies its equation up to
+    rounding."""
 
 
 class Stalled(_Ended):
@@ -70,12 +79,14 @@ class Stalled(_Ended):
 
 
 class Undecided(Stalled):
-    """What has been tried leaves open whether there is a solution, or has lost a proof to rounding of the variables
-    that it works in: it remains for milp to decide, which works on the problem as given."""
+    """What has been tried leaves open whether there is a solution, or has lost a proof
+    to rounding of the variables that it works in: it remains for milp to decide, which
+    works on the problem as given."""
 
 
 class OutOfTime(_Ended):
-    """The method has used up the time that it was given; the reason says what is left undecided."""
+    """The method has used up the time that it was given; the reason says what is left
+    undecided."""
 
 
 class Breakdown(_Ended):
@@ -84,7 +95,8 @@ class Breakdown(_Ended):
 
 @dataclass(eq=False, repr=False)
 class NoSolution:
-    """The method has found that there is no solution, or it has to give up; the certificate says which."""
+    """The method has found that there is no solution, or it has to give up; the
+    certificate says which."""
 
     certificate: Certificate
     method: str = ""
@@ -96,9 +108,11 @@ class PackageFault(Exception):
 
 Ending: TypeAlias = Finished | Stalled | OutOfTime | Breakdown | NoSolution
 Stage: TypeAlias = Generator[Iterate, None, Ending]
-"""A running method: a generator of the iterates after the start, which returns how it ended."""
+"""A running method: a generator of the iterates after the start, which returns how it
+ended."""
 Tried: TypeAlias = dict[str, list[Stage]]
-"""Stages that have been made before, to be passed on again: those of each method in order."""
+"""Stages that have been made before, to be passed on again: those of each method in
+order."""
 
 
 # Relative to the largest |q|: the size of F up to which an iterate may stand for a
@@ -106,7 +120,10 @@ Tried: TypeAlias = dict[str, list[Stage]]
 NEARLY_SOLVED = 1e-6
 TIME_LIMIT_REACHED = "the time limit is reached"
 NO_STANDARD_FORM = "numbers overflow in the standard form"
-INEXACT = "no solution was found, and the change of variables rounded, so that there is no proof either"
+INEXACT = (
+    "no solution was found, and the change of variables rounded, so that there is "
+    "no proof either"
+)
 FAULTS = (FloatingPointError, MemoryError, PackageFault, SingularMatrix)
 """What a running method may raise when it cannot continue."""
 FAULT_KINDS = {  # of FloatingPointError, by how numpy's message begins
@@ -120,7 +137,8 @@ End = TypeVar("End")
 
 
 def advance(stage: Generator[Item, None, End]) -> Item | End:
-    """Return the next iterate of a stage or, after the last one, how the stage ended."""
+    """Return the next iterate of a stage or, after the last one, how the stage
+    ended."""
     try:
         return next(stage)
     except StopIteration as end:
@@ -155,7 +173,8 @@ def ended(ending: Ending, *iterates: Iterate) -> Stage:
 
 
 def recorded(name: str, stage: Stage, into: Tried) -> Stage:
-    """Pass on the stage; when it ends, append a stage with the same iterates and the same ending to those of a name."""
+    """Pass on the stage; when it ends, append a stage with the same iterates and the
+    same ending to those of a name."""
     iterates = list[Iterate]()
     ending: Ending = Stalled()
     try:
@@ -184,12 +203,14 @@ def limited(stage: Stage, max_iterations: float) -> Stage:
 
 
 def begin(method: str, problem: Problem, x0: Vector, **options: Any) -> Stage:
-    """Start a method on a problem, through its standard form if the method knows only z >= 0."""
+    """Start a method on a problem, through its standard form if the method knows only z
+    >= 0."""
     declared, function = methods.declared(method), methods.load(method)
     if declared.max_unknowns is not None and problem.n > declared.max_unknowns:
         return ended(
             Breakdown(
-                f"it takes at most {declared.max_unknowns} unknowns; this problem has {problem.n}"
+                f"it takes at most {declared.max_unknowns} unknowns; this "
+                f"problem has {problem.n}"
             )
         )
     own = function if declared.takes_bounds else partial(as_lcp, function)
@@ -212,7 +233,8 @@ def _blaming(package: str) -> Iterator[None]:
 
 
 def _guarded(stage: Stage, n: int, package: str) -> Stage:
-    """Pass on the stage of a method of another package; raise PackageFault for what is no stage."""
+    """Pass on the stage of a method of another package; raise PackageFault for what is
+    no stage."""
     with _blaming(package):
         while isinstance(step := advance(stage), Iterate):
             x, evaluations = step.x, step.evaluations
@@ -222,7 +244,8 @@ def _guarded(stage: Stage, n: int, package: str) -> Stage:
                 )
             if x.shape != (n,):
                 raise PackageFault(
-                    f"the package {package} yields an x of shape {x.shape} for {n} unknowns"
+                    f"the package {package} yields an x of shape {x.shape} for "
+                    f"{n} unknowns"
                 )
             if np.isnan(x).any():
                 raise PackageFault(f"the package {package} yields an x with nan")
@@ -239,7 +262,8 @@ def _guarded(stage: Stage, n: int, package: str) -> Stage:
 def as_lcp(
     function: Callable[..., Stage], problem: Problem, x0: Vector, **options: Any
 ) -> Stage:
-    """Return the stage of an LCP, or for a mixed problem the stage of its standard form."""
+    """Return the stage of an LCP, or for a mixed problem the stage of its standard
+    form."""
     form = standard_form_of(problem)
     if form is None:
         return ended(Breakdown(NO_STANDARD_FORM))
@@ -266,7 +290,8 @@ def standard_form_of(problem: Problem) -> StandardForm | None:
 def changed(
     change: Change, x0: Vector, run: Callable[[Problem, Vector], Stage]
 ) -> Stage:
-    """Return what `run` does with the problem in other variables, from x0, as a stage in the original variables."""
+    """Return what `run` does with the problem in other variables, from x0, as a stage
+    in the original variables."""
     if change.is_identity:
         return run(change.problem, x0)
     return in_given_variables(change, run(change.problem, change.start(x0)))
@@ -277,8 +302,9 @@ def in_given_variables(
 ) -> Stage:
     """Pass on the stage with x, F and the final proof, if any, of the original problem.
 
-    polishing : the basic solutions of a mixed problem, which replace the basic solutions of its standard form, as the
-        standard form has more numbers to round, and yields no F of the original problem.
+    polishing : the basic solutions of a mixed problem, which replace the basic
+        solutions of its standard form, as the standard form has more numbers to round,
+        and yields no F of the original problem.
     """
     step = yield from moved_back(change, stage, polishing)
     if not isinstance(step, NoSolution):
@@ -312,7 +338,8 @@ def in_given_variables(
 def moved_back(
     change: Change, stage: Stage, polishing: BasicSolutions | None = None
 ) -> Stage:
-    """Pass on the stage with x and F of the original problem, as `in_given_variables`, and its ending as it is."""
+    """Pass on the stage with x and F of the original problem, as `in_given_variables`,
+    and its ending as it is."""
     small = NEARLY_SOLVED * largest(change.problem.q)
     while isinstance(step := advance(stage), Iterate):
         with np.errstate(over="ignore", invalid="ignore"):
@@ -329,13 +356,15 @@ def moved_back(
 
 
 class Turns:
-    """The turns of methods, one after another. last : the newest iterate, or the start with its evaluations."""
+    """The turns of methods, one after another. last : the newest iterate, or the start
+    with its evaluations."""
 
     def __init__(self, x0: Vector, evaluations: int = 0) -> None:
         self.last = Iterate(x0, None, "", evaluations)
 
     def take(self, method: str, stage: Stage) -> Stage:
-        """Give a method its turn, which may itself consist of named methods; FAULTS count as breakdowns."""
+        """Give a method its turn, which may itself consist of named methods; FAULTS
+        count as breakdowns."""
         done = self.last.evaluations
         while True:
             try:
@@ -351,7 +380,8 @@ class Turns:
 
 
 Search: TypeAlias = Callable[..., Stage]
-"""Methods that take turns on a problem, called with it and with the start, or the turns with the start as last one."""
+"""Methods that take turns on a problem, called with it and with the start, or the turns
+with the start as last one."""
 
 
 def from_reference(problem: Problem, x0: Vector, search: Search) -> Stage:

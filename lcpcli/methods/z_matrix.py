@@ -1,21 +1,26 @@
-"""Chandrasekaran's method for Z-matrices, those without a positive entry off the diagonal, and elimination for
-tridiagonal M-matrices, as for American options and optimal stopping.
+"""Chandrasekaran's method for Z-matrices, those without a positive entry off the
+diagonal, and elimination for tridiagonal M-matrices, as for American options and
+optimal stopping.
 
-R. Chandrasekaran, A special case of the complementary pivot problem, Opsearch 7 (1970) 263-268: from z = 0, each i with
-w_i < 0 becomes basic, and stays so, as every later step lowers the other w. This ends after at most n exchanges at the
-least solution, or at a pivot that is not positive: the multipliers of its row are nonnegative, and prove that the
-problem is infeasible. All i with w_i < 0 are exchanged at once here, which leads to the same basis.
+R. Chandrasekaran, A special case of the complementary pivot problem, Opsearch 7 (1970)
+263-268: from z = 0, each i with w_i < 0 becomes basic, and stays so, as every later
+step lowers the other w. This ends after at most n exchanges at the least solution, or
+at a pivot that is not positive: the multipliers of its row are nonnegative, and prove
+that the problem is infeasible. All i with w_i < 0 are exchanged at once here, which
+leads to the same basis.
 
-If M is tridiagonal, Gaussian elimination along a run of basic variables goes on through the variables beyond its end,
-as if these were basic too: where the eliminated right-hand side is positive, they are. That is done for all runs at
-once, in both directions.
+If M is tridiagonal, Gaussian elimination along a run of basic variables goes on through
+the variables beyond its end, as if these were basic too: where the eliminated
+right-hand side is positive, they are. That is done for all runs at once, in both
+directions.
 
-With a single run from an end of the grid, a single elimination is enough: M. J. Brennan and E. S. Schwartz, The
-valuation of American put options, Journal of Finance 32 (1977) 449-462, and for M-matrices P. Jaillet, D. Lamberton and
-B. Lapeyre, Variational inequalities and the pricing of American options, Acta Applicandae Mathematicae 21 (1990)
-263-289. Any number of runs in O(n) operations, one variable after another: R. W. Cottle and R. S. Sacher, On
-the solution of large, structured linear complementarity problems: the tridiagonal case, Applied Mathematics and
-Optimization 3 (1977) 321-340.
+With a single run from an end of the grid, a single elimination is enough: M. J. Brennan
+and E. S. Schwartz, The valuation of American put options, Journal of Finance 32 (1977)
+449-462, and for M-matrices P. Jaillet, D. Lamberton and B. Lapeyre, Variational
+inequalities and the pricing of American options, Acta Applicandae Mathematicae 21
+(1990) 263-289. Any number of runs in O(n) operations, one variable after another: R. W.
+Cottle and R. S. Sacher, On the solution of large, structured linear complementarity
+problems: the tridiagonal case, Applied Mathematics and Optimization 3 (1977) 321-340.
 """
 
 from __future__ import annotations
@@ -60,7 +65,8 @@ EXACT_EFFORT = 30.0
 def _exchanged(
     system: _InDoubles | _InFractions, basic: list[int]
 ) -> tuple[list[int], Any]:
-    """Return the last basis, in the order of exchanges from a first one, and multipliers if a pivot is not positive."""
+    """Return the last basis, in the order of exchanges from a first one, and
+    multipliers if a pivot is not positive."""
     known = 0
     while negative := system.negative(basic):
         check()
@@ -77,7 +83,8 @@ def _exchanged(
 
 
 class _InDoubles:
-    """M and q in doubles, with the systems of some basic indices. found : the last basic solution."""
+    """M and q in doubles, with the systems of some basic indices. found : the last
+    basic solution."""
 
     found: BasicSolution
 
@@ -86,7 +93,8 @@ class _InDoubles:
         self._solutions = BasicSolutions(problem, self._solver)
 
     def negative(self, basic: Sequence[int]) -> list[int] | None:
-        """Return the other i with w_i < 0 in the basic solution; None if that is not unique, or has a z_i < 0."""
+        """Return the other i with w_i < 0 in the basic solution; None if that is not
+        unique, or has a z_i < 0."""
         self.found = self._solutions.at(
             of_masks(np.isin(np.arange(self._M.shape[0]), basic))
         )
@@ -94,7 +102,8 @@ class _InDoubles:
         return negative if self.found.z.min(initial=0.0) >= 0.0 else None
 
     def is_m_matrix(self, basic: Sequence[int]) -> bool:
-        """Return whether M_BB is a nonsingular M-matrix: whether M_BB v = e has a solution v > 0."""
+        """Return whether M_BB is a nonsingular M-matrix: whether M_BB v = e has a
+        solution v > 0."""
         own = np.sort(np.array(basic, dtype=np.intp))
         try:
             return bool((self._solver.solve(own, np.ones(own.size)) > 0.0).all())
@@ -118,7 +127,8 @@ class _InDoubles:
 
 
 class _InFractions:
-    """M and q in fractions, with the systems of some basic indices, as `_InDoubles` has them."""
+    """M and q in fractions, with the systems of some basic indices, as `_InDoubles` has
+    them."""
 
     found: ExactBasis | None
 
@@ -154,7 +164,8 @@ class _InFractions:
         return [Fraction(value) for value in whole_multiple(y)]
 
     def _block(self, own: Sequence[int]) -> list[list[int]]:
-        """Return the block of some rows and columns; raise TimeIsUp where a system with it would take too long."""
+        """Return the block of some rows and columns; raise TimeIsUp where a system with
+        it would take too long."""
         if len(own) > most_exact():
             raise TimeIsUp
         A = [[self._data.rows[i].get(j, 0) for j in own] for i in own]
@@ -165,8 +176,9 @@ class _InFractions:
 def decided(
     data: ExactProblem, effort: Effort, basic: Sequence[int] = ()
 ) -> tuple[list[Fraction] | None, list[Fraction] | None]:
-    """Return the least solution of an LCP with a Z-matrix, or a y that proves that there is none, exactly; neither if
-    that takes too much effort. basic : a guess at the basis of the solution."""
+    """Return the least solution of an LCP with a Z-matrix, or a y that proves that
+    there is none, exactly; neither if that takes too much effort. basic : a guess at
+    the basis of the solution."""
     system = _InFractions(data, effort)
     for guess in (list(basic), []):
         try:
@@ -184,10 +196,11 @@ def decided(
 
 @each_step(all="ignore")
 def z_matrix(problem: Problem) -> Stage:
-    """Solve an LCP with a Z-matrix, or prove that it is infeasible: in doubles and, if what they find does not hold, in
-    exact arithmetic.
+    """Solve an LCP with a Z-matrix, or prove that it is infeasible: in doubles and, if
+    what they find does not hold, in exact arithmetic.
 
-    Yields the least solution. NoSolution : with a Farkas proof. Breakdown : it is too large for exact arithmetic.
+    Yields the least solution. NoSolution : with a Farkas proof. Breakdown : it is too
+    large for exact arithmetic.
     """
     system, basic, y = _InDoubles(problem), list[int](), None
     try:
@@ -221,7 +234,8 @@ MOST_PASSES = 50  # after which exchanges take over
 class Elimination:
     """A tridiagonal matrix, prepared for LCPs with one right-hand side after another.
 
-    is_of_m_matrix : whether it is an M-matrix: no entry off the diagonal is positive, and all pivots are.
+    is_of_m_matrix : whether it is an M-matrix: no entry off the diagonal is positive,
+        and all pivots are.
     """
 
     def __init__(self, M: Matrix) -> None:
@@ -241,7 +255,8 @@ class Elimination:
         )
 
     def _whole(self, turn: int) -> tuple[Vector, Vector]:
-        """Return the factors L and U without cuts, in the order of rows (1) or in the opposite order (-1)."""
+        """Return the factors L and U without cuts, in the order of rows (1) or in the
+        opposite order (-1)."""
         if turn not in self._known:
             below, above = (self._below, self._above)[::turn]
             L, pivots = self._factors(
@@ -255,7 +270,8 @@ class Elimination:
 
     @np.errstate(all="ignore")
     def solution(self, q: Vector) -> tuple[Vector, Mask]:
-        """Return z, shape (n,), and which variables are basic, for an M-matrix and a q."""
+        """Return z, shape (n,), and which variables are basic, for an M-matrix and a
+        q."""
         n, basic = q.size, q < 0.0
         for turn in (1, -1) if basic.argmax() < basic[::-1].argmax() else (-1, 1):
             L, U = self._whole(turn)
@@ -273,7 +289,8 @@ class Elimination:
         return self._in_runs(q, basic)
 
     def _in_runs(self, q: Vector, basic: Mask) -> tuple[Vector, Mask]:
-        """Return z and which variables are basic, among them those that are known to be."""
+        """Return z and which variables are basic, among them those that are known to
+        be."""
         for _ in range(MOST_PASSES):
             begins, ends = ~basic[:-1] & basic[1:], basic[:-1] & ~basic[1:]
             L, pivots = self._factors(
@@ -304,8 +321,9 @@ class Elimination:
     def _factors(
         self, below: Vector, diagonal: Vector, link: Vector
     ) -> tuple[Vector, Vector]:
-        """Return the factor L, which begins anew at a link of 0, and the pivots. With y = -L^-1 q, y_i / pivots_i is
-        the last component of the solution of the rows up to i."""
+        """Return the factor L, which begins anew at a link of 0, and the pivots. With y
+        = -L^-1 q, y_i / pivots_i is the last component of the solution of the rows up
+        to i."""
         pivots = self._factorize(diagonal, link)[0]
         L = np.ones((2, pivots.size), order="F")
         L[1, :-1] = np.where(link, below / pivots[:-1], 0.0)
@@ -323,7 +341,8 @@ def of_tridiagonal(M: Matrix) -> Elimination | None:
 
 
 def eliminated(problem: Problem) -> Stage:
-    """Yield the solution by elimination. Stalled : M is no M-matrix, or rounding has led to wrong states."""
+    """Yield the solution by elimination. Stalled : M is no M-matrix, or rounding has
+    led to wrong states."""
     own = of_tridiagonal(problem.M)
     if own is None:
         return Stalled("M is no tridiagonal M-matrix")

@@ -1,1 +1,2 @@
-"""The problem: M and q with what is known about them, changes of variables, and reductions from other problems."""
+"""The problem: M and q with what is known about them, changes of variables, and
+reductions from other problems."""

@@ -1,5 +1,6 @@
-"""Validation of vectors and matrices: every number is finite and every length right, or a ProblemError says where. Data
-frames and series are put into a common order by their labels; pandas is not imported."""
+"""Validation of vectors and matrices: every number is finite and every length right, or
+a ProblemError says where. Data frames and series are put into a common order by their
+labels; pandas is not imported."""
 
 from __future__ import annotations
 
@@ -45,15 +46,19 @@ BEYOND_DOUBLES = 2**1024 - 2**970
 
 
 def plain(field: str, values: Any, expected: str) -> Any:
-    """Return the array or the list in an array-like object, without labels, and an array of objects as lists; anything
-    else unchanged. Raise ProblemError for an operator that represents a matrix without having its entries."""
+    """Return the array or the list in an array-like object, without labels, and an
+    array of objects as lists; anything else unchanged. Raise ProblemError for an
+    operator that represents a matrix without having its entries."""
     if isinstance(values, np.ndarray):
         as_list = values.dtype == object and values.ndim and not _may_be_masked(values)
         return values.tolist() if as_list else values
     if isinstance(values, (list, tuple, *TEXTS)) or is_sparse(values):
         return values
     if hasattr(values, "matvec"):
-        hint = "give its matrix, dense or sparse, since entries are needed; M @ numpy.eye(n) has those of M"
+        hint = (
+            "give its matrix, dense or sparse, since entries are needed; M @ "
+            "numpy.eye(n) has those of M"
+        )
         raise ProblemError(field, f"is {kind(values)}, a linear operator", hint)
     try:
         if hasattr(values, "to_numpy"):
@@ -74,8 +79,9 @@ def plain(field: str, values: Any, expected: str) -> Any:
 def as_vector(
     field: str, values: Any, n: int | None = None, of: str = "unknown"
 ) -> Vector:
-    """Return values as a float64 vector in memory of its `own`, one entry for each of n things of a kind (of any length
-    if n is None), or raise ProblemError. An array of a single row or column counts as a vector."""
+    """Return values as a float64 vector in memory of its `own`, one entry for each of n
+    things of a kind (of any length if n is None), or raise ProblemError. An array of a
+    single row or column counts as a vector."""
     return as_sized_vector(field, values, n, of)[0]
 
 
@@ -107,7 +113,8 @@ def as_flat(
     expected: str = NUMBERS,
     either: str = "",
 ) -> Vector:
-    """Return `plain` values as a vector as `as_vector` does, though not in memory of its own, and of any numbers."""
+    """Return `plain` values as a vector as `as_vector` does, though not in memory of
+    its own, and of any numbers."""
     if isinstance(values, (list, tuple)):
         refuse_other_than_numbers(field, values)
     v = as_floats(field, values, expected)
@@ -126,7 +133,8 @@ def as_flat(
 
 
 def own(array: Vector, given: Any = None) -> Vector:
-    """Return the array, made of `given`, in read-only memory of its own; lists and read-only arrays need no copy."""
+    """Return the array, made of `given`, in read-only memory of its own; lists and
+    read-only arrays need no copy."""
     if not isinstance(given, (list, tuple)) and _is_writeable(array):
         array = array.copy(order="K")
     array.setflags(write=False)
@@ -134,7 +142,8 @@ def own(array: Vector, given: Any = None) -> Vector:
 
 
 def own_matrix(M: Matrix, given: Any = None) -> Matrix:
-    """Return a matrix as `own` does; of a sparse one the values and indices are copied."""
+    """Return a matrix as `own` does; of a sparse one the values and indices are
+    copied."""
     if not is_sparse(M):
         return own(M, given)
     if _is_writeable(M.data):
@@ -143,7 +152,8 @@ def own_matrix(M: Matrix, given: Any = None) -> Matrix:
 
 
 def _is_writeable(array: Any) -> bool:
-    """Return whether the numbers can be changed, through the array behind this view or through another view."""
+    """Return whether the numbers can be changed, through the array behind this view or
+    through another view."""
     while isinstance(array, np.ndarray):
         if array.flags.writeable:
             return True
@@ -152,7 +162,8 @@ def _is_writeable(array: Any) -> bool:
 
 
 def as_columns(field: str, values: Any, finite: bool = True) -> Vector:
-    """Return values as an array of shape (n, k) of real numbers, a vector in each column, or raise ProblemError."""
+    """Return values as an array of shape (n, k) of real numbers, a vector in each
+    column, or raise ProblemError."""
     per_column, columns = (
         "give one vector in each column, shape (n, k)",
         as_nested(field, values, 2, ROWS),
@@ -172,7 +183,8 @@ def as_columns(field: str, values: Any, finite: bool = True) -> Vector:
 def as_square(
     field: str, values: Any, n: int, other: str = "q"
 ) -> tuple[Matrix, tuple[float, float]]:
-    """Return `as_matrix` of values, of shape (n, n) to fit a vector called `other`, and bounds as of `_as_finite`."""
+    """Return `as_matrix` of values, of shape (n, n) to fit a vector called `other`, and
+    bounds as of `_as_finite`."""
     M = _as_rows(field, values)
     if M.shape != (n, n):
         shape, is_square = f"is {M.shape[0]} x {M.shape[1]}", M.shape[0] == M.shape[1]
@@ -184,7 +196,8 @@ def as_square(
 
 
 def as_matrix(field: str, values: Any) -> Matrix:
-    """Return values as a float64 matrix, dense or in compressed sparse rows, or raise ProblemError."""
+    """Return values as a float64 matrix, dense or in compressed sparse rows, or raise
+    ProblemError."""
     M = _as_rows(field, values)
     for size, fault in zip(M.shape, ("is empty", "has empty rows"), strict=True):
         if not size:
@@ -193,7 +206,8 @@ def as_matrix(field: str, values: Any) -> Matrix:
 
 
 def _as_rows(field: str, values: Any) -> Matrix:
-    """Return values as a two-dimensional dense array, or unchanged if they are a sparse matrix."""
+    """Return values as a two-dimensional dense array, or unchanged if they are a sparse
+    matrix."""
     if type(values) is np.ndarray and values.ndim == 2 and values.dtype == np.float64:
         return values
     M: Matrix = (
@@ -207,10 +221,12 @@ def _as_rows(field: str, values: Any) -> Matrix:
 
 
 def _as_finite(field: str, M: Matrix) -> tuple[Matrix, tuple[float, float]]:
-    """Return M, in compressed sparse rows if it is sparse, and bounds on the largest |entry| of its rows: one that is
-    at most the least nonzero row maximum, infinite if there is none, and exactly the largest entry.
+    """Return M, in compressed sparse rows if it is sparse, and bounds on the largest
+    |entry| of its rows: one that is at most the least nonzero row maximum, infinite if
+    there is none, and exactly the largest entry.
 
-    They are the `sizes` of the row maxima or, where that is faster, of all entries, or of the diagonal and the largest.
+    They are the `sizes` of the row maxima or, where that is faster, of all entries, or
+    of the diagonal and the largest.
     """
     if is_sparse(M):
         M = _as_sparse(field, M)
@@ -266,12 +282,14 @@ def as_solutions(solutions: Any, n: int) -> tuple[Vector, ...]:
 
 
 def _may_be_masked(values: Any) -> bool:
-    """Return whether values are a masked array; numpy loads what they need when the first one is made."""
+    """Return whether values are a masked array; numpy loads what they need when the
+    first one is made."""
     return "numpy.ma" in sys.modules and isinstance(values, np.ma.MaskedArray)
 
 
 def as_floats(field: str, values: Any, expected: str = NUMBERS) -> Vector:
-    """Return the numbers of an array, or of a list that has been checked, as float64."""
+    """Return the numbers of an array, or of a list that has been checked, as
+    float64."""
     if _may_be_masked(values) and np.ma.is_masked(values):
         raise ProblemError(field, "has masked entries", "fill them, or leave them out")
     if isinstance(values, np.ndarray) and values.dtype == np.float64:
@@ -307,8 +325,8 @@ def _refuse_other_types(field: str, values: Any) -> None:
 def as_nested(
     field: str, values: Any, most: int, expected: str = NUMBERS, exactly: bool = False
 ) -> Vector:
-    """Return an array, or lists of up to `most` dimensions, or of exactly so many, as floats; else raise ProblemError.
-    A row in a list may be an array of shape (1, n)."""
+    """Return an array, or lists of up to `most` dimensions, or of exactly so many, as
+    floats; else raise ProblemError. A row in a list may be an array of shape (1, n)."""
     values = plain(field, values, expected)
     if not isinstance(values, (list, tuple)):
         return as_floats(field, values, expected)
@@ -355,7 +373,8 @@ def as_nested(
 
 
 def is_number_in_array(value: Any) -> bool:
-    """Return whether a value is an array without dimensions that holds a real number."""
+    """Return whether a value is an array without dimensions that holds a real
+    number."""
     return (
         isinstance(value, np.ndarray) and not value.ndim and value.dtype.kind in "fiu"
     )
@@ -377,7 +396,8 @@ def refuse_other_than_numbers(field: str, values: Sequence[Any]) -> None:
 def refuse_infinite(
     field: str, values: Vector, places: Callable[[], Any] | None = None
 ) -> None:
-    """Raise ProblemError for an entry that is not finite. places : returns the places of the values in a matrix."""
+    """Raise ProblemError for an entry that is not finite. places : returns the places
+    of the values in a matrix."""
     if is_finite(values.ravel(order="K")):
         return
     wrong = np.argwhere(~np.isfinite(values))[0]
@@ -388,8 +408,9 @@ def refuse_infinite(
 def by_label(
     table: Any, /, of: str = "the columns of M", axis: str = "index", **fields: Any
 ) -> list[Any]:
-    """Return the values of fields with their rows, or columns, in the order of the columns, or the rows, of a table, if
-    both have labels; else return the values unchanged."""
+    """Return the values of fields with their rows, or columns, in the order of the
+    columns, or the rows, of a table, if both have labels; else return the values
+    unchanged."""
     is_table = hasattr(table, "columns") and _has_index(table)
     labels = (
         list(table.index if of.startswith("the rows") else table.columns)
@@ -402,8 +423,9 @@ def by_label(
 
 
 def by_names(names: Callable[[], Sequence[str]], **fields: Any) -> list[Any]:
-    """Return the values of fields with their entries in the order of the names of the unknowns, if both have labels;
-    else return the values unchanged. names : returns the names, and is called only if a value has labels."""
+    """Return the values of fields with their entries in the order of the names of the
+    unknowns, if both have labels; else return the values unchanged. names : returns the
+    names, and is called only if a value has labels."""
     labels = list(names()) if any(map(_has_index, fields.values())) else []
     labels = labels if all(labels) else []
     return [
@@ -413,7 +435,8 @@ def by_names(names: Callable[[], Sequence[str]], **fields: Any) -> list[Any]:
 
 
 def texts(labels: Any) -> tuple[str, ...]:
-    """Return the labels if all of them are texts and all are different; else an empty tuple."""
+    """Return the labels if all of them are texts and all are different; else an empty
+    tuple."""
     own = list(labels)
     return (
         tuple(own)
@@ -425,8 +448,9 @@ def texts(labels: Any) -> tuple[str, ...]:
 def _in_order(
     field: str, values: Any, labels: list[Any], of: str, axis: str = "index"
 ) -> Any:
-    """Return values with rows, or columns, in the order of these labels, if they have the same in another order; the
-    values, so that positions count, if one of the two has no labels, or only counts from 0; or raise ProblemError."""
+    """Return values with rows, or columns, in the order of these labels, if they have
+    the same in another order; the values, so that positions count, if one of the two
+    has no labels, or only counts from 0; or raise ProblemError."""
     own = (
         list(getattr(values, axis))
         if labels and _has_index(values) and hasattr(values, axis)

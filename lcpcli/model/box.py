@@ -1,13 +1,15 @@
-"""The bounds l <= z <= u of a problem, the states of variables, at a bound or basic, and the change of variables to x
-with z = mid(l, u, 2x) and w = z - 2x.
+"""The bounds l <= z <= u of a problem, the states of variables, at a bound or basic,
+and the change of variables to x with z = mid(l, u, 2x) and w = z - 2x.
 
-For every x, z lies within its bounds and w has the signs that these ask for: w_i >= 0 where z_i < u_i and w_i <= 0
-where z_i > l_i. For l = 0 and u infinite, z = |x| + x and w = |x| - x.
+For every x, z lies within its bounds and w has the signs that these ask for: w_i >= 0
+where z_i < u_i and w_i <= 0 where z_i > l_i. For l = 0 and u infinite, z = |x| + x and
+w = |x| - x.
 
-A residual that is measured from the reference point is hidden neither by bounds far from 0 nor by very large ones that
-stand for infinite ones.
+A residual that is measured from the reference point is hidden neither by bounds far
+from 0 nor by very large ones that stand for infinite ones.
 
-Validation of bounds: infinity means no bound; no lower one exceeds the upper one, or a ProblemError says where.
+Validation of bounds: infinity means no bound; no lower one exceeds the upper one, or a
+ProblemError says where.
 """
 
 from __future__ import annotations
@@ -48,9 +50,10 @@ WORDS = {LOWER: "lower", BASIC: "basic", UPPER: "upper"}
 
 
 class Wording(NamedTuple):
-    """The wording of the conditions of a problem in messages: what holds in rational arithmetic for an exact solution,
-    and for a proof that there is none, what a certificate shows, what an accepted proof does, and what a certificate
-    does that is a proof but for the rounding of M."""
+    """The wording of the conditions of a problem in messages: what holds in rational
+    arithmetic for an exact solution, and for a proof that there is none, what a
+    certificate shows, what an accepted proof does, and what a certificate does that is
+    a proof but for the rounding of M."""
 
     solved: str
     infeasible: str
@@ -61,17 +64,24 @@ class Wording(NamedTuple):
 
 LCP_WORDING = Wording(
     "z >= 0, w = Mz + q >= 0 and z'w = 0 hold in rational arithmetic",
-    "y >= 0, M'y <= 0 and q'y < 0 hold in rational arithmetic, so that no z >= 0 has Mz + q >= 0",
-    "no z >= 0 has Mz + q >= 0, as M'y <= 0 and q'y < 0 for the y >= 0 of the certificate",
+    "y >= 0, M'y <= 0 and q'y < 0 hold in rational arithmetic, so that no z >= "
+    "0 has Mz + q >= 0",
+    "no z >= 0 has Mz + q >= 0, as M'y <= 0 and q'y < 0 for the y >= 0 of the "
+    "certificate",
     "y >= 0, M'y <= 0 and q'y < 0, so that no z >= 0 has Mz + q >= 0",
-    "no z >= 0 has Mz + q >= 0, by this y, unless terms of a row of Mz that are {} times their sum cancel",
+    "no z >= 0 has Mz + q >= 0, by this y, unless terms of a row of Mz that are "
+    "{} times their sum cancel",
 )
 MIXED_WORDING = Wording(
-    "z is within its bounds and w = Mz + q has the signs that they ask for, in rational arithmetic",
-    "no z within the bounds has w with the signs that they ask for, by y in rational arithmetic",
-    "no z within the bounds has w with the signs that they ask for, by the y of the certificate",
+    "z is within its bounds and w = Mz + q has the signs that they ask for, in "
+    "rational arithmetic",
+    "no z within the bounds has w with the signs that they ask for, by y in "
+    "rational arithmetic",
+    "no z within the bounds has w with the signs that they ask for, by the y of "
+    "the certificate",
     "by y, no z within the bounds has w with the signs that they ask for",
-    "no z within the bounds has w with their signs, by this y, unless terms of a row of Mz that are {} times their sum "
+    "no z within the bounds has w with their signs, by this y, unless terms of "
+    "a row of Mz that are {} times their sum "
     "cancel",
 )
 
@@ -82,14 +92,16 @@ def in_range(x: Vector) -> bool:
 
 
 def moved(bound: Vector, given: Vector | float) -> Vector:
-    """Return a bound in other variables, kept finite where the given bound is finite."""
+    """Return a bound in other variables, kept finite where the given bound is
+    finite."""
     return np.where(
         np.isfinite(given), np.clip(bound, -LARGEST_DOUBLE, LARGEST_DOUBLE), bound
     )
 
 
 def of_masks(basic: Mask, upper: Mask | None = None) -> States:
-    """Return states of any shape: BASIC where basic, UPPER where upper, which excludes basic, and LOWER elsewhere."""
+    """Return states of any shape: BASIC where basic, UPPER where upper, which excludes
+    basic, and LOWER elsewhere."""
     if upper is None:
         return -(~basic).view(np.int8)
     states: States = upper.view(np.int8) - (~(basic | upper)).view(np.int8)
@@ -101,8 +113,10 @@ def in_words(states: States) -> list[str]:
 
 
 class Box:
-    """l <= z <= u: each bound of shape (n,), or (m, n) for m problems, whose infinite entries are no bounds.
-    is_orthant : whether they are the bounds 0 and infinity of an LCP, which are those two numbers, of shape ()."""
+    """l <= z <= u: each bound of shape (n,), or (m, n) for m problems, whose infinite
+    entries are no bounds.
+    is_orthant : whether they are the bounds 0 and infinity of an LCP, which are those
+        two numbers, of shape ()."""
 
     def __init__(self, lower: Vector, upper: Vector) -> None:
         self.lower, self.upper, self.is_orthant = lower, upper, not lower.ndim
@@ -113,12 +127,14 @@ class Box:
 
     @cached_property
     def _has_upper(self) -> bool:
-        """Return whether there is an upper bound; if not, no state is "at the upper bound"."""
+        """Return whether there is an upper bound; if not, no state is "at the upper
+        bound"."""
         return bool(np.isfinite(self.upper).any())
 
     @cached_property
     def is_far(self) -> bool:
-        """Return whether a finite bound is so large that it may stand for an infinite one."""
+        """Return whether a finite bound is so large that it may stand for an infinite
+        one."""
         sizes = (np.abs(ends) for ends in (self.lower, self.upper))
         return any(
             np.count_nonzero(own >= NO_BOUND) > np.count_nonzero(np.isinf(own))
@@ -126,7 +142,8 @@ class Box:
         )
 
     def mapped(self, change: Callable[[Vector], Vector]) -> Box:
-        """Return the box with changed bounds; the bounds of a linear complementarity problem stay."""
+        """Return the box with changed bounds; the bounds of a linear complementarity
+        problem stay."""
         return self if self.is_orthant else Box(change(self.lower), change(self.upper))
 
     def part(self, rows: Indices | Mask | slice | int) -> Box:
@@ -146,8 +163,9 @@ class Box:
         return self.z_of(x) - x
 
     def x_of(self, z: Vector, w: Vector) -> Vector:
-        """Return the x with z = mid(l, u, 2x) and w = z - 2x, for an LCP x = (z - w) / 2. If rounding leaves both of a
-        pair nonzero, the smaller one is dropped: z and w are then recovered unchanged, not with the other's error."""
+        """Return the x with z = mid(l, u, 2x) and w = z - 2x, for an LCP x = (z - w) /
+        2. If rounding leaves both of a pair nonzero, the smaller one is dropped: z and
+        w are then recovered unchanged, not with the other's error."""
         return self._t_of(z, w) / 2
 
     def _t_of(self, z: Vector, w: Vector) -> Vector:
@@ -160,7 +178,8 @@ class Box:
             )
 
     def x_within(self, z: Vector, w: Vector, basis: States) -> Vector:
-        """Return the x of a basic solution, with basic z_i moved within bounds and w_i of the wrong sign set to 0."""
+        """Return the x of a basic solution, with basic z_i moved within bounds and w_i
+        of the wrong sign set to 0."""
         signed = np.maximum(w, 0.0)
         if self._has_upper:
             signed = np.where(
@@ -171,17 +190,20 @@ class Box:
         )
 
     def gaps(self, z: Vector, w: Vector, factor: Vector | float = 1.0) -> Vector:
-        """Return the natural residual z - mid(l, u, z - w) = max(z - u, min(z - l, w)), without cancellation; with z in
-        other units max(factor (z - u), min(factor (z - l), w))."""
+        """Return the natural residual z - mid(l, u, z - w) = max(z - u, min(z - l, w)),
+        without cancellation; with z in other units max(factor (z - u), min(factor (z -
+        l), w))."""
         gaps: Vector = np.minimum(factor * (z - self.lower), w)
         return np.maximum(factor * (z - self.upper), gaps) if self._has_upper else gaps
 
     def basis_of(self, x: Vector) -> States:
-        """Return the states that x stands for: at the lower bound where 2x <= l, at the upper bound where 2x >= u."""
+        """Return the states that x stands for: at the lower bound where 2x <= l, at the
+        upper bound where 2x >= u."""
         return self.basis_at(x + x)
 
     def basis_at(self, z: Vector, w: Vector | None = None) -> States:
-        """Return the states of z and w, by default 0: the basis of their x, whose halves may underflow."""
+        """Return the states of z and w, by default 0: the basis of their x, whose
+        halves may underflow."""
         t = z if w is None else self._t_of(z, w)
         above = t > self.lower
         if not self._has_upper:
@@ -191,7 +213,8 @@ class Box:
         )
 
     def nonbasic(self, basis: States) -> Vector:
-        """Return the z of a basis: a bound where nonbasic, 0 in place of basic variables."""
+        """Return the z of a basis: a bound where nonbasic, 0 in place of basic
+        variables."""
         bound = (
             np.where(basis == _UPPER, self.upper, self.lower)
             if self._has_upper
@@ -200,7 +223,8 @@ class Box:
         return np.where(basis, bound, 0.0)
 
     def violations(self, z: Vector, w: Vector, basis: States) -> Vector:
-        """Return how far each component is from satisfying the condition of its state; at most 0 where it does."""
+        """Return how far each component is from satisfying the condition of its state;
+        at most 0 where it does."""
         if not self._has_upper:
             return np.where(basis, -w, self.lower - z)
         beyond: Vector = np.maximum(self.lower - z, z - self.upper)
@@ -211,7 +235,8 @@ class Box:
         return self.violations(z, w, basis) > 0.0
 
     def excess(self, z: Vector, w: Vector) -> Vector:
-        """Return by how much w has the wrong sign for an admissible z; minus infinity where w may have any sign."""
+        """Return by how much w has the wrong sign for an admissible z; minus infinity
+        where w may have any sign."""
         if not self._has_upper:
             return np.where(z > self.lower, np.abs(w), -w)
         return np.maximum(
@@ -219,7 +244,8 @@ class Box:
         )
 
     def exchanged(self, basis: States, violated: Mask, z: Vector) -> States:
-        """Return the states with violated components exchanged: a basic one goes to its bound, others become basic."""
+        """Return the states with violated components exchanged: a basic one goes to its
+        bound, others become basic."""
         basic = np.logical_not(basis)
         if not self._has_upper:
             return of_masks(basic ^ violated)
@@ -236,8 +262,9 @@ class Box:
         )
 
     def on_bounds(self, z: Vector, w: Vector, factor: Vector) -> tuple[Vector, Vector]:
-        """Return the nearest admissible z, on a bound where factor times its distance is less than a w of its sign; and
-        the sigma for which w - sigma has the signs that it asks for."""
+        """Return the nearest admissible z, on a bound where factor times its distance
+        is less than a w of its sign; and the sigma for which w - sigma has the signs
+        that it asks for."""
         at_lower, at_upper = (
             factor * (z - self.lower) < w,
             factor * (z - self.upper) > w,
@@ -252,7 +279,8 @@ class Box:
 
     @property
     def corner(self) -> Vector:
-        """Return the z at the lower bounds, at upper ones where there are no lower ones, and 0 where there are none."""
+        """Return the z at the lower bounds, at upper ones where there are no lower
+        ones, and 0 where there are none."""
         return np.where(
             np.isfinite(self.lower),
             self.lower,
@@ -271,7 +299,8 @@ class Box:
 
     @cached_property
     def kinds(self) -> dict[str, int]:
-        """Return how many variables are free, have one bound or both, or are fixed, if any; nothing for an LCP."""
+        """Return how many variables are free, have one bound or both, or are fixed, if
+        any; nothing for an LCP."""
         low, high, boxed = np.isfinite(self.lower), np.isfinite(self.upper), ~self.fixed
         masks = {
             "free": ~low & ~high,
@@ -287,7 +316,8 @@ class Box:
         return {} if self.is_orthant else counts
 
     def in_single_precision(self) -> Box:
-        """Return the bounds in single precision, where those beyond its range count as infinite."""
+        """Return the bounds in single precision, where those beyond its range count as
+        infinite."""
         with np.errstate(over="ignore"):
             return Box(self.lower.astype(np.float32), self.upper.astype(np.float32))
 
@@ -299,7 +329,8 @@ class Box:
         return self.mapped(lambda bound: moved(bound - z, bound))
 
     def moved_back(self, distance: Vector, own: Box, z: Vector) -> Vector:
-        """Return z plus a distance from it; where that is at one of its own bounds, the bound of this box."""
+        """Return z plus a distance from it; where that is at one of its own bounds, the
+        bound of this box."""
         inside = np.where(distance == own.upper, self.upper, distance + z)
         return np.where(distance == own.lower, self.lower, inside)
 
@@ -308,8 +339,9 @@ ORTHANT = Box(np.array(0.0), np.array(np.inf))
 
 
 class Reference(NamedTuple):
-    """The reference point z of one problem, shape (n,), or of each of m problems, shape (m, n); M z + q there, kept as
-    `q`, and bounds on its rounding errors. Where all reference points are 0, as for LCPs, z is None and the error 0."""
+    """The reference point z of one problem, shape (n,), or of each of m problems, shape
+    (m, n); M z + q there, kept as `q`, and bounds on its rounding errors. Where all
+    reference points are 0, as for LCPs, z is None and the error 0."""
 
     z: Vector | None
     q: Vector
@@ -323,8 +355,9 @@ class Reference(NamedTuple):
 
 @np.errstate(over="ignore", invalid="ignore")
 def reference(M: Matrix, q: Vector, box: Box) -> Reference:
-    """Return the z within the bounds nearest to 0, or with every z_i at a finite bound, whichever leaves the smaller
-    residual; 0 if w overflows at both. Rows of w that cancel there are summed exactly. q : shape (n,), or (m, n)."""
+    """Return the z within the bounds nearest to 0, or with every z_i at a finite bound,
+    whichever leaves the smaller residual; 0 if w overflows at both. Rows of w that
+    cancel there are summed exactly. q : shape (n,), or (m, n)."""
     z, corner = box.project(np.zeros(q.shape)), box.corner
     differ = np.count_nonzero(z != corner)
     if not differ and not np.count_nonzero(z):
@@ -355,7 +388,8 @@ def reference(M: Matrix, q: Vector, box: Box) -> Reference:
 
 
 def _largest(gaps: Vector) -> Vector:
-    """Return the largest size in each row, infinite where a number is not finite; shape (m, 1), or (1,)."""
+    """Return the largest size in each row, infinite where a number is not finite; shape
+    (m, 1), or (1,)."""
     sizes: Vector = np.abs(gaps).max(axis=-1, keepdims=True)
     return np.where(np.isfinite(sizes), sizes, np.inf)
 
@@ -363,7 +397,8 @@ def _largest(gaps: Vector) -> Vector:
 def bounds_of(
     lower: Any, upper: Any, n: int, infinity: float
 ) -> tuple[Vector, Vector] | None:
-    """Return l and u, of shape (n,), None if they are the bounds 0 and infinity of an LCP; or raise ProblemError."""
+    """Return l and u, of shape (n,), None if they are the bounds 0 and infinity of an
+    LCP; or raise ProblemError."""
     if (
         type(lower) in (int, float)
         and lower == 0
@@ -376,7 +411,8 @@ def bounds_of(
 
 
 def has_columns(field: str, bound: Any) -> bool:
-    """Return whether a bound has rows and is not an array of a single column, which would count as a vector."""
+    """Return whether a bound has rows and is not an array of a single column, which
+    would count as a vector."""
     given = plain(field, bound, arrays.NUMBERS)
     if isinstance(given, (list, tuple)):
         return any(isinstance(row, (list, tuple)) or np.ndim(row) for row in given)
@@ -391,8 +427,8 @@ def as_intervals(
     of: str = "unknown",
     infinity: float = math.inf,
 ) -> tuple[Vector, Vector]:
-    """Return lower and upper bounds for each of n things of a kind, infinite if absent or if they have at least the
-    size `infinity`, or raise ProblemError."""
+    """Return lower and upper bounds for each of n things of a kind, infinite if absent
+    or if they have at least the size `infinity`, or raise ProblemError."""
     are_plain = all(
         type(v) is np.ndarray and v.dtype == np.float64 and v.shape == (n,)
         for v in (lower, upper)
@@ -435,7 +471,8 @@ def as_intervals(
 
 
 def with_infinity(bound: Vector, infinity: float) -> Vector:
-    """Return a bound whose entries of at least the size `infinity` are made infinite."""
+    """Return a bound whose entries of at least the size `infinity` are made
+    infinite."""
     if infinity == math.inf:
         return bound
     INFINITY.check(infinity)
@@ -443,7 +480,8 @@ def with_infinity(bound: Vector, infinity: float) -> Vector:
 
 
 def as_bound(field: str, values: Any, n: int, of: str, absent: float) -> Vector:
-    """Return a bound of shape (n,) from one number or n, possibly infinite; None stands for `absent`, no bound."""
+    """Return a bound of shape (n,) from one number or n, possibly infinite; None stands
+    for `absent`, no bound."""
     if values is None:
         return np.full(n, absent)
     expected = "a number, or a list of numbers"
@@ -472,8 +510,9 @@ def bounds_of_each(
     infinity: float,
     of: str,
 ) -> tuple[Vector, Vector] | None:
-    """Return both bounds of m problems, of shape (m, n); None if they are 0 and infinity, as of an LCP. rows_of :
-    returns those of each problem, or None for a bound that is the same for all. of : what a problem is in messages."""
+    """Return both bounds of m problems, of shape (m, n); None if they are 0 and
+    infinity, as of an LCP. rows_of : returns those of each problem, or None for a bound
+    that is the same for all. of : what a problem is in messages."""
     ends = []
     for field, bound, absent in (
         ("lower", lower, -math.inf),
@@ -488,7 +527,8 @@ def bounds_of_each(
 
 
 def refuse_crossed(low: Vector, high: Vector, name: str, first: int = 0) -> None:
-    """Raise ProblemError if bounds of shape (m, n), for columns or others, numbered from `first`, leave no number."""
+    """Raise ProblemError if bounds of shape (m, n), for columns or others, numbered
+    from `first`, leave no number."""
     for j in np.flatnonzero(
         ~((low <= high) & (low < np.inf) & (high > -np.inf)).all(axis=1)
     )[:1]:

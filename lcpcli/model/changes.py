@@ -1,12 +1,15 @@
-"""Changes of variables, each with the way back: a problem in other units, or with its reference point moved to 0, and
-several changes in turn; others are in `presolve`. And a mixed problem as an LCP, for methods that accept only z >= 0:
-finite lower bounds are shifted to 0, variables with only an upper bound are mirrored, free ones are split by one common
-extra column, z_F = p - t e (which keeps M positive semidefinite if it is), and a box gets its upper bound as a row,
-with a multiplier v: [M I; -I 0]. Fixed variables are left out.
+"""Changes of variables, each with the way back: a problem in other units, or with its
+reference point moved to 0, and several changes in turn; others are in `presolve`. And a
+mixed problem as an LCP, for methods that accept only z >= 0: finite lower bounds are
+shifted to 0, variables with only an upper bound are mirrored, free ones are split by
+one common extra column, z_F = p - t e (which keeps M positive semidefinite if it is),
+and a box gets its upper bound as a row, with a multiplier v: [M I; -I 0]. Fixed
+variables are left out.
 
-Bounds so far from 0 that they most likely stand for infinite ones, as 1e20 and 1e30 do, become infinite if the user
-says so. Otherwise they count, but their size leaves no digits for anything beside them: a method does better if it
-first solves the problem `relaxed`, whose solutions within the bounds are also solutions of the problem.
+Bounds so far from 0 that they most likely stand for infinite ones, as 1e20 and 1e30 do,
+become infinite if the user says so. Otherwise they count, but their size leaves no
+digits for anything beside them: a method does better if it first solves the problem
+`relaxed`, whose solutions within the bounds are also solutions of the problem.
 """
 
 from __future__ import annotations
@@ -31,9 +34,10 @@ MODERATE_POWER = 300  # the power of two up to which R q is usually left unchang
 
 @dataclass(eq=False, repr=False)
 class Change:
-    """A problem in variables other than the original ones, with the way there and back: `start` and `back` of x,
-    `residual` back of F, and `multipliers` back of Farkas' y, if it proves the original problem infeasible too; unless
-    a subclass says otherwise, they remain the same. Where both are the same problem, it is the identity."""
+    """A problem in variables other than the original ones, with the way there and back:
+    `start` and `back` of x, `residual` back of F, and `multipliers` back of Farkas' y,
+    if it proves the original problem infeasible too; unless a subclass says otherwise,
+    they remain the same. Where both are the same problem, it is the identity."""
 
     problem: Problem
     original: Problem
@@ -44,7 +48,8 @@ class Change:
 
     @property
     def is_exact(self) -> bool:
-        """Return whether surely nothing was rounded or lost, so that both problems have the same solutions."""
+        """Return whether surely nothing was rounded or lost, so that both problems have
+        the same solutions."""
         return self.is_identity
 
     def start(self, x: Vector) -> Vector:
@@ -85,7 +90,8 @@ class Composed(Change):
 
 
 def composed(problem: Problem, *steps: Callable[[Problem], Change]) -> Change:
-    """Return the change that makes these, each of the problem that the one before leaves."""
+    """Return the change that makes these, each of the problem that the one before
+    leaves."""
     change = Change(problem, problem)
     for step in steps:
         later = step(change.problem)
@@ -95,8 +101,9 @@ def composed(problem: Problem, *steps: Callable[[Problem], Change]) -> Change:
 
 @dataclass(eq=False, repr=False)
 class Scaled(Change):
-    """The problem of R M C, R q, l / C and u / C, with the way back: z = C z', w = w' / R, F = F' / R; without R
-    and C the problem itself, with no copies of vectors. If R and C are powers of two, neither direction rounds."""
+    """The problem of R M C, R q, l / C and u / C, with the way back: z = C z', w = w' /
+    R, F = F' / R; without R and C the problem itself, with no copies of vectors. If R
+    and C are powers of two, neither direction rounds."""
 
     R: Any = None
     C: Any = None
@@ -122,7 +129,8 @@ class Scaled(Change):
 
     @property
     def is_exact(self) -> bool:
-        """Return whether nothing over- or underflows, where R and C are powers of two."""
+        """Return whether nothing over- or underflows, where R and C are powers of
+        two."""
         if self.is_identity:
             return True
         with np.errstate(all="ignore"):
@@ -138,12 +146,14 @@ class Scaled(Change):
             return bool(keeps_q and keeps_bounds and abs(back).max() == 0)
 
     def multipliers(self, y: Vector) -> Vector:
-        """Return R y times a power of two that keeps it in range, as `in_range` chooses it."""
+        """Return R y times a power of two that keeps it in range, as `in_range` chooses
+        it."""
         return in_range(y, self.R)
 
     @np.errstate(over="ignore")
     def back(self, x: Vector) -> Vector:
-        """Return x in the original units: infinite where z overflows, and where w does the most negative number."""
+        """Return x in the original units: infinite where z overflows, and where w does
+        the most negative number."""
         z = self.problem.box.z_of(x)
         return np.maximum(
             0.5 * (self.z_outside(z) - self.w_outside(z - 2 * x)), -LARGEST_X
@@ -151,8 +161,9 @@ class Scaled(Change):
 
 
 def scale(problem: Problem, moderate: int = MODERATE_POWER) -> Scaled:
-    """Return the equilibrated problem; M is copied once. An R q whose largest entry has a power of two beyond
-    `moderate` is scaled to size about 1. Where no powers of two in range achieve that, nothing changes."""
+    """Return the equilibrated problem; M is copied once. An R q whose largest entry has
+    a power of two beyond `moderate` is scaled to size about 1. Where no powers of two
+    in range achieve that, nothing changes."""
     R, C = equilibrate(problem.M, problem.q, problem.row_maxima)
     rows, columns = np.log2(R), np.log2(C)
     size = float(
@@ -174,7 +185,8 @@ def scale(problem: Problem, moderate: int = MODERATE_POWER) -> Scaled:
 
 
 def in_units(problem: Problem, R: Vector, C: Vector) -> Scaled:
-    """Return the problem in the units of these positive diagonals, each of shape (n,); itself if all are 1."""
+    """Return the problem in the units of these positive diagonals, each of shape (n,);
+    itself if all are 1."""
     if not (np.count_nonzero(R != 1.0) or np.count_nonzero(C != 1.0)):
         return Scaled(problem, problem, R, C)
     M, q = matrices.scaled(problem.M, R, C), R * problem.q
@@ -188,7 +200,8 @@ def in_units(problem: Problem, R: Vector, C: Vector) -> Scaled:
 
 
 def is_far_from_one(problem: Problem) -> bool:
-    """Return whether numbers of the problem are so large or small that products of a few over- or underflow."""
+    """Return whether numbers of the problem are so large or small that products of a
+    few over- or underflow."""
     return not all(
         map(
             are_moderate,
@@ -198,7 +211,8 @@ def is_far_from_one(problem: Problem) -> bool:
 
 
 class Shifted(Change):
-    """The problem of M, M z + q and l - z <= z' <= u - z for the reference point z, with the way back."""
+    """The problem of M, M z + q and l - z <= z' <= u - z for the reference point z,
+    with the way back."""
 
     def start(self, x: Vector) -> Vector:
         return x - self.original.reference_point / 2
@@ -217,7 +231,8 @@ class Shifted(Change):
 
 
 def shifted(given: Problem) -> Change:
-    """Return the problem with its reference point moved to 0; M is shared. Where it is 0, nothing changes."""
+    """Return the problem with its reference point moved to 0; M is shared. Where it is
+    0, nothing changes."""
     if (reference_z := given.reference_z) is None:
         return Change(given, given)
     with np.errstate(over="ignore"):
@@ -232,8 +247,9 @@ class StandardForm(Change):
     """An LCP whose solutions are those of a mixed problem, with the way back.
 
     original : the mixed problem, n unknowns z.
-    problem : the LCP, with unknowns p >= 0 for the variables `kept`, then t if some are free, then v for those `boxed`,
-        which are kept too: z = corner + sign p - t on free ones; w' = sign w + v, - sum of free w, upper - lower - p.
+    problem : the LCP, with unknowns p >= 0 for the variables `kept`, then t if some are
+        free, then v for those `boxed`, which are kept too: z = corner + sign p - t on
+        free ones; w' = sign w + v, - sum of free w, upper - lower - p.
     """
 
     kept: Indices
@@ -259,7 +275,8 @@ class StandardForm(Change):
         return self.original.box.x_of(z, self.sign * w)
 
     def multipliers(self, y: Vector) -> Vector:
-        """Return a Farkas vector y for the mixed problem from one for the LCP; z - corner is mapped likewise."""
+        """Return a Farkas vector y for the mixed problem from one for the LCP; z -
+        corner is mapped likewise."""
         own = np.zeros(self.original.n)
         own[self.kept] = self.sign[self.kept] * y[: self.kept.size]
         if self.original.box.free.any():
@@ -268,7 +285,8 @@ class StandardForm(Change):
 
     @property
     def are_parts_of_free(self) -> Mask:
-        """Return which unknowns of the LCP are parts of free variables: the p of these, and t."""
+        """Return which unknowns of the LCP are parts of free variables: the p of these,
+        and t."""
         free = self.original.box.free
         of_v = np.zeros(self.problem.n, dtype=bool)
         of_v[: self.kept.size] = np.broadcast_to(free, self.original.n)[self.kept]
@@ -276,8 +294,9 @@ class StandardForm(Change):
         return of_v
 
     def restricted(self, active: Mask, inactive: Mask) -> tuple[Box, Box] | None:
-        """Return the bounds of z, and bounds that ask for the signs of w, if of the unknowns of the LCP those that are
-        active have w' = 0, and those that are inactive are 0; None if no z is within such bounds."""
+        """Return the bounds of z, and bounds that ask for the signs of w, if of the
+        unknowns of the LCP those that are active have w' = 0, and those that are
+        inactive are 0; None if no z is within such bounds."""
         box, n = self.original.box, self.original.n
         lower, upper = box.vectors(n)
         basic, at_corner, at_upper, below, has_v = np.zeros((5, n), dtype=bool)
@@ -302,7 +321,8 @@ class StandardForm(Change):
 
 
 def standard_form(given: Problem) -> StandardForm:
-    """Return the LCP of a problem, itself if it is one, else with M copied. If all are fixed, they count as boxed."""
+    """Return the LCP of a problem, itself if it is one, else with M copied. If all are
+    fixed, they count as boxed."""
     if not given.is_mixed:
         return StandardForm(
             given, given, np.arange(given.n), np.arange(0), np.ones(given.n)
@@ -339,9 +359,11 @@ def standard_form(given: Problem) -> StandardForm:
 
 
 def with_infinity(problem: Problem, infinity: float) -> Problem:
-    """Return the problem without bounds of at least that size and, for a program, without such sides of rows.
+    """Return the problem without bounds of at least that size and, for a program,
+    without such sides of rows.
 
-    Raises ProblemError for a lower bound of at least `infinity`, or an upper bound of at most minus that.
+    Raises ProblemError for a lower bound of at least `infinity`, or an upper bound of
+    at most minus that.
     """
     origin, before, kept = problem.origin, conditions_of(problem), np.arange(problem.n)
     if (own := problem.program_origin) is not None and (
@@ -377,7 +399,8 @@ def with_infinity(problem: Problem, infinity: float) -> Problem:
 
 
 def remark(problem: Problem) -> str:
-    """Return how many bounds of 1e20 or more there are and what to do if they stand for infinite ones; "" if none."""
+    """Return how many bounds of 1e20 or more there are and what to do if they stand for
+    infinite ones; "" if none."""
     if (sides := _far_sides(problem)) is None:
         return ""
     number = sum(int(np.count_nonzero(side)) for side in sides)
@@ -387,8 +410,9 @@ def remark(problem: Problem) -> str:
 
 
 def _far_sides(problem: Problem) -> tuple[Mask, Mask, Mask] | None:
-    """Return where z has a far lower bound, where it has a far upper bound, and where it is the multiplier of a row
-    whose only bound is far; None if there are no far bounds."""
+    """Return where z has a far lower bound, where it has a far upper bound, and where
+    it is the multiplier of a row whose only bound is far; None if there are no far
+    bounds."""
     if not problem.may_have_far_bounds:
         return None
     (_, q, low, high), rows = conditions_of(problem), np.zeros(problem.n, dtype=bool)
@@ -409,8 +433,9 @@ def _far_sides(problem: Problem) -> tuple[Mask, Mask, Mask] | None:
 
 @dataclass(eq=False, repr=False)
 class Relaxed(Change):
-    """A problem without far bounds, in the variables of the original one, where the multipliers of `rows` without
-    any other bound are fixed at 0. The two problems share only the solutions within the bounds."""
+    """A problem without far bounds, in the variables of the original one, where the
+    multipliers of `rows` without any other bound are fixed at 0. The two problems share
+    only the solutions within the bounds."""
 
     rows: Mask
 

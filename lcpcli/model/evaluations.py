@@ -1,10 +1,13 @@
-"""Evaluations of F and J of a nonlinear problem, counted; J by finite differences where it is not given.
+"""Evaluations of F and J of a nonlinear problem, counted; J by finite differences where
+it is not given.
 
-Columns of J without a common row are differenced together: A. R. Curtis, M. J. D. Powell, J. K. Reid, On the estimation
-of sparse Jacobian matrices, IMA Journal of Applied Mathematics 13 (1974) 117-119.
+Columns of J without a common row are differenced together: A. R. Curtis, M. J. D.
+Powell, J. K. Reid, On the estimation of sparse Jacobian matrices, IMA Journal of
+Applied Mathematics 13 (1974) 117-119.
 
-The noise of F, be it of rounding or of inner iterations, is estimated from its differences at equally spaced points: J.
-J. Moré, S. M. Wild, Estimating computational noise, SIAM Journal on Scientific Computing 33 (2011) 1292-1314.
+The noise of F, be it of rounding or of inner iterations, is estimated from its
+differences at equally spaced points: J. J. Moré, S. M. Wild, Estimating computational
+noise, SIAM Journal on Scientific Computing 33 (2011) 1292-1314.
 """
 
 from __future__ import annotations
@@ -88,12 +91,17 @@ Values = Callable[[Vector], Vector]
 
 
 class Evaluations:
-    """The evaluations of one run. The last J is kept, as the loop and the method ask for it at the same z.
+    """The evaluations of one run. The last J is kept, as the loop and the method ask
+    for it at the same z.
 
-    pattern : the places of J that may differ from 0, a csr array, for finite differences; None to find them.
-    difference_step : their step, relative to z_j, or to 1 where z_j is smaller; by default STEP, or what F asks for.
-    noise, sizes : of each row of F, its noise and the largest |F_i| beside it, where the noise was estimated last.
-    functions, jacobians : the numbers of evaluations so far; those for finite differences count as functions.
+    pattern : the places of J that may differ from 0, a csr array, for finite
+        differences; None to find them.
+    difference_step : their step, relative to z_j, or to 1 where z_j is smaller; by
+        default STEP, or what F asks for.
+    noise, sizes : of each row of F, its noise and the largest |F_i| beside it, where
+        the noise was estimated last.
+    functions, jacobians : the numbers of evaluations so far; those for finite
+        differences count as functions.
     pivots : of the linear problems that a run has solved, counted by what solves them.
     """
 
@@ -122,12 +130,14 @@ class Evaluations:
         self._values = deque[tuple[Vector, Vector]](maxlen=KEPT)
 
     def values(self, z: Vector) -> Vector:
-        """Return F(z), with nan where it is undefined; what is known from before counts as an evaluation, too."""
+        """Return F(z), with nan where it is undefined; what is known from before counts
+        as an evaluation, too."""
         self.functions += 1
         return self.known_values(z)
 
     def known_values(self, z: Vector) -> Vector:
-        """Return F(z), which does not count, and is evaluated only if it is not known."""
+        """Return F(z), which does not count, and is evaluated only if it is not
+        known."""
         if (F := self.known(z)) is None:
             F = self.problem.values(z)
             self._values.appendleft((z, F))
@@ -138,7 +148,8 @@ class Evaluations:
         return next((F for place, F in self._values if np.array_equal(place, z)), None)
 
     def jacobian(self, z: Vector) -> Matrix:
-        """Return J(z), dense or a csr array, with nan or infinity where it is undefined."""
+        """Return J(z), dense or a csr array, with nan or infinity where it is
+        undefined."""
         if self._last is None or not np.array_equal(self._last[0], z):
             self.jacobians += 1
             is_first, by_differences = self._last is None, self.problem.J is None
@@ -160,7 +171,8 @@ class Evaluations:
 
     @np.errstate(all="ignore")
     def _is_doubtful(self, z: Vector, J: Matrix) -> bool:
-        """Return whether differences by longer steps in all components are far from those by J."""
+        """Return whether differences by longer steps in all components are far from
+        those by J."""
         F, slopes, differs = self.known_values(z), list[Vector](), list[Mask]()
         # The second one where curvature may be the reason.
         for step in (LONG_STEP, RATIO * STEP):
@@ -176,9 +188,11 @@ class Evaluations:
 
     @np.errstate(all="ignore")
     def adapt(self, z: Vector) -> bool:
-        """Change the steps of differences to what F asks for at z; return whether they have changed, by much. They
-        become longer where F is noisy, as J. J. Moré and S. M. Wild, Estimating derivatives of noisy simulations, ACM
-        Transactions on Mathematical Software 38 (2012) 19, choose them, and shorter where that changes quotients."""
+        """Change the steps of differences to what F asks for at z; return whether they
+        have changed, by much. They become longer where F is noisy, as J. J. Moré and S.
+        M. Wild, Estimating derivatives of noisy simulations, ACM Transactions on
+        Mathematical Software 38 (2012) 19, choose them, and shorter where that changes
+        quotients."""
         if self.problem.J is not None or self._is_given or self._left == 0:
             return False
         before, F, noise = self._shares.copy(), self.known_values(z), self.noise_at(z)
@@ -212,7 +226,8 @@ class Evaluations:
         return self.noise
 
     def _shorten(self, z: Vector, F: Vector, group: Indices) -> None:
-        """Divide the steps of a group until that changes its quotients little, or rounding begins."""
+        """Divide the steps of a group until that changes its quotients little, or
+        rounding begins."""
         longer = self._quotient(z, F, self._steps(z), group)
         for _ in range(MOST_SHORTER):
             self._shares[group] /= RATIO
@@ -235,8 +250,9 @@ class Evaluations:
 
     @np.errstate(all="ignore")
     def fault_of_jacobian(self, z: Vector) -> str:
-        """Return at which entry a given J(z) differs most from differences of F on both sides, as a clause; "" if none
-        does by much, and where there would be too many differences."""
+        """Return at which entry a given J(z) differs most from differences of F on both
+        sides, as a clause; "" if none does by much, and where there would be too many
+        differences."""
         J = self.jacobian(z)
         if self.problem.J is None or (self.problem.n > MOST_DENSE and not is_sparse(J)):
             return ""
@@ -269,12 +285,15 @@ class Evaluations:
         if not excess.any():
             return ""
         i, j = np.unravel_index(excess.argmax(), excess.shape)
-        return f"J[{i}, {j}] is {J[i, j]:.6g} there, but {BY_DIFFERENCES} {ways[0][i, j]:.6g} {FROM_0}"
+        return (
+            f"J[{i}, {j}] is {J[i, j]:.6g} there, but {BY_DIFFERENCES} "
+            f"{ways[0][i, j]:.6g} {FROM_0}"
+        )
 
     @cached_property
     def _rows(self) -> list[Indices] | None:
-        """Return where each column of J may differ from 0, as F changes with z_j at x0, or is nan where z_j is; None if
-        J is to be dense."""
+        """Return where each column of J may differ from 0, as F changes with z_j at x0,
+        or is nan where z_j is; None if J is to be dense."""
         n, rows = self.problem.n, list[Indices]()
         if self._given is not None:
             with imports:
@@ -316,14 +335,16 @@ class Evaluations:
         return self._inward(z, self._shares * np.maximum(np.abs(z), 1.0))
 
     def _inward(self, z: Vector, steps: Vector) -> Vector:
-        """Return steps that stay below the upper bounds, and go down where there is no room above."""
+        """Return steps that stay below the upper bounds, and go down where there is no
+        room above."""
         above, below = self.problem.upper - z, z - self.problem.lower
         is_down = (above < steps) & (below > above)
         return np.where(is_down, -np.minimum(steps, below), np.minimum(steps, above))
 
     @np.errstate(all="ignore")
     def _differences(self, z: Vector, steps: Vector) -> Matrix:
-        """Return J by forward differences, by backward ones where those are undefined."""
+        """Return J by forward differences, by backward ones where those are
+        undefined."""
         F = self.known_values(z)
         quotients, rows, n = (
             [self._quotient(z, F, steps, group) for group in self._groups],
@@ -345,7 +366,8 @@ class Evaluations:
         ).tocsr()
 
     def _quotient(self, z: Vector, F: Vector, steps: Vector, group: Indices) -> Vector:
-        """Return the change of F with the components of a group, each row divided by the step of its component."""
+        """Return the change of F with the components of a group, each row divided by
+        the step of its component."""
         quotient = np.full(z.size, np.nan)
         for sign in (1.0, -1.0):
             if not is_finite(quotient):
@@ -359,7 +381,8 @@ class Evaluations:
         return quotient
 
     def _divisors(self, moves: Vector, group: Indices) -> Vector:
-        """Return for each row the move of the component of the group that it depends on; 1 without one."""
+        """Return for each row the move of the component of the group that it depends
+        on; 1 without one."""
         divisors = np.ones(self.problem.n)
         for j in group.tolist():
             divisors[slice(None) if self._rows is None else self._rows[j]] = (
@@ -369,7 +392,8 @@ class Evaluations:
 
 
 class _Quotient(NamedTuple):
-    """The change of F along a direction relative to the step, how far J is from it, and the terms of J."""
+    """The change of F along a direction relative to the step, how far J is from it, and
+    the terms of J."""
 
     change: Vector
     gap: Vector
@@ -377,14 +401,18 @@ class _Quotient(NamedTuple):
 
 
 class Slopes:
-    """What quotients of differences along directions d with |d_j| <= |z_j| tell of the rows of F at z.
+    """What quotients of differences along directions d with |d_j| <= |z_j| tell of the
+    rows of F at z.
 
-    A quotient is right where a shorter step changes it little: for longer ones the curvature of F counts, for shorter
-    ones its noise. The derivative of a row along d is at most its terms |J| |z|, whatever J is given. Two steps suffice
-    for a smooth F in moderate units. Where their quotients disagree, shorter steps follow, then longer ones, as a noisy
-    F needs; what these tell counts up to the quotients by shorter ones, unless these are 0, as of a rounded F.
+    A quotient is right where a shorter step changes it little: for longer ones the
+    curvature of F counts, for shorter ones its noise. The derivative of a row along d
+    is at most its terms |J| |z|, whatever J is given. Two steps suffice for a smooth F
+    in moderate units. Where their quotients disagree, shorter steps follow, then longer
+    ones, as a noisy F needs; what these tell counts up to the quotients by shorter
+    ones, unless these are 0, as of a rounded F.
 
-    least : lower bounds on these terms. refuting : how many pairs of quotients of each row agree, but not with J.
+    least : lower bounds on these terms. refuting : how many pairs of quotients of each
+        row agree, but not with J.
     """
 
     def __init__(
@@ -403,7 +431,8 @@ class Slopes:
 
     @property
     def is_uneven(self) -> bool:
-        """Return whether the quotients by the first two steps differ from J by more than those of a smooth F do."""
+        """Return whether the quotients by the first two steps differ from J by more
+        than those of a smooth F do."""
         first = self._first or [
             self._quotient(step * self._direction()) for step in STEPS[:2]
         ]
@@ -411,12 +440,14 @@ class Slopes:
 
     @property
     def refuted(self) -> Mask:
-        """Return the rows in which J is wrong; one pair of quotients that differ from it may be noise."""
+        """Return the rows in which J is wrong; one pair of quotients that differ from
+        it may be noise."""
         return self.refuting >= REFUTED
 
     @np.errstate(all="ignore")
     def lacking(self, needed: Vector) -> Mask:
-        """Return the rows whose terms are not shown to be as large as needed, be it because J is confirmed there."""
+        """Return the rows whose terms are not shown to be as large as needed, be it
+        because J is confirmed there."""
         for _ in range(DIRECTIONS):
             self._confirmed += self._along(self._direction(), needed)
             is_open = self.least < needed
@@ -430,7 +461,8 @@ class Slopes:
         )
 
     def _direction(self) -> Vector:
-        """Return a direction at random, but towards the farther bound where there is little room to the other one."""
+        """Return a direction at random, but towards the farther bound where there is
+        little room to the other one."""
         z, sizes = (
             self._z,
             np.abs(self._z) * self._random.uniform(0.5, 1.0, self._z.size),
@@ -441,7 +473,8 @@ class Slopes:
         return np.where(up, sizes, -sizes)
 
     def _along(self, d: Vector, needed: Vector) -> Mask:
-        """Add what a direction tells; return in which rows J agrees with two successive quotients."""
+        """Add what a direction tells; return in which rows J agrees with two successive
+        quotients."""
         known, confirmed = dict[float, _Quotient](), np.zeros(d.size, dtype=bool)
         most = np.full(d.size, np.inf)  # by the quotients of shorter steps
         for step in STEPS:
@@ -475,7 +508,8 @@ class Slopes:
 
     @np.errstate(all="ignore")
     def unsmooth(self, noise: Vector) -> tuple[Mask, Mask]:
-        """Return the rows with a kink at z, by the slopes on both sides, and those with a jump, far above the noise."""
+        """Return the rows with a kink at z, by the slopes on both sides, and those with
+        a jump, far above the noise."""
         d, room = (
             self._direction(),
             np.minimum(self._problem.upper - self._z, self._z - self._problem.lower),
@@ -516,9 +550,11 @@ class Slopes:
 
 @np.errstate(all="ignore")
 def noise(values: Values, box: Box, z: Vector, is_noisy: Mask) -> tuple[Vector, Vector]:
-    """Return the noise of each row of F at z, be it of rounding or of inner iterations: the first level on which points
-    of two spacings agree, from the coarsest one on; 0 where there is none above rounding, and where finer spacings
-    resolve what looks like noise as oscillations of F, unless the row is known to be noisy. And the largest |F_i|."""
+    """Return the noise of each row of F at z, be it of rounding or of inner iterations:
+    the first level on which points of two spacings agree, from the coarsest one on; 0
+    where there is none above rounding, and where finer spacings resolve what looks like
+    noise as oscillations of F, unless the row is known to be noisy. And the largest
+    |F_i|."""
     (found, last), is_known = np.zeros((2, z.size)), np.zeros(z.size, dtype=bool)
     sizes, thirds = np.abs(values(z)), list[Vector]()
     for spacing in SPACINGS:
@@ -539,9 +575,10 @@ def noise(values: Values, box: Box, z: Vector, is_noisy: Mask) -> tuple[Vector, 
 def _oscillates(
     values: Values, box: Box, z: Vector, found: Vector, thirds: list[Vector]
 ) -> Mask:
-    """Return the rows of which finer spacings resolve what looks like noise: in the differences of third order F then
-    falls little by little, and as the cube of the spacing; noise falls at once, if at all. found : the noise, 0 in rows
-    that are not looked at. thirds : those differences by the first spacings."""
+    """Return the rows of which finer spacings resolve what looks like noise: in the
+    differences of third order F then falls little by little, and as the cube of the
+    spacing; noise falls at once, if at all. found : the noise, 0 in rows that are not
+    looked at. thirds : those differences by the first spacings."""
     finest, resolved, is_open = (
         SPACINGS.index(RESOLVED),
         np.zeros(z.size, dtype=bool),
@@ -567,9 +604,10 @@ def _oscillates(
 
 @np.errstate(all="ignore")
 def rounding(values: Values, box: Box, z: Vector, most: float) -> Vector:
-    """Return the noise of each row of F at z that is of rounding, by the finest spacing that shows it; most : relative
-    to the largest |F_i| at the points, what is larger does not count as rounding. Where |F| is larger at the points
-    than at z, so may its rounding be; so the noise is at most that by closer points."""
+    """Return the noise of each row of F at z that is of rounding, by the finest spacing
+    that shows it; most : relative to the largest |F_i| at the points, what is larger
+    does not count as rounding. Where |F| is larger at the points than at z, so may its
+    rounding be; so the noise is at most that by closer points."""
     found, is_known, closest = (
         np.zeros(z.size),
         np.zeros(z.size, dtype=bool),
@@ -594,10 +632,11 @@ def rounding(values: Values, box: Box, z: Vector, most: float) -> Vector:
 def _level(
     values: Values, box: Box, z: Vector, spacing: float
 ) -> tuple[Vector, Vector, Mask, Vector]:
-    """Return F at ORDERS + 1 points from z on, in their rows, with a spacing relative to z, or to 1 if z is smaller;
-    the noise of each row that its differences show, and whether that is what they show: they change sign, few are 0,
-    more than one is large, and those of successive orders agree; and the noise by differences of third order, in which
-    a smooth F is next to nothing."""
+    """Return F at ORDERS + 1 points from z on, in their rows, with a spacing relative
+    to z, or to 1 if z is smaller; the noise of each row that its differences show, and
+    whether that is what they show: they change sign, few are 0, more than one is large,
+    and those of successive orders agree; and the noise by differences of third order,
+    in which a smooth F is next to nothing."""
     above, below = box.upper - z, z - box.lower
     up = np.where(above == below, generator(0).random(z.size) < 0.5, above > below)
     moves = np.where(up, spacing, -spacing) * np.maximum(np.abs(z), 1.0)

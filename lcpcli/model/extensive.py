@@ -1,16 +1,19 @@
-"""Games of two players in extensive form: the tree, its text in .efg files, and as its sequence form a mixed problem of
-the size of the tree.
+"""Games of two players in extensive form: the tree, its text in .efg files, and as its
+sequence form a mixed problem of the size of the tree.
 
-With perfect recall, the moves that a player has made before an information set are the same at all of its nodes; so
-each action of each information set stands for one sequence of the player's moves: D. Koller, N. Megiddo, B. von
-Stengel, Efficient computation of equilibria for extensive two-person games, Games and Economic Behavior 14 (1996)
+With perfect recall, the moves that a player has made before an information set are the
+same at all of its nodes; so each action of each information set stands for one sequence
+of the player's moves: D. Koller, N. Megiddo, B. von Stengel, Efficient computation of
+equilibria for extensive two-person games, Games and Economic Behavior 14 (1996)
 247-259; B. von Stengel, Efficient computation of behavior strategies, 220-246.
 
-A file has a title, the names of the players and perhaps a comment, and then the nodes, each before its children, which
-are in the order of its actions: chance nodes, personal nodes and terminal nodes, each with an outcome. Information
-sets, chance events and outcomes have numbers; what is said of one where it is first named need not be said again.
-Outcome 0 pays nothing; the payoffs of all outcomes on a path add up. Numbers are integers, decimals or fractions, and
-commas count as blanks. Labels have no meaning and may be repeated. (Gambit, Software Tools for Game Theory,
+A file has a title, the names of the players and perhaps a comment, and then the nodes,
+each before its children, which are in the order of its actions: chance nodes, personal
+nodes and terminal nodes, each with an outcome. Information sets, chance events and
+outcomes have numbers; what is said of one where it is first named need not be said
+again. Outcome 0 pays nothing; the payoffs of all outcomes on a path add up. Numbers are
+integers, decimals or fractions, and commas count as blanks. Labels have no meaning and
+may be repeated. (Gambit, Software Tools for Game Theory,
 https://www.gambit-project.org, file formats.)
 """
 
@@ -47,7 +50,8 @@ T = TypeVar("T")
 
 
 class InformationSet(NamedTuple):
-    """An information set, or a chance event: its number in the file, label, actions, and an event's probabilities."""
+    """An information set, or a chance event: its number in the file, label, actions,
+    and an event's probabilities."""
 
     number: int
     label: str
@@ -58,11 +62,13 @@ class InformationSet(NamedTuple):
 class Node(NamedTuple):
     """A node of the tree.
 
-    parent, move : the index of the parent among the nodes, -1 for the root, and that of the action that leads here.
-    owner, where : the player, 0 or 1, with the index of the information set; CHANCE, with the index of the event; or
-        TERMINAL, with -1.
-    sequences, chance, payoffs : of the way from the root to the node the sequences of both players' moves, the product
-        of the probabilities of the chance moves, and the sums of the payoffs.
+    parent, move : the index of the parent among the nodes, -1 for the root, and that of
+        the action that leads here.
+    owner, where : the player, 0 or 1, with the index of the information set; CHANCE,
+        with the index of the event; or TERMINAL, with -1.
+    sequences, chance, payoffs : of the way from the root to the node the sequences of
+        both players' moves, the product of the probabilities of the chance moves, and
+        the sums of the payoffs.
     """
 
     parent: int
@@ -80,8 +86,9 @@ ROOT = Node(-1, 0, TERMINAL, -1, (0, 0), Fraction(1), NOTHING)
 
 @dataclass(frozen=True, eq=False)
 class Player:
-    """A player, and its sequences of moves: 0 for none yet, then one for each action of each information set. before :
-    for each of these, the sequence that leads there. first : that of its first action; those of the others follow."""
+    """A player, and its sequences of moves: 0 for none yet, then one for each action of
+    each information set. before : for each of these, the sequence that leads there.
+    first : that of its first action; those of the others follow."""
 
     name: str
     sets: list[InformationSet]
@@ -104,7 +111,8 @@ class Player:
 
 @dataclass(frozen=True, eq=False)
 class GameTree:
-    """A game of two players with perfect recall, as in a file. events : the chance events. text : that of the file."""
+    """A game of two players with perfect recall, as in a file. events : the chance
+    events. text : that of the file."""
 
     text: str
     title: str
@@ -117,14 +125,16 @@ class GameTree:
 
     @cached_property
     def ends(self) -> list[tuple[tuple[int, int], Fraction, Payoffs]]:
-        """Return the sequences, the chance and the payoffs of each end of the game that chance does not exclude."""
+        """Return the sequences, the chance and the payoffs of each end of the game that
+        chance does not exclude."""
         return [
             node[-3:] for node in self.nodes if node.owner == TERMINAL and node.chance
         ]
 
 
 def _brief(value: Fraction, of: str) -> Fraction:
-    """Return a number of moderate length; raise ProblemError for any other, which would make all that follows slow."""
+    """Return a number of moderate length; raise ProblemError for any other, which would
+    make all that follows slow."""
     if value.denominator.bit_length() > MOST_BITS:
         raise ProblemError(
             "",
@@ -135,7 +145,8 @@ def _brief(value: Fraction, of: str) -> Fraction:
 
 
 def distinct_labels(labels: Sequence[str], numbers: Sequence[int] = ()) -> list[str]:
-    """Return labels, with the number of each, by default its place, behind it where the label is empty or repeated."""
+    """Return labels, with the number of each, by default its place, behind it where the
+    label is empty or repeated."""
     times, pairs = (
         Counter(labels),
         zip(labels, numbers or range(1, len(labels) + 1), strict=True),
@@ -168,7 +179,8 @@ class _Reading:
         self.numbers: dict[int, dict[int, int]] = {CHANCE: {}, 0: {}, 1: {}}
 
     def fault(self, fault: str, hint: str, place: int | None = None) -> ProblemError:
-        """Return the error for the word at a place, by default the last one that was read."""
+        """Return the error for the word at a place, by default the last one that was
+        read."""
         at = max(self.place - 1, 0) if place is None else place
         if (found := next(islice(TOKEN.finditer(self.text), at, None), None)) is None:
             return ProblemError("", "ends too early", "is it cut off?")
@@ -261,7 +273,8 @@ class _Reading:
             self.place += 1
 
     def nodes(self, players: tuple[Player, Player]) -> list[Node]:
-        """Return the nodes, and add what leads to the information sets, in the order of first nodes, to the players."""
+        """Return the nodes, and add what leads to the information sets, in the order of
+        first nodes, to the players."""
         found, pending = list[Node](), [(-1, 0)]
         letters = ", ".join(f"{letter} for {what}" for letter, what in NODES.items())
         while pending:
@@ -312,7 +325,8 @@ class _Reading:
     def recall(
         self, owner: int, player: Player, index: int, before: int, place: int
     ) -> None:
-        """Take note of the sequence before an information set, which has to be the same at all of its nodes."""
+        """Take note of the sequence before an information set, which has to be the same
+        at all of its nodes."""
         if index == len(player.before):
             player.before.append(before)
             player.first.append(
@@ -405,8 +419,9 @@ class _Reading:
 
 
 class Costs(NamedTuple):
-    """The costs of a player: factor (constant - payoff), at each pair of sequences that leads to ends of the game the
-    expectation over chance moves, summed over these ends."""
+    """The costs of a player: factor (constant - payoff), at each pair of sequences that
+    leads to ends of the game the expectation over chance moves, summed over these
+    ends."""
 
     at: dict[tuple[int, int], Fraction]
     constant: Fraction
@@ -415,15 +430,18 @@ class Costs(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class ExtensiveGame:
-    """The game tree whose equilibria are given by z = (x, y, u, v), with costs C and D of both players:
+    """The game tree whose equilibria are given by z = (x, y, u, v), with costs C and D
+    of both players:
 
         0 <= x,  C y - E'u >= 0,  u free,  Ex = e,        0 <= y,  D'x - F'v >= 0,  v free,  Fy = f.
 
-    x and y are the realization plans: for each sequence of the player the product of the probabilities of its moves.
-    Ex = e says that the empty sequence has probability 1, and that what leads to an information set is distributed over
-    its actions. u has the cost of the game to its player, and then of what follows each information set. Costs are
-    positive, so that M is copositive, and Lemke's method ends at a solution: the largest payoff plus their range, minus
-    the payoff, times what makes all costs integers, if doubles have these, and a power of two.
+    x and y are the realization plans: for each sequence of the player the product of
+    the probabilities of its moves. Ex = e says that the empty sequence has probability
+    1, and that what leads to an information set is distributed over its actions. u has
+    the cost of the game to its player, and then of what follows each information set.
+    Costs are positive, so that M is copositive, and Lemke's method ends at a solution:
+    the largest payoff plus their range, minus the payoff, times what makes all costs
+    integers, if doubles have these, and a power of two.
     """
 
     tree: GameTree
@@ -523,7 +541,8 @@ class ExtensiveGame:
         return Conditions(M, np.array(q, dtype=float), low, np.full(len(q), np.inf))
 
     def _names(self) -> list[tuple[str, str, str]]:
-        """Return three ever longer names of each component: of a sequence by its last move, of a cost by its set."""
+        """Return three ever longer names of each component: of a sequence by its last
+        move, of a cost by its set."""
         plans, values = list[tuple[str, str, str]](), list[str]()
         for who, player in zip(self.tree.names(), self.tree.players, strict=True):
             plans.append((who, who, who))

@@ -1,5 +1,5 @@
-"""The nonlinear complementarity problem: find l <= z <= u with F(z)_i >= 0 where z_i < u_i and F(z)_i <= 0 where
-z_i > l_i."""
+"""The nonlinear complementarity problem: find l <= z <= u with F(z)_i >= 0 where z_i <
+u_i and F(z)_i <= 0 where z_i > l_i."""
 
 from __future__ import annotations
 
@@ -24,8 +24,9 @@ DOMAIN_ERRORS = ("math domain error", "math range error", "expected a")
 class Enclosure(NamedTuple):
     """Bounds, rounded outward, on F and J for all z in a box.
 
-    F_lower, F_upper : shape (n,). J_lower, J_upper : shape (n, n), both dense or both csr arrays of one pattern.
-    Infinite bounds, or bounds that are nan, stand for no bound.
+    F_lower, F_upper : shape (n,). J_lower, J_upper : shape (n, n), both dense or both
+    csr arrays of one pattern. Infinite bounds, or bounds that are nan, stand for no
+    bound.
     """
 
     F_lower: Vector
@@ -35,20 +36,27 @@ class Enclosure(NamedTuple):
 
 
 Interval: TypeAlias = Callable[[Vector, Vector], Enclosure]
-"""What is called with the ends of a box, each of shape (n,), and returns an Enclosure of F and J over the box."""
+"""What is called with the ends of a box, each of shape (n,), and returns an Enclosure
+of F and J over the box."""
 
 
 class NonlinearProblem:
-    """A nonlinear complementarity problem with n unknowns; row i is an equation if z_i has neither bound.
+    """A nonlinear complementarity problem with n unknowns; row i is an equation if z_i
+    has neither bound.
 
     n : the number of unknowns, the length of x0 or of a bound that is a vector.
-    F : a function from z of shape (n,) to shape (n,). Outside its domain it may return nan or infinity.
-    J : a function from z to the Jacobian of F, shape (n, n), dense or a scipy sparse matrix or array; None stands for
-        finite differences.
-    lower, upper : l and u, each a number or of shape (n,), by default 0 and infinity, stored as arrays of shape (n,).
-    infinity : bounds of at least this size, often 1e20, count as infinite; by default only infinite bounds do.
-    x0 : the z to start from, of shape (n,), moved within the bounds; by default the admissible z nearest to 0.
-    name : the name of the problem. names : n texts, the names of the unknowns; "" where there is none.
+    F : a function from z of shape (n,) to shape (n,). Outside its domain it may return
+        nan or infinity.
+    J : a function from z to the Jacobian of F, shape (n, n), dense or a scipy sparse
+        matrix or array; None stands for finite differences.
+    lower, upper : l and u, each a number or of shape (n,), by default 0 and infinity,
+        stored as arrays of shape (n,).
+    infinity : bounds of at least this size, often 1e20, count as infinite; by default
+        only infinite bounds do.
+    x0 : the z to start from, of shape (n,), moved within the bounds; by default the
+        admissible z nearest to 0.
+    name : the name of the problem. names : n texts, the names of the unknowns; "" where
+        there is none.
     note : a remark on how the problem has been read.
     interval : a function that encloses F and J over a box, for proofs; or None.
     solutions : the known solutions, each of shape (n,); empty if none is known.
@@ -86,7 +94,10 @@ class NonlinearProblem:
                 )
         vectors: tuple[Any, ...] = x0, lower, upper, tuple(names) or None
         if (vector := next(filter(np.ndim, vectors), None)) is None:
-            fault = f"{'is missing' if x0 is None else f'is {kind(x0)}'}, so that the number of unknowns is unknown"
+            fault = (
+                f"{'is missing' if x0 is None else f'is {kind(x0)}'}, so that the "
+                "number of unknowns is unknown"
+            )
             raise ProblemError("x0", fault, "give x0, a list of numbers")
         self.n = n = int(np.size(vector))
         self.F, self.J, self.name, self.note, self.interval = F, J, name, note, interval
@@ -117,7 +128,8 @@ class NonlinearProblem:
         return other
 
     def values(self, z: Vector) -> Vector:
-        """Return F(z), shape (n,), with nan where F is undefined; raise ProblemError if F returns anything else."""
+        """Return F(z), shape (n,), with nan where F is undefined; raise ProblemError if
+        F returns anything else."""
         values = _reals("F", _called("F", self.F, z, self.n))
         if values.size != self.n:
             fault = (
@@ -127,7 +139,8 @@ class NonlinearProblem:
         return values.reshape(self.n)
 
     def undefined(self, z: Vector) -> tuple[int, str] | None:
-        """Return the first row in which F is not finite at z, and what it is there; None if there is none."""
+        """Return the first row in which F is not finite at z, and what it is there;
+        None if there is none."""
         for i in (~np.isfinite(self.values(z))).nonzero()[0][:1].tolist():
             raw = np.ravel(np.asarray(_called("F", self.F, z, self.n)))
             is_real = not np.iscomplexobj(raw) or np.isnan(raw[i])
@@ -140,7 +153,8 @@ class NonlinearProblem:
         return None
 
     def jacobian(self, z: Vector) -> Matrix:
-        """Return the given J(z), dense or a csr array, possibly with nan; raise ProblemError for anything else."""
+        """Return the given J(z), dense or a csr array, possibly with nan; raise
+        ProblemError for anything else."""
         assert self.J is not None
         given = _called("J", self.J, z, (self.n, self.n))
         if hasattr(given, "matvec"):
@@ -186,7 +200,8 @@ def _called(
 
 
 def _reals(field: str, given: Any) -> Vector:
-    """Return a copy of numbers as doubles, with nan for those that are not real, such as roots of negative numbers."""
+    """Return a copy of numbers as doubles, with nan for those that are not real, such
+    as roots of negative numbers."""
     if given is None:
         raise ProblemError(field, "returns nothing", "end it with a return statement")
     try:

@@ -1,6 +1,8 @@
-"""The origins of problems, pure data that map a solution back: games, names alone, and the programs of `program`.
+"""The origins of problems, pure data that map a solution back: games, names alone, and
+the programs of `program`.
 
-Games: C. E. Lemke, J. T. Howson, Equilibrium points of bimatrix games, J. SIAM 12 (1964) 413-423.
+Games: C. E. Lemke, J. T. Howson, Equilibrium points of bimatrix games, J. SIAM 12
+(1964) 413-423.
 """
 
 from __future__ import annotations
@@ -37,12 +39,14 @@ Payoffs = list[list[Fraction]]
 
 @dataclass(frozen=True, eq=False)
 class Game:
-    """The game whose equilibria are given by M = [0 R; C' 0] and q = -e, with costs R = r - A and C = c - B.
+    """The game whose equilibria are given by M = [0 R; C' 0] and q = -e, with costs R =
+    r - A and C = c - B.
 
     A, B : the payoffs of the row and the column player, both of shape (m, k).
     rows, columns : the names of the strategies; empty if they have none.
     players : the names of the players; empty if they have none.
-    written : A and B before rounding, if some payoffs are fractions, or longer than doubles; else shortest decimals.
+    written : A and B before rounding, if some payoffs are fractions, or longer than
+        doubles; else shortest decimals.
     """
 
     A: Vector
@@ -68,7 +72,8 @@ class Game:
 
     @classmethod
     def of(cls, A: Any, B: Any, rows: Any, columns: Any, players: Any = ()) -> Game:
-        """Return the game with these names and payoffs, which may be fractions like "1/3", or raise ProblemError."""
+        """Return the game with these names and payoffs, which may be fractions like
+        "1/3", or raise ProblemError."""
         (one, exact_one), (other, exact_other) = _payoffs("A", A), _payoffs("B", B)
         if one.shape != other.shape:
             shapes = [" x ".join(map(str, each.shape)) for each in (other, one)]
@@ -155,7 +160,8 @@ class Game:
         return self.written or (_decimals(self.A), _decimals(self.B))
 
     def cost_constants(self) -> tuple[Fraction, Fraction]:
-        """Return the numbers from which the payoffs of the row and of the column player are subtracted."""
+        """Return the numbers from which the payoffs of the row and of the column player
+        are subtracted."""
         r, c = map(_constant, self.payoffs())
         return r, c
 
@@ -182,13 +188,15 @@ def _costs(field: str, payoffs: Any) -> Vector:
 
 
 def _constant(payoffs: Any) -> Any:
-    """Return the largest payoff plus their range, or plus 1 if all payoffs are equal."""
+    """Return the largest payoff plus their range, or plus 1 if all payoffs are
+    equal."""
     largest, least = max(map(max, payoffs)), min(map(min, payoffs))
     return largest + ((largest - least) or 1)
 
 
 def _payoffs(field: str, values: Any) -> tuple[Vector, Payoffs | None]:
-    """Return payoffs rounded to doubles and, if some are fractions or texts like "1/3", also unrounded."""
+    """Return payoffs rounded to doubles and, if some are fractions or texts like "1/3",
+    also unrounded."""
     rows = []
     if isinstance(values, (list, tuple)) and all(
         isinstance(row, (list, tuple)) for row in values
@@ -212,7 +220,8 @@ def _decimals(payoffs: Vector) -> Payoffs:
 
 
 def _listed(payoffs: Vector, exact: Payoffs | None) -> list[list[float | str]]:
-    """Return rows of numbers for JSON: whole ones as integers, without a point, and fractions as texts."""
+    """Return rows of numbers for JSON: whole ones as integers, without a point, and
+    fractions as texts."""
     rows: list[list[float | str]] = [
         [int(v) if v.is_integer() and abs(v) < 1e15 else v for v in row]
         for row in payoffs.tolist()
@@ -247,7 +256,8 @@ ORIGIN_KINDS = ("qp", "game", "efg")
 
 
 def origin_of(given: Any, names: Sequence[str], problem: Conditions) -> Origin:
-    """Return the origin that is given as such, as the object in a file, or as names; or raise ProblemError."""
+    """Return the origin that is given as such, as the object in a file, or as names; or
+    raise ProblemError."""
     if given is None:
         own = names_of("names", names, problem.q.size, "unknown")
         if twice := next(

@@ -1,4 +1,5 @@
-"""The mixed linear complementarity problem; the linear complementarity problem is the case l = 0, u infinite."""
+"""The mixed linear complementarity problem; the linear complementarity problem is the
+case l = 0, u infinite."""
 
 from __future__ import annotations
 
@@ -56,31 +57,45 @@ VERDICTS, WITHOUT_SOLUTION = (
 
 @dataclass(frozen=True, eq=False, init=False, repr=False)
 class Problem:
-    """An LCP with n >= 0 unknowns, or a mixed one: find l <= z <= u with w = M z + q, w_i >= 0 where z_i < u_i and
-    w_i <= 0 where z_i > l_i.
+    """An LCP with n >= 0 unknowns, or a mixed one: find l <= z <= u with w = M z + q,
+    w_i >= 0 where z_i < u_i and w_i <= 0 where z_i > l_i.
 
-    So w_i = 0 where l_i < z_i < u_i, and w_i is free where l_i = u_i. If z_i has neither bound, row i is an equation.
-    All numbers except bounds must be finite, lengths must agree, and l <= u; else a ProblemError names the field.
+    So w_i = 0 where l_i < z_i < u_i, and w_i is free where l_i = u_i. If z_i has
+    neither bound, row i is an equation. All numbers except bounds must be finite,
+    lengths must agree, and l <= u; else a ProblemError names the field.
 
-    n, M : the number of unknowns, and the matrix, of shape (n, n): nested sequences, a list of arrays, anything that
-        numpy calls array-like, or a scipy sparse matrix or array. M is stored dense or in compressed sparse rows. All
-        arrays of the problem are read-only; the given ones are copied unless they are read-only already.
-    q : shape (n,); like any vector, it may be an array of shape (n, 1) or (1, n). Here and below, numbers in lists may
-        be Fractions, which are rounded to the nearest doubles.
-    lower, upper : l and u, each a number or of shape (n,), by default 0 and infinity, as in an LCP; minus infinity in l
-        and infinity in u mean no bound. For an LCP they are stored as the numbers 0 and infinity, else as arrays.
-    infinity : bounds of at least this size, often 1e20, count as infinite; by default only infinite bounds do.
+    n, M : the number of unknowns, and the matrix, of shape (n, n): nested sequences, a
+        list of arrays, anything that numpy calls array-like, or a scipy sparse matrix
+        or array. M is stored dense or in compressed sparse rows. All arrays of the
+        problem are read-only; the given ones are copied unless they are read-only
+        already.
+    q : shape (n,); like any vector, it may be an array of shape (n, 1) or (1, n). Here
+        and below, numbers in lists may be Fractions, which are rounded to the nearest
+        doubles.
+    lower, upper : l and u, each a number or of shape (n,), by default 0 and infinity,
+        as in an LCP; minus infinity in l and infinity in u mean no bound. For an LCP
+        they are stored as the numbers 0 and infinity, else as arrays.
+    infinity : bounds of at least this size, often 1e20, count as infinite; by default
+        only infinite bounds do.
     name, source, note : the name and the source of the problem, and a remark.
-    x0, x1 : starting points for methods that iterate on x = (z - w) / 2, shape (n,), or None.
+    x0, x1 : starting points for methods that iterate on x = (z - w) / 2, shape (n,), or
+        None.
     solutions : the known solutions z*, each of shape (n,); empty if none is known.
-    reference : "known" for given solutions, else how they were found: "exact" or "computed", see `solving.proof`.
-    verdict : "infeasible" or "unsolvable" if known to have no solution, "ray" if Lemke's method ends on a ray; else "".
-    origin : the program or the game behind the problem, or the object for it in a file; or its `names`; or None.
-    names : n texts, the names of the unknowns, in place of an origin; else those of the origin, "" where it has none.
-    row_maxima, largest : the largest |M_ij| in each row, shape (n,), and in M. sizes_of_q : the smallest nonzero |q_i|,
-        infinite if there is none, and the largest |q_i|.
-    is_moderate : whether no row of M, and no q_i, is so large or small that a product of a few over- or underflows.
-    is_mixed, box : whether there are bounds other than z >= 0; the set of admissible z, with what depends on it.
+    reference : "known" for given solutions, else how they were found: "exact" or
+        "computed", see `solving.proof`.
+    verdict : "infeasible" or "unsolvable" if known to have no solution, "ray" if
+        Lemke's method ends on a ray; else "".
+    origin : the program or the game behind the problem, or the object for it in a file;
+        or its `names`; or None.
+    names : n texts, the names of the unknowns, in place of an origin; else those of the
+        origin, "" where it has none.
+    row_maxima, largest : the largest |M_ij| in each row, shape (n,), and in M.
+        sizes_of_q : the smallest nonzero |q_i|, infinite if there is none, and the
+        largest |q_i|.
+    is_moderate : whether no row of M, and no q_i, is so large or small that a product
+        of a few over- or underflows.
+    is_mixed, box : whether there are bounds other than z >= 0; the set of admissible z,
+        with what depends on it.
 
     >>> from lcpcli import Problem
     >>> Problem([[2, 1], [1, 2]], [-5, -6], name="small")
@@ -202,13 +217,15 @@ class Problem:
 
     @classmethod
     def of_fields(cls, known: Mapping[str, Any], **own: Any) -> Problem:
-        """Return the problem with these fields and known values, in a microsecond, as nothing is validated."""
+        """Return the problem with these fields and known values, in a microsecond, as
+        nothing is validated."""
         problem = cls.__new__(cls)
         problem.__dict__.update(known, **own)
         return problem
 
     def known_of_M(self) -> dict[str, Any]:
-        """Return what is known of this problem that holds for any q and bounds: M_FIELDS and LABELS."""
+        """Return what is known of this problem that holds for any q and bounds:
+        M_FIELDS and LABELS."""
         return {
             name: vars(self)[name]
             for name in (*M_FIELDS, *LABELS)
@@ -216,7 +233,8 @@ class Problem:
         }
 
     def knowing(self, **values: Any) -> Problem:
-        """Return this problem after storing these fields, or known values, as they are."""
+        """Return this problem after storing these fields, or known values, as they
+        are."""
         self.__dict__.update(values)
         return self
 
@@ -235,14 +253,16 @@ class Problem:
         )
 
     def named(self, name: str, origin: Origin | None = None) -> Problem:
-        """Return the same problem with another name and, if given, another origin, whose names then apply."""
+        """Return the same problem with another name and, if given, another origin,
+        whose names then apply."""
         own = (
             {} if origin is None else {"origin": origin, "names": origin.names(self.n)}
         )
         return copy(self).knowing(name=name, **own)
 
     def anew(self) -> Problem:
-        """Return the same problem, rebuilt from its arrays, without anything computed from them."""
+        """Return the same problem, rebuilt from its arrays, without anything computed
+        from them."""
         other = Problem(
             self.M, self.q, x0=self.x0, x1=self.x1, lower=self.lower, upper=self.upper
         )
@@ -250,12 +270,14 @@ class Problem:
 
     @cached_property
     def names(self) -> Sequence[str]:
-        """Return the names of the components, from the origin of the problem; "" where there is none."""
+        """Return the names of the components, from the origin of the problem; "" where
+        there is none."""
         return self.origin.names(self.n) if self.origin is not None else [""] * self.n
 
     @cached_property
     def signs(self) -> Vector | None:
-        """Return S = +-1 with S M symmetric, as for programs; None if there is none, or M is dense."""
+        """Return S = +-1 with S M symmetric, as for programs; None if there is none, or
+        M is dense."""
         if not is_sparse(self.M):
             return None
         if self.program_origin is not None:
@@ -277,14 +299,16 @@ class Problem:
 
     @property
     def may_have_far_bounds(self) -> bool:
-        """Return whether `changes` has to look for bounds that may stand for infinite ones."""
+        """Return whether `changes` has to look for bounds that may stand for infinite
+        ones."""
         return self.box.is_far or (
             self.origin is not None and self.sizes_of_q[1] >= NO_BOUND
         )  # a far side of a row
 
     @property
     def has_small_integers(self) -> bool:
-        """Return whether all finite numbers are integers up to 2^20: sums of a few thousand products are then exact."""
+        """Return whether all finite numbers are integers up to 2^20: sums of a few
+        thousand products are then exact."""
         bounds = (bound[np.isfinite(bound)] for bound in self.box.vectors(self.n))
         numbers = (self.M.data if is_sparse(self.M) else self.M, self.q, *bounds)
         return all(
@@ -314,7 +338,8 @@ class Problem:
 
     @cached_property
     def reference_z(self) -> Vector | None:
-        """Return the reference point (see `box.reference`); None if it is 0, as for an LCP."""
+        """Return the reference point (see `box.reference`); None if it is 0, as for an
+        LCP."""
         return self._reference.z
 
     @property
@@ -323,21 +348,25 @@ class Problem:
 
     @cached_property
     def q_ref(self) -> Vector:
-        """Return w = M z + q at the reference point: the scale of the rows, however bounds are shifted."""
+        """Return w = M z + q at the reference point: the scale of the rows, however
+        bounds are shifted."""
         return self._reference.q
 
     @cached_property
     def q_error(self) -> Vector | float:
-        """Return bounds on the rounding errors in q_ref: 0 for an LCP, else of shape (n,), at most 1e-11 of q_ref."""
+        """Return bounds on the rounding errors in q_ref: 0 for an LCP, else of shape
+        (n,), at most 1e-11 of q_ref."""
         return self._reference.error
 
     def error(self, z: Vector) -> float | None:
-        """Return |z - z*|_inf to the nearest known solution, infinite if z is not finite; None if none is known."""
+        """Return |z - z*|_inf to the nearest known solution, infinite if z is not
+        finite; None if none is known."""
         return min((size(z - solution) for solution in self.solutions), default=None)
 
     @cached_property
     def size_of_solutions(self) -> float:
-        """Return the largest component of the known solutions, 1 if all are 0: the unit of errors."""
+        """Return the largest component of the known solutions, 1 if all are 0: the unit
+        of errors."""
         return max((size(solution) for solution in self.solutions), default=0.0) or 1.0
 
     def from_reference(self, z: Vector) -> Vector:
@@ -351,7 +380,8 @@ class Problem:
 
 
 def as_problem(given: Any) -> Problem:
-    """Return a Problem as it is; raise ProblemError for anything else, such as M alone or the name of a file."""
+    """Return a Problem as it is; raise ProblemError for anything else, such as M alone
+    or the name of a file."""
     if not isinstance(given, Problem):
         raise ProblemError(
             "problem",

@@ -1,6 +1,7 @@
-"""Linear and quadratic programs: R. W. Cottle, G. B. Dantzig, Complementary pivot theory of mathematical programming,
-Linear Algebra Appl. 1 (1968) 103-125; with bounds on both sides as in F. Facchinei, J.-S. Pang, Finite-Dimensional
-Variational Inequalities and Complementarity Problems (2003), section 1.3.
+"""Linear and quadratic programs: R. W. Cottle, G. B. Dantzig, Complementary pivot
+theory of mathematical programming, Linear Algebra Appl. 1 (1968) 103-125; with bounds
+on both sides as in F. Facchinei, J.-S. Pang, Finite-Dimensional Variational
+Inequalities and Complementarity Problems (2003), section 1.3.
 """
 
 from __future__ import annotations
@@ -34,9 +35,11 @@ class Conditions(NamedTuple):
 
 
 class ProgramData(NamedTuple):
-    """min x'Qx / 2 + c'x subject to row_lower <= Ax <= row_upper and lower <= x <= upper, for k variables and m rows.
+    """min x'Qx / 2 + c'x subject to row_lower <= Ax <= row_upper and lower <= x <=
+    upper, for k variables and m rows.
 
-    Q, A : shapes (k, k) and (m, k), both dense or both in compressed sparse rows; Q symmetric.
+    Q, A : shapes (k, k) and (m, k), both dense or both in compressed sparse rows; Q
+        symmetric.
     c, lower, upper, row_lower, row_upper : vectors; bounds may be infinite.
     """
 
@@ -62,7 +65,8 @@ class ProgramData(NamedTuple):
         return float(x @ matrices.product(self.Q, x) / 2 + self.c @ x)
 
     def with_infinity(self, infinity: float) -> ProgramData:
-        """Return the program without bounds and sides of rows of at least that size, or raise ProblemError."""
+        """Return the program without bounds and sides of rows of at least that size, or
+        raise ProblemError."""
         rows, variables = (self.row_lower, self.row_upper), (self.lower, self.upper)
         rows = as_intervals(
             ("row_lower", "row_upper"), *rows, self.row_lower.size, "row", infinity
@@ -75,9 +79,10 @@ class ProgramData(NamedTuple):
     def conditions(self) -> Conditions:
         """Return the first-order conditions in z = (x, y, s).
 
-        y_i is the multiplier of row i: free for an equation, y_i >= 0 or <= 0 for a row with only a lower or an upper
-        bound, 0 for a row without bounds; w is then Ax minus the bound. For a row i between two bounds, y_i is free and
-        w_i = (Ax)_i - s_i, where s_i, within the bounds, has w = y_i.
+        y_i is the multiplier of row i: free for an equation, y_i >= 0 or <= 0 for a row
+        with only a lower or an upper bound, 0 for a row without bounds; w is then Ax
+        minus the bound. For a row i between two bounds, y_i is free and w_i = (Ax)_i -
+        s_i, where s_i, within the bounds, has w = y_i.
         """
         m, ranges = self.row_lower.size, self.ranges
         low, high = np.isfinite(self.row_lower), np.isfinite(self.row_upper)
@@ -100,11 +105,15 @@ class ProgramData(NamedTuple):
 
 @dataclass(frozen=True)
 class Program:
-    """The data that map a solution z = (x, y, s) of the conditions of a `ProgramData` back to the original program.
+    """The data that map a solution z = (x, y, s) of the conditions of a `ProgramData`
+    back to the original program.
 
-    variables, ranges : the lengths of x and of s, the number of rows between two different finite bounds.
-    sense : "min" or "max"; the objective to be maximized has been multiplied by -1. constant : is added to it.
-    rows, columns : the names of the rows of A and of its columns, the variables; empty if they have none.
+    variables, ranges : the lengths of x and of s, the number of rows between two
+        different finite bounds.
+    sense : "min" or "max"; the objective to be maximized has been multiplied by -1.
+        constant : is added to it.
+    rows, columns : the names of the rows of A and of its columns, the variables; empty
+        if they have none.
     """
 
     variables: int
@@ -142,7 +151,8 @@ class Program:
         return {key: value for key, value in fields.items() if value}
 
     def fits(self, given: Conditions) -> bool:
-        """Return whether the problem is made from a program of this size, and the number of names fits it."""
+        """Return whether the problem is made from a program of this size, and the
+        number of names fits it."""
         k, m = self.variables, given.q.size - self.variables - self.ranges
         if m < self.ranges or any(
             len(names) not in (0, size)
@@ -162,7 +172,8 @@ class Program:
         )
 
     def program(self, given: Conditions) -> ProgramData | None:
-        """Return the program, to be minimized, whose conditions these are; None if there is none."""
+        """Return the program, to be minimized, whose conditions these are; None if
+        there is none."""
         k, n = self.variables, given.q.size
         M, q, rows = given.M, given.q, slice(k, n - self.ranges)
         low, high = -q[rows] + 0.0, -q[rows] + 0.0
@@ -182,7 +193,8 @@ class Program:
         )
 
     def signs(self, n: int) -> Vector:
-        """Return S of shape (n,), for which S M is symmetric: 1 for variables, -1 for multipliers."""
+        """Return S of shape (n,), for which S M is symmetric: 1 for variables, -1 for
+        multipliers."""
         S = np.ones(n)
         S[self.variables : n - self.ranges] = -1.0
         return S
@@ -192,7 +204,8 @@ class Program:
         return z[: self.variables], z[self.variables : len(z) - self.ranges]
 
     def reversed(self, n: int) -> range:
-        """Return the components of z that have the other sign in the sense of the program: y of a maximization."""
+        """Return the components of z that have the other sign in the sense of the
+        program: y of a maximization."""
         return (
             range(0) if self.sense == "min" else range(self.variables, n - self.ranges)
         )
@@ -224,8 +237,9 @@ class Program:
 def bordered(
     Q: Matrix | None, A: Matrix, ranges: Mask | None = None, sparse: bool = False
 ) -> Matrix:
-    """Return [Q -A' 0; A 0 -E; 0 E' 0] for Q of shape (k, k), or None for zero, with E the columns of the identity
-    that `ranges`, of shape (m,), selects; as a sparse or a dense matrix."""
+    """Return [Q -A' 0; A 0 -E; 0 E' 0] for Q of shape (k, k), or None for zero, with E
+    the columns of the identity that `ranges`, of shape (m,), selects; as a sparse or a
+    dense matrix."""
     m, k = A.shape
     selected = np.zeros(0, dtype=np.intp) if ranges is None else np.flatnonzero(ranges)
     n = k + m + selected.size
@@ -270,7 +284,8 @@ def bordered(
 def names_of(
     field: str, given: Any, size: int | None = None, of: str = ""
 ) -> tuple[str, ...]:
-    """Return a list of names, one for each of `size` things of a kind, or none; or raise ProblemError."""
+    """Return a list of names, one for each of `size` things of a kind, or none; or
+    raise ProblemError."""
     if not isinstance(given, (list, tuple)):
         raise ProblemError(field, f"is {kind(given)}", "give a list of names")
     for i, name in enumerate(given):

@@ -42,24 +42,28 @@ def from_qp(
     infinity: float = math.inf,
     **texts: str,
 ) -> Problem:
-    """Return the conditions of min x'Qx / 2 + c'x + constant, row_lower <= Ax <= row_upper and lower <= x <= upper.
+    """Return the conditions of min x'Qx / 2 + c'x + constant, row_lower <= Ax <=
+    row_upper and lower <= x <= upper.
 
-    Q : shape (k, k), symmetric; dense, nested sequences or scipy sparse; None for a linear program. If Q is positive
-        semidefinite, the solutions of the conditions are the minimizers, else they are the stationary points.
+    Q : shape (k, k), symmetric; dense, nested sequences or scipy sparse; None for a
+        linear program. If Q is positive semidefinite, the solutions of the conditions
+        are the minimizers, else they are the stationary points.
     c : shape (k,).
     A : shape (m, k), or None if there are only bounds.
-    row_lower, row_upper : numbers or of shape (m,); None, or infinite, for no bound. They are equal for an equation.
+    row_lower, row_upper : numbers or of shape (m,); None, or infinite, for no bound.
+        They are equal for an equation.
     b : the same as row_lower, for a program with Ax >= b.
     lower, upper : numbers or of shape (k,), by default 0 and no bound.
     free : indices of the x_i without bounds, given in place of lower and upper.
     sense : "min", or "max", for which Q should be negative semidefinite.
     rows, columns : optional names of the rows of A and of the variables.
-    infinity : bounds of at least this size, often 1e20, also those of rows, count as infinite; by default only infinite
-        bounds do.
+    infinity : bounds of at least this size, often 1e20, also those of rows, count as
+        infinite; by default only infinite bounds do.
     texts : name, source and note of the problem.
 
-    The unknowns are z = (x, y, s), where y are the multipliers of the rows and s = Ax for rows between two different
-    bounds; `Result.answer` maps them back. Raises ProblemError, which names the field at fault.
+    The unknowns are z = (x, y, s), where y are the multipliers of the rows and s = Ax
+    for rows between two different bounds; `Result.answer` maps them back. Raises
+    ProblemError, which names the field at fault.
 
     >>> import lcpcli
     >>> problem = lcpcli.from_qp([[2, 0], [0, 2]], [-3, 1], [[1, 1]], row_lower=1, row_upper=1)
@@ -135,17 +139,23 @@ def from_qpsolvers(
     infinity: float = math.inf,
     **texts: str,
 ) -> Problem:
-    """Return the conditions of min x'Px / 2 + q'x, Gx <= h, Ax = b and lb <= x <= ub, in the notation of qpsolvers.
+    """Return the conditions of min x'Px / 2 + q'x, Gx <= h, Ax = b and lb <= x <= ub,
+    in the notation of qpsolvers.
 
-    P : shape (k, k), symmetric; dense, nested sequences or scipy sparse; None for a linear program.
+    P : shape (k, k), symmetric; dense, nested sequences or scipy sparse; None for a
+        linear program.
     q : shape (k,).
-    G, h : shapes (m, k) and (m,), or both None; A, b : shapes (p, k) and (p,), or both None.
-    lb, ub : numbers or of shape (k,); None, or infinite, for no bound, so that x is free by default.
-    infinity : lb, ub and h of at least this size, often 1e20, count as infinite; by default only infinite ones do.
+    G, h : shapes (m, k) and (m,), or both None; A, b : shapes (p, k) and (p,), or both
+        None.
+    lb, ub : numbers or of shape (k,); None, or infinite, for no bound, so that x is
+        free by default.
+    infinity : lb, ub and h of at least this size, often 1e20, count as infinite; by
+        default only infinite ones do.
     texts : name, source and note of the problem.
 
-    The multipliers in `Result.answer` are those of the m rows of G, followed by those of the p rows of A. (S. Caron et
-    al., qpsolvers: quadratic programming solvers in Python.) Raises ProblemError, which names the field at fault.
+    The multipliers in `Result.answer` are those of the m rows of G, followed by those
+    of the p rows of A. (S. Caron et al., qpsolvers: quadratic programming solvers in
+    Python.) Raises ProblemError, which names the field at fault.
 
     >>> import lcpcli
     >>> problem = lcpcli.from_qpsolvers([[2, 0], [0, 2]], [-3, 1], A=[[1, 1]], b=[1], lb=0)
@@ -176,17 +186,20 @@ def from_osqp(
     u: BoundLike = None,
     **texts: str,
 ) -> Problem:
-    """Return the conditions of min x'Px / 2 + q'x and l <= Ax <= u, in the notation of OSQP.
+    """Return the conditions of min x'Px / 2 + q'x and l <= Ax <= u, in the notation of
+    OSQP.
 
-    P : shape (k, k), symmetric, or its upper triangle; dense, nested sequences or scipy sparse; None for a linear
-        program.
+    P : shape (k, k), symmetric, or its upper triangle; dense, nested sequences or scipy
+        sparse; None for a linear program.
     q : shape (k,).
-    A : shape (m, k), or None if there are no rows. Bounds on x are given as rows; otherwise x is free.
+    A : shape (m, k), or None if there are no rows. Bounds on x are given as rows;
+        otherwise x is free.
     l, u : numbers or of shape (m,); None, or a size of 1e20 or more, for no bound.
     texts : name, source and note of the problem.
 
-    The multipliers in `Result.answer` are minus those of OSQP. (B. Stellato et al., OSQP: an operator splitting solver
-    for quadratic programs.) Raises ProblemError, which names the field at fault.
+    The multipliers in `Result.answer` are minus those of OSQP. (B. Stellato et al.,
+    OSQP: an operator splitting solver for quadratic programs.) Raises ProblemError,
+    which names the field at fault.
 
     >>> import lcpcli
     >>> problem = lcpcli.from_osqp([[2, 0], [0, 2]], [-3, 1], [[1, 1], [0, 1]], l=[1, 0], u=[1, 1e20])
@@ -210,7 +223,8 @@ def from_osqp(
 def _objective(
     field: str, quadratic: Any, other: str, linear: Any, may_be_triangle: bool = False
 ) -> tuple[Matrix | None, Vector]:
-    """Return the matrix of the objective, symmetric and of shape (k, k), or None, and its vector, of shape (k,).
+    """Return the matrix of the objective, symmetric and of shape (k, k), or None, and
+    its vector, of shape (k,).
     may_be_triangle : whether an upper triangle stands for a symmetric matrix."""
     vector = as_vector(other, linear)
     if not vector.size:
@@ -231,13 +245,17 @@ def _objective(
     if not is_symmetric(matrix):
         rows, columns = (matrix != matrix.T).nonzero()
         place = f"{field}[{rows[0]}][{columns[0]}]"
-        hint = f"give ({field} + {field}') / 2 for a minimum; write a variational inequality as M and q {FROM_0}"
+        hint = (
+            f"give ({field} + {field}') / 2 for a minimum; write a variational "
+            f"inequality as M and q {FROM_0}"
+        )
         raise ProblemError(place, f"makes {field} unsymmetric", hint)
     return matrix, vector
 
 
 def _rows(field: str, given: Any, k: int, bounds: Mapping[str, Any]) -> Matrix:
-    """Return the matrix of the rows, of shape (m, k), with m = 0 if neither it nor its bounds are given."""
+    """Return the matrix of the rows, of shape (m, k), with m = 0 if neither it nor its
+    bounds are given."""
     present = [name for name, bound in bounds.items() if bound is not None]
     if given is None and not present:
         return np.zeros((0, k))
@@ -269,7 +287,8 @@ def _problem(
     texts: Mapping[str, Any],
     *of: Any,
 ) -> Problem:
-    """Return the conditions of a program, with sparse matrices if one is, or if it is large without any.
+    """Return the conditions of a program, with sparse matrices if one is, or if it is
+    large without any.
     of : its sense, constant and names, as in `Program`."""
     k = c.size
     if is_sparse(A) or is_sparse(Q) or (Q is None and k > MOST_DENSE_VARIABLES):

@@ -1,4 +1,5 @@
-"""Many problems that share M, whose right-hand sides are the columns of a matrix Q, or that have a dense M each."""
+"""Many problems that share M, whose right-hand sides are the columns of a matrix Q, or
+that have a dense M each."""
 
 from __future__ import annotations
 
@@ -40,9 +41,11 @@ from lcpcli.typing import Indices, Mask, Matrix, Vector
 
 
 class Columns:
-    """k validated problems with one M of shape (n, n), the columns of Q, of shape (n, k), and bounds.
+    """k validated problems with one M of shape (n, n), the columns of Q, of shape (n,
+    k), and bounds.
 
-    lower, upper, infinity : as in `Problem`, but bounds may be of shape (n, k), a column for each problem.
+    lower, upper, infinity : as in `Problem`, but bounds may be of shape (n, k), a
+        column for each problem.
     M : a dense matrix if it is small, for computing with many columns at once.
     """
 
@@ -73,7 +76,8 @@ class Columns:
         self.M = dense(self.like.M) if self.n <= MOST_NUMPY_ROWS else self.like.M
 
     def _rows_of(self, field: str, bound: Any) -> Vector | None:
-        """Return a bound that differs between problems, with a row for each of them; None for any other."""
+        """Return a bound that differs between problems, with a row for each of them;
+        None for any other."""
         if not has_columns(field, bound):
             return None
         values = arrays.as_columns(field, bound, finite=False)
@@ -88,7 +92,8 @@ class Columns:
 
     @cached_property
     def inverse(self) -> Matrix | None:
-        """Return the inverse of a small well-conditioned M if there are more columns than unknowns, so that it pays."""
+        """Return the inverse of a small well-conditioned M if there are more columns
+        than unknowns, so that it pays."""
         return (
             well_conditioned_inverse(self.M)
             if self.n < min(self.k, MOST_NUMPY_ROWS + 1)
@@ -96,7 +101,8 @@ class Columns:
         )
 
     def block(self, first: int, last: int) -> Block:
-        """Return the problems of some columns, copied and checked as they are now; may raise ProblemError."""
+        """Return the problems of some columns, copied and checked as they are now; may
+        raise ProblemError."""
         q = _copy(self.Q[:, first:last].T)
         if not is_finite(q.reshape(-1)):
             j, i = (int(place) for place in np.argwhere(~np.isfinite(q))[0])
@@ -117,7 +123,8 @@ class Columns:
 
 
 def like_with(like: Problem, q: Vector, box: Box) -> Problem:
-    """Return the problem with the M of another one, and all that is known of M, a validated q and bounds, quickly."""
+    """Return the problem with the M of another one, and all that is known of M, a
+    validated q and bounds, quickly."""
     least, largest = sizes(q)
     is_moderate = (
         like.has_moderate_rows and least >= 1 / FAR_FROM_ONE and largest <= FAR_FROM_ONE
@@ -143,7 +150,8 @@ def _copy(rows: Vector) -> Vector:
 class Block:
     """m problems that share M, one in each row of the arrays.
 
-    columns : all columns of Q. like : a problem with the same M. M : this matrix, dense if it is small.
+    columns : all columns of Q. like : a problem with the same M. M : this matrix, dense
+        if it is small.
     q : shape (m, n). box : the bounds, of shape (m, n) unless they are z >= 0.
     """
 
@@ -189,7 +197,8 @@ class Block:
 
     @cached_property
     def are_moderate(self) -> Mask:
-        """Return which of the problems have moderate numbers (see `Problem.is_moderate`); shape (m,)."""
+        """Return which of the problems have moderate numbers (see
+        `Problem.is_moderate`); shape (m,)."""
         least, largest = self._sizes_of_q
         return np.asarray(
             (largest <= FAR_FROM_ONE)
@@ -203,7 +212,8 @@ class Block:
         return list(zip(sizes_of_q, self.are_moderate.tolist(), strict=True))
 
     def problem(self, i: int) -> Problem:
-        """Return the problem of row i, which takes about a microsecond, as nothing is computed or validated."""
+        """Return the problem of row i, which takes about a microsecond, as nothing is
+        computed or validated."""
         q, (sizes_of_q, is_moderate) = self.q[i], self._fields_of_q[i]
         problem = Problem.of_fields(
             self._fields, q=q, sizes_of_q=sizes_of_q, is_moderate=is_moderate, q_ref=q
@@ -217,10 +227,13 @@ class Block:
 
 
 class Stack:
-    """m validated problems with n unknowns each, which keeps copies of their data as `Problem` does.
+    """m validated problems with n unknowns each, which keeps copies of their data as
+    `Problem` does.
 
-    M, q : shapes (m, n, n) and (m, n). lower, upper : numbers, or of shape (n,) or (m, n). infinity : as in `Problem`.
-    like : a problem of this size. box : the bounds, of shape (m, n) unless they are z >= 0.
+    M, q : shapes (m, n, n) and (m, n). lower, upper : numbers, or of shape (n,) or (m,
+        n). infinity : as in `Problem`.
+    like : a problem of this size. box : the bounds, of shape (m, n) unless they are z
+        >= 0.
     """
 
     def __init__(
@@ -280,7 +293,8 @@ class Stack:
 
     @cached_property
     def are_moderate(self) -> Mask:
-        """Return which problems have moderate numbers (see `Problem`), and no far bounds; shape (m,)."""
+        """Return which problems have moderate numbers (see `Problem`), and no far
+        bounds; shape (m,)."""
         moderate = np.ones(len(self), dtype=bool)
         if not (are_moderate(self.M) and are_moderate(self.q)):
             for least, largest in map(
@@ -296,7 +310,8 @@ class Stack:
 
 
 def dimensions(values: Any) -> int:
-    """Return the number of dimensions of an array, or of nested lists, by their first entries."""
+    """Return the number of dimensions of an array, or of nested lists, by their first
+    entries."""
     if isinstance(values, (list, tuple)):
         return 1 + dimensions(values[0]) if values else 1
     return int(getattr(values, "ndim", 0))
@@ -305,8 +320,9 @@ def dimensions(values: Any) -> int:
 def as_stack(
     field: str, values: Any, shape: tuple[int | None, ...], finite: bool = True
 ) -> Vector:
-    """Return values as a float64 array of this shape, in which None stands for any length, or raise ProblemError.
-    Without the first dimension they are the same for all."""
+    """Return values as a float64 array of this shape, in which None stands for any
+    length, or raise ProblemError. Without the first dimension they are the same for
+    all."""
     given = arrays.as_nested(field, values, len(shape))
     expected = shape[len(shape) - max(given.ndim, 1) :]
     known = tuple(

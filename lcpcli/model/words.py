@@ -1,5 +1,5 @@
-"""Where a run on a problem starts, the states of variables in words, and components of solutions by the names of the
-unknowns, also in linear expressions."""
+"""Where a run on a problem starts, the states of variables in words, and components of
+solutions by the names of the unknowns, also in linear expressions."""
 
 from __future__ import annotations
 
@@ -30,7 +30,8 @@ _STATES = {word: state for state, word in WORDS.items()}
 
 
 class Start:
-    """The start of a run: the states that are tried first, x = (z - w) / 2, and z if it is given.
+    """The start of a run: the states that are tried first, x = (z - w) / 2, and z if it
+    is given.
 
     gap : the natural residual at z; infinite if no z is given.
     """
@@ -56,7 +57,8 @@ class Start:
 
     @property
     def is_near(self) -> bool:
-        """Return whether a z is given whose natural residual is so small that its states may be those of a solution."""
+        """Return whether a z is given whose natural residual is so small that its
+        states may be those of a solution."""
         return self.gap < FAR_START * size(self.problem.q_ref)
 
     @property
@@ -92,7 +94,8 @@ class Start:
 def start_at(
     problem: Problem, x0: VectorLike | None, z0: VectorLike | None, basis: Any = None
 ) -> Start:
-    """Return the start that is given: x0, or the x of z0 and w = M z0 + q, or an x with the states of a basis."""
+    """Return the start that is given: x0, or the x of z0 and w = M z0 + q, or an x with
+    the states of a basis."""
     given = [
         name
         for name, value in (("basis", basis), ("z0", z0), ("x0", x0))
@@ -158,7 +161,8 @@ def basis_of_words(problem: Problem, basis: Sequence[str]) -> States:
 
 @np.errstate(all="ignore")
 def x_in(problem: Problem, basis: States) -> Vector:
-    """Return an x with the states of a basis: at a bound with w of size one, or inside the bounds."""
+    """Return an x with the states of a basis: at a bound with w of size one, or inside
+    the bounds."""
     low, high = problem.box.vectors(problem.n)
     above, below = (
         bound + turn * np.maximum(1.0, np.spacing(np.abs(bound)))
@@ -175,8 +179,9 @@ def x_in(problem: Problem, basis: States) -> Vector:
 
 
 def component(problem: Problem, name: str, z: Vector) -> Vector:
-    """Return the component of z with this name, or of each z in an array of shape (m, n); of a program to be maximized
-    its multiplier in that sense. Raise KeyError if there is none, with a likely name, or several."""
+    """Return the component of z with this name, or of each z in an array of shape (m,
+    n); of a program to be maximized its multiplier in that sense. Raise KeyError if
+    there is none, with a likely name, or several."""
     names = list(problem.names)
     if not name or name not in names:
         hint = (
@@ -192,7 +197,8 @@ def component(problem: Problem, name: str, z: Vector) -> Vector:
 
 
 def reversed_names(problem: Problem) -> set[int]:
-    """Return the components whose names have the other sign: multipliers of a program to be maximized."""
+    """Return the components whose names have the other sign: multipliers of a program
+    to be maximized."""
     # As programs have them.
     reversed_ones = getattr(problem.origin, "reversed", lambda _: ())(problem.n)
     return {i for i in reversed_ones if problem.names[i]}
@@ -208,11 +214,15 @@ TERM = (
     r"\s*(?P<sign>[-+]?)\s*(?P<number>(?:[0-9]{1,300}(?:\.[0-9]{0,300}|/0*[1-9][0-9]{0,300})?|\.[0-9]{1,300})"
     r"(?:[eE][-+]?[0-9]{1,3})?(?![\w.]))?\s*\*?\s*(?P<name>\"[^\"]+\"|[^\W\d][^\s+*\"-]*)\s*"
 )
-HINT = 'write numbers and names with + and - between them, such as 2 z1 - 1/3 z2 + "a name with blanks"'
+HINT = (
+    'write numbers and names with + and - between them, such as 2 z1 - 1/3 z2 + "a '
+    'name with blanks"'
+)
 
 
 def coefficients(text: str) -> dict[str, Fraction]:
-    """Return the coefficients of the names in a linear expression, which are added up, or raise ProblemError.
+    """Return the coefficients of the names in a linear expression, which are added up,
+    or raise ProblemError.
 
     >>> coefficients('z1 - 2.5 z3 + 1/3*"cost of Ann" + z1')
     {'z1': Fraction(2, 1), 'z3': Fraction(-5, 2), 'cost of Ann': Fraction(1, 3)}

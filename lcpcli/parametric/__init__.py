@@ -1,1 +1,2 @@
-"""Solutions as functions of the data: exact paths from one problem to another, and derivatives of solutions."""
+"""Solutions as functions of the data: exact paths from one problem to another, and
+derivatives of solutions."""

@@ -1,31 +1,41 @@
 """Derivatives of solutions: how z and w = M z + q change with M, q and the bounds.
 
-With B the variables between their bounds and N those at a bound with w != 0, the states of all variables stay as they
-are when the data change a little, and for changes dM, dq, dl, du
+With B the variables between their bounds and N those at a bound with w != 0, the states
+of all variables stay as they are when the data change a little, and for changes dM, dq,
+dl, du
 
     dz_N = dl_N or du_N,    dz_B = -M_BB^-1 ((dM z + dq)_B + M_BN dz_N),    dw = dM z + dq + M dz.
 
-For a function with gradient g of z, one system gives the derivatives by all data: with lambda_B = -M_BB'^-1 g_B, and 0
-elsewhere, they are lambda z' by M, lambda by q, and (g + M' lambda)_N by the bounds.
+For a function with gradient g of z, one system gives the derivatives by all data: with
+lambda_B = -M_BB'^-1 g_B, and 0 elsewhere, they are lambda z' by M, lambda by q, and (g
++ M' lambda)_N by the bounds.
 
-If M_BB is singular, as that of redundant contacts is, z is one of several solutions, which differ by v with M_BB v_B =
-0. They share J z if J v = 0 for all such v. The derivative of J z is then J dz, by any generalized inverse of M_BB, for
-changes with which the equations do not contradict each other; and for g = J'h there is a lambda.
+If M_BB is singular, as that of redundant contacts is, z is one of several solutions,
+which differ by v with M_BB v_B =
+0. They share J z if J v = 0 for all such v. The derivative of J z is then J dz, by any
+generalized inverse of M_BB, for changes with which the equations do not contradict each
+other; and for g = J'h there is a lambda.
 
-Variables K at a bound with w = 0 are at a kink. If the solution is strongly regular, which means that the Schur
-complement S = M_KK - M_KB M_BB^-1 M_BK is a P-matrix, the solution near z is a piecewise smooth function of the data,
-and its directional derivative solves a mixed problem in dz with dz_N as above and, for K, bounds dl_K or du_K on the
-side of the bound: S. M. Robinson, Strongly regular generalized equations, Mathematics of Operations Research 5 (1980)
-43-62; R. W. Cottle, J.-S. Pang, R. E. Stone, The Linear Complementarity Problem (1992), section 7.3; F. Facchinei,
-J.-S. Pang, Finite-Dimensional Variational Inequalities and Complementarity Problems (2003), chapter 5.
+Variables K at a bound with w = 0 are at a kink. If the solution is strongly regular,
+which means that the Schur complement S = M_KK - M_KB M_BB^-1 M_BK is a P-matrix, the
+solution near z is a piecewise smooth function of the data, and its directional
+derivative solves a mixed problem in dz with dz_N as above and, for K, bounds dl_K or
+du_K on the side of the bound: S. M. Robinson, Strongly regular generalized equations,
+Mathematics of Operations Research 5 (1980) 43-62; R. W. Cottle, J.-S. Pang, R. E.
+Stone, The Linear Complementarity Problem (1992), section 7.3; F. Facchinei, J.-S. Pang,
+Finite-Dimensional Variational Inequalities and Complementarity Problems (2003), chapter
+5.
 
-The solution is computed again for its states, with a correction by w_B, so that its errors are those of rounding. A
-component is at a kink if it is at a bound and w is 0, both up to rounding: up to the largest of the changes that it
-undergoes when each row of M z + q changes by ROW_ROUNDING of its terms |M| |z| + |q|, with SAMPLES random choices of
-the signs. Like these terms, this does not depend on units, and it grows with the condition of M_BB.
+The solution is computed again for its states, with a correction by w_B, so that its
+errors are those of rounding. A component is at a kink if it is at a bound and w is 0,
+both up to rounding: up to the largest of the changes that it undergoes when each row of
+M z + q changes by ROW_ROUNDING of its terms |M| |z| + |q|, with SAMPLES random choices
+of the signs. Like these terms, this does not depend on units, and it grows with the
+condition of M_BB.
 
-Of a batch, the solutions that a crude bound shows to be clear of kinks, and their M_BB to be regular, are treated all
-at once, with the inverses of M_BB as matrices of shape (n, n) that have zeros outside, and the others one by one.
+Of a batch, the solutions that a crude bound shows to be clear of kinks, and their M_BB
+to be regular, are treated all at once, with the inverses of M_BB as matrices of shape
+(n, n) that have zeros outside, and the others one by one.
 """
 
 from __future__ import annotations
@@ -93,8 +103,9 @@ Found = TypeVar("Found", BatchGradient, BatchDerivative)
 def gradient(
     problem: Problem, result: Result, g: VectorLike, J: Any = None
 ) -> OneGradient:
-    """Return the derivatives of a function of z with the gradient g, shape (n,), at a result of the problem; with J, of
-    a function of J z with the gradient g, shape (k,)."""
+    """Return the derivatives of a function of z with the gradient g, shape (n,), at a
+    result of the problem; with J, of a function of J z with the gradient g, shape
+    (k,)."""
     rows = None if J is None else _rows(J, problem.n)
     if rows is None:
         (g,) = by_names(lambda: problem.names, g=g)
@@ -128,7 +139,8 @@ def derivative(
     one_sided: bool,
     J: Any,
 ) -> OneDerivative:
-    """Return the derivative of the solution, or of J z, in the direction of these changes; None for no change."""
+    """Return the derivative of the solution, or of J z, in the direction of these
+    changes; None for no change."""
     dM = changes["dM"]
     at, rows = (
         linearization(result, J is not None),
@@ -190,7 +202,8 @@ def _refuse_undetermined(at: Linearization, J: Matrix) -> None:
 def moved_bounds(
     box: Box, upper: Mask, dlower: Vector | None, dupper: Vector | None
 ) -> Vector:
-    """Return the changes of upper bounds where z is at them, and of lower ones elsewhere, or raise ProblemError."""
+    """Return the changes of upper bounds where z is at them, and of lower ones
+    elsewhere, or raise ProblemError."""
     low, high = (
         np.zeros(upper.shape) if moves is None else moves for moves in (dlower, dupper)
     )
@@ -200,7 +213,10 @@ def moved_bounds(
             raise ProblemError(f"d{name}{_place(at)}", fault, f"give 0 {FROM_0}")
     for at in np.argwhere(box.fixed & (low != high))[:1].tolist():
         place, values = _place(at), (low[tuple(at)], high[tuple(at)])
-        fault = f"is {values[0]:g} and dupper{place} is {values[1]:g}, but lower{place} = upper{place}"
+        fault = (
+            f"is {values[0]:g} and dupper{place} is {values[1]:g}, but lower{place} "
+            f"= upper{place}"
+        )
         raise ProblemError(f"dlower{place}", fault, f"move both by the same {FROM_0}")
     return np.where(upper, high, low)
 
@@ -210,12 +226,14 @@ def _place(indices: list[int]) -> str:
 
 
 def _leave_kinks(at: Linearization, dz: Vector, change: Vector) -> bool | None:
-    """Change dz from that with all kinks at their bounds to the one-sided one; return whether S is proved to be a
-    P-matrix, so that this is the only one, or None. Raise DerivativeError if S is no P-matrix, or if none was found.
+    """Change dz from that with all kinks at their bounds to the one-sided one; return
+    whether S is proved to be a P-matrix, so that this is the only one, or None. Raise
+    DerivativeError if S is no P-matrix, or if none was found.
 
-    With dz_K = its bound + D y for the signs D = 1 at lower bounds and -1 at upper ones, y solves the LCP with D S D
-    and D (dw)_K, where dw is that for y = 0. All this is in the units R, C that M suggests, powers of two, as R S C is
-    a P-matrix if and only if S is.
+    With dz_K = its bound + D y for the signs D = 1 at lower bounds and -1 at upper
+    ones, y solves the LCP with D S D and D (dw)_K, where dw is that for y = 0. All this
+    is in the units R, C that M suggests, powers of two, as R S C is a P-matrix if and
+    only if S is.
     """
     M, B, K = at.problem.M, at.basic, at.kinks
     R, C = at.problem.units.diagonals()
@@ -248,7 +266,8 @@ def _leave_kinks(at: Linearization, dz: Vector, change: Vector) -> bool | None:
 
 
 def _rounding(at: Linearization, columns: Vector, through: Vector) -> Vector:
-    """Return what rounding does to the rows of M_KK - M_KB M_BB^-1 M_BK, estimated with random signs."""
+    """Return what rounding does to the rows of M_KK - M_KB M_BB^-1 M_BK, estimated with
+    random signs."""
     M, B, K = at.problem.M, at.basic, at.kinks
     if not B.size:
         return np.zeros(K.size)
@@ -262,7 +281,8 @@ def _rounding(at: Linearization, columns: Vector, through: Vector) -> Vector:
 
 
 def _is_p_matrix(S: Matrix, rounding: Vector | None = None) -> bool | None:
-    """Return whether S is proved to be a P-matrix or not, whatever this rounding of its diagonal; or None."""
+    """Return whether S is proved to be a P-matrix or not, whatever this rounding of its
+    diagonal; or None."""
     with imports:
         from lcpcli.inspection.verdict import NO, YES, classify
     cases = (
@@ -284,7 +304,8 @@ def finite(dz: Vector) -> Vector:
 
 
 def linearization(result: Result, or_singular: bool) -> Linearization:
-    """Return the linearization at a solution, which the result keeps; raise DerivativeError if there is none."""
+    """Return the linearization at a solution, which the result keeps; raise
+    DerivativeError if there is none."""
     known: Linearization
     for known in result.linearizations:
         if or_singular or known.block is None:
@@ -305,8 +326,10 @@ class Linearization:
     """The solution and its states.
 
     z : the solution, shape (n,), corrected.
-    basic : the indices B of the components between their bounds, where w = 0 and stays 0.
-    kinks : the indices of those at a bound with w = 0, up to rounding, which may leave the bound or not.
+    basic : the indices B of the components between their bounds, where w = 0 and stays
+        0.
+    kinks : the indices of those at a bound with w = 0, up to rounding, which may leave
+        the bound or not.
     upper : where z is at its upper bound, shape (n,); a fixed one if w < 0.
     block : the generalized inverse of M_BB if this is singular, and may be; else None.
     """
@@ -339,8 +362,9 @@ class Linearization:
         )
 
     def _corrected(self, basic: Mask) -> Vector:
-        """Compute z for these states; return which components satisfy the conditions of their states with no more
-        than rounding to spare, and which violate them, shape (2, n)."""
+        """Compute z for these states; return which components satisfy the conditions of
+        their states with no more than rounding to spare, and which violate them, shape
+        (2, n)."""
         upper = self._high - self.z < self.z - self._low
         start = np.where(basic, self.z, np.where(upper, self._high, self._low))
         self.z, self.block = start.copy(), None
@@ -357,7 +381,10 @@ class Linearization:
         except SingularMatrix:
             block = self._generalized(B) if self._or_singular else None
             if block is None or not block.is_singular:
-                fault = f"the principal submatrix of the {B.size} variables between their bounds is singular"
+                fault = (
+                    f"the principal submatrix of the {B.size} variables between "
+                    "their bounds is singular"
+                )
                 several = "so that z is one of several solutions, or may jump"
                 raise DerivativeError(
                     "", f"no derivative: {fault}, {several}"
@@ -366,7 +393,8 @@ class Linearization:
         return self._near_and_wrong(basic)
 
     def _near_and_wrong(self, basic: Mask) -> Vector:
-        """Return what `_corrected` returns, after corrections of z; raise SingularMatrix."""
+        """Return what `_corrected` returns, after corrections of z; raise
+        SingularMatrix."""
         problem, z, B = self.problem, self.z, self.basic
         w = self._w = problem.w(z)
         change = self._factors(w[B])
@@ -394,7 +422,8 @@ class Linearization:
         return np.array((np.abs(spare) <= noise, spare < -noise))
 
     def _noise(self) -> Vector:
-        """Return what rounding does to basic z_i and other w_i, shape (n,); raise SingularMatrix where M_BB is."""
+        """Return what rounding does to basic z_i and other w_i, shape (n,); raise
+        SingularMatrix where M_BB is."""
         M, q, z, B = self.problem.M, self.problem.q, self.z, self.basic
         changes = (
             ROW_ROUNDING
@@ -421,7 +450,8 @@ class Linearization:
         return np.asarray(np.abs(changes).max(axis=1))
 
     def solve(self, b: Vector, transposed: bool = False) -> Vector:
-        """Return M_BB^-1 b, or M_BB'^-1 b, with one step of refinement, for b of shape (k,) or (k, m)."""
+        """Return M_BB^-1 b, or M_BB'^-1 b, with one step of refinement, for b of shape
+        (k,) or (k, m)."""
         x = self._factors(b, transposed)
         return np.asarray(
             x + self._factors(b - self.image(x, transposed)[self.basic], transposed)
@@ -435,7 +465,8 @@ class Linearization:
 
     @cached_property
     def _active(self) -> tuple[Indices, PseudoInverse | None]:
-        """Return the variables with w = 0 and, if their block of M is singular, its generalized inverse."""
+        """Return the variables with w = 0 and, if their block of M is singular, its
+        generalized inverse."""
         if not self.kinks.size:
             return self.basic, self.block
         S = distinct(np.concatenate((self.basic, self.kinks)))
@@ -443,7 +474,8 @@ class Linearization:
         return S, found if found is not None and found.is_singular else None
 
     def _generalized(self, P: Indices) -> PseudoInverse | None:
-        """Return the generalized inverse of M_PP; None if that is large, or its numbers overflow."""
+        """Return the generalized inverse of M_PP; None if that is large, or its numbers
+        overflow."""
         with suppress(SingularMatrix):
             return (
                 PseudoInverse(np.asarray(dense(self.problem.M[P][:, P])))
@@ -453,7 +485,8 @@ class Linearization:
         return None
 
     def determines(self, J: Any) -> Mask:
-        """Return for which rows of J, shape (k, n), J z is the same for all solutions with w = 0 where it is 0 at z."""
+        """Return for which rows of J, shape (k, n), J z is the same for all solutions
+        with w = 0 where it is 0 at z."""
         S, block = self._active
         return (
             np.ones(J.shape[0], dtype=bool)
@@ -462,13 +495,18 @@ class Linearization:
         )
 
     def refuse_contradiction(self, change: Vector, terms: Vector) -> None:
-        """Raise DerivativeError unless w = 0 can be solved for these changes, which are sums of these terms."""
+        """Raise DerivativeError unless w = 0 can be solved for these changes, which are
+        sums of these terms."""
         for P, block in ((self.basic, self.block), self._active):
             if block is not None and not block.is_consistent(change[P], terms[P]):
-                fault = "M, q and the bounds change so that equations w = 0 contradict each other"
+                fault = (
+                    "M, q and the bounds change so that equations w = 0 contradict "
+                    "each other"
+                )
                 raise DerivativeError(
                     "",
-                    f"no derivative in this direction: {fault}, and one of them has to give way",
+                    f"no derivative in this direction: {fault}, and one of them "
+                    "has to give way",
                 )
 
 
@@ -481,11 +519,13 @@ def are_clear(
     largest: Any,
     largest_q: Any,
 ) -> Mask:
-    """Return whether all conditions are satisfied with far more to spare than a crude bound on rounding; shape () for
-    one problem or (m,) for many, whose arrays are of shape (n, m).
+    """Return whether all conditions are satisfied with far more to spare than a crude
+    bound on rounding; shape () for one problem or (m,) for many, whose arrays are of
+    shape (n, m).
 
-    change : how far z has been changed since w, and what is to spare, were computed. moves : |M_BB^-1 v| for some v of
-    signs. Both 0 where not basic. largest, largest_q : the largest |M_ij| and |q_i|.
+    change : how far z has been changed since w, and what is to spare, were computed.
+    moves : |M_BB^-1 v| for some v of signs. Both 0 where not basic. largest, largest_q
+    : the largest |M_ij| and |q_i|.
     """
     z, crude = np.abs(z), CLEAR * ROW_ROUNDING
     largest_z, total = z.max(axis=0, initial=0.0), largest * moves.sum(axis=0)
@@ -501,9 +541,11 @@ def are_clear(
 
 
 class Linearizations:
-    """The solutions of a stack and their states, as in `Linearization`, for those that are clear.
+    """The solutions of a stack and their states, as in `Linearization`, for those that
+    are clear.
 
-    z, basic, upper, inverse : shapes (b, n), (b, n), (b, n) and (b, n, n). clear : shape (b,).
+    z, basic, upper, inverse : shapes (b, n), (b, n), (b, n) and (b, n, n). clear :
+        shape (b,).
     """
 
     @np.errstate(all="ignore")
@@ -537,7 +579,8 @@ class Linearizations:
         self.upper = ~self.basic & np.where(box.fixed, w < 0, self.z == box.upper)
 
     def solve(self, b: Vector, transposed: bool = False) -> Vector:
-        """Return M_BB^-1 b_B, or M_BB'^-1 b_B, and 0 elsewhere, with one step of refinement, for b of shape (b, n)."""
+        """Return M_BB^-1 b_B, or M_BB'^-1 b_B, and 0 elsewhere, with one step of
+        refinement, for b of shape (b, n)."""
         inverse, M = (
             A.swapaxes(1, 2) if transposed else A for A in (self.inverse, self._M)
         )
@@ -626,8 +669,8 @@ def _completed(
     one: Callable[[int], Any],
     unsolved: str,
 ) -> Found:
-    """Put into the arrays of these names what `one` returns for the problems that are not clear, None or nan where it
-    raises DerivativeError and `unsolved` is "nan"."""
+    """Put into the arrays of these names what `one` returns for the problems that are
+    not clear, None or nan where it raises DerivativeError and `unsolved` is "nan"."""
     if unsolved not in UNSOLVED:
         raise ParameterError(
             "unsolved", f"{unsolved!r} is unknown", 'give "raise" or "nan"'

@@ -1,5 +1,5 @@
-"""One call from two problems to the path of solutions between them: the basis from which it starts, and its
-breakpoints, which are verified while it is followed."""
+"""One call from two problems to the path of solutions between them: the basis from
+which it starts, and its breakpoints, which are verified while it is followed."""
 
 from __future__ import annotations
 
@@ -44,13 +44,14 @@ NOISE = 2.0**-40  # relative to the largest change: a change that counts as none
 def basic_states(
     problem: Problem, z: Vector, w: Vector, is_fixed: Mask
 ) -> States | None:
-    """Return the states of a solution whose basic variables are determined, shape (n,); None if solutions near z
-    contain a line.
+    """Return the states of a solution whose basic variables are determined, shape (n,);
+    None if solutions near z contain a line.
 
     is_fixed : where both bounds are equal on the whole path.
 
-    A solution z with singular M_BB is moved along a null vector of M_BB, which keeps w_B = 0, until another component
-    reaches its end, as a point is moved to a vertex of its polyhedron.
+    A solution z with singular M_BB is moved along a null vector of M_BB, which keeps
+    w_B = 0, until another component reaches its end, as a point is moved to a vertex of
+    its polyhedron.
     """
     states = problem.box.basis_at(z, w)
     states[problem.box.fixed] = np.where(w[problem.box.fixed] < 0, UPPER, LOWER)
@@ -94,7 +95,8 @@ def basic_states(
 
 
 def _null_vector(M: Matrix, states: States) -> Vector | None:
-    """Return v of shape (n,), zero outside B, with M_BB v_B = 0 for an equilibrated M; None if M_BB is regular."""
+    """Return v of shape (n,), zero outside B, with M_BB v_B = 0 for an equilibrated M;
+    None if M_BB is regular."""
     basic = np.flatnonzero(states == BASIC)
     if not basic.size:
         return None
@@ -118,7 +120,8 @@ AT_ONCE, LEAST_AT_ONCE = 500_000, 4
 
 
 class _Point(NamedTuple):
-    """A breakpoint: s, t as a double, z, w if exact or verified, and the states on the piece before, or None."""
+    """A breakpoint: s, t as a double, z, w if exact or verified, and the states on the
+    piece before, or None."""
 
     s: Any
     t: float
@@ -153,21 +156,27 @@ def path(
     time_limit: float | None = None,
     exact: bool = False,
 ) -> Path:
-    """Follow the solutions from a problem to another one with the same M: parametric principal pivoting.
+    """Follow the solutions from a problem to another one with the same M: parametric
+    principal pivoting.
 
     Parameters
     ----------
-    problem, to : two Problems with the same M; each bound is finite in both or in neither.
+    problem, to : two Problems with the same M; each bound is finite in both or in
+        neither.
     start, stop : the values of t at the two problems, start < stop.
-    tol : the largest relative residual at which a point counts as a solution, 1e-10 by default.
+    tol : the largest relative residual at which a point counts as a solution, 1e-10 by
+        default.
     turns : whether to continue with decreasing t where the path turns.
-    max_breakpoints, time_limit : the breakpoints and seconds after which to stop, by default 100000 and no limit.
-    exact : whether to compute the breakpoints in fractions and to prove each piece, with the doubles taken as exact.
+    max_breakpoints, time_limit : the breakpoints and seconds after which to stop, by
+        default 100000 and no limit.
+    exact : whether to compute the breakpoints in fractions and to prove each piece,
+        with the doubles taken as exact.
 
     Returns
     -------
-    Path : its breakpoints t, z and w, how it ends, and whether it is verified; `path(t)` gives z at t. If the path is
-        interrupted or reaches a limit, this is the part up to there.
+    Path : its breakpoints t, z and w, how it ends, and whether it is verified;
+        `path(t)` gives z at t. If the path is interrupted or reaches a limit, this is
+        the part up to there.
 
     Raises
     ------
@@ -205,8 +214,9 @@ def follow(
     read: Callable[[], Data] | None = None,
     **given: Any,
 ) -> Path:
-    """Return the path, in fractions if `read` is given, which returns both problems with their numbers as written;
-    `given` are options of `path`, None where they are not given."""
+    """Return the path, in fractions if `read` is given, which returns both problems
+    with their numbers as written; `given` are options of `path`, None where they are
+    not given."""
     began = seconds()
     check_options((TOL, MAX_BREAKPOINTS, TIME_LIMIT), given)
     own = {name: value for name, value in given.items() if value is not None}
@@ -222,7 +232,8 @@ def follow(
 
 
 class _End(NamedTuple):
-    """How a path ends: a key of ENDS, a sentence, and the last edge where it is a ray."""
+    """How a path ends: a key of ENDS, a sentence, and the last edge where it is a
+    ray."""
 
     end: str
     message: str
@@ -230,10 +241,12 @@ class _End(NamedTuple):
 
 
 class _Following:
-    """One run along a path, whose breakpoints are verified in order, many at once, while it is followed: in doubles, t
-    and z of those that have been may differ by rounding. What is known of it survives an interruption.
+    """One run along a path, whose breakpoints are verified in order, many at once,
+    while it is followed: in doubles, t and z of those that have been may differ by
+    rounding. What is known of it survives an interruption.
 
-    read : returns both problems in fractions, for an exact path; else None. exact : these, and the ones between them.
+    read : returns both problems in fractions, for an exact path; else None. exact :
+        these, and the ones between them.
     """
 
     def __init__(
@@ -351,7 +364,8 @@ class _Following:
             if points > MOST_POINTS:
                 return _End(
                     ends.BREAKDOWN,
-                    f"{ENDS[ends.BREAKDOWN]}: ties are not resolved in double precision",
+                    f"{ENDS[ends.BREAKDOWN]}: ties are not resolved in double "
+                    "precision",
                 )
             if self.exact is None and not np.isfinite(edge.z).all():
                 return _End(
@@ -373,7 +387,8 @@ class _Following:
         return _End(ends.BREAKPOINT_LIMIT, ENDS[ends.BREAKPOINT_LIMIT])
 
     def _append(self, edge: Edge) -> None:
-        """Add the vertex at the end of an edge; if the edge has no length, only the end of the path counts."""
+        """Add the vertex at the end of an edge; if the edge has no length, only the end
+        of the path counts."""
         last = self.points[-1]
         s = last.s if edge.rise == 0 else edge.s  # rounding may have moved it
         if not edge.is_point:
@@ -382,7 +397,8 @@ class _Following:
             self.points[-1] = self.point(s, edge.z, last.states)
 
     def add(self, s: Any, z: Any, states: States | None) -> None:
-        """Add a breakpoint, and the states on the piece before it; verify those before if there are many."""
+        """Add a breakpoint, and the states on the piece before it; verify those before
+        if there are many."""
         points = self.points
         points.append(self.point(s, z, states))
         new = len(points) - self._done

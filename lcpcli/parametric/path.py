@@ -1,5 +1,5 @@
-"""The path of solutions between two problems with the same M, whose q and bounds move linearly: its breakpoints, and
-how it ends."""
+"""The path of solutions between two problems with the same M, whose q and bounds move
+linearly: its breakpoints, and how it ends."""
 
 from __future__ import annotations
 
@@ -36,7 +36,9 @@ UNSOLVED, INFEASIBLE = "unsolved", "infeasible"
 ENDS = {
     REACHED: "the path reaches the second problem",
     RETURNED: "the path returns to the first problem, at another solution of it",
-    RAY: "the path ends on a ray, along which z grows without bound while t stands still",
+    RAY: (
+        "the path ends on a ray, along which z grows without bound while t stands still"
+    ),
     TURN: "the path turns: it goes on with t decreasing",
     BREAKPOINT_LIMIT: "stopped at the limit of breakpoints",
     TIME_LIMIT: "stopped at the time limit",
@@ -48,7 +50,8 @@ ENDS = {
 
 
 class StateChange(NamedTuple):
-    """What happens at a breakpoint to component `index`: its state before and after, lower, basic or upper."""
+    """What happens at a breakpoint to component `index`: its state before and after,
+    lower, basic or upper."""
 
     index: int  # type: ignore[assignment]  # in place of the method of tuples
     before: str
@@ -65,30 +68,36 @@ class ExactPath(NamedTuple):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Path:
-    """The solutions z(t) of the problems with the data (1 - s) FROM + s TO, where t = a + s (b - a).
+    """The solutions z(t) of the problems with the data (1 - s) FROM + s TO, where t = a
+    + s (b - a).
 
-    On a piece, that is between two breakpoints, z and w are linear in t; consecutive pieces join. Unless M is a
-    P-matrix, a problem may have other solutions that are not on the path.
+    On a piece, that is between two breakpoints, z and w are linear in t; consecutive
+    pieces join. Unless M is a P-matrix, a problem may have other solutions that are not
+    on the path.
 
     problem, to : the two problems, with the same M.
-    t : shape (m,), the parameter at the breakpoints in the order of the path, starting with a. It increases up to a
-        turn, and stays constant at a jump, where z moves from one solution of a problem to another.
+    t : shape (m,), the parameter at the breakpoints in the order of the path, starting
+        with a. It increases up to a turn, and stays constant at a jump, where z moves
+        from one solution of a problem to another.
     z, w : shape (m, n), the solutions at the breakpoints, and w = M z + q.
-    states : shape (m - 1, n), the state of each component on each piece: -1 at the lower bound, 0 basic, where w = 0,
-        and 1 at the upper bound.
+    states : shape (m - 1, n), the state of each component on each piece: -1 at the
+        lower bound, 0 basic, where w = 0, and 1 at the upper bound.
     end : how the path ends, a key of `ENDS`; `message` says it in a sentence.
-    verified : whether each breakpoint solves its problem, by the criterion of `solve` for the same tolerance, and both
-        ends of each piece satisfy the conditions of its states, so that every point between them solves its problem
-        too, as the module `verified` explains. If `exact` is there, this is verified in fractions.
+    verified : whether each breakpoint solves its problem, by the criterion of `solve`
+        for the same tolerance, and both ends of each piece satisfy the conditions of
+        its states, so that every point between them solves its problem too, as the
+        module `verified` explains. If `exact` is there, this is verified in fractions.
     direction : the direction of z, shape (n,), if the path ends on a ray; else None.
-    certificate : if the path ends on a ray, or at the start, and it is proved that no problem beyond has a solution,
-        a vector y of shape (n,) as in `Certificate`; else None.
+    certificate : if the path ends on a ray, or at the start, and it is proved that no
+        problem beyond has a solution, a vector y of shape (n,) as in `Certificate`;
+        else None.
     exact : the breakpoints in fractions, if requested; else None.
     seconds : the time from the problems in memory to the verified path.
 
     >>> import lcpcli
     >>> lcpcli.path(lcpcli.Problem([[2]], [1]), lcpcli.Problem([[2]], [-1]))
-    <Path for t from 0 to 1: the path reaches the second problem; 3 breakpoints, verified>
+    <Path for t from 0 to 1: the path reaches the second problem; 3 breakpoints,
+    verified>
     """
 
     family: Family
@@ -119,18 +128,21 @@ class Path:
 
     @property
     def complete(self) -> bool:
-        """Return whether it is verified and ends of its own accord: at the second problem or back, a turn or a ray."""
+        """Return whether it is verified and ends of its own accord: at the second
+        problem or back, a turn or a ray."""
         return self.verified and self.end in (REACHED, RETURNED, RAY, TURN)
 
     @property
     def basis(self) -> list[list[str]]:
-        """Return the states of the components on each piece, in words as in `Result.basis`."""
+        """Return the states of the components on each piece, in words as in
+        `Result.basis`."""
         return [in_words(piece) for piece in self.states]
 
     @cached_property
     def changes(self) -> list[list[StateChange]]:
-        """Return the changes at each breakpoint except the first and the last, m - 2 lists. A list may be empty, or
-        have several changes where pieces of zero length have been left out."""
+        """Return the changes at each breakpoint except the first and the last, m - 2
+        lists. A list may be empty, or have several changes where pieces of zero length
+        have been left out."""
         return [
             [
                 StateChange(i, WORDS[before[i]], WORDS[after[i]])
@@ -146,15 +158,17 @@ class Path:
         return found
 
     def __getitem__(self, name: str) -> Vector:
-        """Return the component of z with this name at the breakpoints, shape (m,), as `Result` does."""
+        """Return the component of z with this name at the breakpoints, shape (m,), as
+        `Result` does."""
         with imports:
             from lcpcli.model.words import component
         return component(self.problem, name, self.z)
 
     @np.errstate(all="ignore")
     def __call__(self, t: float) -> Vector:
-        """Return z(t), shape (n,); where the path passes t several times, or stands still there, all its points, and
-        the ends of the segments on which it stands still, shape (k, n)."""
+        """Return z(t), shape (n,); where the path passes t several times, or stands
+        still there, all its points, and the ends of the segments on which it stands
+        still, shape (k, n)."""
         points = [
             z for piece in range(self.t.size - 1) for z in self._on_piece(piece, t)
         ]
@@ -196,10 +210,12 @@ class Path:
     def plot(
         self, file: str | os.PathLike[str] | None = None, show: Sequence[str] = ()
     ) -> Any:
-        """Draw z_i(t), and for a program the objective, in a `Picture`, as `lcpcli.plot` does for results.
+        """Draw z_i(t), and for a program the objective, in a `Picture`, as
+        `lcpcli.plot` does for results.
 
-        show : the names of the unknowns to draw, or of a program's multipliers; * stands for any text. By default all
-        unknowns that are not always 0 are drawn; for a program, only x.
+        show : the names of the unknowns to draw, or of a program's multipliers; *
+        stands for any text. By default all unknowns that are not always 0 are drawn;
+        for a program, only x.
         """
         return views.plotting.plot_path(self, file, show)
 
@@ -208,10 +224,13 @@ class Path:
 
 
 class Family:
-    """The problems with the data (1 - s) FROM + s TO, where t = a + s (b - a), 0 <= s <= 1.
+    """The problems with the data (1 - s) FROM + s TO, where t = a + s (b - a), 0 <= s
+    <= 1.
 
-    problem, to : the problems FROM and TO. Raises ProblemError unless they share M and, up to their values, the bounds.
-    start, stop : a and b, two numbers, a < b, else it raises OptionError. is_mixed : whether one of the problems is.
+    problem, to : the problems FROM and TO. Raises ProblemError unless they share M and,
+        up to their values, the bounds.
+    start, stop : a and b, two numbers, a < b, else it raises OptionError. is_mixed :
+        whether one of the problems is.
     """
 
     def __init__(
@@ -234,7 +253,8 @@ class Family:
         return (t - self.start) / (self.stop - self.start)
 
     def q(self, share: Vector | float) -> Vector:
-        """Return q at s, exactly those of both problems at the ends; for s of shape (m, 1) of shape (m, n)."""
+        """Return q at s, exactly those of both problems at the ends; for s of shape (m,
+        1) of shape (m, n)."""
         return _between(self.problem.q, self.to.q, share)
 
     def bounds(self, share: Vector | float) -> tuple[Vector, Vector]:
@@ -244,12 +264,14 @@ class Family:
 
     @cached_property
     def is_fixed(self) -> Mask:
-        """Return where both bounds are equal throughout, so that w_i may have any sign."""
+        """Return where both bounds are equal throughout, so that w_i may have any
+        sign."""
         (low, last_low), (high, last_high) = self._bounds
         return np.asarray((low == high) & (last_low == last_high))
 
     def at(self, t: float) -> Problem:
-        """Return the problem at t, with its numbers rounded to doubles; with what is known of M, as it is the same."""
+        """Return the problem at t, with its numbers rounded to doubles; with what is
+        known of M, as it is the same."""
         if self._last[0] != t:
             share, before = self.share(t), vars(self._last[1])
             low, high = self.bounds(share) if self.is_mixed else (0.0, np.inf)

@@ -1,19 +1,25 @@
-"""Parametric principal pivoting: the path of solutions as q and the bounds move linearly.
+"""Parametric principal pivoting: the path of solutions as q and the bounds move
+linearly.
 
-A vertex of the path is a solution at which one component i is twice at its end: z_i at a bound and w_i = 0. There the
-rows R with w = 0 are one more than the basic z, and t is determined with them. From a vertex two edges go out: z_i
-leaves its bound, or w_i becomes nonzero; the path comes along one and goes on along the other, until another z_j or w_j
-reaches its end, or t does. On an edge t increases, decreases (after a turn) or stands still (a jump).
+A vertex of the path is a solution at which one component i is twice at its end: z_i at
+a bound and w_i = 0. There the rows R with w = 0 are one more than the basic z, and t is
+determined with them. From a vertex two edges go out: z_i leaves its bound, or w_i
+becomes nonzero; the path comes along one and goes on along the other, until another z_j
+or w_j reaches its end, or t does. On an edge t increases, decreases (after a turn) or
+stands still (a jump).
 
-R. W. Cottle, Monotone solutions of the parametric linear complementarity problem, Mathematical Programming 3 (1972)
-210-224; R. W. Cottle, J.-S. Pang and R. E. Stone, The Linear Complementarity Problem (1992), section 4.5. For convex
-quadratic programs it is the critical line method (H. Markowitz, Naval Research Logistics Quarterly 3 (1956) 111-133).
-Ties are broken as if the data were perturbed by random multiples of an infinitesimal number, to prevent cycling (A.
-Charnes, Optimality and degeneracy in linear programming, Econometrica 20 (1952) 160-170).
+R. W. Cottle, Monotone solutions of the parametric linear complementarity problem,
+Mathematical Programming 3 (1972) 210-224; R. W. Cottle, J.-S. Pang and R. E. Stone, The
+Linear Complementarity Problem (1992), section 4.5. For convex quadratic programs it is
+the critical line method (H. Markowitz, Naval Research Logistics Quarterly 3 (1956)
+111-133). Ties are broken as if the data were perturbed by random multiples of an
+infinitesimal number, to prevent cycling (A. Charnes, Optimality and degeneracy in
+linear programming, Econometrica 20 (1952) 160-170).
 
-The same in integers: ties, signs and turns are all decided without rounding, and each piece is proved. Each condition
-is a form that is nonnegative: z_i - l_i and u_i - z_i, w_i where z_i is at its lower bound, -w_i where it is at its
-upper bound, s and 1 - s. A vertex is a dictionary in which those forms are cobasic that are 0 there.
+The same in integers: ties, signs and turns are all decided without rounding, and each
+piece is proved. Each condition is a form that is nonnegative: z_i - l_i and u_i - z_i,
+w_i where z_i is at its lower bound, -w_i where it is at its upper bound, s and 1 - s. A
+vertex is a dictionary in which those forms are cobasic that are 0 there.
 """
 
 from __future__ import annotations
@@ -42,7 +48,8 @@ Z, W, T = "z", "w", "t"
 
 
 class Variable(NamedTuple):
-    """A variable at an end: its kind, its index, and the sign with which it leaves that end, or by which it came."""
+    """A variable at an end: its kind, its index, and the sign with which it leaves that
+    end, or by which it came."""
 
     kind: str
     at: int
@@ -50,7 +57,8 @@ class Variable(NamedTuple):
 
 
 class Direction(NamedTuple):
-    """How z, w and t change along an edge, and the largest size of the changes of t and of the basic z."""
+    """How z, w and t change along an edge, and the largest size of the changes of t and
+    of the basic z."""
 
     z: Vector
     w: Vector
@@ -62,10 +70,12 @@ class Edge(NamedTuple):
     """An edge of the path, with the vertex at its end.
 
     states : shape (n,), of the components on it.
-    rise : the sign of the change of t. is_point : whether it has no length, at a degenerate vertex.
-    s, z : the vertex, in the units of the problem, in doubles or fractions; on a ray the last s and the direction of z.
-    multipliers : in doubles on a ray, which has no end, those of the rows with w = 0; else None. is_ray, is_last :
-    whether it is a ray, and the last one.
+    rise : the sign of the change of t. is_point : whether it has no length, at a
+        degenerate vertex.
+    s, z : the vertex, in the units of the problem, in doubles or fractions; on a ray
+        the last s and the direction of z.
+    multipliers : in doubles on a ray, which has no end, those of the rows with w = 0;
+    else None. is_ray, is_last : whether it is a ray, and the last one.
     """
 
     states: States
@@ -94,7 +104,8 @@ NEAR_END = 2.0**-38
 
 
 class Pivoting:
-    """The path from a basis at s = 0, in equilibrated units, in which t is s times `span`.
+    """The path from a basis at s = 0, in equilibrated units, in which t is s times
+    `span`.
 
     states : shape (n,), as those of an edge.
     fixed : q + M z_N, where z_N are the z at bounds, is fixed + t system.moved.
@@ -132,7 +143,8 @@ class Pivoting:
         self._settle()
 
     def edges(self) -> Iterator[Edge]:
-        """Yield one edge of the path after another; raise SingularMatrix if rounding prevents it."""
+        """Yield one edge of the path after another; raise SingularMatrix if rounding
+        prevents it."""
         entering = Variable(T, self.n, 1.0)
         while True:
             for _ in range(2):
@@ -224,20 +236,23 @@ class Pivoting:
         return Direction(z, w, t, size)
 
     def _spread(self, x: Vector) -> tuple[Vector, float]:
-        """Return basic z in a vector of shape (n,), and t, from values in the order of the columns."""
+        """Return basic z in a vector of shape (n,), and t, from values in the order of
+        the columns."""
         values = np.zeros(self.n + 1)
         values[self.system.cols] = x
         return values[:-1], float(values[-1])
 
     def _of_state(self, ends: Vector) -> Vector:
-        """Return the lower or the upper value of each component, by its state; shape (n,)."""
+        """Return the lower or the upper value of each component, by its state; shape
+        (n,)."""
         if not self.has_upper:
             return np.asarray(ends[0])
         return np.asarray(np.where(self.states == UPPER, ends[1], ends[0]))
 
     def _slacks(self, entering: Variable, z: Vector, w: Vector, ends: Vector) -> Vector:
-        """Return how far each component is from the end at which it would leave, shape (n,), and with upper bounds how
-        far a basic z_j is from its own, shape (2 n,); for directions and the rates of the bounds, how these change."""
+        """Return how far each component is from the end at which it would leave, shape
+        (n,), and with upper bounds how far a basic z_j is from its own, shape (2 n,);
+        for directions and the rates of the bounds, how these change."""
         is_basic = self.states == BASIC
         if entering.kind == Z:
             is_basic[entering.at] = True
@@ -254,7 +269,8 @@ class Pivoting:
     def _step(
         self, entering: Variable, direction: Direction
     ) -> tuple[float, Variable | None, float]:
-        """Return the length of the edge, and the variable that ends it, or None, and by how much this changes."""
+        """Return the length of the edge, and the variable that ends it, or None, and by
+        how much this changes."""
         ends = self.bounds + self.t * self.rates if self.moves else self.bounds
         slacks = self._slacks(entering, self.z, self.w, ends)
         rates = self._slacks(
@@ -291,7 +307,8 @@ class Pivoting:
         )
 
     def _first(self, entering: Variable, tied: Indices, rates: Vector) -> int:
-        """Return the tied component that reaches its end first if the data are perturbed."""
+        """Return the tied component that reaches its end first if the data are
+        perturbed."""
         system, nonbasic = self.system, self.states != BASIC
         z = np.where(nonbasic, self._of_state(self.perturbed_bounds), 0.0)
         w = self.perturbed_q.copy()
@@ -307,7 +324,8 @@ class Pivoting:
         return int(tied[np.argmin(slacks[tied] / -rates[tied])])
 
     def _shift(self, j: int, times: float) -> None:
-        """Add z_j at its bound to `fixed` and its change to `moved`, or with times = -1 subtract it."""
+        """Add z_j at its bound to `fixed` and its change to `moved`, or with times = -1
+        subtract it."""
         side = int(self.states[j] == UPPER)
         value, rate = self.bounds[side, j], self.rates[side, j]
         if value or rate:
@@ -373,8 +391,9 @@ NOTHING = Fraction(0), Fraction(0)  # a bound that does not move, at 0
 
 
 class ExactFamily:
-    """The problems between two with the same M, in fractions: M_ij = rows[i][j] / scales[i] in integers, and q, l and u
-    at s = 0 with their changes; bounds that do not exist are None."""
+    """The problems between two with the same M, in fractions: M_ij = rows[i][j] /
+    scales[i] in integers, and q, l and u at s = 0 with their changes; bounds that do
+    not exist are None."""
 
     def __init__(self, first: ExactProblem, last: ExactProblem) -> None:
         self._first, self.n, self.rows, self.scales = (
@@ -403,7 +422,8 @@ class ExactFamily:
         ]
 
     def satisfies(self, states: States, s: Fraction, z: Values, w: Values) -> bool:
-        """Return whether a point satisfies the conditions of these states, as all of a piece does if its ends do."""
+        """Return whether a point satisfies the conditions of these states, as all of a
+        piece does if its ends do."""
         for i, state in enumerate(states.tolist()):
             low, high = (
                 own and own[0] + s * own[1] for own in (self.lower[i], self.upper[i])
@@ -419,7 +439,8 @@ class ExactFamily:
 
 
 class ExactPivoting(pivoting.Pivoting):
-    """The path from the basis with these states at s = 0, with s as its parameter; 1 - s is form 3 n + 1."""
+    """The path from the basis with these states at s = 0, with s as its parameter; 1 -
+    s is form 3 n + 1."""
 
     def __init__(self, family: ExactFamily, states: States) -> None:
         n, self.family = family.n, family
@@ -444,7 +465,8 @@ class ExactPivoting(pivoting.Pivoting):
         self._begin()
 
     def _rows(self) -> dict[int, list[int]]:
-        """Return the other forms in terms of those that stand for z_i and of s, each times a positive integer."""
+        """Return the other forms in terms of those that stand for z_i and of s, each
+        times a positive integer."""
         n, family, ends, signs = self.family.n, self.family, self._bases, self._signs
         rows = {3 * n + 1: [1, *[0] * n, -1]}
         for i, (row, scale, (q, change)) in enumerate(

@@ -1,8 +1,11 @@
-"""Systems A_RC x = b with rows R and columns C of A = [M, c], which change by one row or column at a time.
+"""Systems A_RC x = b with rows R and columns C of A = [M, c], which change by one row
+or column at a time.
 
-Of a dense M the inverse is updated as by the product form (G. B. Dantzig and W. Orchard-Hays, The product form for the
-inverse in the simplex method, Mathematical Tables and Other Aids to Computation 8 (1954) 64-67), and by borders (J.
-Sherman and W. J. Morrison, Annals of Mathematical Statistics 21 (1950) 124-127); to factors of a sparse M the former.
+Of a dense M the inverse is updated as by the product form (G. B. Dantzig and W.
+Orchard-Hays, The product form for the inverse in the simplex method, Mathematical
+Tables and Other Aids to Computation 8 (1954) 64-67), and by borders (J. Sherman and W.
+J. Morrison, Annals of Mathematical Statistics 21 (1950) 124-127); to factors of a
+sparse M the former.
 """
 
 from __future__ import annotations
@@ -25,9 +28,10 @@ NOTHING: tuple[int, Vector] = -1, np.zeros(0)  # the solution for no column
 class ChangingSystem(ABC):
     """What both kinds of systems share.
 
-    moved : column n of A, which is c; the others are those of M. age : the changes since factors were computed from
-    scratch; more than MOST_CHANGES after a pivot that is not clearly different from 0. Columns that are exchanged are
-    numbered as in J = [M, c, I], where a unit column is there for each row that is not in R.
+    moved : column n of A, which is c; the others are those of M. age : the changes
+    since factors were computed from scratch; more than MOST_CHANGES after a pivot that
+    is not clearly different from 0. Columns that are exchanged are numbered as in J =
+    [M, c, I], where a unit column is there for each row that is not in R.
     """
 
     def __init__(self, M: Matrix, moved: Vector) -> None:
@@ -41,14 +45,15 @@ class ChangingSystem(ABC):
 
     @abstractmethod
     def refresh(self) -> None:
-        """Compute the factors from scratch; raise SingularMatrix if A_RC is singular."""
+        """Compute the factors from scratch; raise SingularMatrix if A_RC is
+        singular."""
 
 
 class DenseSystem(ChangingSystem):
     """The inverse of A_RC, of order k, and the columns of A in C, each of shape (n,).
 
-    Where the pivot of an update is not clearly different from 0, the inverse is computed from scratch when it is next
-    asked to be accurate.
+    Where the pivot of an update is not clearly different from 0, the inverse is
+    computed from scratch when it is next asked to be accurate.
     """
 
     def __init__(self, M: Matrix, moved: Vector) -> None:
@@ -88,7 +93,8 @@ class DenseSystem(ChangingSystem):
         return np.asarray(self.inverse @ b[self.rows])
 
     def solve_column(self, col: int) -> Vector:
-        """Return the x with A_RC x = a_R for the column a, which may be the next one to come into C."""
+        """Return the x with A_RC x = a_R for the column a, which may be the next one to
+        come into C."""
         self._solved = col, self.solve(self.column(col))
         return self._solved[1]
 
@@ -107,8 +113,9 @@ class DenseSystem(ChangingSystem):
         return np.asarray(x @ self.columns)
 
     def exchange(self, old: int, new: int) -> None:
-        """Put a column of J in the place of another one, or the new values of column n in its place: one step of the
-        product form for the inverse of [A_C, E], of which the rows in the places of unit columns are not stored."""
+        """Put a column of J in the place of another one, or the new values of column n
+        in its place: one step of the product form for the inverse of [A_C, E], of which
+        the rows in the places of unit columns are not stored."""
         # Rows of M, or negative.
         k, X, coming, leaving = self.k, self.inverse, old - self.n - 1, new - self.n - 1
         if leaving < 0:
@@ -167,13 +174,15 @@ class DenseSystem(ChangingSystem):
         self.refresh()
 
     def _coming(self, col: int) -> Vector:
-        """Return the x with A_RC x = a_R for a column that comes into C, from the last solve if that was for it."""
+        """Return the x with A_RC x = a_R for a column that comes into C, from the last
+        solve if that was for it."""
         last, x = self._solved
         self._solved = NOTHING
         return x.copy() if last == col else self.solve(self.column(col))
 
     def _pivot(self, value: float, terms: float) -> float:
-        """Return a pivot, or 1 and have the inverse computed from scratch if it is too small."""
+        """Return a pivot, or 1 and have the inverse computed from scratch if it is too
+        small."""
         if abs(value) > LEAST_PIVOT * terms:
             return value
         self.age = MOST_CHANGES
@@ -181,7 +190,8 @@ class DenseSystem(ChangingSystem):
 
 
 class SparseSystem(ChangingSystem):
-    """The factors of [A_C, E] for a sparse M, where E has the unit columns of the rows outside R, and later changes.
+    """The factors of [A_C, E] for a sparse M, where E has the unit columns of the rows
+    outside R, and later changes.
 
     The interface is that of `DenseSystem`.
     """

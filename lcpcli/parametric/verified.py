@@ -1,17 +1,22 @@
-"""The verification of a path in floating point: its breakpoints, and all points between them.
+"""The verification of a path in floating point: its breakpoints, and all points between
+them.
 
-Each breakpoint has to solve its problem, with the q and the bounds at its t, by the criterion of `solve`. A z_j that is
-0 there in exact arithmetic may have to be a little more than 0 at this t, a double, or t has to be one of the doubles
-beside it: so replacements that differ by rounding are tried where a breakpoint is no solution. Only at a jump may a row
-be violated by what the last bit of t changes in it: its points are solutions for one t, which is hardly ever a double.
+Each breakpoint has to solve its problem, with the q and the bounds at its t, by the
+criterion of `solve`. A z_j that is 0 there in exact arithmetic may have to be a little
+more than 0 at this t, a double, or t has to be one of the doubles beside it: so
+replacements that differ by rounding are tried where a breakpoint is no solution. Only
+at a jump may a row be violated by what the last bit of t changes in it: its points are
+solutions for one t, which is hardly ever a double.
 
-On a piece z, w, q and the bounds are linear in t. Take for each row i the terms |q|_i + sum_j |M_ij| |z_j| over those
-numbers only that do not change their sign on the piece: they are linear there, and no larger than the terms of the row.
-So if at both ends what violates the conditions of the states of the piece is at most the tolerance times these terms,
-this holds at each point between them, which is then the exact solution of a problem whose numbers differ by no more
-than the tolerance, relatively (Oettli and Prager 1964, as in `verify.measure`). As t is known to a few digits less than
-those of a double, NEGLIGIBLE of the numbers between which q(t) and z(t) move may be left at the ends: of
-(1 - s) |q_0| + s |q_1|, and of |M| times the larger |z| of both ends.
+On a piece z, w, q and the bounds are linear in t. Take for each row i the terms |q|_i +
+sum_j |M_ij| |z_j| over those numbers only that do not change their sign on the piece:
+they are linear there, and no larger than the terms of the row. So if at both ends what
+violates the conditions of the states of the piece is at most the tolerance times these
+terms, this holds at each point between them, which is then the exact solution of a
+problem whose numbers differ by no more than the tolerance, relatively (Oettli and
+Prager 1964, as in `verify.measure`). As t is known to a few digits less than those of a
+double, NEGLIGIBLE of the numbers between which q(t) and z(t) move may be left at the
+ends: of (1 - s) |q_0| + s |q_1|, and of |M| times the larger |z| of both ends.
 """
 
 from __future__ import annotations
@@ -39,7 +44,8 @@ ADJACENT, NEARBY = (1, -1), (16, -16, 256, -256)  # doubles by which t may be re
 
 
 def _beside(pieces: Any) -> tuple[Any, Any]:
-    """Return for each breakpoint the row of the piece before it and of that after it; at the ends both are the same."""
+    """Return for each breakpoint the row of the piece before it and of that after it;
+    at the ends both are the same."""
     if not len(pieces):
         nothing = np.zeros((1, pieces.shape[1]), dtype=pieces.dtype)
         return nothing, nothing
@@ -56,11 +62,12 @@ def verify(
     known: int = 0,
     some: int | None = None,
 ) -> tuple[Vector, Vector, Vector, bool]:
-    """Return the breakpoints from those that were found: t of shape (m,), z and w of shape (m, n), and whether they and
-    the pieces between them are verified.
+    """Return the breakpoints from those that were found: t of shape (m,), z and w of
+    shape (m, n), and whether they and the pieces between them are verified.
 
-    z, states : shapes (m, n) and (m - 1, n). known : how many of the first ones are results of an earlier call. some :
-    how many are returned; the others, of which none has the t of the last of these, are only neighbours.
+    z, states : shapes (m, n) and (m - 1, n). known : how many of the first ones are
+    results of an earlier call. some : how many are returned; the others, of which none
+    has the t of the last of these, are only neighbours.
     """
     own, most = (
         _Breakpoints(family, t.copy(), z, states, tol, known),
@@ -71,7 +78,8 @@ def verify(
 
 
 class _Breakpoints:
-    """Some breakpoints in a row, which may be replaced by others that differ by rounding."""
+    """Some breakpoints in a row, which may be replaced by others that differ by
+    rounding."""
 
     def __init__(
         self,
@@ -94,8 +102,8 @@ class _Breakpoints:
         self._measure()
 
     def _on_bounds(self, s: Vector, some: slice) -> Vector:
-        """Return the z of some breakpoints, at these s, with each component exactly at the bound where it is on a piece
-        beside it, and within its bounds elsewhere."""
+        """Return the z of some breakpoints, at these s, with each component exactly at
+        the bound where it is on a piece beside it, and within its bounds elsewhere."""
         is_mixed, (before, after) = (
             self.family.is_mixed,
             (states[some] for states in self.beside),
@@ -113,7 +121,8 @@ class _Breakpoints:
         )
 
     def _measure(self) -> None:
-        """Compute q, w = M z + q and |M| |z|, by products with those columns of M only that count."""
+        """Compute q, w = M z + q and |M| |z|, by products with those columns of M only
+        that count."""
         M, z = self.family.problem.M, self.z
         self.s = self.family.share(self.t)
         self.Q = self.family.q(self.s[:, np.newaxis])
@@ -126,7 +135,8 @@ class _Breakpoints:
         )
 
     def settle(self, some: range) -> bool:
-        """Return whether some breakpoints solve their problems, after replacements where they do not."""
+        """Return whether some breakpoints solve their problems, after replacements
+        where they do not."""
         if not np.isfinite(self.Q).all():
             return False
         doubtful = np.flatnonzero(~self._surely_solve()).tolist()
@@ -137,7 +147,8 @@ class _Breakpoints:
         return all(settled)
 
     def _surely_solve(self) -> Mask:
-        """Return which breakpoints solve their problems by the measure, without a closer look at rounding."""
+        """Return which breakpoints solve their problems by the measure, without a
+        closer look at rounding."""
         low, high, M, z = 0.0, np.inf, self.family.problem.M, self.z
         if self.family.is_mixed:
             low, high = (bound.T for bound in self.family.bounds(self.s[:, np.newaxis]))
@@ -148,14 +159,16 @@ class _Breakpoints:
         return np.asarray(measure.surely_solves(z, own, self.tol) & block.are_moderate)
 
     def _run(self, k: int) -> tuple[int, int]:
-        """Return the first breakpoint with the t of breakpoint k, and the first one after it with another t."""
+        """Return the first breakpoint with the t of breakpoint k, and the first one
+        after it with another t."""
         others = np.flatnonzero(self.t != self.t[k])
         return int(others[others < k].max(initial=-1)) + 1, int(
             others[others > k].min(initial=self.t.size)
         )
 
     def _settles(self, first: int, end: int) -> bool:
-        """Return whether breakpoints with one t solve their problems, or do after a replacement, which is made."""
+        """Return whether breakpoints with one t solve their problems, or do after a
+        replacement, which is made."""
         for t, Z in self._replacements(first, end):
             check()
             criterion = Criterion(self.family.at(t), self.tol)
@@ -171,7 +184,8 @@ class _Breakpoints:
         )
 
     def _replacements(self, first: int, end: int) -> Iterator[tuple[float, Vector]]:
-        """Yield t and z that differ from those of breakpoints with one t by rounding, the cheapest ones first."""
+        """Yield t and z that differ from those of breakpoints with one t by rounding,
+        the cheapest ones first."""
         for steps in (0, *ADJACENT):
             yield from self._moved(first, end, steps)
         t = float(self.t[first])
@@ -185,7 +199,8 @@ class _Breakpoints:
             yield from self._moved(first, end, steps)
 
     def _basic(self, k: int, steps: int) -> Iterator[tuple[float, Vector]]:
-        """Yield t of a breakpoint moved by some doubles, and basic solutions from the states of the pieces beside."""
+        """Yield t of a breakpoint moved by some doubles, and basic solutions from the
+        states of the pieces beside."""
         beside = {
             states.tobytes(): states for states in self.states[max(k - 1, 0) : k + 1]
         }.values()
@@ -199,7 +214,8 @@ class _Breakpoints:
     def _moved(
         self, first: int, end: int, steps: int
     ) -> Iterator[tuple[float, Vector]]:
-        """Yield t moved by some doubles, and z for it, if that does not pass a breakpoint beside or an end."""
+        """Yield t moved by some doubles, and z for it, if that does not pass a
+        breakpoint beside or an end."""
         family, own = self.family, float(self.t[first])
         t = own + steps * self._last_bit(first)
         beside = [
@@ -216,7 +232,8 @@ class _Breakpoints:
             )
 
     def _last_bit(self, k: int) -> float:
-        """Return the distance of two values of t that differ both as doubles and as shares of the path."""
+        """Return the distance of two values of t that differ both as doubles and as
+        shares of the path."""
         return float(
             max(
                 np.spacing(abs(self.t[k])),
@@ -225,7 +242,8 @@ class _Breakpoints:
         )
 
     def _is_near(self, k: int, z: Vector) -> bool:
-        """Return whether z differs little from that of a breakpoint, beside that and the breakpoints next to it."""
+        """Return whether z differs little from that of a breakpoint, beside that and
+        the breakpoints next to it."""
         some = self.z[max(k - 1, 0) : k + 2]
         most = SHARE * np.abs(some - self.z[k]).max(axis=0) + NEAR * np.abs(some).max(
             axis=0
@@ -233,7 +251,8 @@ class _Breakpoints:
         return bool((np.abs(z - self.z[k]) <= most).all())
 
     def _jumps(self, first: int, end: int, steps: int) -> bool:
-        """Return whether breakpoints of a jump solve their problems up to the last bit of t, moved by some doubles."""
+        """Return whether breakpoints of a jump solve their problems up to the last bit
+        of t, moved by some doubles."""
         family, tol = self.family, max(self.tol, ROUNDING)
         for t, Z in self._moved(first, end, steps):
             bit = self._last_bit(first)
@@ -263,7 +282,8 @@ class _Breakpoints:
         return False
 
     def are_pieces(self, most: int) -> bool:
-        """Return whether on each piece between the first breakpoints both ends satisfy the conditions of its states."""
+        """Return whether on each piece between the first breakpoints both ends satisfy
+        the conditions of its states."""
         keeps, sizes, z, Q = _keeps_sign(self.z), self.sizes, self.z, self.Q
         if not keeps.all():
             sizes = absolute_product(
@@ -288,7 +308,8 @@ class _Breakpoints:
         return bool(np.isfinite(self.t).all())
 
     def _rounding(self, piece: int, k: int, rows: Indices) -> Vector:
-        """Return what rounding of t may leave in some rows at an end of a piece, breakpoint k."""
+        """Return what rounding of t may leave in some rows at an end of a piece,
+        breakpoint k."""
         larger = np.abs(self.z[piece : piece + 2]).max(axis=0)
         first, last = (
             np.abs(problem.q[rows]) for problem in (self.family.problem, self.family.to)
@@ -300,7 +321,8 @@ class _Breakpoints:
 
 
 def _keeps_sign(values: Vector) -> Mask:
-    """Return where values of breakpoints, shape (m, n), do not have opposite signs at the ends of a piece beside."""
+    """Return where values of breakpoints, shape (m, n), do not have opposite signs at
+    the ends of a piece beside."""
     changes = values[:-1] * values[1:] < 0
     before, after = (
         _beside(changes) if len(changes) else (np.zeros(values.shape, dtype=bool),) * 2

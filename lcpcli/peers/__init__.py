@@ -1,1 +1,2 @@
-"""Other solvers; lcpcli.peers.registry lists them and defines the interface of a peer."""
+"""Other solvers; lcpcli.peers.registry lists them and defines the interface of a
+peer."""

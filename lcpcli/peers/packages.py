@@ -1,12 +1,16 @@
-"""Solvers in Python packages: QuantEcon.py, five solvers of convex quadratic programs, and Gambit in its own process.
+"""Solvers in Python packages: QuantEcon.py, five solvers of convex quadratic programs,
+and Gambit in its own process.
 
-The program is to minimize z'Mz / 2 + q'z over z >= 0, or over l <= z <= u; a problem made from a program gives that
-program, with its rows. If M is symmetric, the optimality conditions are the problem; if M is also positive
-semidefinite, they are sufficient: R. W. Cottle, J.-S. Pang, R. E. Stone, The linear complementarity problem (1992) 1.2.
+The program is to minimize z'Mz / 2 + q'z over z >= 0, or over l <= z <= u; a problem
+made from a program gives that program, with its rows. If M is symmetric, the optimality
+conditions are the problem; if M is also positive semidefinite, they are sufficient: R.
+W. Cottle, J.-S. Pang, R. E. Stone, The linear complementarity problem (1992) 1.2.
 
-Gambit finds one equilibrium of a game of two players, by Lemke's method in floating point: R. Savani, T. L. Turocy,
-Gambit: the package for computation in game theory, https://www.gambit-project.org; B. C. Eaves, The linear
-complementarity problem, Management Science 17 (1971) 612-634. It has no tolerance, and its time limit ends the process.
+Gambit finds one equilibrium of a game of two players, by Lemke's method in floating
+point: R. Savani, T. L. Turocy, Gambit: the package for computation in game theory,
+https://www.gambit-project.org; B. C. Eaves, The linear complementarity problem,
+Management Science 17 (1971) 612-634. It has no tolerance, and its time limit ends the
+process.
 """
 
 from __future__ import annotations
@@ -56,7 +60,8 @@ def is_monotone(problem: Problem) -> bool:
 
 
 def program_of(problem: Problem, infinite: float = np.inf) -> ProgramData:
-    """Return the program, to be minimized, with a solver's own infinity; without rows if the problem has no program."""
+    """Return the program, to be minimized, with a solver's own infinity; without rows
+    if the problem has no program."""
     given = conditions_of(problem)
     data = (
         problem.origin.program(given) if isinstance(problem.origin, Program) else None
@@ -80,7 +85,8 @@ def _not_stored(kind: str, problem: Problem) -> str:
     return (
         ""
         if fits
-        else f"takes {kind} matrices only; others are converted up to n = {MOST_CONVERTED}"
+        else f"takes {kind} matrices only; others are converted up to n = "
+        f"{MOST_CONVERTED}"
     )
 
 
@@ -93,7 +99,8 @@ def dense(M: Matrix) -> Any:
 
 
 def columns(*blocks: Any) -> Any:
-    """Return blocks one below the other, in compressed sparse columns, as a csc_matrix, which all peers accept."""
+    """Return blocks one below the other, in compressed sparse columns, as a csc_matrix,
+    which all peers accept."""
     with imports:
         from scipy.sparse import csc_matrix, vstack
     return csc_matrix(
@@ -104,19 +111,22 @@ def columns(*blocks: Any) -> Any:
 
 
 Ending = tuple[Any, Any, bool, str] | tuple[Any, Any, bool, str, float]
-"""x and y, whether the program is solved, and the statement of a `Claim`, perhaps its seconds. x is the minimizer of
-the program, None if there is none; y are the multipliers of its rows, the derivatives of the minimum with respect to
-their bounds; if y is None, x is z."""
+"""x and y, whether the program is solved, and the statement of a `Claim`, perhaps its
+seconds. x is the minimizer of the program, None if there is none; y are the multipliers
+of its rows, the derivatives of the minimum with respect to their bounds; if y is None,
+x is z."""
 
 
 @dataclass
 class PackageSolver:
-    """Another solver, in a Python package; only those of `registry.NONLINEAR` are asked about nonlinear problems.
+    """Another solver, in a Python package; only those of `registry.NONLINEAR` are asked
+    about nonlinear problems.
 
-    module : the module to import, from the distribution with its first name. call : a function of the module, the
-    problem, what `prepare` makes of it, by default its program, and, if the solver has them, its tolerance and its time
-    limit. refusals : functions that say why a problem is excluded, as a clause, or "". compile : is called with the
-    module before the clock starts.
+    module : the module to import, from the distribution with its first name. call : a
+    function of the module, the problem, what `prepare` makes of it, by default its
+    program, and, if the solver has them, its tolerance and its time limit. refusals :
+    functions that say why a problem is excluded, as a clause, or "". compile : is
+    called with the module before the clock starts.
     """
 
     module: str
@@ -170,7 +180,8 @@ class PackageSolver:
     compile=lambda optimize: optimize.lcp_lemke(np.eye(2), -np.ones(2), max_iter=10**6),
 )
 def quantecon(optimize: Any, problem: Problem, *_: Any) -> Ending:
-    """Run QuantEcon.py's compiled Lemke method with lexicographic ratio test, without a tolerance and a time limit."""
+    """Run QuantEcon.py's compiled Lemke method with lexicographic ratio test, without a
+    tolerance and a time limit."""
     result = optimize.lcp_lemke(dense(problem.M), problem.q.copy(), max_iter=10**6)
     statuses = {0: "solved", 1: "iteration limit", 2: "ray"}
     return (
@@ -185,11 +196,12 @@ def quantecon(optimize: Any, problem: Problem, *_: Any) -> Ending:
 def clarabel(
     clarabel: Any, _: Problem, program: ProgramData, tol: float, time_limit: float
 ) -> Ending:
-    """Run Clarabel: P. J. Goulart and Y. Chen, Clarabel: an interior-point solver for conic programs with quadratic
-    objectives, arXiv:2405.12762 (2024).
+    """Run Clarabel: P. J. Goulart and Y. Chen, Clarabel: an interior-point solver for
+    conic programs with quadratic objectives, arXiv:2405.12762 (2024).
 
-    The tolerance applies to feasibility and to the duality gap, absolute and relative. "AlmostSolved", which refers to
-    looser tolerances of Clarabel's own, does not count as solved.
+    The tolerance applies to feasibility and to the duality gap, absolute and relative.
+    "AlmostSolved", which refers to looser tolerances of Clarabel's own, does not count
+    as solved.
     """
     with imports:
         from scipy.sparse import eye, triu
@@ -236,7 +248,10 @@ def clarabel(
 
 
 INFINITE_TO_DAQP = 1e30  # bounds of at least this size count as infinite in DAQP
-ENDINGS_OF_DAQP = "soft optimal, optimal, , infeasible, cycling, unbounded, iteration limit, not convex, "
+ENDINGS_OF_DAQP = (
+    "soft optimal, optimal, , infeasible, cycling, unbounded, iteration limit, not "
+    "convex, "
+)
 # The exit flags 2, 1, ..., -7.
 ENDINGS_OF_DAQP += "initial working set overdetermined, time limit"
 
@@ -253,11 +268,13 @@ ENDINGS_OF_DAQP += "initial working set overdetermined, time limit"
 def daqp(
     daqp: Any, _: Problem, program: ProgramData, tol: float, time_limit: float
 ) -> Ending:
-    """Run DAQP: D. Arnström, A. Bemporad and D. Axehill, A dual active-set solver for embedded quadratic programming
-    using recursive LDL' updates, IEEE Trans. Automat. Control 67 (2022) 4362-4369.
+    """Run DAQP: D. Arnström, A. Bemporad and D. Axehill, A dual active-set solver for
+    embedded quadratic programming using recursive LDL' updates, IEEE Trans. Automat.
+    Control 67 (2022) 4362-4369.
 
-    A nonsymmetric M is treated as an affine variational inequality, provided that v'Mv >= 0 for all v. The tolerance is
-    DAQP's primal tolerance; its dual tolerance remains 1e-12.
+    A nonsymmetric M is treated as an affine variational inequality, provided that v'Mv
+    >= 0 for all v. The tolerance is DAQP's primal tolerance; its dual tolerance remains
+    1e-12.
     """
     limit, k = min(time_limit, INFINITE_TO_DAQP), program.c.size
     settings = {
@@ -283,14 +300,15 @@ def daqp(
 def highs(
     highspy: Any, _: Problem, program: ProgramData, tol: float, time_limit: float
 ) -> Ending:
-    """Run HiGHS, the simplex method for linear and an active-set method for convex quadratic programs: Q. Huangfu and
-    J. A. J. Hall, Parallelizing the dual revised simplex method, Math. Program. Comput. 10 (2018) 119-142;
-    https://highs.dev.
+    """Run HiGHS, the simplex method for linear and an active-set method for convex
+    quadratic programs: Q. Huangfu and J. A. J. Hall, Parallelizing the dual revised
+    simplex method, Math. Program. Comput. 10 (2018) 119-142; https://highs.dev.
 
-    The tolerance applies to all optimality conditions; HiGHS accepts none below 1e-10. Its regularization, which adds
-    1e-7 to the diagonal of M, is switched off, as no smaller tolerance could be met with it. A program without rows
-    gets the bounds of x_1 as a row, as HiGHS 1.15.1 may otherwise stop at a point that is not optimal and call it
-    optimal, even for a small positive definite Q.
+    The tolerance applies to all optimality conditions; HiGHS accepts none below 1e-10.
+    Its regularization, which adds 1e-7 to the diagonal of M, is switched off, as no
+    smaller tolerance could be met with it. A program without rows gets the bounds of
+    x_1 as a row, as HiGHS 1.15.1 may otherwise stop at a point that is not optimal and
+    call it optimal, even for a small positive definite Q.
     """
     with imports:
         from scipy.sparse import tril
@@ -326,10 +344,12 @@ def highs(
 def osqp(
     osqp: Any, _: Problem, program: ProgramData, tol: float, time_limit: float
 ) -> Ending:
-    """Run OSQP: B. Stellato, G. Banjac, P. Goulart, A. Bemporad and S. Boyd, OSQP: an operator splitting solver for
-    quadratic programs, Math. Program. Comput. 12 (2020) 637-672.
+    """Run OSQP: B. Stellato, G. Banjac, P. Goulart, A. Bemporad and S. Boyd, OSQP: an
+    operator splitting solver for quadratic programs, Math. Program. Comput. 12 (2020)
+    637-672.
 
-    The tolerance applies to OSQP's primal and dual residuals, absolute and relative. Its only limit is that of time.
+    The tolerance applies to OSQP's primal and dual residuals, absolute and relative.
+    Its only limit is that of time.
     """
     with imports:  # also of its own parts, some of which it seeks each time
         from scipy.sparse import eye, triu
@@ -369,7 +389,8 @@ def osqp(
 def piqp(
     _: Any, problem: Problem, program: ProgramData, tol: float, __: float
 ) -> Ending:
-    """Run PIQP as `minimized` does, which has no time limit, but stops after 250 iterations."""
+    """Run PIQP as `minimized` does, which has no time limit, but stops after 250
+    iterations."""
     stored, y = (
         columns if is_sparse(problem.M) else dense,
         np.zeros(program.row_lower.size),
@@ -449,7 +470,8 @@ def gambit(
 
 
 def _strategies(problem: Problem) -> int:
-    """Return the number of rows of R if M = [0 R; C' 0] with R, C > 0, and q = -e, z >= 0; 0 for other problems."""
+    """Return the number of rows of R if M = [0 R; C' 0] with R, C > 0, and q = -e, z >=
+    0; 0 for other problems."""
     if problem.is_mixed or (problem.q != -1).any():
         return 0
     M = dense(problem.M)

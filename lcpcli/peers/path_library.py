@@ -1,13 +1,16 @@
-"""PATH 5.2, called through its library, which the package gamspy_base includes: also for nonlinear problems.
+"""PATH 5.2, called through its library, which the package gamspy_base includes: also
+for nonlinear problems.
 
-S. P. Dirkse, M. C. Ferris, The PATH solver: a non-monotone stabilization scheme for mixed complementarity problems,
-Optim. Methods Softw. 5 (1995) 123-156.
+S. P. Dirkse, M. C. Ferris, The PATH solver: a non-monotone stabilization scheme for
+mixed complementarity problems, Optim. Methods Softw. 5 (1995) 123-156.
 
-The library asks for F and its Jacobian, for which it is given the functions of the problem, as the methods of this
-package are; the seconds, from the functions to the answer, include their evaluations. PATH begins at the start of a
-nonlinear problem, and at the admissible z nearest to 0 for a linear one. The tolerance is PATH's convergence_tolerance,
-absolute; all other options are PATH's own. Without a licence, which the environment variable
-PATH_LICENSE_STRING may hold, the library takes up to 300 unknowns and 2,000 entries of the Jacobian.
+The library asks for F and its Jacobian, for which it is given the functions of the
+problem, as the methods of this package are; the seconds, from the functions to the
+answer, include their evaluations. PATH begins at the start of a nonlinear problem, and
+at the admissible z nearest to 0 for a linear one. The tolerance is PATH's
+convergence_tolerance, absolute; all other options are PATH's own. Without a licence,
+which the environment variable PATH_LICENSE_STRING may hold, the library takes up to 300
+unknowns and 2,000 entries of the Jacobian.
 """
 
 from __future__ import annotations
@@ -46,12 +49,15 @@ FILES = {"win32": "path52.dll", "darwin": "libpath52.dylib"}
 INFINITY = 1e20  # PATH's own
 MOST_UNKNOWNS, MOST_ENTRIES = 300, 2000  # without a licence
 ENDINGS = (  # of PATH, by their numbers from 1
-    "solution found, no progress, major iteration limit, minor iteration limit, time limit, interrupted, bound error, "
+    "solution found, no progress, major iteration limit, minor iteration limit, "
+    "time limit, interrupted, bound error, "
     "domain error, infeasible, error, license error"
 )
 SIGNATURES = (  # of the functions of the library
-    "Output_SetInterface pointer, Options_Create, Path_AddOptions pointer, Options_Default pointer, "
-    "Options_Set pointer text, Options_Destroy pointer, MCP_Create int int, MCP_SetInterface pointer pointer, "
+    "Output_SetInterface pointer, Options_Create, Path_AddOptions pointer, "
+    "Options_Default pointer, "
+    "Options_Set pointer text, Options_Destroy pointer, MCP_Create int int, "
+    "MCP_SetInterface pointer pointer, "
     "MCP_Destroy pointer, MCP_GetX pointer, Path_Solve pointer pointer"
 )
 _Doubles, _Integers = POINTER(c_double), POINTER(c_int)
@@ -112,7 +118,10 @@ def _unlicensed(problem: Problem | NonlinearProblem) -> str:
     if path_start.version() is None:
         return f"needs {path_start.module}, which is not installed"
     made, J = _prepared(problem)
-    licence = f"licence: without one, up to {MOST_UNKNOWNS} unknowns and {MOST_ENTRIES} entries of the Jacobian"
+    licence = (
+        f"licence: without one, up to {MOST_UNKNOWNS} unknowns and {MOST_ENTRIES} "
+        "entries of the Jacobian"
+    )
     return (
         "" if _functions().Path_CheckLicense(made.n, int((J != 0).sum())) else licence
     )
@@ -191,8 +200,9 @@ path_start = _Library("gamspy_base", _solved, (_unlicensed,), _prepared)
 def _called(
     problem: NonlinearProblem, most: int, faults: list[BaseException]
 ) -> _Interface:
-    """Return what PATH calls for a problem. most : the entries of the Jacobian that there is room for. faults : gets
-    the first error in a call, which PATH cannot pass on; from then on F counts as undefined."""
+    """Return what PATH calls for a problem. most : the entries of the Jacobian that
+    there is room for. faults : gets the first error in a call, which PATH cannot pass
+    on; from then on F counts as undefined."""
     evaluations = Evaluations(problem)
 
     def guarded(evaluate: Callable[..., int]) -> Callable[..., int]:

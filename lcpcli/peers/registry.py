@@ -1,4 +1,5 @@
-"""Other solvers by name, imported on demand. The peer `p` is the object p (with _ for -) in its file."""
+"""Other solvers by name, imported on demand. The peer `p` is the object p (with _ for
+-) in its file."""
 
 from __future__ import annotations
 
@@ -26,12 +27,14 @@ REGISTRY = {
     "osqp": ("packages", "operator splitting for quadratic programs (OSQP)"),
     "daqp": (
         "packages",
-        "dual active-set method for quadratic programs and affine variational inequalities (DAQP)",
+        "dual active-set method for quadratic programs and affine variational "
+        "inequalities (DAQP)",
     ),
     "highs": ("packages", "active-set method for quadratic programs (HiGHS)"),
     "path-start": (
         "path_library",
-        "stabilized Newton method from a problem's start, also nonlinear ones (PATH 5.2)",
+        "stabilized Newton method from a problem's start, also nonlinear ones "
+        "(PATH 5.2)",
     ),
     "gambit": ("packages", "Lemke's method for one equilibrium of a game (Gambit)"),
 }
@@ -45,10 +48,12 @@ class Claim:
 
     z : shape (n,), or None if there is none.
     solved : whether z is claimed to be a solution to within the solver's tolerance.
-    seconds : from the arrays of the problem to the answer, without importing and compiling; of a method, verified.
+    seconds : from the arrays of the problem to the answer, without importing and
+        compiling; of a method, verified.
     statement, status : how the run ended, in the solver's own words, and in a word.
-    setup_seconds, iterations, evaluations, curve : of a method, as of a `Result`, and (k, seconds, error) of some
-        iterates, with the residual for the error if no solution is known; None if unknown.
+    setup_seconds, iterations, evaluations, curve : of a method, as of a `Result`, and
+        (k, seconds, error) of some iterates, with the residual for the error if no
+        solution is known; None if unknown.
     """
 
     z: Vector | None
@@ -72,8 +77,8 @@ def load(name: str) -> Any:
 
 
 def select(names: Iterable[str]) -> list[str]:
-    """Return the named peers, each once; the part of a name before a dash selects all of that package. Raises
-    OptionError for an unknown name, with a suggestion."""
+    """Return the named peers, each once; the part of a name before a dash selects all
+    of that package. Raises OptionError for an unknown name, with a suggestion."""
     selected: dict[str, None] = {}
     for name in names:
         meant = [

@@ -1,10 +1,12 @@
-"""Presolve: a mixed problem without the rows and columns that can be decided one by one, and with its equations written
-so that the matrix shows its structure.
+"""Presolve: a mixed problem without the rows and columns that can be decided one by
+one, and with its equations written so that the matrix shows its structure.
 
-The rules are those of A. L. Brearley, G. Mitra, H. P. Williams, Analysis of mathematical programming problems prior to
-applying the simplex algorithm, Mathematical Programming 8 (1975) 54-83, as far as they hold for complementarity
-problems: M. C. Ferris, T. S. Munson, Preprocessing complementarity problems, in: Complementarity: Applications,
-Algorithms and Extensions, Kluwer (2001) 143-164; and those that free variables and multipliers of bounds permit.
+The rules are those of A. L. Brearley, G. Mitra, H. P. Williams, Analysis of
+mathematical programming problems prior to applying the simplex algorithm, Mathematical
+Programming 8 (1975) 54-83, as far as they hold for complementarity problems: M. C.
+Ferris, T. S. Munson, Preprocessing complementarity problems, in: Complementarity:
+Applications, Algorithms and Extensions, Kluwer (2001) 143-164; and those that free
+variables and multipliers of bounds permit.
 """
 
 from __future__ import annotations
@@ -54,11 +56,14 @@ MOST_ROUNDS = 20
 
 @dataclass(eq=False, repr=False)
 class Presolved(Change):
-    """The problem of the columns that are `kept`; if none is, a problem of one unknown whose solution is 0.
+    """The problem of the columns that are `kept`; if none is, a problem of one unknown
+    whose solution is 0.
 
-    rows, factors : their rows, and by what each was multiplied. steps : how the others were removed.
-    removed : the number of unknowns that each rule has removed. is_exact : whether surely nothing was rounded or lost:
-    no rule does that, or small integers have remained integers.
+    rows, factors : their rows, and by what each was multiplied. steps : how the others
+        were removed.
+    removed : the number of unknowns that each rule has removed. is_exact : whether
+    surely nothing was rounded or lost: no rule does that, or small integers have
+    remained integers.
     """
 
     kept: Indices
@@ -70,14 +75,16 @@ class Presolved(Change):
 
     @property
     def is_worthwhile(self) -> bool:
-        """Return whether much is removed, or what is left is monotone for all that is seen, and was not."""
+        """Return whether much is removed, or what is left is monotone for all that is
+        seen, and was not."""
         return self.kept.size <= (1 - WORTHWHILE) * self.original.n or bool(
             (self.factors != 1).any()
         )
 
     @property
     def has_new_rows(self) -> bool:
-        """Return whether rows are multiplied by factors, or equations assigned to other variables."""
+        """Return whether rows are multiplied by factors, or equations assigned to other
+        variables."""
         return bool((self.factors != 1).any() or (self.rows != self.kept).any())
 
     def start(self, x: Vector) -> Vector:
@@ -97,7 +104,8 @@ class Presolved(Change):
 
     @cached_property
     def _as_before(self) -> Mask:
-        """Return which of the columns that are kept have the rows and bounds that they had."""
+        """Return which of the columns that are kept have the rows and bounds that they
+        had."""
         inner, outer = (
             self.problem.box.vectors(self.problem.n),
             self.original.box.vectors(self.original.n),
@@ -124,8 +132,8 @@ class Presolved(Change):
 def presolved(
     given: Problem, only: Collection[str] = ALL
 ) -> Presolved | Refuted | None:
-    """Return the problem after presolve by these rules; or with y, a proof if it holds for the problem, that a row
-    cannot have its sign; None if they change nothing."""
+    """Return the problem after presolve by these rules; or with y, a proof if it holds
+    for the problem, that a row cannot have its sign; None if they change nothing."""
     system, steps, removed = System(given), list[Step](), dict[str, int]()
     try:
         for _ in range(MOST_ROUNDS):
@@ -175,7 +183,8 @@ def presolved(
 
 
 def substituted(problem: Problem) -> Change:
-    """Return the problem without the free variables that equations define; where it has none, nothing changes."""
+    """Return the problem without the free variables that equations define; where it has
+    none, nothing changes."""
     found = (
         presolved(problem, only=(DEFINITIONS,))
         if problem.is_mixed and problem.box.free.any()
@@ -209,7 +218,8 @@ def _problem(given: Problem, system: System) -> Problem:
 
 
 def _carried(problem: Problem, y: Vector, steps: Sequence[Step]) -> Vector:
-    """Return Farkas' y of the problem from that of the rows after some steps, without signs that are rounding."""
+    """Return Farkas' y of the problem from that of the rows after some steps, without
+    signs that are rounding."""
     for step in reversed(steps):
         step.carry(y)
     low, high = (np.isfinite(bound) for bound in problem.box.vectors(problem.n))

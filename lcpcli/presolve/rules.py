@@ -1,13 +1,17 @@
-"""The rules of presolve: each looks for its pattern in what is left of a mixed problem, and removes what it can.
+"""The rules of presolve: each looks for its pattern in what is left of a mixed problem,
+and removes what it can.
 
-A rule takes a `System` and yields its steps; it raises Refuted where it sees that there is no solution.
+A rule takes a `System` and yields its steps; it raises Refuted where it sees that there
+is no solution.
 
-The signs of equations are chosen last: factors of rows, and an assignment of equations to free variables, with which a
-matrix shows that it is monotone. The conditions of a program have M = [Q -A'; A 0] with Q positive semidefinite, but
-equations may be written with any sign and in any order, and rows of inequalities in other units than their multipliers
-have. D M, with a diagonal D, positive for the rows of bounded variables, has the same solutions; where the diagonal of
-M is 0, D M + M'D is positive semidefinite only if d_i M_ij = -d_j M_ji, which determines D, a Volterra multiplier: R.
-Redheffer, Volterra multipliers, SIAM J. Algebraic Discrete Methods 6 (1985) 592-611, 612-623.
+The signs of equations are chosen last: factors of rows, and an assignment of equations
+to free variables, with which a matrix shows that it is monotone. The conditions of a
+program have M = [Q -A'; A 0] with Q positive semidefinite, but equations may be written
+with any sign and in any order, and rows of inequalities in other units than their
+multipliers have. D M, with a diagonal D, positive for the rows of bounded variables,
+has the same solutions; where the diagonal of M is 0, D M + M'D is positive semidefinite
+only if d_i M_ij = -d_j M_ji, which determines D, a Volterra multiplier: R. Redheffer,
+Volterra multipliers, SIAM J. Algebraic Discrete Methods 6 (1985) 592-611, 612-623.
 """
 
 from __future__ import annotations
@@ -50,7 +54,8 @@ def fixed_variables(system: System) -> Iterator[Step]:
 
 
 def rows_of_one_sign(system: System) -> Iterator[Step]:
-    """A row that is positive, or negative, for all z within the bounds says at which bound its variable is."""
+    """A row that is positive, or negative, for all z within the bounds says at which
+    bound its variable is."""
     places, of_entries, values = system.entries
     low, high, ranges = (
         system.lower[of_entries],
@@ -79,7 +84,8 @@ def rows_of_one_sign(system: System) -> Iterator[Step]:
 
 
 def rows_of_their_own_variable(system: System) -> Iterator[Step]:
-    """A row with a positive entry in the column of its own variable alone determines it."""
+    """A row with a positive entry in the column of its own variable alone determines
+    it."""
     entries, (rows, _) = system.entries, system.counts()
     own = entries.part(
         (system.row_of[entries.columns] == entries.rows) & (rows[entries.rows] == 1)
@@ -94,11 +100,13 @@ def rows_of_their_own_variable(system: System) -> Iterator[Step]:
 
 
 def rows_that_are_bounds(system: System) -> Iterator[Step]:
-    """A row with a single entry whose multiplier is in the row of that variable alone is a bound of the variable.
+    """A row with a single entry whose multiplier is in the row of that variable alone
+    is a bound of the variable.
 
-    Models have x >= l so, with a multiplier of its own. An equation may be that row too, for a free variable, after a
-    change of its sign: rows i with entries a z_j + q_i that are at least 0 where z_k is at its only bound (sign 1; or
-    at most 0, sign -1), while z_k appears nowhere but as b z_k in the row r of z_j.
+    Models have x >= l so, with a multiplier of its own. An equation may be that row
+    too, for a free variable, after a change of its sign: rows i with entries a z_j +
+    q_i that are at least 0 where z_k is at its only bound (sign 1; or at most 0, sign
+    -1), while z_k appears nowhere but as b z_k in the row r of z_j.
     """
     entries, (in_row, in_column) = system.entries, system.counts()
     column_of, free = system.column_of, system.free
@@ -187,8 +195,9 @@ def _carry_bounds(
 
 
 def definitions_of_free_variables(system: System) -> Iterator[Step]:
-    """An equation that defines a free variable, the only term of one other row and in no third one, is put into that
-    row, as modelling languages write F >= 0: by powers of two and without sums, so that nothing is rounded."""
+    """An equation that defines a free variable, the only term of one other row and in
+    no third one, is put into that row, as modelling languages write F >= 0: by powers
+    of two and without sums, so that nothing is rounded."""
     entries, (in_row, in_column), equations = (
         system.entries,
         system.counts(),
@@ -223,7 +232,8 @@ def single_entries_of_free_variables(system: System) -> Iterator[Step]:
 
 
 def equations_of_one_variable(system: System) -> Iterator[Step]:
-    """An equation with a single entry determines a variable; a bounded one, if it is inside its bounds."""
+    """An equation with a single entry determines a variable; a bounded one, if it is
+    inside its bounds."""
     entries, (rows, _) = system.entries, system.counts()
     alone = entries.part(system.equations[entries.rows] & (rows[entries.rows] == 1))
     z = -system.q[alone.rows] / alone.values
@@ -237,8 +247,9 @@ def equations_of_one_variable(system: System) -> Iterator[Step]:
 
 
 def equations_of_two_variables(system: System) -> Iterator[Step]:
-    """An equation of two variables is solved for a free one without a small entry that is in few rows; and the row of
-    that variable is solved for the multiplier of the equation, as one without the other would hide monotonicity."""
+    """An equation of two variables is solved for a free one without a small entry that
+    is in few rows; and the row of that variable is solved for the multiplier of the
+    equation, as one without the other would hide monotonicity."""
     entries, (rows, columns), n = system.entries, system.counts(), system.n
     column_of = system.column_of
     short = np.flatnonzero((system.equations & (rows == 2))[entries.rows])
@@ -271,7 +282,8 @@ def equations_of_two_variables(system: System) -> Iterator[Step]:
 
 
 def repeated_equations(system: System) -> Iterator[Step]:
-    """Equations that are multiples of others go, with as many free variables whose columns are multiples of others'."""
+    """Equations that are multiples of others go, with as many free variables whose
+    columns are multiples of others'."""
     equations, free = np.flatnonzero(system.equations), np.flatnonzero(system.free)
     rows, columns, values = system.entries
     again, first, factors = _multiples(rows, columns, values, equations, system.n)
@@ -297,7 +309,8 @@ def repeated_equations(system: System) -> Iterator[Step]:
 def _multiples(
     lines: Indices, at: Indices, values: Vector, among: Indices, n: int
 ) -> tuple[Indices, Indices, Vector]:
-    """Return lines that are multiples of earlier ones, these, and the factors; empty lines are 0 times themselves."""
+    """Return lines that are multiples of earlier ones, these, and the factors; empty
+    lines are 0 times themselves."""
     used = mask_of(n, among)[lines]
     order = np.lexsort((at[used], lines[used]))
     lines, at, values = lines[used][order], at[used][order], values[used][order]
@@ -330,7 +343,8 @@ def _multiples(
 
 
 def _pivots(system: System, found: Entries) -> Iterator[Step]:
-    """Take entries that are alone in their rows, or in their columns, as pivots: one of each row and each column."""
+    """Take entries that are alone in their rows, or in their columns, as pivots: one of
+    each row and each column."""
     kept = np.unique(found.rows, return_index=True)[1]
     kept = kept[np.unique(found.columns[kept], return_index=True)[1]]
     if kept.size:
@@ -347,8 +361,9 @@ ASSIGNMENT_ROUNDS = 3  # each assigns equations by those that are assigned alrea
 
 
 def signs_of_equations(system: System) -> Iterator[Step]:
-    """Factors of rows make the matrix skew-symmetric where its diagonal is 0, as a monotone one is; entries that are
-    equal to their mirror images, or opposite, but for rounding, become so exactly."""
+    """Factors of rows make the matrix skew-symmetric where its diagonal is 0, as a
+    monotone one is; entries that are equal to their mirror images, or opposite, but for
+    rounding, become so exactly."""
     if not system.columns.size:
         return
     pairs = _pairs(system)
@@ -383,7 +398,8 @@ def signs_of_equations(system: System) -> Iterator[Step]:
 
 
 def _pairs(system: System) -> Pairs:
-    """Return i, j, M_ij and M_ji for all i != j where one of the two entries is not 0, rows named like columns."""
+    """Return i, j, M_ij and M_ji for all i != j where one of the two entries is not 0,
+    rows named like columns."""
     n, entries = (
         system.n,
         system.entries._replace(rows=system.column_of[system.entries.rows]),
@@ -406,7 +422,8 @@ def _diagonal(system: System) -> Vector:
 
 
 def _factors(system: System, pairs: Pairs) -> Vector:
-    """Return the factor of each row; 1 in the connected parts of the matrix for which there are none."""
+    """Return the factor of each row; 1 in the connected parts of the matrix for which
+    there are none."""
     n, free, diagonal = system.n, system.free, _diagonal(system)
     i, j, forth, back = pairs
     used = (forth != 0) & (back != 0) & ((diagonal[i] == 0) | (diagonal[j] == 0))
@@ -452,8 +469,8 @@ def _factors(system: System, pairs: Pairs) -> Vector:
 
 
 def _votes(ratios: Entries, needed: Vector) -> Vector:
-    """Return signs that most of the ratios ask for, where they contradict each other: from variables whose sign is
-    known to the others, a few steps away."""
+    """Return signs that most of the ratios ask for, where they contradict each other:
+    from variables whose sign is known to the others, a few steps away."""
     d, n = needed.copy(), needed.size
     for _ in range(VOTING_ROUNDS):
         votes = np.sign(summed(ratios.columns, ratios.values * d[ratios.rows], n))
@@ -464,8 +481,9 @@ def _votes(ratios: Entries, needed: Vector) -> Vector:
 
 
 def _assign(system: System) -> None:
-    """Assign equations to free variables whose columns have the same entries, but for a factor and signs, or else
-    entries in the same places, among variables whose rows are assigned already: at first, of those with bounds."""
+    """Assign equations to free variables whose columns have the same entries, but for a
+    factor and signs, or else entries in the same places, among variables whose rows are
+    assigned already: at first, of those with bounds."""
     settled = ~system.free & (system.row_of >= 0)
     for _ in range(ASSIGNMENT_ROUNDS):
         check()
@@ -483,7 +501,8 @@ def _assign(system: System) -> None:
 def _alike(
     system: System, settled: Mask, of: Callable[[Vector], Vector]
 ) -> tuple[Indices, Indices]:
-    """Return free columns and equations that agree in this function of their entries, and with no others."""
+    """Return free columns and equations that agree in this function of their entries,
+    and with no others."""
     n, column_of, weights = (
         system.n,
         system.column_of,
@@ -509,7 +528,8 @@ def _alike(
 
 
 def _keys(lines: Indices, sizes: Vector, weights: Vector, n: int) -> Vector:
-    """Return for each line the sum of its weights times its sizes relative to the largest; 0 for an empty line."""
+    """Return for each line the sum of its weights times its sizes relative to the
+    largest; 0 for an empty line."""
     largest = np.zeros(n)
     np.maximum.at(largest, lines, sizes)
     return summed(lines, weights * sizes / largest[lines], n)

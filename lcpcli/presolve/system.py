@@ -1,8 +1,9 @@
-"""The rows and columns of a mixed problem while presolve removes some of them, and the steps by which it does, each
-with its way back for z and for Farkas vectors.
+"""The rows and columns of a mixed problem while presolve removes some of them, and the
+steps by which it does, each with its way back for z and for Farkas vectors.
 
-Column j has the variable z_j, and row i is w_i = (M z + q)_i. The row of a bounded variable is its complement; the rows
-of free variables are equations, and which of these belongs to which free variable makes no difference.
+Column j has the variable z_j, and row i is w_i = (M z + q)_i. The row of a bounded
+variable is its complement; the rows of free variables are equations, and which of these
+belongs to which free variable makes no difference.
 """
 
 from __future__ import annotations
@@ -68,12 +69,15 @@ def put(columns: Indices, values: Vector, z: Vector) -> None:
 
 
 class Step(NamedTuple):
-    """What a rule has done at one time, with both ways back, which change vectors of shape (n,) in place.
+    """What a rule has done at one time, with both ways back, which change vectors of
+    shape (n,) in place.
 
-    keeps_integers : whether integers have remained integers, so that nothing was rounded.
+    keeps_integers : whether integers have remained integers, so that nothing was
+        rounded.
     fill : sets the z_j of the columns that were removed, from those that were left.
-    carry : turns Farkas' y of the rows after the step, 0 for the removed ones, into that of the rows before it.
-    They are functions of a module, with their first arguments, as a step is pickled.
+    carry : turns Farkas' y of the rows after the step, 0 for the removed ones, into
+    that of the rows before it. They are functions of a module, with their first
+    arguments, as a step is pickled.
     """
 
     keeps_integers: bool
@@ -104,7 +108,8 @@ def _scale(factors: Vector, y: Vector) -> None:
 
 
 class Refuted(Exception):
-    """Some rows cannot have the signs that are asked for, whatever z is; y : Farkas' vector for all n rows."""
+    """Some rows cannot have the signs that are asked for, whatever z is; y : Farkas'
+    vector for all n rows."""
 
     def __init__(self, n: int, rows: Any, values: Any) -> None:
         self.y = np.zeros(n)
@@ -112,12 +117,14 @@ class Refuted(Exception):
 
 
 class System:
-    """The rows and columns that are left, with the indices that they have in the problem.
+    """The rows and columns that are left, with the indices that they have in the
+    problem.
 
-    entries : those of M. q : what is left of it, with known values put in. lower, upper : bounds. row_of : the row of
-    each column, -1 for columns that are removed. factors : by which rows were multiplied. terms : the sizes of what was
-    added up to q, and rounded. keeps_all : whether, if all are integers, nothing but 0 counted as rounding, and no
-    entry of M became so large that rounding may have changed it."""
+    entries : those of M. q : what is left of it, with known values put in. lower, upper
+    : bounds. row_of : the row of each column, -1 for columns that are removed. factors
+    : by which rows were multiplied. terms : the sizes of what was added up to q, and
+    rounded. keeps_all : whether, if all are integers, nothing but 0 counted as
+    rounding, and no entry of M became so large that rounding may have changed it."""
 
     def __init__(self, problem: Problem) -> None:
         M, n = problem.M, problem.n
@@ -160,7 +167,8 @@ class System:
         return found
 
     def places(self, rows: Indices, columns: Indices) -> Indices:
-        """Return where these entries are among all, or any place for those that are 0; there is at least one."""
+        """Return where these entries are among all, or any place for those that are 0;
+        there is at least one."""
         keys = self.entries.rows * self.n + self.entries.columns
         order = np.argsort(keys)
         return np.asarray(
@@ -179,7 +187,8 @@ class System:
     def know(
         self, columns: Indices, values: Vector, rows: Indices | None = None
     ) -> Step:
-        """Remove variables of known values, and their rows, which serve no proof, or else these rows, as many."""
+        """Remove variables of known values, and their rows, which serve no proof, or
+        else these rows, as many."""
         if rows is not None:
             self.pair(rows, columns)
         z = np.zeros(self.n)
@@ -191,9 +200,10 @@ class System:
         return Step(are_integers(values), partial(put, columns, values))
 
     def pivot(self, rows: Indices, columns: Indices, pivots: Vector) -> Step:
-        """Solve equations a z_j + (other terms) + q = 0, which have no entry in the column of another's variable, each
-        for a z_j, substitute it in the other rows, and remove both. A bounded variable must be known to be inside its
-        bounds, so that its row is the equation that is left."""
+        """Solve equations a z_j + (other terms) + q = 0, which have no entry in the
+        column of another's variable, each for a z_j, substitute it in the other rows,
+        and remove both. A bounded variable must be known to be inside its bounds, so
+        that its row is the equation that is left."""
         of_row, of_column = np.full(self.n, -1), np.full(self.n, -1)
         of_row[rows], of_column[columns] = np.arange(rows.size), np.arange(rows.size)
         in_rows, in_columns = (
@@ -231,7 +241,8 @@ class System:
         return Step(bool((np.abs(pivots) == 1).all()), *ways)
 
     def multiply(self, factors: Vector) -> Step:
-        """Multiply rows by factors, those of bounded variables by positive ones; shape (n,)."""
+        """Multiply rows by factors, those of bounded variables by positive ones; shape
+        (n,)."""
         entries = self.entries
         self.entries, self.q = (
             entries._replace(values=entries.values * factors[entries.rows]),
@@ -241,7 +252,8 @@ class System:
         return Step(bool((np.abs(factors) == 1).all()), carry=partial(_scale, factors))
 
     def _add_terms(self, sizes: Vector) -> None:
-        """Take note of the sizes of what was added to q; where only rounding is left of it, it is 0."""
+        """Take note of the sizes of what was added to q; where only rounding is left of
+        it, it is 0."""
         self.terms += sizes
         small = np.abs(self.q) <= ROW_ROUNDING * self.terms
         self.keeps_all &= not self.q[small].any()
@@ -265,7 +277,8 @@ class System:
         self.entries = whole.part(left)
 
     def pair(self, rows: Indices, columns: Indices) -> None:
-        """Exchange rows, without removing any, until each of these is the row of its column."""
+        """Exchange rows, without removing any, until each of these is the row of its
+        column."""
         moved = self.row_of[columns] != rows
         if not moved.any():
             return

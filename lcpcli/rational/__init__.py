@@ -1,1 +1,2 @@
-"""Exact arithmetic: rational numbers as text, elimination, linear systems, complementary bases."""
+"""Exact arithmetic: rational numbers as text, elimination, linear systems,
+complementary bases."""

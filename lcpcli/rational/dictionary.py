@@ -1,17 +1,22 @@
-"""Systems of linear equations and inequalities in exact arithmetic: dictionaries of integers, and the simplex method.
+"""Systems of linear equations and inequalities in exact arithmetic: dictionaries of
+integers, and the simplex method.
 
-A dictionary (V. Chvátal, Linear Programming, Freeman 1983) writes some affine functions of the unknowns, the basic
-forms, in terms of others, the cobasic ones. Divisions have no remainder (J. Edmonds, Systems of distinct
-representatives and linear algebra, Journal of Research of the National Bureau of Standards 71B (1967) 241-245), and
-ties are broken by R. G. Bland, New finite pivoting rules for the simplex method, Mathematics of Operations Research 2
-(1977) 103-107. A row whose constant and coefficients have one sign proves that a form does not vanish (Farkas).
+A dictionary (V. Chvátal, Linear Programming, Freeman 1983) writes some affine functions
+of the unknowns, the basic forms, in terms of others, the cobasic ones. Divisions have
+no remainder (J. Edmonds, Systems of distinct representatives and linear algebra,
+Journal of Research of the National Bureau of Standards 71B (1967) 241-245), and ties
+are broken by R. G. Bland, New finite pivoting rules for the simplex method, Mathematics
+of Operations Research 2 (1977) 103-107. A row whose constant and coefficients have one
+sign proves that a form does not vanish (Farkas).
 
-The vertices of a polyhedron are those of its feasible bases, which `bases` walks. Ties are broken lexicographically, as
-if each form that is basic at the start were relaxed a little, those that come first by far more: then every vertex is
-simple, and the graph of vertices and edges, which is connected, has been walked completely once no edge leads to a new
-one. (D. Avis, A revised implementation of the reverse search vertex enumeration algorithm, in: Polytopes -
-Combinatorics and Computation, Birkhäuser 2000, with the same pivots; here the bases are remembered, so that each is
-visited once.) The lexicographic minimum ratio test is described by R. W. Cottle, J.-S. Pang and R. E. Stone, The Linear
+The vertices of a polyhedron are those of its feasible bases, which `bases` walks. Ties
+are broken lexicographically, as if each form that is basic at the start were relaxed a
+little, those that come first by far more: then every vertex is simple, and the graph of
+vertices and edges, which is connected, has been walked completely once no edge leads to
+a new one. (D. Avis, A revised implementation of the reverse search vertex enumeration
+algorithm, in: Polytopes - Combinatorics and Computation, Birkhäuser 2000, with the same
+pivots; here the bases are remembered, so that each is visited once.) The lexicographic
+minimum ratio test is described by R. W. Cottle, J.-S. Pang and R. E. Stone, The Linear
 Complementarity Problem, SIAM (2009), section 4.9.
 """
 
@@ -38,10 +43,13 @@ Direction = tuple[int, ...]
 
 
 class Dictionary:
-    """A dictionary: the point where all cobasic forms are 0, in the polyhedron where all signed forms are nonnegative.
+    """A dictionary: the point where all cobasic forms are 0, in the polyhedron where
+    all signed forms are nonnegative.
 
-    rows : for each basic form its constant and its coefficients of the cobasic forms, all times `divisor` > 0.
-    cobasic : the form of each column but the constant. Forms that are neither basic nor cobasic are 0 throughout.
+    rows : for each basic form its constant and its coefficients of the cobasic forms,
+        all times `divisor` > 0.
+    cobasic : the form of each column but the constant. Forms that are neither basic nor
+        cobasic are 0 throughout.
     signed : the forms that are required to be nonnegative; others may have any sign.
     check : called before each pivot; it may raise.
     """
@@ -90,14 +98,16 @@ class Dictionary:
         return sum(1 << form for form, row in self.rows.items() if row[0])
 
     def vanish(self, form: int) -> bool:
-        """Restrict the polyhedron to form = 0; return False if it is proved to be empty then."""
+        """Restrict the polyhedron to form = 0; return False if it is proved to be empty
+        then."""
         if form in self.rows and not self._reach_zero(form):
             return False
         self._drop(form)
         return True
 
     def require(self, form: int) -> bool:
-        """Restrict the polyhedron to form >= 0; return False if it is proved to be empty then."""
+        """Restrict the polyhedron to form >= 0; return False if it is proved to be
+        empty then."""
         if self.value(form) < 0 and not self._reach_zero(form):
             return False
         self.signed.add(form)
@@ -121,7 +131,8 @@ class Dictionary:
         return form in self.signed or not self.can_have_sign(form, -1)
 
     def can_have_sign(self, form: int, sign: int) -> bool:
-        """Return whether the form is somewhere positive (sign 1), or negative (-1); the point may move."""
+        """Return whether the form is somewhere positive (sign 1), or negative (-1); the
+        point may move."""
         bland = False
         while True:
             row = self.rows.get(form)
@@ -142,7 +153,8 @@ class Dictionary:
             self.pivot(leaving, move[0])
 
     def minimize(self, form: int) -> bool:
-        """Move to where a basic form that is not signed is least; return False if it has no lower bound."""
+        """Move to where a basic form that is not signed is least; return False if it
+        has no lower bound."""
         bland = False
         while (move := self._entering(self.rows[form], -1, bland)) is not None:
             leaving, value = self.leaving(*move)
@@ -153,11 +165,13 @@ class Dictionary:
         return True
 
     def restrict(self, objective: int, zero: int, signed: Iterable[int]) -> bool:
-        """Restrict the polyhedron to where one form is 0 and others are nonnegative, and move from the point where
-        `objective` is least to the new one, by the dual simplex method; return False if nothing is left.
+        """Restrict the polyhedron to where one form is 0 and others are nonnegative,
+        and move from the point where `objective` is least to the new one, by the dual
+        simplex method; return False if nothing is left.
 
-        Each pivot is the one after which the objective is largest. C. E. Lemke, The dual method of solving the linear
-        programming problem, Naval Research Logistics Quarterly 1 (1954) 36-47.
+        Each pivot is the one after which the objective is largest. C. E. Lemke, The
+        dual method of solving the linear programming problem, Naval Research Logistics
+        Quarterly 1 (1954) 36-47.
         """
         self.signed.update(signed)
         row = self.rows.get(zero, [0])
@@ -189,7 +203,8 @@ class Dictionary:
         return True
 
     def nearest(self, k: int, direction: int = 1) -> list[int]:
-        """Return the signed forms that reach 0 first as column k, counted from 1, changes."""
+        """Return the signed forms that reach 0 first as column k, counted from 1,
+        changes."""
         falling = [
             form
             for form, row in self.rows.items()
@@ -198,15 +213,17 @@ class Dictionary:
         return self._least(falling, 0, k, 1)
 
     def leaving(self, k: int, direction: int) -> tuple[int | None, int]:
-        """Return the first of the nearest forms, and its value; None if there is none."""
+        """Return the first of the nearest forms, and its value; None if there is
+        none."""
         form = min(self.nearest(k, direction), default=None)
         return form, 0 if form is None else self.rows[form][0]
 
     def lexicographic(
         self, tied: list[int], k: int, order: Iterable[int], less: Collection[int] = ()
     ) -> int | None:
-        """Return the nearest form that would reach 0 first if the forms in `order` were relaxed a little, or tightened
-        if they are among `less`, earlier ones by far more; None if there is none."""
+        """Return the nearest form that would reach 0 first if the forms in `order` were
+        relaxed a little, or tightened if they are among `less`, earlier ones by far
+        more; None if there is none."""
         if len(tied) > 1:
             columns = {form: j for j, form in enumerate(self.cobasic, 1)}
             for relaxed in order:
@@ -223,7 +240,8 @@ class Dictionary:
         return tied[0] if tied else None
 
     def direction(self, k: int, forms: Iterable[int]) -> list[int]:
-        """Return how forms change as column k grows, in integers without a common divisor."""
+        """Return how forms change as column k grows, in integers without a common
+        divisor."""
         column = {form: row[k] for form, row in self.rows.items()} | {
             self.cobasic[k - 1]: self.divisor
         }
@@ -251,7 +269,8 @@ class Dictionary:
         self.rows, self.divisor, self.cobasic[k - 1] = rows, new, leaving
 
     def _least(self, forms: list[int], j: int, k: int, sign: int) -> list[int]:
-        """Return the forms whose entry in column j, times a sign, is least relative to the size of that in column k."""
+        """Return the forms whose entry in column j, times a sign, is least relative to
+        the size of that in column k."""
         best: list[int] = []
         value, size = 0, 1
         for form in forms if len(forms) > 1 else ():
@@ -265,7 +284,8 @@ class Dictionary:
         return best or forms
 
     def _reach_zero(self, form: int) -> bool:
-        """Move to where a basic form is 0 and make it cobasic, unless 0 throughout; return False if it is 0 nowhere."""
+        """Move to where a basic form is 0 and make it cobasic, unless 0 throughout;
+        return False if it is 0 nowhere."""
         bland = False
         while (row := self.rows.get(form)) is not None:
             if not row[0]:
@@ -291,8 +311,9 @@ class Dictionary:
     def _entering(
         self, row: list[int], sign: int, bland: bool, objective: int = -1
     ) -> tuple[int, int] | None:
-        """Return a column, of those that change an objective least for their change of a form with that sign, and the
-        direction in which it does; None if there is none."""
+        """Return a column, of those that change an objective least for their change of
+        a form with that sign, and the direction in which it does; None if there is
+        none."""
         costs, best, least, size = self.rows.get(objective), None, 0, 1
         for k, form in enumerate(self.cobasic, 1):
             slope = sign * row[k]
@@ -338,12 +359,13 @@ class Vertex(Point):
 def generators(
     start: Dictionary, forms: Sequence[int], most: float = math.inf
 ) -> list[list[Direction]] | None:
-    """Return the vertices, rays and lines of a polyhedron from a feasible dictionary; None if they take more than
-    `most` bases. The polyhedron is the product of the polyhedra of independent parts.
+    """Return the vertices, rays and lines of a polyhedron from a feasible dictionary;
+    None if they take more than `most` bases. The polyhedron is the product of the
+    polyhedra of independent parts.
 
-    Each is given by the values of forms that distinguish points, in integers without a common divisor; the values of a
-    vertex are divided by the number before them. If there are lines, points, one on each minimal face, take the place
-    of the vertices.
+    Each is given by the values of forms that distinguish points, in integers without a
+    common divisor; the values of a vertex are divided by the number before them. If
+    there are lines, points, one on each minimal face, take the place of the vertices.
     """
     start = start.copy()
     lines = _without_lines(start, forms)
@@ -383,12 +405,14 @@ def generators(
 
 
 def _values(here: Dictionary, forms: Iterable[int]) -> Direction:
-    """Return the values of forms at the point, after the number by which they are divided."""
+    """Return the values of forms at the point, after the number by which they are
+    divided."""
     return tuple(primitive([here.divisor, *(here.value(form) for form in forms)]))
 
 
 def _parts(whole: Dictionary) -> Iterator[Dictionary]:
-    """Yield the independent parts of a dictionary, whose rows have no column in common."""
+    """Yield the independent parts of a dictionary, whose rows have no column in
+    common."""
     rows = list(whole.rows.items())
     first = len(whole.cobasic)
     edges = (
@@ -410,8 +434,10 @@ def _parts(whole: Dictionary) -> Iterator[Dictionary]:
 
 
 def bases(here: Dictionary) -> Iterator[tuple[Dictionary, list[int]]]:
-    """Yield the bases at all vertices, each vertex at least once, with the columns of unbounded edges, counted from
-    1. The dictionary is feasible with signed cobasic forms, and is pivoted from basis to basis and back."""
+    """Yield the bases at all vertices, each vertex at least once, with the columns of
+    unbounded edges, counted from
+    1. The dictionary is feasible with signed cobasic forms, and is pivoted from basis
+      to basis and back."""
     order = [form for form in here.rows if form in here.signed]
     basis = sum(1 << form for form in here.cobasic)
     seen = {basis}
@@ -444,7 +470,8 @@ def bases(here: Dictionary) -> Iterator[tuple[Dictionary, list[int]]]:
 
 
 def _without_lines(start: Dictionary, forms: Sequence[int]) -> list[Direction]:
-    """Return the lines of the polyhedron and take their columns out; all other columns become signed."""
+    """Return the lines of the polyhedron and take their columns out; all other columns
+    become signed."""
     lines = []
     for form in [form for form in start.cobasic if form not in start.signed]:
         k = start.cobasic.index(form) + 1
@@ -460,7 +487,8 @@ def _without_lines(start: Dictionary, forms: Sequence[int]) -> list[Direction]:
 
 
 def connected(n: int, edges: Iterable[tuple[int, int]]) -> list[list[int]]:
-    """Return the connected parts of the graph with the nodes 0, ..., n - 1, each in order, by their least nodes."""
+    """Return the connected parts of the graph with the nodes 0, ..., n - 1, each in
+    order, by their least nodes."""
     part = list(range(n))
 
     def root(i: int) -> int:

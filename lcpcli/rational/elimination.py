@@ -1,14 +1,19 @@
-"""Elimination on integers without fractions: minors, and linear systems in rational arithmetic.
+"""Elimination on integers without fractions: minors, and linear systems in rational
+arithmetic.
 
-E. H. Bareiss, Sylvester's identity and multistep integer-preserving Gaussian elimination, Mathematics of Computation 22
-(1968) 565-578: after the pivots of an index set P, entry (i, j) is the minor of rows P + i and columns P + j. Larger
-systems are solved by FLINT (https://flintlib.org), where python-flint is installed: a nonsingular one takes n^3
-operations modulo primes and a p-adic lifting (J. D. Dixon, Exact solution of linear equations using p-adic expansions,
-Numerische Mathematik 40 (1982) 137-141), a second for n = 400 and entries of 7 bits. Both give the same results. FLINT
-holds the interpreter's lock, so that neither Ctrl-C nor a time limit could end the wait for it in a thread: calls that
-may take long are made in a process of their own, which can be ended at once and takes 0.2 seconds to start.
+E. H. Bareiss, Sylvester's identity and multistep integer-preserving Gaussian
+elimination, Mathematics of Computation 22 (1968) 565-578: after the pivots of an index
+set P, entry (i, j) is the minor of rows P + i and columns P + j. Larger systems are
+solved by FLINT (https://flintlib.org), where python-flint is installed: a nonsingular
+one takes n^3 operations modulo primes and a p-adic lifting (J. D. Dixon, Exact solution
+of linear equations using p-adic expansions, Numerische Mathematik 40 (1982) 137-141), a
+second for n = 400 and entries of 7 bits. Both give the same results. FLINT holds the
+interpreter's lock, so that neither Ctrl-C nor a time limit could end the wait for it in
+a thread: calls that may take long are made in a process of their own, which can be
+ended at once and takes 0.2 seconds to start.
 
-How much work exact arithmetic may do, counted rather than timed: the same input gives the same output everywhere.
+How much work exact arithmetic may do, counted rather than timed: the same input gives
+the same output everywhere.
 """
 
 from __future__ import annotations
@@ -36,13 +41,17 @@ SECONDS_PER_STEP = 5e-10  # of elimination modulo a prime, twice
 PRIME = 2**61 - 1  # fits in a machine word
 # From which on a call is made in another process, which takes 0.2 s to start.
 LONG_CALL_SECONDS = 0.5
-CODE = "import sys; sys.path[:] = sys.argv[1:]; from lcpcli.rational.elimination import serve; serve()"
+CODE = (
+    "import sys; sys.path[:] = sys.argv[1:]; from lcpcli.rational.elimination "
+    "import serve; serve()"
+)
 
 Rows = Sequence[Sequence[int]]
 
 
 def require() -> Any:
-    """Return the module flint, or raise a ParameterError that says how to install it."""
+    """Return the module flint, or raise a ParameterError that says how to install
+    it."""
     flint = library()
     if flint is None:
         raise ParameterError(
@@ -52,7 +61,8 @@ def require() -> Any:
 
 
 def library() -> Any:
-    """Return the module flint, which is faster for large systems or long integers; None if it is not installed."""
+    """Return the module flint, which is faster for large systems or long integers; None
+    if it is not installed."""
     with imports, suppress(ModuleNotFoundError):
         import flint
 
@@ -63,8 +73,9 @@ def library() -> Any:
 def solve(
     A: Rows, b: Sequence[int]
 ) -> tuple[list[Fraction] | None, list[list[Fraction]]]:
-    """Return a solution x of A x = b, for integers A of shape (m, n) and b of length m, with 0 for unknowns whose
-    columns depend on earlier ones, None if there is none; and a basis of the solutions of A x = 0."""
+    """Return a solution x of A x = b, for integers A of shape (m, n) and b of length m,
+    with 0 for unknowns whose columns depend on earlier ones, None if there is none; and
+    a basis of the solutions of A x = 0."""
     m, n = len(A), len(A[0]) if A else 0
     if m == n > MOST_PLAIN_ROWS and library():
         found = call(solved, duration(A), A, list(b))
@@ -92,15 +103,17 @@ def bits(A: Rows) -> int:
 
 
 def duration(A: Rows) -> float:
-    """Return roughly the seconds that `solve` takes for a nonsingular A of many rows."""
+    """Return roughly the seconds that `solve` takes for a nonsingular A of many
+    rows."""
     return SECONDS_PER_BIT * bits(A) * float(len(A)) ** 3
 
 
 def particular(A: Rows, b: Sequence[int]) -> list[Fraction] | None:
     """Return a solution x of A x = b, as `solve` does; None if none is found.
 
-    For a large system, FLINT solves a nonsingular part that has the same rank modulo a prime. The other equations are
-    not checked: they hold if A x = b has a solution, unless the prime divides a minor, which is unlikely.
+    For a large system, FLINT solves a nonsingular part that has the same rank modulo a
+    prime. The other equations are not checked: they hold if A x = b has a solution,
+    unless the prime divides a minor, which is unlikely.
     """
     if not A or min(len(A), len(A[0])) <= MOST_PLAIN_ROWS or not library():
         return solve(A, b)[0]
@@ -115,7 +128,8 @@ def particular(A: Rows, b: Sequence[int]) -> list[Fraction] | None:
 
 
 def _reduced(rows: list[list[int]], n: int) -> tuple[list[list[int]], list[int], int]:
-    """Return the reduced row echelon form of n columns times a divisor, its pivot columns, and the divisor."""
+    """Return the reduced row echelon form of n columns times a divisor, its pivot
+    columns, and the divisor."""
     if len(rows) > MOST_PLAIN_ROWS and library():
         whole, divisor, rank = call(reduced, duration(rows), rows)
         leading = [
@@ -147,21 +161,24 @@ def _pivots(A: Any) -> list[int]:
 
 
 class Definiteness(NamedTuple):
-    """Index sets of a zero and of a negative principal minor, which prove that a symmetric matrix is not positive
-    definite, or not semidefinite; None if there is none."""
+    """Index sets of a zero and of a negative principal minor, which prove that a
+    symmetric matrix is not positive definite, or not semidefinite; None if there is
+    none."""
 
     zero: tuple[int, ...] | None
     negative: tuple[int, ...] | None
 
 
 def clear(row: Sequence[int], top: Sequence[int], k: int, previous: int) -> list[int]:
-    """Return a row after the pivot top[k], with a zero in its column; previous : the preceding pivot."""
+    """Return a row after the pivot top[k], with a zero in its column; previous : the
+    preceding pivot."""
     pivot, factor = top[k], row[k]
     return [(pivot * a - factor * b) // previous for a, b in zip(row, top, strict=True)]
 
 
 def eliminated(A: Rows, previous: int) -> Rows:
-    """Return the matrix after the pivot A[0][0], which is not 0, without its row and column."""
+    """Return the matrix after the pivot A[0][0], which is not 0, without its row and
+    column."""
     return [clear(row, A[0], 0, previous)[1:] for row in A[1:]]
 
 
@@ -170,8 +187,9 @@ def symmetrized(A: Rows) -> Rows:
 
 
 def definiteness(A: Rows, check: Callable[[], None]) -> Definiteness:
-    """Decide whether the symmetric A is positive definite (both sets None) or semidefinite (negative None), pivot by
-    pivot; `check` is called before each and may raise."""
+    """Decide whether the symmetric A is positive definite (both sets None) or
+    semidefinite (negative None), pivot by pivot; `check` is called before each and may
+    raise."""
     labels, previous = list(range(len(A))), 1
     chosen: list[int] = []
     zero: tuple[int, ...] | None = None
@@ -195,10 +213,12 @@ def definiteness(A: Rows, check: Callable[[], None]) -> Definiteness:
 def principal_minors(
     A: Rows, check: Callable[[], None]
 ) -> Iterator[tuple[tuple[int, ...], int]]:
-    """Yield every principal minor with its index set, by Schur complements with shared elimination steps.
+    """Yield every principal minor with its index set, by Schur complements with shared
+    elimination steps.
 
-    M. J. Tsatsomeros and L. Li, A recursive test for P-matrices, BIT Numerical Mathematics 40 (2000) 410-414. There are
-    2^n - 1. `check` is called before each and may raise.
+    M. J. Tsatsomeros and L. Li, A recursive test for P-matrices, BIT Numerical
+    Mathematics 40 (2000) 410-414. There are 2^n - 1. `check` is called before each and
+    may raise.
     """
     pending: list[tuple[Rows, tuple[int, ...], tuple[int, ...], int]] = [
         (A, tuple(range(len(A))), (), 1)
@@ -240,7 +260,8 @@ def determinant(A: Rows) -> int:
 
 
 def solved(A: Rows, b: Sequence[int]) -> list[tuple[int, int]] | None:
-    """Return the numerators and denominators of the x with A x = b, for square A; None if A is singular."""
+    """Return the numerators and denominators of the x with A x = b, for square A; None
+    if A is singular."""
     flint = library()
     try:
         x = flint.fmpz_mat(A).solve(flint.fmpz_mat(len(b), 1, b))
@@ -250,7 +271,8 @@ def solved(A: Rows, b: Sequence[int]) -> list[tuple[int, int]] | None:
 
 
 def independent(A: Rows) -> tuple[list[int], list[int]]:
-    """Return the rows and the columns of a nonsingular part of A that has the same rank modulo a prime."""
+    """Return the rows and the columns of a nonsingular part of A that has the same rank
+    modulo a prime."""
     flint = require()
     columns = _pivots(flint.nmod_mat(flint.fmpz_mat(A), PRIME))
     part = [[row[j] for j in columns] for row in A]
@@ -258,13 +280,15 @@ def independent(A: Rows) -> tuple[list[int], list[int]]:
 
 
 def reduced(A: Rows) -> tuple[list[list[int]], int, int]:
-    """Return the reduced row echelon form of A times a divisor, that divisor, and the rank."""
+    """Return the reduced row echelon form of A times a divisor, that divisor, and the
+    rank."""
     rows, divisor, rank = library().fmpz_mat(A).rref()
     return [[int(value) for value in row] for row in rows.tolist()], int(divisor), rank
 
 
 def call(function: Callable[..., Any], seconds: float, *given: Any) -> Any:
-    """Return the result of a function of this module that takes about so many seconds; raise TimeIsUp in time."""
+    """Return the result of a function of this module that takes about so many seconds;
+    raise TimeIsUp in time."""
     if seconds > LONG_CALL_SECONDS and sys.executable:
         with imports:
             import subprocess
@@ -297,7 +321,8 @@ OF_ENTRY, OF_BIT = 2e-7, 6e-10
 
 
 class Effort:
-    """Work that may be done, in usual seconds, and what has been `spent` of it; the time limit of the run holds too."""
+    """Work that may be done, in usual seconds, and what has been `spent` of it; the
+    time limit of the run holds too."""
 
     def __init__(self, seconds: float = math.inf) -> None:
         self._most, self.spent = seconds, 0.0
@@ -306,11 +331,13 @@ class Effort:
         return self.spent + seconds <= self._most and seconds < remaining()
 
     def spend(self, seconds: float) -> None:
-        """Count work; raise TimeIsUp if that is more than there was, or when the time is up."""
+        """Count work; raise TimeIsUp if that is more than there was, or when the time
+        is up."""
         self.spent += seconds
         if not self.allows():
             raise TimeIsUp
 
     def steps(self, data: ExactProblem) -> Callable[[], None]:
-        """Return a function to call before each pivot on a tableau of these data, which counts it."""
+        """Return a function to call before each pivot on a tableau of these data, which
+        counts it."""
         return partial(self.spend, data.n**2 * (OF_ENTRY + OF_BIT * data.n * data.bits))

@@ -1,7 +1,7 @@
 """An LCP with rational data, and the exact verification of a z or a y for it.
 
-Each row of [M | q] is kept multiplied by the least common denominator of its entries, as integers: the solutions z stay
-the same, and sums of products need no gcd.
+Each row of [M | q] is kept multiplied by the least common denominator of its entries,
+as integers: the solutions z stay the same, and sums of products need no gcd.
 """
 
 from __future__ import annotations
@@ -46,7 +46,8 @@ class ExactProblem:
 
     problem : the problem rounded to doubles.
     lower, upper : the bounds of z; None for those of an LCP.
-    rows, constants, scales : integers with rows[i][j] / scales[i] = M_ij, constants[i] / scales[i] = q_i; scales > 0.
+    rows, constants, scales : integers with rows[i][j] / scales[i] = M_ij, constants[i]
+        / scales[i] = q_i; scales > 0.
     """
 
     def __init__(
@@ -57,7 +58,8 @@ class ExactProblem:
         lower: Bounds | None = None,
         upper: Bounds | None = None,
     ):
-        """M, q : as Fractions, or as doubles, which are taken as exact; M by its rows."""
+        """M, q : as Fractions, or as doubles, which are taken as exact; M by its
+        rows."""
         self.problem, self.n = problem, problem.n
         self.lower: Bounds = [Fraction(0)] * problem.n if lower is None else lower
         self.upper: Bounds = [None] * problem.n if upper is None else upper
@@ -89,7 +91,8 @@ class ExactProblem:
 
     @classmethod
     def of_basis(cls, problem: Problem, basis: States) -> ExactProblem:
-        """Return the same with zeros for the columns of M that the basic solution of a basis does not use."""
+        """Return the same with zeros for the columns of M that the basic solution of a
+        basis does not use."""
         used = (basis == BASIC) | (problem.box.nonbasic(basis) != 0)
         M = scaled(problem.M, np.ones(problem.n), used.astype(float))
         return cls(
@@ -103,7 +106,8 @@ class ExactProblem:
     def of_rows(
         cls, problem: Problem, kept: Indices, number: Callable[[Any], Fraction]
     ) -> ExactProblem:
-        """Return the problem with some rows of M and q as exact numbers, and zeros in place of the others."""
+        """Return the problem with some rows of M and q as exact numbers, and zeros in
+        place of the others."""
         own = dict(zip(kept.tolist(), rows_of(problem.M[kept], number), strict=True))
         q = [
             number(value) if i in own else Fraction(0)
@@ -118,7 +122,8 @@ class ExactProblem:
 
     @classmethod
     def of_decimals(cls, problem: Problem) -> ExactProblem:
-        """Return the problem with the shortest decimal of each double: as written, up to 15 digits."""
+        """Return the problem with the shortest decimal of each double: as written, up
+        to 15 digits."""
         return cls(problem, *decimal_parts_of(problem))
 
     @property
@@ -164,8 +169,8 @@ class ExactProblem:
         )
 
     def refuted_by(self, y: Sequence[Fraction]) -> bool:
-        """Return whether y proves that no z within the bounds has w with the signs that they ask for, as in
-        `verify.farkas`; for an LCP y >= 0, M'y <= 0, q'y < 0."""
+        """Return whether y proves that no z within the bounds has w with the signs that
+        they ask for, as in `verify.farkas`; for an LCP y >= 0, M'y <= 0, q'y < 0."""
         columns, total = self.with_transpose(y)
         for value, column, low, high in zip(
             y, columns, self.lower, self.upper, strict=True
@@ -191,7 +196,8 @@ class ExactProblem:
         )
 
     def in_integers(self) -> Problem | None:
-        """Return the problem with its rows times `scales`, with the same z; None if doubles cannot represent it."""
+        """Return the problem with its rows times `scales`, with the same z; None if
+        doubles cannot represent it."""
         numbers = chain((self.constants,), (row.values() for row in self.rows))
         if any(
             abs(value) > LARGEST_INTEGER for own in in_time(numbers) for value in own
@@ -210,7 +216,8 @@ class ExactProblem:
 
 
 def _in_integers(row: dict[int, Any], constant: Any) -> tuple[dict[int, int], int, int]:
-    """Return the row and the constant times the least positive integer that makes them integers, and that integer."""
+    """Return the row and the constant times the least positive integer that makes them
+    integers, and that integer."""
     (numerator, denominator), ratios = (
         constant.as_integer_ratio(),
         [entry.as_integer_ratio() for entry in row.values()],
@@ -230,7 +237,8 @@ def number_of(value: Any) -> Fraction:
 def rows_of(
     M: Matrix, number: Callable[[Any], Any] = number_of
 ) -> list[dict[int, Any]]:
-    """Return the nonzero entries of the rows of a dense or sparse matrix: by default as exact rational numbers."""
+    """Return the nonzero entries of the rows of a dense or sparse matrix: by default as
+    exact rational numbers."""
     if not is_sparse(M):
         return [
             {j: number(a) for j, a in enumerate(row) if a}
@@ -249,7 +257,8 @@ def rows_of(
 def parts_of(
     data: Problem | Matrix, number: Callable[[Any], Fraction] = number_of
 ) -> ExactParts:
-    """Return M and, of a problem, q and the bounds, as rational numbers: by default exactly their doubles."""
+    """Return M and, of a problem, q and the bounds, as rational numbers: by default
+    exactly their doubles."""
     if not isinstance(data, Problem):
         return rows_of(data, number), None, None, None
     return (
@@ -272,7 +281,8 @@ def bounds_of(bound: Vector, number: Callable[[Any], Fraction] = number_of) -> B
 
 
 def decimal_parts_of(problem: Problem) -> ExactParts:
-    """Return the parts of a problem with the shortest decimal of each double; for a game, those from its payoffs."""
+    """Return the parts of a problem with the shortest decimal of each double; for a
+    game, those from its payoffs."""
     if is_game(problem.origin):
         parts = problem.origin.exact_conditions()
         return parts[0], parts[1], parts[2] if len(parts) == 3 else None, None
@@ -280,7 +290,8 @@ def decimal_parts_of(problem: Problem) -> ExactParts:
 
 
 def is_game(origin: Any) -> TypeGuard[Game | ExtensiveGame]:
-    """Return whether a problem comes from a game, whose payoffs have their digits as written."""
+    """Return whether a problem comes from a game, whose payoffs have their digits as
+    written."""
     return hasattr(origin, "exact_conditions")
 
 
@@ -312,7 +323,8 @@ def _like(M: Matrix, rows: list[dict[int, int]]) -> Matrix:
 
 
 def exact_parts(parse: Callable[[Doubles], Problem | Matrix]) -> ExactParts:
-    """Return the problem, or M alone, with its numbers as written; a game, which keeps them, in decimals."""
+    """Return the problem, or M alone, with its numbers as written; a game, which keeps
+    them, in decimals."""
     found = written(parse)
     if isinstance(found.own, Problem) and isinstance(found.rounded, Problem):
         # The sides of a row of a program are the same double.

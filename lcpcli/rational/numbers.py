@@ -1,8 +1,11 @@
-"""Rational numbers: from text and back, from doubles and back, and exact sums of doubles.
+"""Rational numbers: from text and back, from doubles and back, and exact sums of
+doubles.
 
-Text passes through `decimal`, which unlike int and str has no limit on digits, and where an exponent costs nothing
-until it is expanded, so that it can be rejected first. Doubles that were read from text can each stand for only one
-number of the text (`Doubles`): what is made of them by moving them or changing signs then applies to these numbers.
+Text passes through `decimal`, which unlike int and str has no limit on digits, and
+where an exponent costs nothing until it is expanded, so that it can be rejected first.
+Doubles that were read from text can each stand for only one number of the text
+(`Doubles`): what is made of them by moving them or changing signs then applies to these
+numbers.
 """
 
 from __future__ import annotations
@@ -37,7 +40,8 @@ T = TypeVar("T")
 
 
 def fraction(text: str) -> Fraction:
-    """Return the rational number of a decimal text; raise ProblemError if it has none, or too large an exponent."""
+    """Return the rational number of a decimal text; raise ProblemError if it has none,
+    or too large an exponent."""
     check()
     try:
         if "_" in text:
@@ -60,7 +64,8 @@ def fraction(text: str) -> Fraction:
 
 
 def ratio(text: str) -> Fraction:
-    """Return the rational number that a decimal text, or two integers with a slash between them, stand for."""
+    """Return the rational number that a decimal text, or two integers with a slash
+    between them, stand for."""
     if "/" not in text:
         return fraction(text)
     numerator, _, denominator = text.strip().partition("/")
@@ -82,7 +87,8 @@ def text(value: Fraction) -> str:
 
 
 def places(value: Fraction) -> int | None:
-    """Return the number of decimals of a rational number; None if there are infinitely many."""
+    """Return the number of decimals of a rational number; None if there are infinitely
+    many."""
     twos = (value.denominator & -value.denominator).bit_length() - 1
     rest, fives = value.denominator >> twos, 0
     while rest % 5 == 0:
@@ -91,7 +97,8 @@ def places(value: Fraction) -> int | None:
 
 
 def decimal(value: Fraction) -> str:
-    """Return a rational number with all its decimals, or raise ProblemError if it has infinitely many."""
+    """Return a rational number with all its decimals, or raise ProblemError if it has
+    infinitely many."""
     count = places(value)
     if count is None:
         raise ProblemError(
@@ -104,7 +111,8 @@ def decimal(value: Fraction) -> str:
 
 
 def brief(value: Fraction, toward: int = 0) -> str:
-    """Return a rational number for a line of text, of more than MOST_SHOWN_DIGITS by `approximate`, marked by ~."""
+    """Return a rational number for a line of text, of more than MOST_SHOWN_DIGITS by
+    `approximate`, marked by ~."""
     length = value.numerator.bit_length() + value.denominator.bit_length()
     return (
         text(value)
@@ -114,8 +122,9 @@ def brief(value: Fraction, toward: int = 0) -> str:
 
 
 def approximate(value: Fraction, toward: int = 0, digits: int = 7) -> str:
-    """Return a few digits of a rational number, which may be beyond the range of doubles, rounded upward if `toward` is
-    1, downward if it is -1, so that a bound remains one, and else to the nearest."""
+    """Return a few digits of a rational number, which may be beyond the range of
+    doubles, rounded upward if `toward` is 1, downward if it is -1, so that a bound
+    remains one, and else to the nearest."""
     if toward:
         context = Context(digits, ROUND_CEILING if toward > 0 else ROUND_FLOOR)
         value = Fraction(
@@ -133,8 +142,9 @@ def rounded(values: Iterable[Fraction | int]) -> Vector:
 
 
 def rounded_direction(values: Sequence[Fraction | int]) -> Vector:
-    """Return a positive multiple of numbers in finite doubles: the numbers themselves if they are integers that doubles
-    represent, else divided by the largest and rounded, or by less if the least would be lost."""
+    """Return a positive multiple of numbers in finite doubles: the numbers themselves
+    if they are integers that doubles represent, else divided by the largest and
+    rounded, or by less if the least would be lost."""
     sizes = [abs(Fraction(value)) for value in values if value] or [Fraction(1)]
     unit = max(sizes)
     if unit <= LARGEST_INTEGER and all(value.denominator == 1 for value in values):
@@ -156,8 +166,9 @@ def _rounded(value: Fraction | int) -> float:
 
 
 def rounded_sum(a: Vector, y: Vector, constant: float) -> float:
-    """Return a'y + constant for finite floats, a and y of shape (n,), rounded once, infinite beyond the largest number,
-    and away from 0 if it is subnormal, so that only 0 becomes 0."""
+    """Return a'y + constant for finite floats, a and y of shape (n,), rounded once,
+    infinite beyond the largest number, and away from 0 if it is subnormal, so that only
+    0 becomes 0."""
     whole, power = in_integers(np.append(y, 1.0))
     exact = Fraction(2) ** power * product(np.append(a, constant), whole)
     value = _rounded(exact)
@@ -170,19 +181,22 @@ def rounded_sum(a: Vector, y: Vector, constant: float) -> float:
 
 
 def product(a: Vector, y: Sequence[Fraction | int]) -> Fraction:
-    """Return a'y for finite floats a and rational y, both of length n; fastest for integers y."""
+    """Return a'y for finite floats a and rational y, both of length n; fastest for
+    integers y."""
     A, power = in_integers(a)
     return Fraction(2) ** power * Fraction(dot(A, y))
 
 
 def integers(A: Vector) -> list[list[int]]:
-    """Return the rows of A, floats of shape (m, n), times the one power of two that makes them integers."""
+    """Return the rows of A, floats of shape (m, n), times the one power of two that
+    makes them integers."""
     whole, _ = in_integers(A.ravel())
     return [whole[top : top + A.shape[1]] for top in range(0, len(whole), A.shape[1])]
 
 
 def row_integers(A: Vector) -> tuple[list[list[int]], list[int]]:
-    """Return integers V and exponents e with A_ij = V_ij 2^e_i, for finite floats of shape (m, n)."""
+    """Return integers V and exponents e with A_ij = V_ij 2^e_i, for finite floats of
+    shape (m, n)."""
     fraction, exponent = np.frexp(A)
     whole, powers = np.ldexp(fraction, MANTISSA).astype(np.int64), exponent - MANTISSA
     least = powers.min(axis=1, where=whole != 0, initial=0)
@@ -197,7 +211,8 @@ def row_integers(A: Vector) -> tuple[list[list[int]], list[int]]:
 
 
 def in_integers(values: Vector) -> tuple[list[int], int]:
-    """Return integers V and an exponent e with values = V 2^e, for finite floats of shape (n,)."""
+    """Return integers V and an exponent e with values = V 2^e, for finite floats of
+    shape (n,)."""
     (row,), (exponent,) = row_integers(values[np.newaxis])
     return row, exponent
 
@@ -230,8 +245,10 @@ def shortest_decimal(value: float) -> Fraction:
 
 @dataclass(frozen=True)
 class Written(Generic[T]):
-    """The content of a text. rounded : with the nearest doubles. own : with a different double for each number.
-    exact : the numbers for which doubles of `own` stand, where these are not their shortest decimals."""
+    """The content of a text. rounded : with the nearest doubles. own : with a different
+    double for each number.
+    exact : the numbers for which doubles of `own` stand, where these are not their
+        shortest decimals."""
 
     rounded: T
     own: T
@@ -243,7 +260,8 @@ class Written(Generic[T]):
 
 
 class Doubles:
-    """The doubles for the numbers in a text that is read twice: at first the nearest, then a different one for each."""
+    """The doubles for the numbers in a text that is read twice: at first the nearest,
+    then a different one for each."""
 
     def __init__(self) -> None:
         # Of those that are the shortest decimals of their doubles.
@@ -253,7 +271,8 @@ class Doubles:
         self._places: dict[Fraction, float] | None = None
 
     def __call__(self, text: str) -> float:
-        """Return the double for a decimal text; infinities and NaN remain unchanged. May raise TimeIsUp."""
+        """Return the double for a decimal text; infinities and NaN remain unchanged.
+        May raise TimeIsUp."""
         check()
         double = float(text)
         is_short = len(text) <= SURE_DIGITS and "e" not in text.casefold()
@@ -262,13 +281,15 @@ class Doubles:
         )
 
     def of(self, value: Fraction | float) -> float:
-        """Return the double that stands for a number; infinities and NaN remain unchanged."""
+        """Return the double that stands for a number; infinities and NaN remain
+        unchanged."""
         if isinstance(value, float):
             return value
         return self._of(value, float(rounded([value])[0]))
 
     def _of(self, value: Fraction | None, nearest: float) -> float:
-        """Return the double that stands for a number; None means the shortest decimal of the nearest double."""
+        """Return the double that stands for a number; None means the shortest decimal
+        of the nearest double."""
         if not math.isfinite(nearest):
             return nearest
         if self._places is not None:
@@ -285,7 +306,8 @@ class Doubles:
         return nearest
 
     def settled(self) -> Mapping[float, Fraction] | None:
-        """Return the numbers that the doubles stand for from now on; None if the nearest ones already differ."""
+        """Return the numbers that the doubles stand for from now on; None if the
+        nearest ones already differ."""
         if not self._others:
             return None
         numbers = {*self._others, *map(shortest_decimal, in_time(self._sizes))}
@@ -301,7 +323,8 @@ class Doubles:
 
 
 def _places(sizes: list[Fraction]) -> list[float]:
-    """Return distinct doubles for these numbers, in the same order; integers, which may be indices, are kept."""
+    """Return distinct doubles for these numbers, in the same order; integers, which may
+    be indices, are kept."""
     found: list[float] = []
     for size in in_time(sizes):
         nearest = float(size)
@@ -316,7 +339,8 @@ def _places(sizes: list[Fraction]) -> list[float]:
 
 
 def written(parse: Callable[[Doubles], T]) -> Written[T]:
-    """Return what `parse` makes of a text, given the function that makes doubles of its numbers."""
+    """Return what `parse` makes of a text, given the function that makes doubles of its
+    numbers."""
     doubles = Doubles()
     nearest = parse(doubles)
     exact = doubles.settled()

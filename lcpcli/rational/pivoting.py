@@ -1,8 +1,10 @@
-"""Complementary pivoting in integers: ratios, ties and signs are decided without rounding.
+"""Complementary pivoting in integers: ratios, ties and signs are decided without
+rounding.
 
-A path goes through dictionaries in which one of z_i and w_i is 0 for all i but one: that of Lemke's method, with the
-multiple z_0 of a cover as its parameter, that of Lemke and Howson, without one, and those of parametric problems. Ties
-are broken lexicographically, as if the forms that are basic at the start were relaxed a little.
+A path goes through dictionaries in which one of z_i and w_i is 0 for all i but one:
+that of Lemke's method, with the multiple z_0 of a cover as its parameter, that of Lemke
+and Howson, without one, and those of parametric problems. Ties are broken
+lexicographically, as if the forms that are basic at the start were relaxed a little.
 """
 
 from __future__ import annotations
@@ -34,8 +36,8 @@ class Pivot(NamedTuple):
 
 
 class Pivoting:
-    """A path from a dictionary: z_i - l_i is form i, w_i, or -w_i at an upper bound, n + i, u_i - z_i 2 n + i, the
-    parameter 3 n.
+    """A path from a dictionary: z_i - l_i is form i, w_i, or -w_i at an upper bound, n
+    + i, u_i - z_i 2 n + i, the parameter 3 n.
 
     ray : the form that grows without bound, if the path has ended on a ray; else None.
     """
@@ -52,7 +54,8 @@ class Pivoting:
     def follow(
         self, entering: int, last: set[int], leaving: int | None = None
     ) -> Iterator[Pivot]:
-        """Pivot until one of the last forms leaves, or none does. leaving : by default the first to reach 0."""
+        """Pivot until one of the last forms leaves, or none does. leaving : by default
+        the first to reach 0."""
         while True:
             k = self._column(entering)
             if leaving is None:
@@ -81,7 +84,8 @@ class Pivoting:
             leaving = None
 
     def _complement(self, leaving: int) -> int:
-        """Return the form that becomes positive next, and settle the state of its component."""
+        """Return the form that becomes positive next, and settle the state of its
+        component."""
         n, i = self.n, leaving % self.n
         if n <= leaving < 2 * n:
             return i if self.states[i] == LOWER else 2 * n + i
@@ -100,7 +104,8 @@ class Pivoting:
 
 
 class IntegerTableau(Pivoting):
-    """A basic solution of w = M z + e z_0 + q for integers M, q, where z_0 is the parameter."""
+    """A basic solution of w = M z + e z_0 + q for integers M, q, where z_0 is the
+    parameter."""
 
     def __init__(self, M: Sequence[dict[int, int]], q: Sequence[int]) -> None:
         n = len(q)
@@ -111,7 +116,8 @@ class IntegerTableau(Pivoting):
         )
 
     def path(self) -> Iterator[Pivot]:
-        """Pivot down the path from the z_0 for which all w are nonnegative to z_0 = 0 or a ray, one pivot at a time."""
+        """Pivot down the path from the z_0 for which all w are nonnegative to z_0 = 0
+        or a ray, one pivot at a time."""
         first = min(
             range(self.n, 2 * self.n), key=lambda form: (self.here.value(form), -form)
         )
@@ -127,14 +133,16 @@ class IntegerTableau(Pivoting):
         )
 
     def direction(self) -> Vector:
-        """Return the direction in z of the ray, shape (n,), in integers if doubles represent them."""
+        """Return the direction in z of the ray, shape (n,), in integers if doubles
+        represent them."""
         assert self.ray is not None
         return rounded_direction(
             self.here.direction(self._column(self.ray), range(self.n))
         )
 
     def multipliers(self) -> Vector:
-        """Return the coefficients of w in the row of z_0, which is basic, in integers if doubles represent them."""
+        """Return the coefficients of w in the row of z_0, which is basic, in integers
+        if doubles represent them."""
         entries = dict(
             zip(self.here.cobasic, self.here.rows[self.parameter][1:], strict=True)
         )
@@ -144,7 +152,8 @@ class IntegerTableau(Pivoting):
 
 
 def solve(data: ExactProblem, effort: Effort) -> list[Fraction] | None:
-    """Return the solution at the end of the path; None on a ray, for large n, with bounds, or if it takes too long."""
+    """Return the solution at the end of the path; None on a ray, for large n, with
+    bounds, or if it takes too long."""
     if data.n > MOST_LEMKE_UNKNOWNS or not data.problem.box.is_orthant:
         return None
     tableau, count = IntegerTableau(data.rows, data.constants), effort.steps(data)
@@ -156,11 +165,13 @@ def solve(data: ExactProblem, effort: Effort) -> list[Fraction] | None:
 
 
 def equilibrium(data: ExactProblem, m: int, effort: Effort) -> list[Fraction] | None:
-    """Return the probabilities of both players in an equilibrium of the game with the costs of these data: in pure
-    strategies if there is one, else at the end of a path of Lemke and Howson; None if that takes too much effort. m :
-    the number of strategies of the row player.
+    """Return the probabilities of both players in an equilibrium of the game with the
+    costs of these data: in pure strategies if there is one, else at the end of a path
+    of Lemke and Howson; None if that takes too much effort. m : the number of
+    strategies of the row player.
 
-    The path is that of the game whose payoffs are the costs subtracted from a larger number.
+    The path is that of the game whose payoffs are the costs subtracted from a larger
+    number.
     """
     n, most = (
         data.n,

@@ -1,10 +1,13 @@
-"""The tree over the states of the unknowns, in which a proof exists for each branch that is cut.
+"""The tree over the states of the unknowns, in which a proof exists for each branch
+that is cut.
 
-`explored` is the search for all solutions, the best one, and complementary sets: a type of nodes, such as `Unknowns` in
-exact arithmetic, says what is cut and what the children are, and the queue which node is next.
+`explored` is the search for all solutions, the best one, and complementary sets: a type
+of nodes, such as `Unknowns` in exact arithmetic, says what is cut and what the children
+are, and the queue which node is next.
 
-Each z_i is counted from a bound: y_i = z_i - l_i, or u_i - z_i where there is only an upper bound, with w_i of the
-opposite sign; a free z_i is y_i itself. The forms of a dictionary are y_i, w_i and, of a box, the rest u_i - z_i.
+Each z_i is counted from a bound: y_i = z_i - l_i, or u_i - z_i where there is only an
+upper bound, with w_i of the opposite sign; a free z_i is y_i itself. The forms of a
+dictionary are y_i, w_i and, of a box, the rest u_i - z_i.
 """
 
 from __future__ import annotations
@@ -29,8 +32,9 @@ OBJECTIVE = 3
 class Unknowns:
     """The unknowns of a problem, z = base + side y; those with two bounds are `boxes`.
 
-    choices : the states that each unknown may have; none if it is fixed. bits, masks, meaning : all choices as bits,
-    the choices of each unknown, and the meaning of each bit. check : called before each node and pivot; it may raise.
+    choices : the states that each unknown may have; none if it is fixed. bits, masks,
+    meaning : all choices as bits, the choices of each unknown, and the meaning of each
+    bit. check : called before each node and pivot; it may raise.
     cover : nodes that lie in one of its pieces are cut.
     """
 
@@ -54,7 +58,8 @@ class Unknowns:
         self.allow([_states(low, high) for low, high in bounds])
 
     def restricted(self, bits: int) -> Unknowns:
-        """Return the same unknowns with these choices alone, whose piece is the cover."""
+        """Return the same unknowns with these choices alone, whose piece is the
+        cover."""
         other = copy(self)
         other.cover = Cover(bits)
         other.allow(
@@ -92,11 +97,13 @@ class Unknowns:
         )
 
     def bit(self, k: int, state: int) -> int:
-        """Return the bit of a state in a bit mask of several states: the bit of the form that is 0."""
+        """Return the bit of a state in a bit mask of several states: the bit of the
+        form that is 0."""
         return 1 << self.zero(k, state)
 
     def vertex(self, values: Direction) -> Point:
-        """Return a point in terms of z, from a divisor and the values of y times the divisor."""
+        """Return a point in terms of z, from a divisor and the values of y times the
+        divisor."""
         divisor, *y = values
         if self._is_moved:
             moved = zip(self.base, self.side, y, strict=True)
@@ -116,7 +123,8 @@ class Unknowns:
         )
 
     def objective(self, costs: Sequence[Fraction]) -> tuple[dict[int, list[int]], int]:
-        """Return the form costs'z, under its own number, in terms of y, times an integer, and that integer."""
+        """Return the form costs'z, under its own number, in terms of y, times an
+        integer, and that integer."""
         kept = [k for k in range(self.n) if self.choices[k]]
         constant = sum(
             (cost * base for cost, base in zip(costs, self.base, strict=True)),
@@ -130,7 +138,8 @@ class Unknowns:
         return {OBJECTIVE * self.n: row}, scale
 
     def root(self, others: dict[int, list[int]] | None = None) -> Node | None:
-        """Return the node without choices, with further forms; None if what always holds has no solution."""
+        """Return the node without choices, with further forms; None if what always
+        holds has no solution."""
         rows, _, kept = self.forms()
         rows |= others or {}
         bounded = [k for k in kept if len(self.choices[k]) > 1]
@@ -150,8 +159,9 @@ class Unknowns:
     def choose(
         self, node: Node, k: int, state: int, *, least: int | None = None
     ) -> bool:
-        """Choose a state in a node; return False if the node is proved to be empty then. least : a form that is least
-        at the node's point, and is to be so again; None if the point may be any."""
+        """Choose a state in a node; return False if the node is proved to be empty
+        then. least : a form that is least at the node's point, and is to be so again;
+        None if the point may be any."""
         here, zero, w = node.dictionary, self.zero(k, state), self.w(k)
         node.states[k] = state
         node.certain |= self.bit(k, state)
@@ -181,12 +191,14 @@ class Unknowns:
         return bits
 
     def violations(self, node: Node) -> dict[int, int] | None:
-        """Return how far unknowns without a state at the node's point are from any; None if it lies in the cover."""
+        """Return how far unknowns without a state at the node's point are from any;
+        None if it lies in the cover."""
         bits = self.states_at_point(node)
         return None if self._lies_in_one(node, bits) else self.violated(node, bits)
 
     def violated(self, node: Node, bits: int) -> dict[int, int]:
-        """Return how far the unknowns with none of these states are from any, up to a factor for each."""
+        """Return how far the unknowns with none of these states are from any, up to a
+        factor for each."""
         violated, here = {}, node.dictionary
         for k, mask in enumerate(self.masks):
             if mask and node.states[k] is None and not bits & mask:
@@ -195,8 +207,9 @@ class Unknowns:
         return violated
 
     def unsettled(self, node: Node) -> int | None:
-        """Return an unknown without a state that holds on all of a node, where each has one at its point; choose the
-        states of those before; None if there is no such unknown."""
+        """Return an unknown without a state that holds on all of a node, where each has
+        one at its point; choose the states of those before; None if there is no such
+        unknown."""
         bits = self.states_at_point(node)
         open_ = [
             k
@@ -220,7 +233,8 @@ class Unknowns:
         return None
 
     def children(self, node: Node, k: int) -> Iterable[Node]:
-        """Return a node with each state of an unknown, except nodes that are empty or lie in another child."""
+        """Return a node with each state of an unknown, except nodes that are empty or
+        lie in another child."""
         children: dict[int, Node] = {}
         for state in reversed(self.choices[k]):
             child = node.copy()
@@ -232,12 +246,14 @@ class Unknowns:
         return children.values()
 
     def leaves(self, start: Node) -> Iterator[Node]:
-        """Yield the nodes below a node all of whose points are solutions, except those that lie in pieces of the cover,
-        which may grow in the meantime. A node's states are chosen, except states that hold on all of it."""
+        """Yield the nodes below a node all of whose points are solutions, except those
+        that lie in pieces of the cover, which may grow in the meantime. A node's states
+        are chosen, except states that hold on all of it."""
         return (node for node, is_leaf in explored(self, [start]) if is_leaf)
 
     def _lies_in_one(self, node: Node, bits: int) -> bool:
-        """Return whether the states of a piece of the cover hold on all of a node, with these states at its point."""
+        """Return whether the states of a piece of the cover hold on all of a node, with
+        these states at its point."""
         numbers = self.cover.within(bits)
         while numbers:
             open_ = self.cover.pieces[numbers.bit_length() - 1] & ~node.certain
@@ -266,8 +282,9 @@ class Unknowns:
         return True
 
     def forms(self) -> tuple[dict[int, list[int]], dict[int, Fraction], list[int]]:
-        """Return the forms w_k, and u_k - z_k of boxes, in integers, in terms of y without fixed unknowns; the
-        numbers by which the w_k are multiplied; and the unknowns that are not fixed."""
+        """Return the forms w_k, and u_k - z_k of boxes, in integers, in terms of y
+        without fixed unknowns; the numbers by which the w_k are multiplied; and the
+        unknowns that are not fixed."""
         kept = [k for k in range(self.n) if self.choices[k]]
         rows, factors = dict[int, list[int]](), dict[int, Fraction]()
         for k in kept:
@@ -295,7 +312,8 @@ class Unknowns:
 
 @dataclass
 class Node:
-    """The polyhedron for some chosen states, None where none is, with the states known to hold on it all, as bits."""
+    """The polyhedron for some chosen states, None where none is, with the states known
+    to hold on it all, as bits."""
 
     dictionary: Dictionary
     states: list[int | None]
@@ -315,7 +333,8 @@ def _states(low: Fraction | None, high: Fraction | None) -> tuple[int, ...]:
 
 
 class Cover:
-    """Pieces of the solution set, each as bits, one bit for each state that holds on all of the piece."""
+    """Pieces of the solution set, each as bits, one bit for each state that holds on
+    all of the piece."""
 
     def __init__(self, *pieces: int) -> None:
         self.pieces: list[int] = []
@@ -334,7 +353,8 @@ class Cover:
         self.pieces.append(piece)
 
     def within(self, bits: int) -> int:
-        """Return the numbers of the pieces all of whose states are among some states, as bits."""
+        """Return the numbers of the pieces all of whose states are among some states,
+        as bits."""
         numbers = (1 << len(self.pieces)) - 1
         for bit, having in self.having.items():
             if not bits & bit:
@@ -343,11 +363,14 @@ class Cover:
 
 
 def explored(nodes: Any, pending: Any) -> Iterator[tuple[Any, bool]]:
-    """Yield each node once it has been examined, and whether it is a leaf, with nothing to branch on. The states of the
-    unknown that is violated most make the children; where none is, of one whose states are open.
+    """Yield each node once it has been examined, and whether it is a leaf, with nothing
+    to branch on. The states of the unknown that is violated most make the children;
+    where none is, of one whose states are open.
 
-    nodes : has `check`, which may raise, `violations`, `unsettled` and `children`, as `Unknowns` does.
-    pending : a list, which is searched depth first, or a queue with its `pop` and `extend`.
+    nodes : has `check`, which may raise, `violations`, `unsettled` and `children`, as
+        `Unknowns` does.
+    pending : a list, which is searched depth first, or a queue with its `pop` and
+        `extend`.
     """
     while pending:
         nodes.check()
@@ -368,14 +391,16 @@ def explored(nodes: Any, pending: Any) -> Iterator[tuple[Any, bool]]:
 def first_solution(
     data: ExactProblem, check: Callable[[], None]
 ) -> list[Fraction] | None:
-    """Return a solution; None if there is proved to be none. `check` is called before each step and may raise."""
+    """Return a solution; None if there is proved to be none. `check` is called before
+    each step and may raise."""
     return next((z for z in solution_search(data, check) if z is not None), None)
 
 
 def solution_search(
     data: ExactProblem, check: Callable[[], None]
 ) -> Iterator[list[Fraction] | None]:
-    """Yield solutions as the tree finds them, and None after each node that shows none."""
+    """Yield solutions as the tree finds them, and None after each node that shows
+    none."""
     unknowns = Unknowns(data, check)
     start = unknowns.root()
     for node, is_leaf in () if start is None else explored(unknowns, [start]):

@@ -1,1 +1,2 @@
-"""Results as text: pure functions, one module per format. Nothing here prints or writes."""
+"""Results as text: pure functions, one module per format. Nothing here prints or
+writes."""

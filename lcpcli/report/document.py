@@ -1,5 +1,5 @@
-"""A report as the formats typeset it: sections of lines, tables of text and a figure; and the table of these formats.
-Nothing heavy is imported, so that help is instant."""
+"""A report as the formats typeset it: sections of lines, tables of text and a figure;
+and the table of these formats. Nothing heavy is imported, so that help is instant."""
 
 from __future__ import annotations
 
@@ -16,10 +16,12 @@ class Table(NamedTuple):
 
     header : the names of the columns, all "" for a table that has none.
     groups : lists of rows, with a rule between two lists.
-    words : the indices of the columns of words, which are left-aligned; the others hold numbers.
+    words : the indices of the columns of words, which are left-aligned; the others hold
+        numbers.
     texts : the indices of the columns of sentences, which a screen wraps.
     notes : lines below the table.
-    name : the heading under which a page folds a long table; "" for a table that stays open.
+    name : the heading under which a page folds a long table; "" for a table that stays
+        open.
     """
 
     header: Sequence[str]
@@ -43,10 +45,13 @@ class Table(NamedTuple):
 class Section(NamedTuple):
     """A part of a report under a title.
 
-    verdict : the line that matters most, which begins the section; "" if the tables come first.
-    settled : whether the verdict is as requested. facts : lines below the verdict, or below the title.
+    verdict : the line that matters most, which begins the section; "" if the tables
+        come first.
+    settled : whether the verdict is as requested. facts : lines below the verdict, or
+        below the title.
     remarks : lines of advice, above the tables if there is a verdict, else below them.
-    provenance : what made the section. figure : a function that draws its figure as .svg; None if it has none.
+    provenance : what made the section. figure : a function that draws its figure as
+        .svg; None if it has none.
     """
 
     title: str
@@ -79,7 +84,8 @@ class Form(NamedTuple):
     """A format.
 
     meaning : its description in help. suffix : the suffix of its files.
-    renderer : the module of lcpcli.report whose `render` makes a text of a document; "" for a format with all numbers.
+    renderer : the module of lcpcli.report whose `render` makes a text of a document; ""
+        for a format with all numbers.
     """
 
     meaning: str
@@ -114,7 +120,7 @@ SUFFIXES = {
 def typeset(
     document: Document, form: str, width: int | None = None, color: bool = False
 ) -> str:
-    """Return a report as text in a format. width : of the terminal, None if there is none. color : whether it has
-    colours."""
+    """Return a report as text in a format. width : of the terminal, None if there is
+    none. color : whether it has colours."""
     module = import_module(f"lcpcli.report.{FORMATS[form].renderer}")
     return str(module.render(document.visible(), width, color))

@@ -1,5 +1,5 @@
-"""A report as one HTML page, which needs neither network nor JavaScript, and prints. Figures are drawn if matplotlib is
-installed; else a note says how to install it."""
+"""A report as one HTML page, which needs neither network nor JavaScript, and prints.
+Figures are drawn if matplotlib is installed; else a note says how to install it."""
 
 from __future__ import annotations
 
@@ -40,7 +40,10 @@ MOST_OPEN = 30
 
 def render(document: Document, _: int | None, __: bool) -> str:
     title = escape(document.title)
-    head = f'<meta charset="utf-8"><meta name="viewport" content="width=device-width"><title>{title}</title>'
+    head = (
+        '<meta charset="utf-8"><meta name="viewport" '
+        f'content="width=device-width"><title>{title}</title>'
+    )
     parts = [head, f"<style>{STYLE}</style>", f"<h1>{title}</h1>"]
     for section in document.sections:
         parts += [f"<h2>{escape(section.title)}</h2>"] * (
@@ -61,8 +64,9 @@ def part(section: Section) -> str:
 
 
 def _section(section: Section) -> list[str]:
-    """Return the parts of a section: the answer, which is the verdict with what it means, the facts and the tables
-    without a name; the figure, the tables with a name, and notes."""
+    """Return the parts of a section: the answer, which is the verdict with what it
+    means, the facts and the tables without a name; the figure, the tables with a name,
+    and notes."""
     first = [section.verdict] * bool(section.verdict)
     parts = [_line(text, f"verdict{' settled' * section.settled}") for text in first]
     notes = [*([] if first else section.remarks), *filter(None, [section.provenance])]

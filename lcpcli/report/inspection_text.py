@@ -27,13 +27,18 @@ MOST_ITERATIONS = 999_999
 # For the choice of a method.
 DECISIVE = ("symmetric", "positive definite", "positive semidefinite", "P-matrix")
 KEYS = (
-    "problem n bounds sparse nonzeros density classes spread equilibrated_spread condition equilibrated_condition "
-    "singular smallest_eigenvalue largest_eigenvalue eigenvalues_estimated bytes bandwidth factor_entries "
-    "factor_operations fixed_point fixed_point_best p smoothing_error methods presolve plan obvious hints"
+    "problem n bounds sparse nonzeros density classes spread "
+    "equilibrated_spread condition equilibrated_condition "
+    "singular smallest_eigenvalue largest_eigenvalue eigenvalues_estimated "
+    "bytes bandwidth factor_entries "
+    "factor_operations fixed_point fixed_point_best p smoothing_error methods "
+    "presolve plan obvious hints"
 )
 NONLINEAR_KEYS = (
-    "problem n names bounds linear equations nonlinear_rows operators common_expressions fixed_variables nonzeros "
-    "density structural_rank structural_rank_of_equations structural_rank_of_free undefined_rows residual condition "
+    "problem n names bounds linear equations nonlinear_rows operators "
+    "common_expressions fixed_variables nonzeros "
+    "density structural_rank structural_rank_of_equations "
+    "structural_rank_of_free undefined_rows residual condition "
     "singular spread classes hints"
 )
 EIGENVALUES = ("smallest_eigenvalue", "largest_eigenvalue", "eigenvalues_estimated")
@@ -46,8 +51,8 @@ Row = tuple[str, ...]
 def report(
     found: Inspection | NonlinearInspection, whole: bool = True
 ) -> result_formats.Report:
-    """Return the report on an inspection. whole : whether to show all in tables; otherwise only what decides about the
-    methods."""
+    """Return the report on an inspection. whole : whether to show all in tables;
+    otherwise only what decides about the methods."""
     name = wording.title(found.problem) or "problem"
     classes = [
         (title(name), verdict.word, verdict.evidence)
@@ -119,7 +124,8 @@ def _linear_tables(
 
 
 def verdict(found: Inspection | NonlinearInspection) -> str:
-    """Return an inspection in a line: the obvious answer, else the classes that decide about the methods."""
+    """Return an inspection in a line: the obvious answer, else the classes that decide
+    about the methods."""
     proved = [
         title(name)
         for name, own in found.classes.items()
@@ -158,12 +164,16 @@ def _facts(found: Inspection) -> list[Row]:
         eigenvalues = (
             f"{'about ' * ends.estimated}{ends.smallest:.4g} to {ends.largest:.4g}"
         )
-    error = f"p = {found.p:.2g} leaves a smoothing error of at most {found.smoothing_error:.1e} in F"
+    error = (
+        f"p = {found.p:.2g} leaves a smoothing error of at most "
+        f"{found.smoothing_error:.1e} in F"
+    )
     return [
         ("entries", f"{stored}, {nonzeros}, {cost.bytes / unit:.3g} {name}"),
         (
             "scaling",
-            f"{_spread(before)} ({after.rows:.1f} and {after.columns:.1f} after equilibration)",
+            f"{_spread(before)} ({after.rows:.1f} and {after.columns:.1f} after "
+            "equilibration)",
         ),
         ("condition", _condition(found)),
         ("eigenvalues", eigenvalues),
@@ -236,7 +246,10 @@ def _contraction(rate: Rate | None, found: Inspection) -> str:
     start = f"omega = {rate.omega:.4g}:"
     if rate.factor is None:
         is_small = found.problem.n <= MOST_WITH_NORM
-        return f"{start} {'omega I + M is singular, or nearly' if is_small else 'rate unknown'}"
+        return (
+            f"{start} "
+            f"{'omega I + M is singular, or nearly' if is_small else 'rate unknown'}"
+        )
     if rate.iterations is None:
         return f"{start} |T| = {rate.factor:.4g}, no contraction"
     factor = (
@@ -251,12 +264,18 @@ def _contraction(rate: Rate | None, found: Inspection) -> str:
         else count(rate.iterations, "iteration")
     )
     most = "about" if found.spectrum and found.spectrum.estimated else "at most"
-    return f"{start} |T| = {factor}, {most} {times} to {TOL.value:.0e} of the initial error"
+    return (
+        f"{start} |T| = {factor}, {most} {times} to {TOL.value:.0e} of the initial "
+        "error"
+    )
 
 
 def _nonlinear_facts(found: NonlinearInspection) -> Sequence[Row]:
     n, named = found.problem.n, [name for name in found.problem.names if name]
-    rows = f"{count(found.equations, 'equation')}, {count(n - found.equations, 'row')} of unknowns with bounds"
+    rows = (
+        f"{count(found.equations, 'equation')}, {count(n - found.equations, 'row')} "
+        "of unknowns with bounds"
+    )
     facts = [("rows", f"{rows}; {found.nonlinear_rows} of {n} nonlinear")]
     if found.operators is not None:
         fixed = f"{found.fixed_variables}{', which are constants' * bool(found.fixed_variables)}"
@@ -273,8 +292,8 @@ def _nonlinear_facts(found: NonlinearInspection) -> Sequence[Row]:
     density = f" ({100 * found.nonzeros / n**2:.3g} %)" if n else ""
     of_rows, of_free = found.structural_rank_of_equations, found.structural_rank_of_free
     free = (
-        f"; {of_rows} of the rows of equations, {of_free} of the columns of free unknowns"
-        * bool(found.equations)
+        f"; {of_rows} of the rows of equations, {of_free} of the columns of "
+        "free unknowns" * bool(found.equations)
     )
     facts += [
         (

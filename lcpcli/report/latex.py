@@ -18,7 +18,10 @@ SPECIAL: dict[str, str | int | None] = {
     "[": "{[}",
     **{mark: "\\" + mark for mark in "&%$#_{}"},
 }
-NEEDED = r"% needs \usepackage{booktabs} and \usepackage{graphicx}, and \usepackage{longtable} for a table over pages"
+NEEDED = (
+    r"% needs \usepackage{booktabs} and \usepackage{graphicx}, and "
+    r"\usepackage{longtable} for a table over pages"
+)
 PAGE_ROWS = 45  # of a table at most, so that it fits on a page with its caption
 # Of a number, before another one a name.
 EXPONENT = re.compile(r"(?<![\w.])(\d(?:\.\d+)?)e([+-]?\d+)(?![\w.]| -?\d)")
@@ -27,8 +30,8 @@ FITTED = r"\resizebox{\ifdim\width>\textwidth\textwidth\else\width\fi}{!}{"
 
 
 def render(document: Document, _: int | None, __: bool) -> str:
-    """Return one table environment per section, ready to be \\input; sections without tables are comments, unless they
-    have a verdict."""
+    """Return one table environment per section, ready to be \\input; sections without
+    tables are comments, unless they have a verdict."""
     lines = [NEEDED]
     for section, label in zip(
         document.sections,
@@ -46,7 +49,8 @@ def render(document: Document, _: int | None, __: bool) -> str:
 
 
 def _section(section: Section, label: str) -> list[str]:
-    """Return a float for a section, below a longtable if the first of its tables is too long for a page."""
+    """Return a float for a section, below a longtable if the first of its tables is too
+    long for a page."""
     caption, lines = (
         " ".join(f"{text}." for text in (section.title, section.provenance) if text),
         [],
@@ -87,7 +91,8 @@ def _section(section: Section, label: str) -> list[str]:
 
 
 def labels(titles: Sequence[str]) -> list[str]:
-    """Return a different label for each title, of letters, digits and hyphens, by what is before a colon."""
+    """Return a different label for each title, of letters, digits and hyphens, by what
+    is before a colon."""
     plain = [
         re.sub(r"[^A-Za-z0-9]+", "-", title.partition(":")[0]).strip("-") or "lcp"
         for title in titles
@@ -138,7 +143,8 @@ def _cell(text: str, is_word: bool = False) -> str:
 
 
 def _text(text: str) -> str:
-    """Return a text in LaTeX, with powers of ten for exponents, and the Greek letter of microseconds."""
+    """Return a text in LaTeX, with powers of ten for exponents, and the Greek letter of
+    microseconds."""
     return re.sub(
         r"(?<=\d )us\b|(?<=/)us\b", r"$\\mu$s", EXPONENT.sub(_power, escape_latex(text))
     )
@@ -156,6 +162,6 @@ def _power(number: re.Match[str]) -> str:
 
 
 def escape_latex(text: str) -> str:
-    """Return a text with LaTeX's special characters escaped, and with hyphens separated, so that TeX does not make
-    dashes of them."""
+    """Return a text with LaTeX's special characters escaped, and with hyphens
+    separated, so that TeX does not make dashes of them."""
     return re.sub("-(?=-)", "-{}", text.translate(str.maketrans(SPECIAL)))

@@ -8,7 +8,8 @@ from lcpcli.report.document import Document, Section, Table
 
 
 def render(document: Document, _: int | None, __: bool) -> str:
-    """Return a report in Markdown; each section has a heading, the one that opens the report a larger one."""
+    """Return a report in Markdown; each section has a heading, the one that opens the
+    report a larger one."""
     opens = len(document.sections) > 1
     levels = (
         "##" if opens and section.title == document.title else "###"

@@ -1,4 +1,5 @@
-"""The outcome of runs as lines of text; results, traces and problems as one line in the interpreter."""
+"""The outcome of runs as lines of text; results, traces and problems as one line in the
+interpreter."""
 
 from __future__ import annotations
 
@@ -34,8 +35,9 @@ from lcpcli.verify.digits import fewest
 
 
 def proofs(result: Result) -> list[str]:
-    """Return a line with the certificate and the numbers that make it a proof; or lines with the exact vectors, as far
-    as they fit, and with the proof or its absence if no message states it."""
+    """Return a line with the certificate and the numbers that make it a proof; or lines
+    with the exact vectors, as far as they fit, and with the proof or its absence if no
+    message states it."""
     exact, problem, certificate = result.exact, result.problem, result.certificate
     if exact is not None:
         vectors = (
@@ -70,13 +72,14 @@ def proofs(result: Result) -> list[str]:
     if certificate.kind != "farkas":
         return [f"certificate: {certificate.kind} {wording.vector(vector, cell)}"]
     return [
-        f"Farkas certificate y = {wording.vector(vector, cell)}{_as_proof(problem, vector)}"
+        "Farkas certificate y = "
+        f"{wording.vector(vector, cell)}{_as_proof(problem, vector)}"
     ]
 
 
 def _as_proof(problem: Problem, y: Sequence[float | Fraction]) -> str:
-    """Return the numbers by which a Farkas vector y >= 0 of an LCP proves that there is no solution, from the decimals
-    of M and q; no text for a long y, or for bounds."""
+    """Return the numbers by which a Farkas vector y >= 0 of an LCP proves that there is
+    no solution, from the decimals of M and q; no text for a long y, or for bounds."""
     if len(y) > wording.LINE_ENTRIES or problem.bounds:
         return ""
     columns = [*matrices.dense(problem.M).T.tolist(), problem.q.tolist()]
@@ -114,7 +117,8 @@ WIDE_SPREAD = 2.0
 
 
 def verdict(result: Result) -> str:
-    """Return a line on how the run ended, and by which methods, unless it is on the problem alone."""
+    """Return a line on how the run ended, and by which methods, unless it is on the
+    problem alone."""
     if result.solved:
         objective = "".join(f"; {words}" for words in wording.objective(result))
         others = (
@@ -141,8 +145,9 @@ def _work(result: Result, with_route: bool = True) -> str:
 def facts(
     result: Result, width: int | None, whole: bool, names: Sequence[str] = ()
 ) -> list[str]:
-    """Return lines with the work and its parts, the residuals, the error and z, and with bounds also the basis. whole :
-    whether to show all of a long z instead of a line. names : of the unknowns that are shown; empty for all."""
+    """Return lines with the work and its parts, the residuals, the error and z, and
+    with bounds also the basis. whole : whether to show all of a long z instead of a
+    line. names : of the unknowns that are shown; empty for all."""
     parts = {
         "set-up": result.setup_seconds,
         "iterations": result.solve_seconds,
@@ -158,7 +163,10 @@ def facts(
     )
     if result.status.word in SETTLED:
         return lines
-    measures = f"residual {residual(result)}, relative {short(result.relative_residual, ROW_ROUNDING)}"
+    measures = (
+        f"residual {residual(result)}, relative "
+        f"{short(result.relative_residual, ROW_ROUNDING)}"
+    )
     if result.error is not None:
         measures += f", error {error(result.error, result.problem)}"
     lines.append(measures)
@@ -170,19 +178,24 @@ def facts(
     if least < ENOUGH_DIGITS:
         digits = f"about {count(least, 'digit')}" if least else "no digit"
         lines.append(
-            f"the data determine {digits} of z{i + 1}: rounding the data once changes the others"
+            f"the data determine {digits} of z{i + 1}: rounding the data once "
+            "changes the others"
         )
     lines += _vector(result, width or PIPE_WIDTH, whole, names)
     if names or not result.problem.bounds:
         return lines
     basis, counts = f"basis = ({', '.join(result.basis)})", Counter(result.basis)
     if len(basis) > (width or PIPE_WIDTH):
-        basis = f"basis: {', '.join(f'{counts[word]} {word}' for word in WORDS.values() if counts[word])}"
+        basis = (
+            "basis: "
+            f"{', '.join(f'{counts[word]} {word}' for word in WORDS.values() if counts[word])}"
+        )
     return [*lines, basis]
 
 
 def short_vector(result: Result, width: int) -> str:
-    """Return z in a line of this width: all components, or the first ones and the last."""
+    """Return z in a line of this width: all components, or the first ones and the
+    last."""
     n = result.problem.n
     for room in range(max(min(n, width // 3), 1), 0, -1):
         cells = _cells(result, slice(room - (room < n)))
@@ -194,7 +207,8 @@ def short_vector(result: Result, width: int) -> str:
 
 
 def _vector(result: Result, width: int, whole: bool, names: Sequence[str]) -> list[str]:
-    """Return z in one line, elided if necessary; or all of z, in as many lines as it needs."""
+    """Return z in one line, elided if necessary; or all of z, in as many lines as it
+    needs."""
     start = (
         "z =" if result.solved or result.status.word in PROBLEM_STATUSES else "best z ="
     )
@@ -211,7 +225,8 @@ def _vector(result: Result, width: int, whole: bool, names: Sequence[str]) -> li
 
 
 def _cells(result: Result, part: slice, by_name: bool = False) -> list[str]:
-    """Return a part of z to the known digits, at most 7, with names for an LCP. by_name : whether with their signs."""
+    """Return a part of z to the known digits, at most 7, with names for an LCP. by_name
+    : whether with their signs."""
     known = result.bound.value if result.bound and result.bound.proved else result.error
     place = -math.inf
     if result.solved and known is not None and 0 < known < math.inf:
@@ -239,20 +254,28 @@ def _cells(result: Result, part: slice, by_name: bool = False) -> list[str]:
 
 
 def doubt(result: Result) -> str:
-    """Return a warning for a solved run whose z differs from the solution in its leading digits; else ""."""
+    """Return a warning for a solved run whose z differs from the solution in its
+    leading digits; else ""."""
     near = (
         result.error is None
         or result.error <= LEVELS[0] * result.problem.size_of_solutions
     )
     if near or not result.solved or result.tol > COARSE:
         return ""
-    far = f"the residual is small but z is far from the {result.problem.reference} solution"
+    far = (
+        f"the residual is small but z is far from the {result.problem.reference} "
+        "solution"
+    )
     other = "it is another solution, which lcp solve --all would list"
-    return f"{far}: either {other}, or M is so ill-conditioned that the residual says little"
+    return (
+        f"{far}: either {other}, or M is so ill-conditioned that the residual says "
+        "little"
+    )
 
 
 def spread(results: Sequence[Result]) -> str:
-    """Return a warning if times of runs, even the least of their repetitions, may be unreliable; else ""."""
+    """Return a warning if times of runs, even the least of their repetitions, may be
+    unreliable; else ""."""
     wide = [
         (result.spread, name(result))
         for result in results
@@ -267,7 +290,8 @@ def spread(results: Sequence[Result]) -> str:
 
 
 def bound(result: Result) -> str:
-    """Return a line with the proved bound on the error, or on why there is none; "" if no bound was requested."""
+    """Return a line with the proved bound on the error, or on why there is none; "" if
+    no bound was requested."""
     if (own := result.bound) is None:
         return ""
     return (
@@ -308,7 +332,10 @@ def problem_text(problem: Problem) -> str:
         else []
     )
     known += [f"known verdict: {problem.verdict}"] if problem.verdict else []
-    return f"<{f'Problem {wording.title(problem)}'.rstrip()}: {', '.join([wording.size(problem), stored, *known])}>"
+    return (
+        f"<{f'Problem {wording.title(problem)}'.rstrip()}: "
+        f"{', '.join([wording.size(problem), stored, *known])}>"
+    )
 
 
 def frame(result: Result) -> Any:

@@ -1,6 +1,6 @@
-"""A path in terms of its problem: the names of the variables, the number that varies, the objective of a program, and
-what happens along it, in words; and in each of the formats: as JSON and CSV, and as a table with a row for each
-breakpoint."""
+"""A path in terms of its problem: the names of the variables, the number that varies,
+the objective of a program, and what happens along it, in words; and in each of the
+formats: as JSON and CSV, and as a table with a row for each breakpoint."""
 
 from __future__ import annotations
 
@@ -52,8 +52,8 @@ def changes(path: Path) -> list[list[StateChange]]:
 
 
 def notes_on(path: Path, names: Sequence[str], most: float) -> list[str]:
-    """Return for each breakpoint what happens there: which variables enter and leave the basis, a jump to it, a turn
-    at it, and the end."""
+    """Return for each breakpoint what happens there: which variables enter and leave
+    the basis, a jump to it, a turn at it, and the end."""
     problem, reversed_ones = path.problem, range(0)
     # Multipliers of a maximization are shown with the other sign.
     if isinstance(problem.origin, Program):
@@ -87,7 +87,8 @@ def notes_on(path: Path, names: Sequence[str], most: float) -> list[str]:
 
 
 class Points(NamedTuple):
-    """Points of a path: m values of t, and z and w of each, in doubles or in fractions."""
+    """Points of a path: m values of t, and z and w of each, in doubles or in
+    fractions."""
 
     t: list[Any]
     z: list[Any]
@@ -95,8 +96,9 @@ class Points(NamedTuple):
 
 
 class Moving(NamedTuple):
-    """The only number that differs between two problems: the name of the row or variable, what the number is for it
-    (row for both sides of a row that is an equation), and its values in both problems."""
+    """The only number that differs between two problems: the name of the row or
+    variable, what the number is for it (row for both sides of a row that is an
+    equation), and its values in both problems."""
 
     name: str
     what: str
@@ -116,8 +118,8 @@ class Moving(NamedTuple):
 
 
 class Ends:
-    """The two problems of a path, with the names by which they are reported, and the program behind both, if there is
-    one."""
+    """The two problems of a path, with the names by which they are reported, and the
+    program behind both, if there is one."""
 
     def __init__(self, *ends: Problem) -> None:
         self._ends, self._programs = (
@@ -130,7 +132,8 @@ class Ends:
         )
 
     def names(self, most: float = math.inf) -> list[str]:
-        """Return the names of the components of z by `short_names`; those of a program's multipliers begin with y."""
+        """Return the names of the components of z by `short_names`; those of a
+        program's multipliers begin with y."""
         if self.program is None:
             return wording.headings(self._ends[0], most)
         (data, _), rows = (
@@ -173,7 +176,8 @@ class Terms(Ends):
         return Points(*map(list, path.exact or (path.t.tolist(), path.z, path.w)))
 
     def at_all(self, values: Sequence[Any]) -> Points:
-        """Return the points of the path at several values of t; there are none where it does not come."""
+        """Return the points of the path at several values of t; there are none where it
+        does not come."""
         if not values:
             return Points([], [], [])
         (ts, *vectors), n = self.points, self.path.problem.n
@@ -189,7 +193,8 @@ class Terms(Ends):
         return found
 
     def values(self, z: Sequence[Any]) -> Sequence[Any]:
-        """Return z, of a program x, y and s, with the multipliers y in its own sense."""
+        """Return z, of a program x, y and s, with the multipliers y in its own
+        sense."""
         turned = range(0) if self.program is None else self.program.reversed(len(z))
         return (
             [0 - value if i in turned else value for i, value in enumerate(z)]
@@ -198,7 +203,8 @@ class Terms(Ends):
         )
 
     def objective(self, t: Any, z: Sequence[Any]) -> Any:
-        """Return the objective of the program at t, in its own sense and with its constant."""
+        """Return the objective of the program at t, in its own sense and with its
+        constant."""
         assert self.program is not None
         share = self._share(t)
         if isinstance(t, Fraction) and self._exact:
@@ -222,7 +228,8 @@ class Terms(Ends):
 
     @cached_property
     def _exact(self) -> tuple[ExactProblem, ExactProblem] | None:
-        """Return the problems whose solutions the fractions are: their doubles as they are, or as decimals."""
+        """Return the problems whose solutions the fractions are: their doubles as they
+        are, or as decimals."""
         points = self.points
         for read in (
             (ExactProblem.of_decimals, ExactProblem.of_floats)
@@ -240,7 +247,8 @@ class Terms(Ends):
 
     @cached_property
     def moving(self) -> Moving | None:
-        """Return the number that differs, in the program's own sense, if it is one only; else None."""
+        """Return the number that differs, in the program's own sense, if it is one
+        only; else None."""
         found = list(islice(self._differences(), 2))
         return found[0] if len(found) == 1 else None
 
@@ -301,7 +309,8 @@ def _moving(
 
 
 KEYS = (
-    "version file to_file problem to n names end message reached verified t z w basis changes jumps moving answer "
+    "version file to_file problem to n names end message reached verified t z w "
+    "basis changes jumps moving answer "
     "direction certificate exact at seconds"
 )
 # Of a table; typesetting takes a millisecond a row, and nobody reads on.
@@ -316,7 +325,8 @@ At: TypeAlias = Sequence["float | Fraction"]
 
 
 def data(path: Path, at: At = (), files: Sequence[str] = ()) -> dict[str, Any]:
-    """Return a path as the object of its line in JSON, with the points at further t. files : that were read."""
+    """Return a path as the object of its line in JSON, with the points at further t.
+    files : that were read."""
     terms, doubles = Terms(path), Points(path.t.tolist(), list(path.z), list(path.w))
     points = terms.at_all(at)
     moving = terms.moving and {
@@ -357,8 +367,9 @@ def _answer(terms: Terms, points: Points) -> dict[str, Any] | None:
 def rows(
     path: Path, at: At, names: Sequence[str]
 ) -> tuple[Iterable[Sequence[Any]], list[str]]:
-    """Return a row for each breakpoint, and then for each further point: its number, t, the number that moves, what
-    changes, z (x and y of a program), w, and the objective of a program; and comments. names : as for `report`."""
+    """Return a row for each breakpoint, and then for each further point: its number, t,
+    the number that moves, what changes, z (x and y of a program), w, and the objective
+    of a program; and comments. names : as for `report`."""
     terms = Terms(path)
     kept = wording.places(terms.names(), names) if names else None
 
@@ -402,8 +413,8 @@ def rows(
 def report(
     path: Path, at: At, files: Sequence[str] = (), names: Sequence[str] = ()
 ) -> result_formats.Report:
-    """Return the report on a path, with the points at further t. files : of the problems that were read. names : as for
-    `build`; JSON has all."""
+    """Return the report on a path, with the points at further t. files : of the
+    problems that were read. names : as for `build`; JSON has all."""
     return result_formats.Report(
         lambda form, width: build(path, form, at, width, names),
         lambda: [data(path, at, files)],
@@ -414,8 +425,9 @@ def report(
 def build(
     path: Path, form: str, at: At, width: int | None, names: Sequence[str] = ()
 ) -> Document:
-    """Return the report on a path for a format: a row for each breakpoint, and the further points below them. names :
-    of the unknowns that are shown, as for `wording.places`; empty for as many as fit."""
+    """Return the report on a path for a format: a row for each breakpoint, and the
+    further points below them. names : of the unknowns that are shown, as for
+    `wording.places`; empty for as many as fit."""
     terms, most = Terms(path), tables.longest(form)
     notes = notes_on(path, wording.all_visible(terms.names(most)), MOST_CHANGES)[
         :MOST_ROWS
@@ -459,9 +471,10 @@ def _columns(
     width: int | None,
     chosen: Sequence[str],
 ) -> tuple[list[list[str]], bool]:
-    """Return the columns of a table with their headings, and whether unknowns are left out: t, the number that moves,
-    what changes, as many components of z (x and y of a program) as the width has room for, w if there is room for all,
-    and the objective of a program. chosen : as names for `build`."""
+    """Return the columns of a table with their headings, and whether unknowns are left
+    out: t, the number that moves, what changes, as many components of z (x and y of a
+    program) as the width has room for, w if there is room for all, and the objective of
+    a program. chosen : as names for `build`."""
     path, program, moving, most = (
         terms.path,
         terms.program,
@@ -552,7 +565,8 @@ def _remarks(terms: Terms, form: str, elided: bool) -> list[str]:
         remarks.append("at a jump all points between the two rows solve the problem")
     if path.t.size > MOST_ROWS:
         remarks.append(
-            f"the first {MOST_ROWS} of {path.t.size} rows; --format json and csv have all of them"
+            f"the first {MOST_ROWS} of {path.t.size} rows; --format json and "
+            "csv have all of them"
         )
     if form not in tables.PRINTED:
         remarks += ["with --turns the path goes on, with t decreasing"] * (

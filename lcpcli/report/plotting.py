@@ -1,9 +1,11 @@
-"""Figures of results and their data: the bytes of a picture, by matplotlib, in one of FORMS. Nothing heavy is imported
-until a figure is requested. Each function raises OptionError if matplotlib is missing.
+"""Figures of results and their data: the bytes of a picture, by matplotlib, in one of
+FORMS. Nothing heavy is imported until a figure is requested. Each function raises
+OptionError if matplotlib is missing.
 
-For performance profiles, see E. D. Dolan and J. J. Moré, Benchmarking optimization software with performance profiles,
-Math. Program. 91 (2002) 201-213; for complementary cones, K. G. Murty, On the number of solutions to the
-complementarity problem and spanning properties of complementary cones, Linear Algebra Appl. 5 (1972) 65-108.
+For performance profiles, see E. D. Dolan and J. J. Moré, Benchmarking optimization
+software with performance profiles, Math. Program. 91 (2002) 201-213; for complementary
+cones, K. G. Murty, On the number of solutions to the complementarity problem and
+spanning properties of complementary cones, Linear Algebra Appl. 5 (1972) 65-108.
 """
 
 from __future__ import annotations
@@ -46,9 +48,12 @@ KINDS = {  # the functions that draw the figures, and the titles of the files
 class Curve(NamedTuple):
     """One run on one problem.
 
-    name : the method or peer, which decides colour, marker and line style. label : the name of the run in the legend.
-    k : the numbers of the iterates; an iterate whose number is None is left out where k is the abscissa.
-    seconds, errors : of each iterate the run time, and the error or residual; None where it was not measured.
+    name : the method or peer, which decides colour, marker and line style. label : the
+        name of the run in the legend.
+    k : the numbers of the iterates; an iterate whose number is None is left out where k
+        is the abscissa.
+    seconds, errors : of each iterate the run time, and the error or residual; None
+        where it was not measured.
     solved : whether the run solved the problem; a cross marks the end of any other one.
     x : the iterates of a problem in two unknowns, if they were kept.
     """
@@ -63,9 +68,10 @@ class Curve(NamedTuple):
 
 
 class Panel(NamedTuple):
-    """The runs on one problem. measure : "error" or "residual", whichever the curves have. provenance : a line on the
-    program and its options, for the file's metadata. problem, solutions : of runs whose x were kept, the LCP and the
-    x = (z - w) / 2 of its known solutions."""
+    """The runs on one problem. measure : "error" or "residual", whichever the curves
+    have. provenance : a line on the program and its options, for the file's metadata.
+    problem, solutions : of runs whose x were kept, the LCP and the x = (z - w) / 2 of
+    its known solutions."""
 
     title: str
     measure: str
@@ -76,9 +82,9 @@ class Panel(NamedTuple):
 
 
 class Power(NamedTuple):
-    """The fit seconds = coefficient n^exponent, by least squares on the logarithms, for whose independent normal errors
-    the exponent has a confidence interval of half-width `margin`. r_squared : the fraction of the variance
-    explained."""
+    """The fit seconds = coefficient n^exponent, by least squares on the logarithms, for
+    whose independent normal errors the exponent has a confidence interval of half-width
+    `margin`. r_squared : the fraction of the variance explained."""
 
     exponent: float
     margin: float
@@ -87,8 +93,8 @@ class Power(NamedTuple):
 
 
 class Growth(NamedTuple):
-    """One solver's median run times in seconds on problems of n unknowns, with their quartiles, and the fitted power of
-    n; None for too few sizes."""
+    """One solver's median run times in seconds on problems of n unknowns, with their
+    quartiles, and the fitted power of n; None for too few sizes."""
 
     name: str
     label: str
@@ -100,7 +106,8 @@ class Growth(NamedTuple):
 
 
 class Profile(NamedTuple):
-    """One solver's times, one per problem, as multiples of the fastest solver's or in seconds; inf where it failed."""
+    """One solver's times, one per problem, as multiples of the fastest solver's or in
+    seconds; inf where it failed."""
 
     name: str
     label: str
@@ -112,8 +119,8 @@ class Profile(NamedTuple):
 class Picture:
     """A figure, drawn when it is written; a notebook shows it.
 
-    kind : of KINDS. data : what its function draws. provenance : lines for the file's metadata. text : what the figure
-    shows, for the interpreter.
+    kind : of KINDS. data : what its function draws. provenance : lines for the file's
+    metadata. text : what the figure shows, for the interpreter.
     """
 
     kind: str
@@ -122,7 +129,8 @@ class Picture:
     text: str = ""
 
     def save(self, file: str | os.PathLike[str] | None) -> Picture:
-        """Write the picture as .png, .svg or .pdf, completely or not at all, if there is a file."""
+        """Write the picture as .png, .svg or .pdf, completely or not at all, if there
+        is a file."""
         if file is not None:
             write_whole(os.fspath(file), self.content(form_of(os.fspath(file))))
         return self
@@ -144,26 +152,33 @@ class Picture:
 
 
 def convergence(panels: Sequence[Panel]) -> Picture:
-    """Return a picture with one row per panel: the error against the run time and against the iteration."""
+    """Return a picture with one row per panel: the error against the run time and
+    against the iteration."""
     require_room(len(panels))
-    text = f"{count(sum(len(panel.curves) for panel in panels), 'run')} on {count(len(panels), 'problem')}"
+    text = (
+        f"{count(sum(len(panel.curves) for panel in panels), 'run')} on "
+        f"{count(len(panels), 'problem')}"
+    )
     return Picture(
         "convergence", [panels], [panel.provenance for panel in panels], text
     )
 
 
 def cones(found: SolutionSet) -> Picture:
-    """Return a picture of q and the complementary cones of an LCP with two unknowns; a cone with q gives a solution."""
+    """Return a picture of q and the complementary cones of an LCP with two unknowns; a
+    cone with q gives a solution."""
     return Picture("cones", [found], [f"{wording.PROGRAM}: {found.message}"])
 
 
 def paths(panels: Sequence[Panel]) -> Picture:
-    """Return a picture of the iterates of runs on LCPs with two unknowns, over the merit function."""
+    """Return a picture of the iterates of runs on LCPs with two unknowns, over the
+    merit function."""
     return Picture("paths", [panels], [panel.provenance for panel in panels])
 
 
 def form_of(path: str, option: str = PLOT) -> str:
-    """Return the form of the picture that an option asks for, by the suffix of the path."""
+    """Return the form of the picture that an option asks for, by the suffix of the
+    path."""
     ending = PurePath(path).suffix.lower().lstrip(".")
     if ending not in FORMS:
         raise ParameterError(
@@ -185,7 +200,8 @@ def is_plane(problem: Problem) -> bool:
 
 
 def require_plane(problems: Sequence[Problem], option: str = PLOT) -> None:
-    """Refuse problems that are no LCPs with two unknowns, and more than a page has room for."""
+    """Refuse problems that are no LCPs with two unknowns, and more than a page has room
+    for."""
     require_room(len(problems), option, MOST_PLANES)
     for problem in problems:
         if not is_plane(problem):
@@ -196,7 +212,8 @@ def require_plane(problems: Sequence[Problem], option: str = PLOT) -> None:
 
 
 def require(option: str = PLOT) -> None:
-    """Raise ParameterError, before any work, if matplotlib is missing, which the option needs."""
+    """Raise ParameterError, before any work, if matplotlib is missing, which the option
+    needs."""
     if find_spec("matplotlib") is None:
         raise ParameterError(
             option, "needs matplotlib", "pip install 'linear-complementarity[plot]'"
@@ -206,8 +223,8 @@ def require(option: str = PLOT) -> None:
 def plot_path(
     path: Path, file: str | os.PathLike[str] | None = None, show: Sequence[str] = ()
 ) -> Picture:
-    """Draw the solutions along a path, of the unknowns to `show` alone if there are any, and the objective of a
-    program."""
+    """Draw the solutions along a path, of the unknowns to `show` alone if there are
+    any, and the objective of a program."""
     require()
     data, text = (
         [path, [show] if isinstance(show, str) else show],
@@ -219,12 +236,14 @@ def plot_path(
 def plot(
     results: Result | Sequence[Result], file: str | os.PathLike[str] | None = None
 ) -> Picture:
-    """Draw the error, or the residual if no solution is known, against run time and against iteration.
+    """Draw the error, or the residual if no solution is known, against run time and
+    against iteration.
 
     Parameters
     ----------
-    results : one or more results, each of a run with trace=True. Results for the same problem share a panel; the labels
-        of runs of one method show the options in which they differ.
+    results : one or more results, each of a run with trace=True. Results for the same
+        problem share a panel; the labels of runs of one method show the options in
+        which they differ.
     file : a file to which the picture is also written: .png, .svg or .pdf.
 
     Returns
@@ -233,8 +252,8 @@ def plot(
 
     Raises
     ------
-    OptionError : a result has no trace; the suffix is not one of these; the file cannot be written; or matplotlib,
-        which comes with the extra `plot`, is missing.
+    OptionError : a result has no trace; the suffix is not one of these; the file cannot
+        be written; or matplotlib, which comes with the extra `plot`, is missing.
 
     Examples
     --------
@@ -267,7 +286,8 @@ def plot(
 
 
 def _with_labels(group: Sequence[Result]) -> list[Result]:
-    """Return the results with labels that name the options in which runs of one method differ."""
+    """Return the results with labels that name the options in which runs of one method
+    differ."""
     labelled = []
     for result in group:
         alike = [
@@ -287,7 +307,8 @@ def _with_labels(group: Sequence[Result]) -> list[Result]:
 
 
 def _is_same(one: Problem, other: Problem) -> bool:
-    """Return whether two problems have the same M, q and bounds, and curves of the same measure."""
+    """Return whether two problems have the same M, q and bounds, and curves of the same
+    measure."""
     from numpy import array_equal
 
     from lcpcli.linalg.matrices import are_equal
@@ -300,8 +321,9 @@ def _is_same(one: Problem, other: Problem) -> bool:
 
 
 def panels(runs: Sequence[Sequence[Result]]) -> list[Panel]:
-    """Return the curves of the runs, grouped by problem, of errors if a solution is known or computed, else of
-    residuals, and the x that were kept; each run must have recorded a `curve` or a trace."""
+    """Return the curves of the runs, grouped by problem, of errors if a solution is
+    known or computed, else of residuals, and the x that were kept; each run must have
+    recorded a `curve` or a trace."""
     drawn = []
     for results in runs:
         problem, curves, solutions = results[0].problem, [], list[list[float]]()

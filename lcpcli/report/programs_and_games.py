@@ -1,4 +1,5 @@
-"""Results in terms of the program or game from which the problem was made: a minimum, or strategies and payoffs."""
+"""Results in terms of the program or game from which the problem was made: a minimum,
+or strategies and payoffs."""
 
 from __future__ import annotations
 
@@ -22,8 +23,9 @@ MOST_ON_SCREEN = 12  # rows, and variables
 
 
 def lines(result: Result, compared: bool) -> list[str]:
-    """Return lines with the point, the multipliers and the objective of a program, or with the strategies of a game, as
-    far as they are known, with their meaning and their exact parts. compared : whether they name the result."""
+    """Return lines with the point, the multipliers and the objective of a program, or
+    with the strategies of a game, as far as they are known, with their meaning and
+    their exact parts. compared : whether they name the result."""
     answer: Any = result.answer
     if answer is None:
         return []
@@ -39,7 +41,10 @@ def lines(result: Result, compared: bool) -> list[str]:
         multipliers = (
             [f"y = {named(answer.y.tolist(), origin.rows)}"] if answer.y.size else []
         )
-        point = f"{'' if result.solved else 'best '}x = {named(answer.x.tolist(), origin.columns)}"
+        point = (
+            f"{'' if result.solved else 'best '}x = "
+            f"{named(answer.x.tolist(), origin.columns)}"
+        )
         shown = result.solved and not compared  # in the verdict
         parts = [
             point,
@@ -59,8 +64,8 @@ def lines(result: Result, compared: bool) -> list[str]:
 def strategies(
     game: Any, own: Any, cell: Callable[[Any], str] = wording.plain_number
 ) -> list[str]:
-    """Return lines with the mixed strategies row and column, as vectors or by the names of the strategies played, and
-    with the payoffs."""
+    """Return lines with the mixed strategies row and column, as vectors or by the names
+    of the strategies played, and with the payoffs."""
     one, other = game.players or ("row", "column")
     return [
         f"{one} = {named(list(own.row), game.rows, cell, sparing=True)}",
@@ -71,11 +76,15 @@ def strategies(
 
 def payoffs_of(own: Any) -> str:
     pairs = zip(own.players, own.payoffs, strict=True)
-    return f"payoffs {', '.join(f'{name} {wording.number(value)}' for name, value in pairs)}"
+    return (
+        "payoffs "
+        f"{', '.join(f'{name} {wording.number(value)}' for name, value in pairs)}"
+    )
 
 
 def behavior_of(game: Any, z: Sequence[Any]) -> Behavior | None:
-    """Return the strategies that the plans in z stand for; None for another game than a tree."""
+    """Return the strategies that the plans in z stand for; None for another game than a
+    tree."""
     if not isinstance(game, ExtensiveGame):
         return None
     x, y, *_ = game.parts(z)
@@ -83,8 +92,8 @@ def behavior_of(game: Any, z: Sequence[Any]) -> Behavior | None:
 
 
 def moves(own: Any) -> list[list[Any]]:
-    """Return for each player of a game tree the probabilities of the last moves of the sequences, the first of which
-    has none. own : a `Behavior` or an answer."""
+    """Return for each player of a game tree the probabilities of the last moves of the
+    sequences, the first of which has none. own : a `Behavior` or an answer."""
     sets = (
         [each.probabilities for each in own.information_sets if each.player == name]
         for name in own.players
@@ -93,7 +102,8 @@ def moves(own: Any) -> list[list[Any]]:
 
 
 def behavior(sets: Sequence[InformationSetStrategy]) -> Table:
-    """Return a table of what players do at their information sets, actions that are not chosen left out."""
+    """Return a table of what players do at their information sets, actions that are not
+    chosen left out."""
     chosen = (
         named(list(own.probabilities), own.actions, wording.number, True)[1:-1]
         for own in sets
@@ -116,9 +126,10 @@ def behavior(sets: Sequence[InformationSetStrategy]) -> Table:
 
 
 def tables(answer: Any, origin: Any, whole: bool = True) -> list[Table]:
-    """Return a table of the rows of a program, with activities, slacks and multipliers, and of its variables, with the
-    multipliers of their bounds, which are their reduced costs; or of the strategies of a game tree, in fractions if
-    they are proved. whole : whether a program has more of them than fit on a screen."""
+    """Return a table of the rows of a program, with activities, slacks and multipliers,
+    and of its variables, with the multipliers of their bounds, which are their reduced
+    costs; or of the strategies of a game tree, in fractions if they are proved. whole :
+    whether a program has more of them than fit on a screen."""
     if isinstance(answer, BehaviorEquilibrium) and answer.payoffs is not None:
         return [behavior((answer.exact or answer).information_sets or [])]
     if (
@@ -146,13 +157,17 @@ def tables(answer: Any, origin: Any, whole: bool = True) -> list[Table]:
             for name, value, cost in islice(of_columns, most)
         ],
     ]
-    left_out = f"the first {most} of {count(len(y), 'row')} and of {count(len(x), 'variable')}; --format csv has all"
+    left_out = (
+        f"the first {most} of {count(len(y), 'row')} and of "
+        f"{count(len(x), 'variable')}; --format csv has all"
+    )
     notes = [left_out] * (max(len(x), len(y)) > most)
     return [Table(["", "value", "slack", "multiplier"], groups, (0,), notes=notes)]
 
 
 def no_optimum(answer: Any, origin: Any) -> list[str]:
-    """Return lines on why a program has no optimum: the multipliers of the contradictory rows, and the ray."""
+    """Return lines on why a program has no optimum: the multipliers of the
+    contradictory rows, and the ray."""
     if not isinstance(answer, (Minimum, Conclusion)):
         return []
     proofs = (
@@ -176,7 +191,8 @@ def named(
     cell: Callable[[Any], str] = wording.plain_number,
     sparing: bool = False,
 ) -> str:
-    """Return a vector, or its entries with their names if there are any. sparing : whether zeros are left out."""
+    """Return a vector, or its entries with their names if there are any. sparing :
+    whether zeros are left out."""
     if not names:
         return wording.vector(values, cell)
     pairs = [

@@ -1,4 +1,5 @@
-"""Results as CSV with all digits: the answers or the iterates, both with comments on the runs."""
+"""Results as CSV with all digits: the answers or the iterates, both with comments on
+the runs."""
 
 from __future__ import annotations
 
@@ -31,9 +32,10 @@ STATES: Part = ("state",), lambda result: [[state] for state in result.basis]
 def answers(
     results: Sequence[Result], compared: bool, shown: Sequence[str] = ()
 ) -> Rows:
-    """Return the answers: component, z, w (fractions if proved), the state if a problem has bounds, and the names of
-    components and their meaning for programs and games; compared results have problem and method first. shown : the
-    names of the unknowns that have a row, as for `wording.places`."""
+    """Return the answers: component, z, w (fractions if proved), the state if a problem
+    has bounds, and the names of components and their meaning for programs and games;
+    compared results have problem and method first. shown : the names of the unknowns
+    that have a row, as for `wording.places`."""
     origins = [result.problem.origin for result in results]
     programs, games = (
         any(isinstance(own, kinds) for own in origins)
@@ -65,7 +67,8 @@ def answers(
 
 
 def part(result: Result, source: str) -> Rows:
-    """Return the rows of one of many problems, with state and name, and comments on the result."""
+    """Return the rows of one of many problems, with state and name, and comments on the
+    result."""
     names = [[name] for name in result.problem.names]
     comments = [*wording.provenance([result])[1:], *wording.objective(result)]
     return _rows(result, [source], [STATES, (("name",), lambda _: names)]), comments
@@ -74,9 +77,10 @@ def part(result: Result, source: str) -> Rows:
 def iterates(
     results: Sequence[Result], chosen: Sequence[str] = (), names: Sequence[str] = ()
 ) -> Rows:
-    """Return the iterates: problem, method, k, z1 ... zn, residual, error, seconds (as in the figures), step, and in
-    the last row of a run its status. chosen : as for `tables.build`. names : of the unknowns that have a column, by the
-    first problem, as for `wording.places`; empty for all."""
+    """Return the iterates: problem, method, k, z1 ... zn, residual, error, seconds (as
+    in the figures), step, and in the last row of a run its status. chosen : as for
+    `tables.build`. names : of the unknowns that have a column, by the first problem, as
+    for `wording.places`; empty for all."""
     n = max(result.problem.n for result in results)
     kept = (
         wording.places(wording.labels_of(results[0].problem), names)
@@ -116,8 +120,9 @@ def iterates(
 
 
 def runs(results: Sequence[Result]) -> Rows:
-    """Return a row for each run: problem, method (the run's name, as among the iterates), the options of all runs,
-    status, costs, measures, and for each level of error the iterations and seconds to it; missing values are empty."""
+    """Return a row for each run: problem, method (the run's name, as among the
+    iterates), the options of all runs, status, costs, measures, and for each level of
+    error the iterations and seconds to it; missing values are empty."""
     own = [wording.options_of(result, whole=True) for result in results]
     options = list(dict.fromkeys(chain(*own)))
     measures = (
@@ -150,7 +155,8 @@ def runs(results: Sequence[Result]) -> Rows:
 
 
 def _rows(result: Result, start: Cells, parts: Sequence[Part]) -> list[Cells]:
-    """Return a row for each component, with blanks where a part says nothing about it."""
+    """Return a row for each component, with blanks where a part says nothing about
+    it."""
     blanks = (
         [*cells(result), *[[""] * len(names)] * result.problem.n]
         for names, cells in parts
@@ -186,8 +192,9 @@ def _names(result: Result) -> list[Cells]:
 
 
 def _of_program(result: Result) -> list[Cells]:
-    """Return for each component whether it is x, y or s, its value in the program's own sense, of a variable the
-    multiplier of its bounds, and of a row its activity and its slack."""
+    """Return for each component whether it is x, y or s, its value in the program's own
+    sense, of a variable the multiplier of its bounds, and of a row its activity and its
+    slack."""
     answer: Any = result.answer
     if getattr(answer, "activities", None) is None:
         return []

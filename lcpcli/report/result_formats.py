@@ -1,5 +1,5 @@
-"""What is reported, in each of the formats: any report, and results, one or many. In JSON all keys are always present:
-null for missing and infinite values."""
+"""What is reported, in each of the formats: any report, and results, one or many. In
+JSON all keys are always present: null for missing and infinite values."""
 
 from __future__ import annotations
 
@@ -35,15 +35,16 @@ WIDEST_NAME, FEWEST_OF_NAME, ITEM, OTHERS = 40, 16, len(":1000"), 51
 
 
 class Layout(NamedTuple):
-    """The columns of a table of many problems. name : the width of the names. width : of the rows, None for no limit;
-    then no name is cut off."""
+    """The columns of a table of many problems. name : the width of the names. width :
+    of the rows, None for no limit; then no name is cut off."""
 
     name: int = 0
     width: int | None = None
 
     @classmethod
     def of(cls, files: Sequence[str], width: int | None) -> Layout:
-        """Return the layout for problems from these files on a terminal of this width, None for no terminal."""
+        """Return the layout for problems from these files on a terminal of this width,
+        None for no terminal."""
         longest = min(max(len(visible(file)) for file in files) + ITEM, WIDEST_NAME)
         return cls(
             longest
@@ -62,8 +63,8 @@ class Layout(NamedTuple):
         k: str,
         by: Sequence[str],
     ) -> str:
-        """Return the row of a problem, of which only the name is cut off. by : the methods and the objective; the last
-        ones that fit are shown."""
+        """Return the row of a problem, of which only the name is cut off. by : the
+        methods and the objective; the last ones that fit are shown."""
         name = visible(name)
         if self.width is not None and len(name) > self.name:
             name = wording.ELLIPSIS + name[len(wording.ELLIPSIS) - self.name :]
@@ -84,11 +85,14 @@ class Layout(NamedTuple):
 
 
 class Report(NamedTuple):
-    """What a command reports, of which each format shows a part: JSON the records, CSV the rows, the others a document.
+    """What a command reports, of which each format shows a part: JSON the records, CSV
+    the rows, the others a document.
 
-    document : returns the document for a format and the width of a terminal, None if there is none.
-    records : returns objects of plain values. rows : returns rows of cells, and lines of comments above them; None if
-    CSV has the keys and values of the records. pipe : the width where there is no terminal; None for no limit.
+    document : returns the document for a format and the width of a terminal, None if
+        there is none.
+    records : returns objects of plain values. rows : returns rows of cells, and lines
+    of comments above them; None if CSV has the keys and values of the records. pipe :
+    the width where there is no terminal; None for no limit.
     """
 
     document: Callable[[str, int | None], Document]
@@ -128,11 +132,13 @@ def report(
 ) -> Report:
     """Return the report on results.
 
-    runs, sources : the results, grouped by problem, and the place of each problem. faults : the places of problems that
-    could not be read, with their errors, for JSON. compared : whether the iterates come first and then one line per
-    result; else the result comes first. swept : whether CSV has a row for each run. whole : whether a result that comes
-    first shows all components of z. iterates : whether CSV is made of the iterates. columns : of the iterates in a
-    table, as for `tables.build`. names : of the unknowns that are shown, as for `wording.places`.
+    runs, sources : the results, grouped by problem, and the place of each problem.
+    faults : the places of problems that could not be read, with their errors, for JSON.
+    compared : whether the iterates come first and then one line per result; else the
+    result comes first. swept : whether CSV has a row for each run. whole : whether a
+    result that comes first shows all components of z. iterates : whether CSV is made of
+    the iterates. columns : of the iterates in a table, as for `tables.build`. names :
+    of the unknowns that are shown, as for `wording.places`.
     """
 
     def document(form: str, width: int | None) -> Document:
@@ -214,15 +220,17 @@ def cell(value: Any) -> str | None:
 
 
 def written(rows: Iterable[Sequence[Any]], comments: Iterable[str] = ()) -> str:
-    """Return rows of cells as CSV below lines of comments; None becomes an empty cell."""
+    """Return rows of cells as CSV below lines of comments; None becomes an empty
+    cell."""
     out = _Lines()
     csv.writer(out, lineterminator=_Lines.END).writerows(rows)
     return "".join(f"# {visible(line)}\n" for line in comments) + out.getvalue()
 
 
 class _Lines(StringIO):
-    """Lines of CSV that end by a line feed. The writer quotes what its own end of a line has, so that no cell of its
-    own begins a comment, or loses a carriage return."""
+    """Lines of CSV that end by a line feed. The writer quotes what its own end of a
+    line has, so that no cell of its own begins a comment, or loses a carriage
+    return."""
 
     END = "#\r\n"
 
@@ -232,14 +240,20 @@ class _Lines(StringIO):
 
 # The keys of a result in their order; `lcp help json` has their meanings.
 KEYS = (
-    "version file item problem n names method package label route status message advice solved verified z w basis "
-    "iterations evaluations residual relative_residual negligible_q error digits error_bound error_bound_source "
-    "reference milestones setup_seconds solve_seconds verify_seconds seconds conclusion_seconds spread "
+    "version file item problem n names method package label route status "
+    "message advice solved verified z w basis "
+    "iterations evaluations residual relative_residual negligible_q error "
+    "digits error_bound error_bound_source "
+    "reference milestones setup_seconds solve_seconds verify_seconds seconds "
+    "conclusion_seconds spread "
     "certificate exact "
     f"answer others exactly_solvable {' '.join(vars(DEFAULTS))} options trace"
 )
 # Of a program's answer
-MINIMUM = "x y bound_multipliers activities slacks objective statement proved exact ray certificate"
+MINIMUM = (
+    "x y bound_multipliers activities slacks objective statement proved exact ray "
+    "certificate"
+)
 
 
 def line(record: Mapping[str, Any]) -> str:
@@ -251,13 +265,15 @@ def text(value: Any) -> str:
 
 
 def record_without_result(source: Source, status: str, message: str) -> dict[str, Any]:
-    """Return the object for a problem that could not be read, or whose result was lost, with its mark in a log."""
+    """Return the object for a problem that could not be read, or whose result was lost,
+    with its mark in a log."""
     own = {"status": status, "message": message, "solved": False}
     return dict.fromkeys(KEYS.split()) | place(source) | own | dict(source.mark or {})
 
 
 def data(result: Result, source: Source = NO_SOURCE) -> dict[str, Any]:
-    """Return a result as the object of its line, with the mark of its problem in a log."""
+    """Return a result as the object of its line, with the mark of its problem in a
+    log."""
     problem, bound, exact, curve, trace = (
         result.problem,
         result.bound,
@@ -310,8 +326,8 @@ def data(result: Result, source: Source = NO_SOURCE) -> dict[str, Any]:
 def record(
     keys: str, thing: object, own: Mapping[str, Any], exact: bool = True
 ) -> dict[str, Any]:
-    """Return the values of the keys, in their order, by `plain`: those in `own`, and the attributes of the object for
-    other keys."""
+    """Return the values of the keys, in their order, by `plain`: those in `own`, and
+    the attributes of the object for other keys."""
     return {
         key: plain(own[key] if key in own else getattr(thing, key), exact)
         for key in keys.split()
@@ -332,8 +348,9 @@ def place(
 
 
 def plain(value: Any, exact: bool = True) -> Any:
-    """Return a value for JSON: an object for a dataclass, None for a number that is not finite, and for a fraction a
-    text, or unless `exact` a double, None if it is beyond double precision."""
+    """Return a value for JSON: an object for a dataclass, None for a number that is not
+    finite, and for a fraction a text, or unless `exact` a double, None if it is beyond
+    double precision."""
     if isinstance(value, float):
         return value if math.isfinite(value) else None
     if value is None or isinstance(value, (str, int)):

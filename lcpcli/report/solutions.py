@@ -1,4 +1,5 @@
-"""All solutions of a problem, or the best one by a linear objective, as a report, as JSON and as CSV."""
+"""All solutions of a problem, or the best one by a linear objective, as a report, as
+JSON and as CSV."""
 
 from __future__ import annotations
 
@@ -58,8 +59,9 @@ def report(
 def build(
     found: SolutionSet | Optimum, exact: bool, form: str, names: Sequence[str] = ()
 ) -> Document:
-    """Return the report on a solution set, on the equilibria of a game, or on the best solution, for a format. exact :
-    whether numbers are fractions instead of seven digits. names : of the unknowns shown, as for `wording.places`."""
+    """Return the report on a solution set, on the equilibria of a game, or on the best
+    solution, for a format. exact : whether numbers are fractions instead of seven
+    digits. names : of the unknowns shown, as for `wording.places`."""
     cell: Callable[..., str] = brief if exact else approximate
     problem, facts, remarks, figure = found.data.problem, list[str](), list[str](), None
     if isinstance(found, Optimum):
@@ -89,8 +91,8 @@ def build(
 def _best(
     found: Optimum, cell: Callable[..., str], most: float, names: Sequence[str]
 ) -> tuple[list[str], list[Table], list[str]]:
-    """Return lines with the objective, its bound and what the best solution means, the tables of its numbers, and
-    remarks."""
+    """Return lines with the objective, its bound and what the best solution means, the
+    tables of its numbers, and remarks."""
     problem = found.data.problem
     shown = (("objective", "value"), ("bound", "bound"), ("gap", "gap"))
     values = ((word, getattr(found, name), found.outward[name]) for word, name in shown)
@@ -140,8 +142,8 @@ def _pieces(
     most: float,
     shown_names: Sequence[str],
 ) -> Listing:
-    """Return a row for each vertex, ray and line, z and then w; the isolated solutions are a group, and so is each
-    face."""
+    """Return a row for each vertex, ray and line, z and then w; the isolated solutions
+    are a group, and so is each face."""
     data, origin = found.data, found.data.problem.origin
     if not found.pieces:  # with many unknowns, a header alone would take a while
         return Table([], []), []
@@ -186,9 +188,15 @@ def _pieces(
         len(piece.vertices) + len(piece.rays) + len(piece.lines)
         for piece in found.pieces
     )
-    remark = f"the solutions of a face are the averages of {'the plans at ' if tree else ''}its vertices"
+    remark = (
+        "the solutions of a face are the averages of "
+        f"{'the plans at ' if tree else ''}its vertices"
+    )
     if any(piece.rays or piece.lines for piece in found.pieces):
-        remark += ", plus any nonnegative multiples of its rays and any multiples of its lines"
+        remark += (
+            ", plus any nonnegative multiples of its rays and any multiples of its "
+            "lines"
+        )
     return _listing(header, groups, total, [remark] * (len(groups) > 1))
 
 
@@ -198,7 +206,8 @@ def _listing(
     total: int,
     remarks: list[str],
 ) -> Listing:
-    """Return the table of as many rows as are worth typesetting, and the remarks, also on rows that are left out."""
+    """Return the table of as many rows as are worth typesetting, and the remarks, also
+    on rows that are left out."""
     most = left = min(MOST_LINES, max(MOST_CELLS // len(header), FEWEST_LINES))
     shown: list[list[list[str]]] = []
     for group in groups:
@@ -220,7 +229,8 @@ def _equilibria(
     most: float,
     shown: Sequence[str],
 ) -> Listing:
-    """Return a row for each extreme equilibrium; the equilibria of a component are a group."""
+    """Return a row for each extreme equilibrium; the equilibria of a component are a
+    group."""
     game, equilibria = found.game, found.equilibria
     assert game is not None
     assert equilibria is not None
@@ -262,7 +272,10 @@ def _equilibria(
     named = wording.vector(
         subsets, lambda subset: f"{{{', '.join(str(k + 1) for k in subset.extreme)}}}"
     )[1:-1]
-    means = "any average of the row strategies of one with any of its column strategies is an equilibrium"
+    means = (
+        "any average of the row strategies of one with any of its column strategies "
+        "is an equilibrium"
+    )
     return _listing(
         header, groups, len(extreme), [f"maximal Nash subsets {named}: {means}"]
     )
@@ -307,10 +320,12 @@ def _meaning(origin: Any, z: Values, each: ExactEquilibrium | None) -> dict[str,
 def _rows(
     found: SolutionSet | Optimum, exact: bool, shown: Sequence[str]
 ) -> tuple[Iterable[Cells], list[str]]:
-    """Return the solutions as rows of CSV, with a comment; the best one as `lcp check` reads it. There is a line for
-    each component of each vertex, ray and line: z and w, or their changes for a direction; for a program, also whether
-    it is x, y or s, and its value in the program's own sense. For a game there is a line for each strategy in each
-    extreme equilibrium: its probability, and the expected payoff of its player. shown : as names for `build`."""
+    """Return the solutions as rows of CSV, with a comment; the best one as `lcp check`
+    reads it. There is a line for each component of each vertex, ray and line: z and w,
+    or their changes for a direction; for a program, also whether it is x, y or s, and
+    its value in the program's own sense. For a game there is a line for each strategy
+    in each extreme equilibrium: its probability, and the expected payoff of its player.
+    shown : as names for `build`."""
     problem, header = found.data.problem, HEADER[3:]
     if isinstance(found, Optimum):
         message, has_names = found.message(brief), True
@@ -350,8 +365,8 @@ def _rows(
 
 
 def _components(origin: Any, z: Values, w: Values, exact: bool) -> Iterator[Cells]:
-    """Yield for each component its number, z and w and, of a program, whether it is x, y or s, and its value in the
-    program's own sense."""
+    """Yield for each component its number, z and w and, of a program, whether it is x,
+    y or s, and its value in the program's own sense."""
     parts = (
         zip("xys", origin.own_parts(z), strict=True)
         if isinstance(origin, Program)
@@ -378,8 +393,8 @@ def _best_record(found: Optimum, source: Source, exact: bool) -> dict[str, Any]:
 
 
 def _outward(value: Fraction, toward: int) -> float:
-    """Return the nearest double that is not below a number if `toward` is 1, and not above it if it is -1; an infinity
-    where there is none."""
+    """Return the nearest double that is not below a number if `toward` is 1, and not
+    above it if it is -1; an infinity where there is none."""
     nearest = float(rounded([value])[0])
     if math.isinf(nearest):
         return (

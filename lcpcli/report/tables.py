@@ -1,5 +1,6 @@
-"""The report on results: for each problem the verdict or a comparison, the iterates laid out as in the paper, and of
-compared runs a summary: the options that distinguish each, its costs, and how it ended."""
+"""The report on results: for each problem the verdict or a comparison, the iterates
+laid out as in the paper, and of compared runs a summary: the options that distinguish
+each, its costs, and how it ended."""
 
 from __future__ import annotations
 
@@ -38,7 +39,8 @@ CellsOfZ: TypeAlias = "Callable[[TraceRow, float], list[str]]"
 
 
 def shown_components(n: int, width: int | None) -> Indices | None:
-    """Return the components of z that fit into this width of text (None for a pipe): all, or the first and the last."""
+    """Return the components of z that fit into this width of text (None for a pipe):
+    all, or the first and the last."""
     room = PIPE_COMPONENTS if width is None else max((width - OTHER_COLUMNS) // CELL, 1)
     if n <= room:
         return None
@@ -48,7 +50,8 @@ def shown_components(n: int, width: int | None) -> Indices | None:
 def kept_components(
     problem: Problem | NonlinearProblem, width: int | None, names: Sequence[str]
 ) -> Indices | None:
-    """Return the components of z that a trace keeps for a table of this width, or of unknowns of these names."""
+    """Return the components of z that a trace keeps for a table of this width, or of
+    unknowns of these names."""
     labels = wording.labels_of(problem) if names else ()
     return (
         np.array(wording.places(labels, names), int)
@@ -58,7 +61,8 @@ def kept_components(
 
 
 def longest(form: str) -> float:
-    """Return the least length at which a name is too long for a column of a format; only a screen limits it."""
+    """Return the least length at which a name is too long for a column of a format;
+    only a screen limits it."""
     return CELL if form == "table" else math.inf
 
 
@@ -71,11 +75,14 @@ def build(
     chosen: Sequence[str] = (),
     shown_names: Sequence[str] = (),
 ) -> Section:
-    """Return the section on several methods' results on one problem, whose traces have the same components of z.
+    """Return the section on several methods' results on one problem, whose traces have
+    the same components of z.
 
-    width : of the terminal; None if there is none. compared, whole : as for `result_formats.report`. chosen : the
-    columns of the iterates, from `wording.CHOICES`; then there is no summary. shown_names : of the unknowns that are
-    shown, as for `wording.places`, and which traces have, but of a game all; empty for as many as fit.
+    width : of the terminal; None if there is none. compared, whole : as for
+    `result_formats.report`. chosen : the columns of the iterates, from
+    `wording.CHOICES`; then there is no summary. shown_names : of the unknowns that are
+    shown, as for `wording.places`, and which traces have, but of a game all; empty for
+    as many as fit.
     """
     first, problem = results[0], results[0].problem
     components = first.trace.components if first.trace else None
@@ -160,7 +167,8 @@ def build(
 
 
 def result_html(result: Result) -> str:
-    """Return a result as its page has it, for a notebook: with the advice to who calls a function, without iterates."""
+    """Return a result as its page has it, for a notebook: with the advice to who calls
+    a function, without iterates."""
     section = build([result], None, compared=False, whole=False, form="html")
     shown = [table for table in section.tables if not table.name]
     advised = [*filter(None, [result.advice]), *section.remarks]
@@ -179,8 +187,9 @@ def document(runs: Sequence[Sequence[Result]], sections: Sequence[Section]) -> D
 
 
 def _places(chosen: Sequence[str], names: int, others: Sequence[str]) -> list[int]:
-    """Return the indices of the chosen columns, in their order, after the method; all if none is chosen. names : the
-    number of columns of z. others : the names of the columns after them."""
+    """Return the indices of the chosen columns, in their order, after the method; all
+    if none is chosen. names : the number of columns of z. others : the names of the
+    columns after them."""
     of_names = {
         "k": [1],
         "z": list(range(2, 2 + names)),
@@ -193,7 +202,8 @@ def _places(chosen: Sequence[str], names: int, others: Sequence[str]) -> list[in
 
 
 def with_gap(n: int, components: Indices | None) -> list[int | None]:
-    """Return these components, with None before the last one for omitted components; None stands for all n."""
+    """Return these components, with None before the last one for omitted components;
+    None stands for all n."""
     return (
         list(range(n))
         if components is None
@@ -208,8 +218,9 @@ def _group(
     others: wording.Shown,
     places: Sequence[int],
 ) -> list[list[str]]:
-    """Return the rows of a result in the columns at these places: the method where it begins, k, the components of z,
-    which are written beside the largest, and the others."""
+    """Return the rows of a result in the columns at these places: the method where it
+    begins, k, the components of z, which are written beside the largest, and the
+    others."""
     largest, earlier, group = (
         float(np.abs(result.z).max(initial=0.0)),
         "",
@@ -231,8 +242,8 @@ def _group(
 def _remarks(
     results: Sequence[Result], compared: bool, form: str, shows_times: bool
 ) -> list[str]:
-    """Return lines below the verdict, or below the summary, without advice in formats for print, and without reasons
-    why some of many runs failed."""
+    """Return lines below the verdict, or below the summary, without advice in formats
+    for print, and without reasons why some of many runs failed."""
     failed, hints = (
         [result for result in results if compared and not result.solved],
         form not in PRINTED,
@@ -288,9 +299,11 @@ FALSE = "FALSE"  # in place of the status of a run whose claim does not hold
 
 
 def summary_of_costs(results: Sequence[Result], width: int | None) -> Table:
-    """Return a row for each run: the iterations and the time to each level of error, if these are recorded, else the
-    evaluations and the residual; those to the verified end, all times in one unit; and a column for each option that
-    a run has by itself. A table wider than the terminal, if there is one, leaves out levels, the coarsest first."""
+    """Return a row for each run: the iterations and the time to each level of error, if
+    these are recorded, else the evaluations and the residual; those to the verified
+    end, all times in one unit; and a column for each option that a run has by itself. A
+    table wider than the terminal, if there is one, leaves out levels, the coarsest
+    first."""
     are_noted = any(
         result.curve is not None and result.curve.levels for result in results
     )

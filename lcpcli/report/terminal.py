@@ -38,7 +38,8 @@ PAGE = {
 
 
 def render(document: Document, width: int | None, color: bool) -> str:
-    """Return a report as text for a terminal of this width; None for a pipe. Numbers are never truncated or broken."""
+    """Return a report as text for a terminal of this width; None for a pipe. Numbers
+    are never truncated or broken."""
     out = StringIO()
     console = console_on(out, UNLIMITED, color)
 
@@ -79,7 +80,8 @@ def page(text: str, width: int, color: bool) -> str:
 
 
 def console_on(out: StringIO, width: int, color: bool) -> Console:
-    """Return a console of this width that writes to `out`; no number in the environment changes its size."""
+    """Return a console of this width that writes to `out`; no number in the environment
+    changes its size."""
     return Console(
         file=out,
         width=width,
@@ -100,7 +102,8 @@ def trim(out: StringIO) -> str:
 
 
 def _label_down(group: Sequence[Sequence[str]]) -> Sequence[Sequence[str]]:
-    """Return the group with its label down the first column, one word per row as in the paper, if it fits."""
+    """Return the group with its label down the first column, one word per row as in the
+    paper, if it fits."""
     name, _, options = group[0][0].partition(":")
     words = [*name.replace("-", "- ").split(), *options.replace(",", " ").split()]
     if len(words) > len(group) or any(row[0] for row in group[1:]):
@@ -114,8 +117,8 @@ def _label_down(group: Sequence[Sequence[str]]) -> Sequence[Sequence[str]]:
 
 
 def _print(console: Console, table: Table, width: int | None) -> None:
-    """Print a table with a rule between groups: its sentences wrapped if it has any, else in parts that repeat its
-    leading columns of words if it is too wide."""
+    """Print a table with a rule between groups: its sentences wrapped if it has any,
+    else in parts that repeat its leading columns of words if it is too wide."""
     widths, room = table.widths(), width or UNLIMITED
     if table.texts:
         least = sum(
@@ -162,7 +165,8 @@ def _grid(table: Table, columns: Sequence[int], gap: int) -> Grid:
 
 
 def _folds(widest: Sequence[int], keys: int, gap: int, width: int) -> list[list[int]]:
-    """Return the columns of each part of a table folded to this width; every part has the first `keys` columns."""
+    """Return the columns of each part of a table folded to this width; every part has
+    the first `keys` columns."""
     parts = [list(range(keys))]
     for j in range(keys, len(widest)):
         if (

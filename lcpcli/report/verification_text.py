@@ -12,7 +12,8 @@ from lcpcli.report.wording import above, number, short, size, title
 from lcpcli.verify.verification import Verification
 
 KEYS = (
-    "problem n kind exact accepted message residual relative_residual backward_error error error_bound "
+    "problem n kind exact accepted message residual relative_residual "
+    "backward_error error error_bound "
     "error_bound_source strategies violated violations statement multipliers"
 )
 
@@ -75,8 +76,8 @@ def _section(verification: Verification) -> Section:
 
 
 def _of_origin(verification: Verification) -> list[str]:
-    """Return lines with the strategies of a game, or with the x of a program and its multipliers, or with the proof
-    that there is no optimum."""
+    """Return lines with the strategies of a game, or with the x of a program and its
+    multipliers, or with the proof that there is no optimum."""
     own, multipliers, origin = (
         verification.strategies,
         verification.multipliers,
@@ -91,7 +92,8 @@ def _of_origin(verification: Verification) -> list[str]:
         return [*lines, *programs_and_games.no_optimum(verification.answer, origin)]
     return [
         *lines,
-        f"found y = {programs_and_games.named(multipliers.tolist(), getattr(origin, 'rows', ()))}",
+        "found y = "
+        f"{programs_and_games.named(multipliers.tolist(), getattr(origin, 'rows', ()))}",
     ]
 
 

@@ -1,5 +1,6 @@
-"""The wording of numbers, sizes, names, advice and provenance that all formats share, the unknowns that a report shows,
-and the columns of iterates after z. Nothing heavy is imported, as help names them."""
+"""The wording of numbers, sizes, names, advice and provenance that all formats share,
+the unknowns that a report shows, and the columns of iterates after z. Nothing heavy is
+imported, as help names them."""
 
 from __future__ import annotations
 
@@ -38,9 +39,9 @@ UNITS = ((1.0, "s"), (1e-3, "ms"), (1e-6, "us"))
 
 
 def components(values: Iterable[float], largest: float) -> list[str]:
-    """Return components of z with 7 decimals, as in the paper's tables, or with 7 significant digits if they are very
-    large or very small. largest : the size of the largest component of the solution, which decides for a whole
-    table."""
+    """Return components of z with 7 decimals, as in the paper's tables, or with 7
+    significant digits if they are very large or very small. largest : the size of the
+    largest component of the solution, which decides for a whole table."""
     scientific = 0 < largest < SMALLEST_FIXED or largest >= LARGEST_FIXED
     return [
         f"{v:.6e}"
@@ -78,7 +79,8 @@ def vector(entries: Sequence[Any], cell: Callable[[Any], str] = plain_number) ->
 
 
 def folded(line: str, width: int | None) -> list[str]:
-    """Return a line of words wrapped to this width, all lines but the first indented; None stands for no limit."""
+    """Return a line of words wrapped to this width, all lines but the first indented;
+    None stands for no limit."""
     return (
         [line]
         if width is None or len(line) <= width
@@ -87,7 +89,8 @@ def folded(line: str, width: int | None) -> list[str]:
 
 
 def short_names(names: Sequence[str], most: float, letter: str = "z") -> list[str]:
-    """Return the names, with a name that is too long replaced by its place, as in z1."""
+    """Return the names, with a name that is too long replaced by its place, as in
+    z1."""
     return [
         name if 0 < len(visible(name)) < most else f"{letter}{i}"
         for i, name in enumerate(names, 1)
@@ -95,7 +98,8 @@ def short_names(names: Sequence[str], most: float, letter: str = "z") -> list[st
 
 
 def headings(problem: Problem, most: float) -> list[str]:
-    """Return the names of the components for a table, by `short_names`: of a game tree, the players' moves."""
+    """Return the names of the components for a table, by `short_names`: of a game tree,
+    the players' moves."""
     moves = getattr(problem.origin, "headings", None)
     return (
         short_names(problem.names, most)
@@ -105,13 +109,15 @@ def headings(problem: Problem, most: float) -> list[str]:
 
 
 def multiplier(value: float) -> str:
-    """Return an entry of a proof as text: an integer with all digits, any other number rounded and marked by ~."""
+    """Return an entry of a proof as text: an integer with all digits, any other number
+    rounded and marked by ~."""
     text = f"{value:.0f}" if float(value).is_integer() else f"{value:.7g}"
     return text if float(text) == value else f"~{text}"
 
 
 def size(problem: Problem | NonlinearProblem) -> str:
-    """Return the number of unknowns as text, for a mixed problem with the numbers of unknowns by their bounds."""
+    """Return the number of unknowns as text, for a mixed problem with the numbers of
+    unknowns by their bounds."""
     kinds = problem.box.kinds
     if not kinds:
         return f"n = {problem.n}"
@@ -123,12 +129,14 @@ def size(problem: Problem | NonlinearProblem) -> str:
 
 
 def short(value: float | None, rounding: float = 0.0) -> str:
-    """Return two significant digits of a residual or an error; 0 if it is only rounding, "" if there is none."""
+    """Return two significant digits of a residual or an error; 0 if it is only
+    rounding, "" if there is none."""
     return "" if value is None else "0" if value <= rounding else f"{value:.1e}"
 
 
 def residual(result: Result) -> str:
-    """Return the natural residual of a result, 0 if it is no more than the rounding of the terms of each row."""
+    """Return the natural residual of a result, 0 if it is no more than the rounding of
+    the terms of each row."""
     from lcpcli.linalg.doubles import ROW_ROUNDING
 
     return short(
@@ -144,7 +152,8 @@ def error(value: float | None, problem: Problem) -> str:
 
 
 def above(value: float) -> str:
-    """Return two significant digits of a bound, rounded up, so that the printed value is a bound too."""
+    """Return two significant digits of a bound, rounded up, so that the printed value
+    is a bound too."""
     from decimal import ROUND_CEILING, Context
 
     rounded = Context(prec=2, rounding=ROUND_CEILING).create_decimal_from_float(value)
@@ -152,13 +161,15 @@ def above(value: float) -> str:
 
 
 def unit(seconds: float) -> tuple[float, str]:
-    """Return the largest unit not exceeding a time rounded to three digits: (its length in seconds, its name)."""
+    """Return the largest unit not exceeding a time rounded to three digits: (its length
+    in seconds, its name)."""
     return next((u for u in UNITS if seconds >= 0.9995 * u[0]), UNITS[-1])
 
 
 def common_unit(times: Iterable[float]) -> tuple[float, str]:
-    """Return the unit of a column of times: (its length in seconds, its name); milliseconds unless all are longer than
-    a second or all are shorter than a millisecond."""
+    """Return the unit of a column of times: (its length in seconds, its name);
+    milliseconds unless all are longer than a second or all are shorter than a
+    millisecond."""
     kinds = {unit(seconds) for seconds in times}
     return kinds.pop() if len(kinds) == 1 else UNITS[1]
 
@@ -173,7 +184,8 @@ def title_and_size(problem: Problem | NonlinearProblem) -> str:
 
 
 def all_visible(part: Any) -> Any:
-    """Return a part of a report as people see it: a text, or the texts within lists and named tuples."""
+    """Return a part of a report as people see it: a text, or the texts within lists and
+    named tuples."""
     if isinstance(part, str):
         return visible(part)
     if not isinstance(part, (list, tuple)):
@@ -198,7 +210,8 @@ def duration(seconds: float) -> str:
 
 
 def took(seconds: float, form: str) -> str:
-    """Return a time for the line on what made a report, in any format but LaTeX, whose captions are printed."""
+    """Return a time for the line on what made a report, in any format but LaTeX, whose
+    captions are printed."""
     return "" if form == "latex" else f", {duration(seconds)}"
 
 
@@ -212,7 +225,8 @@ def flag(name: str) -> str:
 
 
 def advice(result: Result) -> str:
-    """Return the advice of a result, in options of the command line; "" if there is none."""
+    """Return the advice of a result, in options of the command line; "" if there is
+    none."""
 
     def written(options: Options) -> str:
         from lcpcli.solving.advice import EXACT, value_text
@@ -229,8 +243,8 @@ def advice(result: Result) -> str:
 
 
 def made_by(results: Sequence[Result]) -> str:
-    """Return, in one line, the version, the limits, which are the same, and the options that all runs of a method
-    share; the names of runs have the others."""
+    """Return, in one line, the version, the limits, which are the same, and the options
+    that all runs of a method share; the names of runs have the others."""
     parts = [f"{PROGRAM}, {_limits(results[0])}"]
     for method in dict.fromkeys(result.method for result in results):
         runs = [
@@ -248,7 +262,8 @@ def made_by(results: Sequence[Result]) -> str:
 
 
 def provenance(results: Sequence[Result]) -> list[str]:
-    """Return lines for a file: the program, then for each result the problem, methods, options in force and status."""
+    """Return lines for a file: the program, then for each result the problem, methods,
+    options in force and status."""
     lines = [f"{PROGRAM}, {_limits(results[0])}"]
     for result in results:
         by = f" by {', '.join(result.route)}" * (result.route != (result.method,))
@@ -258,7 +273,8 @@ def provenance(results: Sequence[Result]) -> list[str]:
         )
         problem = f"{title(result.problem) or 'problem'}, {size(result.problem)}"
         lines.append(
-            f"{problem}: {name(result)}{by}{options}: {' '.join(visible(result.message).split())}"
+            f"{problem}: {name(result)}{by}{options}: "
+            f"{' '.join(visible(result.message).split())}"
         )
     return lines
 
@@ -274,8 +290,9 @@ def _limits(result: Result) -> str:
 
 
 def options_of(result: Result, whole: bool) -> dict[str, str]:
-    """Return the options in force as texts, by their names on the command line, without those that are off, or for
-    switches on, as they are by default. whole : whether long numbers, as a computed p, have more than three digits."""
+    """Return the options in force as texts, by their names on the command line, without
+    those that are off, or for switches on, as they are by default. whole : whether long
+    numbers, as a computed p, have more than three digits."""
     shown = (
         (name, value) for name, value in result.options.items() if name not in VECTORS
     )
@@ -300,10 +317,12 @@ def _text(value: Any, whole: bool) -> str:
 
 
 def places(names: Sequence[str], patterns: Sequence[str]) -> list[int]:
-    """Return the indices of the unknowns that `--show` chooses, in the order of the patterns; all without patterns.
+    """Return the indices of the unknowns that `--show` chooses, in the order of the
+    patterns; all without patterns.
 
-    names : of the unknowns, "" for none. patterns : each is a name, in which * stands for any text and ? for a
-    character, or z1, z2, ... for a place. Raises ParameterError for a pattern that no unknown matches.
+    names : of the unknowns, "" for none. patterns : each is a name, in which * stands
+    for any text and ? for a character, or z1, z2, ... for a place. Raises
+    ParameterError for a pattern that no unknown matches.
     """
     if not patterns:
         return list(range(len(names)))
@@ -336,13 +355,14 @@ def places(names: Sequence[str], patterns: Sequence[str]) -> list[int]:
 
 
 def require(problem: Problem | NonlinearProblem, patterns: Sequence[str]) -> None:
-    """Raise ParameterError, before any work, for a pattern that no unknown of the problem matches."""
+    """Raise ParameterError, before any work, for a pattern that no unknown of the
+    problem matches."""
     places(labels_of(problem), patterns)
 
 
 def labels_of(problem: Problem | NonlinearProblem) -> Sequence[str]:
-    """Return the names by which the unknowns of a problem are chosen: of a game, those of the strategies; those of a
-    program's multipliers begin with y."""
+    """Return the names by which the unknowns of a problem are chosen: of a game, those
+    of the strategies; those of a program's multipliers begin with y."""
     from lcpcli.model.origins import Game
     from lcpcli.model.program import Program
 
@@ -357,8 +377,8 @@ def labels_of(problem: Problem | NonlinearProblem) -> Sequence[str]:
 
 
 def strategy_names(game: Game, most: float) -> tuple[list[str], list[str]]:
-    """Return the names of the rows and of the columns, by `short_names` with the letters x and y; a name that both
-    players have says whose it is."""
+    """Return the names of the rows and of the columns, by `short_names` with the
+    letters x and y; a name that both players have says whose it is."""
     both = set(game.rows) & set(game.columns)
     players = game.players or ("row", "column" if most == math.inf else "col")
     most += (len(players[0]) + 1) * bool(both)
@@ -386,7 +406,8 @@ CHOICES = ("k", "z", "residual", "error", "time", "step")
 
 
 def columns_of(problem: Problem, rows: Sequence[TraceRow]) -> Shown:
-    """Return the columns of a table of iterates after z, of which the rows may lack some components."""
+    """Return the columns of a table of iterates after z, of which the rows may lack
+    some components."""
     length, name = unit(max((row.seconds for row in rows), default=0.0))
     columns: Shown = {}
     if any(row.z0 is not None for row in rows):

@@ -1,1 +1,2 @@
-"""Runs of a method on a problem: the common loop, its limits and clock, the result, and the conclusions from it."""
+"""Runs of a method on a problem: the common loop, its limits and clock, the result, and
+the conclusions from it."""

@@ -1,5 +1,6 @@
-"""Advice after a run that failed to solve its problem: what to try next, if anything is known to help, as options for
-another run, written as in Python or on the command line."""
+"""Advice after a run that failed to solve its problem: what to try next, if anything is
+known to help, as options for another run, written as in Python or on the command
+line."""
 
 from __future__ import annotations
 
@@ -73,7 +74,8 @@ def suggestions(result: Result) -> Suggestions:
 
 
 def _where_stuck(result: Result) -> Suggestions:
-    """Suggest other starts for a nonlinear problem, and what may be wrong with its functions."""
+    """Suggest other starts for a nonlinear problem, and what may be wrong with its
+    functions."""
     with imports:
         from lcpcli.inspection.theory import BAD_SPREAD, spread
     ways: list[Options] = [
@@ -94,7 +96,8 @@ def _where_stuck(result: Result) -> Suggestions:
 
 
 def _after_the_limit(result: Result) -> Suggestions:
-    """Suggest more iterations if they lead to the solution, otherwise a method that needs fewer."""
+    """Suggest more iterations if they lead to the solution, otherwise a method that
+    needs fewer."""
     default, k = int(MAX_ITERATIONS.value), result.iterations
     usual = {"max_iterations": default}
     if result.method == "auto" or result.method in NONLINEAR:
@@ -124,7 +127,8 @@ def in_python(options: Options) -> str:
 
 
 def value_text(value: Any, quotes: bool) -> str:
-    """Return a value as it is written in Python, or on the command line, where words have no quotes."""
+    """Return a value as it is written in Python, or on the command line, where words
+    have no quotes."""
     if isinstance(value, str | int):
         return f'"{value}"' if quotes and isinstance(value, str) else str(value)
     return f"{value:.0f}" if 1 <= value < EXPONENT_FROM else f"{value:.0e}"

@@ -27,7 +27,8 @@ INTERRUPTS = get_args(Interrupts)
 
 
 class SolverOptions(TypedDict, total=False):
-    """The options of every solver, as `solve` explains them; None, too, stands for the default."""
+    """The options of every solver, as `solve` explains them; None, too, stands for the
+    default."""
 
     tol: float | None
     max_iterations: int | None
@@ -45,7 +46,8 @@ class CallOptions(SolverOptions, total=False):
 
 
 class RunOptions(CallOptions, total=False):
-    """The options of `solve` and `run`: at first those of all methods, then those that methods declare."""
+    """The options of `solve` and `run`: at first those of all methods, then those that
+    methods declare."""
 
     x0: VectorLike | None
     z0: VectorLike | None
@@ -95,38 +97,56 @@ def solve(
     infinity: float = math.inf,
     **options: Unpack[RunOptions],
 ) -> Result:
-    """Find z >= 0 with w = M z + q >= 0 and z'w = 0 or, with bounds, the z of `Problem`; arrays are never modified.
+    """Find z >= 0 with w = M z + q >= 0 and z'w = 0 or, with bounds, the z of
+    `Problem`; arrays are never modified.
 
     Parameters
     ----------
-    M, q : shape (n, n), dense or a scipy sparse matrix or array of any format, and shape (n,); as in `Problem`.
-    lower, upper : bounds of z, each a number or of shape (n,), by default 0 and infinity; None stands for no bound.
-    infinity : bounds of at least this size, often 1e20, count as infinite; by default only infinite bounds do.
-    method : "auto", which combines several methods, or a published one, such as "shi" or "newton": `lcp help methods`
-        says what each does and guarantees, and `lcp solve --help` names their sources.
-    x0, z0, basis : at most one starting point: x = (z - w) / 2, or z, with w = M z + q, or a `Result.basis`, which
-        "auto" and "newton" try before anything else. By default x0 = 0.
-    tol : the largest relative residual at which z counts as a solution, 1e-10 by default.
-    max_iterations, time_limit : the iterations and seconds after which to give up, by default 10000 and no limit.
-    trace : whether the result keeps all iterates; a `Trace` selects which ones, and receives them.
-    callback : called after each iteration with its `TraceRow`; a true value, or StopIteration, ends the run.
-    compiled : whether "auto" uses the kernels of the extra `fast`, for small LCPs. Loading them
-        takes half a second, which pays in a loop over many calls. By default they are used after `use_kernels()`.
-    threads : the number of threads for dense linear algebra, by default 1 unless the environment sets it or M is large.
-    scale, finish : whether an iterative method, such as "shi", works on the equilibrated problem, and whether it stops
-        as soon as the active set yields the solution.
-    interrupts : what Ctrl-C does: "raise" the error `Interrupted`, or "return" the result with the best z so far.
-    options : options of the method, such as p or k_star of "shi"; None means "not given". See `lcp solve --help`.
+    M, q : shape (n, n), dense or a scipy sparse matrix or array of any format, and
+        shape (n,); as in `Problem`.
+    lower, upper : bounds of z, each a number or of shape (n,), by default 0 and
+        infinity; None stands for no bound.
+    infinity : bounds of at least this size, often 1e20, count as infinite; by default
+        only infinite bounds do.
+    method : "auto", which combines several methods, or a published one, such as "shi"
+        or "newton": `lcp help methods` says what each does and guarantees, and `lcp
+        solve --help` names their sources.
+    x0, z0, basis : at most one starting point: x = (z - w) / 2, or z, with w = M z + q,
+        or a `Result.basis`, which "auto" and "newton" try before anything else. By
+        default x0 = 0.
+    tol : the largest relative residual at which z counts as a solution, 1e-10 by
+        default.
+    max_iterations, time_limit : the iterations and seconds after which to give up, by
+        default 10000 and no limit.
+    trace : whether the result keeps all iterates; a `Trace` selects which ones, and
+        receives them.
+    callback : called after each iteration with its `TraceRow`; a true value, or
+        StopIteration, ends the run.
+    compiled : whether "auto" uses the kernels of the extra `fast`, for small LCPs.
+        Loading them takes half a second, which pays in a loop over many calls. By
+        default they are used after `use_kernels()`.
+    threads : the number of threads for dense linear algebra, by default 1 unless the
+        environment sets it or M is large.
+    scale, finish : whether an iterative method, such as "shi", works on the
+        equilibrated problem, and whether it stops as soon as the active set yields the
+        solution.
+    interrupts : what Ctrl-C does: "raise" the error `Interrupted`, or "return" the
+        result with the best z so far.
+    options : options of the method, such as p or k_star of "shi"; None means "not
+        given". See `lcp solve --help`.
 
     Returns
     -------
-    Result : its status says whether z is a solution; if the run failed, which raises no error, z is the best iterate.
+    Result : its status says whether z is a solution; if the run failed, which raises no
+        error, z is the best iterate.
 
     Raises
     ------
-    ProblemError, OptionError : M, q, a bound or the start cannot be used; the method is unknown, or an option is
-        unknown, out of range or without effect on the method. Both errors are ValueErrors.
-    Interrupted : Ctrl-C was pressed; it is a KeyboardInterrupt whose `result` is the Result so far.
+    ProblemError, OptionError : M, q, a bound or the start cannot be used; the method is
+        unknown, or an option is unknown, out of range or without effect on the method.
+        Both errors are ValueErrors.
+    Interrupted : Ctrl-C was pressed; it is a KeyboardInterrupt whose `result` is the
+        Result so far.
 
     Examples
     --------
@@ -158,11 +178,13 @@ def run(
     method: str = "auto",
     **options: Unpack[RunOptions],
 ) -> Result:
-    """Solve a Problem, for instance one from a file, as `solve` does, with the same options.
+    """Solve a Problem, for instance one from a file, as `solve` does, with the same
+    options.
 
-    Without a starting point, the run starts from the problem's own x0, if it has one. If the problem has known
-    solutions, the result gives the error; if it comes from a linear or quadratic program or a game, `Result.answer` has
-    the minimizer or the equilibrium.
+    Without a starting point, the run starts from the problem's own x0, if it has one.
+    If the problem has known solutions, the result gives the error; if it comes from a
+    linear or quadratic program or a game, `Result.answer` has the minimizer or the
+    equilibrium.
 
     >>> from lcpcli import Problem, run
     >>> problem = Problem([[2, 1], [1, 2]], [-5, -6], solutions=[[4 / 3, 7 / 3]])
@@ -180,7 +202,8 @@ def run(
 
 
 class Interrupted(KeyboardInterrupt):
-    """Ctrl-C has ended a call. `result` is the Result with the best iterate so far, which may be a solution.
+    """Ctrl-C has ended a call. `result` is the Result with the best iterate so far,
+    which may be a solution.
 
     >>> import lcpcli
     >>> try:
@@ -202,7 +225,8 @@ class Interrupted(KeyboardInterrupt):
 
 
 def unless_interrupted(result: Result, interrupts: str) -> Result:
-    """Return the result, or raise Interrupted if Ctrl-C has ended the run and `interrupts` is "raise"."""
+    """Return the result, or raise Interrupted if Ctrl-C has ended the run and
+    `interrupts` is "raise"."""
     if result.interrupted and interrupts == RAISE:
         raise Interrupted(result)
     return result
@@ -233,8 +257,9 @@ def chosen(
     method: str = "",
     of: str = "",
 ) -> dict[str, Any]:
-    """Return the options that are given, as None is not. Raise OptionError for an unknown value of `interrupts`, and
-    for a name that is none of the known ones, nor of any method's options if there is a method: with what may be meant.
+    """Return the options that are given, as None is not. Raise OptionError for an
+    unknown value of `interrupts`, and for a name that is none of the known ones, nor of
+    any method's options if there is a method: with what may be meant.
 
     of : whose options they are, in words, if there is no method.
     """

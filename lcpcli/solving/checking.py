@@ -1,9 +1,11 @@
-"""Verification of a proposed solution; for a program, also of x with or without multipliers, and what x is.
+"""Verification of a proposed solution; for a program, also of x with or without
+multipliers, and what x is.
 
-Multipliers for an x alone are those of the linear program that approximates a program near x. Within rows and bounds
-and a box around x, the derivative g = Qx + c of the objective is minimized over steps d. If x satisfies the first-order
-conditions, d = 0 is a minimizer and the multipliers of the rows are those of the program; if not, d is a step to a
-lower objective.
+Multipliers for an x alone are those of the linear program that approximates a program
+near x. Within rows and bounds and a box around x, the derivative g = Qx + c of the
+objective is minimized over steps d. If x satisfies the first-order conditions, d = 0 is
+a minimizer and the multipliers of the rows are those of the program; if not, d is a
+step to a lower objective.
 """
 
 from __future__ import annotations
@@ -66,27 +68,33 @@ def check(
     y: VectorLike | None = None,
     tol: float | None = None,
 ) -> Verification:
-    """Verify a proposed solution z of a problem, or a proof y that there is none, whatever its source: `lcp check`.
+    """Verify a proposed solution z of a problem, or a proof y that there is none,
+    whatever its source: `lcp check`.
 
     Parameters
     ----------
     problem : a Problem, or a NonlinearProblem, for which z counts in doubles only.
-    z : shape (n,); accepted if its relative residual is at most tol. If one of its numbers is a fractions.Fraction and
-        tol is not given, z is verified in exact arithmetic, with the doubles of the problem taken as exact. For a
-        problem made from a program, z may also be x, shape (k,), for which multipliers are sought, or x followed by the
-        multipliers y of the rows, shape (k + m,). For a game, it may also be the probabilities of the row player's and
-        then the column player's strategies: those of each player are nonnegative and add up to 1. For a game tree, it
-        may also be the probabilities of all actions at the first player's information sets, in the order of the file,
-        and then at the second player's.
-    y : shape (n,), in place of z: a Farkas vector, y >= 0 with M'y <= 0 and q'y < 0, verified in exact arithmetic.
+    z : shape (n,); accepted if its relative residual is at most tol. If one of its
+        numbers is a fractions.Fraction and tol is not given, z is verified in exact
+        arithmetic, with the doubles of the problem taken as exact. For a problem made
+        from a program, z may also be x, shape (k,), for which multipliers are sought,
+        or x followed by the multipliers y of the rows, shape (k + m,). For a game, it
+        may also be the probabilities of the row player's and then the column player's
+        strategies: those of each player are nonnegative and add up to 1. For a game
+        tree, it may also be the probabilities of all actions at the first player's
+        information sets, in the order of the file, and then at the second player's.
+    y : shape (n,), in place of z: a Farkas vector, y >= 0 with M'y <= 0 and q'y < 0,
+        verified in exact arithmetic.
     tol : 1e-10 by default.
 
     Returns
     -------
-    Verification : whether the answer is accepted and why, with the residuals, the violated conditions and the
-        componentwise backward error; the interpreter shows it as the command prints it.
+    Verification : whether the answer is accepted and why, with the residuals, the
+        violated conditions and the componentwise backward error; the interpreter shows
+        it as the command prints it.
 
-    Raises LCPError if z or y has the wrong length or is not finite, or both are given, or tol is out of range.
+    Raises LCPError if z or y has the wrong length or is not finite, or both are given,
+    or tol is out of range.
 
     Examples
     --------
@@ -136,7 +144,8 @@ def check(
 
 
 def _fractions(values: Any) -> list[Fraction]:
-    """Return the numbers of a list or an array as fractions if one of them is a Fraction; else an empty list."""
+    """Return the numbers of a list or an array as fractions if one of them is a
+    Fraction; else an empty list."""
     listed = values.tolist() if isinstance(values, np.ndarray) else values
     if not isinstance(listed, (list, tuple)) or not any(
         isinstance(value, Fraction) for value in listed
@@ -149,7 +158,8 @@ def _fractions(values: Any) -> list[Fraction]:
 
 
 def lengths(problem: Problem | NonlinearProblem) -> dict[int, str]:
-    """Return what may be verified, keyed by its length: for a program x, x and y, or z; for a game, also strategies."""
+    """Return what may be verified, keyed by its length: for a program x, x and y, or z;
+    for a game, also strategies."""
     origin = problem.origin
     if isinstance(origin, Game):
         return {problem.n: "{} and {} strategies".format(*origin.A.shape)}
@@ -166,7 +176,8 @@ def verified(
 ) -> Verification:
     """Verify z or, for a program, x, or x and y: values of one of the `lengths`.
 
-    own : whether y is known to have the signs of the program's own sense; else it may also have the signs of z.
+    own : whether y is known to have the signs of the program's own sense; else it may
+        also have the signs of z.
     """
     origin = problem.origin
     if not isinstance(origin, Program):
@@ -184,8 +195,9 @@ def verified(
 def accepting(
     problem: Problem, values: Vector, found: Verification, own: bool = False
 ) -> float | None:
-    """Return the least power of ten, at most LARGEST_TOL, with which rejected values would be accepted, as they may
-    have been rounded; None if there is none, or if the values were accepted."""
+    """Return the least power of ten, at most LARGEST_TOL, with which rejected values
+    would be accepted, as they may have been rounded; None if there is none, or if the
+    values were accepted."""
     relative = found.relative_residual
     if found.accepted or relative is None or not relative <= LARGEST_TOL:
         return None
@@ -202,7 +214,8 @@ def verified_exactly(
     w: list[Fraction] | None = None,
     own: bool = False,
 ) -> Verification:
-    """Verify z, x, or x and y in rational arithmetic. w : a claimed M z + q for a z, to be verified too."""
+    """Verify z, x, or x and y in rational arithmetic. w : a claimed M z + q for a z, to
+    be verified too."""
     origin = data.problem.origin
     if not isinstance(origin, Program):
         return of_game(
@@ -235,9 +248,11 @@ def verified_proof(
     data: ExactProblem | None = None,
     is_rounded: bool = False,
 ) -> Verification:
-    """Verify a proof y that there is no solution; for a program also state what it proves, infeasibility for instance.
+    """Verify a proof y that there is no solution; for a program also state what it
+    proves, infeasibility for instance.
 
-    data : exact data for which the proof is to hold. is_rounded : whether y is known to be rounded.
+    data : exact data for which the proof is to hold. is_rounded : whether y is known to
+        be rounded.
     """
     found = verify_farkas(problem, y, data, is_rounded)
     origin = problem.origin
@@ -256,7 +271,8 @@ def verified_proof(
 
 
 def _around(value: Vector, lower: Vector, upper: Vector) -> tuple[Vector, Vector]:
-    """Return how far a value may move down and up; beyond a bound it may move no farther."""
+    """Return how far a value may move down and up; beyond a bound it may move no
+    farther."""
     equal = lower == upper
     return np.where(equal, 0.0, np.minimum(lower - value, 0.0)), np.where(
         equal, 0.0, np.maximum(upper - value, 0.0)
@@ -278,8 +294,9 @@ class _Proposal:
     @cached_property
     @np.errstate(all="ignore")
     def step(self) -> tuple[Vector, float]:
-        """Return the multipliers of the rows at x, shape (m,), and by how much the step that belongs to them lowers the
-        objective; zeros and nan if there are none in the range of doubles."""
+        """Return the multipliers of the rows at x, shape (m,), and by how much the step
+        that belongs to them lowers the objective; zeros and nan if there are none in
+        the range of doubles."""
         data, x, heights = self.data, self.x, np.ones(self.data.row_lower.size)
         g = product(data.Q, x) + data.c
         largest = float(np.abs(x).max())
@@ -318,8 +335,9 @@ class _Proposal:
         completed: Callable[[Any, Any], Any],
         sought: Callable[[], Any],
     ) -> Iterator[Any]:
-        """Yield each z for which the values may stand, as `completed` makes it from x and y, which is sought if it is
-        missing; for a maximum, y may have either sign."""
+        """Yield each z for which the values may stand, as `completed` makes it from x
+        and y, which is sought if it is missing; for a maximum, y may have either
+        sign."""
         ranges, n = self.origin.ranges, self.problem.n
         x, y = values[: self.k], values[self.k : n - ranges]
         if self.needs_multipliers:
@@ -333,8 +351,8 @@ class _Proposal:
             yield completed(x, y if values.size < n else -y)
 
     def verified(self, of_readings: Iterator[Verification], tol: float) -> Verification:
-        """Return the first verification that is accepted, or else the first of all, with a statement on x, and with the
-        multipliers if they had to be sought."""
+        """Return the first verification that is accepted, or else the first of all,
+        with a statement on x, and with the multipliers if they had to be sought."""
         found = next(of_readings)
         found = (
             found
@@ -371,18 +389,25 @@ class _Proposal:
             size @ (absolute_product(self.data.Q, size) / 2 + np.abs(self.data.c))
         )  # of the objective
         if gain > max(tol, LEAST_GAIN) * terms:
-            far = f"at least {approximate(Fraction(gain), -1, 2)} {OBJECTIVE_CLAUSES[self.origin.sense]}"
+            far = (
+                f"at least {approximate(Fraction(gain), -1, 2)} "
+                f"{OBJECTIVE_CLAUSES[self.origin.sense]}"
+            )
             return f"{feasible}, but not a {word}: its objective {value:.7g} is {far}"
         if (
             not self.needs_multipliers
             and verify(self.problem, self.with_step(), tol).accepted
         ):
-            return f"{kind_of_point(self.data, origin).statement}, but with other multipliers"
+            return (
+                f"{kind_of_point(self.data, origin).statement}, but with other "
+                "multipliers"
+            )
         return f"{feasible}, but not shown to be a {word}"
 
 
 def _completed(data: ExactProblem, proposal: _Proposal, x: Any, y: Any) -> Any:
-    """Return the z that consists of exact x and y, and of s = Ax moved within its bounds."""
+    """Return the z that consists of exact x and y, and of s = Ax moved within its
+    bounds."""
     zeros = np.array([Fraction(0)] * proposal.origin.ranges, dtype=object)
     w, first = (
         data.w(list(np.concatenate((x, y, zeros)))),
@@ -399,7 +424,8 @@ def _completed(data: ExactProblem, proposal: _Proposal, x: Any, y: Any) -> Any:
 
 @np.errstate(all="ignore")
 def _violated(origin: Program, data: ProgramData, x: Vector, tol: float) -> str:
-    """Return the row or bound that x violates most relative to its terms, and how much; "" if by no more than tol."""
+    """Return the row or bound that x violates most relative to its terms, and how much;
+    "" if by no more than tol."""
     values = np.concatenate((product(data.A, x), x))
     sizes = np.concatenate((absolute_product(data.A, np.abs(x)), np.abs(x)))
     names = [
@@ -424,7 +450,10 @@ def _violated(origin: Program, data: ProgramData, x: Vector, tol: float) -> str:
         number, i = number + int(np.count_nonzero(relative)), int(np.argmax(relative))
         if relative[i] > worst:
             worst = relative[i]
-            sentence = f"{names[i]} is {values[i]:.7g}, {beyond[i]:.2g} {side} its {bound} bound {ends[i]:.7g}"
+            sentence = (
+                f"{names[i]} is {values[i]:.7g}, {beyond[i]:.2g} {side} its {bound} "
+                f"bound {ends[i]:.7g}"
+            )
     return (
         f"{sentence}; {count(number - 1, 'other bound')} violated"
         if number > 1

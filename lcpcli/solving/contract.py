@@ -1,4 +1,5 @@
-"""The contract of methods, on which the loop relies and which all methods of this package keep; a test of it."""
+"""The contract of methods, on which the loop relies and which all methods of this
+package keep; a test of it."""
 
 from __future__ import annotations
 
@@ -23,13 +24,16 @@ MOST_ITERATES = 50  # of a run: enough to see that it repeats itself and changes
 
 
 def check_method(name: str) -> None:
-    """Check that a method, of this package or of another one, keeps the contract of methods; raise AssertionError with
-    what it breaks. It need not solve anything, as the loop measures what it yields.
+    """Check that a method, of this package or of another one, keeps the contract of
+    methods; raise AssertionError with what it breaks. It need not solve anything, as
+    the loop measures what it yields.
 
-    Its function takes the parameters that it declares, and its defaults are in their ranges. On problems in one, two
-    and a hundred unknowns, dense, sparse, with bounds and without a solution, it yields arrays of numbers that it never
-    changes again, and never fewer `evaluations` than before; it leaves M and q as they are; run again, it yields the
-    same; the start does not matter unless it declares `uses_start`; and if it ends, it returns how it ended.
+    Its function takes the parameters that it declares, and its defaults are in their
+    ranges. On problems in one, two and a hundred unknowns, dense, sparse, with bounds
+    and without a solution, it yields arrays of numbers that it never changes again, and
+    never fewer `evaluations` than before; it leaves M and q as they are; run again, it
+    yields the same; the start does not matter unless it declares `uses_start`; and if
+    it ends, it returns how it ended.
     """
     _check_declaration(name)
     declared = registry.declared(name)
@@ -94,7 +98,8 @@ def _check_declaration(name: str) -> None:
 
 
 def _iterates(name: str, problem: Problem, start: float) -> list[Iterate]:
-    """Return the iterates of a method from a start of equal numbers up to a solution, checked as they come."""
+    """Return the iterates of a method from a start of equal numbers up to a solution,
+    checked as they come."""
     given = variables_of(name, problem, False).problem
     M, q = given.M.copy(), given.q.copy()
     criterion, found, copies = (

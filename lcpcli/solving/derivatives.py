@@ -18,19 +18,22 @@ Regular = TypeVar("Regular", bool | None, list[bool | None])
 
 @dataclass(frozen=True, eq=False)
 class Derivative(Generic[Kinks, Regular]):
-    """The derivative of a solution for a change of the data in a given direction; for a batch of b problems, z and w
-    have a first dimension of length b, kinks is keyed by the number of each problem that has any, and strongly_regular
-    is a list.
+    """The derivative of a solution for a change of the data in a given direction; for a
+    batch of b problems, z and w have a first dimension of length b, kinks is keyed by
+    the number of each problem that has any, and strongly_regular is a list.
 
-    z, w : the derivatives of z and of w = M z + q, shape (n,). With J, z is the derivative of J z, shape (k,), and w is
-        nan in components in which the solutions differ.
-    kinks : the indices of the components that are at a bound while w is 0, up to rounding. If there are any, z and w
-        are the derivatives with these components held at their bounds or, if requested, the one-sided derivatives for a
-        small positive step in this direction.
-    strongly_regular : whether the solution is proved to be unique near z and Lipschitz continuous for all data near
-        these. It is then differentiable where there is no kink, and has one-sided derivatives in every direction. None
-        at kinks, if that is not proved or was not requested: one-sided derivatives are then only a direction in which
-        solutions may move, to first order.
+    z, w : the derivatives of z and of w = M z + q, shape (n,). With J, z is the
+        derivative of J z, shape (k,), and w is nan in components in which the solutions
+        differ.
+    kinks : the indices of the components that are at a bound while w is 0, up to
+        rounding. If there are any, z and w are the derivatives with these components
+        held at their bounds or, if requested, the one-sided derivatives for a small
+        positive step in this direction.
+    strongly_regular : whether the solution is proved to be unique near z and Lipschitz
+        continuous for all data near these. It is then differentiable where there is no
+        kink, and has one-sided derivatives in every direction. None at kinks, if that
+        is not proved or was not requested: one-sided derivatives are then only a
+        direction in which solutions may move, to first order.
     """
 
     z: Vector
@@ -41,13 +44,15 @@ class Derivative(Generic[Kinks, Regular]):
 
 @dataclass(frozen=True, eq=False)
 class Gradient(Generic[Kinks]):
-    """The derivatives of a function of z with respect to all data, each computed when it is read. For a batch of b
-    problems, each has a first dimension of length b.
+    """The derivatives of a function of z with respect to all data, each computed when
+    it is read. For a batch of b problems, each has a first dimension of length b.
 
     q : with respect to q, shape (n,); 0 at bounds.
-    M : with respect to M, shape (n, n); for a sparse M, a csr_array with respect to its stored entries.
-    lower, upper : with respect to the bounds, shape (n,); 0 where z is not at that bound. Where l_i = u_i, only the sum
-        of the two is meaningful, as both bounds have to change together.
+    M : with respect to M, shape (n, n); for a sparse M, a csr_array with respect to its
+        stored entries.
+    lower, upper : with respect to the bounds, shape (n,); 0 where z is not at that
+        bound. Where l_i = u_i, only the sum of the two is meaningful, as both bounds
+        have to change together.
     kinks : as in `Derivative`; the variables there are held at their bounds.
     """
 

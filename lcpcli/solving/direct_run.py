@@ -1,5 +1,6 @@
-"""Runs of `auto` that its first stages complete, in compiled form if there is one, or PIQP: no loop, and the same
-results; and their iterates, for callbacks, and for traces, for which a run that is timed is repeated, untimed."""
+"""Runs of `auto` that its first stages complete, in compiled form if there is one, or
+PIQP: no loop, and the same results; and their iterates, for callbacks, and for traces,
+for which a run that is timed is repeated, untimed."""
 
 from __future__ import annotations
 
@@ -50,8 +51,9 @@ NEARLY_SOLVED = 1e-6
 
 @cache
 def compiled() -> ModuleType | None:
-    """Return the module of the compiled kernels, which takes half a second to load; None without the extra `fast`, or
-    if its numba fails, as with a version of numpy that is too new for it."""
+    """Return the module of the compiled kernels, which takes half a second to load;
+    None without the extra `fast`, or if its numba fails, as with a version of numpy
+    that is too new for it."""
     if not has_numba():
         return None
     with imports:
@@ -63,16 +65,18 @@ def compiled() -> ModuleType | None:
 
 
 def judge(problem: Problem, z: Vector, tol: float) -> tuple[bool | None, Rows | None]:
-    """Return what the kernels, if there are any, find of a z within its bounds for a problem with sparse M: whether it
-    solves the problem, and its rows; None where they do not."""
+    """Return what the kernels, if there are any, find of a z within its bounds for a
+    problem with sparse M: whether it solves the problem, and its rows; None where they
+    do not."""
     fast = compiled()
     return (None, None) if fast is None else fast.judged_by_entries(problem, z, tol)
 
 
 def uses_kernels(wanted: bool | None, number: int) -> bool:
-    """Return whether the compiled kernels are to be used, without loading them: where they are wanted or, by default
-    (None), after `use_kernels()`, or where there are so many problems that loading them is worthwhile, and numba is
-    installed. Raise OptionError if they are wanted and it is not."""
+    """Return whether the compiled kernels are to be used, without loading them: where
+    they are wanted or, by default (None), after `use_kernels()`, or where there are so
+    many problems that loading them is worthwhile, and numba is installed. Raise
+    OptionError if they are wanted and it is not."""
     if wanted and not has_numba():
         raise ParameterError("compiled", *MISSING)
     return (
@@ -83,9 +87,10 @@ def uses_kernels(wanted: bool | None, number: int) -> bool:
 
 
 def use_kernels(wanted: bool = True) -> None:
-    """Use the compiled kernels of the extra `fast` in every later call of this process that has no `compiled`, and in
-    processes that it starts, as if it were given compiled=True; methods other than "auto" are as before. The
-    environment variable LCPCLI_KERNELS=1 does the same from the start.
+    """Use the compiled kernels of the extra `fast` in every later call of this process
+    that has no `compiled`, and in processes that it starts, as if it were given
+    compiled=True; methods other than "auto" are as before. The environment variable
+    LCPCLI_KERNELS=1 does the same from the start.
 
     wanted : False for what each call does by default.
 
@@ -100,8 +105,9 @@ def use_kernels(wanted: bool = True) -> None:
 
 
 def applies(problem: Problem, is_compiled: bool = False) -> bool:
-    """Return whether a problem has so few unknowns and moderate numbers that pivoting comes first, perhaps by kernels,
-    without a start of its own and with the bounds as they are."""
+    """Return whether a problem has so few unknowns and moderate numbers that pivoting
+    comes first, perhaps by kernels, without a start of its own and with the bounds as
+    they are."""
     if not problem.is_moderate or problem.x0 is not None:
         return False
     if is_compiled and problem.is_mixed:  # the kernels look for far bounds
@@ -113,13 +119,16 @@ def applies(problem: Problem, is_compiled: bool = False) -> bool:
 
 @dataclass(eq=False, repr=False)
 class Session:
-    """A run of `auto` that has been set up: what its attempts share, each of which returns the result of `judged`.
+    """A run of `auto` that has been set up: what its attempts share, each of which
+    returns the result of `judged`.
 
-    options : those in force. start : whose basis is tried first, if it is given. reduced : returns the `Reduction` of a
-        problem, if it is kept for many. keep : called with each iterate, but not by kernels. tried : receives the first
-        stages, as they went. is_compiled : whether kernels are used, if there are any. interrupted : whether Ctrl-C has
-        ended an attempt. replay : where a callback has ended the run, a stage of its iterates up to there. callback :
-        one that ends the replay at the same iterate, in the same way.
+    options : those in force. start : whose basis is tried first, if it is given.
+        reduced : returns the `Reduction` of a problem, if it is kept for many. keep :
+        called with each iterate, but not by kernels. tried : receives the first stages,
+        as they went. is_compiled : whether kernels are used, if there are any.
+        interrupted : whether Ctrl-C has ended an attempt. replay : where a callback has
+        ended the run, a stage of its iterates up to there. callback : one that ends the
+        replay at the same iterate, in the same way.
     """
 
     problem: Problem
@@ -154,7 +163,8 @@ class Session:
         evaluations: int | None = None,
         end: States | None = None,
     ) -> Result | None:
-        """Return the result at a point at which an attempt ended, if it solves the problem within the limits."""
+        """Return the result at a point at which an attempt ended, if it solves the
+        problem within the limits."""
         solves = (
             point is not None and steps <= self.limits.max_iterations and point.solves()
         )
@@ -188,7 +198,8 @@ class Session:
 
 @np.errstate(all="ignore")
 def solved_as_program(session: Session) -> Result | None:
-    """Return the result of a convex program to whose solution PIQP and a few basic solutions lead; else None."""
+    """Return the result of a convex program to whose solution PIQP and a few basic
+    solutions lead; else None."""
     with imports:
         from lcpcli.methods.convex_program import convex_program
         from lcpcli.methods.stages import FAULTS, Breakdown, Iterate, advance, ended
@@ -244,8 +255,8 @@ def _first_solution(points: Sequence[Point]) -> Point | None:
 
 
 def solved_directly(session: Session) -> Result | None:
-    """Return the result of a problem to which this applies, if block pivoting or Lemke's path ends at a solution; else
-    None."""
+    """Return the result of a problem to which this applies, if block pivoting or
+    Lemke's path ends at a solution; else None."""
     problem, start, fast = (
         session.problem,
         session.start,
@@ -292,10 +303,11 @@ def solved_directly(session: Session) -> Result | None:
 def _answers(
     session: Session, problem: Problem, fast: ModuleType | None, lost: list[Made]
 ) -> Iterator[DirectAnswer | None]:
-    """Yield the answers of direct attempts on a problem with dense M, the basis of a start first; None from one that
-    found none.
+    """Yield the answers of direct attempts on a problem with dense M, the basis of a
+    start first; None from one that found none.
 
-    lost : receives the basic solutions of exchanges in numpy without a start, if they found none."""
+    lost : receives the basic solutions of exchanges in numpy without a start, if they
+        found none."""
     tol, start, keep = session.limits.tol, session.start, session.keep
     basic, has_diagonal = (
         None if start is None else start.basis == BASIC,
@@ -356,9 +368,10 @@ def _answers(
 def _by_first_stages(
     session: Session, dense: Problem, fast: ModuleType | None, lost: list[Made]
 ) -> Result | None:
-    """Return the result of the first stages of `auto` on the problem, also given as these take it, as the loop of
-    `auto` returns it; None if they do not end at a solution that is beyond doubt. lost : the basic solutions of newton,
-    if they lead to none."""
+    """Return the result of the first stages of `auto` on the problem, also given as
+    these take it, as the loop of `auto` returns it; None if they do not end at a
+    solution that is beyond doubt. lost : the basic solutions of newton, if they lead to
+    none."""
     with imports:
         from lcpcli.auto.attempts import FIRST, Structure, in_rounds
         from lcpcli.methods.newton import SLOW, iterates_of
@@ -404,8 +417,9 @@ def _by_first_stages(
 
 
 def _from(start: Start, problem: Problem, structure: Structure) -> Stage:
-    """Return the stage that tries the states of a start: exchanges, or where M may have singular blocks one system, as
-    for contact, or if z is given for many unknowns, systems as at the end of interior, as for programs."""
+    """Return the stage that tries the states of a start: exchanges, or where M may have
+    singular blocks one system, as for contact, or if z is given for many unknowns,
+    systems as at the end of interior, as for programs."""
     with imports:
         from lcpcli.methods.lemke import confirmed
         from lcpcli.methods.newton import from_start
@@ -419,7 +433,8 @@ def _from(start: Start, problem: Problem, structure: Structure) -> Stage:
 
 
 def iterates_off_the_clock(session: Session, start: Start | None) -> list[Iterate]:
-    """Return the iterates of a direct run that has kept none, by another one, in numpy and without a time limit."""
+    """Return the iterates of a direct run that has kept none, by another one, in numpy
+    and without a time limit."""
     kept: list[Iterate] = []
     limits = replace(session.limits, time_limit=math.inf)
     solved_directly(
@@ -442,9 +457,10 @@ def reported(
     kept: Sequence[Iterate],
     callback: Callback | None,
 ) -> bool:
-    """Pass the iterates of a direct run to the callback and, with the start, to the traces of the result: each with an
-    equal share of the time, the last with the z of the result. Return False if the callback ends the run before its
-    end: the session then has what the loop is to repeat up to there.
+    """Pass the iterates of a direct run to the callback and, with the start, to the
+    traces of the result: each with an equal share of the time, the last with the z of
+    the result. Return False if the callback ends the run before its end: the session
+    then has what the loop is to repeat up to there.
 
     x0 : the start, if there are traces."""
     with imports:

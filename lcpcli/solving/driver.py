@@ -1,5 +1,6 @@
-"""A run of a method on a problem: its options are checked, and it is set up and run by the loop. Of repeated runs the
-fastest counts, so that other work on the machine has little effect."""
+"""A run of a method on a problem: its options are checked, and it is set up and run by
+the loop. Of repeated runs the fastest counts, so that other work on the machine has
+little effect."""
 
 from __future__ import annotations
 
@@ -75,11 +76,13 @@ def run(
 ) -> Result:
     """Run a method, as `call.solve` explains it; `call.run` calls this driver.
 
-    The status is "solved" only if the relative residual, recomputed from the original M and q, is at most limits.tol,
-    or if exact arithmetic shows that z is the solution up to its last digits. `chosen` are options of the method; any
-    other raises an OptionError. `trace` and `curve` keep iterates, each as it is set up. `observe` is called at
-    intervals with the progress. `began` is the beginning of the run by the `clock`, by default now; the time limit
-    covers everything from then on except imports.
+    The status is "solved" only if the relative residual, recomputed from the original M
+    and q, is at most limits.tol, or if exact arithmetic shows that z is the solution up
+    to its last digits. `chosen` are options of the method; any other raises an
+    OptionError. `trace` and `curve` keep iterates, each as it is set up. `observe` is
+    called at intervals with the progress. `began` is the beginning of the run by the
+    `clock`, by default now; the time limit covers everything from then on except
+    imports.
     """
     stopwatch = Stopwatch(clock, clock() if began is None else began)
     limits = limits or DEFAULTS
@@ -156,8 +159,8 @@ def _without_loop(
     callback: Callback | None,
     observe: Observe | None,
 ) -> Result | None:
-    """Return the result of the attempts that need no loop; None if there is none, or the loop is to say how Ctrl-C or
-    the callback has ended them."""
+    """Return the result of the attempts that need no loop; None if there is none, or
+    the loop is to say how Ctrl-C or the callback has ended them."""
     problem, start, keeps = session.problem, session.start, traces != (None, None)
     session.is_compiled = session.is_compiled and callback is None
     attempts = [direct_run.solved_directly] * direct_run.applies(
@@ -198,8 +201,9 @@ def _without_loop(
 
 
 def _of(problem: Problem, result: Result, compiled: bool) -> Result:
-    """Return the result as that of the given problem, whose M `auto` may have stored in another form; of a game, it is
-    solved only if its strategies stand the check by best responses."""
+    """Return the result as that of the given problem, whose M `auto` may have stored in
+    another form; of a game, it is solved only if its strategies stand the check by best
+    responses."""
     result = result if result.problem is problem else replace(result, problem=problem)
     if compiled:
         result.options["compiled"] = True
@@ -218,7 +222,8 @@ def _refuse_other(
     compiled: bool | None,
     callback: Callback | None,
 ) -> None:
-    """Raise an error for a callback that is no function, and a method or options that cannot do anything here."""
+    """Raise an error for a callback that is no function, and a method or options that
+    cannot do anything here."""
     if callback is not None and not callable(callback):
         raise ParameterError(
             "callback",
@@ -244,8 +249,9 @@ def _refuse_other(
 
 
 def variables_of(method: str, problem: Problem, is_scaled: bool) -> Change:
-    """Return the change to the variables in which a method works; those that exclude sets exactly move the reference
-    point themselves, as rounding of other variables would spoil their proofs."""
+    """Return the change to the variables in which a method works; those that exclude
+    sets exactly move the reference point themselves, as rounding of other variables
+    would spoil their proofs."""
     moves_itself = methods.declared(method).excludes_exactly
     return composed(
         problem,
@@ -255,7 +261,8 @@ def variables_of(method: str, problem: Problem, is_scaled: bool) -> Change:
 
 
 def ended(loop: Loop, stage: Callable[[], Stage], options: dict[str, Any]) -> Result:
-    """Run the loop within its time limit and return the result, also if Ctrl-C comes while it is made."""
+    """Run the loop within its time limit and return the result, also if Ctrl-C comes
+    while it is made."""
     limit, watch = (
         loop.limits.time_limit,
         None if loop.observe is None else loop.report_if_due,
@@ -289,7 +296,8 @@ def _start(problem: Problem, method: str, given: dict[str, Any]) -> Start:
 def _stage(
     method: str, change: Change, start: Vector, in_force: dict[str, Any], finishes: bool
 ) -> Stage:
-    """Set up the method in changed variables, with a finish on its active set if it is to have one."""
+    """Set up the method in changed variables, with a finish on its active set if it is
+    to have one."""
     with imports:
         from lcpcli.methods.stages import begin, changed
     if in_force.get("x1") is not None:
@@ -308,7 +316,8 @@ def _stage(
 
 @np.errstate(all="ignore")
 def verified(result: Result) -> Result:
-    """Return the result with `verified` set, by the relative residual of z, recomputed, or else by exact arithmetic."""
+    """Return the result with `verified` set, by the relative residual of z, recomputed,
+    or else by exact arithmetic."""
     if not result.solved:
         return result
     with imports:
@@ -331,7 +340,8 @@ def verified(result: Result) -> Result:
 
 
 def with_bound(result: Result) -> Result:
-    """Return the result with a proved bound on its error, as far as the time that its run has left allows."""
+    """Return the result with a proved bound on its error, as far as the time that its
+    run has left allows."""
     with imports:
         from lcpcli.verify.error_theorems import NO_BOUND, UNPROVED_IN_TIME, error_bound
     if result.interrupted:
@@ -347,11 +357,13 @@ def with_bound(result: Result) -> Result:
 def repeated(
     once: Callable[[bool], Result], compared: bool, is_first: bool
 ) -> Iterator[Result]:
-    """Repeat a run as often as its times require to be shown or compared; yield the fastest repetition, with the spread
-    of their times, or the first run if it is not repeated.
+    """Repeat a run as often as its times require to be shown or compared; yield the
+    fastest repetition, with the spread of their times, or the first run if it is not
+    repeated.
 
-    once : runs it, for the first time or again. is_first : whether the method has not run before in this process.
-    Raises KeyboardInterrupt after the result if a repetition was interrupted.
+    once : runs it, for the first time or again. is_first : whether the method has not
+    run before in this process. Raises KeyboardInterrupt after the result if a
+    repetition was interrupted.
     """
     runs, interrupted = [once(False)], False
     longest, most = (

@@ -1,4 +1,5 @@
-"""The common loop: it takes iterates from a method, times the method, measures them and reports how it ended."""
+"""The common loop: it takes iterates from a method, times the method, measures them and
+reports how it ended."""
 
 from __future__ import annotations
 
@@ -46,10 +47,22 @@ BY_CALLBACK = "by the callback"
 EXTRA_ITERATIONS = 3
 # Times the first bound on the residual, beyond which the run has diverged.
 GROWTH_LIMIT = 1e100
-FINISHED = "the equation of the method is solved up to rounding, but z does not solve the problem"
-ROUNDED = "z is the exact solution up to rounding of its last digits, which leaves a relative residual of {:.1e}"
-ENCLOSED = "an exact solution is proved to have the states of z, which is large beside q: its relative residual is {:.1e}"
-DOUBT = "z satisfies each row by its own terms but is too large to be a solution beyond doubt, and {}"
+FINISHED = (
+    "the equation of the method is solved up to rounding, but z does not solve the "
+    "problem"
+)
+ROUNDED = (
+    "z is the exact solution up to rounding of its last digits, which leaves a "
+    "relative residual of {:.1e}"
+)
+ENCLOSED = (
+    "an exact solution is proved to have the states of z, which is large beside q: "
+    "its relative residual is {:.1e}"
+)
+DOUBT = (
+    "z satisfies each row by its own terms but is too large to be a solution beyond "
+    "doubt, and {}"
+)
 STATUS_OF_CERTIFICATE = {
     "farkas": Status.INFEASIBLE,
     "exhaustion": Status.UNSOLVABLE,
@@ -59,8 +72,9 @@ STATUS_OF_CERTIFICATE = {
 
 @dataclass(eq=False, repr=False)
 class Loop:
-    """The state of one run. The residual bound of an iterate is a bound on its relative residual that F gives at no
-    cost, or else the residual. kept : the trace and the curve. interrupted : whether Ctrl-C has come, also before."""
+    """The state of one run. The residual bound of an iterate is a bound on its relative
+    residual that F gives at no cost, or else the residual. kept : the trace and the
+    curve. interrupted : whether Ctrl-C has come, also before."""
 
     criterion: Criterion
     method: str
@@ -95,7 +109,8 @@ class Loop:
         self._due = self._began + INTERVAL
 
     def run(self, begin: Callable[[], Stage]) -> tuple[Status, str]:
-        """Take the start, then the iterates of the method that `begin` sets up; return how the run ended, and why."""
+        """Take the start, then the iterates of the method that `begin` sets up; return
+        how the run ended, and why."""
         tick = self.stopwatch.count
         try:
             if stop := self._take(self.start):
@@ -138,7 +153,8 @@ class Loop:
             return Status.INTERRUPTED, ""
 
     def _take(self, iterate: Iterate) -> tuple[Status, str] | None:
-        """Record an iterate; return how the run ends and why, if it ends with this iterate."""
+        """Record an iterate; return how the run ends and why, if it ends with this
+        iterate."""
         self.k += 1
         self.evaluations = iterate.evaluations
         finite = in_range(iterate.x)
@@ -171,10 +187,11 @@ class Loop:
         return self._stopping_rule(iterate, bound)
 
     def _measured(self, iterate: Iterate) -> tuple[float, Point | None]:
-        """Return a bound on the relative residual, infinite if unknown, and the point if it deserves a closer look, at
-        the cost of two products with M: without F at iterates that may be the last, and every few iterations; with F
-        near the tolerance, and at k = 0, 1, 2, 4, 8, ..., in case the bound never decreases although the residual
-        does."""
+        """Return a bound on the relative residual, infinite if unknown, and the point
+        if it deserves a closer look, at the cost of two products with M: without F at
+        iterates that may be the last, and every few iterations; with F near the
+        tolerance, and at k = 0, 1, 2, 4, 8, ..., in case the bound never decreases
+        although the residual does."""
         if iterate.F is not None:
             bound = self.criterion.bound(iterate.F)
             worth = (
@@ -189,7 +206,8 @@ class Loop:
     def _stopping_rule(
         self, iterate: Iterate, bound: float
     ) -> tuple[Status, str] | None:
-        """Return the status and the reason of the first stopping rule that applies, other than a solution."""
+        """Return the status and the reason of the first stopping rule that applies,
+        other than a solution."""
         if (
             declared(self.method).iterates
             and not bound <= GROWTH_LIMIT * self.first_bound
@@ -210,8 +228,8 @@ class Loop:
         return (Status.TIME_LIMIT, "") if self._time_is_up() else None
 
     def _ended(self, ending: Ending) -> tuple[Status, str]:
-        """Return the status and the reason when the method itself ends: those that a certificate justifies, once it is
-        verified on M and q."""
+        """Return the status and the reason when the method itself ends: those that a
+        certificate justifies, once it is verified on M and q."""
         if isinstance(ending, stages.NoSolution):
             claim = ending.certificate
             self.certificate = confirm(
@@ -243,14 +261,16 @@ class Loop:
             self.route.append(method)
 
     def report_if_due(self) -> None:
-        """Call `observe` with what was seen last, if it is time; also during a long step."""
+        """Call `observe` with what was seen last, if it is time; also during a long
+        step."""
         now = time.monotonic()
         if self.observe is not None and now >= self._due:
             self._due = now + INTERVAL
             self.observe(*self._seen, now - self._began)
 
     def _time_is_up(self) -> bool:
-        """Return whether the time of this run, or of what it is part of, is up; measuring the iterates counts too."""
+        """Return whether the time of this run, or of what it is part of, is up;
+        measuring the iterates counts too."""
         limit = self.limits.time_limit
         return (
             limit < math.inf and self.stopwatch.elapsed() >= limit
@@ -290,7 +310,8 @@ class Loop:
         )
 
     def _calls_for_the_end(self, iterate: Iterate, callback: Callback) -> bool:
-        """Return whether the callback asks for the end of the run after this iterate; its own time does not count."""
+        """Return whether the callback asks for the end of the run after this iterate;
+        its own time does not count."""
         if not in_range(iterate.x):
             return False
         with imports:
@@ -307,8 +328,9 @@ class Loop:
             self.stopwatch.skip()
 
     def result(self, in_force: dict[str, Any], status: Status, reason: str) -> Result:
-        """Return the result at the last or the best iterate. "Solved" is decided here, however the run ended: by
-        the relative residual, or by exact arithmetic where z is as close to the solution as doubles allow."""
+        """Return the result at the last or the best iterate. "Solved" is decided here,
+        however the run ended: by the relative residual, or by exact arithmetic where z
+        is as close to the solution as doubles allow."""
         point, reason, status = self._verified(status, reason)
         self.stopwatch.count("verify")
         if self.k < 0 and self.traces:  # interrupted before anything was kept
@@ -336,8 +358,9 @@ class Loop:
         )
 
     def _verified(self, status: Status, reason: str) -> tuple[Point, str, Status]:
-        """Return the point to report, with the reason and the status that its residual justifies. A proof that there
-        is no solution, which is exact, counts more than a small residual."""
+        """Return the point to report, with the reason and the status that its residual
+        justifies. A proof that there is no solution, which is exact, counts more than a
+        small residual."""
         last, best = self._at(self.last), self._at(self.best)
         rounded = (
             self.certificate
@@ -387,10 +410,12 @@ class Loop:
     def _conclusion(
         self, last: Point, best: Point, rounded: Certificate | None
     ) -> tuple[Point, str, Status] | None:
-        """Return what the last and the best iterate justify, neither of which meets the criterion: the problem is
-        ill-posed if one of them leads to a solution beyond it, and there is a proof but for rounding. None if neither
-        is a solution up to rounding or a run-off; STALLED with the reason if a run-off stays in doubt. rounded : a
-        proof but for rounding, if one is known; without one, a solution up to rounding is a solution."""
+        """Return what the last and the best iterate justify, neither of which meets the
+        criterion: the problem is ill-posed if one of them leads to a solution beyond
+        it, and there is a proof but for rounding. None if neither is a solution up to
+        rounding or a run-off; STALLED with the reason if a run-off stays in doubt.
+        rounded : a proof but for rounding, if one is known; without one, a solution up
+        to rounding is a solution."""
         problem, tol = self.problem, self.criterion.tol
         if rounded is None:
             if is_rounded_difference(problem, last.z, tol):

@@ -1,4 +1,5 @@
-"""Many problems: one result after another, or all at once; those with one M, or of one size, are solved together."""
+"""Many problems: one result after another, or all at once; those with one M, or of one
+size, are solved together."""
 
 from __future__ import annotations
 
@@ -104,40 +105,50 @@ def solve_many(
     sequence: bool = False,
     **options: Unpack[RunOptions],
 ) -> Iterator[Result] | Batch:
-    """Solve many problems: one result for each of some Problems, or for each column of Q with one M, in order.
+    """Solve many problems: one result for each of some Problems, or for each column of
+    Q with one M, in order.
 
-    Each result is computed when it is requested. For columns of Q, blocks of columns are solved together if M is dense
-    with n < 2000, or sparse with n <= 200 (`lcpcli.methods.block_pivoting`), in a fraction of the time of a loop over
-    `solve`; others one by one, each from the states of the previous solution where that is faster. Problems that are
-    not solved in this way are passed to `run`, so that every result is verified, and every failure is proved or
-    explained. If a problem has several solutions, the one found may differ from that of `run`.
+    Each result is computed when it is requested. For columns of Q, blocks of columns
+    are solved together if M is dense with n < 2000, or sparse with n <= 200
+    (`lcpcli.methods.block_pivoting`), in a fraction of the time of a loop over `solve`;
+    others one by one, each from the states of the previous solution where that is
+    faster. Problems that are not solved in this way are passed to `run`, so that every
+    result is verified, and every failure is proved or explained. If a problem has
+    several solutions, the one found may differ from that of `run`.
 
     Parameters
     ----------
-    M, Q : M of shape (n, n) as in `solve`, and the right-hand sides q as columns of Q, shape (n, k), or as an iterator,
-        from which each q of shape (n,) is taken when its result is requested (see `Solver`). In their place, an
-        iterable of Problems, which may be followed by the method; or, for a batch that is solved at once, M of shape
-        (b, n, n) and q of shape (b, n). M is copied at the call, Q as results are requested.
-    lower, upper, infinity : as in `solve`; bounds may also have a column for each problem, shape (n, k), or for a batch
-        a row, shape (b, n).
-    compiled : as in `solve`; by default kernels are also used for at least 1000 columns, problems of a batch or
-        Problems in a list. An iterator has no length, so that it must ask for them.
-    sequence : whether each of the Problems is solved from the states of the previous one, where these are near, as by a
-        `Solver`; M and n may change.
-    method, options : as in `solve`, for every problem; a time limit applies to each of them. With options other than
-        tol, max_iterations, time_limit, threads, interrupts and compiled, columns are solved one by one. With
-        interrupts="return", Ctrl-C ends a problem that is being solved by itself: its result is `interrupted`, and the
-        next problem follows.
+    M, Q : M of shape (n, n) as in `solve`, and the right-hand sides q as columns of Q,
+        shape (n, k), or as an iterator, from which each q of shape (n,) is taken when
+        its result is requested (see `Solver`). In their place, an iterable of Problems,
+        which may be followed by the method; or, for a batch that is solved at once, M
+        of shape (b, n, n) and q of shape (b, n). M is copied at the call, Q as results
+        are requested.
+    lower, upper, infinity : as in `solve`; bounds may also have a column for each
+        problem, shape (n, k), or for a batch a row, shape (b, n).
+    compiled : as in `solve`; by default kernels are also used for at least 1000
+        columns, problems of a batch or Problems in a list. An iterator has no length,
+        so that it must ask for them.
+    sequence : whether each of the Problems is solved from the states of the previous
+        one, where these are near, as by a `Solver`; M and n may change.
+    method, options : as in `solve`, for every problem; a time limit applies to each of
+        them. With options other than tol, max_iterations, time_limit, threads,
+        interrupts and compiled, columns are solved one by one. With
+        interrupts="return", Ctrl-C ends a problem that is being solved by itself: its
+        result is `interrupted`, and the next problem follows.
 
     Yields
     ------
-    Result : for each problem, as from `run`. Its seconds are an equal share of the time of its block. A `Batch` is a
-        sequence of such results, with arrays of all solutions and their derivatives.
+    Result : for each problem, as from `run`. Its seconds are an equal share of the time
+        of its block. A `Batch` is a sequence of such results, with arrays of all
+        solutions and their derivatives.
 
     Raises
     ------
-    ProblemError, OptionError : as for `solve`, at the call; in a stream of Problems, when the problem's turn comes.
-    KeyboardInterrupt : Ctrl-C was pressed: Interrupted for a problem that is solved by itself.
+    ProblemError, OptionError : as for `solve`, at the call; in a stream of Problems,
+        when the problem's turn comes.
+    KeyboardInterrupt : Ctrl-C was pressed: Interrupted for a problem that is solved by
+        itself.
 
     Examples
     --------
@@ -218,7 +229,8 @@ def _one_by_one(
 
 
 def _refuse_in_sequence(method: str, names: Set[str], what: str, hint: str) -> None:
-    """Raise ParameterError for another method than auto, and for options that a Solver does not have."""
+    """Raise ParameterError for another method than auto, and for options that a Solver
+    does not have."""
     for name in [
         *sorted(names - SolverOptions.__annotations__.keys()),
         *["method"] * (method != AUTO),
@@ -227,7 +239,8 @@ def _refuse_in_sequence(method: str, names: Set[str], what: str, hint: str) -> N
 
 
 def _refuse_as_problems(problems: Any, **bounds: Any) -> None:
-    """Raise ProblemError or OptionError unless the problems are an iterable of Problems, given without bounds."""
+    """Raise ProblemError or OptionError unless the problems are an iterable of
+    Problems, given without bounds."""
     if (
         not isinstance(problems, Iterable)
         or is_sparse(problems)
@@ -277,11 +290,13 @@ def _by_blocks(
 
 
 class Batch(Sequence[Result]):
-    """The results of b problems with n unknowns, from `solve_many`: `batch[i]` is a `Result`, made when it is read.
+    """The results of b problems with n unknowns, from `solve_many`: `batch[i]` is a
+    `Result`, made when it is read.
 
     solved : which problems are solved, shape (b,).
-    z, w : their solutions and w = M z + q, shape (b, n). Rows for unsolved problems are nan, so that they cannot be
-        mistaken for solutions; `batch[i].z` is the best iterate of such a problem, and its `message` says what failed.
+    z, w : their solutions and w = M z + q, shape (b, n). Rows for unsolved problems are
+        nan, so that they cannot be mistaken for solutions; `batch[i].z` is the best
+        iterate of such a problem, and its `message` says what failed.
 
     >>> import lcpcli
     >>> batch = lcpcli.solve_many([[[2, 1], [1, 2]], [[2, 0], [0, 4]]], [[-5, -6], [-4, 2]])
@@ -357,7 +372,10 @@ class Batch(Sequence[Result]):
         return self._results[i]
 
     def __repr__(self) -> str:
-        return f"<Batch: {np.count_nonzero(self.solved)} of {len(self)} problems solved, n = {self._stack.n}>"
+        return (
+            f"<Batch: {np.count_nonzero(self.solved)} of {len(self)} problems "
+            f"solved, n = {self._stack.n}>"
+        )
 
     @cached_property
     def w(self) -> Vector:
@@ -370,11 +388,14 @@ class Batch(Sequence[Result]):
     def gradient(
         self, g: Any, J: Any = None, unsolved: Unsolved = "raise"
     ) -> BatchGradient:
-        """Return the derivatives of a function of each z, or of their sum, with respect to M, q and the bounds.
+        """Return the derivatives of a function of each z, or of their sum, with respect
+        to M, q and the bounds.
 
-        g, J : as in `Result.gradient`, with a first dimension of length b, which J may lack.
-        unsolved : "raise" a DerivativeError that names the first problem without derivatives, or "nan" to fill the rows
-            of problems that are not solved, or whose solutions have no derivatives.
+        g, J : as in `Result.gradient`, with a first dimension of length b, which J may
+            lack.
+        unsolved : "raise" a DerivativeError that names the first problem without
+            derivatives, or "nan" to fill the rows of problems that are not solved, or
+            whose solutions have no derivatives.
 
         >>> import lcpcli
         >>> batch = lcpcli.solve_many([[[2, 1], [1, 2]]], [[-5, -6]])
@@ -396,10 +417,12 @@ class Batch(Sequence[Result]):
         J: Any = None,
         unsolved: Unsolved = "raise",
     ) -> BatchDerivative:
-        """Return the derivatives of all z and w for changes of the data in a given direction.
+        """Return the derivatives of all z and w for changes of the data in a given
+        direction.
 
-        dM : shape (b, n, n). dq, dlower, dupper : shape (b, n). Without the first dimension they apply to all problems;
-        None stands for no change. The other parameters are as in `gradient` and `Result.derivative`.
+        dM : shape (b, n, n). dq, dlower, dupper : shape (b, n). Without the first
+        dimension they apply to all problems; None stands for no change. The other
+        parameters are as in `gradient` and `Result.derivative`.
         """
         changes = {"dM": dM, "dq": dq, "dlower": dlower, "dupper": dupper}
         given = changes, one_sided, J, unsolved
@@ -410,8 +433,8 @@ class Batch(Sequence[Result]):
 
 
 class _RowResult(Result):
-    """The result of a row of a block that surely is a solution, z. Its problem and its point are made when they are
-    read, as of many results little more than z is."""
+    """The result of a row of a block that surely is a solution, z. Its problem and its
+    point are made when they are read, as of many results little more than z is."""
 
     _row: tuple[Block | Stack, int, Vector]
 
@@ -438,8 +461,9 @@ class _RowResult(Result):
 class BlockAnswers:
     """The answers of pivoting to the problems of a block.
 
-    Z : the z of each, shape (m, n). kinds, steps, routes : what each is, as `direct.direct_many` returns it, and how it
-    was found. parts : the share of each in the time.
+    Z : the z of each, shape (m, n). kinds, steps, routes : what each is, as
+    `direct.direct_many` returns it, and how it was found. parts : the share of each in
+    the time.
     """
 
     block: Block | Stack
@@ -452,7 +476,8 @@ class BlockAnswers:
     parts: dict[str, float]
 
     def result(self, i: int, given: dict[str, Any]) -> Result:
-        """Return the result of a row; if its answer is no solution, that of a run, whose time includes its share."""
+        """Return the result of a row; if its answer is no solution, that of a run,
+        whose time includes its share."""
         solved = (
             ROUTES[self.routes[i]],
             self.steps[i],
@@ -485,8 +510,9 @@ def _answers(
     began: float,
     threads: int | None,  # noqa: ARG001 (the decorator limits them)
 ) -> BlockAnswers:
-    """Return the answers of block pivoting to the problems of a block, by a kernel if there is one for them; those of a
-    stack are judged one by one, others by the measures of the block, or else by the row's own."""
+    """Return the answers of block pivoting to the problems of a block, by a kernel if
+    there is one for them; those of a stack are judged one by one, others by the
+    measures of the block, or else by the row's own."""
     stopwatch, by_gradient = (
         Stopwatch(seconds, began),
         np.zeros(len(block.q), dtype=bool),
@@ -541,8 +567,8 @@ def _answers(
 def _refined(
     frame: Frame, measure: Measure, found: Pivoted, z: Vector, tol: float
 ) -> Mask:
-    """Refine in place those z, of shape (m, n), whose residual may be more than rounding; return which of all z surely
-    solve their problems, shape (m,)."""
+    """Refine in place those z, of shape (m, n), whose residual may be more than
+    rounding; return which of all z surely solve their problems, shape (m,)."""
     given = measure.rows(z)
     solved = measure.surely_solves(z, given, min(tol, SMALL_DISTANCE))
     rows = (found.ended & ~solved).nonzero()[0]

@@ -1,10 +1,13 @@
-"""What results mean for the linear or quadratic program, or the game, from which their problem was made.
+"""What results mean for the linear or quadratic program, or the game, from which their
+problem was made.
 
-x and x + d are both minimizers of a convex program if x + d satisfies rows and bounds, Qd = 0 and c'd = 0: O. L.
-Mangasarian, A simple characterization of solution sets of convex programs, Operations Research Letters 7 (1988) 21-26.
+x and x + d are both minimizers of a convex program if x + d satisfies rows and bounds,
+Qd = 0 and c'd = 0: O. L. Mangasarian, A simple characterization of solution sets of
+convex programs, Operations Research Letters 7 (1988) 21-26.
 
-The strategies of a solved game are checked by best responses: a payoff that is far larger than all that are reached, as
-a penalty for a forbidden move, makes the residual of strategies small that are no equilibrium.
+The strategies of a solved game are checked by best responses: a payoff that is far
+larger than all that are reached, as a penalty for a forbidden move, makes the residual
+of strategies small that are no equilibrium.
 """
 
 from __future__ import annotations
@@ -68,25 +71,29 @@ KIND = "kind_of_point"  # the name by which a problem keeps what its solutions a
 
 @dataclass(frozen=True, eq=False)
 class Minimum:
-    """What a result on the conditions says about a program, min or max x'Qx / 2 + c'x + constant under its rows and
-    bounds.
+    """What a result on the conditions says about a program, min or max x'Qx / 2 + c'x +
+    constant under its rows and bounds.
 
-    x : the point, shape (k,), or the best iterate if the conditions are not solved; None, like all up to the objective,
-        if the conditions are proved to have no solution.
-    y, bound_multipliers : the multipliers of the m rows and of the bounds of the k variables: the derivative of the
-        optimal objective with respect to the active bound, 0 where none is active.
-    activities, slacks : the values Ax of the rows, and their distances from the nearer of their bounds, negative where
-        a row is violated.
+    x : the point, shape (k,), or the best iterate if the conditions are not solved;
+        None, like all up to the objective, if the conditions are proved to have no
+        solution.
+    y, bound_multipliers : the multipliers of the m rows and of the bounds of the k
+        variables: the derivative of the optimal objective with respect to the active
+        bound, 0 where none is active.
+    activities, slacks : the values Ax of the rows, and their distances from the nearer
+        of their bounds, negative where a row is violated.
     objective : the value at x, in the program's own sense and with its constant.
     exact : x and y as fractions if they are proved, else None.
 
     The following are computed when one of them is first read:
     statement : what x is, or what the absence of a solution means.
     proved : what is proved, one of the words in PROVED; None if nothing is.
-    ray : a direction of shape (k,) in which the objective improves without limit within rows and bounds; else None.
-    certificate : multipliers of the rows, shape (m,), positive for lower and negative for upper bounds, such that no x
-        within its bounds satisfies this combination of the rows; else None. Ray and certificate are integers if
-        `certificate.proof` finds such vectors, and rounded otherwise.
+    ray : a direction of shape (k,) in which the objective improves without limit within
+        rows and bounds; else None.
+    certificate : multipliers of the rows, shape (m,), positive for lower and negative
+        for upper bounds, such that no x within its bounds satisfies this combination of
+        the rows; else None. Ray and certificate are integers if `certificate.proof`
+        finds such vectors, and rounded otherwise.
     seconds : how long that took; it is not part of the run's time.
     """
 
@@ -115,11 +122,12 @@ class Minimum:
 class Equilibrium:
     """What a solution of the LCP says about the game.
 
-    row, column : the mixed strategies, probabilities in the order of the game's rows and columns; None, as are payoffs
-        and gains, if the LCP is not solved.
-    payoffs : the expected payoffs of the row and the column player, in the game's units.
-    gains : how much each player would gain by a best response to the other, computed from A and B; 0 if the gain is
-        only rounding error.
+    row, column : the mixed strategies, probabilities in the order of the game's rows
+        and columns; None, as are payoffs and gains, if the LCP is not solved.
+    payoffs : the expected payoffs of the row and the column player, in the game's
+        units.
+    gains : how much each player would gain by a best response to the other, computed
+        from A and B; 0 if the gain is only rounding error.
     statement : whether the strategies are an equilibrium.
     exact : row and column as fractions if z is proved, else None.
     """
@@ -137,13 +145,18 @@ class BehaviorEquilibrium:
     """What a solution of the mixed problem says about a game tree.
 
     players : the names of both players.
-    information_sets : behavior strategies, the first player's and then the second player's information sets, in the
-        order of the file; None, as are the plans, payoffs and gains, if the problem is not solved. Where a player's own
-        moves exclude an information set, its actions have the same probability; any others give an equilibrium too.
-    plans : the realization plans, for each sequence of a player's moves the product of their probabilities.
-    payoffs : the expected payoffs of both players. gains : how much each player would gain by a best response,
-        computed on the tree, backward over its information sets; 0 if the gain is only rounding error.
-    statement : whether the strategies are an equilibrium. That they are one in each subgame is not asked.
+    information_sets : behavior strategies, the first player's and then the second
+        player's information sets, in the order of the file; None, as are the plans,
+        payoffs and gains, if the problem is not solved. Where a player's own moves
+        exclude an information set, its actions have the same probability; any others
+        give an equilibrium too.
+    plans : the realization plans, for each sequence of a player's moves the product of
+        their probabilities.
+    payoffs : the expected payoffs of both players. gains : how much each player would
+        gain by a best response, computed on the tree, backward over its information
+        sets; 0 if the gain is only rounding error.
+    statement : whether the strategies are an equilibrium. That they are one in each
+        subgame is not asked.
     exact : the same in fractions if z is proved, else None.
     """
 
@@ -160,7 +173,8 @@ Answer: TypeAlias = Minimum | Equilibrium | BehaviorEquilibrium
 
 
 def answer(result: Result) -> Answer | None:
-    """Return what a result means for the origin of its problem; None for a problem without origin."""
+    """Return what a result means for the origin of its problem; None for a problem
+    without origin."""
     origin = result.problem.origin
     if isinstance(origin, Program):
         return minimum(result, origin)
@@ -174,7 +188,8 @@ def answer(result: Result) -> Answer | None:
 def equilibrium(
     result: Result, game: Game | ExtensiveGame
 ) -> Equilibrium | BehaviorEquilibrium:
-    """Return strategies, payoffs and gains if the result is solved, and whether the strategies are an equilibrium."""
+    """Return strategies, payoffs and gains if the result is solved, and whether the
+    strategies are an equilibrium."""
     found = of_solution(result.problem, result.z, result.tol) if result.solved else None
     own: Any = None if found is None else found.own
     parts = (
@@ -213,8 +228,9 @@ def equilibrium(
 
 
 def checked(result: Result) -> Result:
-    """Return the result of a run that has solved a game, if its strategies, if it has any, are an equilibrium to the
-    tolerance; else one of exact arithmetic by `auto`, or one that is stalled and says what the players would gain."""
+    """Return the result of a run that has solved a game, if its strategies, if it has
+    any, are an equilibrium to the tolerance; else one of exact arithmetic by `auto`, or
+    one that is stalled and says what the players would gain."""
     problem = result.problem
     found = of_solution(problem, result.z, result.tol)
     if found is None or found.are_equilibrium:
@@ -240,7 +256,8 @@ def checked(result: Result) -> Result:
 
 
 def _exact(result: Result) -> Vector | None:
-    """Return an equilibrium of the game with its payoffs as written, rounded; None if none is found in time."""
+    """Return an equilibrium of the game with its payoffs as written, rounded; None if
+    none is found in time."""
     with imports:
         from lcpcli.rational import pivoting
         from lcpcli.verify.exact_solution import finitely_rounded, from_point
@@ -267,8 +284,8 @@ def _exact(result: Result) -> Vector | None:
 
 
 def minimum(result: Result, program: Program) -> Minimum:
-    """Return x, y and the objective, at the best iterate if the result is not solved, unless it is proved that there is
-    no solution."""
+    """Return x, y and the objective, at the best iterate if the result is not solved,
+    unless it is proved that there is no solution."""
     # A cycle would keep large arrays in memory.
     conclude = partial(conclusion, result.problem, copy(result), program)
     if result.status.has_no_solution:
@@ -308,8 +325,9 @@ def data_of(problem: Problem, program: Program) -> ProgramData:
 @with_limited_threads
 @np.errstate(all="ignore")
 def conclusion(problem: Problem, result: Result, program: Program) -> Conclusion:
-    """Return what a result on the conditions of a program says about the program; nothing that takes long if Ctrl-C
-    has ended the run. What is known about every solution of the problem is kept with it."""
+    """Return what a result on the conditions of a program says about the program;
+    nothing that takes long if Ctrl-C has ended the run. What is known about every
+    solution of the problem is kept with it."""
     word, data = WORDS[program.sense], data_of(problem, program)
     if result.status.has_no_solution:
         done = result.interrupted
@@ -320,16 +338,19 @@ def conclusion(problem: Problem, result: Result, program: Program) -> Conclusion
         )
     if result.status is Status.ILL_POSED:
         return Conclusion(
-            f"the program is ill-posed: whether it has a {word} depends on the rounding of its data"
+            f"the program is ill-posed: whether it has a {word} depends on the "
+            "rounding of its data"
         )
     if not result.solved:
         size = f"{result.relative_residual:.1e}"
         return Conclusion(
-            f"x does not solve the program: it is the best iterate, with a relative residual of {size}"
+            "x does not solve the program: it is the best iterate, with a "
+            f"relative residual of {size}"
         )
     if result.interrupted:
         return Conclusion(
-            f"x satisfies the first-order conditions; whether it is a {word} was not examined"
+            f"x satisfies the first-order conditions; whether it is a {word} "
+            "was not examined"
         )
     kind: Conclusion | None = getattr(problem, KIND, None)
     if kind is None:
@@ -343,8 +364,9 @@ def conclusion(problem: Problem, result: Result, program: Program) -> Conclusion
 
 
 def kind_of_point(data: ProgramData, program: Program) -> Conclusion:
-    """Return the kind of a solution of the first-order conditions, from what is proved about Q: whether it is definite
-    or semidefinite, by floating point, or else by all that the classes of matrices know, fractions included."""
+    """Return the kind of a solution of the first-order conditions, from what is proved
+    about Q: whether it is definite or semidefinite, by floating point, or else by all
+    that the classes of matrices know, fractions included."""
     word, definite, n = WORDS[program.sense], DEFINITE[program.sense], data.c.size
     if not (data.Q != 0).sum():
         return Conclusion(f"x is a {word} of the linear program", OPTIMUM)
@@ -365,7 +387,8 @@ def kind_of_point(data: ProgramData, program: Program) -> Conclusion:
         return Conclusion(f"x is a {word}, as Q is {definite} semidefinite", OPTIMUM)
     if verdict == NO:
         return Conclusion(
-            f"x is a stationary point and need not be a {word}: Q is not {definite} semidefinite",
+            f"x is a stationary point and need not be a {word}: Q is not "
+            f"{definite} semidefinite",
             STATIONARY,
         )
     if n <= MOST_FLOAT_VARIABLES and is_semidefinite(data.Q):
@@ -389,8 +412,9 @@ MOST_FREE = 100
 
 
 def has_other_minimum(result: Result, program: Program, data: ProgramData) -> bool:
-    """Return whether an LP finds another minimizer, which is verified as a solution of the conditions as x was, and
-    whether exact arithmetic confirms that there is more than one minimizer."""
+    """Return whether an LP finds another minimizer, which is verified as a solution of
+    the conditions as x was, and whether exact arithmetic confirms that there is more
+    than one minimizer."""
     if result.problem.n > MOST_LP_UNKNOWNS:
         return False
     x, y = program.parts(result.z)
@@ -408,8 +432,9 @@ def has_other_minimum(result: Result, program: Program, data: ProgramData) -> bo
 
 
 def _may_move(x: Vector, data: ProgramData) -> bool:
-    """Return whether Qd = 0, c'd = 0 and the active rows and bounds at x admit a d that is not 0, for the decimals of
-    the data in rational arithmetic. If not, rounding alone has made x seem one of several minimizers."""
+    """Return whether Qd = 0, c'd = 0 and the active rows and bounds at x admit a d that
+    is not 0, for the decimals of the data in rational arithmetic. If not, rounding
+    alone has made x seem one of several minimizers."""
     free = np.flatnonzero(~_active(x, data.lower, data.upper))
     rows = np.flatnonzero(_active(data.A @ x, data.row_lower, data.row_upper))
     if not 0 < free.size <= MOST_FREE:
@@ -428,14 +453,16 @@ def _may_move(x: Vector, data: ProgramData) -> bool:
 
 
 def _active(values: Vector, low: Vector, high: Vector) -> Mask:
-    """Return which values are at an end of their range, to the tolerance by which two points are distinguished."""
+    """Return which values are at an end of their range, to the tolerance by which two
+    points are distinguished."""
     near = LEAST_DISTANCE**2 * np.maximum(1.0, np.abs(values))
     active: Mask = (values - low <= near) | (high - values <= near)
     return active
 
 
 def _farthest(objective: Vector, x: Vector, data: ProgramData) -> Vector | None:
-    """Return the minimizer with the least objective'x among those that differ from x by at most about |x|."""
+    """Return the minimizer with the least objective'x among those that differ from x by
+    at most about |x|."""
     reach = 1.0 + np.abs(x).max()
     low, high = np.maximum(data.lower - x, -reach), np.minimum(data.upper - x, reach)
     Ax, nothing = data.A @ x, np.zeros(x.size + 1)

@@ -1,7 +1,8 @@
 """The reason why a linear or quadratic program has no minimum.
 
-It is infeasible or unbounded: M. Frank, P. Wolfe, An algorithm for quadratic programming, Naval Res. Logist. Quart. 3
-(1956) 95-110. Which of the two holds is reported only if it is proved without any tolerance.
+It is infeasible or unbounded: M. Frank, P. Wolfe, An algorithm for quadratic
+programming, Naval Res. Logist. Quart. 3 (1956) 95-110. Which of the two holds is
+reported only if it is proved without any tolerance.
 """
 
 from __future__ import annotations
@@ -39,9 +40,9 @@ UNIQUE, OPTIMUM, SEVERAL, STATIONARY = (
     "stationary",
 )
 PROVED = (UNIQUE, OPTIMUM, SEVERAL, STATIONARY, *WITHOUT_OPTIMUM)
-"""What may be proved about a program: that x is its only optimum, an optimum, or one of several; that x is a stationary
-point and the program is not convex, so that x need not be an optimum; that the program is infeasible, or unbounded, or
-one of the two."""
+"""What may be proved about a program: that x is its only optimum, an optimum, or one of
+several; that x is a stationary point and the program is not convex, so that x need not
+be an optimum; that the program is infeasible, or unbounded, or one of the two."""
 # Of each of two LPs, and of exact arithmetic, by the seconds that it usually takes.
 FEASIBILITY_EFFORT = 0.5
 # The largest one of a feasible point that is tried before its doubles.
@@ -51,7 +52,8 @@ EXTREMES = {"min": ("minimum", "below"), "max": ("maximum", "above")}
 
 
 class Conclusion(NamedTuple):
-    """What is concluded about a program from a result on its conditions, with the attributes of a `Minimum`."""
+    """What is concluded about a program from a result on its conditions, with the
+    attributes of a `Minimum`."""
 
     statement: str
     proved: str | None = None
@@ -65,8 +67,9 @@ def without_minimum(
     program: Program,
     data: ProgramData,
 ) -> Conclusion:
-    """Return which constraints contradict each other, or in which direction the objective improves without limit, if it
-    is proved that the conditions have no solution.
+    """Return which constraints contradict each other, or in which direction the
+    objective improves without limit, if it is proved that the conditions have no
+    solution.
 
     certificate : the proof for the conditions, with a Farkas vector y if there is one.
     """
@@ -91,11 +94,15 @@ def without_minimum(
 def _up_to_rounding(
     problem: Problem, of_x: Vector, of_rows: Vector, program: Program
 ) -> Conclusion:
-    """Return what a proof that holds up to the rounding of the data says of the program."""
+    """Return what a proof that holds up to the rounding of the data says of the
+    program."""
     best, _ = EXTREMES[program.sense]
     of_data = "up to the rounding of its data"
     if rounded_proof(problem, of_rows):
-        sentence = f"the program is infeasible {of_data}: its constraints contradict each other but for that"
+        sentence = (
+            f"the program is infeasible {of_data}: its constraints contradict each "
+            "other but for that"
+        )
         return Conclusion(sentence, certificate=program.parts(of_rows)[1])
     ray = of_x[: program.variables] if rounded_proof(problem, of_x) else None
     return Conclusion(f"the program has no {best} {of_data}", ray=ray)
@@ -112,8 +119,9 @@ def undecided(program: Program, ray: Vector | None = None) -> Conclusion:
 def _feasibility(
     problem: Problem, data: ProgramData, guess: Vector
 ) -> tuple[bool | None, Vector | None]:
-    """Return whether some x satisfies rows and bounds, without any tolerance, None if that is not decided, and the
-    multipliers of a proof that none does. guess : a y that may refute it."""
+    """Return whether some x satisfies rows and bounds, without any tolerance, None if
+    that is not decided, and the multipliers of a proof that none does. guess : a y that
+    may refute it."""
     y = proof(problem, guess)
     if y is not None:
         return False, y
@@ -154,7 +162,8 @@ def _feasibility(
 
 
 def _of_rows(problem: Problem, data: ProgramData, y: Vector | None) -> Vector | None:
-    """Return the proof for the program itself that consists of the multipliers in y, a proof for its constraints."""
+    """Return the proof for the program itself that consists of the multipliers in y, a
+    proof for its constraints."""
     if y is None:
         return None
     y[: data.c.size] = 0.0
@@ -175,7 +184,8 @@ class Constraints(NamedTuple):
         return cls(stack([[data.A], [own]]), np.concatenate(low), np.concatenate(high))
 
     def central_point(self) -> Vector | None:
-        """Return an LP solver's point with the largest distance, up to 1, from the sides of the inequalities."""
+        """Return an LP solver's point with the largest distance, up to 1, from the
+        sides of the inequalities."""
         k, equal = self.A.shape[1], self.low == self.high
         below, above = (
             np.flatnonzero(np.isfinite(self.low)),
@@ -197,8 +207,9 @@ class Constraints(NamedTuple):
 
     @np.errstate(all="ignore")
     def hold_near(self, x: Vector) -> bool:
-        """Return whether floats show that they hold exactly at a point near x: for (x, 1), changed to (x', s') so that
-        Ax' = s' b for all equations, no inequality is violated, whatever the change within its bound."""
+        """Return whether floats show that they hold exactly at a point near x: for (x,
+        1), changed to (x', s') so that Ax' = s' b for all equations, no inequality is
+        violated, whatever the change within its bound."""
         equal = np.flatnonzero(self.low == self.high)
         if not is_enclosable(equal.size, x.size + 1):
             return False
@@ -222,7 +233,8 @@ class Constraints(NamedTuple):
 
 
 def _has_simple_point(point: Vector, data: ProgramData) -> bool:
-    """Return whether a point, as it is or rounded to simple fractions, is feasible without tolerance."""
+    """Return whether a point, as it is or rounded to simple fractions, is feasible
+    without tolerance."""
     rows, x = rows_of(data.A), [Fraction(value) for value in point.tolist()]
     for candidate in ([value.limit_denominator(SIMPLE_DENOMINATOR) for value in x], x):
         Ax = [sum(value * candidate[j] for j, value in row.items()) for row in rows]

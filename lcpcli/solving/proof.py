@@ -1,14 +1,18 @@
 """How a result in floating point becomes one that is proved for the exact data.
 
-The result of the run is only a guess. The system of its active set is solved and checked in rational arithmetic; its
-Farkas vector is turned into a rational one that is a proof for the exact data, and a proof by exhaustion counts if it
-was made for exactly these data. If the data are decimals, whose rounding may have misled the run, the rows are
-multiplied by their denominators and the method is run again on integers, which doubles represent exactly.
+The result of the run is only a guess. The system of its active set is solved and
+checked in rational arithmetic; its Farkas vector is turned into a rational one that is
+a proof for the exact data, and a proof by exhaustion counts if it was made for exactly
+these data. If the data are decimals, whose rounding may have misled the run, the rows
+are multiplied by their denominators and the method is run again on integers, which
+doubles represent exactly.
 
-If the question is still open, rational arithmetic searches for the answer: by Lemke's method, which is fast where it
-applies, and by the tree over the states of all unknowns, which ends with a solution or a proof that there is none.
+If the question is still open, rational arithmetic searches for the answer: by Lemke's
+method, which is fast where it applies, and by the tree over the states of all unknowns,
+which ends with a solution or a proof that there is none.
 
-In the same way the reference is found by which errors are measured, if no solution is known.
+In the same way the reference is found by which errors are measured, if no solution is
+known.
 """
 
 from __future__ import annotations
@@ -41,8 +45,14 @@ from lcpcli.verify.exact_solution import finitely_rounded, from_point, refined
 from lcpcli.verify.farkas import exact_proof, farkas_vector, simplified
 from lcpcli.verify.point import Criterion, Point
 
-UNSOLVABLE = "every complementary set is excluded by inequalities that were checked in rational arithmetic"
-BEYOND_DOUBLES = "the exact z is beyond the range of doubles, so that the other z is that of the last run"
+UNSOLVABLE = (
+    "every complementary set is excluded by inequalities that were checked in "
+    "rational arithmetic"
+)
+BEYOND_DOUBLES = (
+    "the exact z is beyond the range of doubles, so that the other z is that of the "
+    "last run"
+)
 UNPROVED = "no exact proof was found for the numbers as written"
 EXCLUDED = Exact(Status.UNSOLVABLE, UNSOLVABLE)
 # Of a search without a time limit: up to 20 unknowns a second is enough, beyond 30 a
@@ -58,24 +68,29 @@ MOST_EXACT_POSITIVE = 64
 def exact(
     problem: Problem, time_limit: float | None = None, interrupts: Interrupts = RAISE
 ) -> Result:
-    """Solve a problem and prove the result in rational arithmetic, without any tolerance, as `lcp solve --exact` does.
+    """Solve a problem and prove the result in rational arithmetic, without any
+    tolerance, as `lcp solve --exact` does.
 
-    The doubles in M and q are taken as exact, so that 0.1 is 3602879701896397/36028797018963968; the command takes the
-    numbers of a file as written. Up to n = 200 it takes seconds. A problem with few unknowns is always decided.
+    The doubles in M and q are taken as exact, so that 0.1 is
+    3602879701896397/36028797018963968; the command takes the numbers of a file as
+    written. Up to n = 200 it takes seconds. A problem with few unknowns is always
+    decided.
 
     Parameters
     ----------
     problem : a Problem.
-    time_limit : seconds after which to give up; by default the search in rational arithmetic is limited to a minute,
-        and the rest is not limited.
+    time_limit : seconds after which to give up; by default the search in rational
+        arithmetic is limited to a minute, and the rest is not limited.
     interrupts : what Ctrl-C does, as in `solve`.
 
     Returns
     -------
-    Result : `exact` has, as fractions, z and w, or the Farkas vector y which proves that no z >= 0 has M z + q >= 0,
-        and says how they are proved; its status is None if nothing was proved.
+    Result : `exact` has, as fractions, z and w, or the Farkas vector y which proves
+        that no z >= 0 has M z + q >= 0, and says how they are proved; its status is
+        None if nothing was proved.
 
-    Raises OptionError without python-flint, which comes with the extra `exact`, and Interrupted as `solve` does.
+    Raises OptionError without python-flint, which comes with the extra `exact`, and
+    Interrupted as `solve` does.
 
     Examples
     --------
@@ -96,12 +111,15 @@ def exact(
 
 
 def prove(exactly: Callable[[], ExactProblem], result: Result) -> Result:
-    """Return the result of a run with `exact` filled in, and the rest corrected by the proof.
+    """Return the result of a run with `exact` filled in, and the rest corrected by the
+    proof.
 
-    exactly : makes the exact data of the problem, within the time that the run has left of its limit.
+    exactly : makes the exact data of the problem, within the time that the run has left
+        of its limit.
 
-    If the problem is proved to be solved, z is the rounded exact solution, and all measures refer to this z. If nothing
-    is proved, the result stays as it was, and its message says so. Raises OptionError without python-flint.
+    If the problem is proved to be solved, z is the rounded exact solution, and all
+    measures refer to this z. If nothing is proved, the result stays as it was, and its
+    message says so. Raises OptionError without python-flint.
     """
     require()
     try:
@@ -125,7 +143,8 @@ def prove(exactly: Callable[[], ExactProblem], result: Result) -> Result:
 
 
 def _decided(data: ExactProblem, result: Result) -> Exact | None:
-    """Return what is proved, from the run, from one for integer data, or by a search."""
+    """Return what is proved, from the run, from one for integer data, or by a
+    search."""
     is_exact = data.are_floats()
     exact = _exact(data, result, is_exact)
     whole = None if exact is not None or is_exact else data.in_integers()
@@ -167,7 +186,8 @@ def _exact(data: ExactProblem, run: Result, is_exact: bool) -> Exact | None:
 
 
 def _searched(data: ExactProblem) -> Exact | None:
-    """Return what a search decides in the remaining time, Lemke's method in half of it; TimeIsUp if that is nothing."""
+    """Return what a search decides in the remaining time, Lemke's method in half of it;
+    TimeIsUp if that is nothing."""
     z = y = None
     if (
         not data.problem.is_mixed
@@ -192,7 +212,8 @@ def _searched(data: ExactProblem) -> Exact | None:
 def _verified(
     data: ExactProblem, z: list[Fraction] | None = None, y: list[Fraction] | None = None
 ) -> Exact | None:
-    """Return a proof by z and its w, or by the Farkas vector y, each verified once more; None if it proves nothing."""
+    """Return a proof by z and its w, or by the Farkas vector y, each verified once
+    more; None if it proves nothing."""
     wording = data.problem.box.wording
     if z is not None and data.is_solution(z):
         return Exact(Status.SOLVED, wording.solved, z=z, w=data.w(z))
@@ -233,10 +254,12 @@ def _finite(z: Vector) -> Vector:
 
 
 def with_reference(problem: Problem) -> Problem:
-    """Return the problem with a computed solution; unchanged if it comes with one or none is found in time.
+    """Return the problem with a computed solution; unchanged if it comes with one or
+    none is found in time.
 
-    For small n it is exact. Otherwise `auto` finds it, and it is refined, if possible to its last digits. It may be one
-    of several, and is verified like any other result, on the original data.
+    For small n it is exact. Otherwise `auto` finds it, and it is refined, if possible
+    to its last digits. It may be one of several, and is verified like any other result,
+    on the original data.
 
     Raises
     ------

@@ -1,4 +1,5 @@
-"""The result of a solve: how it ended, its numbers, what exact arithmetic proves and, if requested, its trace."""
+"""The result of a solve: how it ended, its numbers, what exact arithmetic proves and,
+if requested, its trace."""
 
 from __future__ import annotations
 
@@ -40,41 +41,61 @@ def _derived(read: Callable[[Result], T]) -> T:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Result:
-    """The outcome of one method on one problem. A failed result still carries its best iterate and its trace.
+    """The outcome of one method on one problem. A failed result still carries its best
+    iterate and its trace.
 
     status, message : how the run ended, in one word and in one sentence.
     point : the best iterate and its measures, each computed when it is first read:
     z, w : the best iterate and w = M z + q, each of shape (n,), in the problem's units.
-    residual, relative_residual, error : as defined in `point.Point`, recomputed from M and q; the error is the distance
-        to the nearest known solution, None if none is known.
+    residual, relative_residual, error : as defined in `point.Point`, recomputed from M
+        and q; the error is the distance to the nearest known solution, None if none is
+        known.
     names : those of the components of z, "" for those without one.
-    negligible_q : the indices, from 0, of the entries of q that had to be treated as 0: in a large problem they may be
-        rounding errors (see `verify.point`). The relative residual leaves them out, the residual does not.
-    iterations, evaluations : the number of iterations, and of evaluations of F, or of its smoothed form, in them.
-    seconds : the time from the problem in memory (for `solve`, from its arrays) to the verified result, without imports
-        and the recording of traces. It is the sum of three times:
-    setup_seconds, solve_seconds, verify_seconds : for setting up the method, for iterating, and for measuring accuracy.
-    basis : the state of each variable: "lower" or "upper" where z is at that bound, else "basic", where w = 0. After
-        Lemke's method it is the basis at the end of the path, in which basic variables may be at bounds.
-    limits : the tolerance for the relative residual, and the limits on iterations and time.
+    negligible_q : the indices, from 0, of the entries of q that had to be treated as 0:
+        in a large problem they may be rounding errors (see `verify.point`). The
+        relative residual leaves them out, the residual does not.
+    iterations, evaluations : the number of iterations, and of evaluations of F, or of
+        its smoothed form, in them.
+    seconds : the time from the problem in memory (for `solve`, from its arrays) to the
+        verified result, without imports and the recording of traces. It is the sum of
+        three times:
+    setup_seconds, solve_seconds, verify_seconds : for setting up the method, for
+        iterating, and for measuring accuracy.
+    basis : the state of each variable: "lower" or "upper" where z is at that bound,
+        else "basic", where w = 0. After Lemke's method it is the basis at the end of
+        the path, in which basic variables may be at bounds.
+    limits : the tolerance for the relative residual, and the limits on iterations and
+        time.
     options : the values of the method's options in this run.
-    interrupted : whether Ctrl-C ended the run, even if z turns out to be a solution; False if a callback ended it.
-    label : the name of the run among several of the same method, as in shi:p=10; "" for the method's name.
-    trace, curve : the recorded rows, and a second trace for figures and milestones; each None if not requested.
-    spread : the median time of the repetitions relative to `seconds`; None if there were none.
+    interrupted : whether Ctrl-C ended the run, even if z turns out to be a solution;
+        False if a callback ended it.
+    label : the name of the run among several of the same method, as in shi:p=10; "" for
+        the method's name.
+    trace, curve : the recorded rows, and a second trace for figures and milestones;
+        each None if not requested.
+    spread : the median time of the repetitions relative to `seconds`; None if there
+        were none.
     route : the methods that took part, in order.
-    end : the basis at which Lemke's path found the solution, in which basic variables may be at bounds; or None.
-    nearest : the method in the route whose iterate is reported; "" if there is only one.
-    certificate : the proof that there is no solution, or the ray on which Lemke's method ended; else None.
+    end : the basis at which Lemke's path found the solution, in which basic variables
+        may be at bounds; or None.
+    nearest : the method in the route whose iterate is reported; "" if there is only
+        one.
+    certificate : the proof that there is no solution, or the ray on which Lemke's
+        method ended; else None.
     exact : what has been proved exactly, or None if not requested.
-    bound : the proved bound on |z - z*|_inf, infinite if nothing is proved; None if not requested.
-    verified : whether the claim to have solved the problem holds for the recomputed residual; None without a claim.
-    others, exactly_solvable : whether the problem has further solutions, and whether, with its numbers as written, it
-        has an exact one; each None if unknown or not requested.
-    suggestions, answer, digits : computed when they are first read, and therefore not counted in `seconds`.
+    bound : the proved bound on |z - z*|_inf, infinite if nothing is proved; None if not
+        requested.
+    verified : whether the claim to have solved the problem holds for the recomputed
+        residual; None without a claim.
+    others, exactly_solvable : whether the problem has further solutions, and whether,
+        with its numbers as written, it has an exact one; each None if unknown or not
+        requested.
+    suggestions, answer, digits : computed when they are first read, and therefore not
+        counted in `seconds`.
 
-    to_dict(), to_json() return what `lcp solve --format json` writes; plot(file=None) draws the trace, as `lcpcli.plot`
-    does; derivative(...) and gradient(g) say how z changes with M, q and the bounds (`lcp help derivatives`).
+    to_dict(), to_json() return what `lcp solve --format json` writes; plot(file=None)
+    draws the trace, as `lcpcli.plot` does; derivative(...) and gradient(g) say how z
+    changes with M, q and the bounds (`lcp help derivatives`).
 
     >>> import lcpcli
     >>> result = lcpcli.solve([[2, 1], [1, 2]], [-5, -6])
@@ -138,9 +159,11 @@ class Result:
         reason: str = "",
         **own: Any,
     ) -> Result:
-        """Return the result of `auto` for a problem that it has solved, much faster than the constructor.
+        """Return the result of `auto` for a problem that it has solved, much faster
+        than the constructor.
 
-        evaluations : by default as many as steps. own : its problem and point, or what they are made of when read."""
+        evaluations : by default as many as steps. own : its problem and point, or what
+            they are made of when read."""
         result = cls.__new__(cls)
         result.__dict__.update(
             own,
@@ -164,11 +187,13 @@ class Result:
         return str(views.tables.result_html(self))
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the object that `lcp solve --format json` writes; `advice` names options as in Python."""
+        """Return the object that `lcp solve --format json` writes; `advice` names
+        options as in Python."""
         return {**views.result_formats.data(self), "advice": self.advice or None}
 
     def to_frame(self) -> Any:
-        """Return a pandas data frame, if pandas is installed: z, w and state, with a row for each unknown, by name."""
+        """Return a pandas data frame, if pandas is installed: z, w and state, with a
+        row for each unknown, by name."""
         return views.outcome.frame(self)
 
     def to_json(self) -> str:
@@ -176,12 +201,14 @@ class Result:
         return str(views.result_formats.text(self.to_dict()))
 
     def plot(self, file: str | os.PathLike[str] | None = None) -> Any:
-        """Draw the iterates in a `Picture`, as `lcpcli.plot` does; the run must have kept them, with trace=True."""
+        """Draw the iterates in a `Picture`, as `lcpcli.plot` does; the run must have
+        kept them, with trace=True."""
         return views.plotting.plot(self, file)
 
     @cached_property
     def linearizations(self) -> list[Any]:
-        """Return the states and factors that earlier derivatives have kept for later ones."""
+        """Return the states and factors that earlier derivatives have kept for later
+        ones."""
         return []
 
     def __getstate__(self) -> dict[str, Any]:
@@ -200,13 +227,16 @@ class Result:
         one_sided: bool = False,
         J: Any = None,
     ) -> OneDerivative:
-        """Return the derivative of z and w for a change of the data in a given direction. `Derivative` explains what
-        holds at kinks, where z_i is at a bound and w_i = 0, and what `one_sided` does there.
+        """Return the derivative of z and w for a change of the data in a given
+        direction. `Derivative` explains what holds at kinks, where z_i is at a bound
+        and w_i = 0, and what `one_sided` does there.
 
-        dM : shape (n, n), dense or sparse. dq, dlower, dupper : shape (n,). None stands for no change; only a finite
-        bound can be changed, and equal bounds only together.
-        J : shape (k, n), for the derivative of J z in place of z, which may exist where that of z does not.
-        Raises DerivativeError if the problem is not solved or there is no derivative.
+        dM : shape (n, n), dense or sparse. dq, dlower, dupper : shape (n,). None stands
+        for no change; only a finite bound can be changed, and equal bounds only
+        together.
+        J : shape (k, n), for the derivative of J z in place of z, which may exist where
+        that of z does not. Raises DerivativeError if the problem is not solved or there
+        is no derivative.
 
         >>> import lcpcli
         >>> result = lcpcli.solve([[2, 1], [1, 2]], [-5, -6])
@@ -220,11 +250,13 @@ class Result:
         return found
 
     def gradient(self, g: VectorLike, J: Any = None) -> OneGradient:
-        """Return the derivatives of a function of z with respect to M, q and the bounds, by solving one linear system.
+        """Return the derivatives of a function of z with respect to M, q and the
+        bounds, by solving one linear system.
 
-        g : the gradient of the function at z, shape (n,); with J, of shape (k, n), of a function of J z, shape (k,).
-        Where g is 0 all derivatives are 0, also of a problem that is not solved; for other g it raises DerivativeError
-        as `derivative` does.
+        g : the gradient of the function at z, shape (n,); with J, of shape (k, n), of a
+        function of J z, shape (k,). Where g is 0 all derivatives are 0, also of a
+        problem that is not solved; for other g it raises DerivativeError as
+        `derivative` does.
 
         >>> import lcpcli
         >>> result = lcpcli.solve([[2, 1], [1, 2]], [-5, -6])
@@ -236,8 +268,8 @@ class Result:
         return found
 
     def __getitem__(self, name: str) -> float:
-        """Return the component of z with this name; a multiplier of a maximization is in its own sense. Raise KeyError,
-        suggesting a likely name, if there is none."""
+        """Return the component of z with this name; a multiplier of a maximization is
+        in its own sense. Raise KeyError, suggesting a likely name, if there is none."""
         with imports:
             from lcpcli.model.words import component
         return float(component(self.problem, name, self.z))
@@ -252,21 +284,25 @@ class Result:
 
     @cached_property
     def suggestions(self) -> Suggestions:
-        """Return what to try next if the problem is not solved; `advice` says it in one line."""
+        """Return what to try next if the problem is not solved; `advice` says it in one
+        line."""
         suggestions: Suggestions = views.advice.suggestions(self)
         return suggestions
 
     @cached_property
     def answer(self) -> Any:  # an Answer, whose kind the reader knows from the problem
-        """Return what the result means for the program or the game that the problem comes from, a `Minimum` or an
-        `Equilibrium` of `lcpcli.solving.minimum`; None if it comes from neither."""
+        """Return what the result means for the program or the game that the problem
+        comes from, a `Minimum` or an `Equilibrium` of `lcpcli.solving.minimum`; None if
+        it comes from neither."""
         return None if self.problem.origin is None else views.minimum.answer(self)
 
     @cached_property
     def digits(self) -> list[int | None] | None:
-        """Return how many digits of each z_i the data determine, if their numbers are rounded to double precision:
-        from 0 to 16, or None for a z_i that rounding may move off its bound. Return None if the problem is not solved,
-        is too large (also for half of the time limit) or singular, or was interrupted. See `verify.digits`."""
+        """Return how many digits of each z_i the data determine, if their numbers are
+        rounded to double precision: from 0 to 16, or None for a z_i that rounding may
+        move off its bound. Return None if the problem is not solved, is too large (also
+        for half of the time limit) or singular, or was interrupted. See
+        `verify.digits`."""
         if not self.solved or self.interrupted:
             return None
         with within(self.limits.time_limit / 2):
@@ -277,29 +313,36 @@ class Result:
 
     @property
     def solved(self) -> bool:
-        """Return whether z is a solution: by its residual, recomputed from M and q, or by exact arithmetic."""
+        """Return whether z is a solution: by its residual, recomputed from M and q, or
+        by exact arithmetic."""
         return self.status is Status.SOLVED
 
     @property
     def word(self) -> str:
-        """Return the word of the status or, for a program without an optimum, that of its answer, such as unbounded."""
+        """Return the word of the status or, for a program without an optimum, that of
+        its answer, such as unbounded."""
         proved = None if self.solved else getattr(self.answer, "proved", None)
         return word_of(self.status.word, proved)
 
     def __bool__(self) -> bool:
-        fault = "is neither true nor false, as a problem that is not solved may be proved to have no solution"
+        fault = (
+            "is neither true nor false, as a problem that is not solved may be "
+            "proved to have no solution"
+        )
         raise TypeError(
             f"a Result {fault}; ask for result.solved, or for result.status"
         )
 
     @property
     def advice(self) -> str:
-        """Return what to try next, as options in Python; "" if nothing is known to help, or nothing is needed."""
+        """Return what to try next, as options in Python; "" if nothing is known to
+        help, or nothing is needed."""
         return "" if self.solved else self.suggestions.line(views.advice.in_python)
 
 
 def word_of(status: str, proved: str | None) -> str:
-    """Return one word for how a run ended: the status or, for a program without an optimum, why it has none."""
+    """Return one word for how a run ended: the status or, for a program without an
+    optimum, why it has none."""
     return proved if proved in WITHOUT_OPTIMUM else status
 
 
@@ -308,14 +351,17 @@ class Status(Enum):
 
     SOLVED : the relative residual, recomputed from M and q, is at most the tolerance.
     ITERATION_LIMIT, TIME_LIMIT : stopped by a limit.
-    STALLED : the method makes no further progress in double precision, or its claim fails verification.
+    STALLED : the method makes no further progress in double precision, or its claim
+        fails verification.
     DIVERGED : the iterates diverge.
     BREAKDOWN : the method cannot continue, for instance because a matrix is singular.
-    INFEASIBLE : proved to have no z >= 0 with M z + q >= 0 or, with bounds, no z within them whose w has the signs that
-        they require; the certificate holds the Farkas vector.
+    INFEASIBLE : proved to have no z >= 0 with M z + q >= 0 or, with bounds, no z within
+        them whose w has the signs that they require; the certificate holds the Farkas
+        vector.
     UNSOLVABLE : proved to have no solution, as every complementary set is excluded.
-    ILL_POSED : the problem in doubles has a solution, too large to satisfy the tolerance, but a change of M within its
-        rounding provably leaves none; the certificate holds the Farkas vector of that proof.
+    ILL_POSED : the problem in doubles has a solution, too large to satisfy the
+        tolerance, but a change of M within its rounding provably leaves none; the
+        certificate holds the Farkas vector of that proof.
     RAY : Lemke's method ended on a ray, which proves nothing for this M.
     INTERRUPTED : ended by Ctrl-C, or by a callback.
 
@@ -338,11 +384,13 @@ class Status(Enum):
 
     @property
     def word(self) -> str:
-        """Return the word for the status in JSON and scripts, its name in lower case."""
+        """Return the word for the status in JSON and scripts, its name in lower
+        case."""
         return self.name.lower()
 
     def sentence(self, reason: str) -> str:
-        """Return the sentence about a run with this status and reason; the reason is "" if the status says it all."""
+        """Return the sentence about a run with this status and reason; the reason is ""
+        if the status says it all."""
         statement = Status.UNSOLVABLE.value if self is Status.INFEASIBLE else self.value
         return f"{statement}: {reason}" if reason else statement
 
@@ -356,7 +404,8 @@ SAID_OF_SOLVED = Status.SOLVED.sentence("")
 
 
 class Exact(NamedTuple):
-    """What rational arithmetic proves about a problem whose decimals are taken as written.
+    """What rational arithmetic proves about a problem whose decimals are taken as
+    written.
 
     status : solved, infeasible or unsolvable; None if nothing was proved.
     proof : how the status is proved, as a clause for the user.
@@ -378,8 +427,10 @@ NOTHING: Options = {}
 class Suggestions(NamedTuple):
     """Options to be added to those of a run, or to replace them.
 
-    ways : what to try, the surest first; empty if nothing is known to help, or nothing is needed.
-    more : options that each of the ways needs in addition. others : what else to try, in words.
+    ways : what to try, the surest first; empty if nothing is known to help, or nothing
+        is needed.
+    more : options that each of the ways needs in addition. others : what else to try,
+        in words.
     """
 
     ways: tuple[Options, ...] = ()
@@ -387,7 +438,8 @@ class Suggestions(NamedTuple):
     others: tuple[str, ...] = ()
 
     def line(self, written: Callable[[Options], str]) -> str:
-        """Return one line of advice, with options as `written` writes them; "" if there is nothing to suggest."""
+        """Return one line of advice, with options as `written` writes them; "" if there
+        is nothing to suggest."""
         if not self.ways and not self.others:
             return ""
         found = ", or ".join([*map(written, self.ways), *self.others])

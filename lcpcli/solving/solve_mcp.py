@@ -1,5 +1,5 @@
-"""One call from F and J to a result of a nonlinear complementarity problem, by linear problems of which a good step is
-asked, not a proof."""
+"""One call from F and J to a result of a nonlinear complementarity problem, by linear
+problems of which a good step is asked, not a proof."""
 
 from __future__ import annotations
 
@@ -86,46 +86,57 @@ def solve_mcp(
     z0: VectorLike | None = None,
     **options: Unpack[NonlinearOptions],
 ) -> Result:
-    """Find l <= z <= u with F_i(z) >= 0 where z_i < u_i and F_i(z) <= 0 where z_i > l_i: a nonlinear complementarity
-    problem or, where z_i has neither bound, an equation F_i(z) = 0.
+    """Find l <= z <= u with F_i(z) >= 0 where z_i < u_i and F_i(z) <= 0 where z_i >
+    l_i: a nonlinear complementarity problem or, where z_i has neither bound, an
+    equation F_i(z) = 0.
 
     Parameters
     ----------
-    F : a function from z, shape (n,), to n numbers. Outside its domain it may return nan or infinity, or raise an
-        ArithmeticError: steps are then cut back. Or a NonlinearProblem, as `read_nl` returns it, in place of all
-        arguments up to names.
-    J : a function from z to the Jacobian of F, shape (n, n), dense or a scipy sparse matrix or array. By default it is
-        computed by finite differences, of which F needs about half of its digits.
+    F : a function from z, shape (n,), to n numbers. Outside its domain it may return
+        nan or infinity, or raise an ArithmeticError: steps are then cut back. Or a
+        NonlinearProblem, as `read_nl` returns it, in place of all arguments up to
+        names.
+    J : a function from z to the Jacobian of F, shape (n, n), dense or a scipy sparse
+        matrix or array. By default it is computed by finite differences, of which F
+        needs about half of its digits.
     lower, upper, infinity : bounds of z, as in `solve`.
-    z0 : the z to start from, shape (n,), moved within the bounds; by default the admissible z nearest to 0. Where F is
-        not finite there, it is moved a little further inside. With a NonlinearProblem it replaces that of the problem.
-        x0 is another name of it; in `solve` that is (z - w) / 2.
+    z0 : the z to start from, shape (n,), moved within the bounds; by default the
+        admissible z nearest to 0. Where F is not finite there, it is moved a little
+        further inside. With a NonlinearProblem it replaces that of the problem. x0 is
+        another name of it; in `solve` that is (z - w) / 2.
     names : the names of the unknowns, for `result["name"]`, messages and tables.
-    pattern : for finite differences, a sparse matrix that is not 0 where J may not be; by default it is found with 2 n
-        evaluations if n > 100, and J is dense for smaller n.
+    pattern : for finite differences, a sparse matrix that is not 0 where J may not be;
+        by default it is found with 2 n evaluations if n > 100, and J is dense for
+        smaller n.
     jax : whether J is computed by jax, for an F that jax can trace.
-    proof : whether, if it is solved, `bound` is a proved bound on |z - z*|_inf for a solution z*, the only one that
-        near, by interval arithmetic, which a problem from `read_nl` has.
-    difference_step : the step of finite differences, relative to each z_j, or to 1 where that is smaller; by default
-        1.5e-8, or what F asks for where it is noisy or changes fast.
-    restarts : how many other attempts are made where the method gets stuck, the first three from the same start; by
-        default 12, or with at most 200 unknowns as many of these as take about a second, by counted work.
-    tol, max_iterations, time_limit, trace, callback, threads, interrupts, compiled : as in `solve`; an iteration is a
-        step of Newton's method, and solves a linear complementarity problem.
+    proof : whether, if it is solved, `bound` is a proved bound on |z - z*|_inf for a
+        solution z*, the only one that near, by interval arithmetic, which a problem
+        from `read_nl` has.
+    difference_step : the step of finite differences, relative to each z_j, or to 1
+        where that is smaller; by default 1.5e-8, or what F asks for where it is noisy
+        or changes fast.
+    restarts : how many other attempts are made where the method gets stuck, the first
+        three from the same start; by default 12, or with at most 200 unknowns as many
+        of these as take about a second, by counted work.
+    tol, max_iterations, time_limit, trace, callback, threads, interrupts, compiled : as
+        in `solve`; an iteration is a step of Newton's method, and solves a linear
+        complementarity problem.
 
     Returns
     -------
-    Result : z, w = F(z) and all else that `solve` returns. "Solved" claims that F, evaluated at z once more, violates
-        no row by more than tol times its terms |J| |z| + |F - J z|, which differences of F confirm, or than the noise
-        of rounding in F; see `verify.nonlinear_point`. The message tells where F is noisy, and where J is wrong. Any
-        other status proves nothing: where the method stalls, the problem may have solutions elsewhere. `problem` is the
-        linear problem with M = J(z) and w(z) = F(z), which has the same z; so `derivative` and `gradient` are those of
-        the nonlinear problem, with dq for the change of F by a parameter.
+    Result : z, w = F(z) and all else that `solve` returns. "Solved" claims that F,
+        evaluated at z once more, violates no row by more than tol times its terms |J|
+        |z| + |F - J z|, which differences of F confirm, or than the noise of rounding
+        in F; see `verify.nonlinear_point`. The message tells where F is noisy, and
+        where J is wrong. Any other status proves nothing: where the method stalls, the
+        problem may have solutions elsewhere. `problem` is the linear problem with M =
+        J(z) and w(z) = F(z), which has the same z; so `derivative` and `gradient` are
+        those of the nonlinear problem, with dq for the change of F by a parameter.
 
     Raises
     ------
-    ProblemError, OptionError, Interrupted : as `solve` does; ProblemError also if F or J returns anything but numbers
-        of the right shape, or F is not finite near x0.
+    ProblemError, OptionError, Interrupted : as `solve` does; ProblemError also if F or
+        J returns anything but numbers of the right shape, or F is not finite near x0.
 
     Examples
     --------
@@ -196,8 +207,9 @@ def run_nonlinear(
 ) -> Result:
     """Return the result for a NonlinearProblem, with the options of `solve_mcp`.
 
-    began : the beginning of the run, by default now. curve : a trace for figures. proof : whether, if it is solved, its
-    `bound` is a proof that a solution is as near as that, and no other one is; this needs the problem's `interval`.
+    began : the beginning of the run, by default now. curve : a trace for figures. proof
+    : whether, if it is solved, its `bound` is a proof that a solution is as near as
+    that, and no other one is; this needs the problem's `interval`.
     """
     if callback is not None and not callable(callback):
         raise ParameterError(
@@ -271,8 +283,8 @@ def run_nonlinear(
 
 
 def _start(evaluations: Evaluations) -> Vector:
-    """Return x0 or, if F is not finite there, the first of a few points further inside the bounds where it is; raise
-    ProblemError if there is none."""
+    """Return x0 or, if F is not finite there, the first of a few points further inside
+    the bounds where it is; raise ProblemError if there is none."""
     problem, z = evaluations.problem, evaluations.problem.x0
     F = evaluations.known_values(z)
     towards = np.where(problem.upper - z < z - problem.lower, -1.0, 1.0)
@@ -292,7 +304,8 @@ def _start(evaluations: Evaluations) -> Vector:
 
 
 def by_jax(F: Callable[[Vector], Any], J: Any) -> list[Callable[[Vector], Any]]:
-    """Return F and its Jacobian by jax, both in double precision, whatever the usual precision of jax is."""
+    """Return F and its Jacobian by jax, both in double precision, whatever the usual
+    precision of jax is."""
     if J is not None:
         raise ParameterError(
             "jax", "computes J, which is given too", "leave one of them out"
@@ -338,11 +351,12 @@ def solution_of_linearization(
     evaluations: Evaluations,
     fast: ModuleType | None = None,
 ) -> tuple[Vector, States] | None:
-    """Return a solution of the linear problem, or a point that all but solves it, and its states; None if none was
-    found.
+    """Return a solution of the linear problem, or a point that all but solves it, and
+    its states; None if none was found.
 
-    basis : the states that are tried first. longer : whether a problem with few unknowns, which else is only pivoted,
-    without the last digits and the proofs that `run` is for, is left to `run`. evaluations : whose pivots are counted.
+    basis : the states that are tried first. longer : whether a problem with few
+    unknowns, which else is only pivoted, without the last digits and the proofs that
+    `run` is for, is left to `run`. evaluations : whose pivots are counted.
     fast : the kernels, if they are wanted.
     """
     if longer and q.size > MOST_UNKNOWNS:
@@ -389,7 +403,8 @@ def solution_of_linearization(
 
 
 def _is_close(problem: Problem, z: Vector, share: float) -> bool:
-    """Return whether the natural residual of z is at most this share of that of 0, or rounding."""
+    """Return whether the natural residual of z is at most this share of that of 0, or
+    rounding."""
     gaps, most = (
         np.abs(problem.box.gaps(z, problem.w(z))),
         share * size(problem.box.gaps(np.zeros(z.size), problem.q)),
@@ -406,8 +421,9 @@ def _pivoted(
     evaluations: Evaluations,
     fast: ModuleType | None,
 ) -> tuple[Vector, States] | None:
-    """Return a solution of a problem with few unknowns, by exchanges from the states of another one, or of the
-    reference point, or along Lemke's path, up to the rounding there; None if neither ends at one."""
+    """Return a solution of a problem with few unknowns, by exchanges from the states of
+    another one, or of the reference point, or along Lemke's path, up to the rounding
+    there; None if neither ends at one."""
     if basis is None and problem.n > SHORT_PATH:
         basis = problem.box.basis_at(problem.reference_point, problem.q_ref)
     step: Iterate | Ending = Stalled()

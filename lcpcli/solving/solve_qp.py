@@ -1,5 +1,6 @@
-"""Programs in one call, with the arguments of qpsolvers (S. Caron et al., qpsolvers: quadratic programming solvers in
-Python, https://github.com/qpsolvers/qpsolvers), and as a solver that qpsolvers can call.
+"""Programs in one call, with the arguments of qpsolvers (S. Caron et al., qpsolvers:
+quadratic programming solvers in Python, https://github.com/qpsolvers/qpsolvers), and as
+a solver that qpsolvers can call.
 """
 
 from __future__ import annotations
@@ -34,12 +35,14 @@ def solve_qp(
     infinity: float = math.inf,
     **options: Unpack[RunOptions],
 ) -> Vector | None:
-    """Return the x of shape (k,) that minimizes x'Px / 2 + q'x subject to Gx <= h, Ax = b and lb <= x <= ub; None if
-    none is found, with a warning if only a stationary point is found, because P is not positive semidefinite.
+    """Return the x of shape (k,) that minimizes x'Px / 2 + q'x subject to Gx <= h, Ax =
+    b and lb <= x <= ub; None if none is found, with a warning if only a stationary
+    point is found, because P is not positive semidefinite.
 
-    The program and infinity are given as in `from_qpsolvers`, the method and its options as in `run`.
-    `run(from_qpsolvers(...)).answer` has the multipliers, the objective, the stationary point, or why there is no x.
-    Raises LCPError, which names the argument at fault.
+    The program and infinity are given as in `from_qpsolvers`, the method and its
+    options as in `run`. `run(from_qpsolvers(...)).answer` has the multipliers, the
+    objective, the stationary point, or why there is no x. Raises LCPError, which names
+    the argument at fault.
 
     >>> import lcpcli
     >>> lcpcli.solve_qp([[2, 0], [0, 2]], [-3, 1], G=[[-1, -1]], h=[-1], lb=[0, 0]).tolist()
@@ -50,7 +53,8 @@ def solve_qp(
 
 
 def _minimizer(result: Result) -> Vector | None:
-    """Return x if it is a minimizer; None, with a warning for the caller's caller, if it is only a stationary point."""
+    """Return x if it is a minimizer; None, with a warning for the caller's caller, if
+    it is only a stationary point."""
     if not result.solved:
         return None
     assert isinstance(result.problem.origin, Program)
@@ -65,11 +69,12 @@ def _minimizer(result: Result) -> Vector | None:
 
 
 def add_to_qpsolvers() -> None:
-    """Make `qpsolvers.solve_qp(..., solver="lcp")` and `qpsolvers.solve_problem` call this package.
+    """Make `qpsolvers.solve_qp(..., solver="lcp")` and `qpsolvers.solve_problem` call
+    this package.
 
-    Keyword arguments are infinity and those of `run`. verbose has no effect; neither has initvals, which causes a
-    warning.
-    Raises OptionError if qpsolvers is not installed.
+    Keyword arguments are infinity and those of `run`. verbose has no effect; neither
+    has initvals, which causes a warning. Raises OptionError if qpsolvers is not
+    installed.
 
     >>> import lcpcli
     >>> lcpcli.add_to_qpsolvers()  # doctest: +SKIP
@@ -97,7 +102,8 @@ def _solve_problem(
     infinity: float = math.inf,
     **options: Any,
 ) -> Any:
-    """Solve a problem when qpsolvers calls; the signs of multipliers are those in Px + q + G'z + A'y + z_box = 0."""
+    """Solve a problem when qpsolvers calls; the signs of multipliers are those in Px +
+    q + G'z + A'y + z_box = 0."""
     from qpsolvers import Solution
 
     if initvals is not None:

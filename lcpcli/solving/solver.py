@@ -1,5 +1,5 @@
-"""One M prepared once for a sequence of problems, each solved from the states of the previous one; and such a sequence
-in which M may change."""
+"""One M prepared once for a sequence of problems, each solved from the states of the
+previous one; and such a sequence in which M may change."""
 
 from __future__ import annotations
 
@@ -46,16 +46,20 @@ CLOSE_COSINE = 0.9
 
 
 class Solver:
-    """A solver for problems with one M, for time steps and other sequences: M is checked and prepared once, and each
-    problem is solved from the states of the previous solution, where these are near.
+    """A solver for problems with one M, for time steps and other sequences: M is
+    checked and prepared once, and each problem is solved from the states of the
+    previous solution, where these are near.
 
     Parameters
     ----------
     M : shape (n, n), as in `solve`; it is copied unless it is read-only.
-    lower, upper, infinity : the bounds of z, as in `solve`, for all problems that have none of their own.
-    options : tol, max_iterations, time_limit and threads, as in `solve`, for every problem.
+    lower, upper, infinity : the bounds of z, as in `solve`, for all problems that have
+        none of their own.
+    options : tol, max_iterations, time_limit and threads, as in `solve`, for every
+        problem.
 
-    A Solver serves one thread at a time; each thread needs its own. It raises the same errors as `solve`.
+    A Solver serves one thread at a time; each thread needs its own. It raises the same
+    errors as `solve`.
 
     >>> import lcpcli
     >>> solver = lcpcli.Solver([[2, 1], [1, 2]])
@@ -90,7 +94,8 @@ class Solver:
 
     @classmethod
     def of(cls, like: Problem | None, options: dict[str, Any]) -> Solver:
-        """Return a Solver for problems with the same M as this one; if it is None, with that of the first to follow."""
+        """Return a Solver for problems with the same M as this one; if it is None, with
+        that of the first to follow."""
         solver = cls.__new__(cls)
         solver.compiled = direct_run.uses_kernels(
             options.get("compiled"), direct_run.MANY
@@ -113,8 +118,9 @@ class Solver:
         self._paused, self._pause = 0, 1
 
     def update(self, M: Any) -> None:
-        """Replace M and keep the bounds; the next problem still starts from the last states. For LCPs, the new M may
-        have another shape, as when contacts come and go; the last states are then dropped."""
+        """Replace M and keep the bounds; the next problem still starts from the last
+        states. For LCPs, the new M may have another shape, as when contacts come and
+        go; the last states are then dropped."""
         box, other = self._like.box, Problem(M, np.zeros(_order(M)))
         if other.n != self.n and not box.is_orthant:
             raise ProblemError(
@@ -134,7 +140,8 @@ class Solver:
     ) -> Result:
         """Return the result for a right-hand side, as `solve` does.
 
-        q : shape (n,). lower, upper : bounds for this problem only, each as in `solve`; None for those of the Solver.
+        q : shape (n,). lower, upper : bounds for this problem only, each as in `solve`;
+            None for those of the Solver.
         warm : whether to start from the states of the last solution.
         """
         began = seconds()
@@ -174,8 +181,9 @@ class Solver:
         return result
 
     def follow(self, problem: Problem, compiled: bool = True) -> Result:
-        """Return the result for the next problem of a sequence, as `run` does, from the last states, also for another M
-        of the same shape. compiled : whether there are so many that kernels are worth loading."""
+        """Return the result for the next problem of a sequence, as `run` does, from the
+        last states, also for another M of the same shape. compiled : whether there are
+        so many that kernels are worth loading."""
         if as_problem(problem).n != self.n:
             self._prepare(problem)
         elif not are_equal(problem.M, self.M):
@@ -185,10 +193,13 @@ class Solver:
 
     @with_limited_threads
     def _attempted(
-        self, session: Session, warm: bool, threads: int | None
-    ) -> Result | None:  # noqa: ARG002 (limited)
-        """Return the result where elimination, the direct route, or a few exchanges from the states of the last
-        solution, suffice; else None."""
+        self,
+        session: Session,
+        warm: bool,
+        threads: int | None,  # noqa: ARG002 (the decorator limits them)
+    ) -> Result | None:
+        """Return the result where elimination, the direct route, or a few exchanges
+        from the states of the last solution, suffice; else None."""
         problem = session.problem
         if (
             self._elimination is not None
@@ -218,7 +229,8 @@ class Solver:
         return result
 
     def _reduced(self, problem: Problem) -> Reduction:
-        """Return the problem in bounded variables; it is kept as long as the same variables are bounded."""
+        """Return the problem in bounded variables; it is kept as long as the same
+        variables are bounded."""
         kept = self._reduction
         if kept is not None and kept.box is not problem.box:
             kept = kept.within(problem.box)
@@ -227,7 +239,8 @@ class Solver:
 
     @np.errstate(over="ignore")
     def _states(self, problem: Problem) -> States | None:
-        """Return the states of the last solution; None if q points in too different a direction."""
+        """Return the states of the last solution; None if q points in too different a
+        direction."""
         last, box = self._last, problem.box
         if last is None or (
             box is not last.problem.box and box.kinds != last.problem.box.kinds
@@ -251,7 +264,8 @@ def _order(M: Any) -> int:
 
 @np.errstate(all="ignore")
 def _near(session: Session, basis: States, solver: PrincipalSolver) -> Result | None:
-    """Return the result, if the problem is solved by these states or by a few exchanges from them; else None."""
+    """Return the result, if the problem is solved by these states or by a few exchanges
+    from them; else None."""
     box, limits = session.problem.box, session.limits
     exchanges = BasicSolutions(session.problem, solver).exchanging(basis)
     pivoting = islice(exchanges, min(MOST_TRIED_BASES, limits.max_iterations))

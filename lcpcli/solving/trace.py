@@ -1,4 +1,5 @@
-"""Records of the iterates of a run: rows for tables and curves, milestones, and progress reports."""
+"""Records of the iterates of a run: rows for tables and curves, milestones, and
+progress reports."""
 
 from __future__ import annotations
 
@@ -26,12 +27,16 @@ class TraceRow:
     k : its number; the start is 0.
     z : its z = |x| + x, shape (n,), or the components that the trace keeps.
     residual, error : as in Result; None if not requested, or if no solution is known.
-    rounding : whether the residual is at the level of rounding errors (see `measure.Measure.is_rounding`).
-    seconds : the time from the start of the run to this iterate, without recording and measuring for the trace.
-    step : the step of the published algorithm that produced it; "" if the method has only one kind of step.
+    rounding : whether the residual is at the level of rounding errors (see
+        `measure.Measure.is_rounding`).
+    seconds : the time from the start of the run to this iterate, without recording and
+        measuring for the trace.
+    step : the step of the published algorithm that produced it; "" if the method has
+        only one kind of step.
     method : the method that produced it.
     z0 : the value of the artificial variable of Lemke's method; None for other methods.
-    x : its x = (z - w) / 2, shape (n,), which z does not determine where z_i = 0; None if the trace does not keep it.
+    x : its x = (z - w) / 2, shape (n,), which z does not determine where z_i = 0; None
+        if the trace does not keep it.
 
     >>> import lcpcli
     >>> kept: list[lcpcli.TraceRow] = []
@@ -53,7 +58,8 @@ class TraceRow:
 
 
 class LateRow(TraceRow):
-    """A row whose residual is computed when it is first read, as most callbacks look at other things."""
+    """A row whose residual is computed when it is first read, as most callbacks look at
+    other things."""
 
     _place: tuple[Criterion, Vector]
 
@@ -94,7 +100,8 @@ Callback: TypeAlias = Callable[[TraceRow], object]
 
 @dataclass(frozen=True)
 class Milestone:
-    """The first iterate with an error of at most `level` times the largest component of the solution."""
+    """The first iterate with an error of at most `level` times the largest component of
+    the solution."""
 
     level: float
     k: int
@@ -103,14 +110,17 @@ class Milestone:
 
 @dataclass(repr=False)
 class Trace:
-    """Which iterates to keep, and which of their data. The run fills it with rows, in order.
+    """Which iterates to keep, and which of their data. The run fills it with rows, in
+    order.
 
-    every : keep the start, the first iterate, every `every`-th iterate and the last three.
-    most : the largest number of rows, at least 5; `every` is doubled when there would be more. None sets no limit.
+    every : keep the start, the first iterate, every `every`-th iterate and the last
+        three.
+    most : the largest number of rows, at least 5; `every` is doubled when there would
+        be more. None sets no limit.
     components : indices of the components of z to keep; None keeps them all.
     residuals : whether to compute each row's residual; each costs one product with M.
-    levels : errors in decreasing order, relative to the solution's largest component; the first iterate to reach each
-        becomes a milestone.
+    levels : errors in decreasing order, relative to the solution's largest component;
+        the first iterate to reach each becomes a milestone.
     keeps_x : whether to keep the x of each row.
     rows, milestones : what has been recorded.
 
@@ -136,8 +146,8 @@ class Trace:
         return str(views.outcome.trace_text(self))
 
     def add(self, row: TraceRow, criterion: Criterion) -> None:
-        """Add an iterate with its whole z, not yet measured; the one that is no longer among the last three is dropped,
-        or kept to be measured."""
+        """Add an iterate with its whole z, not yet measured; the one that is no longer
+        among the last three is dropped, or kept to be measured."""
         pending = self.levels[len(self.milestones) :]
         if pending and (error := criterion.problem.error(row.z)) is not None:
             reached = (
@@ -177,7 +187,8 @@ class Trace:
     def selected(
         self, every: int, most: int | None, components: Indices | None
     ) -> Trace:
-        """Return a trace with those rows and components that a trace with these settings would have kept of the run."""
+        """Return a trace with those rows and components that a trace with these
+        settings would have kept of the run."""
         rows, last = self.rows[:-3], self.rows[-3:]
         chosen = Trace(
             every,
@@ -233,5 +244,6 @@ class Trace:
 
 
 Observe: TypeAlias = Callable[[str, int, float, float], None]
-"""What is called with the method at work, the number k of the last iterate, the bound on its relative residual that the
-loop uses, infinite if there is none yet, and the seconds since the loop was made."""
+"""What is called with the method at work, the number k of the last iterate, the bound
+on its relative residual that the loop uses, infinite if there is none yet, and the
+seconds since the loop was made."""

@@ -1,1 +1,2 @@
-"""Verification of a z or of a proof: residuals, certificates, refinement, all on the original data."""
+"""Verification of a z or of a proof: residuals, certificates, refinement, all on the
+original data."""

@@ -1,4 +1,5 @@
-"""Farkas' alternatives by linear programs: a point of a system of inequalities, or a proof that there is none."""
+"""Farkas' alternatives by linear programs: a point of a system of inequalities, or a
+proof that there is none."""
 
 from __future__ import annotations
 
@@ -31,9 +32,11 @@ LARGEST_SHIFT = 1000  # of two: b is multiplied by at most 2^1000, which is fini
 
 
 class Alternative(NamedTuple):
-    """One of Farkas' alternatives: a z with A z + b >= 0, z >= 0 to the tolerance of the LP solver, which proves
-    nothing, or a y that is a proof; both None if neither was established. rounded : then, if there is one, a y that
-    shows `farkas.cancellation`. system : what the dual simplex method has found the point by, or None."""
+    """One of Farkas' alternatives: a z with A z + b >= 0, z >= 0 to the tolerance of
+    the LP solver, which proves nothing, or a y that is a proof; both None if neither
+    was established. rounded : then, if there is one, a y that shows
+    `farkas.cancellation`. system : what the dual simplex method has found the point by,
+    or None."""
 
     point: Vector | None
     proof: Vector | None
@@ -44,9 +47,10 @@ class Alternative(NamedTuple):
 def alternative(
     A: Matrix, b: Vector, holds: Callable[[Vector], bool], effort: float = math.inf
 ) -> Alternative:
-    """Return a point of A z + b >= 0, z >= 0, or a proof that there is none, by one to three LPs of at most half the
-    effort each; a small dense system is first tried without them, as they take longer. A should be equilibrated;
-    nothing is established unless it is finite. holds : whether a y is a proof."""
+    """Return a point of A z + b >= 0, z >= 0, or a proof that there is none, by one to
+    three LPs of at most half the effort each; a small dense system is first tried
+    without them, as they take longer. A should be equilibrated; nothing is established
+    unless it is finite. holds : whether a y is a proof."""
     near = list[Vector]()
     for found in _searched(A, b, ORTHANT, effort, MOST_DENSE):
         if found.proof is None or holds(found.proof):
@@ -60,8 +64,9 @@ def alternative(
 def candidates(
     A: Matrix, b: Vector, box: Box, effort: float = math.inf
 ) -> Iterator[Vector]:
-    """Yield vectors y that may be proofs that no z within its bounds has A z + b with the signs that
-    `farkas.refutes` asks for, the likeliest first; none if there is such a z, to the tolerance of the LP solver."""
+    """Yield vectors y that may be proofs that no z within its bounds has A z + b with
+    the signs that `farkas.refutes` asks for, the likeliest first; none if there is such
+    a z, to the tolerance of the LP solver."""
     return (
         found.proof
         for found in _searched(A, b, box, effort, MOST_BRIEF)
@@ -72,8 +77,9 @@ def candidates(
 def _searched(
     A: Matrix, b: Vector, box: Box, effort: float, most: int
 ) -> Iterator[Alternative]:
-    """Yield y that may be proofs, the likeliest first, and perhaps a point, at which this ends. most : rows or columns
-    up to which a dense system is first tried by a dictionary."""
+    """Yield y that may be proofs, the likeliest first, and perhaps a point, at which
+    this ends. most : rows or columns up to which a dense system is first tried by a
+    dictionary."""
     if not _are_finite(A, b):
         return
     if box.is_orthant and not is_sparse(A) and max(A.shape) <= most:
@@ -104,7 +110,8 @@ def _are_finite(A: Matrix, b: Vector) -> bool:
 
 
 def with_room(problem: Problem) -> Iterator[Vector]:
-    """Yield proofs that a small LCP is infeasible that hold for larger M too, so that there is room to round."""
+    """Yield proofs that a small LCP is infeasible that hold for larger M too, so that
+    there is room to round."""
     if not problem.box.is_orthant or is_sparse(problem.M) or problem.n > MOST_BRIEF:
         return
     with np.errstate(all="ignore"):
@@ -122,7 +129,8 @@ def with_room(problem: Problem) -> Iterator[Vector]:
 def dictionaries(
     A: Matrix, b: Vector
 ) -> Iterator[tuple[DualSimplex, Vector | None, Vector]]:
-    """Yield the dual simplex method for a dense A, with a margin and without, with a point or None, and multipliers."""
+    """Yield the dual simplex method for a dense A, with a margin and without, with a
+    point or None, and multipliers."""
     for margin in (MARGIN, 0.0):
         found = DualSimplex(A, b, margin)
         y = found.feasible()
@@ -132,10 +140,12 @@ def dictionaries(
 
 
 class FarkasSystem:
-    """The system of A z + b with l <= z <= u and the signs that `farkas.refutes` asks for, b and the bounds divided by
-    a power of two, and its multipliers y. Each LP takes at most half of the effort, or PATIENCE times that. In the LPs
-    for y, A'y = v - v' with v, v' >= 0, whose costs are the bounds; for a dense A, beside which an identity would be as
-    large, inequalities replace those v_j or v'_j whose bound is 0."""
+    """The system of A z + b with l <= z <= u and the signs that `farkas.refutes` asks
+    for, b and the bounds divided by a power of two, and its multipliers y. Each LP
+    takes at most half of the effort, or PATIENCE times that. In the LPs for y, A'y = v
+    - v' with v, v' >= 0, whose costs are the bounds; for a dense A, beside which an
+    identity would be as large, inequalities replace those v_j or v'_j whose bound is
+    0."""
 
     def __init__(self, A: Matrix, b: Vector, box: Box, effort: float) -> None:
         self._A, self._effort = A, effort / 2
@@ -169,10 +179,12 @@ class FarkasSystem:
         )
 
     def multipliers(self, first: Optimum | None) -> Iterator[Vector]:
-        """Yield vectors that may be proofs, the likeliest first: the y of `least_total`, if it has any; the y of the
-        least violation, as the y of systems that almost have a solution are large; and a y of total at most -1 with the
-        largest sum of margins, each at most 1, by which components of A'y lie beyond 0 where they cost nothing; for at
-        a vertex y, many of them are 0 up to rounding."""
+        """Yield vectors that may be proofs, the likeliest first: the y of
+        `least_total`, if it has any; the y of the least violation, as the y of systems
+        that almost have a solution are large; and a y of total at most -1 with the
+        largest sum of margins, each at most 1, by which components of A'y lie beyond 0
+        where they cost nothing; for at a vertex y, many of them are 0 up to
+        rounding."""
         if first is not None:
             self._effort *= PATIENCE
             yield self._y(first)
@@ -189,14 +201,16 @@ class FarkasSystem:
             yield self._y(strict)
 
     def least_total(self) -> Optimum | None:
-        """Return the minimum of b'y + u'v - l'v' >= -1, over the y with the signs of multipliers, where v_j = 0 if u_j
-        is infinite and v'_j = 0 if l_j is. It is -1 or 0; if it is 0, its multipliers are minus a point with z >= 0."""
+        """Return the minimum of b'y + u'v - l'v' >= -1, over the y with the signs of
+        multipliers, where v_j = 0 if u_j is infinite and v'_j = 0 if l_j is. It is -1
+        or 0; if it is 0, its multipliers are minus a point with z >= 0."""
         return self._minimum(self._cost, np.empty(0, dtype=int), (-1.0, np.inf))
 
     def _minimum(
         self, objective: Vector, margins: Indices, total: tuple[float, float]
     ) -> Optimum | None:
-        """Return the minimum of an objective of y, v, v' and some margins, with a total between two numbers."""
+        """Return the minimum of an objective of y, v, v' and some margins, with a total
+        between two numbers."""
         transposed, low = self._A.T, self._columns[2]
         parts, columns = (self._above, self._below, margins), self._A.shape[1]
         above, below, slopes = (
@@ -218,8 +232,9 @@ class FarkasSystem:
         return y
 
     def _least_violation(self) -> Optimum | None:
-        """Return the least sum of violations of the signs of A z + b, with multipliers of at most 1 in size: the
-        elastic program (J. W. Chinneck and E. W. Dravnieks, ORSA Journal on Computing 3 (1991) 157-168)."""
+        """Return the least sum of violations of the signs of A z + b, with multipliers
+        of at most 1 in size: the elastic program (J. W. Chinneck and E. W. Dravnieks,
+        ORSA Journal on Computing 3 (1991) 157-168)."""
         parts = self._positive, self._negative
         added, taken = (
             unit_columns(self._b.size, part, is_sparse(self._A)) for part in parts
@@ -244,7 +259,8 @@ class FarkasSystem:
 
 
 def simplest(y: Vector) -> Iterator[Vector]:
-    """Yield y without its small entries, and fractions or integers that y may approximate."""
+    """Yield y without its small entries, and fractions or integers that y may
+    approximate."""
     largest = float(np.abs(y).max())
     snapped = np.where(np.abs(y) < SNAP * largest, 0.0, y)
     if snapped.any():

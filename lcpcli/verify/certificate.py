@@ -1,10 +1,14 @@
-"""Proofs that a problem has no solution, each checked against the original M and q before it is accepted.
+"""Proofs that a problem has no solution, each checked against the original M and q
+before it is accepted.
 
-Ill-posed problems: with a solution of their doubles, and infeasible but for the rounding of M.
+Ill-posed problems: with a solution of their doubles, and infeasible but for the
+rounding of M.
 
-The solution is exact, but so large that rounding of its digits leaves more than the criterion allows, as its cap keeps
-out points that tend to infinity; or, where exact arithmetic takes too long, it is such a point. The proof is one of
-`farkas.cancellation`. Which of the two holds for the data before they were rounded, the doubles do not tell.
+The solution is exact, but so large that rounding of its digits leaves more than the
+criterion allows, as its cap keeps out points that tend to infinity; or, where exact
+arithmetic takes too long, it is such a point. The proof is one of
+`farkas.cancellation`. Which of the two holds for the data before they were rounded, the
+doubles do not tell.
 """
 
 from __future__ import annotations
@@ -56,14 +60,18 @@ RAY = "that alone proves nothing"
 class Certificate:
     """Why there is no solution, or why a method gave up.
 
-    kind : "farkas", vector y with y >= 0, M'y <= 0 and q'y < 0: no z >= 0 has M z + q >= 0. With bounds, the y that
-        `farkas` describes. It consists of integers, for which all this holds without rounding, if `proof` finds them;
-        else it is rounded: where M'y is 0, its computed value may be positive (see `farkas.refutes`).
-        "exhaustion", every complementary basis is excluded, by branch and bound or enumeration; no vector.
-        "ray", Lemke's method has ended on a ray with direction vector, if it is known; that alone proves nothing.
+    kind : "farkas", vector y with y >= 0, M'y <= 0 and q'y < 0: no z >= 0 has M z + q
+        >= 0. With bounds, the y that `farkas` describes. It consists of integers, for
+        which all this holds without rounding, if `proof` finds them; else it is
+        rounded: where M'y is 0, its computed value may be positive (see
+        `farkas.refutes`). "exhaustion", every complementary basis is excluded, by
+        branch and bound or enumeration; no vector. "ray", Lemke's method has ended on a
+        ray with direction vector, if it is known; that alone proves nothing.
     statement : what it proves, as a clause for the user. vector : shape (n,), or None.
-    is_rounded : whether only the rounding of M keeps the vector from being a proof (see `rounded_proof`).
-    exact : the proof in fractions, if it is known and no doubles were found that form a proof; vector is near it.
+    is_rounded : whether only the rounding of M keeps the vector from being a proof (see
+        `rounded_proof`).
+    exact : the proof in fractions, if it is known and no doubles were found that form a
+        proof; vector is near it.
     """
 
     kind: Literal["farkas", "exhaustion", "ray"]
@@ -76,9 +84,11 @@ class Certificate:
 def confirm(
     problem: Problem, claim: Certificate, excludes_exactly: bool
 ) -> Certificate | None:
-    """Return the certificate that a method claims if it holds for the original M and q, with a Farkas vector as `proof`
-    returns it; None if it does not hold. excludes_exactly : whether the method excludes complementary sets by exact
-    arithmetic alone: of more than FEW_UNKNOWNS, whose sets are not searched again, only such a method is believed."""
+    """Return the certificate that a method claims if it holds for the original M and q,
+    with a Farkas vector as `proof` returns it; None if it does not hold.
+    excludes_exactly : whether the method excludes complementary sets by exact
+    arithmetic alone: of more than FEW_UNKNOWNS, whose sets are not searched again, only
+    such a method is believed."""
     if claim.kind == "exhaustion":
         return _exhaustion(problem, claim, excludes_exactly)
     return (_farkas if claim.kind == "farkas" else _ray)(problem, claim)
@@ -104,7 +114,8 @@ def _farkas(problem: Problem, claim: Certificate) -> Certificate | None:
 def _exhaustion(
     problem: Problem, claim: Certificate, excludes_exactly: bool
 ) -> Certificate | None:
-    """All complementary sets are excluded: by the tree in exact arithmetic, for few unknowns and with some effort."""
+    """All complementary sets are excluded: by the tree in exact arithmetic, for few
+    unknowns and with some effort."""
     has_none = excludes_exactly
     if problem.n <= FEW_UNKNOWNS:
         data = ExactProblem.of_floats(problem)
@@ -117,8 +128,9 @@ def _exhaustion(
 
 @np.errstate(all="ignore")
 def _ray(problem: Problem, claim: Certificate) -> Certificate | None:
-    """A direction z in which Lemke's method may end on a ray, up to rounding: z >= 0, not 0, and z'w = 0 for
-    w = M z + t e >= 0 with some t >= 0, and no bound in the way."""
+    """A direction z in which Lemke's method may end on a ray, up to rounding: z >= 0,
+    not 0, and z'w = 0 for w = M z + t e >= 0 with some t >= 0, and no bound in the
+    way."""
     z, own = claim.vector, replace(claim, statement=RAY)
     if z is None:
         return own
@@ -140,14 +152,17 @@ def _ray(problem: Problem, claim: Certificate) -> Certificate | None:
 
 UNVERIFIED = {  # what is said of a claim of a kind that does not hold
     "farkas": "the certificate of infeasibility failed exact verification",
-    "exhaustion": "the claim that every complementary set is excluded failed verification",
+    "exhaustion": (
+        "the claim that every complementary set is excluded failed verification"
+    ),
     "ray": "the direction of the ray failed verification",
 }
 
 
 def _stated(problem: Problem, claim: Certificate) -> Certificate:
-    """Return the certificate with a Farkas vector that is a proof as it is, if there is one in doubles, else with one
-    in fractions, for few unknowns; else with the statement that it is rounded."""
+    """Return the certificate with a Farkas vector that is a proof as it is, if there is
+    one in doubles, else with one in fractions, for few unknowns; else with the
+    statement that it is rounded."""
     assert claim.vector is not None
     if farkas.is_exact(problem, claim.vector):
         return claim
@@ -171,7 +186,8 @@ def _stated(problem: Problem, claim: Certificate) -> Certificate:
 def exact_certificate(
     data: ExactProblem, statement: str, y: Sequence[Fraction]
 ) -> Certificate:
-    """Return the certificate with an exact proof y: a multiple of it in doubles, beside y itself if that is none."""
+    """Return the certificate with an exact proof y: a multiple of it in doubles, beside
+    y itself if that is none."""
     vector = rounded_direction(y)
     return Certificate(
         "farkas",
@@ -182,15 +198,17 @@ def exact_certificate(
 
 
 def proves_infeasible(problem: Problem, y: Vector) -> bool:
-    """Return whether y proves that no z within its bounds has w with the signs that the bounds ask for, by
-    `farkas.refutes`: never for a feasible problem, however nearly infeasible, nor for a y that is not of shape (n,)."""
+    """Return whether y proves that no z within its bounds has w with the signs that the
+    bounds ask for, by `farkas.refutes`: never for a feasible problem, however nearly
+    infeasible, nor for a y that is not of shape (n,)."""
     return y.shape == problem.q.shape and farkas.refutes(
         problem.M, problem.q, y, problem.box
     )
 
 
 def is_clear(problem: Problem, y: Vector) -> bool:
-    """Return whether y, if a proof, also excludes small violations, so that it is no effect of rounding in the data."""
+    """Return whether y, if a proof, also excludes small violations, so that it is no
+    effect of rounding in the data."""
     with np.errstate(all="ignore"):
         total = farkas.Multiplied(problem.M, problem.q, y, problem.box).total
         caps = Measure(problem).caps(problem.reference_point)
@@ -200,11 +218,13 @@ def is_clear(problem: Problem, y: Vector) -> bool:
 
 
 def proof(problem: Problem, y: Vector) -> Vector | None:
-    """Return a vector of shape (n,) near a multiple of y that proves the problem infeasible; None if y proves nothing.
+    """Return a vector of shape (n,) near a multiple of y that proves the problem
+    infeasible; None if y proves nothing.
 
-    The vector consists of integers for which the proof holds exactly, for the doubles of the problem or, if no such
-    integers are found, for their shortest decimals: small ones near y or near another proof, or else up to 2^53. Else,
-    as for large problems and long numbers, it is y times a power of two.
+    The vector consists of integers for which the proof holds exactly, for the doubles
+    of the problem or, if no such integers are found, for their shortest decimals: small
+    ones near y or near another proof, or else up to 2^53. Else, as for large problems
+    and long numbers, it is y times a power of two.
     """
     if y.shape != problem.q.shape or not (np.isfinite(y).all() and y.any()):
         return None
@@ -228,8 +248,9 @@ def _first(problem: Problem, candidates: Iterable[Vector]) -> Vector | None:
 
 
 def rounded_proof(problem: Problem, y: Vector, few: bool = False) -> Certificate | None:
-    """Return the certificate if y is a proof but for the rounding of M (see `farkas.cancellation`); None if it is not,
-    or if the unknowns are so few that exact arithmetic decides, unless it is wanted for few unknowns, too."""
+    """Return the certificate if y is a proof but for the rounding of M (see
+    `farkas.cancellation`); None if it is not, or if the unknowns are so few that exact
+    arithmetic decides, unless it is wanted for few unknowns, too."""
     if (problem.n <= FEW_UNKNOWNS and not few) or y.shape != problem.q.shape:
         return None
     times = farkas.cancellation(problem.M, problem.q, y, problem.box)
@@ -240,16 +261,18 @@ def rounded_proof(problem: Problem, y: Vector, few: bool = False) -> Certificate
 
 
 def infeasible(problem: Problem, y: Vector, statement: str = "") -> Certificate:
-    """Return the certificate of a Farkas vector that is a proof, which by default states what its bounds refute."""
+    """Return the certificate of a Farkas vector that is a proof, which by default
+    states what its bounds refute."""
     return Certificate("farkas", statement or problem.box.wording.farkas, y)
 
 
 def farkas_certificate(
     problem: Problem, effort: float = math.inf, exactly: bool = False
 ) -> Certificate | None:
-    """Return a proof that the problem is infeasible, by at most three LPs of half the effort each, for the equilibrated
-    problem R M C, R q, whose proof y' gives y = R y'; a `rounded_proof` if there is no other one, unless it has to hold
-    exactly. None if it is feasible, to the tolerance of the LP solver, or no proof passed the check."""
+    """Return a proof that the problem is infeasible, by at most three LPs of half the
+    effort each, for the equilibrated problem R M C, R q, whose proof y' gives y = R y';
+    a `rounded_proof` if there is no other one, unless it has to hold exactly. None if
+    it is feasible, to the tolerance of the LP solver, or no proof passed the check."""
     with imports:
         from lcpcli.verify.alternative import candidates
     with np.errstate(all="ignore"):
@@ -261,8 +284,9 @@ def farkas_certificate(
 def first_proof(
     problem: Problem, ys: Iterable[Vector], exactly: bool = False, few: bool = False
 ) -> Certificate | None:
-    """Return the certificate by the first y that is a proof; if none is, by the first that is a `rounded_proof`, for
-    few unknowns only if asked for, unless it has to hold exactly; else None."""
+    """Return the certificate by the first y that is a proof; if none is, by the first
+    that is a `rounded_proof`, for few unknowns only if asked for, unless it has to hold
+    exactly; else None."""
     tried = []
     for y in ys:
         if (own := in_range_if_proof(problem, y)) is not None:
@@ -273,7 +297,8 @@ def first_proof(
 
 
 def in_range_if_proof(problem: Problem, y: Vector) -> Vector | None:
-    """Return y times a power of two that keeps it in range, if it proves the problem infeasible; else None."""
+    """Return y times a power of two that keeps it in range, if it proves the problem
+    infeasible; else None."""
     y = in_range(y)
     return y if proves_infeasible(problem, y) else None
 
@@ -289,7 +314,8 @@ RUN_OFF = (
 
 @np.errstate(all="ignore")
 def is_run_off(problem: Problem, z: Vector, tol: float) -> bool:
-    """Return whether no row is violated by more than the measure allows by its own terms, whatever its cap."""
+    """Return whether no row is violated by more than the measure allows by its own
+    terms, whatever its cap."""
     if not (
         problem.is_moderate
         and np.isfinite(z).all()
@@ -304,9 +330,10 @@ def is_run_off(problem: Problem, z: Vector, tol: float) -> bool:
 
 
 class Settled(NamedTuple):
-    """What became of a doubt about a point. z : the basic solution of its states, shape (n,), if a solution is shown to
-    exist near that; else the point. fault : why no solution is shown to exist; "" if one is. certificate : a proof that
-    the problem is infeasible, up to the rounding of M; None if none was found."""
+    """What became of a doubt about a point. z : the basic solution of its states, shape
+    (n,), if a solution is shown to exist near that; else the point. fault : why no
+    solution is shown to exist; "" if one is. certificate : a proof that the problem is
+    infeasible, up to the rounding of M; None if none was found."""
 
     z: Vector
     fault: str
@@ -315,9 +342,10 @@ class Settled(NamedTuple):
 
 @np.errstate(all="ignore")
 def settled(problem: Problem, z: Vector, tol: float) -> Settled | None:
-    """Settle whether a z is a solution that is a run-off, or that is exact but for its last digits; None if it is
-    neither. One system with the states of z is solved, with bounds on its rounding or else exactly; then a proof that
-    the problem is infeasible but for rounding is sought."""
+    """Settle whether a z is a solution that is a run-off, or that is exact but for its
+    last digits; None if it is neither. One system with the states of z is solved, with
+    bounds on its rounding or else exactly; then a proof that the problem is infeasible
+    but for rounding is sought."""
     near, fault = enclosed(problem, z, tol)
     # A proof but for rounding would be one for other entries that differ by up to n
     # EPS.
@@ -331,7 +359,8 @@ def settled(problem: Problem, z: Vector, tol: float) -> Settled | None:
 
 @np.errstate(all="ignore")
 def enclosed(problem: Problem, z: Vector, tol: float) -> tuple[Vector, str]:
-    """Return the basic solution of a run-off, and why none is shown to exist near it, "" if one is; or z itself."""
+    """Return the basic solution of a run-off, and why none is shown to exist near it,
+    "" if one is; or z itself."""
     if not is_run_off(problem, z, tol):
         return z, NO_RUN_OFF
     near = refined(problem, z, problem.box.basis_at(z))
@@ -341,10 +370,11 @@ def enclosed(problem: Problem, z: Vector, tol: float) -> tuple[Vector, str]:
 def large_solution(
     problem: Problem, points: Sequence[Vector], proof: Certificate, tol: float
 ) -> tuple[Vector, str] | None:
-    """Return a solution beyond the criterion, with why the problem is ill-posed then, as a clause for the user: the
-    exact solution of the basis of one of the points, or of a basis near it, rounded; else a run-off: one of the points,
-    or a basic solution in doubles, whose sign rounding decides, of a point or of the proof. None if there is
-    neither."""
+    """Return a solution beyond the criterion, with why the problem is ill-posed then,
+    as a clause for the user: the exact solution of the basis of one of the points, or
+    of a basis near it, rounded; else a run-off: one of the points, or a basic solution
+    in doubles, whose sign rounding decides, of a point or of the proof. None if there
+    is neither."""
     points = [z for z in points if np.isfinite(z).all()]
     large, sentence = (
         next((z for z in points if is_rounded_solution(problem, z)), None),
@@ -375,15 +405,17 @@ def large_solution(
 
 
 def _basic_solutions(problem: Problem, point: Vector) -> Iterator[Vector]:
-    """Yield the basic solution of the states of a point, and its opposite with respect to the reference point."""
+    """Yield the basic solution of the states of a point, and its opposite with respect
+    to the reference point."""
     with suppress(SingularMatrix):
         z = BasicSolutions(problem).at(problem.box.basis_at(point)).z
         yield from map(problem.box.project, (z, 2 * problem.reference_point - z))
 
 
 def proof_near(problem: Problem, z: Vector) -> Certificate | None:
-    """Return a proof that the problem is infeasible, up to the rounding of M if there is no other one; None if none is
-    found. z : a run-off, or an exact solution, whose basis leads to most of these proofs."""
+    """Return a proof that the problem is infeasible, up to the rounding of M if there
+    is no other one; None if none is found. z : a run-off, or an exact solution, whose
+    basis leads to most of these proofs."""
     has_dictionary = (
         not matrices.is_sparse(problem.M)
         and problem.box.is_orthant
@@ -422,8 +454,9 @@ def _candidates(
 
 
 def _null_vector(problem: Problem, z: Vector) -> Vector:
-    """Return the left null vector of the M_BB of the states of z, by a step of inverse iteration from z, which is a
-    null vector itself but for rounding; with a shift of the size of rounding if M_BB is singular."""
+    """Return the left null vector of the M_BB of the states of z, by a step of inverse
+    iteration from z, which is a null vector itself but for rounding; with a shift of
+    the size of rounding if M_BB is singular."""
     y, active, M = (
         np.zeros(problem.n),
         np.flatnonzero(problem.box.basis_at(z) == BASIC),

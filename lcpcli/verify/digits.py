@@ -1,16 +1,21 @@
-"""How many digits of a solution are determined by its data: how far it moves if each of their numbers is rounded.
+"""How many digits of a solution are determined by its data: how far it moves if each of
+their numbers is rounded.
 
-With B the basic variables, changes dM and dq move the solution by -M_BB^-1 (dM z + dq)_B, to first order (N. J. Higham,
-Accuracy and Stability of Numerical Algorithms, 2nd ed., SIAM 2002, section 7.2). For changes like those by rounding,
-independent and up to half a unit in the last place of each number, the standard deviation of this motion is estimated
-by a few systems with random right-hand sides, which unlike a condition number does not depend on units; the part due to
-w_B, if equations are not solved exactly, is added. Changes |dM| <= eps |M|, |dq| <= eps |q| move z_B by at most eps
+With B the basic variables, changes dM and dq move the solution by -M_BB^-1 (dM z +
+dq)_B, to first order (N. J. Higham, Accuracy and Stability of Numerical Algorithms, 2nd
+ed., SIAM 2002, section 7.2). For changes like those by rounding, independent and up to
+half a unit in the last place of each number, the standard deviation of this motion is
+estimated by a few systems with random right-hand sides, which unlike a condition number
+does not depend on units; the part due to w_B, if equations are not solved exactly, is
+added. Changes |dM| <= eps |M|, |dq| <= eps |q| move z_B by at most eps
 |M_BB^-1| (|M| |z| + |q|)_B: no method that works on rounded data can be expected to do better.
 
-At a kink, where z_i at a bound has a w_i, or z_i in B a distance from its bound, that is not safely larger than its own
-motion, rounding may exchange the two. With r the motions of these numbers, and T their derivatives by the other numbers
-of the pairs (a principal transform of M), those of an exchanged set F move by y_F = -T_FF^-1 r_F, and all others with
-them. How far they do is estimated for many F, and a number may become a kink by it in turn.
+At a kink, where z_i at a bound has a w_i, or z_i in B a distance from its bound, that
+is not safely larger than its own motion, rounding may exchange the two. With r the
+motions of these numbers, and T their derivatives by the other numbers of the pairs (a
+principal transform of M), those of an exchanged set F move by y_F = -T_FF^-1 r_F, and
+all others with them. How far they do is estimated for many F, and a number may become a
+kink by it in turn.
 """
 
 from __future__ import annotations
@@ -54,9 +59,10 @@ RANDOM_PARTS = 250  # of more kinks, which are exchanged besides single ones
 
 @np.errstate(all="ignore")
 def digits(problem: Problem, z: Vector, w: Vector) -> Vector | None:
-    """Return how many digits of each z_i of a solution the data determine, from 0 to DOUBLE_DIGITS, shape (n,); all
-    digits of a z_i at a bound, but NaN if rounding may move it off, or if no digit is left where others do so. None if
-    M_BB is too large, or singular, so that z is one of several solutions."""
+    """Return how many digits of each z_i of a solution the data determine, from 0 to
+    DOUBLE_DIGITS, shape (n,); all digits of a z_i at a bound, but NaN if rounding may
+    move it off, or if no digit is left where others do so. None if M_BB is too large,
+    or singular, so that z is one of several solutions."""
     basic = (z != problem.lower) & (z != problem.upper)
     if np.count_nonzero(basic) > (
         MOST_BASIC_SPARSE if is_sparse(problem.M) else MOST_BASIC
@@ -78,7 +84,8 @@ def digits(problem: Problem, z: Vector, w: Vector) -> Vector | None:
 
 
 def whole_digits(problem: Problem, z: Vector, w: Vector) -> list[int | None] | None:
-    """Return `digits` as whole numbers, with None for NaN; None in all if the time is up before."""
+    """Return `digits` as whole numbers, with None for NaN; None in all if the time is
+    up before."""
     with suppress(TimeIsUp):
         found = digits(problem, z, w)
         return (
@@ -90,7 +97,8 @@ def whole_digits(problem: Problem, z: Vector, w: Vector) -> list[int | None] | N
 
 
 def fewest(problem: Problem, z: Vector, determined: Vector) -> tuple[int, int]:
-    """Return the least number of digits of components that have one and are not 0 up to rounding, and its index."""
+    """Return the least number of digits of components that have one and are not 0 up to
+    rounding, and its index."""
     sizes = np.log2(np.abs(z), where=z != 0, out=np.full(z.size, -np.inf))
     negligible = np.ones(z.size, dtype=bool)
     for own in (sizes, sizes - problem.units.columns):
@@ -104,10 +112,11 @@ def fewest(problem: Problem, z: Vector, determined: Vector) -> tuple[int, int]:
 def _motions(
     problem: Problem, z: Vector, w: Vector, basic: Mask
 ) -> tuple[Vector, Vector, Mask] | None:
-    """Return the expected errors of z_i in B and of w_i elsewhere, those with the bases exchanged at kinks, and where
-    these numbers are so near to their bounds, or to 0, that rounding may take them there, each of shape (n,); None if
-    M_BB is singular. With too many kinks, the latter are infinite and everywhere, and if M_BB is so ill-conditioned
-    that its systems are not solved, all of them are."""
+    """Return the expected errors of z_i in B and of w_i elsewhere, those with the bases
+    exchanged at kinks, and where these numbers are so near to their bounds, or to 0,
+    that rounding may take them there, each of shape (n,); None if M_BB is singular.
+    With too many kinks, the latter are infinite and everywhere, and if M_BB is so
+    ill-conditioned that its systems are not solved, all of them are."""
     response, distances = _response(problem.M, basic), room(problem.box, z, w, basic)
     changes = _changes(problem, z, np.where(basic | (distances < 0), w, 0.0), basic)
     try:
@@ -150,7 +159,8 @@ def _motions(
 
 
 def _changes(problem: Problem, z: Vector, violations: Vector, basic: Mask) -> Vector:
-    """Return what is added to w: the violations, and samples of the rounding of the data; shape (n, 1 + SAMPLES)."""
+    """Return what is added to w: the violations, and samples of the rounding of the
+    data; shape (n, 1 + SAMPLES)."""
     M = problem.M
     squares = M.power(2) @ z**2 if is_sparse(M) else np.einsum("ij,ij,j->i", M, M, z**2)
     random = np.empty((z.size, SAMPLES))
@@ -162,7 +172,8 @@ def _changes(problem: Problem, z: Vector, violations: Vector, basic: Mask) -> Ve
 
 
 def _response(M: Matrix, basic: Mask) -> Callable[[Vector], Vector]:
-    """Return a function, which may raise SingularMatrix, from changes of q, shape (n, k), to those of z_B, w_N."""
+    """Return a function, which may raise SingularMatrix, from changes of q, shape (n,
+    k), to those of z_B, w_N."""
     B = np.flatnonzero(basic)
     solver = PrincipalSolver(M)
 
@@ -178,8 +189,9 @@ def _response(M: Matrix, basic: Mask) -> Callable[[Vector], Vector]:
 
 
 def _largest_sizes(moves: Vector, columns: Vector, P: Indices) -> Vector:
-    """Return the largest sizes of the motions, with the basis as it is and with parts F of the kinks P exchanged: the
-    other number y_i of each pair moves then, by the y_F with which this number remains at its bound, or at 0."""
+    """Return the largest sizes of the motions, with the basis as it is and with parts F
+    of the kinks P exchanged: the other number y_i of each pair moves then, by the y_F
+    with which this number remains at its bound, or at 0."""
     largest = _sizes(moves)
     for part in _parts(P.size):
         F, effects = P[part], columns[:, part]
@@ -192,7 +204,8 @@ def _largest_sizes(moves: Vector, columns: Vector, P: Indices) -> Vector:
 
 
 def _parts(count: int) -> Mask:
-    """Return rows that select all parts of a few kinks; of many, all, each one, all others, and RANDOM_PARTS more."""
+    """Return rows that select all parts of a few kinks; of many, all, each one, all
+    others, and RANDOM_PARTS more."""
     if count <= MOST_COMBINED:
         return (np.arange(1, 2**count)[:, np.newaxis] >> np.arange(count)) % 2 > 0
     each = np.eye(count, dtype=bool)
@@ -202,12 +215,14 @@ def _parts(count: int) -> Mask:
 
 
 def _sizes(moves: Vector) -> Vector:
-    """Return the motion by the error of w and the standard deviation of that by rounding, shape (2, n)."""
+    """Return the motion by the error of w and the standard deviation of that by
+    rounding, shape (2, n)."""
     return np.stack((np.abs(moves[:, 0]), np.sqrt(np.mean(moves[:, 1:] ** 2, axis=1))))
 
 
 def room(box: Box, z: Vector, w: Vector, basic: Mask) -> Vector:
-    """Return how far each component is from violating the condition of its state; infinite if it is fixed."""
+    """Return how far each component is from violating the condition of its state;
+    infinite if it is fixed."""
     return np.where(
         box.fixed,
         np.inf,
@@ -217,7 +232,8 @@ def room(box: Box, z: Vector, w: Vector, basic: Mask) -> Vector:
 
 @lru_cache(maxsize=8)
 def signs(n: int, samples: int = SAMPLES) -> Vector:
-    """Return columns of signs, shape (n, samples), that look random but are the same each time; not to be changed."""
+    """Return columns of signs, shape (n, samples), that look random but are the same
+    each time; not to be changed."""
     return np.sign(
         np.sin(np.outer((np.arange(n) + 1.0) ** 2, np.arange(samples) + 1.234))
     )

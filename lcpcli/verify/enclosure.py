@@ -1,17 +1,21 @@
-"""Exact solutions of linear systems near given doubles, proved to exist by floats with bounds on their rounding.
+"""Exact solutions of linear systems near given doubles, proved to exist by floats with
+bounds on their rounding.
 
-If R is an approximate inverse of B with |I - R B| <= a < 1 in the maximum norm, B is nonsingular, and the c with
-B c = -g has |c| <= |R g| + a |c|: S. M. Rump, Verification methods: rigorous results using floating-point arithmetic,
-Acta Numerica 19 (2010) 287-449, section 10. For proofs that a linear program is infeasible: C. Keil and C. Jansson,
-Computational experience with rigorous error bounds for the Netlib linear programming library, Reliable Computing 12
-(2006) 303-321.
+If R is an approximate inverse of B with |I - R B| <= a < 1 in the maximum norm, B is
+nonsingular, and the c with B c = -g has |c| <= |R g| + a |c|: S. M. Rump, Verification
+methods: rigorous results using floating-point arithmetic, Acta Numerica 19 (2010)
+287-449, section 10. For proofs that a linear program is infeasible: C. Keil and C.
+Jansson, Computational experience with rigorous error bounds for the Netlib linear
+programming library, Reliable Computing 12 (2006) 303-321.
 
-For a solution near a z, with the basic variables B of z and the others at their bounds, M_BB z*_B = -(q + M z_N)_B has
-one solution if M_BB is regular. One correction of z_B, kept apart from it as doubles near z_B may not hold it, leaves a
-small residual g. An M_BB without positive entries off its diagonal has a nonnegative inverse if some v > 0 has M_BB v >
-0 (A. Berman and R. J. Plemmons, Nonnegative Matrices in the Mathematical Sciences, 1979, theorem 6.2.3); then the
-correction is off by at most t v if |g| <= t M_BB v. Any other M_BB takes an approximate inverse (see `enclosure`). If
-the signs of z*_B and w*_N are right within these bounds, z* solves the problem.
+For a solution near a z, with the basic variables B of z and the others at their bounds,
+M_BB z*_B = -(q + M z_N)_B has one solution if M_BB is regular. One correction of z_B,
+kept apart from it as doubles near z_B may not hold it, leaves a small residual g. An
+M_BB without positive entries off its diagonal has a nonnegative inverse if some v > 0
+has M_BB v > 0 (A. Berman and R. J. Plemmons, Nonnegative Matrices in the Mathematical
+Sciences, 1979, theorem 6.2.3); then the correction is off by at most t v if |g| <= t
+M_BB v. Any other M_BB takes an approximate inverse (see `enclosure`). If the signs of
+z*_B and w*_N are right within these bounds, z* solves the problem.
 """
 
 from __future__ import annotations
@@ -43,7 +47,8 @@ DEPENDENT = 1e-10
 
 
 def is_enclosable(equations: int, unknowns: int) -> bool:
-    """Return whether so many equations may have an enclosure, which takes at most a second or so."""
+    """Return whether so many equations may have an enclosure, which takes at most a
+    second or so."""
     return (
         equations <= min(unknowns, LARGEST_ENCLOSED)
         and equations**2 * unknowns <= MOST_WORK
@@ -52,9 +57,11 @@ def is_enclosable(equations: int, unknowns: int) -> bool:
 
 @np.errstate(all="ignore")
 def enclosure(G: Vector, y: Vector) -> Vector | None:
-    """Return d >= 0, such that some y' with |y' - y| <= d has G y' = 0 exactly; None if that is not shown.
+    """Return d >= 0, such that some y' with |y' - y| <= d has G y' = 0 exactly; None if
+    that is not shown.
 
-    G : dense, of shape (k, n). Only k entries of y change, by preference the large ones.
+    G : dense, of shape (k, n). Only k entries of y change, by preference the large
+        ones.
     """
     d = np.zeros(y.size)
     if not G.shape[0]:
@@ -84,7 +91,8 @@ def _units(sizes: Vector) -> Vector:
 
 
 def regular_change(B: Vector, size: Vector) -> Vector:
-    """Return a bound on |c|, where B c = -g with |g| <= size; infinite if none is found. It is compiled as well."""
+    """Return a bound on |c|, where B c = -g with |g| <= size; infinite if none is
+    found. It is compiled as well."""
     k, nothing = size.size, np.full(size.size, np.inf)
     try:
         R = np.ascontiguousarray(np.linalg.inv(B))
@@ -98,7 +106,10 @@ def regular_change(B: Vector, size: Vector) -> Vector:
     return change + 2.0 * a * change.max() if a < 0.5 else nothing
 
 
-TOO_LARGE = f"its {{}} basic variables are more than the {LARGEST_ENCLOSED} of a system that is enclosed"
+TOO_LARGE = (
+    f"its {{}} basic variables are more than the {LARGEST_ENCLOSED} of a system "
+    "that is enclosed"
+)
 SINGULAR = "the matrix of its basic variables is not shown to be regular"
 WIDE = "rounding of this system changes z by more than the tolerance"
 SIGNS = "rounding decides the sign of component {}"
@@ -106,10 +117,12 @@ SIGNS = "rounding decides the sign of component {}"
 
 @np.errstate(all="ignore")
 def fault(problem: Problem, z: Vector, tol: float, rounding: float = 0.0) -> str:
-    """Return why no solution is shown to exist that has the states of an admissible z, shape (n,), and differs from it
-    by at most tol in each component, relative to z_i and to its distance from the reference point; "" if one is.
-    rounding : of the entries of M and q, relative: one is shown to exist for all problems whose entries differ by so
-    much; if it is not 0, only for an M_BB without positive entries off its diagonal."""
+    """Return why no solution is shown to exist that has the states of an admissible z,
+    shape (n,), and differs from it by at most tol in each component, relative to z_i
+    and to its distance from the reference point; "" if one is.
+    rounding : of the entries of M and q, relative: one is shown to exist for all
+    problems whose entries differ by so much; if it is not 0, only for an M_BB without
+    positive entries off its diagonal."""
     basis, M = problem.box.basis_at(z), problem.M
     B, change = (basis == BASIC).nonzero()[0], np.zeros(problem.n)
     w = -accurate_residual(M, z, -problem.q)
@@ -160,7 +173,8 @@ def fault(problem: Problem, z: Vector, tol: float, rounding: float = 0.0) -> str
 
 
 def _repeat(problem: Problem, z: Vector, rows: Mask, others: Indices) -> bool:
-    """Return whether w is 0 in these rows as it is in others, which differ but by the sign in the columns of z."""
+    """Return whether w is 0 in these rows as it is in others, which differ but by the
+    sign in the columns of z."""
     M = np.column_stack((dense(problem.M)[:, z != 0], problem.q))
     known = np.concatenate((M[others], -M[others]))
     return all((known == row).all(axis=1).any() for row in M[rows])
@@ -169,7 +183,8 @@ def _repeat(problem: Problem, z: Vector, rows: Mask, others: Indices) -> bool:
 def _change(
     block: Matrix, terms: Vector, sizes: Vector, bound: Vector, rounding: float
 ) -> Vector:
-    """Return a bound on |c| for M_BB c = -g, |g| <= bound, whatever the rounding of M_BB; infinite if none is found.
+    """Return a bound on |c| for M_BB c = -g, |g| <= bound, whatever the rounding of
+    M_BB; infinite if none is found.
     terms, sizes : those of rows and columns of M_BB."""
     if matrices.has_no_positive_links(block):
         with suppress(SingularMatrix, OverflowError, ValueError):

@@ -1,43 +1,54 @@
-"""Rigorous bounds on the distance of any z from the solution, for the data in doubles, rounding errors included; and
-proofs that M is in the classes that have them: H+-matrices, by a scaling u, and positive definite ones, by factors.
+"""Rigorous bounds on the distance of any z from the solution, for the data in doubles,
+rounding errors included; and proofs that M is in the classes that have them:
+H+-matrices, by a scaling u, and positive definite ones, by factors.
 
-X. Chen and S. Xiang, Computation of error bounds for P-matrix linear complementarity problems, Mathematical Programming
-106 (2006) 513-525, for H+ matrices, componentwise and independent of scaling. Let w = M z + q, r = min(z, w) and <M>
-the comparison matrix of M: |M_ii| on the diagonal, -|M_ij| off it. There is a diagonal D, 0 <= D <= I, with
-r = (I - D + D M)(z - z*), because the change of the minimum of two numbers is a convex combination of their changes. M
-being H+, |(I - D + D M)^-1| <= <I - D + D M>^-1 <= <M>^-1 max(L, I) with L the diagonal of M, which is their theorem.
-Rows may be scaled beforehand; the best scaling is by 1 / L, for which L becomes I and the bound
+X. Chen and S. Xiang, Computation of error bounds for P-matrix linear complementarity
+problems, Mathematical Programming 106 (2006) 513-525, for H+ matrices, componentwise
+and independent of scaling. Let w = M z + q, r = min(z, w) and <M> the comparison matrix
+of M: |M_ii| on the diagonal, -|M_ij| off it. There is a diagonal D, 0 <= D <= I, with r
+= (I - D + D M)(z - z*), because the change of the minimum of two numbers is a convex
+combination of their changes. M being H+, |(I - D + D M)^-1| <= <I - D + D M>^-1 <=
+<M>^-1 max(L, I) with L the diagonal of M, which is their theorem. Rows may be scaled
+beforehand; the best scaling is by 1 / L, for which L becomes I and the bound
 
     |z - z*| <= <M>^-1 |min(L z, w)|.
 
-The same holds with bounds, where min(z, w) is z - mid(l, u, z - w). M is H+ if and only if its diagonal is positive and
-<M> u > 0 for some u > 0 (A. Berman and R. J. Plemmons, Nonnegative matrices in the mathematical sciences, SIAM 1994,
-chapter 6); then <M>^-1 >= 0, so that <M> t >= s yields t >= <M>^-1 s: an approximate t is corrected by a multiple of u.
+The same holds with bounds, where min(z, w) is z - mid(l, u, z - w). M is H+ if and only
+if its diagonal is positive and <M> u > 0 for some u > 0 (A. Berman and R. J. Plemmons,
+Nonnegative matrices in the mathematical sciences, SIAM 1994, chapter 6); then <M>^-1 >=
+0, so that <M> t >= s yields t >= <M>^-1 s: an approximate t is corrected by a multiple
+of u.
 
-R. Mathias and J.-S. Pang, Error bounds for the linear complementarity problem with a P-matrix, Linear Algebra and its
-Applications 132 (1990) 123-136, and J.-S. Pang, A posteriori error bounds for the linearly-constrained variational
-inequality problem, Mathematics of Operations Research 12 (1987) 474-484, for positive definite M, symmetric or not, in
-their sharp form. Take rho and sigma so that y = z - rho and v = w - sigma are nonnegative with y'v = 0: where z_i is
-the smaller one, rho_i = z_i and sigma_i = min(w_i, 0), elsewhere rho_i = min(z_i, 0) and sigma_i = w_i. For a positive
-diagonal T, (y - z*)'T(v - w*) = -y'T w* - z*'T v <= 0. With e = z - z* this reads (e - rho)'T(M e - sigma) <= 0, and as
-rho'T sigma >= 0,
+R. Mathias and J.-S. Pang, Error bounds for the linear complementarity problem with a
+P-matrix, Linear Algebra and its Applications 132 (1990) 123-136, and J.-S. Pang, A
+posteriori error bounds for the linearly-constrained variational inequality problem,
+Mathematics of Operations Research 12 (1987) 474-484, for positive definite M, symmetric
+or not, in their sharp form. Take rho and sigma so that y = z - rho and v = w - sigma
+are nonnegative with y'v = 0: where z_i is the smaller one, rho_i = z_i and sigma_i =
+min(w_i, 0), elsewhere rho_i = min(z_i, 0) and sigma_i = w_i. For a positive diagonal T,
+(y - z*)'T(v - w*) = -y'T w* - z*'T v <= 0. With e = z - z* this reads (e - rho)'T(M e -
+sigma) <= 0, and as rho'T sigma >= 0,
 
     e'T M e <= g'e    with    g = T sigma + M'T rho.
 
-With bounds, y lies within them and v has the signs that they ask for at y: at l_i, v_i = max(w_i, 0); at u_i, v_i =
-min(w_i, 0); elsewhere y_i = mid(l, u, z)_i and v_i = 0. The rest is the same.
+With bounds, y lies within them and v has the signs that they ask for at y: at l_i, v_i
+= max(w_i, 0); at u_i, v_i = min(w_i, 0); elsewhere y_i = mid(l, u, z)_i and v_i = 0.
+The rest is the same.
 
-So if the symmetric part of T M has smallest eigenvalue lambda > 0, |e|_2 <= |g|_2 / lambda, which for T = I is at most
-Pang's (1 + |M|_2) |min(z, w)|_2 / lambda. The bound is applied in units in which T M has a diagonal near 1, and around
-the centre of the ellipsoid, c = S^-1 g / 2 for the symmetric part S: f = e - c has f'S f <= (g - 2 S c)'f + c'(g - S c)
-for every c, so that c may be rounded. lambda is verified by Cholesky's factorization of the shifted matrix, which runs
-to completion only if no eigenvalue is below minus its rounding errors: S. M. Rump, Verification of positive
-definiteness, BIT Numerical Mathematics 46 (2006) 433-452. For a sparse S, |S - c I - L U| <= gamma |L| |U|,
-and U = D L' up to a difference that is computed.
+So if the symmetric part of T M has smallest eigenvalue lambda > 0, |e|_2 <= |g|_2 /
+lambda, which for T = I is at most Pang's (1 + |M|_2) |min(z, w)|_2 / lambda. The bound
+is applied in units in which T M has a diagonal near 1, and around the centre of the
+ellipsoid, c = S^-1 g / 2 for the symmetric part S: f = e - c has f'S f <= (g - 2 S c)'f
++ c'(g - S c) for every c, so that c may be rounded. lambda is verified by Cholesky's
+factorization of the shifted matrix, which runs to completion only if no eigenvalue is
+below minus its rounding errors: S. M. Rump, Verification of positive definiteness, BIT
+Numerical Mathematics 46 (2006) 433-452. For a sparse S, |S - c I - L U| <= gamma |L|
+|U|, and U = D L' up to a difference that is computed.
 
-Rounding errors: an inner product of k terms has an error of at most gamma_k = k u / (1 - k u) times that of the
-absolute values (N. J. Higham, Accuracy and Stability of Numerical Algorithms, 2nd ed., SIAM 2002, chapter 3). With the
-entries of M and z in the range required here, no product M_ij z_j underflows.
+Rounding errors: an inner product of k terms has an error of at most gamma_k = k u / (1
+- k u) times that of the absolute values (N. J. Higham, Accuracy and Stability of
+Numerical Algorithms, 2nd ed., SIAM 2002, chapter 3). With the entries of M and z in the
+range required here, no product M_ij z_j underflows.
 """
 
 from __future__ import annotations
@@ -85,7 +96,8 @@ LARGEST_EXPONENT = 400
 KRYLOV_STEPS = 2000  # at most: the scaling found by then is verified in any case
 
 Proof: TypeAlias = "tuple[bool, Vector | None]"
-"""Whether S is proved to be positive definite; if not, a v, shape (n,), that may have v'Sv <= 0, or None."""
+"""Whether S is proved to be positive definite; if not, a v, shape (n,), that may have
+v'Sv <= 0, or None."""
 
 
 def scaling(
@@ -94,9 +106,10 @@ def scaling(
     check: Callable[[], None] = interrupts.check,
     slacks: tuple[float, ...] = SLACKS,
 ) -> Vector | None:
-    """Return a d > 0 with <M> d > 0, for M of shape (n, n) with positive diagonal; None if none was found. holds :
-    whether <M> d > 0 is proved for a finite d > 0, as by `lower_image`, or in exact arithmetic. check : called between
-    steps; it may raise TimeIsUp. slacks : those with which a d is sought."""
+    """Return a d > 0 with <M> d > 0, for M of shape (n, n) with positive diagonal; None
+    if none was found. holds : whether <M> d > 0 is proved for a finite d > 0, as by
+    `lower_image`, or in exact arithmetic. check : called between steps; it may raise
+    TimeIsUp. slacks : those with which a d is sought."""
     candidates = _candidates(matrices.comparison(M), check, slacks)
     return next(
         (d for d in candidates if np.isfinite(d).all() and (d > 0).all() and holds(d)),
@@ -105,7 +118,8 @@ def scaling(
 
 
 def lower_image(M: Matrix, diagonal: Vector, d: Vector) -> Vector:
-    """Return a lower bound on <M> d for d >= 0: 2 L d - |M| d minus a bound on the rounding errors."""
+    """Return a lower bound on <M> d for d >= 0: 2 L d - |M| d minus a bound on the
+    rounding errors."""
     terms = int(np.diff(M.indptr).max(initial=0)) if is_sparse(M) else M.shape[1]
     own, others = 2 * diagonal * d, matrices.absolute_product(M, d)
     return np.asarray(
@@ -114,14 +128,16 @@ def lower_image(M: Matrix, diagonal: Vector, d: Vector) -> Vector:
 
 
 def factor(terms: int) -> float:
-    """Return gamma_k = k u / (1 - k u), the relative error of a sum of k products, and of a few operations more."""
+    """Return gamma_k = k u / (1 - k u), the relative error of a sum of k products, and
+    of a few operations more."""
     return (terms + 16) * EPS
 
 
 def _candidates(
     C: Matrix, check: Callable[[], None], slacks: tuple[float, ...]
 ) -> Iterator[Vector]:
-    """Yield candidates for d: C d = L 1 or, where d varies widely, (C - slack L) d = L 1."""
+    """Yield candidates for d: C d = L 1 or, where d varies widely, (C - slack L) d = L
+    1."""
     diagonal, direct = C.diagonal(), affordable(C)
     for slack in slacks:
         check()
@@ -160,8 +176,9 @@ def _krylov(C: Matrix, diagonal: Vector, check: Callable[[], None]) -> Vector:
 
 
 def proof_of_definiteness(S: Matrix) -> Proof:
-    """Return the proof for an affordable S of shape (n, n), with positive diagonal, symmetric up to rounding, which is
-    first scaled by powers of two to a diagonal near 1."""
+    """Return the proof for an affordable S of shape (n, n), with positive diagonal,
+    symmetric up to rounding, which is first scaled by powers of two to a diagonal near
+    1."""
     power = -half_power(S.diagonal())
     if np.abs(power).max() > LARGEST_EXPONENT:
         return False, None
@@ -191,8 +208,9 @@ def _dense(A: Vector) -> Proof:
 
 
 def row_scalings(M: Vector) -> Iterator[Vector]:
-    """Yield diagonals T > 0 of shape (n,) for which T M may be positive definite, for a dense M with positive diagonal;
-    with NaN where numbers overflow. All solutions of a problem stay what they are."""
+    """Yield diagonals T > 0 of shape (n,) for which T M may be positive definite, for a
+    dense M with positive diagonal; with NaN where numbers overflow. All solutions of a
+    problem stay what they are."""
     for proposed in (_symmetrising, _balanced):
         with np.errstate(all="ignore"):
             T = proposed(M)
@@ -200,7 +218,8 @@ def row_scalings(M: Vector) -> Iterator[Vector]:
 
 
 def _symmetrising(M: Vector) -> Vector:
-    """Return T for which T M is as close to symmetric as possible: least squares on log |T_i M_ij / T_j M_ji|."""
+    """Return T for which T M is as close to symmetric as possible: least squares on log
+    |T_i M_ij / T_j M_ji|."""
     sizes = np.log2(np.abs(M), where=M != 0, out=np.zeros_like(M))
     pairs = (M != 0) & (M.T != 0)
     excess = np.where(pairs, sizes.T - sizes, 0.0).sum(axis=1)
@@ -209,7 +228,8 @@ def _symmetrising(M: Vector) -> Vector:
 
 
 def _balanced(M: Vector) -> Vector:
-    """Return d > 0 for which rows of diag(d) M have about the norms of columns; NaN where numbers overflow."""
+    """Return d > 0 for which rows of diag(d) M have about the norms of columns; NaN
+    where numbers overflow."""
     d = np.ones(len(M))
     for _ in range(BALANCING_STEPS):
         scaled = d[:, None] * M
@@ -218,8 +238,8 @@ def _balanced(M: Vector) -> Vector:
 
 
 def least_eigenvalue(S: Vector) -> float | None:
-    """Return a positive lower bound on the smallest eigenvalue of a dense symmetric S with entries near 1 or smaller,
-    each rounded once; None if none is proved."""
+    """Return a positive lower bound on the smallest eigenvalue of a dense symmetric S
+    with entries near 1 or smaller, each rounded once; None if none is proved."""
     if (estimate := _called(lambda: np.linalg.eigvalsh(S)[0], S)) is None:
         return None
     lost = _lost(S)
@@ -232,7 +252,8 @@ def least_eigenvalue(S: Vector) -> float | None:
 
 
 def _lost(A: Vector) -> float:
-    """Return a bound on how far below 0 eigenvalues of A may be if its Cholesky factorization is completed."""
+    """Return a bound on how far below 0 eigenvalues of A may be if its Cholesky
+    factorization is completed."""
     n = len(A)
     return (
         2 * (n + 4) * EPS * float(np.trace(A))
@@ -250,7 +271,8 @@ def _is_factorized(A: Vector, shift: float) -> bool:
 
 
 def _called(call: Callable[[], Any], A: Vector) -> Any:
-    """Return the value of a call of some n^3 operations, interruptible if these take longer than a thread, or None."""
+    """Return the value of a call of some n^3 operations, interruptible if these take
+    longer than a thread, or None."""
     with suppress(SingularMatrix):
         return interruptibly(call) if A.shape[0] > MOST_NUMPY_ROWS else call()
 
@@ -268,7 +290,8 @@ def _sparse(A: Matrix, rounding: float) -> Proof:
 
 
 def _error(lu: Any, n: int) -> float:
-    """Return a bound on |S - c I - L D L'| in the maximum norm, for factors computed without row interchanges."""
+    """Return a bound on |S - c I - L D L'| in the maximum norm, for factors computed
+    without row interchanges."""
     L, U = lu.L.tocsr(), lu.U.tocsr()
     D = U.diagonal()
     gamma = 2 * (n + 4) * EPS
@@ -284,7 +307,8 @@ def _error(lu: Any, n: int) -> float:
 
 
 def _direction(lu: Any, n: int) -> Vector | None:
-    """Return v with L'v = e_k in the order of elimination, for which v'Sv is about the k-th pivot, the smallest one."""
+    """Return v with L'v = e_k in the order of elimination, for which v'Sv is about the
+    k-th pivot, the smallest one."""
     if not np.array_equal(lu.perm_r, lu.perm_c):
         return None
     with imports:
@@ -299,8 +323,9 @@ def _direction(lu: Any, n: int) -> Vector | None:
 
 
 Theorem = Callable[..., float]
-"""An upper bound on |z - z*|_inf, possibly infinite, from z in range and w = M z + q with relative errors up to EPS;
-where M is definite also from bounds on other errors of w, whatever the signs of these are."""
+"""An upper bound on |z - z*|_inf, possibly infinite, from z in range and w = M z + q
+with relative errors up to EPS; where M is definite also from bounds on other errors of
+w, whatever the signs of these are."""
 
 H_PLUS, DEFINITE = (
     "Chen and Xiang 2006, M is H+",
@@ -321,13 +346,15 @@ BICGSTAB_TARGET = 1e-8  # relative to the right-hand side: u needs only a few di
 
 
 def in_range(A: Matrix, smallest: float = 0.0) -> bool:
-    """Return whether all entries are at most LARGEST_ENTRY, and those that are not zero at least `smallest`."""
+    """Return whether all entries are at most LARGEST_ENTRY, and those that are not zero
+    at least `smallest`."""
     least, largest = sizes(A.data if is_sparse(A) else A)
     return largest <= LARGEST_ENTRY and least >= smallest
 
 
 def residual(problem: Problem, z: Vector) -> Vector | None:
-    """Return M z + q to a relative error of EPS in each row, for M in range; None if z or this is out of range."""
+    """Return M z + q to a relative error of EPS in each row, for M in range; None if z
+    or this is out of range."""
     with suppress(OverflowError, ValueError):
         if in_range(z) and in_range(w := -accurate_residual(problem.M, z, -problem.q)):
             return w
@@ -335,7 +362,8 @@ def residual(problem: Problem, z: Vector) -> Vector | None:
 
 
 def h_plus_theorem(problem: Problem) -> Theorem | None:
-    """Return a bound on |z - z*|_inf, for M in range with positive diagonal; None if M is not recognized as H+."""
+    """Return a bound on |z - z*|_inf, for M in range with positive diagonal; None if M
+    is not recognized as H+."""
     M, diagonal = problem.M, problem.M.diagonal()
     units = scale(problem)
     within = units.problem.M
@@ -366,8 +394,9 @@ def h_plus_theorem(problem: Problem) -> Theorem | None:
 
 
 def _scaling(M: Matrix) -> tuple[Vector, Solve | None] | None:
-    """Return a proof that M is H+, with a solver for <M> unless Jacobi's iteration for it converges fast: with B = L -
-    <M>, the ratios (B u)_i / (L u)_i enclose its rate for every u > 0 (Collatz and Wielandt)."""
+    """Return a proof that M is H+, with a solver for <M> unless Jacobi's iteration for
+    it converges fast: with B = L - <M>, the ratios (B u)_i / (L u)_i enclose its rate
+    for every u > 0 (Collatz and Wielandt)."""
     e, diagonal = np.ones(M.shape[0]), M.diagonal()
     ratios = matrices.absolute_product(M, e) / diagonal - 1
     if ratios.max() < SLOW_JACOBI:
@@ -395,7 +424,8 @@ def _scaling(M: Matrix) -> tuple[Vector, Solve | None] | None:
 
 
 def solver(A: Matrix) -> Solve:
-    """Return a solver for A with positive diagonal, by BiCGSTAB if sparse and fast, else by factors, if there are."""
+    """Return a solver for A with positive diagonal, by BiCGSTAB if sparse and fast,
+    else by factors, if there are."""
     if is_sparse(A):
         inverse = 1 / A.diagonal()
 
@@ -417,9 +447,10 @@ def solver(A: Matrix) -> Solve:
 
 
 def definite_theorems(problem: Problem, has_bound: bool = False) -> dict[str, Theorem]:
-    """Return bounds on |z - z*|_inf, for M in range with positive diagonal, keyed by their sources: with T = I and with
-    a T that makes T M symmetric; unless there is a bound then, with any T for which T M is proved to be positive
-    definite. There are none if M is sparse and large."""
+    """Return bounds on |z - z*|_inf, for M in range with positive diagonal, keyed by
+    their sources: with T = I and with a T that makes T M symmetric; unless there is a
+    bound then, with any T for which T M is proved to be positive definite. There are
+    none if M is sparse and large."""
     if is_sparse(problem.M) and problem.n > MOST_DENSIFIED:
         return {}
     M = matrices.dense(problem.M)
@@ -434,7 +465,8 @@ def definite_theorems(problem: Problem, has_bound: bool = False) -> dict[str, Th
 
 
 def _definite_theorem(M: Matrix, T: Vector, box: Box) -> Theorem | None:
-    """Return the bound in the units D in which A = D T M D has a diagonal between 1/2 and 2."""
+    """Return the bound in the units D in which A = D T M D has a diagonal between 1/2
+    and 2."""
     diagonal = M.diagonal()
     D = np.exp2(-half_power(T * diagonal))
     rows = D * T
@@ -474,7 +506,8 @@ def _definite_theorem(M: Matrix, T: Vector, box: Box) -> Theorem | None:
 
 
 def _around_centre(S: Matrix, least: float, D: Vector, g: Vector, off: Vector) -> float:
-    """Return a bound on all D_i |e_i|, from the ball around c = S^-1 g / 2 that has e; g has errors up to `off`."""
+    """Return a bound on all D_i |e_i|, from the ball around c = S^-1 g / 2 that has e;
+    g has errors up to `off`."""
     c = 0.5 * np.linalg.solve(S, g)
     image = S @ c
     image_off = (
@@ -490,7 +523,8 @@ def _around_centre(S: Matrix, least: float, D: Vector, g: Vector, off: Vector) -
 
 
 def _norm(v: Vector) -> float:
-    """Return an upper bound on |v|_2, for a largest entry up to LARGEST_ENTRY; it is at least SMALLEST_NORMAL."""
+    """Return an upper bound on |v|_2, for a largest entry up to LARGEST_ENTRY; it is at
+    least SMALLEST_NORMAL."""
     largest = max(float(np.abs(v).max()), SMALLEST_NORMAL)
     own = v / largest
     return largest * float(np.sqrt(own @ own)) * (1 + factor(v.size)) + SMALLEST_NORMAL
@@ -502,7 +536,8 @@ NEIGHBOUR_REFINEMENTS = 3
 
 @dataclass(frozen=True)
 class Bound:
-    """|z - z*|_inf <= value, in the problem's units, infinite if unknown; source : the theorem and the class of M."""
+    """|z - z*|_inf <= value, in the problem's units, infinite if unknown; source : the
+    theorem and the class of M."""
 
     value: float
     source: str
@@ -518,15 +553,18 @@ NO_BOUND = Bound(math.inf, "M is not known to be H+ or positive definite")
 
 @np.errstate(all="ignore")
 def error_bound(problem: Problem, z: VectorLike) -> Bound | None:
-    """Return the smallest proved bound on |z - z*|_inf for this M, z* being the unique solution; None if M is in
-    neither class or too close to the boundary of both, if z or an entry of M is not finite or is beyond
-    `LARGEST_ENTRY`, or if a nonzero entry of M or of the bounds is below `SMALLEST_ENTRY`.
+    """Return the smallest proved bound on |z - z*|_inf for this M, z* being the unique
+    solution; None if M is in neither class or too close to the boundary of both, if z
+    or an entry of M is not finite or is beyond `LARGEST_ENTRY`, or if a nonzero entry
+    of M or of the bounds is below `SMALLEST_ENTRY`.
 
-    The class of M is verified, not estimated, and all rounding errors are bounded and included. The cost is O(n^3) for
-    dense M, more than that of solving the problem, and a few solves for sparse M. A sparse M that is not H+ is treated
-    as dense for up to `error_theorems.MOST_DENSIFIED` unknowns.
+    The class of M is verified, not estimated, and all rounding errors are bounded and
+    included. The cost is O(n^3) for dense M, more than that of solving the problem, and
+    a few solves for sparse M. A sparse M that is not H+ is treated as dense for up to
+    `error_theorems.MOST_DENSIFIED` unknowns.
 
-    problem : an LCP or a mixed problem with n unknowns; the theorems hold for any bounds.
+    problem : an LCP or a mixed problem with n unknowns; the theorems hold for any
+        bounds.
     z : shape (n,), of any sign; ProblemError if it does not have n numbers.
 
     >>> from lcpcli import Problem, error_bound
@@ -582,8 +620,9 @@ def _claim(
 
 
 def _neighbour(problem: Problem, z: Vector) -> Vector | None:
-    """Return a point y near z at which a bound is sharp, as |z - z*| <= |z - y| + |y - z*|: about the basic solution
-    of the states of z - w_i / M_ii, moved within the bounds, which is z* up to rounding if z comes from a solver."""
+    """Return a point y near z at which a bound is sharp, as |z - z*| <= |z - y| + |y -
+    z*|: about the basic solution of the states of z - w_i / M_ii, moved within the
+    bounds, which is z* up to rounding if z comes from a solver."""
     basis = problem.box.basis_of(0.5 * (z - problem.w(z) / problem.M.diagonal()))
     y, active = problem.box.nonbasic(basis), np.flatnonzero(basis == BASIC)
     if not active.size:

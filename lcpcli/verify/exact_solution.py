@@ -1,12 +1,14 @@
 """The exact solution of the complementary basis of a point near a solution.
 
-With P = {i : z_i > 0}, M_PP z_P = -q_P is solved in rational arithmetic, and the signs are checked. If P is not quite
-right, indices that violate them are flipped as in the block principal pivoting of `exchanges`. Where M_PP is
-singular, an LP finds a vertex of the solutions with that set.
+With P = {i : z_i > 0}, M_PP z_P = -q_P is solved in rational arithmetic, and the signs
+are checked. If P is not quite right, indices that violate them are flipped as in the
+block principal pivoting of `exchanges`. Where M_PP is singular, an LP finds a vertex of
+the solutions with that set.
 
-In doubles, such a system is solved with iterative refinement, with residuals as if in twice the precision (N. J.
-Higham, Accuracy and Stability of Numerical Algorithms, 2nd ed., SIAM 2002, section 12.1). Even so, rounding z may leave
-a residual that is not small. That such a z is the rounded solution is proved in rational arithmetic.
+In doubles, such a system is solved with iterative refinement, with residuals as if in
+twice the precision (N. J. Higham, Accuracy and Stability of Numerical Algorithms, 2nd
+ed., SIAM 2002, section 12.1). Even so, rounding z may leave a residual that is not
+small. That such a z is the rounded solution is proved in rational arithmetic.
 """
 
 from __future__ import annotations
@@ -52,8 +54,9 @@ def from_point(
     effort: Effort | None = None,
     most: int = MOST_SOLVED_EXACTLY,
 ) -> list[Fraction] | None:
-    """Return the exact solution with the complementary basis of an approximate z, shape (n,), or of one near it if its
-    signs are wrong; None if none was found with this effort, or more than `most` components are solved for."""
+    """Return the exact solution with the complementary basis of an approximate z, shape
+    (n,), or of one near it if its signs are wrong; None if none was found with this
+    effort, or more than `most` components are solved for."""
     effort = effort or Effort()
     for basis in _bases(data.problem, z):
         if (found := _by_pivoting(data, basis, effort, most)) is not None:
@@ -65,7 +68,8 @@ def from_point(
 
 
 def _bases(problem: Problem, z: Vector) -> Iterator[States]:
-    """Yield bases suggested by z: all z_i not at a bound, those farther from it than w_i, those not close to it."""
+    """Yield bases suggested by z: all z_i not at a bound, those farther from it than
+    w_i, those not close to it."""
     with np.errstate(all="ignore"):
         R, C = equilibrate(problem.M, problem.q, problem.row_maxima)
         box, scaled, w = problem.box.in_units(C), z / C, R * problem.w(z)
@@ -103,8 +107,9 @@ def finitely_rounded(z: Sequence[Fraction]) -> Vector | None:
 
 
 class ExactBasis(NamedTuple):
-    """A solution of M_BB z_B = -(q + M z_N)_B, with z_N at its bounds; whether it is the only one, and by how much each
-    component violates the problem: z_i beyond its bounds, or w_i with the wrong sign."""
+    """A solution of M_BB z_B = -(q + M z_N)_B, with z_N at its bounds; whether it is
+    the only one, and by how much each component violates the problem: z_i beyond its
+    bounds, or w_i with the wrong sign."""
 
     z: list[Fraction]
     unique: bool
@@ -118,7 +123,8 @@ class ExactBasis(NamedTuple):
 def exact_basis(
     data: ExactProblem, basis: States, effort: Effort | None = None
 ) -> ExactBasis | None:
-    """Return the basic solution of a basis; None if there is none, or if solving takes more than an effort."""
+    """Return the basic solution of a basis; None if there is none, or if solving takes
+    more than an effort."""
     active = np.flatnonzero(basis == BASIC)
     if (
         found := _solved(data, active, active, _at_bounds(data, basis), effort)
@@ -150,8 +156,9 @@ def _solved(
     known: list[Fraction],
     effort: Effort | None,
 ) -> tuple[list[Fraction], bool] | None:
-    """Return z, as known except in those columns, where `known` is 0, with w = 0 in those rows, and whether it is the
-    only one; None if there is no such z, or if solving would take too much effort."""
+    """Return z, as known except in those columns, where `known` is 0, with w = 0 in
+    those rows, and whether it is the only one; None if there is no such z, or if
+    solving would take too much effort."""
     z = list(known)
     if not rows.size or not columns.size:
         return z, True
@@ -175,8 +182,9 @@ def _solved(
 def _at_vertex(
     data: ExactProblem, basis: States, effort: Effort
 ) -> list[Fraction] | None:
-    """Return a vertex of the set of z within their bounds with z_N at these, w_P = 0, and w_N of the signs that the
-    bounds ask for: the z at their bounds by an LP, then the others exactly."""
+    """Return a vertex of the set of z within their bounds with z_N at these, w_P = 0,
+    and w_N of the signs that the bounds ask for: the z at their bounds by an LP, then
+    the others exactly."""
     active = np.flatnonzero(basis == BASIC)
     with np.errstate(all="ignore"):
         scaled = scale(data.problem, moderate=0).problem
@@ -224,8 +232,9 @@ REFINEMENTS = 10
 
 @np.errstate(all="ignore")
 def refined(problem: Problem, z: Vector, basis: States | None = None) -> Vector:
-    """Return the basic solution of a basis, by default the basis of z when M is equilibrated, correct to its last
-    digits; or z, an approximate solution of shape (n,), if that is not better."""
+    """Return the basic solution of a basis, by default the basis of z when M is
+    equilibrated, correct to its last digits; or z, an approximate solution of shape
+    (n,), if that is not better."""
     units = changes.scale(problem)
     within = units.problem
     if basis is None:
@@ -271,9 +280,11 @@ def refined(problem: Problem, z: Vector, basis: States | None = None) -> Vector:
 
 
 def is_rounded_solution(problem: Problem, z: Vector) -> bool:
-    """Return whether z, of shape (n,), is a solution up to its last digits, by rational arithmetic: the exact basic
-    solution of its states solves the problem, and no component of z differs from it by more than ROUNDING of itself. So
-    the answer is never true where there is no solution; false if more than `farkas.most_exact()` are basic."""
+    """Return whether z, of shape (n,), is a solution up to its last digits, by rational
+    arithmetic: the exact basic solution of its states solves the problem, and no
+    component of z differs from it by more than ROUNDING of itself. So the answer is
+    never true where there is no solution; false if more than `farkas.most_exact()` are
+    basic."""
     basis = problem.box.basis_at(z)
     if (
         np.count_nonzero(basis == BASIC) > farkas.most_exact()
@@ -294,9 +305,10 @@ def is_rounded_solution(problem: Problem, z: Vector) -> bool:
 
 @np.errstate(all="ignore")
 def is_rounded_difference(problem: Problem, z: Vector, tol: float) -> bool:
-    """Return whether z is, up to its last digits, a point with a relative residual of at most tol that has more digits:
-    the reference point, if that is not 0, and a difference from it that is no larger than z. With bounds far from 0,
-    any z in doubles may have a larger residual."""
+    """Return whether z is, up to its last digits, a point with a relative residual of
+    at most tol that has more digits: the reference point, if that is not 0, and a
+    difference from it that is no larger than z. With bounds far from 0, any z in
+    doubles may have a larger residual."""
     reference_z = problem.reference_z
     if reference_z is None or not problem.is_moderate:
         return False

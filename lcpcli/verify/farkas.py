@@ -1,16 +1,18 @@
 """Proofs that no z within its bounds has w = A z + b with the required signs.
 
-J. Farkas, Theorie der einfachen Ungleichungen, Journal für die reine und angewandte Mathematik 124 (1902) 1-27: either
-some z >= 0 has A z + b >= 0, or there is y >= 0 with A'y <= 0 and b'y < 0, and never both, as
-0 <= y'(A z + b) = (A'y)'z + b'y.
+J. Farkas, Theorie der einfachen Ungleichungen, Journal für die reine und angewandte
+Mathematik 124 (1902) 1-27: either some z >= 0 has A z + b >= 0, or there is y >= 0 with
+A'y <= 0 and b'y < 0, and never both, as 0 <= y'(A z + b) = (A'y)'z + b'y.
 
-With bounds l <= z <= u, let y_i >= 0 where w_i >= 0 is asked for (in a problem, where only l_i is finite), y_i <= 0
-where w_i <= 0 is (where only u_i is), any y_i where w_i = 0 is (where neither is), and y_i = 0 where w_i may have
-either sign. Then 0 <= y'(A z + b) <= b'y + sum_j sup {(A'y)_j t : l_j <= t <= u_j} for any such z: if the right-hand
+With bounds l <= z <= u, let y_i >= 0 where w_i >= 0 is asked for (in a problem, where
+only l_i is finite), y_i <= 0 where w_i <= 0 is (where only u_i is), any y_i where w_i =
+0 is (where neither is), and y_i = 0 where w_i may have either sign. Then 0 <= y'(A z +
+b) <= b'y + sum_j sup {(A'y)_j t : l_j <= t <= u_j} for any such z: if the right-hand
 side is negative, there is none.
 
-A proof found in floats is accepted only after a check without rounding (D. Applegate, W. Cook, S. Dash and D. Espinoza,
-Exact solutions to linear programming problems, Operations Research Letters 35 (2007) 693-699).
+A proof found in floats is accepted only after a check without rounding (D. Applegate,
+W. Cook, S. Dash and D. Espinoza, Exact solutions to linear programming problems,
+Operations Research Letters 35 (2007) 693-699).
 """
 
 from __future__ import annotations
@@ -60,18 +62,23 @@ def sides(box: Box, n: int) -> tuple[Vector, Vector, Mask, Mask]:
 def refutes(
     A: Matrix, b: Vector, y: Vector, box: Box = ORTHANT, rows: Box | None = None
 ) -> bool:
-    """Return whether y proves that no such z exists, for finite A of shape (m, n), b and y (m,). box : the bounds of z.
-    rows : bounds that ask for the signs of w, by default the same: A is then square, or all bounds are 0 and infinity.
+    """Return whether y proves that no such z exists, for finite A of shape (m, n), b
+    and y (m,). box : the bounds of z.
+    rows : bounds that ask for the signs of w, by default the same: A is then square, or
+        all bounds are 0 and infinity.
 
-    True only for a proof that holds without rounding, so never for a system that has a solution; False proves nothing:
+    True only for a proof that holds without rounding, so never for a system that has a
+    solution; False proves nothing:
 
     - y has its signs, and its exact total, b'y with the suprema, is negative;
-    - the exact (A'y)_j is not positive where u_j is infinite, and not negative where l_j is. Floats alone show this
-      where the computed value is beyond a bound on its rounding error; the other columns are summed in integers. A
-      margin would not do instead: with A'y = delta > 0 there may be a solution of size |b'y| / delta.
-    - If only that last test fails, by rounding of y, the proof is y corrected in rational arithmetic: an exact solution
-      of A'y = 0 in those columns, on the support of y, has to pass all the tests, or if there is none, as rounding of A
-      has made them independent, one with A'y < 0 near y. y itself is then that proof rounded.
+    - the exact (A'y)_j is not positive where u_j is infinite, and not negative where
+      l_j is. Floats alone show this where the computed value is beyond a bound on its
+      rounding error; the other columns are summed in integers. A margin would not do
+      instead: with A'y = delta > 0 there may be a solution of size |b'y| / delta.
+    - If only that last test fails, by rounding of y, the proof is y corrected in
+      rational arithmetic: an exact solution of A'y = 0 in those columns, on the support
+      of y, has to pass all the tests, or if there is none, as rounding of A has made
+      them independent, one with A'y < 0 near y. y itself is then that proof rounded.
       This is tried for at most LARGEST_EXACT columns and entries, or LARGEST_BY_FLINT.
     """
     of = Multiplied(A, b, y, box, rows)
@@ -96,11 +103,13 @@ def refutes(
 
 @np.errstate(all="ignore")
 def cancellation(A: Matrix, b: Vector, y: Vector, box: Box = ORTHANT) -> float:
-    """Return by how much the terms of A z exceed their sum, for every z as above and in some row at least, if A'y has
-    wrong signs that may be due to the rounding of A alone; 0 if y shows none, or less than LEAST_CANCELLATION.
+    """Return by how much the terms of A z exceed their sum, for every z as above and in
+    some row at least, if A'y has wrong signs that may be due to the rounding of A
+    alone; 0 if y shows none, or less than LEAST_CANCELLATION.
 
-    For then 0 <= b'y + sum_j (A'y)_j z_j, where the second term is but rounding of its own terms: data that have been
-    rounded to doubles do not tell whether there is such a z.
+    For then 0 <= b'y + sum_j (A'y)_j z_j, where the second term is but rounding of its
+    own terms: data that have been rounded to doubles do not tell whether there is such
+    a z.
     """
     of = Multiplied(A, b, y, box)
     wrong = of.excess > -of.error
@@ -124,11 +133,14 @@ def cancellation(A: Matrix, b: Vector, y: Vector, box: Box = ORTHANT) -> float:
 
 
 class Multiplied:
-    """A'y in floats, with bounds on its rounding, on the support of a y that may be a proof, as for `refutes`.
+    """A'y in floats, with bounds on its rounding, on the support of a y that may be a
+    proof, as for `refutes`.
 
-    has_signs : whether y is finite, not 0, and has the signs of multipliers. excess : by how much (A'y)_j is beyond 0
-    on a side where z_j has no bound, -inf if it has both bounds. is_active : in which columns A'y has the wrong sign,
-    or is so small that it may be 0. total, terms : b'y with the suprema, and the sizes of what this adds up.
+    has_signs : whether y is finite, not 0, and has the signs of multipliers. excess :
+    by how much (A'y)_j is beyond 0 on a side where z_j has no bound, -inf if it has
+    both bounds. is_active : in which columns A'y has the wrong sign, or is so small
+    that it may be 0. total, terms : b'y with the suprema, and the sizes of what this
+    adds up.
     """
 
     @np.errstate(all="ignore")
@@ -175,13 +187,15 @@ class Multiplied:
         )
 
     def are_signs(self, y: Any) -> bool:
-        """Return whether numbers on the support have the signs of multipliers of its rows."""
+        """Return whether numbers on the support have the signs of multipliers of its
+        rows."""
         return not ((self._low & (y < 0)).any() or (self._high & (y > 0)).any())
 
     def largest_total(
         self, counted: Mask, change: Vector | float, error: Vector, margin: float = 0.0
     ) -> float:
-        """Return an upper bound on the total over some columns, for such changes of y, errors of A'y and margin."""
+        """Return an upper bound on the total over some columns, for such changes of y,
+        errors of A'y and margin."""
         supremum, rounding = (
             self.supremum[counted],
             4 * (self.y.size + self.ends.size + 2),
@@ -200,7 +214,8 @@ class Multiplied:
 
     @np.errstate(all="ignore")
     def is_clear(self) -> bool:
-        """Return whether floats show that y is a proof as it is, beyond all bounds on rounding."""
+        """Return whether floats show that y is a proof as it is, beyond all bounds on
+        rounding."""
         if (
             not self.has_signs
             or not ((self.excess + self.error < 0) | ~self.used).all()
@@ -210,8 +225,9 @@ class Multiplied:
 
     @np.errstate(all="ignore")
     def has_proof_nearby(self) -> bool:
-        """Return whether floats show that a y' near y is a proof: with A'y' = 0 exactly in the columns where A'y is
-        nearly 0 or has the wrong sign, as `enclosure` finds, and beyond all bounds on rounding elsewhere."""
+        """Return whether floats show that a y' near y is a proof: with A'y' = 0 exactly
+        in the columns where A'y is nearly 0 or has the wrong sign, as `enclosure`
+        finds, and beyond all bounds on rounding elsewhere."""
         with imports:
             from lcpcli.verify.enclosure import enclosure, is_enclosable
         is_open = self.is_active
@@ -232,8 +248,9 @@ class Multiplied:
         )
 
     def holds(self, y: Sequence[Fraction], certain: Mask | bool = False) -> bool:
-        """Return whether a rational y on the support, with the right signs, is a proof, in exact arithmetic; certain :
-        columns that certainly have the right sign and add nothing to the total."""
+        """Return whether a rational y on the support, with the right signs, is a proof,
+        in exact arithmetic; certain : columns that certainly have the right sign and
+        add nothing to the total."""
         (multiple, _), (lower, upper, low, high) = (
             numbers.over_one_denominator(y),
             self._bounds,
@@ -251,9 +268,10 @@ class Multiplied:
 def corrected(
     A: Sequence[Sequence[int]], y: Sequence[Fraction], quickly: bool = True
 ) -> list[Fraction] | None:
-    """Return y changed, mainly in its large entries, so that A y = 0; if A is nonsingular, so that A y < 0, provided
-    that y is such a vector but for rounding. None if none is found. quickly : only if A, of at least one row, is small
-    enough to be solved exactly in a second or so."""
+    """Return y changed, mainly in its large entries, so that A y = 0; if A is
+    nonsingular, so that A y < 0, provided that y is such a vector but for rounding.
+    None if none is found. quickly : only if A, of at least one row, is small enough to
+    be solved exactly in a second or so."""
     if quickly and (
         max(len(A), len(A[0])) > most_exact()
         or len(A) * len(A[0]) * elimination.bits(A) > MOST_BITS
@@ -284,8 +302,9 @@ def corrected(
 def _beyond(
     rows: Sequence[Sequence[int]], y: Sequence[Fraction]
 ) -> list[Fraction] | None:
-    """Return a vector with A'y < 0 in the columns of a nonsingular part of A, the rows here, if it is y but for
-    rounding: where they are nearly dependent, it is nearly their null vector, whose sign rounding of A decides."""
+    """Return a vector with A'y < 0 in the columns of a nonsingular part of A, the rows
+    here, if it is y but for rounding: where they are nearly dependent, it is nearly
+    their null vector, whose sign rounding of A decides."""
     terms = [
         sum(abs(value * factor) for value, factor in zip(row, y, strict=True))
         for row in rows
@@ -321,8 +340,9 @@ GRIDS = (2**6, 2**12, 2**20, 2**30)
 
 
 def exact_proof(data: ExactProblem, y: Vector) -> list[Fraction] | None:
-    """Return a vector near a multiple of y, shape (n,), that proves the problem infeasible, in integers without common
-    divisor: small ones, simple fractions, or y, perhaps changed so that M'y = 0 where it nearly is; or None."""
+    """Return a vector near a multiple of y, shape (n,), that proves the problem
+    infeasible, in integers without common divisor: small ones, simple fractions, or y,
+    perhaps changed so that M'y = 0 where it nearly is; or None."""
     if not (np.isfinite(y).all() and y.any()):
         return None
     candidates = chain(_small(data.problem, y), _simple(data, y, quickly=False))
@@ -331,15 +351,16 @@ def exact_proof(data: ExactProblem, y: Vector) -> list[Fraction] | None:
 
 
 def simplified(data: ExactProblem, y: list[Fraction]) -> list[Fraction]:
-    """Return small integers near a multiple of a proof y that are a proof, too; y, if none are found."""
+    """Return small integers near a multiple of a proof y that are a proof, too; y, if
+    none are found."""
     return next(
         filter(data.refuted_by, _small(data.problem, numbers.rounded_direction(y))), y
     )
 
 
 def whole_proofs(problem: Problem, y: Vector, small: bool) -> Iterator[Vector]:
-    """Yield vectors of integers near a multiple of y that are proofs for the doubles of a problem, or for their
-    shortest decimals: up to 64, or else up to 2^53."""
+    """Yield vectors of integers near a multiple of y that are proofs for the doubles of
+    a problem, or for their shortest decimals: up to 64, or else up to 2^53."""
     support = np.flatnonzero(y)
     if _entries(problem, support) > MOST_ENTRIES:
         return
@@ -354,8 +375,9 @@ def whole_proofs(problem: Problem, y: Vector, small: bool) -> Iterator[Vector]:
 
 
 def is_exact(problem: Problem, y: Vector) -> bool:
-    """Return whether y is a proof as it is, for the doubles of a problem or their shortest decimals; False, too, if it
-    has so many terms that to find out would take long."""
+    """Return whether y is a proof as it is, for the doubles of a problem or their
+    shortest decimals; False, too, if it has so many terms that to find out would take
+    long."""
     support = np.flatnonzero(y)
     known = (
         _data_of_rows(problem, support)
@@ -367,7 +389,8 @@ def is_exact(problem: Problem, y: Vector) -> bool:
 
 
 def _data_of_rows(problem: Problem, support: Indices) -> Iterator[ExactProblem]:
-    """Yield some rows of a problem with its doubles as they are, then with their shortest decimals if they differ."""
+    """Yield some rows of a problem with its doubles as they are, then with their
+    shortest decimals if they differ."""
     for number in (Fraction, numbers.shortest_decimal):
         yield (data := ExactProblem.of_rows(problem, support, number))
         if all(scale == 1 for scale in data.scales):
@@ -382,7 +405,8 @@ def _entries(problem: Problem, support: Indices) -> int:
 
 @np.errstate(all="ignore")
 def _small(problem: Problem, y: Vector) -> Iterator[list[Fraction]]:
-    """Return multiples of y rounded to small integers, the smallest first, that are proofs as far as doubles show."""
+    """Return multiples of y rounded to small integers, the smallest first, that are
+    proofs as far as doubles show."""
     support = np.flatnonzero(y)
     own = np.rint(np.multiply.outer(SMALL, y[support] / np.abs(y).max()))
     rows, (lower, upper) = problem.M[support], problem.box.vectors(problem.n)
@@ -397,8 +421,9 @@ def _small(problem: Problem, y: Vector) -> Iterator[list[Fraction]]:
 
 
 def _simple(data: ExactProblem, y: Vector, quickly: bool) -> Iterator[list[Fraction]]:
-    """Yield vectors of simple fractions near y, and some with M'y = 0 exactly where it may be 0, the simplest first;
-    at last y itself. quickly : without that, by linear systems that are small, while numbers stay short."""
+    """Yield vectors of simple fractions near y, and some with M'y = 0 exactly where it
+    may be 0, the simplest first; at last y itself. quickly : without that, by linear
+    systems that are small, while numbers stay short."""
     snapped = fractions_of(np.where(np.abs(y) < SNAP * np.abs(y).max(), 0.0, y))
     of = Multiplied(data.problem.M, data.problem.q, y, data.problem.box)
     active = (
@@ -432,7 +457,8 @@ def _simple(data: ExactProblem, y: Vector, quickly: bool) -> Iterator[list[Fract
 def _corrected(
     data: ExactProblem, y: list[Fraction], active: list[int], quickly: bool
 ) -> list[Fraction] | None:
-    """Return y, `corrected` on its support so that M'y vanishes in the active columns."""
+    """Return y, `corrected` on its support so that M'y vanishes in the active
+    columns."""
     columns, _ = data.with_transpose(y)
     if not any(columns[j] for j in active):
         return y
@@ -451,9 +477,11 @@ def _corrected(
 def farkas_vector(
     data: ExactProblem, check: Callable[[], None]
 ) -> list[Fraction] | None:
-    """Return a y that passes `data.refuted_by`, in integers without a common divisor; None if some z within its bounds
-    has w with the signs that the bounds ask for. If there is no such z, a row of a dictionary, whose coefficients y
-    has, shows that one of these signs is violated wherever all earlier ones hold. `check` may raise at each pivot."""
+    """Return a y that passes `data.refuted_by`, in integers without a common divisor;
+    None if some z within its bounds has w with the signs that the bounds ask for. If
+    there is no such z, a row of a dictionary, whose coefficients y has, shows that one
+    of these signs is violated wherever all earlier ones hold. `check` may raise at each
+    pivot."""
     unknowns, n = Unknowns(data, check), data.n
     rows, factors, kept = unknowns.forms()
     for k in unknowns.boxes:

@@ -1,35 +1,46 @@
-"""The one measure of how far points are from solving a problem: a componentwise backward error with a cap.
+"""The one measure of how far points are from solving a problem: a componentwise
+backward error with a cap.
 
-An admissible z violates row i by v_i: by |w_i| strictly between the bounds, by the part of w_i that has the wrong sign
-at a bound, by nothing where both bounds are equal. This is compared with the row's own terms, |q|_i + (|M| |z|)_i. If
-v_i is at most tol times these in all rows, z is the exact solution of a problem each of whose numbers differs by at
-most tol, relatively, from the given one: W. Oettli and W. Prager, Compatibility of approximate solution of linear
-equations with given error bounds for coefficients and right-hand sides, Numerische Mathematik 6 (1964) 405-409. Neither
-the units of rows and columns nor the sizes of other rows matter.
+An admissible z violates row i by v_i: by |w_i| strictly between the bounds, by the part
+of w_i that has the wrong sign at a bound, by nothing where both bounds are equal. This
+is compared with the row's own terms, |q|_i + (|M| |z|)_i. If v_i is at most tol times
+these in all rows, z is the exact solution of a problem each of whose numbers differs by
+at most tol, relatively, from the given one: W. Oettli and W. Prager, Compatibility of
+approximate solution of linear equations with given error bounds for coefficients and
+right-hand sides, Numerische Mathematik 6 (1964) 405-409. Neither the units of rows and
+columns nor the sizes of other rows matter.
 
-With bounds far from 0, rows have large terms that cancel. So the terms t_i are those at the reference point of the
-problem, |q_ref|_i + (|M| |z - z_ref|)_i, if these are smaller, but not less than FINEST of the given ones.
+With bounds far from 0, rows have large terms that cancel. So the terms t_i are those at
+the reference point of the problem, |q_ref|_i + (|M| |z - z_ref|)_i, if these are
+smaller, but not less than FINEST of the given ones.
 
-That alone would accept a z that tends to infinity in a problem without solution. So each row also has a cap,
+That alone would accept a z that tends to infinity in a problem without solution. So
+each row also has a cap,
 
     c_i = max(|q_ref|_i, k / R_i),
 
-where k belongs to the connected component of M that the row is in, and R, C are the units of its rows and columns
-(`linalg.units`): k is the largest violation of a row j at z_ref, times R_j, or distance of a z_j at a bound from z_ref,
-over C_j. If all of these are 0, k is the largest R_j |q_ref|_j, or infinite if all of those are 0 too; a q_ref that is
-only rounding of the given terms counts as 0. The relative residual is the largest v_i / min(t_i, c_i), with 0/0 = 0.
-Rounding z, or the data, may leave ROUNDING of the given terms; a violation of up to this size counts as no more than
-ROUNDING, unless these terms are more than DROWNED c_i.
+where k belongs to the connected component of M that the row is in, and R, C are the
+units of its rows and columns (`linalg.units`): k is the largest violation of a row j at
+z_ref, times R_j, or distance of a z_j at a bound from z_ref, over C_j. If all of these
+are 0, k is the largest R_j |q_ref|_j, or infinite if all of those are 0 too; a q_ref
+that is only rounding of the given terms counts as 0. The relative residual is the
+largest v_i / min(t_i, c_i), with 0/0 = 0. Rounding z, or the data, may leave ROUNDING
+of the given terms; a violation of up to this size counts as no more than ROUNDING,
+unless these terms are more than DROWNED c_i.
 
-A basic z_j below SMALLEST_NORMAL lies on the grid of doubles near 0, so that each row may besides be violated by
-NEAR_ZERO |M_ij|, if that is rounding beside the largest |q_ref|_i, else by 2^-1074 |M_ij|. That holds for z_j itself,
-not for products of larger numbers that underflow.
+A basic z_j below SMALLEST_NORMAL lies on the grid of doubles near 0, so that each row
+may besides be violated by NEAR_ZERO |M_ij|, if that is rounding beside the largest
+|q_ref|_i, else by 2^-1074 |M_ij|. That holds for z_j itself, not for products of larger
+numbers that underflow.
 
-Every array has the shape (n,) for one point, or (m, n) for one point of each of m problems.
+Every array has the shape (n,) for one point, or (m, n) for one point of each of m
+problems.
 
-For a large dense M, w = M z + q alone often decides, without |M| |z| and the units of M: the terms of row i lie between
+For a large dense M, w = M z + q alone often decides, without |M| |z| and the units of
+M: the terms of row i lie between
 |q|_i and |q|_i + max |M_ij| |z|_1, and the cap is at least |q|_i. If no M_ij is 0, R is inverse to the geometric means
-of rows, so that a row with a violation v_j at z = 0 gives c_i >= v_j R_j / R_i for the few rows that this leaves open.
+of rows, so that a row with a violation v_j at z = 0 gives c_i >= v_j R_j / R_i for the
+few rows that this leaves open.
 """
 
 from __future__ import annotations
@@ -78,9 +89,11 @@ NEAR_ZERO = SMALLEST_NORMAL * 2.0**-20
 
 
 class Rows(NamedTuple):
-    """w = M z + q at a point, its terms t, the given terms |q| + |M| |z|, and bounds on the rounding errors in w.
+    """w = M z + q at a point, its terms t, the given terms |q| + |M| |z|, and bounds on
+    the rounding errors in w.
 
-    grid : what the distances of doubles near 0 leave of each row; None if no z_j is so small.
+    grid : what the distances of doubles near 0 leave of each row; None if no z_j is so
+        small.
     """
 
     w: Vector
@@ -100,16 +113,19 @@ class Rows(NamedTuple):
 
 
 class Measure:
-    """The measure for a problem, or those of a block, with moderate numbers, of which products are in range."""
+    """The measure for a problem, or those of a block, with moderate numbers, of which
+    products are in range."""
 
     def __init__(
         self, data: Problem | Block, inside: Callable[[Vector], Vector] | None = None
     ) -> None:
-        """inside : returns the z of these data for a z of the problem, if they are in other units."""
+        """inside : returns the z of these data for a z of the problem, if they are in
+        other units."""
         self.data, self._inside = data, inside
 
     def rows(self, z: Vector, w: Vector | None = None) -> Rows:
-        """Return w by one product with M, from z or from its distance to the reference point, whichever rounds less.
+        """Return w by one product with M, from z or from its distance to the reference
+        point, whichever rounds less.
 
         w : M z + q if it is known, and z_ref = 0.
         """
@@ -123,7 +139,8 @@ class Measure:
         return far._replace(w=w, error=np.minimum(error, far.error), grid=self.grid(z))
 
     def rows_from_reference(self, distance: Vector, given: Vector) -> Rows:
-        """Return w at z_ref + distance, a point that doubles may not represent; given : |q| + |M| |z| for its z."""
+        """Return w at z_ref + distance, a point that doubles may not represent; given :
+        |q| + |M| |z| for its z."""
         w, far = self._w_and_terms(distance, self.data.q_ref)
         terms = np.minimum(given, np.maximum(far, FINEST * given))
         return Rows(
@@ -131,7 +148,8 @@ class Measure:
         )
 
     def grid(self, z: Vector) -> Vector | None:
-        """Return by how much rounding of basic z_j near 0 may change each row; None if no z_j is so small."""
+        """Return by how much rounding of basic z_j near 0 may change each row; None if
+        no z_j is so small."""
         box, units = self.data.box, np.ones(z.shape)
         units = units if self._inside is None else self._inside(units)
         tiny = (
@@ -157,9 +175,11 @@ class Measure:
         return np.maximum(self.data.box.excess(z, w), 0.0)
 
     def surely_solves(self, z: Vector, rows: Rows, tol: float) -> Mask:
-        """Return whether the relative residual is at most tol, whatever the rounding errors in w are; shape () or (m,).
+        """Return whether the relative residual is at most tol, whatever the rounding
+        errors in w are; shape () or (m,).
 
-        As c_i is at least |q_ref|_i, it is computed only if this lower bound leaves the question open.
+        As c_i is at least |q_ref|_i, it is computed only if this lower bound leaves the
+        question open.
         """
         worst, least = (
             self.data.box.excess(z, rows.w) + rows.error,
@@ -182,8 +202,9 @@ class Measure:
     def allows(
         self, violations: Vector, z: Vector, rows: Rows, tol: float, factor: float = 1.0
     ) -> Mask:
-        """Return whether violations are at most a factor times what is `allowed`, with caps only if it matters whether
-        these are as small as they may be, |q_ref|_i, or infinite; shape () or (m,)."""
+        """Return whether violations are at most a factor times what is `allowed`, with
+        caps only if it matters whether these are as small as they may be, |q_ref|_i, or
+        infinite; shape () or (m,)."""
         surely = np.asarray(
             (
                 violations <= factor * self.allowed(rows, np.abs(self.data.q_ref), tol)
@@ -199,23 +220,27 @@ class Measure:
         )
 
     def surely_fails(self, z: Vector, rows: Rows, tol: float) -> Mask:
-        """Return whether the relative residual exceeds tol, whatever the caps and the rounding errors in w are."""
+        """Return whether the relative residual exceeds tol, whatever the caps and the
+        rounding errors in w are."""
         least = self.data.box.excess(z, rows.w) - rows.error
         return np.asarray((least > self.allowed(rows, np.inf, tol)).any(axis=-1))
 
     def size(self, z: Vector, rows: Rows) -> float:
-        """Return the largest violation relative to the largest |q_ref|_i: cheap, to compare points of one problem."""
+        """Return the largest violation relative to the largest |q_ref|_i: cheap, to
+        compare points of one problem."""
         return float(
             quotients(self.violations(z, rows.w).max(), np.abs(self.data.q_ref).max())
         )
 
     def is_near(self, z: Vector, rows: Rows) -> bool:
-        """Return whether no violation is large beside its terms and the largest |q_ref|_i: it may be noise."""
+        """Return whether no violation is large beside its terms and the largest
+        |q_ref|_i: it may be noise."""
         terms = np.maximum(rows.terms, np.abs(self.data.q_ref).max())
         return bool((self.violations(z, rows.w) <= NEAR_VIOLATION * terms).all())
 
     def largest_ratio(self, z: Vector, rows: Rows) -> Vector:
-        """Return an upper bound on the relative residual, whatever the rounding errors in w are; shape () or (m,)."""
+        """Return an upper bound on the relative residual, whatever the rounding errors
+        in w are; shape () or (m,)."""
         worst = np.maximum(self.data.box.excess(z, rows.w) + rows.error, 0.0)
         return np.asarray(self.ratios(worst, rows, self.caps(z)).max(axis=-1))
 
@@ -266,7 +291,8 @@ class Measure:
 
     @np.errstate(divide="ignore")
     def unsolved_sizes(self, z: Vector) -> Vector:
-        """Return log2 of k for each component, minus infinity where nothing is violated or moved."""
+        """Return log2 of k for each component, minus infinity where nothing is violated
+        or moved."""
         box, units = self.data.box, self.data.units
         at_bound = ((z == box.lower) | (z == box.upper)) & (box.lower < box.upper)
         moved = np.where(at_bound, np.abs(z - self.reference), 0.0)
@@ -280,7 +306,8 @@ class Measure:
     @cached_property
     @np.errstate(divide="ignore")
     def _violated_sizes(self) -> Vector:
-        """Return the part of `unsolved_sizes` that comes from the violations at the reference point."""
+        """Return the part of `unsolved_sizes` that comes from the violations at the
+        reference point."""
         units, violations = (
             self.data.units,
             self.violations(self.reference, self.reference_w),
@@ -311,15 +338,17 @@ class Measure:
 
     @np.errstate(invalid="ignore")
     def natural_sizes(self, z: Vector) -> Vector:
-        """Return the size k C_j that is natural for each z_j in its component; 0 in a component without a size."""
+        """Return the size k C_j that is natural for each z_j in its component; 0 in a
+        component without a size."""
         units = self.data.units
         sizes = self.component_sizes(z)[..., units.column_part]
         return np.where(sizes < np.inf, np.exp2(sizes + units.columns), 0.0)
 
     @np.errstate(divide="ignore", invalid="ignore")
     def distances(self, z: Vector, other: Vector) -> Vector:
-        """Return |z_j - other_j| relative to the natural size k C_j, or to the distance of the bounds if that is
-        smaller; where l_j = u_j, to |l_j| if that is larger. Infinite in a component without a size."""
+        """Return |z_j - other_j| relative to the natural size k C_j, or to the distance
+        of the bounds if that is smaller; where l_j = u_j, to |l_j| if that is larger.
+        Infinite in a component without a size."""
         box, natural = self.data.box, self.natural_sizes(other)
         natural = np.minimum(
             natural, np.where(box.fixed, np.inf, box.upper - box.lower)
@@ -328,12 +357,13 @@ class Measure:
         return quotients(np.abs(z - other), natural)
 
     def is_rounding(self, z: Vector, rows: Rows) -> Mask:
-        """Return whether the violations are no more than the rounding errors in w; shape () or (m,)."""
+        """Return whether the violations are no more than the rounding errors in w;
+        shape () or (m,)."""
         return self.allows(self.violations(z, rows.w), z, rows, 0.0, factor=2.0)
 
     def doubtful(self, z: Vector, rows: Rows, tol: float) -> Mask:
-        """Return where rounding errors in w might decide whether z solves the problem, or are not small beside a
-        violation, or beside a w that belongs to a bound."""
+        """Return where rounding errors in w might decide whether z solves the problem,
+        or are not small beside a violation, or beside a w that belongs to a bound."""
         excess = self.data.box.excess(z, rows.w)
         worst = excess + rows.error
         allowed = self.allowed(rows, self.caps(z), tol)
@@ -354,7 +384,8 @@ def quotients(violations: Vector, sizes: Vector) -> Vector:
 
 
 def rounded_once(problem: Problem, z: Vector, rows: Indices) -> Vector | list[float]:
-    """Return (M z + q)_i for some rows, computed exactly and then rounded; infinite beyond the largest double."""
+    """Return (M z + q)_i for some rows, computed exactly and then rounded; infinite
+    beyond the largest double."""
     M, q = problem.M[rows], problem.q[rows]
     if (
         are_moderate(M.data if is_sparse(M) else M)
@@ -381,8 +412,9 @@ CERTAIN = 0.99  # of a cap by means of logarithms, which round
 
 
 def decision(measure: Measure, z: Vector, w: Vector, tol: float) -> bool | None:
-    """Return whether the relative residual of an admissible z, with w = M z + q, is at most tol whatever the rounding
-    errors in w are; None if these bounds do not decide."""
+    """Return whether the relative residual of an admissible z, with w = M z + q, is at
+    most tol whatever the rounding errors in w are; None if these bounds do not
+    decide."""
     problem = measure.data
     assert isinstance(problem, Problem)
     M, excess, own, sizes = (

@@ -1,23 +1,28 @@
-"""Proofs that a nonlinear problem has a solution near a point, and no other one as near, by interval arithmetic.
+"""Proofs that a nonlinear problem has a solution near a point, and no other one as
+near, by interval arithmetic.
 
-With the variables N at bounds held there, z_B solves F_B = 0. If K = z_B - Y F_B(z) + (I - Y J_BB(X)) (X - z_B) lies
-inside the box X around z_B, for any Y, then F_B has a zero in K and no other one in X: R. Krawczyk, Newton-Algorithmen
-zur Bestimmung von Nullstellen mit Fehlerschranken, Computing 4 (1969) 187-201; R. E. Moore, A test for existence of
-solutions to nonlinear systems, SIAM Journal on Numerical Analysis 14 (1977) 611-615. This zero is the only solution
-nearby if X lies between the bounds of z_B and F_N has the strict signs for the bounds of z_N, in X and near these
-bounds.
+With the variables N at bounds held there, z_B solves F_B = 0. If K = z_B - Y F_B(z) +
+(I - Y J_BB(X)) (X - z_B) lies inside the box X around z_B, for any Y, then F_B has a
+zero in K and no other one in X: R. Krawczyk, Newton-Algorithmen zur Bestimmung von
+Nullstellen mit Fehlerschranken, Computing 4 (1969) 187-201; R. E. Moore, A test for
+existence of solutions to nonlinear systems, SIAM Journal on Numerical Analysis 14
+(1977) 611-615. This zero is the only solution nearby if X lies between the bounds of
+z_B and F_N has the strict signs for the bounds of z_N, in X and near these bounds.
 
-Whether a point solves a nonlinear problem, and its residuals, by F evaluated there once more.
+Whether a point solves a nonlinear problem, and its residuals, by F evaluated there once
+more.
 
-z solves the problem if and only if it solves the linearization there, whose w at z is F(z). So z is measured as a point
-of that linear problem (see `measure`): a row may be violated by tol of its terms |J| |z| + |q|, with q = F(z) - J z, or
-of its cap. J may be wrong, by a mistake or as a difference over a jump of F. So a row that is violated at all must have
-terms that are large enough by quotients of differences of F along directions, or J must agree with these in several
-directions (see `evaluations.Slopes`).
+z solves the problem if and only if it solves the linearization there, whose w at z is
+F(z). So z is measured as a point of that linear problem (see `measure`): a row may be
+violated by tol of its terms |J| |z| + |q|, with q = F(z) - J z, or of its cap. J may be
+wrong, by a mistake or as a difference over a jump of F. So a row that is violated at
+all must have terms that are large enough by quotients of differences of F along
+directions, or J must agree with these in several directions (see `evaluations.Slopes`).
 
-The terms of F itself are unknown. Where they cancel, as in exp(z) - 1 near 0, what is left of a row is rounding, and
-may be far more than tol of |J| |z|. So a violation also counts as none if it is no more than a few times the noise of
-F, as far as this is that of rounding (see `differences.noise`).
+The terms of F itself are unknown. Where they cancel, as in exp(z) - 1 near 0, what is
+left of a row is rounding, and may be far more than tol of |J| |z|. So a violation also
+counts as none if it is no more than a few times the noise of F, as far as this is that
+of rounding (see `differences.noise`).
 """
 
 from __future__ import annotations
@@ -51,7 +56,8 @@ SOURCE = "Krawczyk 1969, the only solution at this distance"
 NO_INTERVALS = Bound(math.inf, "F has no evaluation in interval arithmetic")
 UNPROVED = Bound(
     math.inf,
-    "Krawczyk's operator proves no solution nearby, or a component is at a bound with w = 0",
+    "Krawczyk's operator proves no solution nearby, or a component is at a "
+    "bound with w = 0",
 )
 MOST_UNKNOWNS = 1000  # for which Y is formed
 ATTEMPTS, GROWTH = 8, 8.0  # boxes that are tried, and how much larger each is
@@ -59,8 +65,9 @@ ATTEMPTS, GROWTH = 8, 8.0  # boxes that are tried, and how much larger each is
 
 @np.errstate(all="ignore")
 def proved_bound(problem: NonlinearProblem, z: Vector) -> Bound:
-    """Return a proved bound on |z - z*|_inf to a solution z*, the only one at this distance; infinite if none is
-    proved. z : shape (n,), admissible, with what is to be at a bound exactly there."""
+    """Return a proved bound on |z - z*|_inf to a solution z*, the only one at this
+    distance; infinite if none is proved. z : shape (n,), admissible, with what is to be
+    at a bound exactly there."""
     if problem.interval is None:
         return NO_INTERVALS
     box, point = problem.box, problem.interval(z, z)
@@ -122,7 +129,8 @@ def _middle(lower: Vector, upper: Vector) -> tuple[Vector, Vector]:
 
 
 def _errors(Y: Vector, middle: Vector, width: Vector) -> Vector:
-    """Return bounds on the errors of the product of Y with midpoints, from rounding and the half widths."""
+    """Return bounds on the errors of the product of Y with midpoints, from rounding and
+    the half widths."""
     k, absolute = 4 * (middle.shape[0] + 2), np.abs(Y)
     return np.asarray(
         absolute @ width
@@ -131,7 +139,8 @@ def _errors(Y: Vector, middle: Vector, width: Vector) -> Vector:
 
 
 def _rounded_up(sums: Vector, terms: int) -> Vector:
-    """Return upper bounds on sums of so many numbers, none negative, from their values in doubles."""
+    """Return upper bounds on sums of so many numbers, none negative, from their values
+    in doubles."""
     return np.asarray(sums * (1 + 4 * (terms + 4) * EPS))
 
 
@@ -147,7 +156,8 @@ TOLD = 64 * EPS  # of the terms of a row: the noise from which on it is told
 
 
 class NonlinearCriterion(Criterion):
-    """What a point must satisfy to count as a solution of a nonlinear problem. problem : the linearization at x0."""
+    """What a point must satisfy to count as a solution of a nonlinear problem. problem
+    : the linearization at x0."""
 
     is_linear = False
     reference_solves = False
@@ -163,7 +173,8 @@ class NonlinearCriterion(Criterion):
         self.start = size(given.box.gaps(given.x0, F))
 
     def linearization(self, z: Vector, F: Vector) -> Problem:
-        """Return the linear problem with M = J(z), where entries that are not finite count as 0, and w(z) = F."""
+        """Return the linear problem with M = J(z), where entries that are not finite
+        count as 0, and w(z) = F."""
         return self._linearization(z, F).knowing(origin=self.problem.origin)
 
     def _linearization(
@@ -188,7 +199,8 @@ class NonlinearCriterion(Criterion):
         return linear.knowing(solutions=given.solutions)
 
     def point(self, z: Vector) -> Point:
-        """Return the point of an admissible z or, if nearly a solution, one without rounding that is a solution."""
+        """Return the point of an admissible z or, if nearly a solution, one without
+        rounding that is a solution."""
         point = NonlinearPoint(self, z)
         if point.solves() or not point.is_small:
             return point
@@ -208,7 +220,8 @@ class NonlinearCriterion(Criterion):
 
 
 class NonlinearPoint(Point):
-    """A z with its measures; w : F(z). noise : of each row of F, 0 as long as it is not needed."""
+    """A z with its measures; w : F(z). noise : of each row of F, 0 as long as it is not
+    needed."""
 
     slopes: Slopes | None
 
@@ -245,7 +258,8 @@ class NonlinearPoint(Point):
 
     @property
     def is_small(self) -> bool:
-        """Return whether the residual is so small that rounding and noise may be all that is left of it."""
+        """Return whether the residual is so small that rounding and noise may be all
+        that is left of it."""
         return self.residual <= max(WORTH, LITTLE * self.given.start)
 
     @np.errstate(all="ignore")
@@ -275,7 +289,8 @@ class NonlinearPoint(Point):
         )
 
     def _is_confirmed(self) -> bool:
-        """Return whether differences of F show terms beside which violations are small; if not, they are the terms."""
+        """Return whether differences of F show terms beside which violations are small;
+        if not, they are the terms."""
         violations = self.criterion.measure.violations(self._at_fixed, self.F)
         needed = np.where(violations > 4 * self.noise, violations, 0.0) / max(
             self.criterion.tol, ROUNDING
@@ -301,8 +316,9 @@ class NonlinearPoint(Point):
 
     @np.errstate(all="ignore")
     def remarks(self) -> list[str]:
-        """Return what differences tell of F and J at z, as clauses: the noise of F, an entry of J that is wrong, and
-        for a z that is no solution a kink or a jump of F."""
+        """Return what differences tell of F and J at z, as clauses: the noise of F, an
+        entry of J that is wrong, and for a z that is no solution a kink or a jump of
+        F."""
         evaluations, solves = self.given.evaluations, self.solves()
         if not is_finite(self.F):
             return []
@@ -322,7 +338,8 @@ class NonlinearPoint(Point):
         said, shares = list[str](), np.where(noise > 0, noise / terms, 0.0)
         if (shares > TOLD).any():
             said.append(
-                f"F is noisy at about {noise[i := int(shares.argmax())]:.0e}, in row {self._name(i)}"
+                f"F is noisy at about {noise[i := int(shares.argmax())]:.0e}, "
+                f"in row {self._name(i)}"
             )
         if not solves or slopes.refuted.any():
             said += filter(None, [evaluations.fault_of_jacobian(z)])
@@ -350,7 +367,8 @@ class NonlinearPoint(Point):
         return "up to the noise of F" if np.count_nonzero(self.noise) else ""
 
     def solution(self) -> Point | None:
-        """Return this point if it solves the problem, if need be up to the noise of F; else None."""
+        """Return this point if it solves the problem, if need be up to the noise of F;
+        else None."""
         if self.solves():
             return self
         if not self.is_small:
@@ -371,8 +389,9 @@ class NonlinearPoint(Point):
 
     @each_step(all="ignore")
     def cleaned(self) -> Generator[NonlinearPoint, None, None]:
-        """Yield points without what rounding and the steps of a method leave of zeros, as in `point`; then those
-        without components that are rounding beside the largest one, or no more than the natural residual."""
+        """Yield points without what rounding and the steps of a method leave of zeros,
+        as in `point`; then those without components that are rounding beside the
+        largest one, or no more than the natural residual."""
         measure, problem, seen = (
             self.criterion.measure,
             self.given.evaluations.problem,

@@ -1,20 +1,28 @@
-"""Whether a point solves a problem, and its residuals, always for the original M and q; and whether the known solutions
-of a problem solve it, to the digits with which they are given.
+"""Whether a point solves a problem, and its residuals, always for the original M and q;
+and whether the known solutions of a problem solve it, to the digits with which they are
+given.
 
-A method leaves a z_j of 1e-17 where 0 is meant, and a row whose terms are all of that kind is violated by its own
-terms, however small these are beside the numbers of the problem. So points are tried in which such z_j are at their
-bounds or at the reference point; each of them is then measured as any other.
+A method leaves a z_j of 1e-17 where 0 is meant, and a row whose terms are all of that
+kind is violated by its own terms, however small these are beside the numbers of the
+problem. So points are tried in which such z_j are at their bounds or at the reference
+point; each of them is then measured as any other.
 
-The q of large problems from other sources has entries like 2e-16 beside 1 that are rounding of 0, as they were computed
-as sums that cancel. An entry counts as 0 if its row is violated, and
+The q of large problems from other sources has entries like 2e-16 beside 1 that are
+rounding of 0, as they were computed as sums that cancel. An entry counts as 0 if its
+row is violated, and
 
-- |q_i| is the only term of the row, so that no z_j of that size was computed wrong, and no whole number,
-- it is at most ROW_ROUNDING of the cap of the row, as rounding of the other numbers of its part of the problem may be,
-- as it is and in the units of M, it is by a factor in ROUNDING_OF_Q smaller than each of the LARGER_SHARE largest
+- |q_i| is the only term of the row, so that no z_j of that size was computed wrong, and
+  no whole number,
+- it is at most ROW_ROUNDING of the cap of the row, as rounding of the other numbers of
+  its part of the problem may be,
+- as it is and in the units of M, it is by a factor in ROUNDING_OF_Q smaller than each
+  of the LARGER_SHARE largest
   |q_j| != 0 of this part, which are at least FEWEST_LARGER: a few large numbers do not make rounding of the others,
-- and LITERAL_STEPS of block pivoting from the states of the point find no solution for q as it is.
+- and LITERAL_STEPS of block pivoting from the states of the point find no solution for
+  q as it is.
 
-For up to FEW_UNKNOWNS exact arithmetic decides. Entries of M and bounds never count as 0.
+For up to FEW_UNKNOWNS exact arithmetic decides. Entries of M and bounds never count as
+0.
 """
 
 from __future__ import annotations
@@ -70,12 +78,15 @@ Judge: TypeAlias = Callable[[Problem, Vector, float], "tuple[bool | None, Rows |
 
 
 class Criterion:
-    """What a point must satisfy to count as a solution: its relative residual, as defined in `measure`, is at most tol.
+    """What a point must satisfy to count as a solution: its relative residual, as
+    defined in `measure`, is at most tol.
 
-    A problem with numbers so large or small that products over- or underflow is measured in other units, powers of two.
-    If none are found, or z is out of range in them, sums are exact instead wherever doubles may overflow. judge : says
-    for a mixed problem with sparse M and moderate numbers, a z within its bounds and a tolerance whether they meet this
-    criterion, and the rows of z, None for what is not sure; by default there is none.
+    A problem with numbers so large or small that products over- or underflow is
+    measured in other units, powers of two. If none are found, or z is out of range in
+    them, sums are exact instead wherever doubles may overflow. judge : says for a mixed
+    problem with sparse M and moderate numbers, a z within its bounds and a tolerance
+    whether they meet this criterion, and the rows of z, None for what is not sure; by
+    default there is none.
     """
 
     is_linear = True  # whether exact arithmetic may decide
@@ -125,7 +136,8 @@ class Criterion:
         )
 
     def for_point(self, z: Vector) -> Criterion:
-        """Return the criterion to measure a point by: a literal one if its z is out of range in other units."""
+        """Return the criterion to measure a point by: a literal one if its z is out of
+        range in other units."""
         if self.units.is_identity or np.array_equal(
             self.units.z_outside(self.units.z_inside(z)), z
         ):
@@ -143,7 +155,8 @@ class Criterion:
 
     @np.errstate(all="ignore")
     def residuals(self, Z: Vector) -> tuple[list[float], list[bool]]:
-        """Return the natural residuals of m points, shape (m, n), and which of them are no more than rounding."""
+        """Return the natural residuals of m points, shape (m, n), and which of them are
+        no more than rounding."""
         inside = self.units.z_inside(Z)
         rows = self.measure.rows(inside)
         natural = [
@@ -154,7 +167,8 @@ class Criterion:
 
     @cached_property
     def reference_solves(self) -> bool:
-        """Return whether the reference point of the problem solves it, whatever the rounding errors in its w are."""
+        """Return whether the reference point of the problem solves it, whatever the
+        rounding errors in its w are."""
         problem = self.problem
         return bool(
             (
@@ -171,21 +185,26 @@ class Criterion:
 
     @np.errstate(all="ignore")
     def bound(self, F: Vector) -> float:
-        """Return the size of F(x) = M z - w' + q, with the z and w' of x, relative to the caps at the reference
-        point: where it is small, so is the natural residual of z, as t -> mid(l, u, t) is nonexpansive."""
+        """Return the size of F(x) = M z - w' + q, with the z and w' of x, relative to
+        the caps at the reference point: where it is small, so is the natural residual
+        of z, as t -> mid(l, u, t) is nonexpansive."""
         return size(F / self._caps) if np.count_nonzero(F) else 0.0
 
 
 class Point:
     """A z of shape (n,) with its measures, each computed when it is first read.
 
-    w : M z + q, rounded once in rows where rounding errors decide whether z solves the problem.
-    residual : the natural residual |min(z, w)|_inf in the problem's units, zero exactly at the solutions; with bounds,
-        min(z, w) is z - mid(l, u, z - w) = max(z - u, min(z - l, w)).
-    relative_residual : as defined in `measure`. NaN and overflow count as infinity, and so does a z beyond a bound,
-        unless l_i = u_i.
-    is_admissible : whether z is known to lie within its bounds, as iterates do; otherwise this is checked.
-    negligible : the indices of entries of q that count as 0, as they are rounding of it (see above).
+    w : M z + q, rounded once in rows where rounding errors decide whether z solves the
+        problem.
+    residual : the natural residual |min(z, w)|_inf in the problem's units, zero exactly
+        at the solutions; with bounds, min(z, w) is z - mid(l, u, z - w) = max(z - u,
+        min(z - l, w)).
+    relative_residual : as defined in `measure`. NaN and overflow count as infinity, and
+        so does a z beyond a bound, unless l_i = u_i.
+    is_admissible : whether z is known to lie within its bounds, as iterates do;
+        otherwise this is checked.
+    negligible : the indices of entries of q that count as 0, as they are rounding of it
+        (see above).
     """
 
     _product: Vector | None = None
@@ -228,7 +247,8 @@ class Point:
     @cached_property
     @np.errstate(all="ignore")
     def _rows(self) -> Rows:
-        """Return the rows, with sums that are rounded only once where rounding matters."""
+        """Return the rows, with sums that are rounded only once where rounding
+        matters."""
         plain, criterion, z = self._plain, self.criterion, self._inside
         doubtful = criterion.measure.doubtful(z, plain, criterion.tol) | ~np.isfinite(
             plain.w
@@ -247,7 +267,8 @@ class Point:
         return self.criterion.units.w_outside(self._rows.w)
 
     def solves(self) -> bool:
-        """Return whether the relative residual is at most the tolerance, by bounds on it as far as they decide."""
+        """Return whether the relative residual is at most the tolerance, by bounds on
+        it as far as they decide."""
         if self._solves is None:
             self._solves = self._decision()
         return self._solves
@@ -304,7 +325,8 @@ class Point:
 
     @property
     def counted_as_0(self) -> str:
-        """Return which entries of q count as 0, as a clause for the user; "" if there are none."""
+        """Return which entries of q count as 0, as a clause for the user; "" if there
+        are none."""
         named = [
             f"q{i + 1} = {self.criterion.problem.q[i]:.1e}"
             for i in self.negligible[:MOST_NAMED]
@@ -344,7 +366,8 @@ class Point:
     @cached_property
     @np.errstate(all="ignore")
     def distances_beyond(self) -> Vector | float:
-        """Return by how much z is beyond its bounds: where l_i = u_i as `Measure.distances`; else infinity or 0."""
+        """Return by how much z is beyond its bounds: where l_i = u_i as
+        `Measure.distances`; else infinity or 0."""
         if self._beyond is None or not self._beyond.any():
             return 0.0
         own = self.criterion.measure.distances(self._inside, self._at_fixed) - ROUNDING
@@ -361,8 +384,9 @@ class Point:
     @property
     @np.errstate(all="ignore")
     def scaled_residual(self) -> float:
-        """Return for any z the measure that a solver with one tolerance for all rows can reach: the larger one of the
-        largest v_i / c_i of z put on the bounds, and how far that moves z, as `is_near` measures it."""
+        """Return for any z the measure that a solver with one tolerance for all rows
+        can reach: the larger one of the largest v_i / c_i of z put on the bounds, and
+        how far that moves z, as `is_near` measures it."""
         criterion, measure = self.criterion, self.criterion.measure
         if not np.isfinite(self.z).all():
             return np.inf
@@ -384,13 +408,15 @@ class Point:
         )
 
     def is_near(self, other: Point, tol: float | None = None) -> bool:
-        """Return whether another point differs by no more than its tolerance, or the given one, in the units of M."""
+        """Return whether another point differs by no more than its tolerance, or the
+        given one, in the units of M."""
         most = self.criterion.tol if tol is None else tol
         distances = self.criterion.measure.distances(other._inside, self._inside)
         return bool((distances <= most + ROUNDING).all())
 
     def solution(self) -> Point | None:
-        """Return this point or, if it nearly solves the problem, its first alternative that solves it; else None."""
+        """Return this point or, if it nearly solves the problem, its first alternative
+        that solves it; else None."""
         if self.solves():
             return self
         return (
@@ -401,14 +427,16 @@ class Point:
 
     @np.errstate(all="ignore")
     def nearly_solves(self) -> bool:
-        """Return whether no violation is large by `Measure.is_near`: the point is then worth a closer look."""
+        """Return whether no violation is large by `Measure.is_near`: the point is then
+        worth a closer look."""
         moved = self.criterion.problem.from_reference(self.z).any()
         return bool(moved and self.criterion.measure.is_near(self._inside, self._plain))
 
     @each_step(all="ignore")
     def alternatives(self) -> Generator[Point, None, None]:
-        """Yield points that differ from this one by what rounding and a method's tolerance leave of zeros (see
-        above): first points with other components, and then those for which entries of q count as 0."""
+        """Yield points that differ from this one by what rounding and a method's
+        tolerance leave of zeros (see above): first points with other components, and
+        then those for which entries of q count as 0."""
         criterion, measure, z = self.criterion, self.criterion.measure, self._inside
         points, start = [self], z
         while True:
@@ -449,7 +477,8 @@ class Point:
 
     @cached_property
     def _rows_of_noise(self) -> Indices:
-        """Return the rows that are violated although all their terms may be rounding of 0."""
+        """Return the rows that are violated although all their terms may be rounding of
+        0."""
         measure, z, rows = self.criterion.measure, self._inside, self._plain
         caps = measure.caps(z)
         small = (rows.full_terms <= ROW_ROUNDING * caps) & (caps < np.inf)
@@ -463,7 +492,8 @@ class Point:
 
 
 def on_bounds(measure: Measure, z: Vector, w: Vector) -> Vector:
-    """Return the nearest admissible z, on the bounds that it is closer to than w_i is to 0, in the units of M."""
+    """Return the nearest admissible z, on the bounds that it is closer to than w_i is
+    to 0, in the units of M."""
     units, box = measure.data.units, measure.data.box
     powers = np.clip(units.rows + units.columns, -LARGEST_POWER, LARGEST_POWER)
     return box.on_bounds(z, w, np.exp2(-powers))[0]
@@ -471,9 +501,11 @@ def on_bounds(measure: Measure, z: Vector, w: Vector) -> Vector:
 
 @np.errstate(divide="ignore")
 def without_small_distances(measure: Measure, z: Vector) -> Vector:
-    """Return z with the reference point in place of components at distances from it that are small beside k and beside
-    the largest in their component of M, and 0 in place of those that are as small themselves and may be 0; and with the
-    reference point in all components whose rows it satisfies, as they are with the other z_i in place."""
+    """Return z with the reference point in place of components at distances from it
+    that are small beside k and beside the largest in their component of M, and 0 in
+    place of those that are as small themselves and may be 0; and with the reference
+    point in all components whose rows it satisfies, as they are with the other z_i in
+    place."""
     units, reference = measure.data.units, measure.reference
     distances, sizes = (
         np.log2(np.abs(z - reference)) - units.columns,
@@ -512,7 +544,8 @@ def columns_of(measure: Measure, rows: Indices) -> Indices:
 
 @np.errstate(divide="ignore")
 def negligible_q(measure: Measure, q: Vector, z: Vector, rows: Indices) -> Indices:
-    """Return those of some violated rows, whose terms may be rounding of 0, whose q_i count as 0; all, or none."""
+    """Return those of some violated rows, whose terms may be rounding of 0, whose q_i
+    count as 0; all, or none."""
     data, parts = measure.data, measure.data.units.row_part
     if (
         q.size <= FEW_UNKNOWNS
@@ -537,8 +570,9 @@ def negligible_q(measure: Measure, q: Vector, z: Vector, rows: Indices) -> Indic
 
 
 def with_small_components(problem: Problem, z: Vector) -> Iterator[Vector]:
-    """Yield the basic solution of the states of z if it differs from z by rounding, and components of z are smaller
-    than those of the reference point: as differences from it they lose digits."""
+    """Yield the basic solution of the states of z if it differs from z by rounding, and
+    components of z are smaller than those of the reference point: as differences from
+    it they lose digits."""
     largest = max(size(z), size(problem.reference_point))
     is_smaller = (np.abs(z) < np.abs(problem.reference_point)).any()
     for found in islice(
@@ -549,7 +583,8 @@ def with_small_components(problem: Problem, z: Vector) -> Iterator[Vector]:
 
 
 def pivoted(problem: Problem, basis: States) -> Iterator[Vector]:
-    """Yield the z of the first steps of block pivoting from a basis, as long as there are any."""
+    """Yield the z of the first steps of block pivoting from a basis, as long as there
+    are any."""
     with imports:
         from lcpcli.basis.exchanges import BasicSolutions
     solutions = BasicSolutions(problem)
@@ -561,10 +596,12 @@ def pivoted(problem: Problem, basis: States) -> Iterator[Vector]:
 
 
 def without_wrong_solutions(problem: Problem) -> tuple[Problem, list[str]]:
-    """Return the problem without its wrong known solutions, and what is wrong with each of these, as a clause.
+    """Return the problem without its wrong known solutions, and what is wrong with each
+    of these, as a clause.
 
-    z is wrong if its relative residual is above ROUGH and no changes of its components by a unit in the last digit,
-    which matter where M is ill-conditioned, make it satisfy the conditions on each z_i and w_i.
+    z is wrong if its relative residual is above ROUGH and no changes of its components
+    by a unit in the last digit, which matter where M is ill-conditioned, make it
+    satisfy the conditions on each z_i and w_i.
     """
     if not problem.solutions:
         return problem, []
@@ -604,11 +641,15 @@ def _fault(point: Point) -> str:
         return ""
     i = int(np.argmax(np.where(wrong, relative, 0.0)))
     worst = f"z{i + 1} = {z[i]:.3g} and w{i + 1} = {w[i]:.3g}"
-    return f"is not a solution: its residual is {point.residual:.2g}, with {worst}; it is ignored"
+    return (
+        f"is not a solution: its residual is {point.residual:.2g}, with {worst}; it "
+        "is ignored"
+    )
 
 
 def _last_digit(z: Vector) -> Vector:
-    """Return one unit in the last digit of each z_i, if all have as many digits or decimals as the longest."""
+    """Return one unit in the last digit of each z_i, if all have as many digits or
+    decimals as the longest."""
     spelt = [
         repr(value).removesuffix(".0").partition("e")
         for value in np.abs(z[z != 0]).tolist()

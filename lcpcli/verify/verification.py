@@ -1,13 +1,17 @@
 """How far a z is from being a solution, and whether a vector proves that there is none.
 
-The componentwise backward error of z is the smallest omega for which z solves a problem with data M + dM, q + dq such
-that |dM| <= omega |M| and |dq| <= omega |q|: these change w_i by up to omega (|M| |z| + |q|)_i, each independently (see
-`measure`). For a z_i beyond its bounds no change helps, unless l_i = u_i, which may change by omega of its size.
+The componentwise backward error of z is the smallest omega for which z solves a problem
+with data M + dM, q + dq such that |dM| <= omega |M| and |dq| <= omega |q|: these change
+w_i by up to omega (|M| |z| + |q|)_i, each independently (see `measure`). For a z_i
+beyond its bounds no change helps, unless l_i = u_i, which may change by omega of its
+size.
 
-Strategies that are proposed as a solution of a game stand for a z: the components of z that belong to a player are its
-probabilities divided by what a best response costs the other one. A z whose two parts are nonnegative and each add up
-to 1 is read as strategies: it solves the LCP only if these costs are 1, where both readings are the same. For a game
-tree, strategies are the probabilities of the actions at all information sets, and z has their plans.
+Strategies that are proposed as a solution of a game stand for a z: the components of z
+that belong to a player are its probabilities divided by what a best response costs the
+other one. A z whose two parts are nonnegative and each add up to 1 is read as
+strategies: it solves the LCP only if these costs are 1, where both readings are the
+same. For a game tree, strategies are the probabilities of the actions at all
+information sets, and z has their plans.
 """
 
 from __future__ import annotations
@@ -62,8 +66,9 @@ Number = TypeVar("Number", float, Fraction)
 
 @dataclass(frozen=True)
 class Violation(Generic[Number]):
-    """A component that prevents z from being a solution: its index, from 0, what it violates, z_i and w_i; kind : as
-    "z < 0", "w < 0", both with a comma between them, or "z w > 0"; with bounds "z < lower", "z > upper" or "w > 0"."""
+    """A component that prevents z from being a solution: its index, from 0, what it
+    violates, z_i and w_i; kind : as "z < 0", "w < 0", both with a comma between them,
+    or "z w > 0"; with bounds "z < lower", "z > upper" or "w > 0"."""
 
     index: int
     kind: str
@@ -78,15 +83,22 @@ class Verification:
     kind : "solution" for a z, "farkas" for a vector y.
     exact : whether it was verified without rounding, on the exact numbers.
     accepted, message : whether the answer is accepted, and why, as a sentence.
-    residual, relative_residual, error : as in `result.Result`; None for a y, and error None if no solution is known.
-    backward_error : the componentwise backward error; infinite if a z_i is outside different bounds, None for a y.
-    bound : the proved bound on the distance to the solution, from `error_bound`; None in exact arithmetic, for a y, for
-        more than MOST_BOUNDED unknowns, and if M is in no class for which a bound is known.
-    violations, violated : the worst violations, and how many components violate a condition.
-    strategies : for a game, the strategies given, or those of z, with payoffs and gains; else None.
+    residual, relative_residual, error : as in `result.Result`; None for a y, and error
+        None if no solution is known.
+    backward_error : the componentwise backward error; infinite if a z_i is outside
+        different bounds, None for a y.
+    bound : the proved bound on the distance to the solution, from `error_bound`; None
+        in exact arithmetic, for a y, for more than MOST_BOUNDED unknowns, and if M is
+        in no class for which a bound is known.
+    violations, violated : the worst violations, and how many components violate a
+        condition.
+    strategies : for a game, the strategies given, or those of z, with payoffs and
+        gains; else None.
     statement : for a program, what x is, or what it violates; else "".
-    multipliers : the multipliers of the rows found for an x given without them, shape (m,); else None.
-    answer : for a proof that a program has no optimum, why it has none: a `Conclusion`; else None.
+    multipliers : the multipliers of the rows found for an x given without them, shape
+        (m,); else None.
+    answer : for a proof that a program has no optimum, why it has none: a `Conclusion`;
+        else None.
     """
 
     problem: Problem
@@ -115,9 +127,10 @@ class Verification:
 
 @np.errstate(all="ignore")  # overflow counts as infinite
 def verify(problem: Problem, z: Vector, tol: float) -> Verification:
-    """Verify z, finite and of shape (n,), in doubles: it is accepted if its relative residual is at most tol, or if
-    moving components that are within tol of their bounds onto these makes it so. Violations are those components whose
-    own relative residual is above tol, the largest first."""
+    """Verify z, finite and of shape (n,), in doubles: it is accepted if its relative
+    residual is at most tol, or if moving components that are within tol of their bounds
+    onto these makes it so. Violations are those components whose own relative residual
+    is above tol, the largest first."""
     point = Point(Criterion(problem, tol), z, is_admissible=False)
     bound = error_bound(problem, z) if problem.n <= MOST_BOUNDED else None
     return _verified(point, point.alternatives(), tol, bound, is_linear=True)
@@ -125,8 +138,9 @@ def verify(problem: Problem, z: Vector, tol: float) -> Verification:
 
 @np.errstate(all="ignore")
 def verify_nonlinear(problem: NonlinearProblem, z: Vector, tol: float) -> Verification:
-    """Verify z, finite and of shape (n,), as `verify` does, by F evaluated at z. The problem of the verification is the
-    linearization there, which z solves if and only if it solves the problem itself; no bound is known."""
+    """Verify z, finite and of shape (n,), as `verify` does, by F evaluated at z. The
+    problem of the verification is the linearization there, which z solves if and only
+    if it solves the problem itself; no bound is known."""
     with imports:
         from lcpcli.model.evaluations import Evaluations
         from lcpcli.verify.nonlinear_point import NonlinearCriterion, NonlinearPoint
@@ -135,7 +149,10 @@ def verify_nonlinear(problem: NonlinearProblem, z: Vector, tol: float) -> Verifi
     )
     if (undefined := problem.undefined(z)) is not None:
         i, value = undefined
-        message = f"z does not solve the problem: F is {value} there, in row {problem.names[i] or i + 1}"
+        message = (
+            f"z does not solve the problem: F is {value} there, in row "
+            f"{problem.names[i] or i + 1}"
+        )
         return Verification(
             point.criterion.problem,
             "solution",
@@ -160,11 +177,15 @@ def _verified(
     bound: Bound | None,
     is_linear: bool,
 ) -> Verification:
-    """Return the verification of a point. others : those that may solve the problem in place of it. is_linear :
-    whether an exact solution with the states of the point would solve the problem: not of a linearization."""
+    """Return the verification of a point. others : those that may solve the problem in
+    place of it. is_linear : whether an exact solution with the states of the point
+    would solve the problem: not of a linearization."""
     problem, z = point.criterion.problem, point.z
     each, relative = point.relative_residuals, point.relative_residual
-    message = f"its relative residual {relative:.1e} is {'at most' if point.solves() else 'above'} {tol:g}"
+    message = (
+        f"its relative residual {relative:.1e} is "
+        f"{'at most' if point.solves() else 'above'} {tol:g}"
+    )
     accepted = point.solves()
     if not accepted:
         nearby = next((other for other in others if other.solves()), None)
@@ -190,7 +211,9 @@ def _verified(
         "solution",
         exact=False,
         accepted=accepted,
-        message=f"z {'solves' if accepted else 'does not solve'} the problem: {message}",
+        message=(
+            f"z {'solves' if accepted else 'does not solve'} the problem: {message}"
+        ),
         residual=point.residual,
         relative_residual=relative,
         error=problem.error(z),
@@ -205,7 +228,8 @@ def _verified(
 
 
 def _settled(point: Point, tol: float) -> tuple[bool, str]:
-    """Return whether a point beyond the criterion is a solution all the same, and why or why not, as a clause."""
+    """Return whether a point beyond the criterion is a solution all the same, and why
+    or why not, as a clause."""
     problem = point.criterion.problem
     points = (
         point,
@@ -243,7 +267,8 @@ def _settled(point: Point, tol: float) -> tuple[bool, str]:
         return True, f", but {differs}"
     return (
         False,
-        f"; {differs}, which is more than rounding in a system with these states explains",
+        f"; {differs}, which is more than rounding in a system with these "
+        "states explains",
     )
 
 
@@ -251,8 +276,9 @@ def _settled(point: Point, tol: float) -> tuple[bool, str]:
 def verify_exactly(
     data: ExactProblem, z: list[Fraction], given_w: list[Fraction] | None = None
 ) -> Verification:
-    """Verify z, of length n, in rational arithmetic: it is accepted if it is a solution, and the claimed M z + q, if it
-    is given, is right. Only the measures are rounded. Violations are those components with min(z_i, w_i) not 0."""
+    """Verify z, of length n, in rational arithmetic: it is accepted if it is a
+    solution, and the claimed M z + q, if it is given, is right. Only the measures are
+    rounded. Violations are those components with min(z_i, w_i) not 0."""
     w = data.w(z)
     each = data.gaps(z, w)
     violating = sorted(
@@ -272,7 +298,10 @@ def verify_exactly(
     )
     failure = f"the given w is not Mz + q: {wrong}" * bool(wrong)
     if violating:
-        failure = f"z is not an exact solution: {count(len(violating), 'component')} fail{'s' * (len(violating) == 1)}"
+        failure = (
+            f"z is not an exact solution: {count(len(violating), 'component')} "
+            f"fail{'s' * (len(violating) == 1)}"
+        )
     doubles = rounded(z)
     point = Point(Criterion(data.problem), doubles, is_admissible=False)
     return Verification(
@@ -297,9 +326,10 @@ def verify_exactly(
 def verify_farkas(
     problem: Problem, y: list[Fraction], data: ExactProblem | None, is_rounded: bool
 ) -> Verification:
-    """Verify a proof y, of length n, that no z >= 0 has M z + q >= 0: for exact data, if given, with y as it is or, if
-    known to be rounded, corrected; else for the doubles of the problem, with y as it is or rounded, also up to the
-    rounding of M: of few unknowns only if y is known to be rounded, as that of an ill-posed problem."""
+    """Verify a proof y, of length n, that no z >= 0 has M z + q >= 0: for exact data,
+    if given, with y as it is or, if known to be rounded, corrected; else for the
+    doubles of the problem, with y as it is or rounded, also up to the rounding of M: of
+    few unknowns only if y is known to be rounded, as that of an ill-posed problem."""
     exact, doubles = data is not None, rounded(y)
     if data is None:
         failure = (
@@ -340,7 +370,8 @@ def _failed_condition(data: ExactProblem, y: list[Fraction]) -> str:
         return (
             ""
             if data.refuted_by(y)
-            else "y has a wrong sign, or y'w is not negative for every z within the bounds"
+            else "y has a wrong sign, or y'w is not negative for every z within the "
+            "bounds"
         )
     i, least = min(enumerate(y), key=lambda entry: entry[1], default=(0, Fraction(0)))
     if least < 0:
@@ -387,7 +418,8 @@ HINT = "give probabilities, at least 0 and with the sum 1"
 
 
 def require_strategies(problem: Problem, values: Sequence[Any], rows: int) -> None:
-    """Raise ProblemError if these values, the first `rows` for the row player, are not strategies of the game."""
+    """Raise ProblemError if these values, the first `rows` for the row player, are not
+    strategies of the game."""
     game = problem.origin
     if not isinstance(game, Game):
         raise ProblemError(
@@ -411,7 +443,8 @@ def require_strategies(problem: Problem, values: Sequence[Any], rows: int) -> No
 
 
 class Found(NamedTuple):
-    """The strategies that z stands for, and whether they are an equilibrium to the tolerance, by best responses."""
+    """The strategies that z stands for, and whether they are an equilibrium to the
+    tolerance, by best responses."""
 
     own: Strategies | Behavior
     are_equilibrium: bool
@@ -421,7 +454,8 @@ class Found(NamedTuple):
 def of_solution(
     problem: Problem, z: Sequence[Any] | Vector, tol: float
 ) -> Found | None:
-    """Return the strategies that a z of a game stands for, in its numbers; None if it stands for none."""
+    """Return the strategies that a z of a game stands for, in its numbers; None if it
+    stands for none."""
     game = problem.origin
     if isinstance(game, ExtensiveGame):
         x, y, *_ = game.parts(z.tolist() if isinstance(z, np.ndarray) else z)
@@ -446,8 +480,9 @@ def of_game(
     tol: float = 0.0,
     data: ExactProblem | None = None,
 ) -> Verification:
-    """Verify z, or the z of strategies, by `verify_z`, and say what these are for the game behind the problem, if any:
-    a z is then accepted if they are an equilibrium too. In exact arithmetic where there are exact data."""
+    """Verify z, or the z of strategies, by `verify_z`, and say what these are for the
+    game behind the problem, if any: a z is then accepted if they are an equilibrium
+    too. In exact arithmetic where there are exact data."""
     game, divided = problem.origin, ""
     array: Any = np.array(values, dtype=float if data is None else object)
     if isinstance(game, ExtensiveGame) and array.size != problem.n:
@@ -488,12 +523,16 @@ def of_game(
         np.array(z, dtype=float) if data is None else list(map(Fraction, z))
     )
     accepted = verification.accepted and are_equilibrium
-    message = f"the strategies{divided} are {own.statement(accepted)}; their {verification.message}"
+    message = (
+        f"the strategies{divided} are {own.statement(accepted)}; their "
+        f"{verification.message}"
+    )
     return replace(verification, accepted=accepted, message=message, strategies=own)
 
 
 def point_of_game(problem: Problem, both: Any, data: ExactProblem | None) -> Any:
-    """Return the z of both players' strategies, each divided by the other's best cost; exact for exact data."""
+    """Return the z of both players' strategies, each divided by the other's best cost;
+    exact for exact data."""
     costs = (
         problem.M @ both
         if data is None
@@ -506,13 +545,17 @@ def point_of_game(problem: Problem, both: Any, data: ExactProblem | None) -> Any
 
 
 def _behavior(game: ExtensiveGame, values: Sequence[Any] | Vector) -> Behavior:
-    """Return the strategies with these probabilities of all actions, divided by their sums, or raise ProblemError."""
+    """Return the strategies with these probabilities of all actions, divided by their
+    sums, or raise ProblemError."""
     left, found = iter(values), list[list[list[Any]]]()
     for player in game.tree.players:
         given = [[next(left) for _ in each.actions] for each in player.sets]
         for label, probabilities in zip(player.labels(), given, strict=True):
             if not _are_probabilities(np.array(probabilities, dtype=float)):
-                fault = f"has {', '.join(f'{float(p):.7g}' for p in probabilities)} as the probabilities of its actions"
+                fault = (
+                    f"has {', '.join(f'{float(p):.7g}' for p in probabilities)} as "
+                    "the probabilities of its actions"
+                )
                 raise ProblemError(
                     f"information set {label} of {player.name}", fault, HINT
                 )

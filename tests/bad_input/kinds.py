@@ -1,5 +1,6 @@
-"""Kinds of bad input that no text shows: files of numbers that are not as they should be, malformed ones on which the
-libraries that read them have words of their own, which users do not see, and texts of any length."""
+"""Kinds of bad input that no text shows: files of numbers that are not as they should
+be, malformed ones on which the libraries that read them have words of their own, which
+users do not see, and texts of any length."""
 
 from __future__ import annotations
 
@@ -21,7 +22,8 @@ ARRAY = "%%MatrixMarket matrix array real general\n2 2\n2\n0\n0\n2\n"
 
 @dataclass(frozen=True)
 class Kind:
-    """A bad command line, the files and the standard input that it meets, and what the line about it must contain."""
+    """A bad command line, the files and the standard input that it meets, and what the
+    line about it must contain."""
 
     arguments: tuple[str, ...]
     words: tuple[str, ...]
@@ -45,7 +47,8 @@ def of_npz(name: str, content: bytes, *words: str) -> Any:
 
 
 def of_csr(name: str, parts: dict[str, Any], *words: str) -> Any:
-    """A sparse matrix in an NPZ file with parts replaced, or left out where they are None."""
+    """A sparse matrix in an NPZ file with parts replaced, or left out where they are
+    None."""
     whole = {
         "data": [1.0, 1.0],
         "indices": [0, 1],
@@ -61,7 +64,8 @@ def of_csr(name: str, parts: dict[str, Any], *words: str) -> Any:
 
 
 def of_sparse(form: str, **parts: Any) -> Any:
-    """A sparse matrix in another format, with index arrays that do not fit, which scipy must not get."""
+    """A sparse matrix in another format, with index arrays that do not fit, which scipy
+    must not get."""
     of_form = {"coo": {"row": [0, 1], "col": [0, 1]}, "dia": {}}
     bounds = of_form.get(form, {"indices": [0, 1], "indptr": [0, 1, 2]})
     data = {"bsr": [[[1.0]], [[1.0]]], "dia": [[1.0, 1.0]]}.get(form, [1.0, 1.0])

@@ -1,4 +1,5 @@
-"""Tiny problems in files, other solvers and measurements made up, for the tests of lcp bench."""
+"""Tiny problems in files, other solvers and measurements made up, for the tests of lcp
+bench."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""lcp bench: what it keeps and counts, how it ends, goes on after it was cut off, and what it refuses before that."""
+"""lcp bench: what it keeps and counts, how it ends, goes on after it was cut off, and
+what it refuses before that."""
 
 from __future__ import annotations
 
@@ -34,7 +35,8 @@ def output(tmp_path: Path) -> Path:
 
 @pytest.fixture
 def bench(lcp: Lcp, tmp_path: Path, output: Path) -> Bench:
-    """Run lcp bench on problems of these names with `auto`, and more; what it came to, and its record."""
+    """Run lcp bench on problems of these names with `auto`, and more; what it came to,
+    and its record."""
 
     def run(names: str, *more: str) -> tuple[Outcome, BenchRecord]:
         files = bench_problems.write(tmp_path, *names.split())
@@ -86,7 +88,8 @@ def test_record_holds_what_was_measured(bench: Bench) -> None:
 def test_other_solvers_may_lie_take_some_problems_or_be_missing(
     bench: Bench, output: Path, lcp: Lcp, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A false success sets the exit code; an excluded problem is no failure, and is listed with its reason."""
+    """A false success sets the exit code; an excluded problem is no failure, and is
+    listed with its reason."""
 
     def excludes(problem: Problem) -> str:
         return "takes no verdicts" if problem.verdict else ""
@@ -207,7 +210,10 @@ def test_progress_is_shown_on_a_terminal_alone(
 REFUSED = {
     "quik": "did you mean quick?",
     "nothing-like-it": "choose one of quick",
-    "path": "path: is neither a suite nor a file; run tests/benchmarks/paths.py of the source instead",
+    "path": (
+        "path: is neither a suite nor a file; run tests/benchmarks/paths.py of the "
+        "source instead"
+    ),
     "missing.json": "missing.json: no such file",
     "-": "standard input",
     "--peer quantecom": "did you mean quantecon?",

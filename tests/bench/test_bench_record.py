@@ -1,4 +1,5 @@
-"""The record of a bench: what it holds, refuses and checks, of nonlinear problems too, and that JSON gives it back."""
+"""The record of a bench: what it holds, refuses and checks, of nonlinear problems too,
+and that JSON gives it back."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""How long a bench repeats a measurement, the statistics of the times, and what it looks like in each format."""
+"""How long a bench repeats a measurement, the statistics of the times, and what it
+looks like in each format."""
 
 from __future__ import annotations
 
@@ -67,7 +68,8 @@ def row(solver: str, n: int, **changes: Any) -> Measurement:
 
 @pytest.fixture
 def record() -> BenchRecord:
-    """Three sizes of one family by two methods and two peers, of which one lies once, and one takes nothing."""
+    """Three sizes of one family by two methods and two peers, of which one lies once,
+    and one takes nothing."""
     failed = {
         "status": "time_limit",
         "statement": "stopped | at_the 5% limit",
@@ -103,7 +105,8 @@ def record() -> BenchRecord:
 
 
 def larger(record: BenchRecord) -> BenchRecord:
-    """With a fourth size, at which one peer is the fastest and the other one takes its only problem."""
+    """With a fourth size, at which one peer is the fastest and the other one takes its
+    only problem."""
     rows = [row("auto", 800, seconds=[0.08, 0.081, 0.082]), row("lemke", 800)]
     rows += [
         row("liar", 800, seconds=[0.05]),
@@ -196,7 +199,8 @@ def test_peer_is_a_point_in_the_picture_and_nothing_is_drawn_of_what_is_excluded
 
 
 class Machine:
-    """A solver, a clock and a sleep on one time line; each run takes the next of the given seconds."""
+    """A solver, a clock and a sleep on one time line; each run takes the next of the
+    given seconds."""
 
     def __init__(
         self, seconds: Iterator[float], claim: bool = True, curve: bool = True

@@ -1,4 +1,5 @@
-"""Variants and sweeps are compared under names that tell them apart; lcp compare-runs says what is worse or gone."""
+"""Variants and sweeps are compared under names that tell them apart; lcp compare-runs
+says what is worse or gone."""
 
 from __future__ import annotations
 

@@ -1,8 +1,9 @@
-"""What a bench says of accuracy beyond its own tables: accuracy.py RECORD.json, a file written by lcp bench -o
+"""What a bench says of accuracy beyond its own tables: accuracy.py RECORD.json, a file
+written by lcp bench -o
 
-Tables: how far each solver gets as the problems of `lcp bench stiff` and `extreme` become stiffer; the times to an
-error of 1e-6; how often each method is first to reach an error; and the convergence factors of fixed-point, measured
-and from theory.
+Tables: how far each solver gets as the problems of `lcp bench stiff` and `extreme`
+become stiffer; the times to an error of 1e-6; how often each method is first to reach
+an error; and the convergence factors of fixed-point, measured and from theory.
 """
 
 from __future__ import annotations
@@ -58,7 +59,8 @@ Curve = Sequence[tuple[int, float, float | None]]
 
 
 def reached(record: BenchRecord) -> Section:
-    """Return the time that each method needs to reach an error of LISTED_LEVEL on each problem."""
+    """Return the time that each method needs to reach an error of LISTED_LEVEL on each
+    problem."""
     times = {
         name: [own.get(method, {}).get(LISTED_LEVEL) for method in record.methods]
         for name, own in competing(record)
@@ -76,15 +78,19 @@ def reached(record: BenchRecord) -> Section:
         ]
         for name, own in times.items()
     ]
-    title = f"Time in {unit} to an error of {wording.level(LISTED_LEVEL)} relative to the solution's largest component"
+    title = (
+        f"Time in {unit} to an error of {wording.level(LISTED_LEVEL)} relative to "
+        "the solution's largest component"
+    )
     return sheet(title, ["problem", *record.methods], [rows])
 
 
 def competing(
     record: BenchRecord,
 ) -> Iterator[tuple[str, dict[str, dict[float, float]]]]:
-    """Yield the problems with a known solution on which at least two methods ran: the name, and the seconds of each
-    method until each level of error, by the iterates that the record has."""
+    """Yield the problems with a known solution on which at least two methods ran: the
+    name, and the seconds of each method until each level of error, by the iterates that
+    the record has."""
     cases = {case.name: case for case in record.cases}
     for name, group in groupby(record.measurements, key=lambda row: row.problem):
         curves = {
@@ -104,7 +110,8 @@ def competing(
 
 
 def firsts_of(curve: Curve, size: float) -> Iterator[tuple[float, float]]:
-    """Yield each level of error that a run reaches, with the seconds until then. size : of the solution."""
+    """Yield each level of error that a run reaches, with the seconds until then. size :
+    of the solution."""
     for level in LEVELS:
         times = [
             seconds
@@ -116,8 +123,8 @@ def firsts_of(curve: Curve, size: float) -> Iterator[tuple[float, float]]:
 
 
 def condition(problem: object) -> float | None:
-    """Return the condition of the only solution of a linear problem, its `sensitivity` over its largest component; None
-    if it is unknown, or 0."""
+    """Return the condition of the only solution of a linear problem, its `sensitivity`
+    over its largest component; None if it is unknown, or 0."""
     if (
         not isinstance(problem, Problem)
         or len(problem.solutions) != 1
@@ -129,7 +136,8 @@ def condition(problem: object) -> float | None:
 
 
 def forward_error(problem: Problem, error: float | None) -> float | None:
-    """Return an error in units of eps times the condition: the effect of rounding the data."""
+    """Return an error in units of eps times the condition: the effect of rounding the
+    data."""
     own = condition(problem)
     return (
         None
@@ -140,9 +148,9 @@ def forward_error(problem: Problem, error: float | None) -> float | None:
 
 @np.errstate(all="ignore")
 def sensitivity(problem: Problem, z: Vector) -> float | None:
-    """Return the largest component of |M_PP^-1| (|M| |z| + |q|)_P at the solution z, shape (n,), in units of z, for
-    P with l_i < z_i < u_i or w_i = 0; None if M_PP is singular or too large, or too ill-conditioned where it is not
-    small."""
+    """Return the largest component of |M_PP^-1| (|M| |z| + |q|)_P at the solution z,
+    shape (n,), in units of z, for P with l_i < z_i < u_i or w_i = 0; None if M_PP is
+    singular or too large, or too ill-conditioned where it is not small."""
     w = problem.w(z)
     terms = matrices.absolute_product(problem.M, np.abs(z)) + np.abs(problem.q)
     box = problem.box
@@ -162,7 +170,8 @@ def sensitivity(problem: Problem, z: Vector) -> float | None:
 
 
 def _inverse(problem: Problem, P: Indices) -> Matrix | None:
-    """Return |M_PP^-1|, shape (k, k); None if M_PP is singular, too large or too ill-conditioned."""
+    """Return |M_PP^-1|, shape (k, k); None if M_PP is singular, too large or too
+    ill-conditioned."""
     if P.size > MOST_INVERTED:
         return None
     units = scale(problem)
@@ -193,7 +202,8 @@ def _inverse(problem: Problem, P: Indices) -> Matrix | None:
 
 
 def stability(record: BenchRecord) -> Section:
-    """Return one row per family and solver, or no rows if the suite is not in order of stiffness."""
+    """Return one row per family and solver, or no rows if the suite is not in order of
+    stiffness."""
     groups = (
         [_rungs(record, *ladder) for ladder in ladders(record.cases)]
         if ORDERED & {*record.suite}
@@ -201,16 +211,19 @@ def stability(record: BenchRecord) -> Section:
     )
     header = ["family", "up", "solver", "to", "error", "cond.", "then"]
     notes = [
-        "to: the last value up to which all problems are solved, by recomputed residuals. error: the largest error on "
-        "them, against the exact solution, in units of eps times the condition: the effect of rounding the data. "
-        "cond.: the largest condition of their solutions. then: how the run on the next problem ends."
+        "to: the last value up to which all problems are solved, by recomputed "
+        "residuals. error: the largest error on "
+        "them, against the exact solution, in units of eps times the condition: "
+        "the effect of rounding the data. "
+        "cond.: the largest condition of their solutions. then: how the run on "
+        "the next problem ends."
     ]
     return sheet("Stability", header, [group for group in groups if group], *notes)
 
 
 def ladders(cases: Sequence[Case]) -> list[tuple[str, str, dict[str, str]]]:
-    """Return the families of the cases, the parameter that varies in each, and its values by case, in order of
-    stiffness; a problem in a file belongs to no family."""
+    """Return the families of the cases, the parameter that varies in each, and its
+    values by case, in order of stiffness; a problem in a file belongs to no family."""
     families: dict[tuple[str, ...], list[Case]] = {}
     for case in cases:
         if case.family:
@@ -236,7 +249,8 @@ def ladders(cases: Sequence[Case]) -> list[tuple[str, str, dict[str, str]]]:
 def _rungs(
     record: BenchRecord, family: str, axis: str, values: dict[str, str]
 ) -> list[list[str]]:
-    """Return up to what stiffness each solver measured on a ladder succeeds, and how it ends at the next step."""
+    """Return up to what stiffness each solver measured on a ladder succeeds, and how it
+    ends at the next step."""
     group: list[list[str]] = []
     cases = {case.name: case for case in record.cases}
     for solver in record.solvers:
@@ -271,7 +285,8 @@ def _rungs(
 
 
 def firsts(record: BenchRecord) -> Section:
-    """Return on how many problems each method reached each level of error first; methods that tie all count."""
+    """Return on how many problems each method reached each level of error first;
+    methods that tie all count."""
     problems, wins = [own for _, own in competing(record)], Counter[tuple[str, float]]()
     for own, level in product(problems, LEVELS):
         times = {
@@ -319,24 +334,28 @@ def rates(record: BenchRecord) -> Section:
             cells = [f"{rate[name]:.4f}" if name in rate else "" for name in factors]
             rows.append([row.problem, str(row.iterations), *cells])
     notes = [
-        "measured: least-squares fit to the logarithms of the errors. local: the spectral radius of the iteration at a "
-        "nondegenerate solution. bound: |(I + M)^-1 (I - M)|_2; max |1 - lambda| / |1 + lambda| for symmetric M."
+        "measured: least-squares fit to the logarithms of the errors. local: "
+        "the spectral radius of the iteration at a "
+        "nondegenerate solution. bound: |(I + M)^-1 (I - M)|_2; max |1 - "
+        "lambda| / |1 + lambda| for symmetric M."
     ]
     title = "Linear convergence of fixed-point: factor per iteration"
     return sheet(title, ["problem", "iterations", *factors], [rows], *notes)
 
 
 class Contraction(NamedTuple):
-    """The reduction of the error per iteration of fixed-point: at most |T|_2 with T = (omega I + M)^-1 (omega I - M),
-    and near a solution x* without kink the spectral radius of T S, where S_ii is 1 if l_i < 2x*_i < u_i, else -1; None
-    if some 2x*_i is at a bound, where the iteration has a kink."""
+    """The reduction of the error per iteration of fixed-point: at most |T|_2 with T =
+    (omega I + M)^-1 (omega I - M), and near a solution x* without kink the spectral
+    radius of T S, where S_ii is 1 if l_i < 2x*_i < u_i, else -1; None if some 2x*_i is
+    at a bound, where the iteration has a kink."""
 
     bound: float
     local: float | None
 
 
 def contraction(problem: Problem, x: Vector, omega: float = 1.0) -> Contraction | None:
-    """Return the theoretical factors at the solution x = (z - w) / 2, shape (n,); None if omega I + M is singular."""
+    """Return the theoretical factors at the solution x = (z - w) / 2, shape (n,); None
+    if omega I + M is singular."""
     box, dense, shift = (
         problem.box,
         matrices.dense(problem.M),
@@ -353,9 +372,11 @@ def contraction(problem: Problem, x: Vector, omega: float = 1.0) -> Contraction 
 
 
 def rate_of_fixed_point(problem: Problem, curve: Curve) -> dict[str, float] | None:
-    """Return the convergence factors of fixed-point: measured, the local one of theory if it exists, and the bound.
+    """Return the convergence factors of fixed-point: measured, the local one of theory
+    if it exists, and the bound.
 
-    The result is None if the run shows no rate, for several known solutions, or beyond MOST_WITH_RATE unknowns.
+    The result is None if the run shows no rate, for several known solutions, or beyond
+    MOST_WITH_RATE unknowns.
     """
     if len(problem.solutions) != 1 or problem.n > MOST_WITH_RATE:
         return None
@@ -378,8 +399,9 @@ def rate_of_fixed_point(problem: Problem, curve: Curve) -> dict[str, float] | No
 def empirical_rate(
     k: Sequence[int], errors: Sequence[float], largest: float, smallest: float
 ) -> float | None:
-    """Return the reduction of the error per iteration, by least squares on the logarithms of the errors, from the first
-    error below `largest` to the last one above `smallest`; None for fewer than LEAST_ITERATES iterates."""
+    """Return the reduction of the error per iteration, by least squares on the
+    logarithms of the errors, from the first error below `largest` to the last one above
+    `smallest`; None for fewer than LEAST_ITERATES iterates."""
     below = next((i for i, error in enumerate(errors) if error < largest), len(errors))
     above = max((i for i, error in enumerate(errors) if error > smallest), default=-1)
     kept = [i for i in range(below, above + 1) if errors[i] > 0]

@@ -1,9 +1,11 @@
 """A batch of LCPs with an M each, and the gradients of all: batches.py [b]
 
-Milliseconds for b problems, 1000 by default, medians of calls that are made in turns: `lcpcli.solve_many` and
-`Batch.gradient` beside what one would write with QuantEcon, a compiled loop over `lcp_lemke` and systems with M_BB',
-padded by the identity, in one call of numpy, which verifies nothing and knows no kinks. The matrices are positive
-definite, not symmetric, and all arrays of doubles. One thread, whose own time counts, so that others disturb less.
+Milliseconds for b problems, 1000 by default, medians of calls that are made in turns:
+`lcpcli.solve_many` and `Batch.gradient` beside what one would write with QuantEcon, a
+compiled loop over `lcp_lemke` and systems with M_BB', padded by the identity, in one
+call of numpy, which verifies nothing and knows no kinks. The matrices are positive
+definite, not symmetric, and all arrays of doubles. One thread, whose own time counts,
+so that others disturb less.
 """
 
 from __future__ import annotations

@@ -1,10 +1,13 @@
-"""One call of `lcpcli.solve` from arrays to the verified answer, for dense M: dense_calls.py [numpy] [n ...]
+"""One call of `lcpcli.solve` from arrays to the verified answer, for dense M:
+dense_calls.py [numpy] [n ...]
 
-Medians of repeated calls on positive definite problems, nonsymmetric and symmetric; where the time goes; and the
-distance from the work that cannot be avoided: one factorization of the final block M_PP, one copy of it, one product
-with M. All are measured in turns, by the wall, so that what disturbs one disturbs the others. The problems are those of
-the gallery (Harker and Pang 1990), and planted ones: if not symmetric, A'A + B - B' + I / 10 with normal A and B, a
-tenth to nine tenths of the z_i at 0; if symmetric, eigenvalues from 1 to 10^4, half of the z_i at 0. With `numpy` the
+Medians of repeated calls on positive definite problems, nonsymmetric and symmetric;
+where the time goes; and the distance from the work that cannot be avoided: one
+factorization of the final block M_PP, one copy of it, one product with M. All are
+measured in turns, by the wall, so that what disturbs one disturbs the others. The
+problems are those of the gallery (Harker and Pang 1990), and planted ones: if not
+symmetric, A'A + B - B' + I / 10 with normal A and B, a tenth to nine tenths of the z_i
+at 0; if symmetric, eigenvalues from 1 to 10^4, half of the z_i at 0. With `numpy` the
 extra `fast` is not used.
 """
 

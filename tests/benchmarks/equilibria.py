@@ -1,9 +1,11 @@
-"""All equilibria of games, by lcpcli.solutions and by other programs: equilibria.py [seconds]
+"""All equilibria of games, by lcpcli.solutions and by other programs: equilibria.py
+[seconds]
 
-The others are lrsnash of lrslib, Gambit's enummixed in rational numbers, and three algorithms of Nashpy, those of them
-that are installed. For each game the number of equilibria that each finds and the seconds that it takes, in processes
-of their own that are stopped after so many seconds, 60 by default; who was stopped is not asked about larger random
-games. Nashpy's equilibria are counted once each, to nine digits.
+The others are lrsnash of lrslib, Gambit's enummixed in rational numbers, and three
+algorithms of Nashpy, those of them that are installed. For each game the number of
+equilibria that each finds and the seconds that it takes, in processes of their own that
+are stopped after so many seconds, 60 by default; who was stopped is not asked about
+larger random games. Nashpy's equilibria are counted once each, to nine digits.
 """
 
 from __future__ import annotations

@@ -1,7 +1,9 @@
-"""Breakpoints of a path to a hundred digits: each is the root of one w_i or z_i, in the basis of a piece beside it.
+"""Breakpoints of a path to a hundred digits: each is the root of one w_i or z_i, in the
+basis of a piece beside it.
 
-The linear system of a basis is solved in doubles, and its solution refined with residuals in exact integers: J. H.
-Wilkinson, Rounding Errors in Algebraic Processes (1963), chapter 3.
+The linear system of a basis is solved in doubles, and its solution refined with
+residuals in exact integers: J. H. Wilkinson, Rounding Errors in Algebraic Processes
+(1963), chapter 3.
 """
 
 from __future__ import annotations
@@ -40,8 +42,9 @@ class ExactBreakpoints:
         )
 
     def share(self, states: States, i: int, after: int) -> Fraction | None:
-        """Return the s at which component i reaches its end in the basis of these states: a basic z_i the bound of its
-        state after that, else w_i 0. None if s is not found."""
+        """Return the s at which component i reaches its end in the basis of these
+        states: a basic z_i the bound of its state after that, else w_i 0. None if s is
+        not found."""
         basic = np.flatnonzero(states == BASIC)
         z = np.where((states == UPPER)[:, None], self.upper, self.lower)
         z[basic] = 0
@@ -88,7 +91,8 @@ def _scaled(values: Any, exponent: int) -> Any:
 
 
 def _fixed(columns: Sequence[Vector] | Vector) -> Any:
-    """Return vectors as the columns of a matrix of integers, in units of 2^-BITS, with 0 for infinite entries."""
+    """Return vectors as the columns of a matrix of integers, in units of 2^-BITS, with
+    0 for infinite entries."""
     values = [
         [int(math.ldexp(v, BITS)) if math.isfinite(v) else 0 for v in column.tolist()]
         for column in columns
@@ -103,10 +107,11 @@ def _floats(values: Any) -> Vector:
 
 
 def exact_shares(path: Path, most: int) -> list[tuple[int, Fraction]]:
-    """Return the numbers of at most so many breakpoints, evenly spread, and their s to a hundred digits.
+    """Return the numbers of at most so many breakpoints, evenly spread, and their s to
+    a hundred digits.
 
-    Of the two pieces at a breakpoint the one with fewer basic components is used. A piece on which t stands still, or
-    whose basis is too ill-conditioned, gives none.
+    Of the two pieces at a breakpoint the one with fewer basic components is used. A
+    piece on which t stands still, or whose basis is too ill-conditioned, gives none.
     """
     inner = [
         k

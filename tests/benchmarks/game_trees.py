@@ -1,9 +1,10 @@
 """Games in extensive form, by lcpcli and by Gambit's lcp_solve: game_trees.py [rounds]
 
-For each game the number of unknowns, and the least of as many rounds, 3 by default, of the seconds that each takes in
-doubles and, once, in fractions, from the game in memory to one equilibrium. lcpcli's time includes the verification,
-and in fractions all of the run before. Gambit is pygambit; in fractions it is asked up to MOST_EXACT unknowns, as the
-time beyond is that of minutes.
+For each game the number of unknowns, and the least of as many rounds, 3 by default, of
+the seconds that each takes in doubles and, once, in fractions, from the game in memory
+to one equilibrium. lcpcli's time includes the verification, and in fractions all of the
+run before. Gambit is pygambit; in fractions it is asked up to MOST_EXACT unknowns, as
+the time beyond is that of minutes.
 """
 
 from __future__ import annotations

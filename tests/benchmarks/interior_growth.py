@@ -1,7 +1,9 @@
-"""How time and memory of `interior` grow with n on three sparse families: interior_growth.py
+"""How time and memory of `interior` grow with n on three sparse families:
+interior_growth.py
 
-Every size is solved by a process of its own. Prints seconds, iterations and the memory that solving adds to that of the
-imports and the problem, then exponents of n with their 95 % intervals, over all sizes.
+Every size is solved by a process of its own. Prints seconds, iterations and the memory
+that solving adds to that of the imports and the problem, then exponents of n with their
+95 % intervals, over all sizes.
 """
 
 from __future__ import annotations

@@ -1,9 +1,12 @@
-"""One M with many right-hand sides, from arrays in memory to verified results: many_columns.py [k]
+"""One M with many right-hand sides, from arrays in memory to verified results:
+many_columns.py [k]
 
-Microseconds for each of k problems, 10000 by default. First LCPs with P-matrices that are not definite, dominant
-(H+) and not, by a loop of `solve`, by `solve_many` and by QuantEcon's compiled `lcp_lemke`; then nonnegative least
-squares, min |A x - b| over x >= 0, by `solve_many` with M = A'A and q = -A'b, whose computation counts, and by
-scipy's `nnls`. All in one thread, each the least of some repeats by the wall; slow loops over some of the columns.
+Microseconds for each of k problems, 10000 by default. First LCPs with P-matrices that
+are not definite, dominant (H+) and not, by a loop of `solve`, by `solve_many` and by
+QuantEcon's compiled `lcp_lemke`; then nonnegative least squares, min |A x - b| over x
+>= 0, by `solve_many` with M = A'A and q = -A'b, whose computation counts, and by
+scipy's `nnls`. All in one thread, each the least of some repeats by the wall; slow
+loops over some of the columns.
 """
 
 from __future__ import annotations
@@ -52,7 +55,8 @@ def problems(
     k: int,
     generator: np.random.Generator,
 ) -> tuple[Vector, Vector]:
-    """A P-matrix in units that make it indefinite, and q for which about half of z is positive."""
+    """A P-matrix in units that make it indefinite, and q for which about half of z is
+    positive."""
     R, C = 10 ** generator.uniform(-1, 1, (2, n))
     M = R[:, np.newaxis] * family(n, generator) * C
     assert np.linalg.eigvalsh(M + M.T).min() < 0

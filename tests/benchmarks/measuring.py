@@ -1,4 +1,5 @@
-"""What the benchmarks share: calls in turns, so that what disturbs one disturbs all; processes; rows of tables."""
+"""What the benchmarks share: calls in turns, so that what disturbs one disturbs all;
+processes; rows of tables."""
 
 from __future__ import annotations
 
@@ -23,7 +24,8 @@ def in_turns(
     warm_up: int = 1,
     clock: Callable[[], float] = time.perf_counter,
 ) -> list[tuple[float, ...]]:
-    """The seconds of each call in `least` to `most` rounds, as many as so many seconds allow, behind a warm-up."""
+    """The seconds of each call in `least` to `most` rounds, as many as so many seconds
+    allow, behind a warm-up."""
     rounds: list[list[float]] = []
     began = time.perf_counter()
     while len(rounds) < warm_up + least or (
@@ -47,7 +49,8 @@ def show(cells: Iterable[Any], widths: Sequence[int]) -> None:
 
 
 def in_processes(script: str, name: str, sizes: Iterable[int], *measures: str) -> None:
-    """Print the JSON of `script alone NAME SIZE` for each size, then how these measures grow with n."""
+    """Print the JSON of `script alone NAME SIZE` for each size, then how these measures
+    grow with n."""
     rows = []
     for size in sizes:
         command = [sys.executable, script, "alone", name, str(size)]

@@ -1,4 +1,5 @@
-"""Obstacle problems, and others with sparse M-matrices, for benchmarks: M and q of a given size."""
+"""Obstacle problems, and others with sparse M-matrices, for benchmarks: M and q of a
+given size."""
 
 from __future__ import annotations
 
@@ -17,8 +18,9 @@ Field = Callable[[Vector, Vector], Vector]
 
 
 def membrane(m: int, obstacle: Field, load: Field | float, across: float = 1.0) -> Data:
-    """-u_yy - across u_xx >= load, u >= obstacle on the unit square with m x m points, u = 0 on its boundary; z is the
-    height above the obstacle, and the rows of M are divided by its diagonal."""
+    """-u_yy - across u_xx >= load, u >= obstacle on the unit square with m x m points,
+    u = 0 on its boundary; z is the height above the obstacle, and the rows of M are
+    divided by its diagonal."""
     h = 1 / (m + 1)
     X, Y = np.meshgrid(*2 * [h * np.arange(1, m + 1)])
     T, unit = three_diagonals(np.full(m, 2.0)), eye_array(m)

@@ -1,11 +1,13 @@
 """Paths beside those of other packages: paths.py [seconds]
 
-Microseconds for each breakpoint of the path between two members of a family, of `lcpcli.path`, and of cvxcla for
-efficient frontiers and `lars_path` of scikit-learn for the LASSO, where these are installed (pip install cvxcla
-scikit-learn). Both run in turns from arrays in memory to their last breakpoint, with the verification of ours, for so
-many seconds (2) and at least three times. The ratio is the median of the ratios of both times in the same turn. The
-errors are those of up to ten breakpoints, relative to the length of the path; the exact ones follow from the states of
-our path by a refinement in integers.
+Microseconds for each breakpoint of the path between two members of a family, of
+`lcpcli.path`, and of cvxcla for efficient frontiers and `lars_path` of scikit-learn for
+the LASSO, where these are installed (pip install cvxcla scikit-learn). Both run in
+turns from arrays in memory to their last breakpoint, with the verification of ours, for
+so many seconds (2) and at least three times. The ratio is the median of the ratios of
+both times in the same turn. The errors are those of up to ten breakpoints, relative to
+the length of the path; the exact ones follow from the states of our path by a
+refinement in integers.
 """
 
 from __future__ import annotations
@@ -44,9 +46,10 @@ LASSOS = ((200, 40), (1000, 200))  # unknowns and samples
 
 
 def turning_points(S: Vector, returns: Vector, most: Vector) -> Vector:
-    """The weights on the return at the turning points of an efficient frontier, decreasing to 0, by cvxcla:
-    min x'Sx / 2 - weight returns'x for shares 0 <= x <= most that add up to 1. Of the package's classes of covariances,
-    this one updates its factorization; it is the fastest for a dense S."""
+    """The weights on the return at the turning points of an efficient frontier,
+    decreasing to 0, by cvxcla: min x'Sx / 2 - weight returns'x for shares 0 <= x <=
+    most that add up to 1. Of the package's classes of covariances, this one updates its
+    factorization; it is the fastest for a dense S."""
     from cvxcla import CLA, IncrementalDenseCovariance
 
     k = returns.size
@@ -61,8 +64,9 @@ def turning_points(S: Vector, returns: Vector, most: Vector) -> Vector:
 
 
 def penalties(X: Vector, y: Vector) -> Vector:
-    """The penalties at the breakpoints of the path of min |y - X b|^2 / 2 + penalty |b|_1, decreasing to 0, by
-    scikit-learn. Whether it computes X'X is left to it; on wide X it does not, and is faster so."""
+    """The penalties at the breakpoints of the path of min |y - X b|^2 / 2 + penalty
+    |b|_1, decreasing to 0, by scikit-learn. Whether it computes X'X is left to it; on
+    wide X it does not, and is faster so."""
     from sklearn import linear_model
 
     with warnings.catch_warnings():
@@ -92,7 +96,8 @@ def frontier(n: int) -> tuple[Ours, Theirs]:
 
 
 def lasso(n: int, samples: int) -> tuple[Ours, Theirs]:
-    """A path from the least penalty with a solution of 0 to none, and both ways to follow it."""
+    """A path from the least penalty with a solution of 0 to none, and both ways to
+    follow it."""
     X, y = programs.regression(n // 2, 0, samples)
 
     def ours() -> Path:

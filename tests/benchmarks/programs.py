@@ -1,11 +1,12 @@
-"""Convex programs from arrays in memory to the verified answer, beside PIQP for quadratic and HiGHS for linear ones:
-programs.py FOLDER ...
+"""Convex programs from arrays in memory to the verified answer, beside PIQP for
+quadratic and HiGHS for linear ones: programs.py FOLDER ...
 
-Every program of the MPS files in the folders is passed as scipy's sparse matrices and vectors, to `from_qp` and `run`
-with the extra `programs`, and to the set-up and the solution by the other solver, to 1e-9. Prints the least of repeated
-wall times, in turns, in milliseconds, their ratio, the unknowns, the route, and whether each claims a solution; then
-the geometric means of the ratios. Rows are split into PIQP's equations and inequalities within its time, as
-`from_qp` makes its conditions within ours.
+Every program of the MPS files in the folders is passed as scipy's sparse matrices and
+vectors, to `from_qp` and `run` with the extra `programs`, and to the set-up and the
+solution by the other solver, to 1e-9. Prints the least of repeated wall times, in
+turns, in milliseconds, their ratio, the unknowns, the route, and whether each claims a
+solution; then the geometric means of the ratios. Rows are split into PIQP's equations
+and inequalities within its time, as `from_qp` makes its conditions within ours.
 """
 
 from __future__ import annotations
@@ -96,7 +97,8 @@ class Highs:
 
 
 def row(path: Path) -> tuple[float, bool]:
-    """Print the row of a program; return the ratio of the times, and whether the program is linear."""
+    """Print the row of a program; return the ratio of the times, and whether the
+    program is linear."""
     problem = lcpcli.read(path)
     data = problem.origin.program(conditions_of(problem))
     Q, A = csc_array(data.Q), csc_array(data.A)
@@ -141,5 +143,6 @@ if __name__ == "__main__":
         own = [ratio for ratio, is_linear in ratios if is_linear == linear]
         if own:
             print(
-                f"{len(own)} {name}: geometric mean of the ratios {np.exp(np.mean(np.log(own))):.2f}"
+                f"{len(own)} {name}: geometric mean of the ratios "
+                f"{np.exp(np.mean(np.log(own))):.2f}"
             )

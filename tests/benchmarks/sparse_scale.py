@@ -1,11 +1,14 @@
-"""`auto` on obstacle problems beside PIQP, on large ones, and on other sparse M-matrices: sparse_scale.py [PART ...]
+"""`auto` on obstacle problems beside PIQP, on large ones, and on other sparse
+M-matrices: sparse_scale.py [PART ...]
 
-100, 300 : eleven obstacle problems on a grid of this width, each solved by `auto` and by PIQP (to 1e-10, as for `lcp
-    bench`) in turn in this process: medians of the seconds from arrays in memory to the answer, and of their ratio.
-growth : grids of 10^4 to 10^6 points, each in a process of its own: seconds, those of the processor, iterations,
-    peak memory, and the exponents of n.
-huge : grids of 10^5, 10^6, 4 * 10^6 and 10^7 points, two obstacles and one with an anisotropic membrane, in the same
-    way: five gigabytes, and half an hour.
+100, 300 : eleven obstacle problems on a grid of this width, each solved by `auto` and
+by PIQP (to 1e-10, as for `lcp
+    bench`) in turn in this process: medians of the seconds from arrays in memory to the
+    answer, and of their ratio.
+growth : grids of 10^4 to 10^6 points, each in a process of its own: seconds, those of
+    the processor, iterations, peak memory, and the exponents of n.
+huge : grids of 10^5, 10^6, 4 * 10^6 and 10^7 points, two obstacles and one with an
+    anisotropic membrane, in the same way: five gigabytes, and half an hour.
 others : other sparse M-matrices: seconds, and how they were solved.
 """
 
@@ -43,15 +46,20 @@ def beside_piqp(m: int, repeats: int) -> None:
             assert claim.solved
             times.append((own, claim.seconds))
         own, other = (median(column) for column in zip(*times, strict=True))
-        seconds = f"{1e3 * own:8.1f} ms, PIQP {1e3 * other:8.1f} ms, ratio {median(a / b for a, b in times):.2f}"
+        seconds = (
+            f"{1e3 * own:8.1f} ms, PIQP {1e3 * other:8.1f} ms, ratio "
+            f"{median(a / b for a, b in times):.2f}"
+        )
         print(
-            f"{name:24} {seconds}; {result.status.word}, {result.relative_residual:.0e}",
+            f"{name:24} {seconds}; {result.status.word}, "
+            f"{result.relative_residual:.0e}",
             flush=True,
         )
 
 
 def alone(name: str, m: int) -> dict[str, float]:
-    """n, seconds by the wall and of the processor, iterations, and the peak memory of the process in GB."""
+    """n, seconds by the wall and of the processor, iterations, and the peak memory of
+    the process in GB."""
     lcpcli.solve(*MEMBRANES[name](30))
     data = MEMBRANES[name](m)
     began, processor = time.perf_counter(), time.process_time()
@@ -74,7 +82,8 @@ def others() -> None:
         results = [lcpcli.solve(*data) for _ in range(FEW)]
         seconds = f"{1e3 * median(result.seconds for result in results):9.1f} ms"
         print(
-            f"{name:34} {seconds}; {results[0].status.word} by {', '.join(results[0].route)}",
+            f"{name:34} {seconds}; {results[0].status.word} by "
+            f"{', '.join(results[0].route)}",
             flush=True,
         )
 

@@ -1,7 +1,9 @@
-"""The start of `lcp solve`, whole processes beside one that only imports what both need: start_up.py [pairs]
+"""The start of `lcp solve`, whole processes beside one that only imports what both
+need: start_up.py [pairs]
 
-The processes run in turn, and the ratio is taken pair by pair, as other programs disturb the times of all alike. They
-run in an environment where Python keeps compiled modules, as an installation does.
+The processes run in turn, and the ratio is taken pair by pair, as other programs
+disturb the times of all alike. They run in an environment where Python keeps compiled
+modules, as an installation does.
 """
 
 from __future__ import annotations
@@ -33,7 +35,10 @@ HEADER, WIDTHS = (
     ("problem", "format", "wall/ms", "baseline/ms", "ratio", "modules"),
     (28, 6, 8, 11, 6, 8),
 )
-COUNT = "import atexit, sys; atexit.register(lambda: print(sum(m.split('.')[0] == 'lcpcli' for m in sys.modules)));"
+COUNT = (
+    "import atexit, sys; atexit.register(lambda: print(sum(m.split('.')[0] == "
+    "'lcpcli' for m in sys.modules)));"
+)
 
 
 def problems() -> dict[str, tuple[np.ndarray, np.ndarray]]:

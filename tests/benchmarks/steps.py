@@ -1,9 +1,11 @@
-"""Steps in time, each by itself, by a Solver from the last states, and by QuantEcon: steps.py [seconds]
+"""Steps in time, each by itself, by a Solver from the last states, and by QuantEcon:
+steps.py [seconds]
 
-Microseconds of a step in the median, and milliseconds of all steps, from arrays in memory to the verified answer, in
-turns; each sequence again for so many seconds (2). Each step depends on the last solution, or on time alone: a sequence
-is a function whose last argument `solve` takes a SequenceStep and returns its z, or None where it has none. M is the
-same object in steps that have the same M, and q is a new array.
+Microseconds of a step in the median, and milliseconds of all steps, from arrays in
+memory to the verified answer, in turns; each sequence again for so many seconds (2).
+Each step depends on the last solution, or on time alone: a sequence is a function whose
+last argument `solve` takes a SequenceStep and returns its z, or None where it has none.
+M is the same object in steps that have the same M, and q is a new array.
 """
 
 from __future__ import annotations
@@ -42,7 +44,8 @@ Solve = Callable[[SequenceStep], "Vector | None"]
 
 
 def boxes(kind: str, number: int, steps: int, solve: Solve) -> None:
-    """Move the boxes of `contact_in_time` by so many steps with contacts; a step without a solution has no impulses."""
+    """Move the boxes of `contact_in_time` by so many steps with contacts; a step
+    without a solution has no impulses."""
     scene = contact_in_time(kind, number)
     for _ in range(steps):
         while not scene.contacts:
@@ -52,11 +55,12 @@ def boxes(kind: str, number: int, steps: int, solve: Solve) -> None:
 
 
 def put(n: int, steps: int, solve: Solve) -> None:
-    """Value an American put on n prices by implicit time steps backwards from expiry, over one year.
+    """Value an American put on n prices by implicit time steps backwards from expiry,
+    over one year.
 
-    z is the value beyond the payoff in x, the logarithm of the price over the strike, by central differences of the
-    Black-Scholes equation. M. J. Brennan, E. S. Schwartz, The valuation of American put options, J. Finance 32 (1977)
-    449-462.
+    z is the value beyond the payoff in x, the logarithm of the price over the strike,
+    by central differences of the Black-Scholes equation. M. J. Brennan, E. S. Schwartz,
+    The valuation of American put options, J. Finance 32 (1977) 449-462.
     """
     from scipy.sparse import csr_array, diags_array
 
@@ -76,12 +80,14 @@ def put(n: int, steps: int, solve: Solve) -> None:
 
 
 def market(hours: int, solve: Solve) -> None:
-    """Clear an electricity market of 8 regions hour by hour: 24 plants, 12 lines, 8 free prices.
+    """Clear an electricity market of 8 regions hour by hour: 24 plants, 12 lines, 8
+    free prices.
 
-    M = [D 0 -S'; 0 L -N'; S N 0] with the slopes D of marginal costs, the losses L, the places S of the plants and the
-    incidences N of the lines; demand and the capacities of the plants that depend on the wind change with the hour.
-    Data are random. B. F. Hobbs, Linear complementarity models of Nash-Cournot competition in bilateral and POOLCO
-    power markets, IEEE Trans. Power Syst. 16 (2001) 194-202.
+    M = [D 0 -S'; 0 L -N'; S N 0] with the slopes D of marginal costs, the losses L, the
+    places S of the plants and the incidences N of the lines; demand and the capacities
+    of the plants that depend on the wind change with the hour. Data are random. B. F.
+    Hobbs, Linear complementarity models of Nash-Cournot competition in bilateral and
+    POOLCO power markets, IEEE Trans. Power Syst. 16 (2001) 194-202.
     """
     regions, plants, lines = 8, 24, 12
     random, k = np.random.default_rng(regions), plants + lines
@@ -127,8 +133,8 @@ def market(hours: int, solve: Solve) -> None:
 
 
 def moving_load(m: int, steps: int, solve: Solve) -> None:
-    """Press a membrane on m x m points against the obstacle of `obstacle`, from which a load lifts it on its way
-    around a circle in 100 steps."""
+    """Press a membrane on m x m points against the obstacle of `obstacle`, from which a
+    load lifts it on its way around a circle in 100 steps."""
     M, h = obstacle(m * m, 0).M, 1 / (m + 1)
     X, Y = np.meshgrid(*2 * [h * np.arange(1, m + 1)])
     for step in range(steps):
@@ -155,7 +161,8 @@ TOL, TIME_LIMIT = 1e-10, 10.0  # of a step, the latter in seconds
 
 
 class Ways:
-    """The seconds of each step in each way. solver : is made anew where the number of unknowns changes."""
+    """The seconds of each step in each way. solver : is made anew where the number of
+    unknowns changes."""
 
     def __init__(self) -> None:
         self.seconds: dict[str, list[float]] = {

@@ -1,4 +1,5 @@
-"""Shared by the tests of the commands: a folder that is entered, problems in it, and what an outcome tells."""
+"""Shared by the tests of the commands: a folder that is entered, problems in it, and
+what an outcome tells."""
 
 from __future__ import annotations
 
@@ -26,13 +27,15 @@ INFEASIBLE = '{"M": [[0, -1], [1, 0]], "q": [-1, -1]}'
 
 @pytest.fixture(autouse=True)
 def few_repetitions(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Runs that are compared are repeated once in these tests, which do not look at how exact their times are."""
+    """Runs that are compared are repeated once in these tests, which do not look at how
+    exact their times are."""
     monkeypatch.setattr("lcpcli.solving.driver.MOST_REPETITIONS", 1)
 
 
 @pytest.fixture
 def folder(in_folder: Path) -> Path:
-    """A folder, entered, with good.json, none.json, which has no solution, and good.json in M.csv and q.csv."""
+    """A folder, entered, with good.json, none.json, which has no solution, and
+    good.json in M.csv and q.csv."""
     for name, text in {
         "good.json": GOOD,
         "none.json": INFEASIBLE,
@@ -52,9 +55,13 @@ def still(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.fixture
 def session(
-    lcp: Lcp, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, still: None
-) -> Callable[[str], None]:  # noqa: ARG001
-    """Compare what the commands of a document print one after the other with the document."""
+    lcp: Lcp,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    still: None,  # noqa: ARG001
+) -> Callable[[str], None]:
+    """Compare what the commands of a document print one after the other with the
+    document."""
 
     def compare(name: str) -> None:
         text = ""

@@ -1,4 +1,5 @@
-"""Time limits in the middle of a step, the calls that go on after them, and what a long run shows of itself."""
+"""Time limits in the middle of a step, the calls that go on after them, and what a long
+run shows of itself."""
 
 from __future__ import annotations
 
@@ -76,7 +77,10 @@ IN_HIGHS = """
 A, zero, one = rng.standard_normal((300, 300)), np.zeros(300), rng.random(300)
 call = lambda: minimized(one, A, (zero - np.inf, -rng.random(300)), (zero, zero + np.inf))
 """
-IN_SUPERLU = "A = families.make('dominant', 3000, 0).M; lu = factors.sparse_lu(False); call = lambda: lu(A)"
+IN_SUPERLU = (
+    "A = families.make('dominant', 3000, 0).M; lu = factors.sparse_lu(False); call "
+    "= lambda: lu(A)"
+)
 IN_LAPACK = (
     "A = rng.random((4000, 4000)); call = lambda: factors.checked_solver(A, 1.0)"
 )
@@ -95,7 +99,10 @@ IN_LAPACK = (
 def test_program_ends_as_it_says_although_a_compiled_call_was_abandoned(
     calling: str, ending: str, code: int
 ) -> None:
-    limited = "try:\n    with within(0.05):\n        call()\nexcept TimeIsUp:\n    print('late')"
+    limited = (
+        "try:\n    with within(0.05):\n        call()\nexcept TimeIsUp:\n    "
+        "print('late')"
+    )
     done = python(f"{CALLING}{calling}\n{limited}\n{ending}")
     assert (done.returncode, done.stdout) == (code, "late\n")
     assert (
@@ -238,8 +245,12 @@ problem, method = Problem(M, rng.standard_normal(n)), "interior"
     ids=["interior", "newton"],
 )
 def test_time_limit_ends_a_sparse_factorization_that_fills_in(made: str) -> None:
-    """By a clock that goes on only where one waits for a compiled call that has not ended."""
-    limited = "result = run(problem, method, time_limit=0.5)\nprint(result.status.word, len(interrupts.abandoned))"
+    """By a clock that goes on only where one waits for a compiled call that has not
+    ended."""
+    limited = (
+        "result = run(problem, method, time_limit=0.5)\nprint(result.status.word, "
+        "len(interrupts.abandoned))"
+    )
     done = python(f"{FACTORIZING}{made}\n{limited}\nleave(0)")
     assert (done.stdout, done.stderr) == ("time_limit 1\n", "")
 

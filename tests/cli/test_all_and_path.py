@@ -1,4 +1,5 @@
-"""lcp solve --all and lcp path: every solution or breakpoint in every format, every end, and the exit codes."""
+"""lcp solve --all and lcp path: every solution or breakpoint in every format, every
+end, and the exit codes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""Bad input is reported in one line that says where, what and how to fix it; nothing is printed or left behind."""
+"""Bad input is reported in one line that says where, what and how to fix it; nothing is
+printed or left behind."""
 
 from __future__ import annotations
 
@@ -34,8 +35,8 @@ Meet = Callable[[Kind], tuple[Outcome, bool]]
 def meet(
     lcp: Callable[..., Outcome], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> Meet:
-    """Run a kind of bad input in a folder of its own: how it ends, and whether the folder is as it was and nothing was
-    solved in vain."""
+    """Run a kind of bad input in a folder of its own: how it ends, and whether the
+    folder is as it was and nothing was solved in vain."""
     numbers = count()
 
     def met(kind: Kind) -> tuple[Outcome, bool]:
@@ -104,7 +105,8 @@ def test_the_line_about_bad_input_is_the_same_as_before(
 
 
 def line_about(kind: Kind, meet: Meet) -> str:
-    """The one readable line, in words of this program, that is all that bad input leads to."""
+    """The one readable line, in words of this program, that is all that bad input leads
+    to."""
     outcome, unchanged = meet(kind)
     assert is_one_readable_line(outcome.err), outcome.err[:LONGEST_LINE]
     assert (outcome.code, outcome.out, unchanged) == (2, "", True), kind.arguments

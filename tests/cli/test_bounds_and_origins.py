@@ -1,4 +1,5 @@
-"""Bounds typed or in files, far ones as none, and programs and games in files, in every command that reads problems."""
+"""Bounds typed or in files, far ones as none, and programs and games in files, in every
+command that reads problems."""
 
 from __future__ import annotations
 
@@ -20,7 +21,10 @@ from ..conftest import Outcome
 from ..far_bounds import FAR
 from .conftest import Lcp, assert_refused, record
 
-MIXED = '{"M": [[2, 1], [1, 2]], "q": [-5.1, -6], "lower": [-1e20, 0.1], "upper": [1e20, 1e400]}'
+MIXED = (
+    '{"M": [[2, 1], [1, 2]], "q": [-5.1, -6], "lower": [-1e20, 0.1], "upper": '
+    "[1e20, 1e400]}"
+)
 REMARK = (
     "lcp: far.json: 6 bounds of 1e20 or more; --infinity 1e20 makes them infinite\n"
 )
@@ -28,7 +32,8 @@ REMARK = (
 
 @pytest.fixture(autouse=True)
 def files(in_folder: Path) -> Path:
-    """A folder, entered, with far.json, a program with far bounds, mixed.json, lcp.json, program.json and game.json."""
+    """A folder, entered, with far.json, a program with far bounds, mixed.json,
+    lcp.json, program.json and game.json."""
     Path("far.json").write_text(json.dumps(FAR))
     Path("mixed.json").write_text(MIXED)
     Path("lcp.json").write_text('{"M": [[2, 1], [1, 2]], "q": [-5, 1e25]}')

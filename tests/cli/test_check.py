@@ -1,4 +1,5 @@
-"""`lcp check` verifies an answer, of a program x alone too, and says which conditions it violates."""
+"""`lcp check` verifies an answer, of a program x alone too, and says which conditions
+it violates."""
 
 from __future__ import annotations
 
@@ -26,7 +27,8 @@ INFEASIBLE = '{"M": [[0, -0.1], [0, -0.3]], "q": [-0.1, -0.3]}'
 
 @pytest.fixture
 def checked(lcp: Lcp, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Lcp:
-    """Check an answer, a text or an object for a file, to a problem in a file or an object for one."""
+    """Check an answer, a text or an object for a file, to a problem in a file or an
+    object for one."""
 
     def run(
         answer: Any, *options: str, problem: Any = EXAMPLE, name: str = "answer"
@@ -45,7 +47,10 @@ def test_what_is_said_of_answers_is_the_same_as_before(
     session: Callable[..., None], folder: Path
 ) -> None:
     (folder / "near.json").write_text('{"M": [[2, 1], [1, 2]], "q": [5, -6]}')
-    identity = '{"M": [[1, 0, 0], [0, 1, 0], [0, 0, 1]], "q": [1, -4, 1], "lower": [null, 0, 0]}'
+    identity = (
+        '{"M": [[1, 0, 0], [0, 1, 0], [0, 0, 1]], "q": [1, -4, 1], "lower": [null, '
+        "0, 0]}"
+    )
     (folder / "minus.json").write_text(identity)
     session("check")
 
@@ -185,7 +190,8 @@ def test_worst_row_is_the_one_violated_most_relative_to_its_terms() -> None:
     statement = lcpcli.check(program, [0.5, 1e6 - 10]).statement
     assert (
         statement
-        == "x is not feasible: row small is 0.5, 0.5 below its lower bound 1; 1 other bound violated"
+        == "x is not feasible: row small is 0.5, 0.5 below its lower bound 1; 1 "
+        "other bound violated"
     )
 
 
@@ -277,7 +283,8 @@ def test_a_log_that_another_program_has_written_again_without_blanks_is_read(
 def test_of_an_ill_posed_problem_the_proof_stands_and_no_solution(
     n: int, lcp: Lcp, checked: Lcp, folder: Path
 ) -> None:
-    """Weights in a row whose rounding leaves a solution: they are chosen so that the exact pivots are positive."""
+    """Weights in a row whose rounding leaves a solution: they are chosen so that the
+    exact pivots are positive."""
     M = (
         2.2 * np.eye(n)
         - np.diag(np.full(n - 1, 1.1), 1)

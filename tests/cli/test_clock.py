@@ -1,4 +1,5 @@
-"""One clock: what the user waits for, in parts that add up, without imports, the same in every command; comparisons."""
+"""One clock: what the user waits for, in parts that add up, without imports, the same
+in every command; comparisons."""
 
 from __future__ import annotations
 
@@ -31,7 +32,8 @@ PARTS = ("setup_seconds", "solve_seconds", "verify_seconds")
 
 
 class Time:
-    """A clock that goes on by one second each time it is read, and by `pause` more each tenth time."""
+    """A clock that goes on by one second each time it is read, and by `pause` more each
+    tenth time."""
 
     def __init__(self, pause: float = 0.0) -> None:
         self.now, self.readings, self.pause = 0.0, 0, pause
@@ -162,7 +164,8 @@ def test_clock_of_a_thread_goes_on_while_another_thread_loads_a_module() -> None
 
 
 def test_no_part_of_a_call_is_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
-    """From the arrays on: the parts of a call that begins at 0 end with the last reading but the trace's own."""
+    """From the arrays on: the parts of a call that begins at 0 end with the last
+    reading but the trace's own."""
     ticking = Time()
     monkeypatch.setattr("lcpcli.solving.call.seconds", ticking)
     real = lcpcli.solving.call.driver.run
@@ -251,7 +254,8 @@ def least_of(runs: list[lcpcli.Result]) -> float:
 def test_the_fastest_repetition_counts_and_long_pauses_in_the_others_are_told(
     pause: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The first run, which is the fastest here, does not count; half of the repetitions have pauses."""
+    """The first run, which is the fastest here, does not count; half of the repetitions
+    have pauses."""
     monkeypatch.setattr(driver, "MOST_REPETITIONS", MOST_REPETITIONS)
     monkeypatch.setattr(driver, "LONGEST_REPEATED", np.inf)
     monkeypatch.setattr(driver, "REPETITION_SECONDS", np.inf)

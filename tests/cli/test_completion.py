@@ -1,4 +1,5 @@
-"""Words are completed by the shells without numpy, and an unknown one is answered with the likely one."""
+"""Words are completed by the shells without numpy, and an unknown one is answered with
+the likely one."""
 
 from __future__ import annotations
 
@@ -136,7 +137,8 @@ def test_a_word_is_completed_and_help_is_shown_without_numpy(words: str) -> None
     code = (
         "import atexit, sys; sys.argv[0] = 'lcp'\n"
         "heavy = {'numpy', 'scipy', 'rich', 'flint'}\n"
-        "atexit.register(lambda: print(sorted({m.split('.')[0] for m in sys.modules} & heavy)))\n"
+        "atexit.register(lambda: print(sorted({m.split('.')[0] for m in "
+        "sys.modules} & heavy)))\n"
         f"{MAIN}"
     )
     asked = {
@@ -167,7 +169,8 @@ offer lcp solve --method ne; offer lcp bench sp; offer lcp convert in
 def test_script_is_printed_for_each_shell_and_works_in_bash(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, run: Lcp
 ) -> None:
-    """Without a terminal: bash runs the script's function on words that stand for what is typed."""
+    """Without a terminal: bash runs the script's function on words that stand for what
+    is typed."""
     for shell in SHELLS:
         outcome = run("completion", shell)
         assert (outcome.code, outcome.err) == (0, "")

@@ -1,4 +1,5 @@
-"""Full disks, closed pipes, refused memory, unusual numbers: one line, nothing half-written, nothing lost."""
+"""Full disks, closed pipes, refused memory, unusual numbers: one line, nothing
+half-written, nothing lost."""
 
 from __future__ import annotations
 
@@ -49,7 +50,8 @@ def no_file_larger_than(size: int) -> Iterator[None]:
 def test_file_that_cannot_be_written_leaves_the_old_one_and_nothing_else(
     line: str, lcp: Lcp, in_folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """As it does not fit, or as the disk can only be read, which is reported before any work."""
+    """As it does not fit, or as the disk can only be read, which is reported before any
+    work."""
 
     def refuse(**_: Any) -> Any:
         raise OSError(30, os.strerror(30))
@@ -103,7 +105,10 @@ def test_memory_too_small_for_numpy_is_reported_in_one_line(
     line: str, tmp_path: Path
 ) -> None:
     size = 50 * 2**20
-    limit = f"import resource; resource.setrlimit(resource.RLIMIT_AS, ({size}, {size})); {MAIN}"
+    limit = (
+        f"import resource; resource.setrlimit(resource.RLIMIT_AS, ({size}, "
+        f"{size})); {MAIN}"
+    )
     done = python(limit, *line.split(), cwd=tmp_path)
     assert (done.returncode, done.stdout) == (1, "")
     assert re.fullmatch(r".*memory.*\n", done.stderr, re.IGNORECASE), done.stderr

@@ -1,4 +1,5 @@
-"""A folder stands for its problems, in order, also as steps of a sequence; no output replaces a file that is read."""
+"""A folder stands for its problems, in order, also as steps of a sequence; no output
+replaces a file that is read."""
 
 from __future__ import annotations
 

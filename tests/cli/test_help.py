@@ -1,4 +1,5 @@
-"""Help of commands and pages on topics: a sentence, examples that run, every option once, in 80 columns."""
+"""Help of commands and pages on topics: a sentence, examples that run, every option
+once, in 80 columns."""
 
 from __future__ import annotations
 
@@ -187,7 +188,10 @@ def run(line: str, lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> Outcome:
         outcome = lcp(*arguments)
         # Which finds today's runs slower by chance.
         assert outcome.code == 0 or arguments[0] == "compare-runs", line
-        told = "solved|wrote|measurements succeeded|the path reaches|no class of M|exactly one"
+        told = (
+            "solved|wrote|measurements succeeded|the path reaches|no class of "
+            "M|exactly one"
+        )
         assert re.fullmatch(rf"(lcp: .*({told}).*\n)*", outcome.err), line
     return outcome
 

@@ -1,4 +1,5 @@
-"""The commands with compiled kernels: what asks for them, what says so, and how they are compiled ahead of time."""
+"""The commands with compiled kernels: what asks for them, what says so, and how they
+are compiled ahead of time."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""lcp make and lcp convert write problems, programs as programs, that are read again, and refuse the rest in a line."""
+"""lcp make and lcp convert write problems, programs as programs, that are read again,
+and refuse the rest in a line."""
 
 from __future__ import annotations
 
@@ -53,7 +54,10 @@ def test_what_is_made_can_be_solved_from_its_file(
 
 
 def test_a_pipe_to_a_reader_that_has_enough() -> None:
-    script = f"{sys.executable} -m lcpcli make harker-pang -n 200 | head -1; echo ${{PIPESTATUS[0]}}"
+    script = (
+        f"{sys.executable} -m lcpcli make harker-pang -n 200 | head -1; echo "
+        f"${{PIPESTATUS[0]}}"
+    )
     done = subprocess.run(
         ["bash", "-c", script], capture_output=True, text=True, check=True
     )
@@ -159,7 +163,8 @@ def parts(problem: Problem, named: bool = True) -> list[Any]:
 def test_range_in_mps_starts_at_the_side_that_leads_to_the_other(
     low: float, high: float, tmp_path: Path
 ) -> None:
-    """As other readers add a range to the right-hand side of a row G, and take it from that of a row L."""
+    """As other readers add a range to the right-hand side of a row G, and take it from
+    that of a row L."""
     write(from_qp([[1]], [1], [[1]], row_lower=low, row_upper=high), tmp_path / "p.mps")
     words = [line.split() for line in (tmp_path / "p.mps").read_text().splitlines()]
     (kind,) = (word[0] for word in words if word[-1:] == ["r1"])

@@ -1,4 +1,5 @@
-"""Many problems: a record each, in order, whatever is wrong with some; streams; logs that go on where they were cut."""
+"""Many problems: a record each, in order, whatever is wrong with some; streams; logs
+that go on where they were cut."""
 
 from __future__ import annotations
 
@@ -236,7 +237,10 @@ def test_a_full_folder_of_temporary_files_is_named(
 
     (in_folder / "two.jsonl").write_bytes(LINE * 2)
     monkeypatch.setattr(tempfile, "TemporaryFile", full)
-    told = f"cannot be collected in {tempfile.gettempdir()} (No space left on device); set TMPDIR to a folder with room"
+    told = (
+        f"cannot be collected in {tempfile.gettempdir()} (No space left on device); "
+        "set TMPDIR to a folder with room"
+    )
     assert_refused(
         lcp("solve", "two.jsonl", "-o", "out.csv"), f"lcp: out.csv: {told}\n"
     )
@@ -420,7 +424,10 @@ def test_a_problem_that_has_changed_is_solved_again_once_its_line_is_gone(
 ) -> None:
     lines = written.read_text().splitlines(keepends=True)
     Path("good.json").write_text(GOOD.replace("5", "4"))
-    told = "has a problem other than good.json as number 1; give the same files, delete its line to solve it again"
+    told = (
+        "has a problem other than good.json as number 1; give the same files, "
+        "delete its line to solve it again"
+    )
     assert_refused(lcp(*BOTH, "--resume", "log.jsonl"), told)
     assert written.read_text() == "".join(lines)
     written.write_text(lines[1])
@@ -442,5 +449,8 @@ def test_summary_of_an_interrupted_run_says_how_many_have_a_result(
         lambda *given, **named: run(*given, **named) if any(left) else interrupt(),
     )
     outcome = lcp("solve", "good.json", "good.json", "-", "M.csv", "Q.csv")
-    told = "lcp: 1 problem: 1 solved; interrupted; with -o FILE.jsonl it could be resumed\n"
+    told = (
+        "lcp: 1 problem: 1 solved; interrupted; with -o FILE.jsonl it could be "
+        "resumed\n"
+    )
     assert (outcome.code, outcome.err) == (130, told)

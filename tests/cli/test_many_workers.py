@@ -1,4 +1,5 @@
-"""Many problems in several processes: in which order records come, and that one that is killed costs none."""
+"""Many problems in several processes: in which order records come, and that one that is
+killed costs none."""
 
 from __future__ import annotations
 
@@ -279,7 +280,10 @@ def test_cluster_without_workers_is_told_of_once(
     assert (pool.size, capfd.readouterr().err) == (1, "")
     for now[0] in (110.0, 120.0):
         pool.look()
-    line = "lcp: --cluster: the scheduler at tcp://here:1 has no workers; start dask worker tcp://here:1\n"
+    line = (
+        "lcp: --cluster: the scheduler at tcp://here:1 has no workers; start dask "
+        "worker tcp://here:1\n"
+    )
     assert capfd.readouterr().err == line
     workers |= {"a": 2, "b": 1}
     now[0] = 130.0
@@ -324,7 +328,8 @@ def told(task: Any, n: int, pool: Any, in_order: bool) -> list[str]:
 
 
 class Deadly:
-    """A task, and a pool of one process that some inputs kill, always or the first time."""
+    """A task, and a pool of one process that some inputs kill, always or the first
+    time."""
 
     kill_error, end_errors = BrokenExecutor, (OSError,)
     size, most = 1, 256
@@ -370,7 +375,8 @@ def test_problem_that_kills_its_process_again_is_the_only_one_without_a_result(
 
 def test_second_attempt_is_alone_though_another_piece_has_a_rest_that_kills() -> None:
     class Together(Deadly):
-        """It hands back all but the first of many inputs; what kills a process takes along what is handed over next."""
+        """It hands back all but the first of many inputs; what kills a process takes
+        along what is handed over next."""
 
         is_dying = False
 
@@ -433,7 +439,8 @@ def test_inputs_that_a_process_hands_back_are_solved_in_their_order(
 
 
 class Stuck(Deadly):
-    """A pool in which the first problem takes until all others, or so many, are solved; the records are large."""
+    """A pool in which the first problem takes until all others, or so many, are solved;
+    the records are large."""
 
     most = 1
 

@@ -59,8 +59,8 @@ def test_example_of_the_page_is_solved(capfd: pytest.CaptureFixture[str]) -> Non
 def test_both_bounds_of_a_variable_count_beside_an_explicit_multiplier_and_a_slack_variable() -> (
     None
 ):
-    """Three plants at their bounds and between them; one with the multiplier of its bound, and one whose condition is
-    that of a slack variable."""
+    """Three plants at their bounds and between them; one with the multiplier of its
+    bound, and one whose condition is that of a slack variable."""
     model = pyomo.ConcreteModel()
     costs = {1: -10, 2: -4, 3: 1}
     model.x = pyomo.Var([1, 2, 3, 4, 5], bounds=(0, 3), initialize=1.0)

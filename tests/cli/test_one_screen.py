@@ -1,4 +1,5 @@
-"""What newcomers write, and what they see: M and q in two files, one line for a mistake, tables within the terminal."""
+"""What newcomers write, and what they see: M and q in two files, one line for a
+mistake, tables within the terminal."""
 
 from __future__ import annotations
 
@@ -15,7 +16,8 @@ from .test_nl_models import LINEAR, MARKET
 
 @pytest.fixture
 def tables(folder: Path) -> Path:
-    """The folder with Mq.csv, which has M and q; other.csv, of the same shape with another M; and two.csv, two q."""
+    """The folder with Mq.csv, which has M and q; other.csv, of the same shape with
+    another M; and two.csv, two q."""
     for name, text in {
         "Mq": "2,1,-5\n1,2,-6\n",
         "other": "1,0,-1\n0,1,-3\n",

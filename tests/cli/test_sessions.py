@@ -1,4 +1,5 @@
-"""Sessions in an empty folder: all that commands print, one after the other, is the same as before."""
+"""Sessions in an empty folder: all that commands print, one after the other, is the
+same as before."""
 
 from __future__ import annotations
 

@@ -1,5 +1,6 @@
-"""Ctrl-C, SIGTERM and time limits at every stage: what is finished is reported or raised, with the exit code of the
-signal, nothing half-written is left, and no traceback is seen."""
+"""Ctrl-C, SIGTERM and time limits at every stage: what is finished is reported or
+raised, with the exit code of the signal, nothing half-written is left, and no traceback
+is seen."""
 
 from __future__ import annotations
 
@@ -56,8 +57,8 @@ UNEXAMINED = (
 def stopped(
     lcp: Lcp, folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> Callable[..., Outcome]:
-    """Run a command that gets a signal, or an error, at a call of a function: after so many others, or at the first one
-    with such arguments."""
+    """Run a command that gets a signal, or an error, at a call of a function: after so
+    many others, or at the first one with such arguments."""
     rng = np.random.default_rng(0)
     A, q = rng.normal(size=(60, 60)), rng.uniform(0.1, 1, 60)
     for name, sign in (("from", 1), ("to", -1)):  # with many breakpoints between them
@@ -259,7 +260,10 @@ def test_interrupt_that_a_library_wraps_is_one_and_leaves_what_is_measured(
     pytest.importorskip("piqp")
     monkeypatch.setattr("lcpcli.peers.packages.piqp.solve", wrapped)
     outcome = lcp(*BENCH.split(), "--peer", "piqp")
-    told = "lcp bench: interrupted after 1 of 2 measurements; with -o FILE.json it could be resumed\n"
+    told = (
+        "lcp bench: interrupted after 1 of 2 measurements; with -o FILE.json it "
+        "could be resumed\n"
+    )
     assert (outcome.code, outcome.err, "1 of 2 measured" in outcome.out) == (
         130,
         told,

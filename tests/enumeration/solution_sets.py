@@ -1,7 +1,9 @@
-"""The solution sets of small problems, in rational arithmetic: every choice of states, each a polyhedron.
+"""The solution sets of small problems, in rational arithmetic: every choice of states,
+each a polyhedron.
 
-Nothing here is shared with the package. The vertices of a polyhedron are the feasible intersections of as many of its
-hyperplanes as it takes, its rays the feasible directions that lie in all but one of these.
+Nothing here is shared with the package. The vertices of a polyhedron are the feasible
+intersections of as many of its hyperplanes as it takes, its rays the feasible
+directions that lie in all but one of these.
 """
 
 from __future__ import annotations
@@ -138,7 +140,8 @@ def canonical(
 
 
 def across(point: Row, lines: Sequence[Row]) -> Row:
-    """The point moved along lines in reduced form to where their leading components are 0."""
+    """The point moved along lines in reduced form to where their leading components are
+    0."""
     for line in lines:
         factor = point[leading(line)]
         point = tuple(a - factor * b for a, b in zip(point, line, strict=True))
@@ -146,7 +149,8 @@ def across(point: Row, lines: Sequence[Row]) -> Row:
 
 
 def reduced(rows: Sequence[Row], n: int | None) -> list[Row]:
-    """The rows other than 0 of the reduced row echelon form, by the first n columns or by all."""
+    """The rows other than 0 of the reduced row echelon form, by the first n columns or
+    by all."""
     left, done = [list(row) for row in rows], []
     for column in range((len(rows[0]) if n is None else n) if rows else 0):
         pivot = next((row for row in left if row[column]), None)
@@ -174,7 +178,8 @@ def solved(rows: Sequence[Row], n: int) -> Row | None:
 
 
 def null_space(rows: Sequence[Row], n: int) -> list[Row]:
-    """The directions in which all a'z are 0, a basis of them in reduced row echelon form."""
+    """The directions in which all a'z are 0, a basis of them in reduced row echelon
+    form."""
     found = reduced(rows, n)
     basis = []
     for j in set(range(n)) - {leading(row) for row in found}:
@@ -207,7 +212,8 @@ def dot(a: Row, b: Row) -> Fraction:
 def random_problem(
     generator: np.random.Generator, most: int, least: int = 1
 ) -> tuple[Any, Any, Any, Any]:
-    """M, q, l and u of small integers, most of them degenerate or singular; half of them are LCPs."""
+    """M, q, l and u of small integers, most of them degenerate or singular; half of
+    them are LCPs."""
     n, size = int(generator.integers(least, most + 1)), int(generator.integers(1, 3))
     M = generator.integers(-size, size + 1, (n, n))
     kind = generator.integers(7)

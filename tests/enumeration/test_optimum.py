@@ -1,5 +1,6 @@
-"""The best solution by a linear objective, against all solutions, and what is proved at a limit. Linear bilevel
-programs of the literature, with published optima: the conditions of the follower are a mixed problem.
+"""The best solution by a linear objective, against all solutions, and what is proved at
+a limit. Linear bilevel programs of the literature, with published optima: the
+conditions of the follower are a mixed problem.
 """
 
 from __future__ import annotations
@@ -31,7 +32,8 @@ SOURCE = Source("best.json")
 
 
 def random_problem(seed: int) -> tuple[lcpcli.Problem, list[int]]:
-    """A problem with a planted solution, and often many others; every third one has bounds of all kinds."""
+    """A problem with a planted solution, and often many others; every third one has
+    bounds of all kinds."""
     random = np.random.default_rng(seed)
     n = int(random.integers(2, 9))
     M = random.integers(-3, 4, (n, n)) * (random.random((n, n)) < 0.6)
@@ -47,7 +49,8 @@ def random_problem(seed: int) -> tuple[lcpcli.Problem, list[int]]:
 def best_of_all(
     problem: lcpcli.Problem, costs: list[int]
 ) -> tuple[str, Fraction | None]:
-    """The least objective of the vertices of all pieces, unless it falls along a ray."""
+    """The least objective of the vertices of all pieces, unless it falls along a
+    ray."""
     pieces = list(lcpcli.solutions(problem))
 
     def value(z: Any) -> Fraction:
@@ -90,7 +93,8 @@ def test_it_is_the_best_of_all_solutions() -> None:
 
 
 def test_a_constant_that_is_large_enough_elsewhere_is_none_here() -> None:
-    """Bilevel programs are solved wrongly with complementarity by constants of 1e4 or so: z_1 = 1e9 is no error."""
+    """Bilevel programs are solved wrongly with complementarity by constants of 1e4 or
+    so: z_1 = 1e9 is no error."""
     problem = lcpcli.Problem(
         [[0, 0, 0], [0, 0, 1], [0, -1, 0]],
         [0, -1, 1e9],
@@ -263,9 +267,9 @@ THREE_ROWS = [[0, 0, -1, 1, 1], [2, 0, -1, 2, -0.5], [0, 2, 2, -1, -0.5]]
 
 
 class Program(NamedTuple):
-    """Minimize leader'(x, y) for 0 <= x <= most and upper (x, y) <= limits, where y minimizes a convex function, with
-    the gradient curvature (x, y) + follower, for rows (x, y) <= sides and 0 <= y <= most; the first of these rows are
-    equations."""
+    """Minimize leader'(x, y) for 0 <= x <= most and upper (x, y) <= limits, where y
+    minimizes a convex function, with the gradient curvature (x, y) + follower, for rows
+    (x, y) <= sides and 0 <= y <= most; the first of these rows are equations."""
 
     source: str
     optimum: str
@@ -280,7 +284,8 @@ class Program(NamedTuple):
     curvature: Rows = ()
 
     def problem(self) -> lcpcli.Problem:
-        """Return the mixed problem in x, y, the multipliers of the rows, and one unknown for each row of the leader."""
+        """Return the mixed problem in x, y, the multipliers of the rows, and one
+        unknown for each row of the leader."""
         k, m, outer, n = (
             len(self.follower),
             len(self.rows),

@@ -1,4 +1,5 @@
-"""`lcp solve` says whether a solution is the only one, as far as it is proved for the numbers as written."""
+"""`lcp solve` says whether a solution is the only one, as far as it is proved for the
+numbers as written."""
 
 from __future__ import annotations
 
@@ -107,7 +108,8 @@ def test_theorem_tells_nothing_where_rounding_may_change_the_class_of_the_matrix
 def test_theorem_counts_what_rounding_the_rows_does_to_z_whatever_its_signs_are(
     far: float, is_told: bool
 ) -> None:
-    """With the rows as they are written, z_2 may differ in as many digits as 1e-16 / far has."""
+    """With the rows as they are written, z_2 may differ in as many digits as 1e-16 /
+    far has."""
     problem = Problem([[1, 1], [1, 1 + far]], [-2, -2 - far])
     for left in (-3e-14, 0.0, 3e-14):
         assert others.is_only(problem, np.array([1 + left, 1])) is is_told
@@ -138,7 +140,8 @@ def test_error_in_the_search_for_others_leaves_the_solution(
 
 
 def with_ones(generator: np.random.Generator, n: int, twins: bool) -> np.ndarray:
-    """A sparse matrix with ones on the diagonal: the others 1 or -1, or with two equal rows."""
+    """A sparse matrix with ones on the diagonal: the others 1 or -1, or with two equal
+    rows."""
     values = (
         generator.integers(-3, 4, (n, n))
         if twins
@@ -157,7 +160,8 @@ def with_ones(generator: np.random.Generator, n: int, twins: bool) -> np.ndarray
 
 @pytest.mark.parametrize("twins", [False, True])
 def test_singular_matrices_are_searched_without_an_error(twins: bool) -> None:
-    """Where v'DMv = 0 for all D for an eigenvector v, a cut had no entry that was not 0."""
+    """Where v'DMv = 0 for all D for an eigenvector v, a cut had no entry that was not
+    0."""
     generator, proved = np.random.default_rng(5), 0
     for _ in range(COUNT):
         n = int(generator.integers(11, 25))
@@ -173,7 +177,8 @@ def test_singular_matrices_are_searched_without_an_error(twins: bool) -> None:
 
 
 def test_rows_that_are_only_just_not_dominant_leave_others() -> None:
-    """Diagonal entries are as large as the others of their rows together, which in doubles may look like more."""
+    """Diagonal entries are as large as the others of their rows together, which in
+    doubles may look like more."""
     for M, q in (
         ([[2, 1, 1], [3, 9, -6], [4, -2, 6]], [-4, -6, -8]),
         ([[3, 1, -2], [0, 1, 1], [-8, 8, 16]], [-1, -1, -8]),

@@ -1,7 +1,9 @@
-"""All solutions of random small problems, many of them with whole faces of solutions, and what a list of solutions says
-that was cut by number or by time, against an exact oracle; of larger problems; and all equilibria of games.
+"""All solutions of random small problems, many of them with whole faces of solutions,
+and what a list of solutions says that was cut by number or by time, against an exact
+oracle; of larger problems; and all equilibria of games.
 
-LCP_ORACLE=3000 in the environment sets the number of problems with up to 5 unknowns; here it is fewer, with up to 4.
+LCP_ORACLE=3000 in the environment sets the number of problems with up to 5 unknowns;
+here it is fewer, with up to 4.
 """
 
 from __future__ import annotations
@@ -62,7 +64,8 @@ def test_multipliers_beyond_the_range_of_doubles_prove_the_only_solution() -> No
 
 
 def test_semidefinite_problems_have_one_piece_which_is_found_whole() -> None:
-    """A linear program with an edge of minima: min -x1 - x2, x1 + x2 <= 2, x1 <= 1, x >= 0."""
+    """A linear program with an edge of minima: min -x1 - x2, x1 + x2 <= 2, x1 <= 1, x
+    >= 0."""
     M = np.array(
         [[0, 0, 1, 1], [0, 0, 1, 0], [-1, -1, 0, 0], [-1, 0, 0, 0]], dtype=float
     )
@@ -138,7 +141,8 @@ def test_as_many_as_were_asked_for_are_all_if_a_search_as_long_finds_no_other() 
 
 
 def test_blocks_are_searched_no_further_than_it_takes() -> None:
-    """Two blocks of 2^30 solutions each, and one block without any beside one of those."""
+    """Two blocks of 2^30 solutions each, and one block without any beside one of
+    those."""
     block = -np.eye(30) + np.ones((30, 30)) / 64
     found = lcpcli.solutions(
         Problem(np.kron(np.eye(2), block), np.ones(60)), max_solutions=5
@@ -257,8 +261,8 @@ def test_the_pieces_are_the_maximal_polyhedra_of_all_choices_of_states() -> None
 
 
 def test_unknowns_between_two_bounds() -> None:
-    """Of each w_i one sign is asked for at one bound and the other one at the other: nothing that is chosen for one
-    branch of the tree holds in another one."""
+    """Of each w_i one sign is asked for at one bound and the other one at the other:
+    nothing that is chosen for one branch of the tree holds in another one."""
     generator, count = np.random.default_rng(5), COUNT // 5
     sets = []
     for _ in range(count):
@@ -277,7 +281,8 @@ Whole = set[oracle.Hull]
 
 
 def random_game(generator: np.random.Generator) -> lcpcli.Problem:
-    """A game of up to 3 x 3 strategies with few different payoffs, so that most have ties."""
+    """A game of up to 3 x 3 strategies with few different payoffs, so that most have
+    ties."""
     shape = tuple(generator.integers(1, 4, 2).tolist())
     return lcpcli.from_game(
         *generator.integers(0, generator.integers(2, 4), (2, *shape))
@@ -309,7 +314,8 @@ def connected(hulls: Whole) -> int:
 
 
 def check(found: Solutions, whole: Whole, ended: str) -> tuple[bool, bool | None]:
-    """Compare all that a list says with the whole; whether it is complete, and whether there are others."""
+    """Compare all that a list says with the whole; whether it is complete, and whether
+    there are others."""
     pieces = [
         oracle.canonical(piece.vertices, piece.rays, piece.lines)
         for piece in found.pieces
@@ -558,8 +564,8 @@ def test_payoffs_are_exact_fractions_also_in_files(tmp_path: Path) -> None:
 def test_some_equilibria_are_found_where_there_are_too_many_to_be_listed(
     payoffs: np.ndarray,
 ) -> None:
-    """The first two have 2^24 - 1 maximal Nash subsets each; of the third some have more vertices than can be listed,
-    and come last."""
+    """The first two have 2^24 - 1 maximal Nash subsets each; of the third some have
+    more vertices than can be listed, and come last."""
     found = lcpcli.solutions(lcpcli.from_game(payoffs, payoffs), max_solutions=2)
     pieces = list(found)
     held = found.equilibria
@@ -575,7 +581,8 @@ def test_some_equilibria_are_found_where_there_are_too_many_to_be_listed(
 def test_a_limit_holds_where_there_are_more_subsets_than_can_be_listed(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """By a clock that goes on by 0.1 ms each time it is read, which is before each step, on any machine."""
+    """By a clock that goes on by 0.1 ms each time it is read, which is before each
+    step, on any machine."""
     seconds = count(0.0, 1e-4)
     monkeypatch.setattr("time.perf_counter", lambda: next(seconds))
     # More than 2^20.

@@ -1,4 +1,5 @@
-"""Models for tests: expressions as nested tuples, written in AMPL's .nl format and evaluated without the package."""
+"""Models for tests: expressions as nested tuples, written in AMPL's .nl format and
+evaluated without the package."""
 
 from __future__ import annotations
 
@@ -139,8 +140,9 @@ def model(
 ) -> bytes:
     """A file with n variables.
 
-    rows : of each row its side as in the format, linear part and expression. bounds : of each variable, as in the
-    format. header : lines of the header, by number, in place of the right ones.
+    rows : of each row its side as in the format, linear part and expression. bounds :
+    of each variable, as in the format. header : lines of the header, by number, in
+    place of the right ones.
     """
     entries = sum(len(linear) for _, linear, _ in rows)
     lines = ["b3 1 1 0" if binary else "g3 1 1 0\t# problem", f" {n} {len(rows)} 1 0 0"]

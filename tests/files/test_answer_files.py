@@ -1,4 +1,5 @@
-"""Answers in files, z and w or all solutions, in CSV or JSON, which lcp reads back; iterates have their own file."""
+"""Answers in files, z and w or all solutions, in CSV or JSON, which lcp reads back;
+iterates have their own file."""
 
 from __future__ import annotations
 
@@ -24,7 +25,10 @@ PROBLEMS = {
     "faces": '{"M": [[0, 1], [0, 0]], "q": [-1, 0]}',
     "none": '{"M": [[0, -1], [1, 0]], "q": [-1, -1]}',
     "line": '{"M": [[0, 0], [0, 1]], "q": [0, -0.1], "lower": [null, 0]}',
-    "both": '{"A": [[2, 2], [2, 1]], "B": [[2, 2], [2, 1]], "rows": ["go", "stay"], "columns": ["left, or", "right"]}',
+    "both": (
+        '{"A": [[2, 2], [2, 1]], "B": [[2, 2], [2, 1]], "rows": ["go", "stay"], '
+        '"columns": ["left, or", "right"]}'
+    ),
 }
 
 
@@ -179,5 +183,8 @@ def test_a_table_of_equilibria_that_lacks_a_player_is_refused_in_a_line(
         "equilibrium,player,strategy,probability\n1,column,1,1/2\n1,column,2,1/2\n"
     )
     outcome = lcp("check", "both.json", "all.csv")
-    fault = "lcp: all.csv: has an equilibrium with the strategy of one player alone; give both strategies\n"
+    fault = (
+        "lcp: all.csv: has an equilibrium with the strategy of one player alone; "
+        "give both strategies\n"
+    )
     assert (outcome.code, outcome.out, outcome.err) == (2, "", fault)

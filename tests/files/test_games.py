@@ -1,4 +1,5 @@
-"""Games in files: Gambit's .nfg and .efg forms, and two tables of payoffs by --game of every command."""
+"""Games in files: Gambit's .nfg and .efg forms, and two tables of payoffs by --game of
+every command."""
 
 from __future__ import annotations
 
@@ -23,13 +24,14 @@ from ..conftest import read_exact
 
 HEAD = 'NFG 1 R "a game" { "Alice" "Bob" }\n'
 PAYOFFS = (
-    HEAD
-    + '{ { "up" "down" } { "left" "mid" "right" } }\n"a comment"\n1 2 3 4\n1/3 -0.5, 1e1 .25\n0 0 -7/2 +1\n'
+    HEAD + '{ { "up" "down" } { "left" "mid" "right" } }\n"a comment"\n1 2 3 4\n1/3 '
+    "-0.5, 1e1 .25\n0 0 -7/2 +1\n"
 )
 COUNTS = HEAD + "{ 2 3 }\n" + PAYOFFS.partition('"a comment"\n')[2]
 OUTCOMES = HEAD + (
     '{ { "up" "down" } { "left" "mid" "right" } }\n'
-    '{ { "one" 1 2 } { "" 3, 4 } { "with \\"quotes\\"" 1/3 -0.5 } { 10 .25 } { "" -7/2 1 } }\n1 2 3 4 0 5\n'
+    '{ { "one" 1 2 } { "" 3, 4 } { "with \\"quotes\\"" 1/3 -0.5 } { 10 .25 } { '
+    '"" -7/2 1 } }\n1 2 3 4 0 5\n'
 )
 A = [[1, Fraction(1, 3), 0], [3, 10, Fraction(-7, 2)]]
 B = [[2, Fraction(-1, 2), 0], [4, Fraction(1, 4), 1]]
@@ -50,7 +52,8 @@ def put(first: str, second: str) -> None:
 
 @pytest.fixture(autouse=True)
 def _tables(in_folder: Path) -> None:  # noqa: ARG001
-    """The battle of the sexes in two tables, the first with labels as pandas writes them."""
+    """The battle of the sexes in two tables, the first with labels as pandas writes
+    them."""
     put(",left,right\nopera,3,0\nbox,0,2\n", "2;0\n0;3\n")
 
 
@@ -114,8 +117,8 @@ def test_both_forms_are_only_read_and_complete_formats_keep_payoffs_and_tree(
         assert (done.code, "is of a format that is only read" in done.err) == (2, True)
     done = lcp("convert", "g.efg", "-o", "g.csv")
     assert (
-        "written as the game's mixed problem, M, q and bounds; left out: name, game tree, names"
-        in done.err
+        "written as the game's mixed problem, M, q and bounds; left out: name, "
+        "game tree, names" in done.err
     )
     lcpcli.write(read("g.efg"), "m.json")
     data = json.loads(Path("m.json").read_text())

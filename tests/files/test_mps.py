@@ -1,4 +1,5 @@
-"""Programs in MPS and in the LP format: what is read of each of their features, and that nothing is lost on the way."""
+"""Programs in MPS and in the LP format: what is read of each of their features, and
+that nothing is lost on the way."""
 
 from __future__ import annotations
 
@@ -310,7 +311,10 @@ def test_sides_are_read_back_as_the_doubles_that_they_were(tmp_path: Path) -> No
 
 def test_sides_beyond_the_range_of_doubles_are_no_bounds(tmp_path: Path) -> None:
     """With and without a range that is infinite, too."""
-    text = "NAME n\nROWS\n N c\n L low\n G high\nCOLUMNS\n x c 1 low 1\n x high 1\nRHS\n b low 1e400 high -1e400\n"
+    text = (
+        "NAME n\nROWS\n N c\n L low\n G high\nCOLUMNS\n x c 1 low 1\n x high "
+        "1\nRHS\n b low 1e400 high -1e400\n"
+    )
     for ranges in ("", "RANGES\n r low 1e400 high 1e20\n"):
         _, found = program(read(written(tmp_path, f"{text}{ranges}ENDATA\n")))
         assert [found.row_lower.tolist(), found.row_upper.tolist()] == [
@@ -327,5 +331,8 @@ def test_sides_beyond_the_range_of_doubles_are_no_bounds(tmp_path: Path) -> None
 
 def test_a_variable_of_the_quadratic_part_alone_in_lp(tmp_path: Path) -> None:
     pytest.importorskip("highspy")
-    lp = "Minimize\n obj: y + [ x^2 ] / 2\nSubject To\n c: y >= 1\nBounds\n 2 <= x <= 40\nEnd\n"
+    lp = (
+        "Minimize\n obj: y + [ x^2 ] / 2\nSubject To\n c: y >= 1\nBounds\n 2 <= x "
+        "<= 40\nEnd\n"
+    )
     assert run(read(written(tmp_path, lp, "p.lp"))).answer.objective == pytest.approx(3)

@@ -1,5 +1,6 @@
-"""The unknowns of a problem may have names, which files keep and tables show. Rows and columns of CSV that are labelled
-by these in another order are refused; a model may have its q elsewhere."""
+"""The unknowns of a problem may have names, which files keep and tables show. Rows and
+columns of CSV that are labelled by these in another order are refused; a model may have
+its q elsewhere."""
 
 from __future__ import annotations
 

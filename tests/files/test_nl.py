@@ -1,4 +1,5 @@
-"""Models of AMPL: what is read of each feature of the format, by an evaluator that is not the reader's."""
+"""Models of AMPL: what is read of each feature of the format, by an evaluator that is
+not the reader's."""
 
 from __future__ import annotations
 
@@ -174,7 +175,8 @@ def test_branches_by_conditions_of_which_only_the_one_that_is_taken_has_to_be_de
 
 
 def test_random_expressions_and_their_enclosures() -> None:
-    """Intervals hold the values and the derivatives at all points of a box, also at its ends."""
+    """Intervals hold the values and the derivatives at all points of a box, also at its
+    ends."""
     rng, points = random.Random(3), np.random.default_rng(3)
     for _ in range(12):
         n = rng.randint(1, 4)
@@ -336,7 +338,8 @@ def test_equations_belong_to_the_free_variables_with_large_entries_and_fixed_var
 def test_equation_that_no_free_variable_occurs_in_is_paired_with_any(
     number: int,
 ) -> None:
-    """h(x) = 0 belongs to its multiplier, which does not occur in it; dense and sparse."""
+    """h(x) = 0 belongs to its multiplier, which does not occur in it; dense and
+    sparse."""
     rows: list[Any] = [((5, 1, j + 1), {j: 1, number: -1}, 0) for j in range(number)]
     rows += [((4, 1), dict.fromkeys(range(number), 1), ("*", "v0", "v0"))]
     problem = nonlinear(model(number + 1, rows, [NONNEGATIVE] * number + [FREE]))
@@ -386,7 +389,8 @@ LINEAR = [((5, 1, 1), {0: 1}, -1)]
         (
             ONE,
             "v0",
-            "has an objective, and is not linear; take the objective out to find one solution, or",
+            "has an objective, and is not linear; take the objective out to "
+            "find one solution, or",
         ),
         (
             LINEAR,

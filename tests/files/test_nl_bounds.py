@@ -78,7 +78,8 @@ def test_remark_has_names_and_a_number_and_goes_with_the_problem(
 
 @pytest.mark.parametrize("cap", [3, 2, 4])
 def test_bound_is_that_of_its_multiplier_if_there_is_one(cap: float) -> None:
-    """0 <= x complements 2 x - 10 + mu >= 0, and 0 <= mu complements cap - x >= 0, for x with the bounds 0 and 3."""
+    """0 <= x complements 2 x - 10 + mu >= 0, and 0 <= mu complements cap - x >= 0, for
+    x with the bounds 0 and 3."""
     rows = [(at(LOWER, 0), {0: 2, 1: 1}, -10), (at(LOWER, 1), {0: -1}, cap)]
     values, remark = solved(2, rows, [CAPACITY, NONNEGATIVE])
     if cap <= 3:  # the multiplier is determined
@@ -122,8 +123,8 @@ def test_bounds_of_what_no_condition_is_about_are_refused() -> None:
 def test_bounds_are_compared_as_decimals(
     cap: float, slack: Any, tie: Any, tmp_path: Path
 ) -> None:
-    """In doubles 0.3 - 0.1 is less than 0.2, and the multiplier's bound would seem to be the tighter one; 0.1 + 0.2 is
-    more than 0.3, and it would seem to imply none."""
+    """In doubles 0.3 - 0.1 is less than 0.2, and the multiplier's bound would seem to
+    be the tighter one; 0.1 + 0.2 is more than 0.3, and it would seem to imply none."""
     rows = [(at(LOWER, 0), {0: 1, 1: 1}, -10), (at(LOWER, 1), *slack), (EQUATION, *tie)]
     file = tmp_path / "model.nl"
     file.write_bytes(model(3, rows, [(0, 0, cap), NONNEGATIVE, FREE]))
@@ -139,7 +140,8 @@ def test_bounds_are_compared_as_decimals(
 def test_condition_that_has_lost_the_bounds_of_an_expression_is_refused(
     side: dict[int, int],
 ) -> None:
-    """As Pyomo writes 0 <= e <= 3 complements F: v1 and v2 are the two sides, here of v0 and perhaps v3."""
+    """As Pyomo writes 0 <= e <= 3 complements F: v1 and v2 are the two sides, here of
+    v0 and perhaps v3."""
     rows = [
         (at(0, 1), {2: 1}, 0),
         (EQUATION, {0: 1, 2: 1, 3: -1}, -1),
@@ -165,7 +167,8 @@ SOLVED = {  # rows and bounds, the values of all variables, and the remark
         ],
         *([CAPACITY, NONNEGATIVE, FREE], [3, 4, 0], ""),
     ),
-    "of two variables that of the one with both bounds: 0 <= w complements x >= 0, where w = 2 x - 10": (
+    "of two variables that of the one with both bounds: 0 <= w complements x >= "
+    "0, where w = 2 x - 10": (
         [
             (at(LOWER, 0), {2: 1}, 0),
             (EQUATION, {2: 1, 1: -1}, 0),
@@ -173,7 +176,8 @@ SOLVED = {  # rows and bounds, the values of all variables, and the remark
         ],
         *([NONNEGATIVE, CAPACITY, FREE], [-4, 3, 3], V1_COUNTS),
     ),
-    "of the variable with both bounds, where the other one has an upper bound: w <= 4 complements x - 3 <= 0": (
+    "of the variable with both bounds, where the other one has an upper bound: "
+    "w <= 4 complements x - 3 <= 0": (
         [
             (at(UPPER, 0), {2: 1}, 0),
             (EQUATION, {2: 1, 1: -1}, 3),
@@ -181,7 +185,8 @@ SOLVED = {  # rows and bounds, the values of all variables, and the remark
         ],
         *([(1, 4), CAPACITY, FREE], [4, 2, -1], V1_COUNTS),
     ),
-    "bounds that conditions imply: w = 2 x - 5 complements x, through a variable that equals x": (
+    "bounds that conditions imply: w = 2 x - 5 complements x, through a "
+    "variable that equals x": (
         [
             (at(LOWER, 0), {2: 1}, 0),
             (EQUATION, {2: 1, 1: -1}, 0),

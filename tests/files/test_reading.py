@@ -1,5 +1,5 @@
-"""Texts that can be read safely are read to the right numbers, as other programs write them, in one file or in two;
-what is not read is refused by its name."""
+"""Texts that can be read safely are read to the right numbers, as other programs write
+them, in one file or in two; what is not read is refused by its name."""
 
 from __future__ import annotations
 
@@ -273,7 +273,10 @@ def test_numbers_are_typed_in_any_usual_way_unless_a_file_has_their_name(
 
 
 SHEET = archive("[Content_Types].xml", "xl/workbook.xml")
-UNREAD_NPY = "is not an NPY file of numbers or texts, or is damaged; save it again with numpy.save, and not as objects"
+UNREAD_NPY = (
+    "is not an NPY file of numbers or texts, or is damaged; save it again with "
+    "numpy.save, and not as objects"
+)
 FOREIGN = [
     ("p.xlsx", SHEET, "is a spreadsheet; save it as CSV"),
     ("p.csv", SHEET, "is a spreadsheet; save it as CSV"),
@@ -346,7 +349,8 @@ def test_each_has_a_name_a_source_and_a_solution_and_stands_in_the_folders_readm
 
 
 def test_known_solutions_are_exact_solutions(problem: Problem) -> None:
-    """Each component is taken as the nearest fraction of small denominator, and the problem is checked in fractions."""
+    """Each component is taken as the nearest fraction of small denominator, and the
+    problem is checked in fractions."""
     for solution in problem.solutions:
         given = [Fraction(t) for t in solution.tolist()]
         z = [value.limit_denominator(1000) for value in given]

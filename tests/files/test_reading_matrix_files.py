@@ -1,4 +1,5 @@
-"""Matrix Market, NPZ and MAT are read in every kind that they come in; MAT files with any byte changed, or refused."""
+"""Matrix Market, NPZ and MAT are read in every kind that they come in; MAT files with
+any byte changed, or refused."""
 
 from __future__ import annotations
 
@@ -30,14 +31,28 @@ BANNER = "%%MatrixMarket matrix"
 MATRICES = {
     "array": f"{BANNER} array real general\n2 2\n2\n-0.5\n-1\n2\n",
     "array-of-doubles": f"{BANNER} array double general\n2 2\n2\n-0.5\n-1\n2\n",
-    "array-in-capitals": "%%MATRIXMARKET Matrix ARRAY Real General\n2 2\n2\n-0.5\n-1\n2\n",
-    "array-with-comments": f"{BANNER} array real general\n% Sch\u00e4fer\n%\n\n2 2\n2\n-0.5\n-1\n2\n",
-    "array-with-blanks": f"{BANNER}  array\treal general\n 2\t2 \n\n  2\n-0.5 \n\n-1\n\t2\n\n",
+    "array-in-capitals": (
+        "%%MATRIXMARKET Matrix ARRAY Real General\n2 2\n2\n-0.5\n-1\n2\n"
+    ),
+    "array-with-comments": (
+        f"{BANNER} array real general\n% Sch\u00e4fer\n%\n\n2 2\n2\n-0.5\n-1\n2\n"
+    ),
+    "array-with-blanks": (
+        f"{BANNER}  array\treal general\n 2\t2 \n\n  2\n-0.5 \n\n-1\n\t2\n\n"
+    ),
     "array-crlf": f"{BANNER} array real general\r\n2 2\r\n2\r\n-0.5\r\n-1\r\n2\r\n",
-    "array-without-newline-at-the-end": f"{BANNER} array real general\n2 2\n2\n-0.5\n-1\n2",
-    "array-of-many-spellings": f"{BANNER} array real general\n2 2\n+2.\n-.5E0\n-10e-1\n+.2e+01\n",
-    "coordinate": f"{BANNER} coordinate real general\n2 2 4\n1 1 2\n2 1 -0.5\n1 2 -1\n2 2 2\n",
-    "coordinate-in-another-order": f"{BANNER} coordinate real general\n2 2 4\n2 2 2\n1 2 -1\n1 1 +2\n2 1 -5e-1\n",
+    "array-without-newline-at-the-end": (
+        f"{BANNER} array real general\n2 2\n2\n-0.5\n-1\n2"
+    ),
+    "array-of-many-spellings": (
+        f"{BANNER} array real general\n2 2\n+2.\n-.5E0\n-10e-1\n+.2e+01\n"
+    ),
+    "coordinate": (
+        f"{BANNER} coordinate real general\n2 2 4\n1 1 2\n2 1 -0.5\n1 2 -1\n2 2 2\n"
+    ),
+    "coordinate-in-another-order": (
+        f"{BANNER} coordinate real general\n2 2 4\n2 2 2\n1 2 -1\n1 1 +2\n2 1 -5e-1\n"
+    ),
 }
 
 
@@ -242,7 +257,10 @@ def test_scipy_is_loaded_for_a_sparse_or_matrix_market_file_alone(
     tmp_path: Path,
 ) -> None:
     np.savez(tmp_path / "p.npz", M=M, q=Q)
-    code = f"import sys, lcpcli; lcpcli.read({str(tmp_path / 'p.npz')!r}); print('scipy' in sys.modules)"
+    code = (
+        f"import sys, lcpcli; lcpcli.read({str(tmp_path / 'p.npz')!r}); "
+        "print('scipy' in sys.modules)"
+    )
     done = subprocess.run(
         [sys.executable, "-c", code], capture_output=True, text=True, check=True
     )

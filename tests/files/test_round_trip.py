@@ -1,5 +1,5 @@
-"""What is written is read back exactly, in every format; lcp convert keeps the digits that were written, from each text
-format to each other one."""
+"""What is written is read back exactly, in every format; lcp convert keeps the digits
+that were written, from each text format to each other one."""
 
 from __future__ import annotations
 
@@ -248,7 +248,10 @@ def test_every_text_format_passes_the_digits_on(
             plain([str(place[k]) for place in places_of]) for k in (0, 1)
         )
         values = plain([M[i][j] for i, j in places_of])
-        listed = f'{{"format": "coo", "shape": [{n}, {n}], "rows": {rows_of}, "cols": {columns_of}, "values": {values}}}'
+        listed = (
+            f'{{"format": "coo", "shape": [{n}, {n}], "rows": {rows_of}, "cols": '
+            f'{columns_of}, "values": {values}}}'
+        )
     (folder / "a.json").write_text(
         f'{{"M": {listed}, "q": {plain(q)}, "upper": {plain(upper)}}}'
     )
@@ -389,7 +392,8 @@ def test_games_keep_their_payoffs(folder: Path, lcp: Lcp) -> None:
     assert held["A"] == [["1/3"], ["0.10000000000000000555"]]
     outcome = lcp("convert", str(folder / "g.nfg"), "-o", str(folder / "h.csv"))
     assert outcome.err.splitlines()[2:] == [
-        f"lcp: {folder}/h.csv: some numbers have more digits than doubles and were rounded; .json would keep them all"
+        f"lcp: {folder}/h.csv: some numbers have more digits than doubles and "
+        "were rounded; .json would keep them all"
     ]
 
 

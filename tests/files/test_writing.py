@@ -1,5 +1,6 @@
-"""What is written appears whole or not at all, with the permissions and the links that were there; a log of many
-problems has each of them exactly once in the end, whoever wrote it, in whatever order."""
+"""What is written appears whole or not at all, with the permissions and the links that
+were there; a log of many problems has each of them exactly once in the end, whoever
+wrote it, in whatever order."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""The gallery's families are what they say: their numbers, the class of M, the known solutions and verdicts."""
+"""The gallery's families are what they say: their numbers, the class of M, the known
+solutions and verdicts."""
 
 from __future__ import annotations
 
@@ -193,7 +194,8 @@ def test_lemke_solves_most_rigid_contact_problems() -> None:
 def test_rounding_defeats_lemke_on_rigid_contact_and_auto_never(
     n: int, seed: int, friction: float, compliance: float
 ) -> None:
-    """Their bases are degenerate; where Lemke's method ends on a ray it says so, and auto goes on."""
+    """Their bases are degenerate; where Lemke's method ends on a ray it says so, and
+    auto goes on."""
     problem = gallery.make("contact", n, seed, friction=friction, compliance=compliance)
     assert run(problem, "lemke").status in (Status.SOLVED, Status.RAY, Status.STALLED)
     assert run(problem, "auto").solved
@@ -202,7 +204,8 @@ def test_rounding_defeats_lemke_on_rigid_contact_and_auto_never(
 @settings(max_examples=20)
 @given(n=st.integers(1, 40), seed=st.integers(0, 10**6))
 def test_programs_have_the_one_solution_that_is_known(n: int, seed: int) -> None:
-    """Strictly complementary, with a regular basis: as M is positive semidefinite, there is no other."""
+    """Strictly complementary, with a regular basis: as M is positive semidefinite,
+    there is no other."""
     for name in ("lp", "qp"):
         problem = gallery.make(name, n, seed)
         (z,) = problem.solutions

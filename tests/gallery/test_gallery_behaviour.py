@@ -1,5 +1,6 @@
-"""What is remarkable about the gallery's families, seen: cycles, exponential pivoting, margins, free boundaries; and
-parameters that move q or bounds alone, so that a path goes from one member to another."""
+"""What is remarkable about the gallery's families, seen: cycles, exponential pivoting,
+margins, free boundaries; and parameters that move q or bounds alone, so that a path
+goes from one member to another."""
 
 from __future__ import annotations
 
@@ -28,7 +29,8 @@ from lcpcli.parametric.following import path
 
 
 def newton_without_safeguard(problem: Problem, steps: int) -> list[tuple[int, ...]]:
-    """The active sets of steps z_P = -M_PP^-1 q_P, P = {z > w}, from the problem's x0."""
+    """The active sets of steps z_P = -M_PP^-1 q_P, P = {z > w}, from the problem's
+    x0."""
     P, sets = problem.x0 > 0, []
     for _ in range(steps + 1):
         sets.append(tuple(np.flatnonzero(P)))
@@ -117,7 +119,8 @@ def test_ill_scaled_is_harker_pang_in_other_units() -> None:
 
 
 def test_pressure_of_the_infinite_bearing_vanishes_where_the_film_opens() -> None:
-    """It rises while the film narrows, up to t = pi, and the film breaks at some t in (pi, 2 pi) (Cryer 1971)."""
+    """It rises while the film narrows, up to t = pi, and the film breaks at some t in
+    (pi, 2 pi) (Cryer 1971)."""
     z = run(gallery.make("journal-bearing", 200), "auto").z
     wet = np.flatnonzero(z > 0)
     assert np.array_equal(wet, np.arange(wet.size))
@@ -128,7 +131,8 @@ def test_pressure_of_the_infinite_bearing_vanishes_where_the_film_opens() -> Non
 def test_american_put_at_the_exercise_price_is_worth_what_the_formula_says_and_exercised_below_some_price() -> (
     None
 ):
-    """The European put by Black and Scholes; one time step is eight per cent below it, the American put a bit above."""
+    """The European put by Black and Scholes; one time step is eight per cent below it,
+    the American put a bit above."""
     r, s, T = 0.1, 0.4, 0.5
     normal = [
         (1 + math.erf(-(r + sign * s * s / 2) * math.sqrt(T / 2) / s)) / 2
@@ -249,8 +253,8 @@ INERTIA = float(HALF @ HALF) / 3  # of a box, whose mass is 1
 def steps(
     scene: Scene, count: int
 ) -> Iterator[tuple[list[Contact], np.ndarray, np.ndarray, np.ndarray]]:
-    """Move a scene on, and yield the contacts of each step with their normal impulses, their tangential impulses, and
-    their sliding speeds gamma."""
+    """Move a scene on, and yield the contacts of each step with their normal impulses,
+    their tangential impulses, and their sliding speeds gamma."""
     for _ in range(count):
         contacts, z = scene.contacts, None
         if contacts:
@@ -263,7 +267,8 @@ def steps(
 
 
 def momentum(scene: Scene) -> np.ndarray:
-    """Return the linear momentum of the boxes, and their angular momentum about the origin."""
+    """Return the linear momentum of the boxes, and their angular momentum about the
+    origin."""
     (x, y), (u, v, spin) = scene.centres[1:].T, scene.velocities[1:].T
     return np.array([u.sum(), v.sum(), (x * v - y * u + INERTIA * spin).sum()])
 
@@ -281,7 +286,8 @@ def energy(scene: Scene) -> float:
 def test_only_gravity_and_the_floor_change_the_momentum_and_energy_is_lost(
     kind: str, boxes: int
 ) -> None:
-    """Impulses are in the friction cones, and on them where contacts slide, and no box sinks into another one."""
+    """Impulses are in the friction cones, and on them where contacts slide, and no box
+    sinks into another one."""
     scene, slid = contact_in_time(kind, boxes), 0
     last = first = energy(scene)
     expected, x = momentum(scene), scene.centres[1:, 0]

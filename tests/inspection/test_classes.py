@@ -1,6 +1,7 @@
-"""No class is claimed or denied that does not hold exactly, and matrices of known class are recognised, small ones by
-definitions in rational arithmetic that share nothing with the package. Where a definition ranges over all vectors,
-those of a grid can refute it only."""
+"""No class is claimed or denied that does not hold exactly, and matrices of known class
+are recognised, small ones by definitions in rational arithmetic that share nothing with
+the package. Where a definition ranges over all vectors, those of a grid can refute it
+only."""
 
 from __future__ import annotations
 
@@ -53,7 +54,8 @@ IMPLIED = {
 
 
 def check(M: Any, found: dict[str, Verdict], decided: bool = True) -> None:
-    """Every verdict on the small M is the true one, and what is shown as a counterexample is one."""
+    """Every verdict on the small M is the true one, and what is shown as a
+    counterexample is one."""
     A = rational(M)
     for name, truth in belongs(A).items():
         word = found[name].word
@@ -291,7 +293,8 @@ def test_ends_of_the_range_of_floats_are_classified_without_overflow(
 
 
 def test_horn_form_is_copositive_though_neither_semidefinite_nor_nonnegative() -> None:
-    """A. J. Hoffman and M. A. Marcus, on copositive forms: the circulant of (1, -1, 1, 1, -1)."""
+    """A. J. Hoffman and M. A. Marcus, on copositive forms: the circulant of (1, -1, 1,
+    1, -1)."""
     row = np.array([1.0, -1, 1, 1, -1])
     M = np.array([np.roll(row, i) for i in range(5)])
     found = classify(M)
@@ -318,7 +321,8 @@ def test_sufficiency_of_rows_is_not_that_of_columns() -> None:
 
 
 def test_a_minor_that_is_0_in_doubles_only_excludes_nothing() -> None:
-    """That of the first two rows is 2^-53; the other two rule out what makes it needless to look at minors."""
+    """That of the first two rows is 2^-53; the other two rule out what makes it
+    needless to look at minors."""
     found = classify(
         np.array(
             [[1, 8, 0, 0], [(1 - 2**-53) / 8, 1, 0, 0], [0, 0, 1, 2], [0, 0, -2, 1]]
@@ -389,7 +393,8 @@ def test_large_sparse_matrices_are_classified_without_becoming_dense() -> None:
 def test_singular_matrix_without_negative_minors_is_not_excluded_by_a_null_vector() -> (
     None
 ):
-    """A triangular one, whose principal minors are products of diagonal entries, some of which are 0."""
+    """A triangular one, whose principal minors are products of diagonal entries, some
+    of which are 0."""
     M = np.diag(np.arange(20.0) % 3) + np.diag(np.full(19, 5.0), 1)
     for matrix in (M, sparse.csr_array(M)):
         found = classify(matrix)
@@ -424,7 +429,8 @@ def test_matrix_of_contact_with_friction_is_copositive_in_any_order(
 
 @pytest.mark.parametrize("n", [5, 100, 300])
 def test_singular_sum_of_squares_is_decided_at_every_size(n: int) -> None:
-    """The squares of x_i - x_(i+1): one null vector, of ones, for which elimination in fractions needs n steps."""
+    """The squares of x_i - x_(i+1): one null vector, of ones, for which elimination in
+    fractions needs n steps."""
     F = np.eye(n) - np.eye(n, k=1)
     S = F[:-1].T @ F[:-1] + 0.0
     assert [semidefinite_rank(matrix) for matrix in (S, sparse.csr_array(S))] == [
@@ -511,7 +517,8 @@ def grid(n: int, size: int, lowest: int) -> list[tuple[int, ...]]:
 
 
 def refuted(M: Any, size: int = 3) -> dict[str, bool]:
-    """Whether a small whole vector refutes that M, whole numbers below 2^20, belongs to each of the other classes."""
+    """Whether a small whole vector refutes that M, whole numbers below 2^20, belongs to
+    each of the other classes."""
     M = np.asarray(M, dtype=np.int64)
     n = len(M)
     x, S = np.array(grid(n, size, 0)), M + M.T

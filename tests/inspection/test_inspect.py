@@ -1,5 +1,6 @@
-"""lcp inspect: what it says is what the problem is, what the methods do, and what the numbers are, with bounds too; the
-rate of the fixed point iteration is that which theory gives."""
+"""lcp inspect: what it says is what the problem is, what the methods do, and what the
+numbers are, with bounds too; the rate of the fixed point iteration is that which theory
+gives."""
 
 from __future__ import annotations
 
@@ -59,7 +60,8 @@ def hints(M: Any, q: Any = None) -> str:
 
 
 def test_facts_of_the_first_example_are_those_of_its_matrix() -> None:
-    """tridiag(-1, 4, -1) of order 4 has the eigenvalues 4 - 2 cos(k pi / 5) and an inverse known in closed form."""
+    """tridiag(-1, 4, -1) of order 4 has the eigenvalues 4 - 2 cos(k pi / 5) and an
+    inverse known in closed form."""
     M = 4 * np.eye(4) - np.eye(4, k=1) - np.eye(4, k=-1)
     found = inspect(Problem(M, [-4, 3, -4, 2]))
     assert found.spectrum.smallest == pytest.approx(4 - 2 * math.cos(math.pi / 5))
@@ -217,7 +219,8 @@ ODD = [
 
 @pytest.mark.parametrize("problem", ODD, ids=range(len(ODD)))
 def test_odd_problems_are_inspected_without_a_warning(problem: Problem) -> None:
-    """Each in one line of JSON with all the keys, and no number that JSON does not have, and in a table."""
+    """Each in one line of JSON with all the keys, and no number that JSON does not
+    have, and in a table."""
     for seconds in (0.0, 10.0):
         found = inspect(problem, seconds)
         text = inspection_text.report(found).render("json")

@@ -1,6 +1,7 @@
-"""Systems with M + diag(d) and with principal submatrices: borders, tridiagonal ones, many at once, and orders. Linear
-programs: the dual simplex method beside HiGHS, which prints nothing, and HiGHS in its own package beside the one in
-scipy; numbers that overflow reach none of the singular values of LAPACK, on which these might never end.
+"""Systems with M + diag(d) and with principal submatrices: borders, tridiagonal ones,
+many at once, and orders. Linear programs: the dual simplex method beside HiGHS, which
+prints nothing, and HiGHS in its own package beside the one in scipy; numbers that
+overflow reach none of the singular values of LAPACK, on which these might never end.
 """
 
 from __future__ import annotations
@@ -56,7 +57,8 @@ def test_bordered_systems_are_those_of_the_whole_matrix(places: list[int]) -> No
 
 
 def test_a_finish_with_few_dense_rows_eliminates_the_diagonal_rest_densely() -> None:
-    """The conditions of min x'Dx / 2 with 40 full rows, for one set of basic variables; some D_ii are 0."""
+    """The conditions of min x'Dx / 2 with 40 full rows, for one set of basic variables;
+    some D_ii are 0."""
     pytest.importorskip("qdldl")
     random = np.random.default_rng(3)
     A, D = random.normal(size=(40, 300)), np.arange(300.0) % 3
@@ -121,7 +123,8 @@ def test_many_dense_rows_are_no_border() -> None:
 def test_programs_with_dense_rows_are_solved_by_scipy_alone(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """min |x - t|^2 / 2 over x >= 0 with a few sums of all x, and differences of neighbours, bounded."""
+    """min |x - t|^2 / 2 over x >= 0 with a few sums of all x, and differences of
+    neighbours, bounded."""
     pytest.importorskip("qdldl")
     n, random = 500, np.random.default_rng(0)
     differences = diags_array(
@@ -229,7 +232,8 @@ def arrow(n: int) -> csr_array:
 def test_unknowns_that_a_long_row_couples_are_in_order_of_their_entries_before_they_are_sorted(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """scipy inserts each into a sorted list of them, which takes seconds for 100,000 in any other order."""
+    """scipy inserts each into a sorted list of them, which takes seconds for 100,000 in
+    any other order."""
     n, seen = 2 * LONG_ROW, []
     M = arrow(n) + diags_array(np.ones(n // 2), offsets=n // 2)
     mckee = sparse.csgraph.reverse_cuthill_mckee

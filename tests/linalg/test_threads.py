@@ -1,5 +1,6 @@
-"""The number of BLAS threads: one by default, in a command from the start, in a program for the duration of a call; and
-threads that solve at once, whose results are those of one thread, to the last bit.
+"""The number of BLAS threads: one by default, in a command from the start, in a program
+for the duration of a call; and threads that solve at once, whose results are those of
+one thread, to the last bit.
 """
 
 from __future__ import annotations
@@ -283,7 +284,8 @@ FAMILIES = {
 
 
 def problems(seed: int) -> list[Problem]:
-    """Problems of several kinds: solvable, infeasible, mixed, programs, games, sparse."""
+    """Problems of several kinds: solvable, infeasible, mixed, programs, games,
+    sparse."""
     random = np.random.default_rng(seed)
     of_families = [
         families.make(name, n, seed) for name, sizes in FAMILIES.items() for n in sizes

@@ -1,5 +1,6 @@
-"""The units that a matrix suggests: those of the measure, which powers of two do not change, and those of scaling;
-products, largest entries, and matrices in compressed rows that are made of arrays, beside those that scipy makes."""
+"""The units that a matrix suggests: those of the measure, which powers of two do not
+change, and those of scaling; products, largest entries, and matrices in compressed rows
+that are made of arrays, beside those that scipy makes."""
 
 from __future__ import annotations
 
@@ -209,14 +210,16 @@ def test_products_are_those_of_the_operator_of_scipy_with_its_routine_or_without
 
 @pytest.fixture(params=["unchecked", "public"], autouse=True)
 def routines(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Once with scipy's routines without checks, and once as where they are not found."""
+    """Once with scipy's routines without checks, and once as where they are not
+    found."""
     if request.param == "public":
         monkeypatch.setattr(compressed_rows, "unchecked", None)
         monkeypatch.setattr(compressed_rows, "EMPTY", {})
 
 
 def same(made: Matrix, expected: Any) -> bool:
-    """Whether both have the same entries, and scipy accepts the arrays of the first one."""
+    """Whether both have the same entries, and scipy accepts the arrays of the first
+    one."""
     made.check_format(full_check=True)
     return bool(
         made.has_canonical_format

@@ -16,7 +16,8 @@ AT_LOWER, BETWEEN, AT_UPPER = range(3)
 
 
 def matrix(kind: str, n: int, random: Generator) -> Matrix:
-    """M with M + M' positive semidefinite, of full rank, of rank n / 2, or 0; the conditions of a program; or any M."""
+    """M with M + M' positive semidefinite, of full rank, of rank n / 2, or 0; the
+    conditions of a program; or any M."""
     if kind == "definite":
         return definite(n, random)[0]
     if kind == "monotone":
@@ -38,7 +39,8 @@ def matrix(kind: str, n: int, random: Generator) -> Matrix:
 def solvable(
     kind: str, n: int, random: Generator, degenerate: bool = False, sparse: bool = False
 ) -> Problem:
-    """A problem built around a solution, with bounds of all kinds; if degenerate, w is 0 at half of those attained."""
+    """A problem built around a solution, with bounds of all kinds; if degenerate, w is
+    0 at half of those attained."""
     M = matrix(kind, n, random)
     lower, upper = with_all_bounds(n, random)
     states = random.integers(0, 3, n)

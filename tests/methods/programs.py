@@ -35,8 +35,9 @@ class Rows(NamedTuple):
 
 
 def random_program(seed: int, most: int = 160, kind: str = "") -> Rows:
-    """Return a program of integers: "infeasible" for every even seed, else with a minimum, "unbounded" or "both";
-    dense or sparse, linear or quadratic, with equations, inequalities, ranges, free and bounded variables."""
+    """Return a program of integers: "infeasible" for every even seed, else with a
+    minimum, "unbounded" or "both"; dense or sparse, linear or quadratic, with
+    equations, inequalities, ranges, free and bounded variables."""
     random = np.random.default_rng(seed)
     kind = kind or (
         "infeasible"
@@ -95,7 +96,8 @@ def random_program(seed: int, most: int = 160, kind: str = "") -> Rows:
 def _with_contradiction(
     A: Vector, low: Vector, high: Vector, random: np.random.Generator
 ) -> tuple[Vector, ...]:
-    """Return the rows with one more: a combination of some of them, above the bound that follows from these."""
+    """Return the rows with one more: a combination of some of them, above the bound
+    that follows from these."""
     chosen = random.choice(
         low.size, int(random.integers(1, min(low.size, 12) + 1)), replace=False
     )
@@ -111,8 +113,8 @@ def _with_contradiction(
 
 
 def with_rounded_combination(seed: int, k: int = 40, m: int = 20) -> Rows:
-    """Return a linear program with a Gaussian matrix, whose last row is a combination of others, rounded to doubles,
-    with another right-hand side."""
+    """Return a linear program with a Gaussian matrix, whose last row is a combination
+    of others, rounded to doubles, with another right-hand side."""
     random = np.random.default_rng(seed)
     A, x = (
         random.standard_normal((m, k)) * (random.random((m, k)) < 0.3),

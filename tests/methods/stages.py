@@ -1,4 +1,5 @@
-"""Methods at work, taken apart: their iterates and how they ended; and scripts in the place of methods."""
+"""Methods at work, taken apart: their iterates and how they ended; and scripts in the
+place of methods."""
 
 from __future__ import annotations
 
@@ -16,6 +17,7 @@ def through(stage: Stage) -> tuple[list[Iterate], Ending]:
 
 
 def scripted(iterates: Iterable[Iterate], ending: Ending | None = None) -> Stage:
-    """A method that yields these iterates and then ends, by default as one that has finished."""
+    """A method that yields these iterates and then ends, by default as one that has
+    finished."""
     yield from iterates
     return ending or Finished()

@@ -1,6 +1,7 @@
-"""What auto does: its attempts take turns in rounds, search where M has no property that helps, and a tree whose proofs
-are exact; presolve gets half of the time for milp. What comes before a search: a few nodes of the tree, the trivial
-solution, and exchanges from w = 0.
+"""What auto does: its attempts take turns in rounds, search where M has no property
+that helps, and a tree whose proofs are exact; presolve gets half of the time for milp.
+What comes before a search: a few nodes of the tree, the trivial solution, and exchanges
+from w = 0.
 """
 
 from __future__ import annotations
@@ -208,7 +209,8 @@ def test_problems_without_a_known_solution_are_decided_and_infeasible_ones_wait_
 
 
 def test_a_solution_that_rounding_hides_from_a_linear_program_is_found() -> None:
-    """x_1 = 2^25, where the terms of a row are 3e7 times their sum: the LP finds a proof up to rounding first."""
+    """x_1 = 2^25, where the terms of a row are 3e7 times their sum: the LP finds a
+    proof up to rounding first."""
     eps, small, k = 2.0**-52, 2.0**-27, 150
     A = block_diag([[[1 + eps, -1], [-1, 1]], identity(k)])
     b, c = np.ones(k + 2), np.ones(k + 2)
@@ -223,7 +225,8 @@ def test_a_solution_that_rounding_hides_from_a_linear_program_is_found() -> None
 def test_a_first_time_step_of_an_american_put_is_solved_although_far_prices_are_tiny(
     n: int, is_dense: bool
 ) -> None:
-    """Far out of the money they fall to 1e-38, and q is 0 there: from q < 0, each step of pivoting finds one more."""
+    """Far out of the money they fall to 1e-38, and q is 0 there: from q < 0, each step
+    of pivoting finds one more."""
     strike, rate, volatility, step = 100.0, 0.05, 0.2, 0.01
     x, h = np.linspace(-1.2, 1.2, n + 2, retstep=True)
     payoff = np.maximum(strike - strike * np.exp(x), 0.0)
@@ -274,7 +277,8 @@ def test_the_trivial_solution_is_seen_at_once_unless_the_run_has_a_start() -> No
     ("n", "sparse"), [(100, False), (400, False), (200, True), (800, True)]
 )
 def test_chains_and_trees_of_zeros_take_one_system(n: int, sparse: bool) -> None:
-    """Each q_i but those of a few roots is 0: from q < 0, each step finds the children of the last variables."""
+    """Each q_i but those of a few roots is 0: from q < 0, each step finds the children
+    of the last variables."""
     random = np.random.default_rng(n)
     for parents in (
         np.arange(n) - 1,
@@ -294,8 +298,8 @@ def test_chains_and_trees_of_zeros_take_one_system(n: int, sparse: bool) -> None
 
 
 def test_sparse_infeasible_problems_are_proved_so() -> None:
-    """Without entries, with a row of zeros, and the Laplacian of a line, whose columns sum to zero, with a load that
-    has nowhere to go."""
+    """Without entries, with a row of zeros, and the Laplacian of a line, whose columns
+    sum to zero, with a load that has nowhere to go."""
     n = 250
     ends = np.full(n, 2.0)
     ends[[0, -1]] = 1.0
@@ -402,7 +406,8 @@ def test_attempts_with_large_matrices_are_not_held(
 def test_a_row_that_is_added_is_tried_and_shown_and_its_claim_is_not_believed(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """The first two rows of all end at a point that is no solution, and at one that is known beforehand."""
+    """The first two rows of all end at a point that is no solution, and at one that is
+    known beforehand."""
     problem = families.make("planted", 150)
     z = problem.box.project(np.asarray(problem.solutions[0]))
 

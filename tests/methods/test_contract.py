@@ -1,5 +1,6 @@
-"""The methods of this package keep the contract of methods, and each way to break it is found; faults of methods and
-formats of other packages are the status of a run, or one line.
+"""The methods of this package keep the contract of methods, and each way to break it is
+found; faults of methods and formats of other packages are the status of a run, or one
+line.
 """
 
 from __future__ import annotations
@@ -33,7 +34,8 @@ def test_the_methods_of_this_package_keep_it(name: str) -> None:
 
 
 def yielding(*made: Callable[[Any, Any], Any]) -> Callable[..., Any]:
-    """A method that yields what these make of the problem and the start, and has then finished."""
+    """A method that yields what these make of the problem and the start, and has then
+    finished."""
 
     def steps(problem: Any, x0: Any) -> Any:
         for make in made:
@@ -200,16 +202,21 @@ print(json.dumps(seen))
 
 @pytest.fixture(scope="module")
 def faulty(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder with an installed package whose methods and formats are wrong, each in another way."""
+    """A folder with an installed package whose methods and formats are wrong, each in
+    another way."""
     folder = tmp_path_factory.mktemp("faulty")
     methods = "".join(f"{name} = faulty.methods:{name.upper()}\n" for name in NAMES)
     formats = ".raises = faulty.formats:RAISES\n.nothing = faulty.formats:NOTHING\n"
     files = {
-        "faulty-1.0.dist-info/METADATA": "Metadata-Version: 2.1\nName: faulty\nVersion: 1.0\n",
+        "faulty-1.0.dist-info/METADATA": (
+            "Metadata-Version: 2.1\nName: faulty\nVersion: 1.0\n"
+        ),
         "faulty-1.0.dist-info/entry_points.txt": f"[lcpcli.methods]\n{methods}[lcpcli.formats]\n{formats}",
         "faulty/methods.py": CODE,
         "faulty/formats.py": FORMATS,
-        "faulty/raising.py": "def fields(content, number=float):\n    raise RuntimeError('line 3')\n",
+        "faulty/raising.py": (
+            "def fields(content, number=float):\n    raise RuntimeError('line 3')\n"
+        ),
         "faulty/nothing.py": "def fields(*_):\n    return None\n",
         "p.raises": "1 2 3",
         "p.nothing": "1 2 3",
@@ -242,12 +249,19 @@ def test_a_fault_of_a_method_of_another_package_is_the_status_of_its_run_or_one_
     own = "broke down: the package faulty "
     told = {
         "raises": own
-        + f"raises KeyError: 'no such key' ({faulty / 'faulty' / 'methods.py'}, line 10)",
+        + f"raises KeyError: 'no such key' ({faulty / 'faulty' / 'methods.py'}, "
+        "line 10)",
         "short": own + "yields an x of shape (1,) for 2 unknowns",
         "nothing": own + "yields or returns None",
         "done": "a sweep moved less than 1e-9, but z does not solve the problem",
-        "inverts": "broke down: a linear system that is singular or not finite in double precision after 1 iteration",
-        "nowhere": "method: nowhere of another package cannot be loaded from faulty.methods: AttributeError: ",
+        "inverts": (
+            "broke down: a linear system that is singular or not finite in double "
+            "precision after 1 iteration"
+        ),
+        "nowhere": (
+            "method: nowhere of another package cannot be loaded from "
+            "faulty.methods: AttributeError: "
+        ),
         "raisse": "method: 'raisse' is unknown; did you mean raises?",
     }
     seen = json.loads(python(faulty, "-c", RUNS).stdout)
@@ -266,7 +280,8 @@ def test_a_fault_of_a_format_of_another_package_is_the_line_of_its_file(
     done = python(faulty, "-m", "lcpcli", "solve", "p.raises", "p.nothing", "good.json")
     assert done.returncode == 2
     assert re.search(
-        r"lcp: p.raises: cannot be read by the package faulty: RuntimeError: line 3 \(.*raising.py, line 2\); correct",
+        r"lcp: p.raises: cannot be read by the package faulty: RuntimeError: "
+        r"line 3 \(.*raising.py, line 2\); correct",
         done.stderr,
     )
     assert "lcp: p.nothing: has no M by the package of its format" in done.stderr

@@ -33,7 +33,8 @@ def sparse(rows: Rows) -> Problem:
 
 
 def spread(rows: Rows, decades: float, seed: int) -> Rows:
-    """The same program in units of rows and variables that are far apart, powers of two."""
+    """The same program in units of rows and variables that are far apart, powers of
+    two."""
     random = np.random.default_rng(seed)
     R, C = (
         2.0 ** random.integers(-(most := int(3.3 * decades)), most, size)
@@ -54,7 +55,8 @@ def spread(rows: Rows, decades: float, seed: int) -> Rows:
 
 
 def dependent(rows: Rows) -> Rows:
-    """The same program with each third row once more, so that multipliers are not unique."""
+    """The same program with each third row once more, so that multipliers are not
+    unique."""
     return rows._replace(
         A=np.vstack((rows.A, rows.A[::3])),
         low=np.append(rows.low, rows.low[::3]),
@@ -96,7 +98,8 @@ def test_programs_are_solved_in_all_units_and_with_dependent_rows(seed: int) -> 
 
 @pytest.mark.parametrize("seed", [2028, 2037, 2048])
 def test_multipliers_of_redundant_rows_may_be_rounding_of_0(seed: int) -> None:
-    """Rows of M are then violated by their own terms, multipliers of 1e-20 to 1e-240."""
+    """Rows of M are then violated by their own terms, multipliers of 1e-20 to
+    1e-240."""
     assert solved(sparse(dependent(random_program(seed, kind="minimum")))).solved
 
 
@@ -110,7 +113,8 @@ def test_programs_without_a_minimum_are_never_solved(seed: int) -> None:
 
 
 def test_bounds_of_all_kinds_fixed_variables_and_bounds_that_stand_for_none() -> None:
-    """Six programs in one, with different objectives: with bounds of 1e20, and with none in their place."""
+    """Six programs in one, with different objectives: with bounds of 1e20, and with
+    none in their place."""
     A = csr_array(
         np.array(
             [
@@ -227,7 +231,8 @@ def test_fixed_variables_count_as_the_constants_that_they_are(density: float) ->
 def test_a_point_that_only_rounding_separates_from_the_solution_needs_no_factorization(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """min |x|^2 / 2 - 2 x_1 with x_1 + x_2 = 1 and x >= 0, in sixty copies: x = (1, 0), y = -1."""
+    """min |x|^2 / 2 - 2 x_1 with x_1 + x_2 = 1 and x >= 0, in sixty copies: x = (1, 0),
+    y = -1."""
     A, c = block_diag([[[1.0, 1.0]]] * 60, format="csr"), np.tile([-2.0, 0.0], 60)
     problem = lcpcli.from_qp(csr_array(np.eye(120)), c, A, row_lower=1, row_upper=1)
     z = np.concatenate((np.tile([1.0, 0.0], 60), np.full(60, -1.0)))

@@ -1,4 +1,5 @@
-"""The interior point method: monotone problems of every kind, degenerate ones too, are solved, others refuted."""
+"""The interior point method: monotone problems of every kind, degenerate ones too, are
+solved, others refuted."""
 
 from __future__ import annotations
 
@@ -39,9 +40,11 @@ def relative_residual(problem: Problem, z: Vector) -> float:
 def test_every_kind_of_monotone_problem_is_solved_in_few_steps(
     kind: str, degenerate: bool, sparse: bool
 ) -> None:
-    """With free variables, boxes, fixed variables and equations in each, and z_i = w_i = 0 in the degenerate ones;
-    others end at the basic solution of the active set, not at a point of the path near it. In other units too. Whether
-    the first basic solution counts as exact may hang on its last digit, so that single runs may take twice as long."""
+    """With free variables, boxes, fixed variables and equations in each, and z_i = w_i
+    = 0 in the degenerate ones; others end at the basic solution of the active set, not
+    at a point of the path near it. In other units too. Whether the first basic solution
+    counts as exact may hang on its last digit, so that single runs may take twice as
+    long."""
     steps = list[int]()
     for seed in range(3):
         random = np.random.default_rng(seed)
@@ -66,7 +69,8 @@ def test_every_kind_of_monotone_problem_is_solved_in_few_steps(
 def test_programs_without_a_feasible_point_or_a_minimum_are_refuted(
     sparse: bool,
 ) -> None:
-    """The rows of A x >= b add up to 0 >= 1, in integers; or |A| x >= 1 does not bound the sum of x."""
+    """The rows of A x >= b add up to 0 >= 1, in integers; or |A| x >= 1 does not bound
+    the sum of x."""
     for seed in range(4):
         random = np.random.default_rng(seed)
         n, m = 8, 6
@@ -166,7 +170,8 @@ def test_a_cut_off_in_a_factorization_leaves_the_best_iterate(
 
 
 def test_a_singular_basis_is_solved_although_diagonal_pivots_lose_the_shift() -> None:
-    """Equal rows of equations: the basis [0 -A'; A 0] has rank 2 rather than 4, and QDLDL meets pivots that are 0."""
+    """Equal rows of equations: the basis [0 -A'; A 0] has rank 2 rather than 4, and
+    QDLDL meets pivots that are 0."""
     A = np.array([[1.0, 2.0, 0.0, 1.0], [1.0, 2.0, 0.0, 1.0], [3.0, 6.0, 0.0, 3.0]])
     c, b = np.array([1.0, 2.0, 1.0, 1.0]), np.array([4.0, 4.0, 12.0])
     M = csr_array(np.block([[np.zeros((4, 4)), -A.T], [A, np.zeros((3, 3))]]))
@@ -181,7 +186,8 @@ def test_a_singular_basis_is_solved_although_diagonal_pivots_lose_the_shift() ->
 def test_a_proof_from_a_diverging_iterate_is_rounded_to_one_that_holds_exactly() -> (
     None
 ):
-    """A chain x_1 >= x_2 >= ... >= x_n >= x_1 + 1: y is constant, on more columns than are corrected exactly."""
+    """A chain x_1 >= x_2 >= ... >= x_n >= x_1 + 1: y is constant, on more columns than
+    are corrected exactly."""
     n = 80
     A = np.eye(n) - np.roll(np.eye(n), 1, axis=1)
     M = csr_array(np.block([[np.zeros((n, n)), -A.T], [A, np.zeros((n, n))]]))
@@ -211,7 +217,8 @@ def test_superlu_takes_the_order_that_qdldl_has_found(
 
 
 def test_convex_programs_in_units_that_are_far_apart_are_solved() -> None:
-    """The variables are in units of up to 2^20, and down to 2^-20, so that entries of Q differ by up to 24 digits."""
+    """The variables are in units of up to 2^20, and down to 2^-20, so that entries of Q
+    differ by up to 24 digits."""
     k, m = 200, 80
     for seed in range(3):
         random = np.random.default_rng(seed)

@@ -1,5 +1,6 @@
-"""Kernels beside what they stand for: what they answer is a solution by the measure of the rest of the package, for few
-unknowns with any bounds, sparse problems, and blocks of many; and at the limits of numbers.
+"""Kernels beside what they stand for: what they answer is a solution by the measure of
+the rest of the package, for few unknowns with any bounds, sparse problems, and blocks
+of many; and at the limits of numbers.
 """
 
 from __future__ import annotations
@@ -38,7 +39,8 @@ from .. import kernels_together  # noqa: F401
 
 
 def with_bounds_of_all_kinds(seed: int, n: int, density: float = 1.0) -> Problem:
-    """Return a problem with free, fixed, boxed and mirrored variables, far and narrow bounds, degenerate or not."""
+    """Return a problem with free, fixed, boxed and mirrored variables, far and narrow
+    bounds, degenerate or not."""
     generator = np.random.default_rng(seed)
     A = generator.standard_normal((n, n))
     M = (A @ A.T / n + A - A.T, A, np.rint(A), np.diag(np.abs(A[0])))[seed % 4]
@@ -140,7 +142,8 @@ def test_the_kernels_take_the_steps_of_the_program_where_variables_are_fixed(
 
 
 def test_stored_zeros_tie_no_components_together() -> None:
-    """x1 - x2 = 0 and x1 - x2 = 1 are nearly satisfied beside x near 1e12, which is small only in the last row."""
+    """x1 - x2 = 0 and x1 - x2 = 1 are nearly satisfied beside x near 1e12, which is
+    small only in the last row."""
     M = np.zeros((5, 5))
     M[:2, 2:4], M[2:4, :2], M[4, 4] = [[-1, -1], [1, 1]], [[1, -1], [1, -1]], 1.0
     z, free = (
@@ -205,7 +208,8 @@ def test_one_matrix_of_many_q_is_that_of_each_block() -> None:
 def test_the_compiled_check_takes_rounding_at_the_reference_point_for_no_size_of_q() -> (
     None
 ):
-    """Row 1 at the lower bounds is 4e-12, and -1.5e-11 as doubles sum it up; the last two rows are infeasible."""
+    """Row 1 at the lower bounds is 4e-12, and -1.5e-11 as doubles sum it up; the last
+    two rows are infeasible."""
     M, lower = np.zeros((5, 5)), np.zeros(5)
     M[0, :4] = 0.42717905926330113, 0.5768579307407304, 0.8747103493618308, 1.0
     M[1, 1] = M[2, 2] = 1.0

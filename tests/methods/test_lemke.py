@@ -1,4 +1,5 @@
-"""The method `lemke` follows the path of the published algorithm, cannot cycle, and says what its rays prove."""
+"""The method `lemke` follows the path of the published algorithm, cannot cycle, and
+says what its rays prove."""
 
 from __future__ import annotations
 
@@ -25,7 +26,8 @@ TEXTBOOK = {"cover": ONES, "ties": LEXICOGRAPHIC}
 
 
 def exactly(M: list[list[int]], q: list[int]) -> tuple[list[Fraction] | None, int]:
-    """The algorithm in fractions on the full tableau [I, -M, -e, q]: its solution (None on a ray) and its pivots."""
+    """The algorithm in fractions on the full tableau [I, -M, -e, q]: its solution (None
+    on a ray) and its pivots."""
     n = len(q)
     if min(q) >= 0:
         return [Fraction(0)] * n, 0
@@ -60,7 +62,8 @@ def exactly(M: list[list[int]], q: list[int]) -> tuple[list[Fraction] | None, in
 
 @pytest.mark.parametrize("n", [2, 10])
 def test_number_of_pivots_doubles_with_every_unknown_on_the_worst_cases(n: int) -> None:
-    """Murty 1978 and, symmetric positive definite, Fathi 1979: all 2^n complementary cones are passed."""
+    """Murty 1978 and, symmetric positive definite, Fathi 1979: all 2^n complementary
+    cones are passed."""
     for M in (families.make("murty", n).M.T, families.make("fathi", n).M):
         result = run(Problem(M, -np.ones(n)), "lemke", **TEXTBOOK)
         assert (result.solved, result.z.tolist()) == (True, np.eye(n)[0].tolist())
@@ -178,7 +181,8 @@ BIMATRIX = read(contents.shipped_path("bimatrix.json"))
     ids=["solvable", "feasible but unsolvable", "bimatrix game"],
 )
 def test_ray_of_a_feasible_problem_is_no_proof(M: ArrayLike, q: ArrayLike) -> None:
-    """[0 A; B' 0] with A, B > 0 is copositive, not copositive-plus: from the covering vector e it has a ray at once."""
+    """[0 A; B' 0] with A, B > 0 is copositive, not copositive-plus: from the covering
+    vector e it has a ray at once."""
     result = run(Problem(M, q), "lemke", **TEXTBOOK)
     assert (result.status, result.status.has_no_solution) == (Status.RAY, False)
     assert result.message == "ended on a ray: that alone proves nothing"
@@ -199,7 +203,8 @@ def test_too_many_unknowns_are_refused_unless_there_is_nothing_to_do_and_overflo
 
 
 def test_a_path_goes_on_from_upper_bounds() -> None:
-    """With bounds on both sides every problem has a solution, at which Lemke's path ends."""
+    """With bounds on both sides every problem has a solution, at which Lemke's path
+    ends."""
     for seed in range(20, 220, 3):
         rng = np.random.default_rng(seed)
         n = int(rng.integers(2, 7))
@@ -311,7 +316,8 @@ def test_a_path_reaches_the_minimizer_of_most_programs_with_equations_whose_rows
 
 
 def test_a_contradiction_that_the_tolerance_hides_does_not_end_a_run_of_auto() -> None:
-    """e'z >= 1 and e'z <= 1 - 3e-11: the path ends on a ray that is a proof, beside a point that is accepted."""
+    """e'z >= 1 and e'z <= 1 - 3e-11: the path ends on a ray that is a proof, beside a
+    point that is accepted."""
     n = 23
     e, none = np.ones((1, n)), np.zeros((2, 2))
     M = np.block([[np.eye(n), -e.T, e.T], [np.vstack((e, -e)), none]])

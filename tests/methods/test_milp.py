@@ -1,6 +1,7 @@
-"""The last resorts. Relaxed reflections: their projections are the nearest points, and they find solutions that
-pivoting does not. The tree: it solves every problem with a solution, proves the rest to have none, and is never wrong;
-and problems with known answers, those of the literature and random programs, by several methods.
+"""The last resorts. Relaxed reflections: their projections are the nearest points, and
+they find solutions that pivoting does not. The tree: it solves every problem with a
+solution, proves the rest to have none, and is never wrong; and problems with known
+answers, those of the literature and random programs, by several methods.
 """
 
 from __future__ import annotations
@@ -116,7 +117,8 @@ def test_agrees_with_exact_arithmetic_on_every_kind_of_problem_in_any_units_and_
 def test_problem_without_solution_is_not_solved_by_what_is_one_to_the_tolerance_only() -> (
     None
 ):
-    """Rows of R q from 5e-4 to 5e5: what violates z >= 0 by 1e-11 of the largest has a residual below tol."""
+    """Rows of R q from 5e-4 to 5e5: what violates z >= 0 by 1e-11 of the largest has a
+    residual below tol."""
     M = [
         [0, 0, 0.75, -0.03125],
         [0, 0, 2, 0.75],
@@ -145,7 +147,8 @@ def test_tree_that_is_too_large_is_no_proof() -> None:
 
 
 def test_time_limit_is_kept_and_called_so(monkeypatch: pytest.MonkeyPatch) -> None:
-    """By a clock that goes on by one second each time it is read, and it is read while one waits."""
+    """By a clock that goes on by one second each time it is read, and it is read while
+    one waits."""
     random, seconds = np.random.default_rng(0), count(0.0)
     A = random.normal(size=(60, 60))
     problem = Problem(A @ A.T + 0.1 * np.eye(60), random.normal(size=60) - 0.3)
@@ -159,8 +162,9 @@ def test_time_limit_is_kept_and_called_so(monkeypatch: pytest.MonkeyPatch) -> No
 def test_set_that_is_neither_solved_nor_excluded_leaves_open_whether_there_is_a_solution() -> (
     None
 ):
-    """But for last digits 3 w_1 + w_2 = 4 z_4 - 4 z_1 - 5, where z_4 = 0 as w_4 >= 1: so z has size 1e31. The unknowns
-    from z_5 on are there as exact arithmetic would decide a problem of FEW_UNKNOWNS by itself."""
+    """But for last digits 3 w_1 + w_2 = 4 z_4 - 4 z_1 - 5, where z_4 = 0 as w_4 >= 1:
+    so z has size 1e31. The unknowns from z_5 on are there as exact arithmetic would
+    decide a problem of FEW_UNKNOWNS by itself."""
     rows = np.array([[-2, 1, -1], [2, -3, 3], [6, -3, 3]]) + 2.0**-52 * np.array(
         [[2, 1, 1], [-4, 6, -4], [-8, -4, 6]]
     )
@@ -241,7 +245,8 @@ def test_solution_for_a_skew_matrix_is_that_of_a_linear_program() -> None:
 
 
 def is_decided(seed: int, most: int) -> bool:
-    """Return whether auto says what is so, with whole numbers as a proof that hold exactly."""
+    """Return whether auto says what is so, with whole numbers as a proof that hold
+    exactly."""
     data = random_program(seed, most)
     problem = data.problem()
     result = run(problem, time_limit=1e4)
@@ -297,7 +302,8 @@ INFINITY = math.inf
 
 
 def planted(n: int, seed: int, density: float = 1.0) -> tuple[Vector, Vector]:
-    """A normal M, or one with a share of its entries, and q for which z and w have half of their entries each."""
+    """A normal M, or one with a share of its entries, and q for which z and w have half
+    of their entries each."""
     random = np.random.default_rng(seed)
     M = random.standard_normal((n, n))
     M *= random.random((n, n)) < density

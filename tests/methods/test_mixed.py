@@ -1,5 +1,6 @@
-"""Methods on problems with bounds and free variables: published iterations keep their rates, others find the solution,
-and Lemke's path ends at one, or on a ray that is a proof, whatever the equations look like."""
+"""Methods on problems with bounds and free variables: published iterations keep their
+rates, others find the solution, and Lemke's path ends at one, or on a ray that is a
+proof, whatever the equations look like."""
 
 from __future__ import annotations
 
@@ -115,8 +116,8 @@ INF = np.inf
 
 
 def planted(seed: int, n: int, program: bool) -> Problem:
-    """A monotone problem or a convex program with variables of all kinds and a solution, whose equations are permuted,
-    turned and scaled."""
+    """A monotone problem or a convex program with variables of all kinds and a
+    solution, whose equations are permuted, turned and scaled."""
     random = np.random.default_rng(seed)
     problem = solvable("program" if program else "half", n, random)
     M, q, free = problem.M.copy(), problem.q.copy(), np.flatnonzero(problem.box.free)
@@ -146,8 +147,9 @@ def test_contact_with_friction_is_solved_by_one_path(form: type) -> None:
 
 
 def tower(boxes: int, seed: int) -> Problem:
-    """A time step of boxes at rest on one another (D. E. Stewart and J. C. Trinkle 1996), with their velocities as
-    free variables: forces of about 0.1, and horizontal momenta, and tilts of the contacts, that are rounding."""
+    """A time step of boxes at rest on one another (D. E. Stewart and J. C. Trinkle
+    1996), with their velocities as free variables: forces of about 0.1, and horizontal
+    momenta, and tilts of the contacts, that are rounding."""
     generator = np.random.default_rng(seed)
     m, friction = 3 * boxes, generator.uniform(0.1, 1.0)
     mass = np.repeat(generator.uniform(0.5, 2.0, boxes), 3) * np.tile(
@@ -215,7 +217,8 @@ def test_ray_of_a_problem_with_equations_proves_that_it_is_infeasible(
 def test_numbers_far_smaller_than_others_are_settled_by_their_own_rows(
     small: float,
 ) -> None:
-    """Where the path ends, z_0 is within rounding of the large numbers, but not of the small ones."""
+    """Where the path ends, z_0 is within rounding of the large numbers, but not of the
+    small ones."""
     block, q = np.array([[2.0, 1.0], [1.0, 2.0]]), np.array([-5.0, -6.0])
     M = np.kron(np.eye(2), block)
     result = run(Problem(M, np.concatenate([q, small * q])), "lemke")

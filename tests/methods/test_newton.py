@@ -1,5 +1,6 @@
-"""Block principal pivoting with the safeguard that makes it finite on P-matrices, projected gradients that lead to
-states for it, and its finish of other methods from a nearly right active set."""
+"""Block principal pivoting with the safeguard that makes it finite on P-matrices,
+projected gradients that lead to states for it, and its finish of other methods from a
+nearly right active set."""
 
 from __future__ import annotations
 
@@ -27,7 +28,8 @@ from .stages import scripted, through
 
 
 def test_rows_of_the_papers_first_table_are_its_own() -> None:
-    """From any start with all components negative: 0; 4, 0, 4, 0; 1, 0, 1, 0, the vector-division rows."""
+    """From any start with all components negative: 0; 4, 0, 4, 0; 1, 0, 1, 0, the
+    vector-division rows."""
     trace = Trace()
     run(
         read(contents.shipped_path("paper-example-1.json")),
@@ -43,7 +45,8 @@ def test_rows_of_the_papers_first_table_are_its_own() -> None:
 
 @pytest.mark.parametrize("n", [3, 5, 21])
 def test_cycle_of_plain_newton_is_broken(n: int) -> None:
-    """M = I + 2 C with the cyclic shift C, n odd, q = e, from x = -e_1: plain steps never end."""
+    """M = I + 2 C with the cyclic shift C, n odd, q = e, from x = -e_1: plain steps
+    never end."""
     M = np.eye(n) + 2 * np.roll(np.eye(n), 1, axis=0)
     trace = Trace()
     result = run(Problem(M, np.ones(n)), "newton", 1.0 - 2 * np.eye(n)[0], trace=trace)
@@ -79,8 +82,8 @@ def test_singular_principal_submatrix_is_a_breakdown() -> None:
 
 @pytest.fixture
 def sizes(monkeypatch: pytest.MonkeyPatch) -> list[int]:
-    """The sizes of the dense blocks that are factorized from now on, without the Schur complements of updates, which
-    have a row for each of a few changes."""
+    """The sizes of the dense blocks that are factorized from now on, without the Schur
+    complements of updates, which have a row for each of a few changes."""
     found: list[int] = []
 
     def counting(real: Callable[..., Any]) -> Callable[..., Any]:
@@ -149,7 +152,8 @@ def test_numbers_beyond_the_range_of_single_precision_are_left_to_doubles(
 
 
 def test_steps_end_where_states_do_not_settle() -> None:
-    """M = 0.1 I + A'A + B - B' with B as large as A: the iteration has no reason to converge."""
+    """M = 0.1 I + A'A + B - B' with B as large as A: the iteration has no reason to
+    converge."""
     A, B = np.random.default_rng(0).standard_normal((2, 300, 300)) / np.sqrt(300)
     M, q = (
         0.1 * np.eye(300) + A.T @ A + (B - B.T),
@@ -168,7 +172,8 @@ def constant(x: Vector, ending: Ending | None = None, times: int = 5) -> Stage:
 
 
 def with_solution(M: Matrix, seed: int) -> tuple[Problem, Vector]:
-    """A problem whose solution is known, nondegenerate, and the x that has its signs."""
+    """A problem whose solution is known, nondegenerate, and the x that has its
+    signs."""
     generator = np.random.default_rng(seed)
     x = generator.standard_normal(M.shape[0])
     z, w = 2 * np.maximum(x, 0), 2 * np.maximum(-x, 0)
@@ -197,7 +202,8 @@ def test_right_signs_give_the_solution_to_rounding(n: int, kind: str) -> None:
 
 @pytest.mark.parametrize("seed", range(8))
 def test_a_few_wrong_signs_are_corrected(seed: int) -> None:
-    """Nearly always: for 14 of the first 3000 seeds the number of wrong signs does not fall; there it gives up."""
+    """Nearly always: for 14 of the first 3000 seeds the number of wrong signs does not
+    fall; there it gives up."""
     problem, x = with_solution(line(40, 4.0).toarray(), seed)
     x[np.random.default_rng(seed).choice(40, 3, replace=False)] *= -1
     *_, last = finish(problem, None, constant(x))

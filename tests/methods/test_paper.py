@@ -1,8 +1,9 @@
-"""The tables of El foutayeni and Khaladi (2012): what comes out to the last printed digit, and what does not; their
-smoothed modulus and equation, which are what the formulas say wherever doubles reach; and the merit function of Fischer
-and Burmeister with its smoothed form. The method `shi` is the printed algorithm: every step of it is reached, and does
-what the paper says; its endings. The method `fixed-point` is Schäfer's iteration, contracts as theory says, and refuses
-where it is undefined.
+"""The tables of El foutayeni and Khaladi (2012): what comes out to the last printed
+digit, and what does not; their smoothed modulus and equation, which are what the
+formulas say wherever doubles reach; and the merit function of Fischer and Burmeister
+with its smoothed form. The method `shi` is the printed algorithm: every step of it is
+reached, and does what the paper says; its endings. The method `fixed-point` is
+Schäfer's iteration, contracts as theory says, and refuses where it is undefined.
 """
 
 from __future__ import annotations
@@ -219,7 +220,8 @@ def test_zeros_are_the_solutions_and_smoothed_ones_tend_to_them() -> None:
 def test_the_printed_vector_divisions_do_not_come_out(
     start: tuple[str, ...], lcp: Callable[..., Any]
 ) -> None:
-    """The printed table is at the solution of example 1 after 3 iterations, from z = (4, 0, 4, 0)."""
+    """The printed table is at the solution of example 1 after 3 iterations, from z =
+    (4, 0, 4, 0)."""
     rows = rows_of(lcp, 1, "shi", *start)
     assert max(rows) > 3
     assert all(
@@ -322,7 +324,8 @@ def test_one_unknown_makes_average_steps_which_are_secant_steps() -> None:
 
 
 def test_alpha_maximises_the_cosine_among_all_alphas_that_descend() -> None:
-    """The printed bound on alpha is the descent condition only for <u - v, d> > 0; for < 0 it turns round."""
+    """The printed bound on alpha is the descent condition only for <u - v, d> > 0; for
+    < 0 it turns round."""
     generator, sides = np.random.default_rng(0), set()
     steps = np.concatenate([np.logspace(-8, 8, 200), [1e12]])
     for n in np.repeat([2, 3, 5], 40).tolist():
@@ -417,7 +420,8 @@ def test_an_end_far_from_a_zero_or_by_rounding_is_no_smoothing_error(
 def test_direction_that_cannot_descend_gives_way_to_steepest_descent(
     k_star: int, status: Status
 ) -> None:
-    """A positive definite problem on which the plane of F~ and the last step becomes orthogonal to d."""
+    """A positive definite problem on which the plane of F~ and the last step becomes
+    orthogonal to d."""
     generator = np.random.default_rng([12, 3])
     factor = generator.standard_normal((12, 12))
     problem = Problem(
@@ -559,7 +563,8 @@ def test_auto_omega_and_anderson_each_save_iterations_on_the_obstacle_problem() 
 @settings(max_examples=25)
 @given(seed=st.integers(0, 2**32 - 1), n=st.integers(1, 30), memory=st.integers(1, 12))
 def test_anderson_never_diverges_on_h_matrices(seed: int, n: int, memory: int) -> None:
-    """Strictly diagonally dominant by rows, rows and columns in other units, omega at least the diagonal."""
+    """Strictly diagonally dominant by rows, rows and columns in other units, omega at
+    least the diagonal."""
     generator = np.random.default_rng(seed)
     M = generator.standard_normal((n, n))
     np.fill_diagonal(M, 0)

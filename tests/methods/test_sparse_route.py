@@ -1,6 +1,7 @@
-"""The sparse route, with the active set from coarse versions of the problem, solves what it is made for, to rounding,
-and fails in words elsewhere; Krylov methods, whose steps smoothed aggregation makes independent of the grid;
-elimination for tridiagonal M-matrices, in O(n) operations.
+"""The sparse route, with the active set from coarse versions of the problem, solves
+what it is made for, to rounding, and fails in words elsewhere; Krylov methods, whose
+steps smoothed aggregation makes independent of the grid; elimination for tridiagonal
+M-matrices, in O(n) operations.
 """
 
 from __future__ import annotations
@@ -71,7 +72,8 @@ def tridiagonal(n: int) -> Problem:
 
 
 def dominant(n: int) -> Problem:
-    """A nonsymmetric strictly diagonally dominant matrix with random places, whose factors would be full."""
+    """A nonsymmetric strictly diagonally dominant matrix with random places, whose
+    factors would be full."""
     generator = np.random.default_rng(1)
     A = csr_array(
         (generator.standard_normal(9 * n), tuple(generator.integers(0, n, (2, 9 * n)))),
@@ -84,7 +86,8 @@ def dominant(n: int) -> Problem:
 
 
 def solve(problem: Problem, x0: Vector | None = None) -> tuple[Vector, list[str]]:
-    """The first z that meets the tolerance by its residual, and the methods of the route."""
+    """The first z that meets the tolerance by its residual, and the methods of the
+    route."""
     criterion, methods = Criterion(problem), []
     for k, iterate in enumerate(
         sparse_route(problem, np.zeros(problem.n) if x0 is None else x0)
@@ -114,7 +117,8 @@ def test_the_route_gives_the_solution_of_newton_from_any_start(name: str) -> Non
 
 
 def test_auto_solves_what_the_route_leaves() -> None:
-    """The square of a difference matrix is positive definite, with positive entries off the diagonal."""
+    """The square of a difference matrix is positive definite, with positive entries off
+    the diagonal."""
     problem = Problem(csr_array(plane(30) @ plane(30)), smooth(900))
     assert_equal_to_newton(problem, run(problem).z)
 
@@ -172,7 +176,8 @@ def test_well_conditioned_matrices_are_not_factorized(
 
 
 def test_what_rounding_stops_is_finished_by_one_factorization() -> None:
-    """The condition number is 4e9: no z in double precision meets the tolerance, but the active set can be right."""
+    """The condition number is 4e9: no z in double precision meets the tolerance, but
+    the active set can be right."""
     n = 50_000
     problem = Problem(line(n), np.random.default_rng(6).standard_normal(n))
     *_, last = sparse_route(problem, np.zeros(n))
@@ -183,7 +188,8 @@ def test_what_rounding_stops_is_finished_by_one_factorization() -> None:
 
 
 def test_p_matrix_that_is_not_positive_definite() -> None:
-    """1 on the diagonal and 4 above it: an upper triangular P-matrix with an indefinite symmetric part."""
+    """1 on the diagonal and 4 above it: an upper triangular P-matrix with an indefinite
+    symmetric part."""
     n = 200
     M = csr_array(diags_array([np.ones(n), 4 * np.ones(n - 1)], offsets=[0, 1]))
     z, w = (np.where(np.arange(n) % 3 == k, 1.0, 0.0) for k in (0, 1))
@@ -233,7 +239,8 @@ def test_number_of_steps_does_not_grow_with_the_grid(m: int, masked: bool) -> No
 
 
 def m_matrix(rng: np.random.Generator, n: int, spread: int) -> Vector:
-    """A tridiagonal M-matrix: M v > 0 for some v > 0, with entries off the diagonal of any size, some of them 0."""
+    """A tridiagonal M-matrix: M v > 0 for some v > 0, with entries off the diagonal of
+    any size, some of them 0."""
     below, above = (
         rng.uniform(0, 1, n - 1) * 10.0 ** rng.integers(-spread, spread + 1, n - 1)
         for _ in range(2)
@@ -246,7 +253,8 @@ def m_matrix(rng: np.random.Generator, n: int, spread: int) -> Vector:
 
 
 def by_chandrasekaran(M: Vector, q: Vector) -> Vector:
-    """The solution for an M-matrix: variables whose w is negative become basic, and remain so."""
+    """The solution for an M-matrix: variables whose w is negative become basic, and
+    remain so."""
     basic = np.zeros(q.size, np.bool_)
     while True:
         z = np.zeros(q.size)
@@ -272,7 +280,8 @@ def test_the_solution_is_found_wherever_the_basic_variables_lie(
 
 
 def stopping(n: int, drift: float) -> tuple[Matrix, Vector]:
-    """Optimal stopping of a diffusion with the payoff |x| - 1/5: both ends stop, and the middle goes on."""
+    """Optimal stopping of a diffusion with the payoff |x| - 1/5: both ends stop, and
+    the middle goes on."""
     x, h = np.linspace(-3, 3, n, retstep=True)
     up, down = 0.045 / h**2 + max(drift, 0) / h, 0.045 / h**2 + max(-drift, 0) / h
     diagonal = np.full(n, 0.05 + up + down)
@@ -318,7 +327,8 @@ def test_a_proof_in_fractions_is_one_for_rows_of_different_denominators() -> Non
 
 
 def tree(n: int) -> Matrix:
-    """The Laplacian of a tree in which each node has one of the fifty before it above it."""
+    """The Laplacian of a tree in which each node has one of the fifty before it above
+    it."""
     random, i = np.random.default_rng(1), np.arange(1, n)
     above = np.maximum(i - 1 - random.integers(0, 50, n - 1), 0)
     links = coo_array((np.ones(n - 1), (i, above)), shape=(n, n)).tocsr()

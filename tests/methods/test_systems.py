@@ -1,4 +1,5 @@
-"""A kind of matrix that is none of numpy's or scipy's is one class, with which pivoting and refinement work."""
+"""A kind of matrix that is none of numpy's or scipy's is one class, with which pivoting
+and refinement work."""
 
 from __future__ import annotations
 
@@ -18,7 +19,8 @@ HALF_OF_THE_DIGITS = 1e-8
 
 
 class Circulant(System):
-    """M_ij = c_(i - j modulo n), symmetric and positive definite, by fast Fourier transforms."""
+    """M_ij = c_(i - j modulo n), symmetric and positive definite, by fast Fourier
+    transforms."""
 
     def __init__(self, c: Vector, q: Vector) -> None:
         self.q, self.box, self._spectrum, self._sizes = (

@@ -1,5 +1,6 @@
-"""Bounds of 1e20 and beyond: none by the convention of a format or where the user says so, else bounds like others,
-which make no program slower to solve; and changes of variables, one after another, and the way back in reverse."""
+"""Bounds of 1e20 and beyond: none by the convention of a format or where the user says
+so, else bounds like others, which make no program slower to solve; and changes of
+variables, one after another, and the way back in reverse."""
 
 from __future__ import annotations
 
@@ -35,7 +36,8 @@ def minimum(problem: Problem, **options: Any) -> Minimum:
 
 
 def same(one: Problem, other: Problem) -> bool:
-    """Whether two problems have the same numbers, and come from programs of the same size."""
+    """Whether two problems have the same numbers, and come from programs of the same
+    size."""
     if one.n != other.n or (one.M != other.M).sum() or one.origin != other.origin:
         return False
     return all(
@@ -206,7 +208,8 @@ def test_a_change_that_loses_a_bound_makes_the_whole_inexact() -> None:
 
 
 def test_a_proof_comes_out_of_several_changes() -> None:
-    """w_1 = -2^40 z_1 - 2^-30 is negative for z >= 0, and z_2 has a lower bound of 1."""
+    """w_1 = -2^40 z_1 - 2^-30 is negative for z >= 0, and z_2 has a lower bound of
+    1."""
     problem = Problem(
         [[-(2.0**40), 0], [0, 1]], [-(2.0**-30), 1], lower=[0, 1], upper=INF
     )

@@ -1,4 +1,5 @@
-"""Tables with labels, as of pandas, are taken by their labels or refused, never silently in another order."""
+"""Tables with labels, as of pandas, are taken by their labels or refused, never
+silently in another order."""
 
 from __future__ import annotations
 
@@ -51,7 +52,8 @@ P, C, A = [[2.0, 0.0], [0.0, 4.0]], [-4.0, -1.0], [[3.0, 5.0], [7.0, 9.0]]
 
 
 def square(values: Any, names: Any) -> Frame:
-    """A table whose columns are in the order of the unknowns, and its rows in the opposite one."""
+    """A table whose columns are in the order of the unknowns, and its rows in the
+    opposite one."""
     return Frame(np.array(values)[::-1], names[::-1], names)
 
 
@@ -76,7 +78,8 @@ def parts(problem: lcpcli.Problem) -> list[Any]:
 
 
 def results(s: Any, w: Any, t: Any, v: Any) -> dict[str, Any]:
-    """What comes of tables and vectors that these functions make, with labels or without."""
+    """What comes of tables and vectors that these functions make, with labels or
+    without."""
     names = ["a", "b", "c"]
     problem = lcpcli.Problem(s(M3, names), v(Q3, names))
     result, solver = lcpcli.run(problem), lcpcli.Solver(s(M3, names))

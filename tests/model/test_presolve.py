@@ -1,5 +1,6 @@
-"""Presolve: what each rule takes away, and that solutions, states and proofs come back from what it leaves; that it
-knows whether it may have rounded; that conditions of programs as models write them are shown to be monotone."""
+"""Presolve: what each rule takes away, and that solutions, states and proofs come back
+from what it leaves; that it knows whether it may have rounded; that conditions of
+programs as models write them are shown to be monotone."""
 
 from __future__ import annotations
 
@@ -52,7 +53,8 @@ def check() -> None:
 def says_the_truth(
     problem: Problem, rules: tuple[str, ...], has_solution: bool
 ) -> bool:
-    """Whether presolve by these rules changes something; it fails if what is said, or what comes back, is false."""
+    """Whether presolve by these rules changes something; it fails if what is said, or
+    what comes back, is false."""
     change = presolved(problem, rules)
     if isinstance(change, Refuted):
         assert not has_solution
@@ -71,7 +73,8 @@ def says_the_truth(
 
 
 def comes_back(change: Presolved, z: Vector, w: Vector) -> None:
-    """Check that a solution of the problem after presolve is one of the problem before it, with the same states."""
+    """Check that a solution of the problem after presolve is one of the problem before
+    it, with the same states."""
     after, before = change.problem.box, change.original.box
     x = after.x_of(z, w)
     back = change.back(x)
@@ -90,7 +93,8 @@ def comes_back(change: Presolved, z: Vector, w: Vector) -> None:
 
 
 def bounds_of(change: Presolved) -> list[tuple[Vector, Vector]]:
-    """The lower bounds after and before presolve, and the upper ones, of the variables that are kept."""
+    """The lower bounds after and before presolve, and the upper ones, of the variables
+    that are kept."""
     inner, outer = (
         change.problem.box.vectors(change.problem.n),
         change.original.box.vectors(change.original.n),
@@ -275,7 +279,8 @@ def test_solutions_and_proofs_come_back_from_what_was_pickled() -> None:
 
 
 def test_rounding_of_fixed_values_is_no_contradiction() -> None:
-    """-0.2 * 420 - 0.2 * 315 + 147 is -8e-15 in doubles, and the third variable is not negative."""
+    """-0.2 * 420 - 0.2 * 315 + 147 is -8e-15 in doubles, and the third variable is not
+    negative."""
     M = [[0.0, 0, 0, 0.2], [0, 0, 0, 0.2], [0, 0, 0, 1], [-0.2, -0.2, -1, 0]]
     lower, upper = [420.0, 315, 0, -INF], [420.0, 315, INF, INF]
     problem = Problem(csr_array(M), [0.0, 0, 1, 147], lower=lower, upper=upper)
@@ -286,7 +291,8 @@ def test_rounding_of_fixed_values_is_no_contradiction() -> None:
 
 
 def test_a_contradiction_far_below_all_other_numbers_is_not_clear() -> None:
-    """The third row is at least q_3 > 0, as the second variable is at most 1e-30, and it should be 0."""
+    """The third row is at least q_3 > 0, as the second variable is at most 1e-30, and
+    it should be 0."""
     M, upper = [[1.0, 2, 0], [2, 1, 0], [0, 1, 0]], [INF, 1e-30, INF]
     for violation, is_it in ((1e-16, False), (1e-3, True)):
         problem = Problem(
@@ -321,7 +327,8 @@ def test_conditions_of_linear_programs_are_monotone_however_they_are_written(
 
 @pytest.mark.parametrize("seed", range(2))
 def test_conditions_of_programs_that_are_not_convex_are_solved(seed: int) -> None:
-    """Stationary points of x'Qx / 2 + c'x, with Q indefinite, on 0 <= x <= 10 with equations; bounds are rows."""
+    """Stationary points of x'Qx / 2 + c'x, with Q indefinite, on 0 <= x <= 10 with
+    equations; bounds are rows."""
     random = np.random.default_rng(seed)
     n, m = 30, 6
     A = np.where(random.random((m, n)) < 0.2, random.integers(-5, 6, (m, n)), 0).astype(
@@ -394,7 +401,8 @@ def test_equations_that_are_repeated_but_for_rounding_are_not_exact() -> None:
 
 
 def test_a_proof_is_of_the_rows_as_they_were_where_presolve_has_turned_one() -> None:
-    """z1 + z2 + 1 = 0 for a free z1 with z1 >= 0 as a row: the sign of the equation is turned before it is refuted."""
+    """z1 + z2 + 1 = 0 for a free z1 with z1 >= 0 as a row: the sign of the equation is
+    turned before it is refuted."""
     problem = Problem(
         [[1, 1], [1, 0]], [1, 0], lower=[-np.inf, 0], upper=[np.inf, np.inf]
     )
@@ -412,7 +420,8 @@ def test_a_row_of_its_own_variable_is_solved_within_both_bounds() -> None:
 
 
 def random_problem(random: Generator, most: int = 6) -> Problem:
-    """Small integers; bounds of all kinds; a pattern that a rule looks for; a solution, for more than half of them."""
+    """Small integers; bounds of all kinds; a pattern that a rule looks for; a solution,
+    for more than half of them."""
     n = int(random.integers(1, most + 1))
     M = np.where(
         random.random((n, n)) < random.choice([0.2, 0.35, 0.5, 0.8]),
@@ -513,10 +522,12 @@ PATTERNS = (repeated, single_in_row, single_in_column, bound, pair, skew, nothin
 
 
 def linear_program(seed: int, written: str, infeasible: bool = False) -> Problem:
-    """Conditions of a linear program in x >= 0 with equations and inequalities, as models have them: a free variable
-    for the objective, and rows x - l >= 0 with multipliers of their own.
+    """Conditions of a linear program in x >= 0 with equations and inequalities, as
+    models have them: a free variable for the objective, and rows x - l >= 0 with
+    multipliers of their own.
 
-    written : "plainly", with "signs" of equations, in "disorder", or with rows in other "units".
+    written : "plainly", with "signs" of equations, in "disorder", or with rows in other
+        "units".
     """
     random = np.random.default_rng(seed)
     n, equations, inequalities = 30, 8, 10

@@ -1,5 +1,6 @@
-"""A problem takes matrices and vectors of any kind, whatever numpy calls array-like, leaves them alone, keeps the
-numbers that it was given whatever happens to the arrays afterwards, and refuses what is none by name."""
+"""A problem takes matrices and vectors of any kind, whatever numpy calls array-like,
+leaves them alone, keeps the numbers that it was given whatever happens to the arrays
+afterwards, and refuses what is none by name."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
-"""Pairs of problems with one M, from seeds; random mixed problems, directions for their data, and the differences of
-exact solutions in them."""
+"""Pairs of problems with one M, from seeds; random mixed problems, directions for their
+data, and the differences of exact solutions in them."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ Pair = tuple[Problem, Problem]
 
 
 def positive(seed: int, least: int = 5, most: int = 50) -> Pair:
-    """Return two problems whose M is positive definite, so a P-matrix, and not symmetric; one in three with bounds, one
-    in three with bounds that move."""
+    """Return two problems whose M is positive definite, so a P-matrix, and not
+    symmetric; one in three with bounds, one in three with bounds that move."""
     random = np.random.default_rng(seed)
     n = int(random.integers(least, most + 1))
     A, K = random.standard_normal((2, n, n))
@@ -41,8 +41,8 @@ def positive(seed: int, least: int = 5, most: int = 50) -> Pair:
 
 
 def integers(seed: int, most: int = 12) -> Pair:
-    """Return two problems of small integers, with many ties: M positive definite, semidefinite, triangular with a unit
-    diagonal, or that of linear programs."""
+    """Return two problems of small integers, with many ties: M positive definite,
+    semidefinite, triangular with a unit diagonal, or that of linear programs."""
     random, kind = np.random.default_rng(seed), seed % 4
     n = int(random.integers(2, most + 1))
     first, last = random.integers(-1, 2, (2, n))
@@ -62,7 +62,8 @@ def integers(seed: int, most: int = 12) -> Pair:
 
 
 def boxed(seed: int) -> Pair:
-    """Return two problems of small integers with bounds, some of them equal, and for every third seed moving."""
+    """Return two problems of small integers with bounds, some of them equal, and for
+    every third seed moving."""
     random = np.random.default_rng(seed)
     n = int(random.integers(2, 9))
     A = random.integers(-3, 4, (n, n))
@@ -81,7 +82,8 @@ def boxed(seed: int) -> Pair:
 
 
 def general(seed: int) -> Pair:
-    """Return two problems whose M has no class, or is copositive, n <= 5, of which the first is solved by 0."""
+    """Return two problems whose M has no class, or is copositive, n <= 5, of which the
+    first is solved by 0."""
     random = np.random.default_rng(seed)
     n = int(random.integers(2, 6))
     M = random.integers(-9, 10, (n, n))
@@ -113,7 +115,8 @@ def rounded(values: Vector) -> Vector:
 
 
 def random_problem(n: int, random: Generator, mixed: bool) -> Problem:
-    """M is positive definite, not symmetric; if mixed with bounds of all kinds, fixed and free variables too."""
+    """M is positive definite, not symmetric; if mixed with bounds of all kinds, fixed
+    and free variables too."""
     M, q = mixed_problems.monotone(n, random)
     if not mixed:
         return Problem(rounded(M) + np.eye(n), rounded(q))
@@ -122,7 +125,8 @@ def random_problem(n: int, random: Generator, mixed: bool) -> Problem:
 
 
 def random_change(problem: Problem, random: Generator) -> dict[str, Vector]:
-    """A direction for all data; bounds that do not exist stay, and those of fixed variables move together."""
+    """A direction for all data; bounds that do not exist stay, and those of fixed
+    variables move together."""
     n, (low, high) = problem.n, problem.box.vectors(problem.n)
     moves = rounded(random.normal(size=(2, n)))
     moves[1, low == high] = moves[0, low == high]
@@ -137,7 +141,8 @@ def random_change(problem: Problem, random: Generator) -> dict[str, Vector]:
 
 
 def exact_z(problem: Problem, change: dict[str, Vector], h: float) -> list[Fraction]:
-    """The solution in fractions of the problem with its data plus h times the change, which doubles represent."""
+    """The solution in fractions of the problem with its data plus h times the change,
+    which doubles represent."""
     data = dict(
         zip(
             DATA,
@@ -154,6 +159,7 @@ def exact_z(problem: Problem, change: dict[str, Vector], h: float) -> list[Fract
 def exact_derivative(
     problem: Problem, change: dict[str, Vector], h: float = STEP
 ) -> Vector:
-    """The central difference of exact solutions: exact for changes of q and of bounds, else with an error of h^2."""
+    """The central difference of exact solutions: exact for changes of q and of bounds,
+    else with an error of h^2."""
     ends = zip(exact_z(problem, change, h), exact_z(problem, change, -h), strict=True)
     return np.array([float((a - b) / Fraction(2 * h)) for a, b in ends])

@@ -1,6 +1,7 @@
-"""Derivatives of solutions: against differences of exact solutions, reverse against forward, refusals, and kinks, where
-a component is at a bound and w is 0. Those of a batch are those of its results one by one; and of J z where z is one of
-several solutions, as with redundant contacts.
+"""Derivatives of solutions: against differences of exact solutions, reverse against
+forward, refusals, and kinks, where a component is at a bound and w is 0. Those of a
+batch are those of its results one by one; and of J z where z is one of several
+solutions, as with redundant contacts.
 """
 
 from __future__ import annotations
@@ -109,7 +110,8 @@ def test_large_obstacle_has_a_gradient_in_the_pattern_of_its_matrix() -> None:
 
 
 def with_kinks(n: int, kinks: int, random: Generator, mixed: bool) -> Problem:
-    """A random problem, of integers, with z and w that are 0 in some components, the bounds apart from 0 if mixed."""
+    """A random problem, of integers, with z and w that are 0 in some components, the
+    bounds apart from 0 if mixed."""
     M = np.rint(4 * mixed_problems.monotone(n, random)[0]) + 4 * np.eye(n)
     lower = random.integers(-3, 3, n).astype(float) if mixed else np.zeros(n)
     upper = lower + random.integers(3, 6, n) if mixed else np.full(n, np.inf)
@@ -379,8 +381,8 @@ METHODS = ("interior", "lemke", "auto")
 
 
 def contacts(random: Generator) -> tuple[Vector, Vector, Vector]:
-    """Normals of contacts of a body, of which each occurs twice, in the columns; a mass matrix, and velocities with
-    which all of them touch."""
+    """Normals of contacts of a body, of which each occurs twice, in the columns; a mass
+    matrix, and velocities with which all of them touch."""
     d, k = 6, int(random.integers(1, 4))
     normals = random.normal(size=(d, k))
     N = np.concatenate((normals, normals), axis=1)
@@ -399,7 +401,8 @@ def solved(N: Vector, W: Vector, v: Vector, method: str) -> Result:
 def test_the_derivative_of_the_force_on_the_body_is_its_difference(
     seed: int, method: str
 ) -> None:
-    """M and q change with the normals, the masses and the velocities, the first half of the contacts as the other."""
+    """M and q change with the normals, the masses and the velocities, the first half of
+    the contacts as the other."""
     random = np.random.default_rng(seed)
     N, W, v = contacts(random)
     half = random.normal(size=(6, N.shape[1] // 2))

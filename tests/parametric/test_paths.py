@@ -1,6 +1,8 @@
-"""The path between two problems is what solving each problem on the way would give; in fractions each piece is proved,
-and turns and rays are those that the set of all solutions has. What counts as a verified path: each breakpoint by the
-criterion of `solve` for the problem at its t; and corners of paths: starts among several solutions, proofs at an end.
+"""The path between two problems is what solving each problem on the way would give; in
+fractions each piece is proved, and turns and rays are those that the set of all
+solutions has. What counts as a verified path: each breakpoint by the criterion of
+`solve` for the problem at its t; and corners of paths: starts among several solutions,
+proofs at an end.
 """
 
 from __future__ import annotations
@@ -43,7 +45,8 @@ def test_between_breakpoints_z_is_that_of_solve(seed: int) -> None:
 
 
 def check_without_gap(found: Path) -> None:
-    """The pieces join, states change at each breakpoint, and a path of a semidefinite M does not turn."""
+    """The pieces join, states change at each breakpoint, and a path of a semidefinite M
+    does not turn."""
     assert found.verified, found.message
     assert found.t[0] == 0
     assert (np.diff(found.t) >= 0).all()
@@ -102,7 +105,8 @@ def test_units_of_rows_and_columns_do_not_matter(
 
 
 def test_t_stands_still_where_the_solution_of_a_linear_program_jumps() -> None:
-    """min -x with x <= 1 as its price falls from 1 to -1: from x = 1 to 0, where the price is 0."""
+    """min -x with x <= 1 as its price falls from 1 to -1: from x = 1 to 0, where the
+    price is 0."""
     first, last = (from_qp(None, [price], [[-1]], [-1]) for price in (-1, 1))
     found = path(first, last)
     assert found.t.tolist() == [0, 0.5, 0.5, 1]
@@ -159,7 +163,8 @@ def test_a_wrong_point_on_a_path_is_not_verified(
 
 
 def test_a_path_that_turns_has_all_points_at_a_t_that_it_passes_twice() -> None:
-    """For M = -1 and q = 1 - 3 t, z = 0 solves the problems up to t = 1/3, and so does z = q."""
+    """For M = -1 and q = 1 - 3 t, z = 0 solves the problems up to t = 1/3, and so does
+    z = q."""
     found = path(Problem([[-1]], [1]), Problem([[-1]], [-2]), turns=True)
     assert found.end == "returned"
     assert sorted(found(0.1).ravel().tolist()) == pytest.approx([0, 0.7])
@@ -208,7 +213,8 @@ def at(found: Path, s: Fraction) -> list[Fraction]:
 
 @pytest.mark.parametrize("seed", range(0, 30, 5))
 def test_paths_in_fractions_are_solutions_in_fractions(seed: int) -> None:
-    """All complementary sets of small P-matrices are tried; at sixteenths, doubles represent the data of all t."""
+    """All complementary sets of small P-matrices are tried; at sixteenths, doubles
+    represent the data of all t."""
     pair = positive(3 * seed, 2, 6)
     first, last = (
         Problem(pair[0].M, np.rint(2.0**44 * each.q) / 2.0**44) for each in pair
@@ -240,7 +246,8 @@ def test_ties_in_fractions_leave_no_gap(make: Callable[[int], Pair]) -> None:
 
 
 def near(problem: Problem, z: np.ndarray, reach: float) -> int:
-    """Return how many isolated solutions lie within a distance of z, by a search through all bases."""
+    """Return how many isolated solutions lie within a distance of z, by a search
+    through all bases."""
     vertices = {
         tuple(vertex) for piece in solutions(problem) for vertex in piece.vertices
     }
@@ -296,7 +303,8 @@ def test_a_ray_consists_of_solutions() -> None:
 
 
 def test_a_path_is_verified_where_a_row_has_one_variable_that_becomes_0() -> None:
-    """The last row is y >= 0, for a multiplier y: what rounding leaves of 0 would be large beside its terms."""
+    """The last row is y >= 0, for a multiplier y: what rounding leaves of 0 would be
+    large beside its terms."""
     Q = np.array([[14, 9, -13], [9, 13, -12], [-13, -12, 14]]) / 100
     M = np.zeros((5, 5))
     M[:3, :3], M[:3, 3], M[3, :3], M[3, 4], M[4, 3] = Q, -1, 1, -1, 1
@@ -326,8 +334,9 @@ def test_a_proof_at_a_ray_is_right() -> None:
 def test_exact_breakpoints_of_the_line_of_murty_are_its_whole_numbers_one_for_each_basis() -> (
     None
 ):
-    """K. G. Murty, Computational complexity of parametric linear programming, Mathematical Programming 19 (1980)
-    213-219, and for LCPs Linear Complementarity, Linear and Nonlinear Programming (1988), chapter 6."""
+    """K. G. Murty, Computational complexity of parametric linear programming,
+    Mathematical Programming 19 (1980) 213-219, and for LCPs Linear Complementarity,
+    Linear and Nonlinear Programming (1988), chapter 6."""
     found = path(*(gallery.make("all-cones", 6, t=t) for t in (-1.0, 63.0)))
     assert found.verified
     assert exact_shares(found, 1000) == [(k, Fraction(k, 64)) for k in range(1, 64)]
@@ -336,7 +345,8 @@ def test_exact_breakpoints_of_the_line_of_murty_are_its_whole_numbers_one_for_ea
 
 
 def check_breakpoints(found: Path) -> None:
-    """Each breakpoint that is not on a jump is a solution by fractions, and by `lcpcli.check`."""
+    """Each breakpoint that is not on a jump is a solution by fractions, and by
+    `lcpcli.check`."""
     assert found.verified
     for t, z in zip(found.t.tolist(), found.z, strict=True):
         if np.count_nonzero(found.t == t) == 1:
@@ -348,7 +358,8 @@ def check_breakpoints(found: Path) -> None:
 
 
 def spread(seed: int) -> Pair:
-    """Two problems with a positive definite M and numbers of very different sizes in q."""
+    """Two problems with a positive definite M and numbers of very different sizes in
+    q."""
     random = np.random.default_rng(seed)
     n = int(random.integers(1, 6))
     A, B = random.normal(size=(2, n, n))
@@ -421,8 +432,8 @@ def test_a_corner_at_a_third_lies_on_the_side_that_has_solutions() -> None:
 
 
 def test_a_jump_at_a_third_is_verified_up_to_the_last_bit_of_t() -> None:
-    """min c x1 + 2 c x2, 0 <= x <= 1, as c goes from -1 to 2: x jumps at c = 0 in two steps, between which x solves the
-    program there only."""
+    """min c x1 + 2 c x2, 0 <= x <= 1, as c goes from -1 to 2: x jumps at c = 0 in two
+    steps, between which x solves the program there only."""
     first, last = (
         from_qp(None, [c, 2 * c], [[-1, 0], [0, -1]], [-1, -1]) for c in (-1, 2)
     )

@@ -1,4 +1,5 @@
-"""Other solvers: what they claim is passed on as it is, what they exclude has a reason, what they lack is said."""
+"""Other solvers: what they claim is passed on as it is, what they exclude has a reason,
+what they lack is said."""
 
 from __future__ import annotations
 
@@ -57,8 +58,8 @@ TRIDIAGONAL = sparse.csr_array(
 
 
 def loaded(name: str) -> packages.PackageSolver:
-    """The peer of that name; the test is skipped where it is not installed, unless the test extra has it, and where its
-    licence has expired."""
+    """The peer of that name; the test is skipped where it is not installed, unless the
+    test extra has it, and where its licence has expired."""
     peer: packages.PackageSolver = peers.load(name)
     if peer.version() is None and name not in IN_CI:
         pytest.skip(f"{name} is not installed")

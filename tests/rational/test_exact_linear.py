@@ -1,5 +1,6 @@
-"""Exact arithmetic: the same rational numbers by elimination in integers and by FLINT, of systems of any rank; decimals
-arrive as the rationals that they are, and no number makes the program hang."""
+"""Exact arithmetic: the same rational numbers by elimination in integers and by FLINT,
+of systems of any rank; decimals arrive as the rationals that they are, and no number
+makes the program hang."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""Data of figures for tests, a figure as a text, and whether its texts, as they are drawn, lie on one another."""
+"""Data of figures for tests, a figure as a text, and whether its texts, as they are
+drawn, lie on one another."""
 
 from __future__ import annotations
 
@@ -53,7 +54,8 @@ def bench(
 def decaying(
     name: str, rate: float = 0.5, count: int = 40, label: str = "", solved: bool = True
 ) -> Curve:
-    """A run that starts at time 0 with error 10 and gains by a constant factor, faster for a smaller rate."""
+    """A run that starts at time 0 with error 10 and gains by a constant factor, faster
+    for a smaller rate."""
     k = list(range(count))
     return Curve(
         name,
@@ -138,7 +140,8 @@ def strange() -> Curve:
 def grid_panel(
     ps: Sequence[str] = ("1", "100", "1e4"), ks: Sequence[str] = ("1", "5", "100")
 ) -> Panel:
-    """A method with a grid of two options, the last run of which fails, and another method."""
+    """A method with a grid of two options, the last run of which fails, and another
+    method."""
     runs = [
         decaying(
             "shi",
@@ -228,11 +231,15 @@ def points(pairs: Any) -> str:
 
 
 def described(figure: Figure) -> str:
-    """What a figure shows: of all axes the scales, the texts and the lines, and the legends."""
+    """What a figure shows: of all axes the scales, the texts and the lines, and the
+    legends."""
     width, height = figure.get_size_inches()
     lines = [f"{width:.1f} x {height:.1f}"]
     for axes in figure.axes:
-        kinds = f"{axes.get_xlabel()!r} {axes.get_xscale()}, {axes.get_ylabel()!r} {axes.get_yscale()}"
+        kinds = (
+            f"{axes.get_xlabel()!r} {axes.get_xscale()}, {axes.get_ylabel()!r} "
+            f"{axes.get_yscale()}"
+        )
         lines.append(f"axes {axes.get_title('left')!r}: {kinds}")
         for line in (line for line in axes.lines if len(line.get_xdata())):
             kind = (
@@ -245,12 +252,14 @@ def described(figure: Figure) -> str:
                 f"{to_hex(line.get_markerfacecolor(), True)} {line.get_markersize():g}"
             )
             lines.append(
-                f"  line {' '.join(map(str, kind))} {filled}: {points(line.get_xydata())}"
+                f"  line {' '.join(map(str, kind))} {filled}: "
+                f"{points(line.get_xydata())}"
             )
         for patch in axes.patches:
             if isinstance(patch, Wedge):
                 lines.append(
-                    f"  wedge {patch.theta1:.1f} to {patch.theta2:.1f}, {patch.r:.3g}, filled {patch.get_fill()}"
+                    f"  wedge {patch.theta1:.1f} to {patch.theta2:.1f}, "
+                    f"{patch.r:.3g}, filled {patch.get_fill()}"
                 )
         for each in axes.collections:
             if isinstance(each, LineCollection):
@@ -320,8 +329,8 @@ def made(
 
 
 def cornered() -> Path:
-    """0 <= z <= 3 with w = 1 - t: a jump at t = 1 from the upper bound to the lower one, and there, as no path does, a
-    turn."""
+    """0 <= z <= 3 with w = 1 - t: a jump at t = 1 from the upper bound to the lower
+    one, and there, as no path does, a turn."""
     first, last = (
         Problem([[0.0]], [q], name="cornered", upper=3.0) for q in (-1.0, 1.0)
     )

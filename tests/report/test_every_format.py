@@ -1,4 +1,5 @@
-"""Every command has every format, whose texts parse back to every digit; pages in HTML need no network."""
+"""Every command has every format, whose texts parse back to every digit; pages in HTML
+need no network."""
 
 from __future__ import annotations
 
@@ -55,7 +56,8 @@ Lcp = Callable[..., Any]
 
 
 class Page(HTMLParser):
-    """Collects tags, which must be closed in the order in which they were opened, and the cells of tables."""
+    """Collects tags, which must be closed in the order in which they were opened, and
+    the cells of tables."""
 
     def __init__(self, text: str) -> None:
         super().__init__()
@@ -220,7 +222,8 @@ def test_names_cannot_break_out_of_the_page(lcp: Lcp, tmp_path: Path) -> None:
 def test_a_page_leads_with_the_answer(lcp: Callable[..., Any], tmp_path: Path) -> None:
     file = tmp_path / "p.lp"
     file.write_text(
-        "Maximize\n obj: 3 x + 2 y\nSubject To\n wood: x + y <= 4\nBounds\n x <= 3\nEnd\n"
+        "Maximize\n obj: 3 x + 2 y\nSubject To\n wood: x + y <= 4\nBounds\n x "
+        "<= 3\nEnd\n"
     )
     page = lcp("solve", str(file), "--format", "html").out
     page = page[page.index("<h1>") :]

@@ -1,5 +1,5 @@
-"""Every figure is what it was, has no text on another one or off the page, whole and small files, and looks that are
-told apart."""
+"""Every figure is what it was, has no text on another one or off the page, whole and
+small files, and looks that are told apart."""
 
 from __future__ import annotations
 
@@ -377,7 +377,8 @@ def test_a_figure_shows_the_same_as_before(name: str) -> None:
 def test_the_objective_of_a_linear_program_stands_over_the_side_of_a_row_that_moves() -> (
     None
 ):
-    """Only a quadratic program has a frontier, with the objective, a risk, on the other axis."""
+    """Only a quadratic program has a frontier, with the objective, a risk, on the other
+    axis."""
     first, last = (
         lcpcli.from_qp(
             None, [-3, -2], [[1, 1], [1, 3]], row_upper=[side, 6], rows=("a", "b")

@@ -1,4 +1,5 @@
-"""Names are data: whatever they hold, people see it as text, a terminal obeys none of it, and programs get it back."""
+"""Names are data: whatever they hold, people see it as text, a terminal obeys none of
+it, and programs get it back."""
 
 from __future__ import annotations
 
@@ -73,7 +74,8 @@ KINDS: dict[str, Callable[[str], dict[str, Any]]] = {
 
 
 def is_unseen(mark: str) -> bool:
-    """Whether a character is one of those that people must not get, by the tables of Unicode."""
+    """Whether a character is one of those that people must not get, by the tables of
+    Unicode."""
     is_none = ord(mark) & 0xFFFE == 0xFFFE or 0xFDD0 <= ord(mark) <= 0xFDEF
     return (
         unicodedata.category(mark) in ("Cc", "Cs", "Zl", "Zp")
@@ -118,7 +120,8 @@ TO = {"lcp": {"q": [-1, -6]}, "program": {"row_lower": [3]}}
 
 
 def without_times(text: str) -> list[str]:
-    """The lines of a text without numbers, units and runs of blanks and dashes, in which two runs may differ."""
+    """The lines of a text without numbers, units and runs of blanks and dashes, in
+    which two runs may differ."""
     text = re.sub(
         r"\$\\mu\$s|\b[mu]?s\b", "s", re.sub(r"-?\d[\d.]*(e[+-]?\d+)?", "0", text)
     )

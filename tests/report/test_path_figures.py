@@ -1,4 +1,5 @@
-"""The pictures of paths of iterates over |F|, and of the complementary cones of two unknowns."""
+"""The pictures of paths of iterates over |F|, and of the complementary cones of two
+unknowns."""
 
 from __future__ import annotations
 

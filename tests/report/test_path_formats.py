@@ -1,4 +1,5 @@
-"""A path as a table, JSON and CSV: what happens at its breakpoints, in the names of its problem."""
+"""A path as a table, JSON and CSV: what happens at its breakpoints, in the names of its
+problem."""
 
 from __future__ import annotations
 
@@ -48,7 +49,10 @@ def of_csv(path: Path, *at: Any) -> list[dict[str, str]]:
 
 
 def test_line_says_how_far_the_path_goes_and_whether_it_is_verified() -> None:
-    line = "<Path for t from 0 to 1: the path reaches the second problem; 4 breakpoints, verified>"
+    line = (
+        "<Path for t from 0 to 1: the path reaches the second problem; 4 "
+        "breakpoints, verified>"
+    )
     assert repr(small()) == line
     assert repr(small(verified=False)) == line.replace("verified", "not verified")
     assert repr(small_in_fractions()) == line.replace(

@@ -1,4 +1,5 @@
-"""--show chooses unknowns by their names; bounds are named, and sentences do not speak of z >= 0 beside them."""
+"""--show chooses unknowns by their names; bounds are named, and sentences do not speak
+of z >= 0 beside them."""
 
 from __future__ import annotations
 
@@ -107,7 +108,8 @@ def test_a_figure_of_a_path_has_the_chosen_lines_alone_and_multipliers_too() -> 
 
 
 def lines_of(path: lcpcli.Path, *names: str) -> dict[str, float]:
-    """The names in the legend of a figure of a path, with the value at which the line of each begins."""
+    """The names in the legend of a figure of a path, with the value at which the line
+    of each begins."""
     figure = run_figures.draw(path, names)
     lines = [
         line

@@ -1,4 +1,5 @@
-"""What people and programs get: every kind of answer in every format of text, tables, columns, widths and colours."""
+"""What people and programs get: every kind of answer in every format of text, tables,
+columns, widths and colours."""
 
 from __future__ import annotations
 
@@ -134,7 +135,8 @@ def test_the_shortest_time_to_each_level_has_a_star_if_there_are_several() -> No
 def test_no_colour_is_lost_on_a_light_or_a_dark_ground(
     lcp: Lcp, terminal: Callable[[int, bool], None]
 ) -> None:
-    """Only red, green and magenta, which stand out on both; yellow, white, black and the bright ones do not."""
+    """Only red, green and magenta, which stand out on both; yellow, white, black and
+    the bright ones do not."""
     terminal(80, False)
     assert ESCAPE not in lcp("solve", EXAMPLE).out
     terminal(80, True)

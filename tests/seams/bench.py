@@ -1,14 +1,17 @@
-"""Times of this checkout and of another one, in pairs: bench.py BASE [--only NAME...] [--data FOLDER] [--list]
+"""Times of this checkout and of another one, in pairs: bench.py BASE [--only NAME...]
+[--data FOLDER] [--list]
 
     python tests/seams/bench.py ../before                    # all rows but those marked "on request"
     python tests/seams/bench.py ../before --only lcp games   # rows whose names begin with one of these
     python tests/seams/bench.py ../before --list             # the names
 
-Two processes, one for each checkout, take each case in turn, so that what the machine does besides affects both. A time
-is processor time of one call. A row has the median of the ratios of pairs, this checkout's time over the other's, with
-an interval that contains the true median in at least 95 of 100 cases, and how many functions one call calls in either,
-which does not depend on the machine. The verdict is `slower` if the interval lies above 1.05, `faster` if it lies below
-1/1.05, `same` if it lies below 1.05, otherwise `undecided`. The exit code is 1 if a row is slower, or fails here alone.
+Two processes, one for each checkout, take each case in turn, so that what the machine
+does besides affects both. A time is processor time of one call. A row has the median of
+the ratios of pairs, this checkout's time over the other's, with an interval that
+contains the true median in at least 95 of 100 cases, and how many functions one call
+calls in either, which does not depend on the machine. The verdict is `slower` if the
+interval lies above 1.05, `faster` if it lies below 1/1.05, `same` if it lies below
+1.05, otherwise `undecided`. The exit code is 1 if a row is slower, or fails here alone.
 """
 
 from __future__ import annotations
@@ -42,7 +45,8 @@ def processor_seconds() -> float:
 
 
 def work() -> None:
-    """Serve measurements: a line [name, repetitions] is answered by the seconds of a call."""
+    """Serve measurements: a line [name, repetitions] is answered by the seconds of a
+    call."""
     from bench_rows import rows
 
     import lcpcli
@@ -115,7 +119,8 @@ class Worker:
             )
 
     def ask(self, name: str, repetitions: int) -> Any:
-        """Seconds of a call; for 0 repetitions the number of functions called; a text if the case fails."""
+        """Seconds of a call; for 0 repetitions the number of functions called; a text
+        if the case fails."""
         print(json.dumps([name, repetitions]), file=self._process.stdin, flush=True)
         return self._answer()
 
@@ -131,7 +136,8 @@ class Worker:
 
 
 def interval(ratios: list[float]) -> tuple[float, float]:
-    """Bounds on the median by order statistics, which hold with a probability of at least 0.95."""
+    """Bounds on the median by order statistics, which hold with a probability of at
+    least 0.95."""
     ordered, n = sorted(ratios), len(ratios)
     tail, k = 0.0, 0
     while (tail := tail + math.comb(n, k) / 2**n) <= 0.025:
@@ -142,7 +148,8 @@ def interval(ratios: list[float]) -> tuple[float, float]:
 def pairs(
     name: str, own: Worker, base: Worker, budget: float
 ) -> Iterator[tuple[float, float]]:
-    """Times of both checkouts in turn, each first in half of the pairs, until the time is spent."""
+    """Times of both checkouts in turn, each first in half of the pairs, until the time
+    is spent."""
     once = max(min(base.ask(name, 1) for _ in range(2)), 1e-6)
     repetitions, start = max(1, round(SAMPLE / once)), time.monotonic()
     for k in range(MOST):
@@ -178,7 +185,10 @@ def row(name: str, own: Worker, base: Worker, budget: float) -> str:
     low, high = interval(ratios)
     word = verdict(low, high)
     mine, other = (1e3 * median(column) for column in zip(*times, strict=True))
-    numbers = f"{mine:10.4g} {other:10.4g} {median(ratios):7.3f}  [{low:.3f}, {high:.3f}] {len(times):4}"
+    numbers = (
+        f"{mine:10.4g} {other:10.4g} {median(ratios):7.3f}  [{low:.3f}, {high:.3f}] "
+        f"{len(times):4}"
+    )
     print(f"{name:34} {numbers} {counts[0]:8} {counts[1]:8}  {word}", flush=True)
     return word
 
@@ -225,7 +235,10 @@ def main() -> int:
         if arguments.list:
             print("\n".join(own.names))
             return 0
-        head = f"{'this ms':>10} {'base ms':>10} {'ratio':>7}  {'interval':14} {'pairs':>5} {'calls':>8} {'base':>8}"
+        head = (
+            f"{'this ms':>10} {'base ms':>10} {'ratio':>7}  {'interval':14} "
+            f"{'pairs':>5} {'calls':>8} {'base':>8}"
+        )
         print(f"{'row':34} {head}  verdict", flush=True)
         words = [row(each, own, base, arguments.budget) for each in chosen]
         own.end()

@@ -1,4 +1,5 @@
-"""What `bench.py` measures: functions that prepare calls, by the names of their rows; public functions only."""
+"""What `bench.py` measures: functions that prepare calls, by the names of their rows;
+public functions only."""
 
 from __future__ import annotations
 
@@ -23,7 +24,8 @@ PROGRAMS += [("frontier", n) for n in (20, 60)]
 
 
 def made(family: str, n: int, *parameters: str) -> Any:
-    """Read a problem of the gallery, which the first process that needs it has written."""
+    """Read a problem of the gallery, which the first process that needs it has
+    written."""
     path = FOLDER[0] / f"{'-'.join((family, str(n), *parameters))}.npz"
     if not path.exists():
         settings = [part for parameter in parameters for part in ("--set", parameter)]

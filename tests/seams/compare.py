@@ -2,8 +2,9 @@
 
     python tests/seams/compare.py BEFORE AFTER        # exit code 1 if anything is compared and differs
 
-Numbers count as equal if they differ by rounding; hashes and words if they are the same. A case is repeated by its
-population's script with --seed and --only, as printed; which record is right is decided in fractions, where it can be.
+Numbers count as equal if they differ by rounding; hashes and words if they are the
+same. A case is repeated by its population's script with --seed and --only, as printed;
+which record is right is decided in fractions, where it can be.
 """
 
 from __future__ import annotations
@@ -59,7 +60,8 @@ def main() -> None:
         or "nothing"
     )
     print(
-        f"{header['population']}: {len(set(before) & set(after))} cases in both, {len(alone)} in one; {differences}",
+        f"{header['population']}: {len(set(before) & set(after))} cases in "
+        f"both, {len(alone)} in one; {differences}",
         "differs",
     )
     raise SystemExit(1 if counts or alone else 0)
@@ -107,7 +109,8 @@ class Remade:
         """Return what differs in a case, what each is worth, and how to repeat it."""
         header = self._header
         lines = [
-            f"{key}: {', '.join(f'{f} {_short(before.get(f))} -> {_short(after.get(f))}' for f in fields)}"
+            f"{key}: "
+            f"{', '.join(f'{f} {_short(before.get(f))} -> {_short(after.get(f))}' for f in fields)}"
         ]
         if {"status", "z", "y"} & {*fields}:
             lines.append(
@@ -115,7 +118,8 @@ class Remade:
             )
         data = f" --data {header['data']}" if header["data"] else ""
         lines.append(
-            f"python tests/seams/{header['population']}.py --seed {header['seed']}{data} --only {key!r}"
+            f"python tests/seams/{header['population']}.py --seed "
+            f"{header['seed']}{data} --only {key!r}"
         )
         return "\n    ".join(lines)
 

@@ -1,4 +1,5 @@
-"""Contact of rigid boxes with friction, at rest and moving, n = 4 to 200: each step by solve, kernels and Solver."""
+"""Contact of rigid boxes with friction, at rest and moving, n = 4 to 200: each step by
+solve, kernels and Solver."""
 
 from __future__ import annotations
 
@@ -25,7 +26,8 @@ class Step(NamedTuple):
 
 
 def cases(seed: int) -> list[Case]:
-    """Return steps with the contacts of a heap of boxes, at rest and moving, by each way."""
+    """Return steps with the contacts of a heap of boxes, at rest and moving, by each
+    way."""
     found = []
     for n in SIZES:
         for k in range(STEPS):
@@ -43,7 +45,8 @@ def _contacts(n: int, seed: int) -> Problem:
 
 
 def _step(n: int, kind: str, seed: int, k: int, way: str) -> Step:
-    """Return a step: at rest, rows that move have rounding alone in q, and the others are loaded as before."""
+    """Return a step: at rest, rows that move have rounding alone in q, and the others
+    are loaded as before."""
     like, random = _contacts(n, seed), np.random.default_rng([seed, n, k])
     q = np.array(like.q)
     if kind == "rest":

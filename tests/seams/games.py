@@ -52,7 +52,8 @@ def _game(kind: str, seed: int) -> Problem:
 
 
 def outcome(case: Case, problem: Problem) -> Entry:
-    """Return what is compared; an equilibrium is false if a player gains by another strategy."""
+    """Return what is compared; an equilibrium is false if a player gains by another
+    strategy."""
     result = run(
         problem, time_limit=GENEROUS_SECONDS, compiled=sum(map(ord, case.key)) % 3 == 0
     )

@@ -1,12 +1,14 @@
-"""What every command prints in every format: golden.py -o FOLDER [--only NAME...], then golden.py --compare OLD NEW.
+"""What every command prints in every format: golden.py -o FOLDER [--only NAME...], then
+golden.py --compare OLD NEW.
 
     python tests/seams/golden.py -o new                          # the lcpcli of this checkout
     PYTHONPATH=../before python tests/seams/golden.py -o old     # that of another one
     python tests/seams/golden.py --compare old new               # what differs, command by command
 
-Each command has a file in FOLDER, with its exit code, standard output, standard error and the files that it wrote.
-Times, versions, dates and paths are masked. --only selects commands by the beginnings of their words. The exit code of
---compare is 1 if anything differs.
+Each command has a file in FOLDER, with its exit code, standard output, standard error
+and the files that it wrote. Times, versions, dates and paths are masked. --only selects
+commands by the beginnings of their words. The exit code of --compare is 1 if anything
+differs.
 """
 
 from __future__ import annotations
@@ -59,7 +61,9 @@ MASKS = [  # what differs from run to run, or from machine to machine
     (r" *\b\d+\.\d{3}(?=( \||  *\\\\)?\n)", " TIME"),  # the last column of a table
 ]
 INPUTS = {  # files that the commands read, in the folder in which they run
-    "mixed.json": '{"M": [[2, 1], [1, 2]], "q": [-5, -6], "lower": [0, null], "upper": [1, null]}',
+    "mixed.json": (
+        '{"M": [[2, 1], [1, 2]], "q": [-5, -6], "lower": [0, null], "upper": [1, null]}'
+    ),
     "none.json": '{"M": [[0, 0], [0, 0]], "q": [-1, 1]}',
     "ray.json": '{"M": [[0, 1], [-1, 0]], "q": [-1, -1]}',
     "many.json": '{"M": [[1, 2], [2, 1]], "q": [-1, -1]}',
@@ -69,10 +73,17 @@ INPUTS = {  # files that the commands read, in the folder in which they run
     "M.csv": "2,1\n1,2\n",
     "q.csv": "-5\n-6\n",
     "Q.csv": "-5,1,3\n-6,-2,4\n",
-    "lines.jsonl": '{"M": [[2]], "q": [-1]}\n{"M": [[0]], "q": [-1]}\n{"M": [[1]], "q": [2]}\n',
-    "qp.json": '{"Q": [[4, 1], [1, 2]], "c": [1, 1], "A": [[1, 1]], "row_lower": [1], "row_upper": [1]}',
+    "lines.jsonl": (
+        '{"M": [[2]], "q": [-1]}\n{"M": [[0]], "q": [-1]}\n{"M": [[1]], "q": [2]}\n'
+    ),
+    "qp.json": (
+        '{"Q": [[4, 1], [1, 2]], "c": [1, 1], "A": [[1, 1]], "row_lower": [1], '
+        '"row_upper": [1]}'
+    ),
     "lp.json": '{"c": [1, 2], "A": [[1, 1]], "row_lower": [1], "lower": [0, 0]}',
-    "infeasible.json": '{"c": [1], "A": [[1], [1]], "row_lower": [2, null], "row_upper": [null, 1]}',
+    "infeasible.json": (
+        '{"c": [1], "A": [[1], [1]], "row_lower": [2, null], "row_upper": [null, 1]}'
+    ),
     "game.json": '{"A": [[3, 0], [5, 1]], "B": [[3, 5], [0, 1]]}',
     "z.json": "[1.3333333333333333, 2.3333333333333335]",
     "wrong.json": "[1, 1]",
@@ -81,16 +92,22 @@ INPUTS = {  # files that the commands read, in the folder in which they run
     "broken.json": '{"M": [[1]',
     "short.json": '{"M": [[1, 0], [0, 1]], "q": [1]}',
 }
-PROBLEMS = "paper-example-1 bimatrix diode-bridge mixed.json none.json ray.json qp.json lp.json infeasible.json game.json"
+PROBLEMS = (
+    "paper-example-1 bimatrix diode-bridge mixed.json none.json ray.json qp.json "
+    "lp.json infeasible.json game.json"
+)
 METHODS = "auto shi fixed-point newton lemke milp interior"
 COMPARED = "--method newton --method lemke --method fixed-point:omega=2"
 FAMILIES = (
-    "harker-pang ill-scaled tridiagonal dominant obstacle two-obstacles torsion journal-bearing american-put contact "
-    "rigid-boxes bimatrix poker bargaining circuit relays spatial-prices boxes lp qp portfolio frontier lasso control "
+    "harker-pang ill-scaled tridiagonal dominant obstacle two-obstacles torsion "
+    "journal-bearing american-put contact "
+    "rigid-boxes bimatrix poker bargaining circuit relays spatial-prices boxes "
+    "lp qp portfolio frontier lasso control "
     "transport murty all-cones fathi ben-gharbia-gilbert curtis-han-robinson kostreva"
 )
 TOPICS = (
-    "changes cite derivatives development formats json many measuring methods mixed nonlinear paper paths programs "
+    "changes cite derivatives development formats json many measuring methods "
+    "mixed nonlinear paper paths programs "
     "proofs python sequences solutions sources speed stability statuses tasks"
 )
 COMMANDS = (
@@ -147,7 +164,10 @@ def commands() -> Iterator[str]:
         yield f"compare from.json mixed.json {COMPARED} {chosen}"
         yield f"path from.json other.json --at 0.5 {chosen}"
         yield f"path from.json --direction 1,1 --to 4 --exact {chosen}"
-        yield f"bench paper-example-1 from.json --method newton --method lemke --budget 0 {chosen}"
+        yield (
+            "bench paper-example-1 from.json --method newton --method lemke "
+            f"--budget 0 {chosen}"
+        )
         for name in ("paper-example-1", "mixed.json", "qp.json", "bimatrix"):
             yield f"inspect {name} {chosen}"
         for z in ("z.json", "wrong.json", "z.json --exact"):

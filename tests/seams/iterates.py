@@ -1,4 +1,5 @@
-"""Iterates of the published methods, bit by bit: shi, fixed-point, newton, lemke and interior, with their options."""
+"""Iterates of the published methods, bit by bit: shi, fixed-point, newton, lemke and
+interior, with their options."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""Nonlinear problems with a known solution or none, with J, with a wrong J, and without."""
+"""Nonlinear problems with a known solution or none, with J, with a wrong J, and
+without."""
 
 from __future__ import annotations
 
@@ -73,7 +74,8 @@ def _model(terms: str, jacobian: str, seed: int) -> Model:
 
 
 def outcome(_: Case, model: Model) -> Entry:
-    """Return what is compared; a solution is false if F at z violates a sign by far more than the tolerance."""
+    """Return what is compared; a solution is false if F at z violates a sign by far
+    more than the tolerance."""
     result = solve_mcp(
         model.F, model.J, lower=model.lower, x0=model.start, time_limit=GENEROUS_SECONDS
     )

@@ -1,8 +1,10 @@
-"""Small LCPs, mixed problems and programs with numbers of extreme scales, each decided in fractions.
+"""Small LCPs, mixed problems and programs with numbers of extreme scales, each decided
+in fractions.
 
-A claim is false if a "solved" z violates the conditions beyond the tolerance, if there is a solution where none is said
-to exist, or if a proof does not hold in exact arithmetic. The table on standard error counts what became of those that
-have a solution, those that have none, and those with a planted solution, by status.
+A claim is false if a "solved" z violates the conditions beyond the tolerance, if there
+is a solution where none is said to exist, or if a proof does not hold in exact
+arithmetic. The table on standard error counts what became of those that have a
+solution, those that have none, and those with a planted solution, by status.
 """
 
 from __future__ import annotations
@@ -45,7 +47,8 @@ def lcp(random: np.random.Generator, k: int) -> Problem:
 
 
 def extreme(random: np.random.Generator, k: int) -> Problem:
-    """The same in units over many powers of ten, which are rounded, or of two, with an uneven q or not."""
+    """The same in units over many powers of ten, which are rounded, or of two, with an
+    uneven q or not."""
     return populations.in_uneven_units(
         lcp(random, k),
         random,
@@ -67,7 +70,8 @@ def mixed(random: np.random.Generator, k: int) -> Problem:
 
 
 def program(random: np.random.Generator, k: int) -> Problem:
-    """A linear or quadratic program with inequalities or equations, in units over many powers."""
+    """A linear or quadratic program with inequalities or equations, in units over many
+    powers."""
     problem = populations.program(
         random, int(random.integers(1, 4)), int(random.integers(1, 3)), k % 2 == 0
     )
@@ -77,7 +81,8 @@ def program(random: np.random.Generator, k: int) -> Problem:
 
 
 def run_off(random: np.random.Generator, k: int) -> Problem:
-    """A program whose rows contradict each other by 1e-3 to 1e-15, agree, or leave as little room."""
+    """A program whose rows contradict each other by 1e-3 to 1e-15, agree, or leave as
+    little room."""
     problem = populations.opposed_rows(
         random, (-1, 1, 0)[k % 3] * 10.0 ** -int(random.integers(3, 16))
     )

@@ -76,8 +76,8 @@ GRID = 4096
 def in_uneven_units(
     problem: Problem, random: Generator, decades: int, base: int
 ) -> Problem:
-    """Return the problem with rows and columns in units of up to 10^+-decades/2, of powers of two (then it is exactly
-    as solvable) or of ten, which are rounded."""
+    """Return the problem with rows and columns in units of up to 10^+-decades/2, of
+    powers of two (then it is exactly as solvable) or of ten, which are rounded."""
     steps = decades / 2 if base == 10 else decades * 1.66
     R, C = (
         float(base) ** np.rint(random.uniform(-steps, steps, size=problem.n))
@@ -106,8 +106,8 @@ def mixed(random: Generator, n: int, kind: str) -> Problem:
 
 
 def program(random: Generator, k: int, m: int, is_linear: bool) -> Problem:
-    """Return the conditions of: minimize x'Px / 2 + c'x subject to Ax >= b, or = b, and x >= 0; often with a solution
-    and degenerate, sometimes infeasible or unbounded."""
+    """Return the conditions of: minimize x'Px / 2 + c'x subject to Ax >= b, or = b, and
+    x >= 0; often with a solution and degenerate, sometimes infeasible or unbounded."""
     A = random.integers(-3, 4, size=(m, k)).astype(float)
     G = random.integers(-2, 3, size=(k, k)).astype(float)
     P = np.zeros((k, k)) if is_linear else G @ G.T
@@ -127,8 +127,8 @@ def program(random: Generator, k: int, m: int, is_linear: bool) -> Problem:
 
 
 def opposed_rows(random: Generator, room: float) -> Problem:
-    """Return the conditions of a linear program with a row a'x >= b and the opposed one a'x <= b + room, or with the
-    room in a coefficient, and costs of any size."""
+    """Return the conditions of a linear program with a row a'x >= b and the opposed one
+    a'x <= b + room, or with the room in a coefficient, and costs of any size."""
     k = int(random.integers(1, 4))
     a = random.integers(1, 4, size=k) * random.choice([-1.0, 1.0], size=k)
     A, b = np.array([a, -a]), random.integers(1, 5) * np.array([1.0, -1.0])
@@ -142,8 +142,8 @@ def opposed_rows(random: Generator, room: float) -> Problem:
 
 
 def planted(random: Generator, n: int, kind: str) -> Problem:
-    """Return a problem of a class of matrices, with or without bounds, that has a solution in small integers, in units
-    of powers of two."""
+    """Return a problem of a class of matrices, with or without bounds, that has a
+    solution in small integers, in units of powers of two."""
     M = np.rint(16 * exact.CLASSES[kind](random, n)) / 16
     lower, upper = (
         bounds_of_all_kinds(random, n)
@@ -170,7 +170,8 @@ def planted(random: Generator, n: int, kind: str) -> Problem:
 
 
 def gallery(family: str, n: int, seed: int) -> Problem:
-    """Return a problem of the gallery, by the command `lcp make`, which stays where it is when modules move."""
+    """Return a problem of the gallery, by the command `lcp make`, which stays where it
+    is when modules move."""
     with TemporaryDirectory() as folder:
         file = f"{folder}/problem.npz"
         command = [

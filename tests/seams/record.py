@@ -1,10 +1,12 @@
-"""The command line of a population and its record: one JSON object a line, first a header, then an entry for each case.
+"""The command line of a population and its record: one JSON object a line, first a
+header, then an entry for each case.
 
     python tests/seams/oracle.py -o record             # all cases, with the lcpcli that is on the path
     python tests/seams/oracle.py --sample 50 --seed 1  # some cases of other random numbers
     python tests/seams/oracle.py --only 'lcp 17'       # one case, with its data
 
-Only public functions of lcpcli are used, so that a record can be made with any checkout: PYTHONPATH=OTHER python ...
+Only public functions of lcpcli are used, so that a record can be made with any
+checkout: PYTHONPATH=OTHER python ...
 """
 
 from __future__ import annotations
@@ -34,7 +36,8 @@ Entry = dict[str, Any]
 
 
 class Case(NamedTuple):
-    """One case: its key within the population, and a function that makes its problem anew."""
+    """One case: its key within the population, and a function that makes its problem
+    anew."""
 
     key: str
     make: Callable[[], Any]
@@ -45,11 +48,13 @@ def main(
     outcome: Callable[[Case, Any], Entry],
     takes_data: bool = False,
 ) -> None:
-    """Run the population's cases as the arguments say, write the record, and report what is false on standard error.
+    """Run the population's cases as the arguments say, write the record, and report
+    what is false on standard error.
 
-    cases : returns the cases for a seed and, if `takes_data`, a folder of problem files or None.
-    outcome : returns what is compared of one case. "false" among its names says what is wrong, whatever the other
-        checkout does; the exit code is then 1.
+    cases : returns the cases for a seed and, if `takes_data`, a folder of problem files
+        or None.
+    outcome : returns what is compared of one case. "false" among its names says what is
+        wrong, whatever the other checkout does; the exit code is then 1.
     """
     arguments = _arguments(takes_data)
     chosen = (
@@ -138,14 +143,16 @@ def _report(population: str, entries: Sequence[Entry], seconds: float) -> int:
     for (kind, truth, status), number in sorted(counts.items()):
         print(f"{kind:16}{truth:16}{status[:60]:16}{number:8}", file=sys.stderr)
     print(
-        f"{population}: {len(entries)} cases, {len(false)} false, {seconds:.0f} s of processor time",
+        f"{population}: {len(entries)} cases, {len(false)} false, {seconds:.0f} "
+        "s of processor time",
         file=sys.stderr,
     )
     return 1 if false else 0
 
 
 def of_result(result: Any) -> Entry:
-    """Return what is compared of a Result: status, z, the methods that took part, and a proof."""
+    """Return what is compared of a Result: status, z, the methods that took part, and a
+    proof."""
     entry: Entry = {
         "status": result.status.word,
         "route": "+".join(result.route),

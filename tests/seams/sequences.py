@@ -1,4 +1,5 @@
-"""Sequences with one M, each q solved from the last z by a Solver, beside each problem alone."""
+"""Sequences with one M, each q solved from the last z by a Solver, beside each problem
+alone."""
 
 from __future__ import annotations
 
@@ -52,7 +53,8 @@ def _sequence(family: str, n: int, seed: int, k: int) -> Sequence:
 
 
 def outcome(_: Case, sequence: Sequence) -> Entry:
-    """Return statuses and states of all steps; a step is false if it ends otherwise than the problem alone."""
+    """Return statuses and states of all steps; a step is false if it ends otherwise
+    than the problem alone."""
     like, Q = sequence
     solver = Solver(like.M, lower=like.lower, upper=like.upper)
     results = [solver.solve(q) for q in Q]

@@ -1,4 +1,5 @@
-"""Populations say the same each time, claim nothing false, and their records show what differs."""
+"""Populations say the same each time, claim nothing false, and their records show what
+differs."""
 
 from __future__ import annotations
 

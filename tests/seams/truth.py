@@ -1,4 +1,5 @@
-"""Whether a claim about a problem is right, decided in fractions by code that shares nothing with the package."""
+"""Whether a claim about a problem is right, decided in fractions by code that shares
+nothing with the package."""
 
 from __future__ import annotations
 
@@ -53,7 +54,8 @@ def passes(problem: Any, z: Sequence[float]) -> bool:
 
 
 class Units(NamedTuple):
-    """Logarithms of R and C, in which R_i |M_ij| C_j is near 1, and the connected part of each row and column."""
+    """Logarithms of R and C, in which R_i |M_ij| C_j is near 1, and the connected part
+    of each row and column."""
 
     rows: np.ndarray
     columns: np.ndarray
@@ -62,7 +64,8 @@ class Units(NamedTuple):
 
     @classmethod
     def of(cls, problem: Any) -> Units:
-        """Return those of the least squares of log|M_ij| + log R_i + log C_j (Curtis and Reid)."""
+        """Return those of the least squares of log|M_ij| + log R_i + log C_j (Curtis
+        and Reid)."""
         coo, n = sparse.coo_array(problem.M), problem.n
         kept = coo.data != 0
         i, j, values = coo.row[kept], coo.col[kept], coo.data[kept]
@@ -88,13 +91,15 @@ def bounds(problem: Any) -> tuple[np.ndarray, np.ndarray]:
 
 
 def without_noise(z: list[float]) -> list[float]:
-    """Return z with 0 in place of components that may be rounding of 0 beside the largest one."""
+    """Return z with 0 in place of components that may be rounding of 0 beside the
+    largest one."""
     least = NOISE * max(map(abs, z), default=0.0)
     return [value if abs(value) > least else 0.0 for value in z]
 
 
 def judge(problem: Any, entry: dict[str, Any]) -> str:
-    """Return what a recorded outcome is worth: "right", "refused", "undecided", or "false: ..." with the reason."""
+    """Return what a recorded outcome is worth: "right", "refused", "undecided", or
+    "false: ..." with the reason."""
     status = entry["status"]
     if status == "solved":
         if near_solution(problem, entry["z"]):

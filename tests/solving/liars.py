@@ -1,4 +1,5 @@
-"""A toy method that lies: what it yields and how it ends is made up by a test, and the loop has to find out."""
+"""A toy method that lies: what it yields and how it ends is made up by a test, and the
+loop has to find out."""
 
 from __future__ import annotations
 
@@ -78,7 +79,8 @@ def at(z: Any, F: float | None = None) -> Iterate:
 
 
 def assert_refused(result: Result, *statuses: str) -> None:
-    """Nothing in a result says that the problem is solved or has no solution, and its measures are those of its z."""
+    """Nothing in a result says that the problem is solved or has no solution, and its
+    measures are those of its z."""
     text = result.to_json()
     record = json.loads(text)
     assert record["status"] == result.status.word

@@ -1,4 +1,5 @@
-"""What a failed run says to try next works: followed, it leads to a solution or to a proof that there is none."""
+"""What a failed run says to try next works: followed, it leads to a solution or to a
+proof that there is none."""
 
 from __future__ import annotations
 

@@ -1,6 +1,7 @@
-"""`lcpcli.solve` takes M and q in any form, leaves them unchanged, and returns a result; options are checked before
-anything is solved, so that a mistake shows whatever the problem is. A problem without unknowns, as a time step without
-contacts is, has one solution, the empty vector.
+"""`lcpcli.solve` takes M and q in any form, leaves them unchanged, and returns a
+result; options are checked before anything is solved, so that a mistake shows whatever
+the problem is. A problem without unknowns, as a time step without contacts is, has one
+solution, the empty vector.
 """
 
 from __future__ import annotations
@@ -147,7 +148,8 @@ def file(tmp_path: Path) -> str:
 
 
 def is_solved(result: Result) -> bool:
-    """Whether the empty vector is the solution, and a result of it can be shown in every way."""
+    """Whether the empty vector is the solution, and a result of it can be shown in
+    every way."""
     assert result.to_dict()["z"] == result.digits == result.basis == []
     assert "n = 0" in repr(result)
     return (

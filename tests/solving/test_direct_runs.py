@@ -1,5 +1,5 @@
-"""Small dense LCPs take a short way, in numpy or compiled: what it answers solves the problem, and is what the loop
-over iterates answers; all else is left to that loop."""
+"""Small dense LCPs take a short way, in numpy or compiled: what it answers solves the
+problem, and is what the loop over iterates answers; all else is left to that loop."""
 
 from __future__ import annotations
 
@@ -149,7 +149,8 @@ def test_exchanges_end_early_where_most_signs_stay_wrong_but_not_on_a_p_matrix()
 def test_what_is_said_to_be_solved_has_a_small_residual_or_is_said_to_be_rounded_where_m_is_nearly_singular(
     distance: float,
 ) -> None:
-    """Rounding of z, whose entries reach 10^10 and more, leaves a w of up to 10^-3 where z > 0 and |q_i| = 1."""
+    """Rounding of z, whose entries reach 10^10 and more, leaves a w of up to 10^-3
+    where z > 0 and |q_i| = 1."""
     # More unknowns than those for which exact arithmetic decides.
     M, q = np.eye(21), -np.ones(21)
     M[:2, :2] = [[1.1, -0.3], [-0.3, 0.09 / 1.1 * (1 + distance)]]
@@ -168,7 +169,8 @@ def test_what_is_said_to_be_solved_has_a_small_residual_or_is_said_to_be_rounded
 @settings(max_examples=60)
 @given(st.integers(0, 10**6))
 def test_both_ways_and_the_loop_agree(seed: int) -> None:
-    """Every third M is nonnegative, so that Lemke's path goes on where block pivoting ends."""
+    """Every third M is nonnegative, so that Lemke's path goes on where block pivoting
+    ends."""
     generator = np.random.default_rng(seed)
     n = int(generator.integers(1, 7 if seed % 3 else 30))
     M = (

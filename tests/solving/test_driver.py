@@ -1,6 +1,7 @@
-"""The loop: it trusts residuals, not methods; it stops at its limits; it says how it ended. A trace keeps the iterates
-asked for; a callback sees every iterate, and may end the run. A run has
-one route and one result to the bit, whether it keeps iterates or not, and one deadline for its parts.
+"""The loop: it trusts residuals, not methods; it stops at its limits; it says how it
+ended. A trace keeps the iterates asked for; a callback sees every iterate, and may end
+the run. A run has one route and one result to the bit, whether it keeps iterates or
+not, and one deadline for its parts.
 """
 
 from __future__ import annotations
@@ -166,8 +167,9 @@ def test_method_that_wants_to_correct_signs_at_a_solution_has_three_iterations_f
 def test_exact_start_is_recognised_though_its_F_is_large_and_a_residual_whose_bound_never_comes_down() -> (
     None
 ):
-    """z = 0 solves any problem with q >= 0, for every negative x that represents it; and with M singular F stays large
-    along the iteration although z has converged long before."""
+    """z = 0 solves any problem with q >= 0, for every negative x that represents it;
+    and with M singular F stays large along the iteration although z has converged long
+    before."""
     result = run(Problem([[-5.0, 2.0], [-6.0, 1.0]], [1.0, 2.0]), "shi", [-3.0, -4.0])
     assert (result.solved, result.iterations) == (True, 0)
     result = run(Problem(np.ones((3, 3)), [-1.0, -2.0, -3.0]), "fixed-point")

@@ -1,5 +1,5 @@
-"""`--exact` proves what is true of the numbers as they are written, and nothing else; and the solution that errors are
-measured against is right to its last digits.
+"""`--exact` proves what is true of the numbers as they are written, and nothing else;
+and the solution that errors are measured against is right to its last digits.
 """
 
 from __future__ import annotations
@@ -43,7 +43,8 @@ def proved(problem: Problem) -> Result:
 
 
 def assert_proved(result: Result, whole: Problem, units: Any = 1) -> None:
-    """The verdict is the true one about a problem whose rows are those of the result's times the units."""
+    """The verdict is the true one about a problem whose rows are those of the result's
+    times the units."""
     found = result.exact
     if oracle.solution(whole) is not None:
         assert (result.status, found.status) == (Status.SOLVED, Status.SOLVED)
@@ -73,7 +74,8 @@ def test_verdict_is_that_of_enumeration(seed: int, mixed: bool) -> None:
 @settings(max_examples=40)
 @given(st.integers(0, 10**6))
 def test_verdict_on_decimals_is_that_of_enumeration_on_integers(seed: int) -> None:
-    """Rows are divided by powers of ten, which rounds them; many of these q are degenerate."""
+    """Rows are divided by powers of ten, which rounds them; many of these q are
+    degenerate."""
     random = np.random.default_rng(seed)
     n = int(random.integers(1, 5))
     M, q = random.integers(-3, 4, (n, n)), random.integers(-4, 5, n)
@@ -148,8 +150,8 @@ def test_missing_library_is_named_with_its_extra(
     outcome = lcp("solve", EXAMPLE, "--exact")
     assert (outcome.code, outcome.out) == (2, "")
     assert (
-        outcome.err
-        == "lcp: --exact: needs python-flint; pip install 'linear-complementarity[exact]'\n"
+        outcome.err == "lcp: --exact: needs python-flint; pip install "
+        "'linear-complementarity[exact]'\n"
     )
 
 
@@ -213,7 +215,8 @@ def test_residual_is_rounded_but_once(numbers: np.ndarray) -> None:
 
 
 def test_residuals_of_many_rows_are_those_of_single_rows() -> None:
-    """Sums that cancel, to 0 or to a last digit; rows of equal lengths, and one that is much longer."""
+    """Sums that cancel, to 0 or to a last digit; rows of equal lengths, and one that is
+    much longer."""
     random = np.random.default_rng(0)
     for most in (6, 300):
         A = sparse.random_array((500, 300), density=0.02, rng=random, format="csr")
@@ -260,7 +263,8 @@ def test_reference_of_random_problems_solves_them() -> None:
 
 
 def test_no_solution_of_the_doubles_proves_nothing_of_the_decimals() -> None:
-    """w1 = 10 z3 - 1 with z3 = 0.1: only where it is 0, z1 may be 1, as w2 = z1 - 1 asks for."""
+    """w1 = 10 z3 - 1 with z3 = 0.1: only where it is 0, z1 may be 1, as w2 = z1 - 1
+    asks for."""
     pytest.importorskip("flint")
     M, end = [[0, 0, 10], [1, 0, 0], [0, 0, 0]], [0.1]
     problem = Problem(M, [-1, -1, 0], lower=[0, 0, *end], upper=[np.inf, np.inf, *end])

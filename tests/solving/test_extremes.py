@@ -1,6 +1,6 @@
-"""Numbers anywhere in double range: every run ends in a status that is true, without a warning or an exception, and
-what a host program asks numpy to raise changes no result. Problems of few unknowns are decided where doubles leave it
-open, in exact arithmetic.
+"""Numbers anywhere in double range: every run ends in a status that is true, without a
+warning or an exception, and what a host program asks numpy to raise changes no result.
+Problems of few unknowns are decided where doubles leave it open, in exact arithmetic.
 """
 
 from __future__ import annotations
@@ -53,9 +53,10 @@ SPECIAL = [
 
 @np.errstate(all="ignore")
 def data(seed: int) -> tuple[np.ndarray, np.ndarray]:
-    """M and q of at most four unknowns, which the oracle decides at once: an ordinary problem, in units far apart, with
-    M of one size and q of another, or ill-conditioned; or every entry of a size of its own, or zeros, ones, subnormals
-    and the ends of double range."""
+    """M and q of at most four unknowns, which the oracle decides at once: an ordinary
+    problem, in units far apart, with M of one size and q of another, or
+    ill-conditioned; or every entry of a size of its own, or zeros, ones, subnormals and
+    the ends of double range."""
     random = np.random.default_rng(seed)
     n, kind, special = (int(random.integers(most)) for most in (4, 6, 12))
     problem = exact.random_problem(int(random.integers(2**31)), n + 1)
@@ -92,7 +93,8 @@ def data(seed: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def is_solution_rounded(problem: Problem, z: np.ndarray) -> bool:
-    """Whether z is an exact solution, each component of it to within a few units of the last digit."""
+    """Whether z is an exact solution, each component of it to within a few units of the
+    last digit."""
     M, q = exact._rational(problem)
     inside = np.flatnonzero(z > 0).tolist()
     z_P = exact._regular(
@@ -134,7 +136,8 @@ seeds = st.integers(0, 2**32 - 1)
 
 
 def check(result: Result, problem: Problem) -> None:
-    """What a run says of a problem is so, by exact arithmetic; `problem` is the same in rows."""
+    """What a run says of a problem is so, by exact arithmetic; `problem` is the same in
+    rows."""
     assert np.isfinite(result.z).all()
     assert (result.z >= 0).all()
     assert not np.isnan(result.w).any()
@@ -198,8 +201,9 @@ def test_every_method_ends_in_a_true_status(
 def test_auto_finds_every_solution_that_doubles_can_hold_and_nothing_else_that_is_said_is_false(
     seed: int, as_sparse: bool, power: float
 ) -> None:
-    """z and w, that is; or a z whose residual is small, where the problem is so close to having a solution. Nearly
-    always: 12 of 82,398 random ones end stalled, and say so."""
+    """z and w, that is; or a z whose residual is small, where the problem is so close
+    to having a solution. Nearly always: 12 of 82,398 random ones end stalled, and say
+    so."""
     M, q = data(seed)
     problem, plain = Problem(csr_array(M) if as_sparse else M, q), Problem(M, q)
     solution, result = (
@@ -243,7 +247,8 @@ def test_auto_finds_every_solution_that_doubles_can_hold_and_nothing_else_that_i
 
 
 def approximates(z: np.ndarray, solution: list[Fraction] | None) -> bool:
-    """Whether each component is that of the exact solution, to four digits; its rows hold by their own terms."""
+    """Whether each component is that of the exact solution, to four digits; its rows
+    hold by their own terms."""
     pairs = zip(z.tolist(), solution or (), strict=False)
     return solution is not None and all(
         abs(Fraction(a) - b) <= abs(b) / 10**4 for a, b in pairs
@@ -251,7 +256,8 @@ def approximates(z: np.ndarray, solution: list[Fraction] | None) -> bool:
 
 
 def is_near_a_solution(problem: Problem, z: np.ndarray) -> bool:
-    """Whether z, or the point near it that has components put on their bounds, has a small relative residual."""
+    """Whether z, or the point near it that has components put on their bounds, has a
+    small relative residual."""
     with np.errstate(all="ignore"):
         near = Point(Criterion(problem), z, is_admissible=False).alternatives()
         return any(
@@ -277,7 +283,8 @@ def check_proof(result: Result, problem: Problem) -> None:
     ),
 )
 def test_problem_without_solution_is_not_called_solved(seed: int, kind: str) -> None:
-    """In units that exact arithmetic sees through, where z may run off to where its rounding hides the residual."""
+    """In units that exact arithmetic sees through, where z may run off to where its
+    rounding hides the residual."""
     problem = exact.random_problem(seed, 4, kind)
     if exact.solution(problem) is None:
         rescaled = exact.rescaled(problem, np.random.default_rng(seed), 200)
@@ -288,7 +295,8 @@ def test_problem_without_solution_is_not_called_solved(seed: int, kind: str) -> 
 
 
 def test_answer_that_is_there_ends_the_search() -> None:
-    """Far eccentric bearings, and rows and columns in units up to 1e8 apart, leave a residual near the tolerance."""
+    """Far eccentric bearings, and rows and columns in units up to 1e8 apart, leave a
+    residual near the tolerance."""
     assert run(families.make("journal-bearing", 2500), "auto").route == ("elimination",)
     for seed in range(8):
         random, n = np.random.default_rng(seed), 30

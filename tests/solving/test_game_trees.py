@@ -1,5 +1,5 @@
-"""Games in extensive form, and games with payoffs far larger than all that are reached: equilibria against all pure
-strategies, and strategies that are given to be checked.
+"""Games in extensive form, and games with payoffs far larger than all that are reached:
+equilibria against all pure strategies, and strategies that are given to be checked.
 """
 
 from __future__ import annotations
@@ -24,7 +24,8 @@ from lcpcli.solving.proof import prove
 
 
 class Maker:
-    """A random tree. Nodes of a player behind the same own move, with as many actions, may share an information set."""
+    """A random tree. Nodes of a player behind the same own move, with as many actions,
+    may share an information set."""
 
     def __init__(
         self, seed: int, depth: int, payoff: Callable[[Random], Fraction]
@@ -75,7 +76,10 @@ class Maker:
 
     def outcome(self) -> str:
         self.outcomes += 1
-        return f'{self.outcomes} "" {{ {self.payoff(self.random)}, {self.payoff(self.random)} }}'
+        return (
+            f'{self.outcomes} "" {{ {self.payoff(self.random)}, '
+            f"{self.payoff(self.random)} }}"
+        )
 
 
 def small_fraction(random: Random) -> Fraction:
@@ -89,7 +93,8 @@ def tree_of(
 
 
 def chances(tree: GameTree, strategies: Sequence[Strategy]) -> list[Fraction]:
-    """The probabilities of all nodes, one by one from the root, without plans or sequences."""
+    """The probabilities of all nodes, one by one from the root, without plans or
+    sequences."""
     reach = [Fraction(1)]
     for node in tree.nodes[1:]:
         above = tree.nodes[node.parent]
@@ -261,7 +266,8 @@ def test_an_unsolved_game_has_no_strategies() -> None:
 def test_strategies_at_sets_that_the_strategies_of_their_player_exclude_are_probabilities() -> (
     None
 ):
-    """A player who stays out has a strategy for later, each action with the same probability."""
+    """A player who stays out has a strategy for later, each action with the same
+    probability."""
     game = """EFG 2 R "out" { "A" "B" }
 p "" 1 1 "" { "out" "in" } 0
 t "" 1 "" { 2, 2 }

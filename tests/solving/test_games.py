@@ -1,5 +1,6 @@
-"""Games as people have them: payoffs of any size and with any digits, strategies that are checked as such, and the ways
-to equilibria: pure ones by a look at the payoffs, others by Lemke and Howson's paths.
+"""Games as people have them: payoffs of any size and with any digits, strategies that
+are checked as such, and the ways to equilibria: pure ones by a look at the payoffs,
+others by Lemke and Howson's paths.
 """
 
 from __future__ import annotations
@@ -34,7 +35,8 @@ def test_costs_of_equal_payoffs_are_one(size: float) -> None:
 
 
 def test_payoff_that_is_not_met_hides_no_gain() -> None:
-    """The costs of the column of 1 are rounded beside 1e16, so that the complementarity problem does not know of it."""
+    """The costs of the column of 1 are rounded beside 1e16, so that the complementarity
+    problem does not know of it."""
     A, B = (
         [[5, 0, 0], [0, 1, 0], [0, 0, 1e16]],
         [[1, 0, 0], [0, 5, 0], [-1e16, -1e16, -1e16]],
@@ -139,7 +141,8 @@ def test_the_same_pure_equilibrium_is_found_with_and_without_kernels() -> None:
 def test_paths_of_degenerate_games_without_pure_equilibria_end_at_an_equilibrium() -> (
     None
 ):
-    """Payoffs of -1, 0 and 1 tie everywhere; a path that took ties by the first index would cycle."""
+    """Payoffs of -1, 0 and 1 tie everywhere; a path that took ties by the first index
+    would cycle."""
     rng, tried = np.random.default_rng(0), 0
     while tried < 20:
         A, B = rng.integers(-1, 2, (2, 6, 5)).astype(float)

@@ -1,5 +1,6 @@
-"""No method is believed that says it has solved a problem, or that there is no solution: points that solve nothing,
-made-up residuals and endings; wrong vectors, empty exhaustions, rays that are none.
+"""No method is believed that says it has solved a problem, or that there is no
+solution: points that solve nothing, made-up residuals and endings; wrong vectors, empty
+exhaustions, rays that are none.
 """
 
 from __future__ import annotations
@@ -52,7 +53,8 @@ ENDINGS = [
 
 
 def off_by(problem: Problem, z: Vector, size: float) -> Vector:
-    """A z near a solution with that relative residual, by rational arithmetic: one component is moved."""
+    """A z near a solution with that relative residual, by rational arithmetic: one
+    component is moved."""
     box = problem.box
     inside = np.minimum(z - box.lower, box.upper - z)
     inside[inside == np.inf] = 1.0
@@ -86,8 +88,9 @@ def test_point_that_solves_nothing_is_not_called_a_solution(
 
 
 def assert_refused_or_corrected(result: Result) -> None:
-    """The point is refused, or where it satisfies each row by its own terms, it is replaced by the solution with its
-    states, of which a solution is proved to be within the last digits."""
+    """The point is refused, or where it satisfies each row by its own terms, it is
+    replaced by the solution with its states, of which a solution is proved to be within
+    the last digits."""
     if not result.solved:
         assert_refused(result)
         return
@@ -112,7 +115,8 @@ def test_point_ten_times_as_far_off_as_the_tolerance_is_refused(
 
 
 def plain_zero(seed: int) -> tuple[Problem, list[float]]:
-    """A problem and a z whose w = 0 as floating point sums it, with errors of 1e-3 of q."""
+    """A problem and a z whose w = 0 as floating point sums it, with errors of 1e-3 of
+    q."""
     matrix = np.array([[0.1, -0.1], [-0.1, 0.1 * (1 + 1e-13)]])
     large = 1e14 * (1 + np.random.default_rng(seed).random())
     z = np.array([large + 10, large])
@@ -122,8 +126,8 @@ def plain_zero(seed: int) -> tuple[Problem, list[float]]:
 
 
 def along(slope: float, distance: float, gap: float) -> tuple[Problem, list[float]]:
-    """z_1 - z_2 >= 1 and (1 + slope) z_2 >= z_1, with large z; a z at that distance from the solution, and off row 1 by
-    the gap."""
+    """z_1 - z_2 >= 1 and (1 + slope) z_2 >= z_1, with large z; a z at that distance
+    from the solution, and off row 1 by the gap."""
     problem = Problem([[1, -1], [-1, 1 + slope]], [-1, 0])
     solution = exact.solution(problem)
     z2 = float(solution[1]) + distance
@@ -230,7 +234,8 @@ def test_point_that_is_not_finite_is_not_even_reported(name: str, liar: Liar) ->
 
 
 def test_claimed_residuals_decide_nothing(liar: Liar) -> None:
-    """Neither about the best iterate and its measures nor about divergence, and a solution is one whatever F is."""
+    """Neither about the best iterate and its measures nor about divergence, and a
+    solution is one whatever F is."""
     problem = PROBLEMS["lcp"]
     for claims in (
         [0.0, 1.0, 1.0],
@@ -258,7 +263,8 @@ def test_time_that_there_is_no_limit_on_is_not_up(liar: Liar) -> None:
 def test_basis_is_that_of_z_and_w_and_not_what_a_method_had_in_mind(
     name: str, liar: Liar
 ) -> None:
-    """An iterate x stands for states: here for those of another point, with every variable between its bounds."""
+    """An iterate x stands for states: here for those of another point, with every
+    variable between its bounds."""
     problem = PROBLEMS[name]
     result = liar.run(problem, [at(problem.box.project(np.linspace(1, 2, problem.n)))])
     assert_refused(result)
@@ -392,7 +398,8 @@ def test_vector_that_proves_nothing_is_refused_in_rational_arithmetic_too(
 def test_vector_that_is_wrong_in_other_variables_is_refused_in_all_of_them(
     liar: Liar,
 ) -> None:
-    """Those of the equilibrated problem, of one with its reference point at 0, and of the standard form."""
+    """Those of the equilibrated problem, of one with its reference point at 0, and of
+    the standard form."""
     M, q = np.diag([2.0**40, 1.0]), [-1, -1]
     problems = [
         Problem(M, q),
@@ -441,7 +448,8 @@ SOLVABLE = {
 def test_exhaustion_of_a_small_problem_with_a_solution_is_refused(
     name: str, liar: Liar
 ) -> None:
-    """Even if a method declares that its proofs are exact; through a standard form too."""
+    """Even if a method declares that its proofs are exact; through a standard form
+    too."""
     for takes_bounds, excludes_exactly in itertools.product((True, False), repeat=2):
         declaration = {
             "excludes_exactly": excludes_exactly,
@@ -516,8 +524,9 @@ def test_ray_that_is_none_is_refused(name: str, liar: Liar) -> None:
 
 
 def test_ray_proves_nothing_whatever_a_method_says(liar: Liar) -> None:
-    """Along (1, 0) w = Mz does not change; the first problem has a solution, and its M is semidefinite. So are those of
-    the last two, and in exact arithmetic a ray of Lemke's method would prove that there is none."""
+    """Along (1, 0) w = Mz does not change; the first problem has a solution, and its M
+    is semidefinite. So are those of the last two, and in exact arithmetic a ray of
+    Lemke's method would prove that there is none."""
     for problem, z in (
         (Problem([[0, 0], [0, 1]], [1, -1]), np.array([1.0, 0.0])),
         (MANY, None),

@@ -1,5 +1,5 @@
-"""`lcpcli.solve_many` gives for each column of Q, for each Problem, or with an M for each q, what `run` gives, in order
-and as asked for.
+"""`lcpcli.solve_many` gives for each column of Q, for each Problem, or with an M for
+each q, what `run` gives, in order and as asked for.
 """
 
 from __future__ import annotations
@@ -27,7 +27,8 @@ TOL = 1e-10
 
 
 def hidden_definite(n: int, generator: np.random.Generator) -> tuple[Vector, Vector]:
-    """A P-matrix that is not definite, and Q; definite but for the units of its rows and columns."""
+    """A P-matrix that is not definite, and Q; definite but for the units of its rows
+    and columns."""
     M, _ = mixed_problems.monotone(n, generator)
     R, C = 10 ** generator.uniform(-1, 1, (2, n))
     return R[:, np.newaxis] * M * C, 3 * R[:, np.newaxis] * generator.standard_normal(
@@ -247,7 +248,8 @@ def test_results_of_a_batch_are_those_of_run(n: int) -> None:
 def test_small_integers_are_decided_as_by_solve(
     M: Vector, q: Vector, bounds: tuple[Any, Any]
 ) -> None:
-    """Of a batch, and of columns. Among them degenerate problems, singular blocks, several solutions and none."""
+    """Of a batch, and of columns. Among them degenerate problems, singular blocks,
+    several solutions and none."""
     low, high = bounds
     columns = lcpcli.solve_many(M[0], q.T, lower=low, upper=high)
     for matrices, results in (

@@ -1,13 +1,17 @@
 """Small problems against exact verdicts: no statement about them is false.
 
-Random mixed problems, singular, degenerate and infeasible ones among them; linear programs whose costs and right-hand
-sides are up to 1e16 apart, also in units up to 2^400 apart, and mixed problems with bounds up to 1e17 away. The number
-of problems is LCP_ORACLE, in the environment. Nor does the answer depend on units, order, signs, or where bounds lie.
+Random mixed problems, singular, degenerate and infeasible ones among them; linear
+programs whose costs and right-hand sides are up to 1e16 apart, also in units up to
+2^400 apart, and mixed problems with bounds up to 1e17 away. The number of problems is
+LCP_ORACLE, in the environment. Nor does the answer depend on units, order, signs, or
+where bounds lie.
 
-Problems that rounding of M makes solvable, or infeasible: one verdict for one thing, at every size. M = J W J' of boxes
-in a column, crushed between a floor and a ceiling: its rows sum to rounding, and q'e < 0. It is tridiagonal without a
-positive entry off the diagonal. So if its exact pivots are positive, it is a P-matrix, and there is a solution, a huge
-one; if the last one is not, there is a y > 0 with M'y <= 0, near e, and no solution.
+Problems that rounding of M makes solvable, or infeasible: one verdict for one thing, at
+every size. M = J W J' of boxes in a column, crushed between a floor and a ceiling: its
+rows sum to rounding, and q'e < 0. It is tridiagonal without a positive entry off the
+diagonal. So if its exact pivots are positive, it is a P-matrix, and there is a
+solution, a huge one; if the last one is not, there is a y > 0 with M'y <= 0, near e,
+and no solution.
 """
 
 from __future__ import annotations
@@ -44,7 +48,8 @@ def random_problem(generator: np.random.Generator, most: int) -> Problem:
 
 
 def is_true(problem: Problem) -> bool:
-    """Whether the problem has a solution; it fails if what is said of it is not so, or nothing is decided."""
+    """Whether the problem has a solution; it fails if what is said of it is not so, or
+    nothing is decided."""
     solvable, result = (
         exact.solution(problem) is not None,
         lcpcli.run(problem, time_limit=120.0),
@@ -78,7 +83,8 @@ def spread(random: np.random.Generator, values: np.ndarray) -> np.ndarray:
 
 
 def linear_program(seed: int) -> Problem:
-    """One to three variables and rows, integers from -3 to 3; most of them with a minimizer that was chosen first."""
+    """One to three variables and rows, integers from -3 to 3; most of them with a
+    minimizer that was chosen first."""
     random = np.random.default_rng(seed)
     n, m = (int(value) for value in random.integers(1, 4, 2))
     A, kind = random.integers(-3, 4, (m, n)).astype(float), int(random.integers(4))
@@ -227,7 +233,8 @@ NEAR = (8, 22)  # that are solved in different ways
 
 
 def crushed(n: int, seed: int, decades: int = 0) -> Problem:
-    """Boxes in a column, n contacts; in units of rows and columns that spread by so many decades."""
+    """Boxes in a column, n contacts; in units of rows and columns that spread by so
+    many decades."""
     random = np.random.default_rng([n, seed])
     weights, units = (
         random.uniform(0.3, 2.0, n - 1),
@@ -346,7 +353,8 @@ def test_without_exact_arithmetic_a_run_off_takes_the_place_of_the_solution(
 
 
 def test_forces_that_nearly_balance_crush_no_boxes() -> None:
-    """Their proof but for rounding leaves more than six digits of the sums of its terms."""
+    """Their proof but for rounding leaves more than six digits of the sums of its
+    terms."""
     problem = ill_posed(5)
     assert lcpcli.run(Problem(problem.M, [-1.0001, 0.0, 0.0, 0.0, 1.0])).solved
     assert_ill_posed(lcpcli.run(Problem(problem.M, [-1.01, 0.0, 0.0, 0.0, 1.0])))

@@ -1,8 +1,11 @@
-"""Statements about programs are true, by the conditions of Karush, Kuhn and Tucker, computed from the program alone.
+"""Statements about programs are true, by the conditions of Karush, Kuhn and Tucker,
+computed from the program alone.
 
-Each statement about small random ones is proved in fractions, from integers: a minimizer with its multipliers satisfies
-the conditions, multipliers of rows exclude each x within the bounds, a ray improves the objective of a feasible point
-for ever. LCP_ORACLE sets the number of them. Programs of the literature have the optimal values that it gives.
+Each statement about small random ones is proved in fractions, from integers: a
+minimizer with its multipliers satisfies the conditions, multipliers of rows exclude
+each x within the bounds, a ray improves the objective of a feasible point for ever.
+LCP_ORACLE sets the number of them. Programs of the literature have the optimal values
+that it gives.
 """
 
 from __future__ import annotations
@@ -24,8 +27,8 @@ Ends = list[Any]
 
 
 class Small(NamedTuple):
-    """min x'Qx / 2 + c'x, or with the sign -1 max -x'Qx / 2 - c'x, with low <= Gx <= high, whose last rows are bounds:
-    integers, None for no bound."""
+    """min x'Qx / 2 + c'x, or with the sign -1 max -x'Qx / 2 - c'x, with low <= Gx <=
+    high, whose last rows are bounds: integers, None for no bound."""
 
     Q: Any
     c: Any
@@ -97,7 +100,8 @@ def is_within(values: Row, low: Ends, high: Ends) -> bool:
 
 
 def is_minimum(p: Small, x: Row, u: Row) -> bool:
-    """Whether x and the multipliers u satisfy the first-order conditions: u is positive at lower bounds only."""
+    """Whether x and the multipliers u satisfy the first-order conditions: u is positive
+    at lower bounds only."""
     rows = product(p.G, x)
     slope = [g + int(c) for g, c in zip(product(p.Q, x), p.c, strict=True)]
     of_signs = all(
@@ -108,7 +112,8 @@ def is_minimum(p: Small, x: Row, u: Row) -> bool:
 
 
 def excludes(p: Small, y: Row) -> bool:
-    """Whether no x within its bounds has y'Ax as large as the bounds of the rows ask for."""
+    """Whether no x within its bounds has y'Ax as large as the bounds of the rows ask
+    for."""
     u = [*y, *(-value for value in product(p.G[: len(y)].T, y))]
     ends = [
         low if m > 0 else high for m, low, high in zip(u, p.low, p.high, strict=True)
@@ -133,7 +138,8 @@ def improves_for_ever(p: Small, d: Row) -> bool:
 
 
 def feasible_point(p: Small, objective: Any = None) -> Row | None:
-    """A vertex by HiGHS, in fractions, if it satisfies rows and bounds exactly; None if there is none."""
+    """A vertex by HiGHS, in fractions, if it satisfies rows and bounds exactly; None if
+    there is none."""
     below = [
         (-row, -end) for row, end in zip(p.G, p.low, strict=True) if end is not None
     ]
@@ -161,7 +167,8 @@ def feasible_point(p: Small, objective: Any = None) -> Row | None:
 
 
 def has_other(p: Small, x: Row, u: Row) -> bool:
-    """Whether another point has the same multipliers: the farthest ones in a few directions, from the conditions."""
+    """Whether another point has the same multipliers: the farthest ones in a few
+    directions, from the conditions."""
     rows, slopes = product(p.G, x), product(p.Q, x)
     low, high = (
         [v if m else end for v, m, end in zip(rows, u, ends, strict=True)]

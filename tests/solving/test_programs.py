@@ -1,6 +1,7 @@
-"""Quadratic programs and games become LCPs, in native names, in those of qpsolvers and of OSQP, and in files; the
-solutions come back as minima and as equilibria. What a result means for them is worked out when it is read, and is no
-part of the run; its components have the names of the unknowns.
+"""Quadratic programs and games become LCPs, in native names, in those of qpsolvers and
+of OSQP, and in files; the solutions come back as minima and as equilibria. What a
+result means for them is worked out when it is read, and is no part of the run; its
+components have the names of the unknowns.
 """
 
 from __future__ import annotations
@@ -46,7 +47,10 @@ def test_strategies_that_are_not_an_equilibrium_are_reported_as_such() -> None:
         result, point=Point(Criterion(result.problem), np.array([1.0, 0.0, 0.0, 1.0]))
     ).answer
     assert (wrong.payoffs, wrong.gains) == ((0, 0), (2, 2))
-    words = "not an equilibrium to the tolerance: by a best response the row player would gain 2, the column player 2"
+    words = (
+        "not an equilibrium to the tolerance: by a best response the row player "
+        "would gain 2, the column player 2"
+    )
     assert wrong.statement == words
 
 
@@ -55,7 +59,8 @@ def test_strategies_that_are_not_an_equilibrium_are_reported_as_such() -> None:
 def test_one_of_several_minimizers_is_said_whatever_the_last_digits_of_x(
     moved: float, seed: int
 ) -> None:
-    """Dantzig's transport program: New York may be served from either plant, at the same cost."""
+    """Dantzig's transport program: New York may be served from either plant, at the
+    same cost."""
     result = run(read("problems/programs/transport.json"), "auto")
     x = np.array([moved, 300, 0, 325 - moved, 0, 275, 0, 0, 0.225, 0.153, 0.126])
     z = x * (1 + 2e-16 * np.random.default_rng(seed).integers(0, 4, x.size))
@@ -94,7 +99,10 @@ def test_at_a_limit_the_best_x_of_a_program_is_given_with_its_residual(
         None,
     )
     size = f"{result.relative_residual:.1e}"
-    words = "x does not solve the program: it is the best iterate, with a relative residual of"
+    words = (
+        "x does not solve the program: it is the best iterate, with a relative "
+        "residual of"
+    )
     assert answer.statement == f"{words} {size}"
     record = json.loads(result.to_json())["answer"]
     assert (record["x"], record["objective"], record["proved"]) == (
@@ -121,7 +129,8 @@ SEEDS = range(4)
 
 
 def program(seed: int) -> dict[str, Any]:
-    """A definite program with an equation, a range, a row from below and one from above, and bounds of every kind."""
+    """A definite program with an equation, a range, a row from below and one from
+    above, and bounds of every kind."""
     random = np.random.default_rng(seed)
     k = 6
     F = random.integers(-3, 4, (k, k)) / 4
@@ -148,7 +157,8 @@ def program(seed: int) -> dict[str, Any]:
 
 
 def qpsolvers_names(p: dict[str, Any]) -> dict[str, Any]:
-    """The same program: the rows from above, then those from below, and the equation."""
+    """The same program: the rows from above, then those from below, and the
+    equation."""
     A, low, high = p["A"], p["row_lower"], p["row_upper"]
     equal = low == high
     above, below = np.isfinite(high) & ~equal, np.isfinite(low) & ~equal
@@ -180,7 +190,8 @@ def lists(p: dict[str, Any]) -> dict[str, Any]:
 
 
 def forms(p: dict[str, Any], folder: Path) -> dict[str, Problem]:
-    """The program in all forms, by the kind of its multipliers, and what else tells it from the others."""
+    """The program in all forms, by the kind of its multipliers, and what else tells it
+    from the others."""
     native, names, osqp = from_qp(**p), qpsolvers_names(p), osqp_names(p)
     triangle = {"P": np.triu(p["Q"])}
     sparse = {"P": csr_array(triangle["P"]), "A": csr_array(osqp["A"])}
@@ -427,7 +438,8 @@ def test_a_program_that_contradicts_itself_by_less_than_linear_programs_see_is_n
 def test_every_proof_for_the_constraints_is_one_for_the_program(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """Also one with multipliers of columns without entries, which have costs in the program alone."""
+    """Also one with multipliers of columns without entries, which have costs in the
+    program alone."""
     found = Certificate("farkas", "", np.array([0.0, 0.0, 0.0, 1.0, 1.0, 1.0]))
     monkeypatch.setattr(no_minimum, "farkas_certificate", lambda *_, **__: found)
     monkeypatch.setattr(no_minimum, "MOST_FRACTIONS", 0)

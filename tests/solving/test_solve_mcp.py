@@ -1,6 +1,6 @@
-"""Nonlinear complementarity problems: what is claimed, and what F and J may be. Claims rest on terms that differences
-of F show: nothing is claimed because of Jacobians that are wrong, and what is wrong is told; noise of F is told, and
-matched by the steps.
+"""Nonlinear complementarity problems: what is claimed, and what F and J may be. Claims
+rest on terms that differences of F show: nothing is claimed because of Jacobians that
+are wrong, and what is wrong is told; noise of F is told, and matched by the steps.
 """
 
 from __future__ import annotations
@@ -42,7 +42,8 @@ SOLVED_FROM_THEIR_STARTS = [
 
 
 def solved(problem: NonlinearProblem, **options: Any) -> lcpcli.Result:
-    """The result of a run that has solved the problem, by the definition of a solution."""
+    """The result of a run that has solved the problem, by the definition of a
+    solution."""
     result = run_nonlinear(problem, **options)
     assert result.solved
     assert natural_residual(problem, result.z) <= 1e-8
@@ -67,7 +68,8 @@ def test_a_stationary_point_of_the_merit_function_is_no_solution_and_proves_noth
     assert result.status is lcpcli.Status.STALLED
     assert (
         result.message
-        == "stalled: z is nearly a stationary point of the merit function, but no solution"
+        == "stalled: z is nearly a stationary point of the merit function, but no "
+        "solution"
     )
     assert result.certificate is None
     assert run_nonlinear(gallery.billups()).solved  # from another start
@@ -519,7 +521,8 @@ def test_noise_is_told_and_solved_up_to_it_with_few_evaluations(level: float) ->
 
 
 def test_noise_that_no_difference_shows_is_told_where_the_tolerance_is_loose() -> None:
-    """By bisection of [-1, 2 + z] to 1e-6, F has slopes that are not those of its limit, and jumps."""
+    """By bisection of [-1, 2 + z] to 1e-6, F has slopes that are not those of its
+    limit, and jumps."""
 
     def F(z: Vector) -> Vector:
         low, high = -np.ones(2), 2 + z

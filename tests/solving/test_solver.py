@@ -1,5 +1,6 @@
-"""Problems near each other, by a Solver of one M, as steps of a sequence, or as columns of Q for a sparse M: the
-verdicts of separate runs, from the states and factors of the last one."""
+"""Problems near each other, by a Solver of one M, as steps of a sequence, or as columns
+of Q for a sparse M: the verdicts of separate runs, from the states and factors of the
+last one."""
 
 from __future__ import annotations
 
@@ -28,7 +29,8 @@ UNIQUE = ("harker-pang", "obstacle", "american-put")  # whose solutions are uniq
 
 
 def steps(family: str, changing: bool, number: int) -> Iterator[Problem]:
-    """Yield problems near each other, with the same M or a slightly changed one; entries of q that are 0 remain 0."""
+    """Yield problems near each other, with the same M or a slightly changed one;
+    entries of q that are 0 remain 0."""
     random = np.random.default_rng(0)
     like = families.make(family, FAMILIES[family])
     q, size = np.array(like.q), 1.0

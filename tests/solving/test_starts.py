@@ -1,4 +1,5 @@
-"""A run can begin where another has ended, at a z, or from given states; and how wrong ones are refused."""
+"""A run can begin where another has ended, at a z, or from given states; and how wrong
+ones are refused."""
 
 from __future__ import annotations
 
@@ -62,7 +63,8 @@ def test_z0_takes_the_place_of_both_points_of_a_problem(paper_example: Problem) 
 
 
 def test_a_start_that_violates_a_row_in_small_units_is_not_called_a_solution() -> None:
-    """The row is 2^-12 (1, -1), where w is 2^-20 of q, but 2^-41 of the terms, which cancel."""
+    """The row is 2^-12 (1, -1), where w is 2^-20 of q, but 2^-41 of the terms, which
+    cancel."""
     pytest.importorskip("numba")
     unit, far = 2.0**-12, 2.0**20
     z0 = np.array([far + 1 + 2.0**-20, far])
@@ -76,7 +78,8 @@ def test_a_start_that_violates_a_row_in_small_units_is_not_called_a_solution() -
 
 @pytest.mark.parametrize("n", [60, 400])
 def test_a_rounded_solution_of_a_program_is_repaired_by_a_few_systems(n: int) -> None:
-    """z is right to seven digits, and M has zeros on its diagonal: without it, `interior` takes many steps."""
+    """z is right to seven digits, and M has zeros on its diagonal: without it,
+    `interior` takes many steps."""
     rng = np.random.default_rng(n)
     A = rng.standard_normal((n // 2, n)) * (rng.random((n // 2, n)) < 0.2)
     x = rng.random(n) * (rng.random(n) < 0.5)
@@ -110,7 +113,8 @@ def test_a_start_beyond_the_bounds_is_brought_within_them() -> None:
 
 
 def boxed(n: int) -> Problem:
-    """A P-matrix with random boxes, from the origin several block steps away from the solution."""
+    """A P-matrix with random boxes, from the origin several block steps away from the
+    solution."""
     random = np.random.default_rng(0)
     A, S = random.normal(size=(2, n, n))
     return Problem(

@@ -1,4 +1,5 @@
-"""A process whose calls all use the compiled kernels: by `use_kernels` or its environment, and never by itself."""
+"""A process whose calls all use the compiled kernels: by `use_kernels` or its
+environment, and never by itself."""
 
 from __future__ import annotations
 
@@ -128,7 +129,10 @@ def test_without_numba_it_is_refused_and_nothing_changes(
     assert lcpcli.solve([[2]], [-1], compiled=False).solved
 
 
-CALL = "import lcpcli, sys; print(lcpcli.solve([[2]], [-1]).options.get('compiled'), 'numba' in sys.modules)"
+CALL = (
+    "import lcpcli, sys; print(lcpcli.solve([[2]], [-1]).options.get('compiled'), "
+    "'numba' in sys.modules)"
+)
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,5 @@
-"""A bound that is claimed holds: against exact solutions, for every class of M, all bounds of z and any z."""
+"""A bound that is claimed holds: against exact solutions, for every class of M, all
+bounds of z and any z."""
 
 from __future__ import annotations
 
@@ -24,7 +25,8 @@ SIZES = [10.0**-k for k in range(1, 16)]
 
 
 def h_plus(random: Generator, n: int, margin: float = 0.1) -> np.ndarray:
-    """Diagonally dominant by rows up to the margin, then with columns scaled: H+, no longer dominant."""
+    """Diagonally dominant by rows up to the margin, then with columns scaled: H+, no
+    longer dominant."""
     M = random.normal(size=(n, n)) * random.integers(0, 2, size=(n, n))
     np.fill_diagonal(M, 0)
     np.fill_diagonal(
@@ -60,7 +62,8 @@ def random_bounds(random: Generator, n: int) -> tuple[np.ndarray, np.ndarray]:
 def problem_of(
     kind: str, random: Generator, margin: float = 0.1, form: str = "plain"
 ) -> Problem:
-    """A random problem of one of the FAMILIES and one of the FORMS, of at most 5 unknowns, half of them degenerate."""
+    """A random problem of one of the FAMILIES and one of the FORMS, of at most 5
+    unknowns, half of them degenerate."""
     n = int(random.integers(1, 6))
     M = FAMILIES[kind](random, n, margin)
     q = random.normal(size=n) - 0.2
@@ -84,7 +87,8 @@ def perturbed(true: list[Fraction], random: Generator, size: float) -> np.ndarra
 
 
 def others(true: list[Fraction], random: Generator) -> list[np.ndarray]:
-    """The solution as rounded, 0, negative with z and mostly w, of any sign, huge, tiny."""
+    """The solution as rounded, 0, negative with z and mostly w, of any sign, huge,
+    tiny."""
     z, noise = np.array([float(v) for v in true]), random.normal(size=len(true))
     return [
         z,
@@ -128,7 +132,8 @@ def test_every_bound_holds_exactly(
 @settings(deadline=None, max_examples=100)
 @given(seed=st.integers(0, 2**32 - 1))
 def test_no_bound_of_any_class_of_matrix_is_wrong(seed: int) -> None:
-    """Any class at all: where a bound is claimed there is one solution, and z is that close to it."""
+    """Any class at all: where a bound is claimed there is one solution, and z is that
+    close to it."""
     random = np.random.default_rng(seed)
     problem = exact.random_problem(seed % 10**6, largest=4)
     z = random.normal(size=problem.n)
@@ -146,7 +151,8 @@ def test_no_bound_of_any_class_of_matrix_is_wrong(seed: int) -> None:
 def test_well_conditioned_matrices_always_have_a_close_bound(
     seed: int, kind: str, form: str
 ) -> None:
-    """Whatever the units; but a nonsymmetric M scaled by rows and columns alike need not be positive definite."""
+    """Whatever the units; but a nonsymmetric M scaled by rows and columns alike need
+    not be positive definite."""
     problem = problem_of(
         kind,
         np.random.default_rng(seed),
@@ -172,7 +178,8 @@ def test_neither_class_has_a_bound() -> None:
 
 
 def test_bound_is_what_the_theorem_says_on_an_example() -> None:
-    """M = [[2, 1], [1, 2]], q = -(3, 3), z* = (1, 1): at z = (1.1, 1), w = (0.2, 0.1) and |z - z*| <= <M>^-1 w."""
+    """M = [[2, 1], [1, 2]], q = -(3, 3), z* = (1, 1): at z = (1.1, 1), w = (0.2, 0.1)
+    and |z - z*| <= <M>^-1 w."""
     problem, z = Problem([[2.0, 1.0], [1.0, 2.0]], [-3.0, -3.0]), np.array([1.1, 1.0])
     w = problem.w(z)
     h_plus = error_theorems.h_plus_theorem(problem)
@@ -188,7 +195,8 @@ def test_bound_is_what_the_theorem_says_on_an_example() -> None:
 def test_bound_that_is_attained_is_not_undercut_by_rounding(
     n: int, sparse: bool
 ) -> None:
-    """M = tridiag(-1, 2, -1), z* = 1, z = 1 + i (n + 1 - i) / 2^20: w = M (z - z*) > 0, so that <M>^-1 w = z - z*."""
+    """M = tridiag(-1, 2, -1), z* = 1, z = 1 + i (n + 1 - i) / 2^20: w = M (z - z*) > 0,
+    so that <M>^-1 w = z - z*."""
     i = np.arange(1, n + 1)
     true, M = np.ones(n), 2 * np.eye(n) - np.eye(n, k=1) - np.eye(n, k=-1)
     z = true + i * (n + 1 - i) * 2.0**-20
@@ -207,7 +215,8 @@ def test_sources_name_the_theorem_and_the_class() -> None:
 
 
 def test_definite_matrix_has_a_bound_after_rows_were_multiplied_by_numbers() -> None:
-    """M = D (A A' + S) with S skew-symmetric: no T makes T M symmetric, and T = D^-1 makes it positive definite."""
+    """M = D (A A' + S) with S skew-symmetric: no T makes T M symmetric, and T = D^-1
+    makes it positive definite."""
     n, random = 40, np.random.default_rng(40)
     A, S = random.normal(size=(2, n, n))
     M = np.exp2(random.integers(-6, 7, n))[:, np.newaxis] * (
@@ -313,7 +322,8 @@ def image(M: np.ndarray, d: np.ndarray) -> list[Fraction]:
 
 
 def test_scaling_is_found_where_it_varies_by_more_than_the_digits_of_a_double() -> None:
-    """For the M with ones on the diagonal and 2 above it, C^-1 e = (3^(n-1), ..., 3, 1), and C d is all rounding."""
+    """For the M with ones on the diagonal and 2 above it, C^-1 e = (3^(n-1), ..., 3,
+    1), and C d is all rounding."""
     M = np.eye(40) + 2 * np.triu(np.ones((40, 40)), 1)
     found = scaling(M, lambda d: bool(lower_image(M, np.ones(40), d).min() > 0))
     assert found is not None

@@ -1,6 +1,7 @@
-"""Proofs of infeasibility, with bounds too: never believed about a feasible problem, found for infeasible ones in any
-units, also where rounding, or one wrong sign, would turn them into false ones. Certificates and rays hold exactly as
-they are printed and written, in whole numbers, for numbers of all sizes, whatever the way in.
+"""Proofs of infeasibility, with bounds too: never believed about a feasible problem,
+found for infeasible ones in any units, also where rounding, or one wrong sign, would
+turn them into false ones. Certificates and rays hold exactly as they are printed and
+written, in whole numbers, for numbers of all sizes, whatever the way in.
 """
 
 from __future__ import annotations
@@ -45,7 +46,8 @@ ULP = 2.0**-52
 
 
 def nearly_infeasible(seed: int) -> tuple[Problem, np.ndarray]:
-    """A problem with y for which M'y = 0 and q'y = -1 but for a few units in the last place, and this y."""
+    """A problem with y for which M'y = 0 and q'y = -1 but for a few units in the last
+    place, and this y."""
     random = np.random.default_rng(seed)
     n = int(random.integers(2, 6))
     y = random.integers(0, 4, size=n).astype(float)
@@ -135,7 +137,8 @@ def test_nearly_infeasible_problems_are_distinguished_from_infeasible_ones() -> 
 
 
 def chain(excess: float, largest: float) -> Problem:
-    """x_0 = 1, x_i = r_i x_{i-1} and x_59 <= (1 - excess) r_1 ... r_59, with |x_i| <= largest."""
+    """x_0 = 1, x_i = r_i x_{i-1} and x_59 <= (1 - excess) r_1 ... r_59, with |x_i| <=
+    largest."""
     ratios = np.random.default_rng(0).integers(5, 12, 59) / 8
     rows = csr_array(np.vstack((np.eye(60) - np.diag(ratios, -1), np.eye(60)[-1])))
     values, end = np.eye(60)[0], (1 - excess) * float(np.prod(ratios))
@@ -153,7 +156,8 @@ def chain(excess: float, largest: float) -> Problem:
 
 @pytest.mark.parametrize("largest", [np.inf, 100.0])
 def test_program_infeasible_by_a_millionth_is_proved_so(largest: float) -> None:
-    """Without bounds, y has to vanish exactly in 60 columns, where it is corrected by FLINT."""
+    """Without bounds, y has to vanish exactly in 60 columns, where it is corrected by
+    FLINT."""
     if largest == np.inf:
         pytest.importorskip("flint")
     assert farkas(chain(1e-6, largest)) is not None
@@ -180,7 +184,8 @@ def test_every_infeasible_random_problem_is_proved_so_and_no_feasible_one() -> N
 
 
 def test_contradictions_among_many_rows_are_found() -> None:
-    """Row 0 is minus a positive combination of the others with a margin; and sparse rows without positive entries."""
+    """Row 0 is minus a positive combination of the others with a margin; and sparse
+    rows without positive entries."""
     random, n = np.random.default_rng(2), 100
     M, weights = random.normal(size=(n, n)), random.random(n) + 0.1
     q = random.normal(size=n)
@@ -257,7 +262,8 @@ def test_no_infeasible_program_is_said_to_have_a_point(seed: int) -> None:
 
 
 def test_farkas_vector_is_corrected_where_no_double_fits() -> None:
-    """3 y1 = y2 is asked for with a y1 that is no multiple: only the corrected vector has M'y = 0."""
+    """3 y1 = y2 is asked for with a y1 that is no multiple: only the corrected vector
+    has M'y = 0."""
     y = np.array([np.pi, 3 * np.pi * (1 + 1e-12)])
     assert (
         exact_proof(ExactProblem.of_floats(Problem([[3, -3], [-1, 1]], [-1, 1])), y)
@@ -270,7 +276,8 @@ def test_farkas_vector_is_corrected_where_no_double_fits() -> None:
 
 
 def test_farkas_vector_is_found_where_rounding_has_made_columns_independent() -> None:
-    """10 y1 = y2 in decimals, but as doubles 0.1 and 0.3 make M nonsingular: M'y = 0 has no solution, M'y < 0 has."""
+    """10 y1 = y2 in decimals, but as doubles 0.1 and 0.3 make M nonsingular: M'y = 0
+    has no solution, M'y < 0 has."""
     problem, y = Problem([[1, 3], [-0.1, -0.3]], [-1, 0]), np.array([0.1, 1.0])
     assert exact_proof(ExactProblem.of_decimals(problem), y) == [1, 10]
     data = ExactProblem.of_floats(problem)
@@ -306,7 +313,8 @@ def test_each_violation_is_named() -> None:
 
 
 def tight(random: np.random.Generator, n: int) -> tuple[np.ndarray, np.ndarray]:
-    """M and q of integers; in half of them row 0 is almost minus a positive combination of the others."""
+    """M and q of integers; in half of them row 0 is almost minus a positive combination
+    of the others."""
     M, q = (
         random.integers(-9, 10, (n, n)) * (random.random((n, n)) < 0.7),
         random.integers(-9, 10, n),
@@ -362,8 +370,8 @@ def test_whole_numbers_are_shown_with_all_digits_and_others_as_rounded_also_beyo
 def test_proof_in_integers_leaves_columns_of_bounded_variables_that_nearly_vanish() -> (
     None
 ):
-    """y = (b, a, 0) is 0 in the first column exactly, and in the third one 1e-9 of its terms, which cannot both be
-    0; but the third variable is between 0 and 1."""
+    """y = (b, a, 0) is 0 in the first column exactly, and in the third one 1e-9 of its
+    terms, which cannot both be 0; but the third variable is between 0 and 1."""
     a, b = 1234567891.0, 987654323.0
     M = [[a, -1, 1 / b], [-b, -1, (1e-9 - 1) / a], [0, 0, 1]]
     problem = Problem(M, [-2, 1, 0], lower=[-np.inf, 0, 0], upper=[np.inf, np.inf, 1])
@@ -374,7 +382,8 @@ def test_proof_in_integers_leaves_columns_of_bounded_variables_that_nearly_vanis
 def test_proof_for_integers_is_one_for_the_decimals_that_they_are_made_of(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """Rows with different denominators, and a run that has found nothing; without the search at the end."""
+    """Rows with different denominators, and a run that has found nothing; without the
+    search at the end."""
     monkeypatch.setattr(solving, "_searched", lambda *given: None)  # noqa: ARG005
     problem = Problem([[0.1, -0.7], [-0.001, 0.007]], [-1, 0.0099])
     lost = lcpcli.run(problem, "shi", max_iterations=0)
@@ -387,7 +396,8 @@ ROUNDED_TO_FEASIBLE = (9, 13, 24, 27, 36, 50)
 
 
 def infeasible(seed: int) -> Problem:
-    """Return a problem with a row of negative numbers, or two rows that contradict each other."""
+    """Return a problem with a row of negative numbers, or two rows that contradict each
+    other."""
     rng = random.Random(seed)
     n, span = rng.randint(1, 4), rng.choice((10, 100, 300))
 
@@ -429,7 +439,8 @@ def test_what_is_written_proves_exactly_what_it_claims(seed: int) -> None:
 
 
 def test_long_proof_says_that_it_is_rounded_unless_doubles_show_it() -> None:
-    """y = (1, ..., 1) proves the first; the y of the second makes M'y vanish, but for rounding."""
+    """y = (1, ..., 1) proves the first; the y of the second makes M'y vanish, but for
+    rounding."""
     rng = np.random.default_rng(0)
     clear = run(Problem(-rng.uniform(1, 2, (200, 200)), -np.ones(200)), "auto")
     A = rng.standard_normal((150, 60))
@@ -446,7 +457,8 @@ NONE = {"INFEASIBLE", "UNSOLVABLE"}
 
 
 def without_solution(kind: str) -> Problem:
-    """Return a feasible problem without a solution, of 23 unknowns, whose bounds make q round in other variables."""
+    """Return a feasible problem without a solution, of 23 unknowns, whose bounds make q
+    round in other variables."""
     random, n, m = np.random.default_rng(5), 23, 8
     A = random.integers(-2, 3, (n - m, n - m))
     coupling = random.integers(-1, 2, (n - m, m))

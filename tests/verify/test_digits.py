@@ -1,5 +1,6 @@
-"""The digits that are said to be determined by the data are those that the solution of the rounded data has right. A
-known solution that is wrong is reported and not believed; one that is only rounded is.
+"""The digits that are said to be determined by the data are those that the solution of
+the rounded data has right. A known solution that is wrong is reported and not believed;
+one that is only rounded is.
 """
 
 from __future__ import annotations
@@ -30,8 +31,8 @@ Lcp = Callable[..., Outcome]
 
 
 def rational_problem(seed: int, condition: float) -> tuple[Problem, list[Fraction]]:
-    """A problem with M symmetric positive definite but for rounding, in thirds, and its solution; both exact, and
-    rounded to doubles only in the end."""
+    """A problem with M symmetric positive definite but for rounding, in thirds, and its
+    solution; both exact, and rounded to doubles only in the end."""
     random = np.random.default_rng(seed)
     n = int(random.integers(2, 12))
     Q = np.linalg.qr(random.standard_normal((n, n)))[0]
@@ -104,8 +105,8 @@ def test_few_digits_are_said(n: int, said: bool, lcp: Lcp, tmp_path: Any) -> Non
 
 
 def kinky_problem(seed: int) -> Problem:
-    """A problem with a P-matrix, ill-conditioned or triangular with small pivots, some of whose w_i at z_i = 0, and of
-    whose z_i, are 0 or nearly so."""
+    """A problem with a P-matrix, ill-conditioned or triangular with small pivots, some
+    of whose w_i at z_i = 0, and of whose z_i, are 0 or nearly so."""
     random = np.random.default_rng(seed)
     n = int(random.integers(2, 5))
     if seed % 2:
@@ -248,13 +249,20 @@ def test_digits_are_those_of_the_mirror_image(q: list[float]) -> None:
 
 
 LARGEST = 500  # unknowns
-ALL_WRONG = '{"M": [[2, 1], [1, 2]], "q": [-5, -6], "solution": [1, 1], "verdict": "infeasible"}'
-LINE = "lcp: {}: solution{}: is not a solution: its residual is 3, with z2 = 1 and w2 = -3; it is ignored\n"
+ALL_WRONG = (
+    '{"M": [[2, 1], [1, 2]], "q": [-5, -6], "solution": [1, 1], "verdict": '
+    '"infeasible"}'
+)
+LINE = (
+    "lcp: {}: solution{}: is not a solution: its residual is 3, with z2 = 1 and w2 "
+    "= -3; it is ignored\n"
+)
 
 
 @cache
 def problems() -> list[Problem]:
-    """Those that are shipped, and one of each gallery problem that the suites have, with known solutions."""
+    """Those that are shipped, and one of each gallery problem that the suites have,
+    with known solutions."""
     shipped = (
         "paper-example-1.json",
         "paper-example-2.json",

@@ -1,5 +1,6 @@
-"""What is measured is what is said: the exact backward error with its cap, in all units, never fooled by large
-numbers; bounds that decide before it is computed never accept what it rejects."""
+"""What is measured is what is said: the exact backward error with its cap, in all
+units, never fooled by large numbers; bounds that decide before it is computed never
+accept what it rejects."""
 
 from __future__ import annotations
 
@@ -33,7 +34,8 @@ def relative_residual(problem: Problem, z: Any) -> float:
 
 
 def small_problem(random: np.random.Generator) -> Problem:
-    """Integers, with bounds of all kinds and sizes, some rows and columns in other units."""
+    """Integers, with bounds of all kinds and sizes, some rows and columns in other
+    units."""
     n = int(random.integers(1, 5))
     M, q = (
         random.integers(-3, 4, (n, n)).astype(float),
@@ -250,7 +252,8 @@ def test_scaled_residual_counts_how_far_z_is_beyond_a_bound() -> None:
 def test_bounds_never_call_a_solution_what_is_none(
     seed: int, n: int, spread: int, size: int, sparse: bool
 ) -> None:
-    """Perturbed solutions, with a tolerance just below and well above the relative residual; nor do other judges."""
+    """Perturbed solutions, with a tolerance just below and well above the relative
+    residual; nor do other judges."""
     generator = np.random.default_rng(seed)
     scales = np.exp2(generator.integers(-spread, spread + 1, (2, n)).astype(float))
     A = generator.standard_normal((n, n))
@@ -303,7 +306,8 @@ def around(z: Vector, generator: np.random.Generator) -> Vector:
 def test_many_points_together_pass_where_each_does(
     bounds: str, condition: float
 ) -> None:
-    """What surely solves among many points solves alone, and nearly all of what solves alone surely does."""
+    """What surely solves among many points solves alone, and nearly all of what solves
+    alone surely does."""
     generator = np.random.default_rng(3)
     n = 8
     orthogonal = np.linalg.qr(generator.standard_normal((n, n)))[0]
@@ -403,7 +407,8 @@ def test_variable_fixed_at_0_is_measured_in_the_units_of_its_column(
 
 
 def ring(n: int, excess: float, sparse: bool = False) -> Problem:
-    """A Z-matrix whose diagonal exceeds the other entry of each row by little, so that z is large."""
+    """A Z-matrix whose diagonal exceeds the other entry of each row by little, so that
+    z is large."""
     M = (1 + excess) * np.eye(n) - np.roll(np.eye(n), 1, axis=1)
     return Problem(csr_array(M) if sparse else M, -np.linspace(1, 2, n))
 

@@ -1,5 +1,6 @@
-"""What rounding left of zeros keeps no solution from being one, and products that underflow hide no violation; numbers
-that matter always count. What is decided about solutions in which rounding hides terms of a row, and at what expense.
+"""What rounding left of zeros keeps no solution from being one, and products that
+underflow hide no violation; numbers that matter always count. What is decided about
+solutions in which rounding hides terms of a row, and at what expense.
 """
 
 from __future__ import annotations
@@ -27,8 +28,9 @@ from .. import exact, exact_measure
 
 
 def chain(n: int, small: float = 1e-300) -> Problem:
-    """z_0 = 1e-30, and small z_i >= small z_(i-1) for those that follow, but z_n = 0 for the last of n: it only keeps
-    the rows moderate. The only solution is (1e-30, ..., 1e-30, 0)."""
+    """z_0 = 1e-30, and small z_i >= small z_(i-1) for those that follow, but z_n = 0
+    for the last of n: it only keeps the rows moderate. The only solution is (1e-30,
+    ..., 1e-30, 0)."""
     M, q = np.eye(n), np.zeros(n)
     for i in range(1, n - 1):
         M[i, i - 1 : i + 1] = -small, small
@@ -72,7 +74,8 @@ def test_many_right_hand_sides_are_judged_alike(columns: int, compiled: bool) ->
 
 
 def triangular(random: np.random.Generator) -> tuple[Problem, list[Fraction]]:
-    """A lower triangular M with a positive diagonal, numbers of very different sizes, and the only solution."""
+    """A lower triangular M with a positive diagonal, numbers of very different sizes,
+    and the only solution."""
     n = int(random.integers(2, 9))
     M = np.tril(
         random.integers(-2, 3, (n, n)) * 10.0 ** random.choice([0, -150, -300], (n, n)),
@@ -120,7 +123,8 @@ def test_bounds_on_rounding_errors_count_products_that_underflow() -> None:
 
 
 def test_bound_that_underflows_in_other_units_is_a_bound_still() -> None:
-    """z_0 has to rise to u_0 = 1e-100; in units in which the other numbers are moderate, u_0 would be 0."""
+    """z_0 has to rise to u_0 = 1e-100; in units in which the other numbers are
+    moderate, u_0 would be 0."""
     M = [
         [0.0, 0.0, 0.0, -2e-300],
         [0.0, 1e-300, 0.0, 1e-150],
@@ -144,7 +148,8 @@ UNKNOWNS = 40
 def with_noise_in_q(
     noisy: int = 2, n: int = UNKNOWNS, size: float = 2.0**-52
 ) -> Problem:
-    """A program in whose last rows, equations of variables that are 0, the right-hand side is rounding of 0."""
+    """A program in whose last rows, equations of variables that are 0, the right-hand
+    side is rounding of 0."""
     M = np.eye(n)
     M[0, 1:] = 1.0
     q = -np.arange(3.0, n + 3)
@@ -170,7 +175,8 @@ def test_rounding_of_zero_in_q_is_named_where_it_alone_stands_in_the_way(
     assert list(result.negligible_q) == [UNKNOWNS - 2, UNKNOWNS - 1]
     assert (
         result.message
-        == f"solved: counting q{UNKNOWNS - 1} = -2.2e-16 and q{UNKNOWNS} = -2.2e-16 as 0"
+        == f"solved: counting q{UNKNOWNS - 1} = -2.2e-16 and q{UNKNOWNS} = "
+        "-2.2e-16 as 0"
     )
     assert json.loads(result.to_json())["negligible_q"] == [UNKNOWNS - 2, UNKNOWNS - 1]
     verification = check(problem, result.z)
@@ -232,7 +238,8 @@ def test_a_few_large_numbers_do_not_make_rounding_of_the_others() -> None:
 
 @pytest.mark.parametrize(("method", "n"), [("auto", 12), ("auto", 21), ("newton", 40)])
 def test_no_row_is_solved_by_the_size_of_another(method: str, n: int) -> None:
-    """M_00 asks for a large z_0; two rows, w_1 = z_2 - 1 and w_2 = z_1 + 1, exclude each other."""
+    """M_00 asks for a large z_0; two rows, w_1 = z_2 - 1 and w_2 = z_1 + 1, exclude
+    each other."""
     M, q = np.eye(n), np.full(n, -5.0)
     M[0, 1:] = 1.0
     M[1:3, 1:3] = [[0.0, 1.0], [1.0, 0.0]]
@@ -244,7 +251,8 @@ def test_no_row_is_solved_by_the_size_of_another(method: str, n: int) -> None:
 
 
 def test_rows_of_noise_are_cleaned_one_by_one() -> None:
-    """w_2 = -z_1 is violated by a z_1 that is rounding of 0; z_5 is as small, and matters."""
+    """w_2 = -z_1 is violated by a z_1 that is rounding of 0; z_5 is as small, and
+    matters."""
     n = 24
     M, q = np.eye(n), -np.full(n, 7.0)
     M[0, 1:], M[1:3] = 1.0, 0.0
@@ -279,7 +287,8 @@ def test_points_beyond_a_bound_do_not_solve_however_far_the_numbers_are_from_1()
 
 
 def test_a_whole_number_in_q_is_no_rounding_however_large_the_others_are() -> None:
-    """The last rows, equations of variables that are 0 where the other rows hold, contradict them."""
+    """The last rows, equations of variables that are 0 where the other rows hold,
+    contradict them."""
     given = with_noise_in_q(size=1.0)
     q = np.where(np.arange(UNKNOWNS) < UNKNOWNS - 2, 1e14 * given.q, given.q)
     q[0] = -3e14
@@ -292,7 +301,8 @@ DISC = np.block([[A, np.array([[0.0], [1], [1]])], [np.array([[0.3, -1, -1, 0]])
 
 
 def on_the_floor(slip: float) -> Problem:
-    """A disc on the floor: normal and tangential impulses, and the speed at which it slides."""
+    """A disc on the floor: normal and tangential impulses, and the speed at which it
+    slides."""
     return Problem(DISC, [-0.00981, slip, -slip, 0])
 
 
@@ -323,8 +333,8 @@ def test_a_disc_at_rest_needs_no_exact_arithmetic(
 
 
 def test_what_rounding_hides_is_decided_exactly() -> None:
-    """w_2 is 1/3 less the double next to it and 1e-17 more, and decides whether z_2 is 0; with the double above, it is
-    not."""
+    """w_2 is 1/3 less the double next to it and 1e-17 more, and decides whether z_2 is
+    0; with the double above, it is not."""
     M = np.array([[3.0, 0, 0], [1, 1, 1], [0, 0, 1]])
     for own in (-1 / 3, -np.nextafter(1 / 3, 1)):
         problem = Problem(M, [-1.0, own, -1e-17])

@@ -1,11 +1,15 @@
-"""The complementary cones of an LCP with two unknowns, and the paths of runs on such LCPs over the merit function.
+"""The complementary cones of an LCP with two unknowns, and the paths of runs on such
+LCPs over the merit function.
 
-w - M z = q with w, z >= 0 and z'w = 0 says that q lies in a cone that is spanned, for each j, by column j of I or by
-column j of -M (K. G. Murty 1972; R. W. Cottle, J.-S. Pang and R. E. Stone, The Linear Complementarity Problem, section
-1.3). Overlapping cones have arcs of different radii, and a ray through q crosses the arcs of the cones that contain q.
+w - M z = q with w, z >= 0 and z'w = 0 says that q lies in a cone that is spanned, for
+each j, by column j of I or by column j of -M (K. G. Murty 1972; R. W. Cottle, J.-S.
+Pang and R. E. Stone, The Linear Complementarity Problem, section 1.3). Overlapping
+cones have arcs of different radii, and a ray through q crosses the arcs of the cones
+that contain q.
 
-The plane of the paths is that of x with z = |x| + x and w = |x| - x, in which F(x) = M z - w + q is linear in each
-quadrant: the cones are the images of the quadrants. The contours are those of |F(x)|; F is 0 only at solutions.
+The plane of the paths is that of x with z = |x| + x and w = |x| - x, in which F(x) = M
+z - w + q is linear in each quadrant: the cones are the images of the quadrants. The
+contours are those of |F(x)|; F is 0 only at solutions.
 """
 
 from __future__ import annotations
@@ -50,16 +54,17 @@ ARC, APART = 78.0, 13.0
 
 
 class Cone(NamedTuple):
-    """A cone. parts : the start and the extent of a sector, in radians; for any other cone, the direction of each ray
-    and 0. radius : of its arc, in points: the largest one that no overlapping cone before it, in the order of SETS,
-    has."""
+    """A cone. parts : the start and the extent of a sector, in radians; for any other
+    cone, the direction of each ray and 0. radius : of its arc, in points: the largest
+    one that no overlapping cone before it, in the order of SETS, has."""
 
     parts: tuple[tuple[float, float], ...]
     radius: float = ARC
 
     @property
     def kind(self) -> str:
-        """Return SECTOR; RAY, from the origin; LINE, through it; or POINT, the origin alone."""
+        """Return SECTOR; RAY, from the origin; LINE, through it; or POINT, the origin
+        alone."""
         return (
             SECTOR
             if any(extent for _, extent in self.parts)
@@ -67,8 +72,8 @@ class Cone(NamedTuple):
         )
 
     def overlaps(self, other: Cone) -> bool:
-        """Return whether two sectors have a common interior point, or a ray or line and another cone have a common
-        point other than 0."""
+        """Return whether two sectors have a common interior point, or a ray or line and
+        another cone have a common point other than 0."""
         margin = -SAME if self.kind == other.kind == SECTOR else SAME
         turns = [
             ((there - here) % TURN, own, its)
@@ -93,7 +98,8 @@ def generators(M: Sequence[Sequence[float]]) -> dict[str, float | None]:
 
 
 def cones(M: Sequence[Sequence[float]]) -> list[Cone]:
-    """Return the cone of each of SETS, spanned by the columns of -M in the set and the columns of I outside the set."""
+    """Return the cone of each of SETS, spanned by the columns of -M in the set and the
+    columns of I outside the set."""
     directions = generators(M)
     made: list[Cone] = []
     for chosen in SETS:
@@ -144,8 +150,8 @@ OUTLINE = withStroke(linewidth=2.0, foreground="white")
 
 
 def holding(found: SolutionSet) -> list[bool]:
-    """Return whether the cone of each of SETS contains q: whether there is a solution with w = 0 in the set and z = 0
-    outside."""
+    """Return whether the cone of each of SETS contains q: whether there is a solution
+    with w = 0 in the set and z = 0 outside."""
     solutions = [list(zip(z, found.data.w(z), strict=True)) for z in found.points]
     sets = [(1 in chosen, 2 in chosen) for chosen in SETS]
     return [
@@ -223,7 +229,10 @@ def draw(found: SolutionSet) -> Figure:
             )
         )
         labels.append(variables(chosen) + KINDS[cone.kind] + f"  {CHECK}" * holds)
-    title = f"Variables that may be positive in each cone ({CHECK}: q lies in it).\nOnly directions count."
+    title = (
+        f"Variables that may be positive in each cone ({CHECK}: q lies in "
+        "it).\nOnly directions count."
+    )
     look: dict[str, Any] = {
         "title_fontsize": SMALL_FONT,
         "alignment": "left",
@@ -243,7 +252,8 @@ def _at(radius: float, direction: float) -> tuple[float, float]:
 
 
 def _cone(axes: Axes, cone: Cone, color: str, fill: float) -> None:
-    """Draw a sector with its arc, thick rays for a ray or a line, or a ring for the origin."""
+    """Draw a sector with its arc, thick rays for a ray or a line, or a ring for the
+    origin."""
     radius, add = cone.radius, axes.add_patch
     if cone.kind == POINT:
         axes.plot(
@@ -305,8 +315,8 @@ def _cone(axes: Axes, cone: Cone, color: str, fill: float) -> None:
 
 
 def _labels(axes: Axes, directions: dict[str, float | None]) -> None:
-    """Write the names of vectors beyond their ends, those of near directions together, and of zero ones at the
-    origin."""
+    """Write the names of vectors beyond their ends, those of near directions together,
+    and of zero ones at the origin."""
     names: dict[float, list[str]] = {}
     for name, direction in directions.items():
         if direction is not None:
@@ -342,7 +352,8 @@ def _labels(axes: Axes, directions: dict[str, float | None]) -> None:
 
 
 def variables(chosen: tuple[int, ...]) -> str:
-    """Return the names of the variables that may be positive in a cone: of z for the chosen, of w for the others."""
+    """Return the names of the variables that may be positive in a cone: of z for the
+    chosen, of w for the others."""
     return ", ".join(f"${'z' if j in chosen else 'w'}_{j}$" for j in (1, 2))
 
 
@@ -384,8 +395,8 @@ def merit(M: Any, q: Any, x: Any) -> Any:
 
 
 def ranges(picture: Panel) -> list[tuple[float, float]]:
-    """Return the range of each axis: around the origin, the starts, the solutions, and the iterates not far from
-    these."""
+    """Return the range of each axis: around the origin, the starts, the solutions, and
+    the iterates not far from these."""
     near = np.array(
         [
             (0.0, 0.0),
@@ -516,7 +527,8 @@ def _merit(axes: Axes, picture: Panel) -> None:
 
 
 def _numbers(axes: Axes, picture: Panel, chosen: Looks) -> None:
-    """Label a few iterates with their numbers, apart from each other and from the corners."""
+    """Label a few iterates with their numbers, apart from each other and from the
+    corners."""
     low, high = np.transpose(ranges(picture))
     numbered: list[Any] = []
     everywhere = (

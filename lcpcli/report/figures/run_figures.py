@@ -1,10 +1,11 @@
 """Runs and paths of solutions as figures, with one legend below all axes.
 
-The figure of convergence has one row per problem, with the error against run time on the left and against the iteration
-on the right. Curves have few markers, a ring around each point beyond the axes, and a cross where a run failed. That of
-a benchmark has the performance profile, error against run time, and the growth of time with n. That of a path has z(t),
-or x of a program, and the objective, or the frontier if the side of a row of a quadratic
-program varies.
+The figure of convergence has one row per problem, with the error against run time on
+the left and against the iteration on the right. Curves have few markers, a ring around
+each point beyond the axes, and a cross where a run failed. That of a benchmark has the
+performance profile, error against run time, and the growth of time with n. That of a
+path has z(t), or x of a program, and the objective, or the frontier if the side of a
+row of a quadratic program varies.
 """
 
 from __future__ import annotations
@@ -79,7 +80,8 @@ ALL_ZERO = Range(1e-17, 1e-15)  # at whose lower edge a point without any error 
 
 
 def errors(curves: Iterable[Curve]) -> Range:
-    """Return a range around the errors that are neither practically 0 nor those of a divergent run."""
+    """Return a range around the errors that are neither practically 0 nor those of a
+    divergent run."""
     series = [[v for v in curve.errors if v is not None] for curve in curves]
     proper, values = (
         [[v for v in own if 0 < v < math.inf] for own in series],
@@ -100,7 +102,8 @@ def errors(curves: Iterable[Curve]) -> Range:
 def times(
     values: Iterable[float], floor: float = SMALLEST_END, ceiling: float = LARGEST_END
 ) -> Range:
-    """Return a range around the values from floor to ceiling, of at least one decade."""
+    """Return a range around the values from floor to ceiling, of at least one
+    decade."""
     shown = [math.log10(v) for v in values if floor <= v <= ceiling] or [0.0]
     margin = max(MARGIN * (max(shown) - min(shown)), LEAST_MARGIN)
     low, high = min(shown) - margin, max(shown) + margin
@@ -115,7 +118,8 @@ def times(
 def inside(
     xs: Sequence[float | None], ys: Sequence[float | None], across: Range, up: Range
 ) -> list[DrawnPoint]:
-    """Return the points where both x and y are measured, moved to the edge if they are off the axes, and whether so."""
+    """Return the points where both x and y are measured, moved to the edge if they are
+    off the axes, and whether so."""
     measured = [
         (x, y) for x, y in zip(xs, ys, strict=True) if x is not None and y is not None
     ]
@@ -162,7 +166,8 @@ def draw_convergence(panels: Sequence[Panel]) -> Figure:
 
 
 def _against_time(axes: Axes, panel: Panel, chosen: Looks, width: float) -> None:
-    """Draw error against run time, both logarithmic. width : the inches for the title and its surroundings."""
+    """Draw error against run time, both logarithmic. width : the inches for the title
+    and its surroundings."""
     axes.set_title(fitted(panel.title, FONT, width - 1.0))
     axes.set(xlabel="run time (s)", ylabel=MEASURES[panel.measure])
     across = times(second for curve in panel.curves for second in curve.seconds)
@@ -185,7 +190,8 @@ def _draw(
 
 
 def _log_axis(axes: Axes, which: str, span: Range, room: float = ROOM) -> None:
-    """Make the x or y axis logarithmic over a range, with a share of its length as room for markers at the ends."""
+    """Make the x or y axis logarithmic over a range, with a share of its length as room
+    for markers at the ends."""
     beyond = (span.high / span.low) ** room
     axes.set(
         **{
@@ -200,7 +206,8 @@ def _log_axis(axes: Axes, which: str, span: Range, room: float = ROOM) -> None:
 def _draw_run(
     axes: Axes, points: Sequence[DrawnPoint], look: Look, solved: bool, turn: int
 ) -> None:
-    """Draw a run in axes whose scales and limits are set. turn : its number in the axes, which staggers the markers."""
+    """Draw a run in axes whose scales and limits are set. turn : its number in the
+    axes, which staggers the markers."""
     xs, ys = np.array([point[:2] for point in points]).T
     if len(points) > 1:
         axes.plot(xs, ys, zorder=2, **look.line)
@@ -279,7 +286,8 @@ def draw_bench(
     panels: Sequence[Panel],
     growths: Mapping[str, Sequence[Growth]],
 ) -> Figure:
-    """Draw the figure: axes in two columns; if their number is odd, the first ones are as wide as the figure."""
+    """Draw the figure: axes in two columns; if their number is odd, the first ones are
+    as wide as the figure."""
     grown, runs = (
         list(chain.from_iterable(growths.values())),
         [curve for panel in panels for curve in panel.curves],
@@ -306,7 +314,8 @@ def draw_bench(
 
 
 def _profile(axes: Axes, profiles: Sequence[Profile], chosen: Looks) -> None:
-    """Draw the share of problems that each solver solves within a multiple of the fastest solver's time, or in time."""
+    """Draw the share of problems that each solver solves within a multiple of the
+    fastest solver's time, or in time."""
     in_seconds = profiles[0].in_seconds
     title = "Solved over time" if in_seconds else "Performance profile"
     axes.set_title(
@@ -348,8 +357,8 @@ def _profile(axes: Axes, profiles: Sequence[Profile], chosen: Looks) -> None:
 
 
 def _growth(axes: Axes, family: str, growths: Sequence[Growth], chosen: Looks) -> None:
-    """Draw median run times with their quartiles, and the fitted powers of n as lines, or times without a fit
-    connected."""
+    """Draw median run times with their quartiles, and the fitted powers of n as lines,
+    or times without a fit connected."""
     axes.set_title(fitted(family, FONT, WIDTH / 2 - 1.0))
     axes.set(xlabel="$n$", ylabel="run time (s)")
     spans = [t for one in growths for t in (*one.lower, *one.upper)]
@@ -389,8 +398,9 @@ MOST_SAMPLES = 4000  # on a path, more than a figure shows
 
 
 def draw(path: Path, chosen: Sequence[str] = ()) -> Figure:
-    """Draw the components of z along a path that are not always 0, or of a program those of x, or the chosen unknowns
-    and multipliers instead, as for `wording.places`; and the objective of a program."""
+    """Draw the components of z along a path that are not always 0, or of a program
+    those of x, or the chosen unknowns and multipliers instead, as for `wording.places`;
+    and the objective of a program."""
     terms = path_formats.Terms(path)
     moving, program = terms.moving, terms.program
     across = _across(terms, path.t)
@@ -457,7 +467,8 @@ def _solutions(
 def _objective(
     axes: Axes, terms: path_formats.Terms, across: Any, label: str, is_frontier: bool
 ) -> None:
-    """Draw the objective of a program, a parabola on each piece, against what moves, or the frontier in its place."""
+    """Draw the objective of a program, a parabola on each piece, against what moves, or
+    the frontier in its place."""
     path, parts = (
         terms.path,
         max(min(SAMPLES, MOST_SAMPLES // max(len(across) - 1, 1)) - 1, 1),

@@ -1,8 +1,9 @@
-"""The common style of all figures: one colour and marker per method, solid lines, fonts, the legend below all axes, and
-the output as bytes.
+"""The common style of all figures: one colour and marker per method, solid lines,
+fonts, the legend below all axes, and the output as bytes.
 
-The colours are Okabe and Ito's (Color Universal Design, 2008) and Tol's (Colour schemes, SRON 2021), some darkened, so
-that the methods' lightness rises in steps of about ten, which distinguishes them in grey. Peers have hollow markers.
+The colours are Okabe and Ito's (Color Universal Design, 2008) and Tol's (Colour
+schemes, SRON 2021), some darkened, so that the methods' lightness rises in steps of
+about ten, which distinguishes them in grey. Peers have hollow markers.
 """
 
 from __future__ import annotations
@@ -76,7 +77,8 @@ SETTINGS: dict[str, Any] = {
 
 @dataclass(frozen=True)
 class Look:
-    """The look of a method: a solid line, as dashes would put gaps into a curve that zigzags."""
+    """The look of a method: a solid line, as dashes would put gaps into a curve that
+    zigzags."""
 
     color: str
     marker: Any
@@ -134,10 +136,11 @@ SHADES = 1024
 
 
 def looks(entries: Iterable[tuple[str, str]]) -> Looks:
-    """Return the look of each (name, label), which depends on the name; several labels of one name share its hue. Two
-    have the same marker, full and half full; more have different markers, and colours from light to dark; the runs of a
-    grid a colour for each value of one option, and a marker for each of the other one. Names that are not of methods
-    take the spare looks in the order in which they appear."""
+    """Return the look of each (name, label), which depends on the name; several labels
+    of one name share its hue. Two have the same marker, full and half full; more have
+    different markers, and colours from light to dark; the runs of a grid a colour for
+    each value of one option, and a marker for each of the other one. Names that are not
+    of methods take the spare looks in the order in which they appear."""
     labels: dict[str, list[str]] = {}
     for name, label in dict.fromkeys(entries):
         labels.setdefault(name, []).append(label)
@@ -180,8 +183,9 @@ def looks(entries: Iterable[tuple[str, str]]) -> Looks:
 
 
 def places_of(labels: Sequence[str]) -> list[tuple[int, int]]:
-    """Return a row and a column for each run of one method: by the values of the two options that all labels set, if
-    both vary, as in shi:p=100,k-star=5; else each run has a row and a column of its own."""
+    """Return a row and a column for each run of one method: by the values of the two
+    options that all labels set, if both vary, as in shi:p=100,k-star=5; else each run
+    has a row and a column of its own."""
     parts = (
         (
             part.partition("=")[::2]
@@ -211,7 +215,8 @@ def context() -> AbstractContextManager[None]:
 def file(
     draw: Callable[[], Figure], form: str, title: str, provenance: Sequence[str]
 ) -> bytes:
-    """Return the figure as a file, with its provenance as metadata; the same figure gives the same bytes."""
+    """Return the figure as a file, with its provenance as metadata; the same figure
+    gives the same bytes."""
     subject, without = METADATA[form]
     metadata = {"Title": title, subject: "; ".join(provenance), without: None}
     buffer = BytesIO()
@@ -221,7 +226,8 @@ def file(
 
 
 def fitted(text: str, size: float, inches: float) -> str:
-    """Return a text on one line, cut to `inches`; ? replaces characters that the font lacks, and $ is literal."""
+    """Return a text on one line, cut to `inches`; ? replaces characters that the font
+    lacks, and $ is literal."""
     font = FontProperties(family=FAMILY, size=size)
     glyphs = get_font(findfont(font)).get_charmap()
     text = "".join(c if ord(c) in glyphs else "?" for c in visible(text))
@@ -257,8 +263,8 @@ Entry: TypeAlias = tuple[Line2D, str]
 
 
 def add_legend(figure: Figure, chosen: Looks, others: Sequence[Entry] = ()) -> Figure:
-    """Add a legend in as many columns as there is room for, by whose height the figure grows. others : further
-    samples."""
+    """Add a legend in as many columns as there is room for, by whose height the figure
+    grows. others : further samples."""
     figure.align_labels()
     signs = {
         label for axes in figure.axes for label in axes.get_legend_handles_labels()[1]
