@@ -7,24 +7,35 @@ M is a real matrix of shape (n, n), dense or sparse, and q is a vector of n numb
     Problem      M and q, with a name, a starting point and known solutions
     read, write  read a problem from files, or write it to files
     run          solves a Problem, with the options of solve, and returns a Result
-    Result       the outcome: its Status, z, w, the residual, on request a Trace of the iterates (TraceRows), and more
+    Result       the outcome: its Status, z, w, the residual, on request a Trace of the
+                 iterates (TraceRows), and more
     Interrupted  what Ctrl-C raises: a KeyboardInterrupt with the Result so far
-    solve_many   the results of many problems, or of one M with many q, one after another; a Batch if each q has an M
-    Batch        the results of many problems of one size, with arrays of all solutions, and their derivatives
-    Solver       prepares one M for a sequence of problems, each solved starting from the states of the previous one
+    solve_many   the results of many problems, or of one M with many q, one after
+                 another; a Batch if each q has an M
+    Batch        the results of many problems of one size, with arrays of all solutions,
+                 and their derivatives
+    Solver       prepares one M for a sequence of problems, each solved starting from
+                 the states of the previous one
     use_kernels  makes all later calls use the compiled kernels of the extra `fast`
     exact        the solution of a Problem in fractions, or a proof that there is none
-    solutions    all solutions of a Problem, in fractions: isolated ones and faces; for a game all equilibria
-    optimum      the best of all solutions of a Problem by a linear objective, in fractions, with a proof
+    solutions    all solutions of a Problem, in fractions: isolated ones and faces; for
+                 a game all equilibria
+    optimum      the best of all solutions of a Problem by a linear objective, in
+                 fractions, with a proof
     check        verifies a z for a Problem, whatever its source
-    path         the Path of solutions from one Problem to another with the same M, piece by piece
-    inspect      the classes of M, its scaling, and the methods that are guaranteed to solve a Problem
+    path         the Path of solutions from one Problem to another with the same M,
+                 piece by piece
+    inspect      the classes of M, its scaling, and the methods that are guaranteed to
+                 solve a Problem
     plan         the attempts of auto on a Problem, in order, with reasons
     plot         results as a figure of error against time and iteration
     error_bound  a proved bound on the distance of a z from the solution
-    solve_mcp    solves a nonlinear complementarity problem with functions F and J, and returns a Result
-    solve_qp     the minimizer of a convex quadratic or linear program, called as in qpsolvers
-    from_qp      the Problem of a linear or quadratic program; Result.answer has its minimizer and multipliers
+    solve_mcp    solves a nonlinear complementarity problem with functions F and J, and
+                 returns a Result
+    solve_qp     the minimizer of a convex quadratic or linear program, called as in
+                 qpsolvers
+    from_qp      the Problem of a linear or quadratic program; Result.answer has its
+                 minimizer and multipliers
     from_qpsolvers, from_osqp  the same, from the arguments of qpsolvers or OSQP
     add_to_qpsolvers  makes qpsolvers.solve_qp(..., solver="lcp") possible
     from_game    the Problem of a two-player game; Result.answer has its equilibrium

@@ -170,7 +170,10 @@ def reporting(
         if formats
         else []
     )
-    path_of = lambda _, __, file: None if file in NAMES_OF_OUTPUT else file  # noqa: E731
+
+    def path_of(_: Any, __: Any, file: str | None) -> str | None:
+        return None if file in NAMES_OF_OUTPUT else file
+
     return declared(
         *choice,
         *others,

@@ -99,7 +99,8 @@ def main() -> None:
         # error.
         if sys.stdout is None:
             os.dup2(os.open(os.devnull, os.O_RDONLY), 1)
-            sys.stdout = sys.__stdout__ = open(1, "w")  # type: ignore[misc]  # noqa: SIM115
+            unread = open(1, "w")  # noqa: SIM115
+            sys.stdout = sys.__stdout__ = unread  # type: ignore[misc]
         for stream in (sys.stdout, sys.stderr):
             if hasattr(stream, "reconfigure"):
                 stream.reconfigure(errors="backslashreplace")

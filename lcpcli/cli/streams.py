@@ -405,7 +405,10 @@ class Task(NamedTuple):
             self.request.inputs,
             uses_kernels(None, work.sources[0].item or 0),
         )
-        traces = lambda _: (Trace(self.every) if self.every else None, None)  # noqa: E731
+
+        def traces(_: Any) -> tuple[Trace | None, None]:
+            return Trace(self.every) if self.every else None, None
+
         for read in inputs.problems(work, takes_models=self.steps is None):
             if self.steps is not None:
                 result = self.steps.follow(read.problem, compiled)

@@ -10,7 +10,8 @@ players. The LCP of a game of two strategies x and y has x / v and y / u in thei
 with the costs u and v of the row and the column player. With these as unknowns, payoffs
 are linear, and so are sums of them:
 
-    0 <= x,  R y - u e >= 0,  u free,  e'x = 1,        0 <= y,  C'x - v e >= 0,  v free,  e'y = 1.
+    0 <= x,  R y - u e >= 0,  u free,  e'x = 1,
+    0 <= y,  C'x - v e >= 0,  v free,  e'y = 1.
 """
 
 from __future__ import annotations

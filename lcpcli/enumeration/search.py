@@ -86,8 +86,9 @@ def solutions(
     --------
     >>> import lcpcli
     >>> found = lcpcli.solutions(lcpcli.Problem([[0, 1], [0, 0]], [-1, 0]))
+    >>> in_text = lambda vectors: [list(map(str, vector)) for vector in vectors]
     >>> for piece in found:
-    ...     print([list(map(str, vertex)) for vertex in piece.vertices], [list(map(str, ray)) for ray in piece.rays])
+    ...     print(in_text(piece.vertices), in_text(piece.rays))
     [['0', '1']] [['1', '0']]
     [['0', '1']] [['0', '1']]
     >>> found
@@ -508,7 +509,8 @@ class SolutionSet:
         if not self.complete:
             others = OTHERS_WORDING[self.others] if self.pieces else "there may be some"
             return (
-                f"{self.count if self.pieces else 'no solution was found'}{UNLISTED[self.status]}; "
+                f"{self.count if self.pieces else 'no solution was found'}"
+                f"{UNLISTED[self.status]}; "
                 f"{others}"
             )
         isolated = all(piece.is_point for piece in self.pieces)

@@ -545,12 +545,8 @@ def of_length(field: str, values: list[Fraction], lengths: Lengths) -> list[Frac
         f"{own if own.endswith('strategies') else count(n, 'unknown')}"
     )
     refuse(len(lengths) == 1, field, fault, "make them agree")
-    raise ProblemError(
-        field,
-        fault,
-        "give "
-        f"{listed((f'{size} for {what}' for size, what in sorted(lengths.items())), 'or')}",
-    )
+    choices = (f"{size} for {what}" for size, what in sorted(lengths.items()))
+    raise ProblemError(field, fault, f"give {listed(choices, 'or')}")
 
 
 def of_table(content: bytes) -> list[Candidate]:

@@ -144,7 +144,10 @@ COMPRESSIBLE = tuple(ending.removesuffix(".gz") for ending in COMPRESSED)
 MAT_4 = (
     rb"(?s)[\0-\x34]\0{3}.{8}[\0\1]\0{3}.{2}\0{2}|\0{2}[\3\4].{9}\0{3}[\0\1]\0{2}.{2}"
 )
-MPS = rb"(?mi)(?:\*[^\n]*\n|\s*\n)*(?:NAME|ROWS|OBJSENSE)\b[^;,{\n]*\r?\n(?s:.){0,1000}?^\s*N\s+\S"
+MPS = (
+    rb"(?mi)(?:\*[^\n]*\n|\s*\n)*(?:NAME|ROWS|OBJSENSE)\b[^;,{\n]*\r?\n"
+    rb"(?s:.){0,1000}?^\s*N\s+\S"
+)
 AS_ARRAYS = "save M and q with numpy.savez"
 SPREADSHEET = ("is a spreadsheet", "save it as CSV")
 PACKED = ("is compressed", "uncompress it first")
@@ -206,8 +209,8 @@ HEAD = 4096
 RESULT = re.compile(  # of this program, in JSON or CSV
     rb'\s*\{"version": "|\s*\{"problem": .{0,999}?, "n": \d+, '
     rb'"(?:kind|bounds)": |\{\s*"suite": \[|'
-    rb"(?:#[^\n]*\n)*(?:(?:problem,(?:method,)?)?component,z,w\b|piece,kind,number,component|equilibrium,player,strategy|"
-    rb"problem,method,k,)"
+    rb"(?:#[^\n]*\n)*(?:(?:problem,(?:method,)?)?component,z,w\b|"
+    rb"piece,kind,number,component|equilibrium,player,strategy|problem,method,k,)"
 )
 RENDERED = rb"\blcp \d+\.\d[^\n]{0,30}, (?:tol \$?\d|in exact arithmetic)"
 AS_TABLE = (

@@ -232,7 +232,10 @@ def _shared(path: str, key: str, names: list[str], others: list[str]) -> list[st
 
 
 def _row(values: Sequence[str]) -> str:
-    return f"[{', '.join(json.dumps(value) if '/' in value else str(Decimal(value)) for value in values)}]"
+    texts = (
+        json.dumps(value) if "/" in value else str(Decimal(value)) for value in values
+    )
+    return f"[{', '.join(texts)}]"
 
 
 def _table(path: str) -> tuple[list[list[str]], list[str], list[str]]:

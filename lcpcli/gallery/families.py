@@ -39,25 +39,33 @@ class Entry(NamedTuple):
 # source.
 TABLE = """
 random_problems:
-harker-pang | random, dense (Harker and Pang 1990) | positive definite | Harker and Pang 1990
-ill-scaled | harker-pang, badly scaled | P | after Harker and Pang 1990, rows and columns rescaled
-tridiagonal | tridiag(-1, 4, -1), random q | SPD, M | after El foutayeni and Khaladi 2012, Example 1, random q
+harker-pang | random, dense (Harker and Pang 1990) | positive definite | \
+Harker and Pang 1990
+ill-scaled | harker-pang, badly scaled | P | \
+after Harker and Pang 1990, rows and columns rescaled
+tridiagonal | tridiag(-1, 4, -1), random q | SPD, M | \
+after El foutayeni and Khaladi 2012, Example 1, random q
 dominant | random, ten entries per row | H+ | random, original to lcp
 systems:
-obstacle | membrane over an obstacle on a square grid | SPD, M | Glowinski 1984, chapter II, five-point differences
-two-obstacles | membrane between two obstacles, with bounds | SPD, M | Rodrigues 1987, five-point differences
+obstacle | membrane over an obstacle on a square grid | SPD, M | \
+Glowinski 1984, chapter II, five-point differences
+two-obstacles | membrane between two obstacles, with bounds | SPD, M | \
+Rodrigues 1987, five-point differences
 torsion | elastic-plastic torsion of a bar, with bounds | SPD, M | \
 Glowinski 1984, chapter II; Brezis and Sibony 1971; five-point differences
 journal-bearing | oil film with cavitation (Cryer 1971) | SPD, M | Cryer 1971
-american-put | option pricing, one implicit time step | SPD, M | Wilmott, Dewynne and Howison 1993
-contact | rigid bodies with Coulomb friction | copositive | Stewart and Trinkle 1996, random contacts in the plane
+american-put | option pricing, one implicit time step | SPD, M | \
+Wilmott, Dewynne and Howison 1993
+contact | rigid bodies with Coulomb friction | copositive | \
+Stewart and Trinkle 1996, random contacts in the plane
 rigid_bodies:
 rigid-boxes | a time step of rigid boxes: tower, pyramid, heap, crushed | copositive | \
 Stewart and Trinkle 1996, a time step of boxes in the plane
 systems:
 bimatrix | random two-player game | copositive | Lemke and Howson 1964, random costs
 poker | poker with one card of each rank, a game tree | copositive | after Kuhn 1950
-bargaining | offers under incomplete information, a game tree | copositive | after Chatterjee and Samuelson 1983
+bargaining | offers under incomplete information, a game tree | copositive | \
+after Chatterjee and Samuelson 1983
 circuit | bridge rectifiers with ideal diodes, free potentials | PSD | \
 Acary, Bonnefon and Brogliato 2011, nodal analysis with ideal diodes
 relays | switching system, with bounds | PSD | Acary and Brogliato 2008, random systems
@@ -66,41 +74,57 @@ Takayama and Judge 1971, random linear functions
 random_problems:
 boxes | random, with bounds of every kind | SPD | original to lcp
 programs:
-lp | random linear program and its dual | skew-symmetric | Dantzig and Cottle 1967, random program
+lp | random linear program and its dual | skew-symmetric | \
+Dantzig and Cottle 1967, random program
 qp | random convex quadratic program | PSD | Cottle and Dantzig 1968, random program
-portfolio | least variance with a factor model, a program | PSD | Markowitz 1952, random factor model
-frontier | efficient frontier, as a target return or its weight varies | PSD | Markowitz 1956, random factor model
-lasso | regularization path, as a penalty varies | PSD | Tibshirani 1996, random features
+portfolio | least variance with a factor model, a program | PSD | \
+Markowitz 1952, random factor model
+frontier | efficient frontier, as a target return or its weight varies | PSD | \
+Markowitz 1956, random factor model
+lasso | regularization path, as a penalty varies | PSD | \
+Tibshirani 1996, random features
 control | masses and springs under bounded forces, a program | PSD | \
 chain of masses and springs, Borrelli, Bemporad and Morari 2017, chapter 11
-transport | least cost from plants to markets, a linear program | PSD | Hitchcock 1941, random integers
+transport | least cost from plants to markets, a linear program | PSD | \
+Hitchcock 1941, random integers
 random_problems:
 murty | exponential for least-index pivoting (Murty 1978) | P, PSD | Murty 1978
-all-cones | line through all 2^n complementary cones | P, PSD | after Murty 1978 and 1980
+all-cones | line through all 2^n complementary cones | P, PSD | \
+after Murty 1978 and 1980
 fathi | exponential for Lemke's method (Fathi 1979) | SPD | Fathi 1979
 ben-gharbia-gilbert | plain Newton-min cycles (2012) | P | Ben Gharbia and Gilbert 2012
-curtis-han-robinson | plain active-set method cycles (2015) | SPD | Curtis, Han and Robinson 2015 | 3
-kostreva | Lemke's method cycles without a tie-breaking rule (1979) | P, not positive definite | Kostreva 1979
+curtis-han-robinson | plain active-set method cycles (2015) | SPD | \
+Curtis, Han and Robinson 2015 | 3
+kostreva | Lemke's method cycles without a tie-breaking rule (1979) | \
+P, not positive definite | Kostreva 1979
 growth | solution 1, 2, 4, ..., 2^(n-1) | M | after Wilkinson 1961
-hilbert | Hilbert matrix, scaled to integers up to n = 18 | SPD | the Hilbert matrix (Hilbert 1894)
+hilbert | Hilbert matrix, scaled to integers up to n = 18 | SPD | \
+the Hilbert matrix (Hilbert 1894)
 diagonal | diagonal matrix with entries over many decades | SPD, M | original to lcp
 near-singular | smallest eigenvalue epsilon | SPD | random, original to lcp
 degenerate | z_i = w_i = 0 for half of the indices | SPD | random, original to lcp
-near-degenerate | max(z_i, w_i) = epsilon for half of the indices | SPD | random, original to lcp
+near-degenerate | max(z_i, w_i) = epsilon for half of the indices | SPD | \
+random, original to lcp
 infeasible | no z >= 0 with Mz + q >= 0 | none | random, original to lcp
 unsolvable | feasible, but without a solution | none | random, original to lcp
 planted | random, with a hidden solution | any | random, original to lcp
 gaussian | random M and q, with or without a solution | any | random, original to lcp
-indefinite | random, with a degenerate solution | any | after INFORMS J. Comput. 2024.0822
+indefinite | random, with a degenerate solution | any | \
+after INFORMS J. Comput. 2024.0822
 ray | solvable, but Lemke's method ends on a ray | copositive | random, original to lcp
 """
 LESS = {"<": lt, "<=": le}
 RANGES = """
-0 <= friction <= 10; 0 <= compliance <= 10; 0 < step <= 1e3; 0 < capacity <= 1e6; -1e6 <= tax <= 1e6
-0 <= perturbation <= 1; 0 < discount <= 1; 0 < gap <= 1e6; -1e6 <= load <= 1e6; -1e6 <= angle <= 1e6
-0 < eccentricity < 1; 0.5 <= strike <= 2; 0.001 <= volatility <= 10; 0.001 <= rate <= 10; 0.001 <= years <= 10
-1e-12 <= epsilon <= 1; 0 <= decades <= 150; -1e15 <= t <= 1e15; 1 < alpha <= 1e6; 0 <= entries <= 1000; 0 < most <= 1
-0 <= target <= 1; 0 <= weight <= 1e6; 0 <= penalty <= 2; 1 <= samples <= 1e5; 1 <= masses <= 100; 0 < strength <= 1e6
+0 <= friction <= 10; 0 <= compliance <= 10; 0 < step <= 1e3; 0 < capacity <= 1e6
+-1e6 <= tax <= 1e6
+0 <= perturbation <= 1; 0 < discount <= 1; 0 < gap <= 1e6; -1e6 <= load <= 1e6
+-1e6 <= angle <= 1e6
+0 < eccentricity < 1; 0.5 <= strike <= 2; 0.001 <= volatility <= 10
+0.001 <= rate <= 10; 0.001 <= years <= 10
+1e-12 <= epsilon <= 1; 0 <= decades <= 150; -1e15 <= t <= 1e15; 1 < alpha <= 1e6
+0 <= entries <= 1000; 0 < most <= 1
+0 <= target <= 1; 0 <= weight <= 1e6; 0 <= penalty <= 2; 1 <= samples <= 1e5
+1 <= masses <= 100; 0 < strength <= 1e6
 """  # of the parameters of these names, in all families
 RANGE_OF = {
     text.split()[2]: text for text in RANGES.strip().replace("\n", "; ").split("; ")

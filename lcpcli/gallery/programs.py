@@ -23,8 +23,8 @@ def lp(n: int, seed: int) -> Problem:
 
     There are n // 2 constraints of integers, up to ten entries per row; M is sparse
     above n = 200. The known vertex is strictly complementary, so the solution is
-    unique, and exact. The data are original to lcp. G. B. Dantzig, R. W. Cottle, in:
-    Nonlinear Programming, North-Holland (1967) 55-73.
+    unique, and exact. The data are original to lcp.
+    G. B. Dantzig, R. W. Cottle, in: Nonlinear Programming, North-Holland (1967) 55-73.
     """
     return _program(
         "lp",
@@ -40,8 +40,9 @@ def qp(n: int, seed: int) -> Problem:
 
     There are n // 2 constraints; the data are integers, Q is positive definite, and M
     is dense. The known solution is strictly complementary with independent active
-    constraints, hence unique, and exact. R. W. Cottle, G. B. Dantzig, Linear Algebra
-    Appl. 1 (1968) 103-125. The random data are original to lcp.
+    constraints, hence unique, and exact.
+    R. W. Cottle, G. B. Dantzig, Linear Algebra Appl. 1 (1968) 103-125. The random data
+    are original to lcp.
     """
     return _program(
         "qp",
@@ -88,9 +89,9 @@ def _program(kind: str, n: int, seed: int, note: str) -> Problem:
 def portfolio(n: int, seed: int, *, most: float = 0.2) -> Problem:
     """Minimize x'Dx + y'y subject to y = F'x, shares x of k assets that add up to 1, 0
     <= x <= most, and an expected return from 3 % to 12 %; about n unknowns with the
-    multipliers of rows. D and F, of k // 10 + 1 factors, are random. H. Markowitz, J.
-    Finance 7 (1952) 77-91; factors as in B. Stellato et al., Math. Program. Comput. 12
-    (2020) 637-672.
+    multipliers of rows. D and F, of k // 10 + 1 factors, are random.
+    H. Markowitz, J. Finance 7 (1952) 77-91; factors as in B. Stellato et al., Math.
+    Program. Comput. 12 (2020) 637-672.
 
     most : the largest share, at least 2 / k.
     """
@@ -130,8 +131,9 @@ def frontier(
 
     M = [S -A'; A 0], with A = (e, r)', and the bounds are the same for all targets and
     weights. S = D + FF' is exact, with one random factor for 50 assets; the returns are
-    random, from 2 % to 12 %. H. Markowitz, Naval Res. Logist. Quart. 3 (1956) 111-133;
-    Portfolio Selection, Wiley (1959).
+    random, from 2 % to 12 %.
+    H. Markowitz, Naval Res. Logist. Quart. 3 (1956) 111-133; Portfolio Selection, Wiley
+    (1959).
 
     target : 0 where the row is not active. most : the largest share, at least 2 / (n -
         2).
@@ -163,9 +165,9 @@ def lasso(n: int, seed: int, *, penalty: float = 1.0, samples: int = 20) -> Prob
 
     M = [G -G; -G G] with G = X'X, and q = (lambda e - X'y, lambda e + X'y), z = (b+,
     b-). X is normal in multiples of 1/16, and y sums up a tenth of the features, with
-    whole coefficients, and noise, so that M and X'y are exact. R. Tibshirani, J. R.
-    Stat. Soc. B 58 (1996) 267-288; the path by M. R. Osborne, B. Presnell, B. A.
-    Turlach, IMA J. Numer. Anal. 20 (2000) 389-403.
+    whole coefficients, and noise, so that M and X'y are exact.
+    R. Tibshirani, J. R. Stat. Soc. B 58 (1996) 267-288; the path by M. R. Osborne, B.
+    Presnell, B. A. Turlach, IMA J. Numer. Anal. 20 (2000) 389-403.
 
     penalty : lambda as a fraction of the largest |X'y|, which moves q alone; from 1 on
         b = 0. samples : of y.
@@ -201,8 +203,9 @@ def control(n: int, seed: int, *, masses: int = 4, strength: float = 0.5) -> Pro
     x has the states, which are positions and velocities, and the inputs, which are
     forces of at most `strength`, of one step after another, by the symplectic Euler
     method. The objective is half the sum of the squares of the states and of 0.1 times
-    those of the inputs. The start is random. F. Borrelli, A. Bemporad, M. Morari,
-    Predictive Control for Linear and Hybrid Systems (2017), chapter 11.
+    those of the inputs. The start is random.
+    F. Borrelli, A. Bemporad, M. Morari, Predictive Control for Linear and Hybrid
+    Systems (2017), chapter 11.
     """
     from scipy.sparse import (
         block_array,
@@ -254,8 +257,8 @@ def transport(n: int, seed: int) -> Problem:
     multipliers, about n unknowns.
 
     The supplies, whole numbers from 10 to 20, are enough for the demands from 5 to 10,
-    at costs from 1 to 100 a unit. F. L. Hitchcock, J. Math. Phys. 20 (1941) 224-230.
-    The numbers are random.
+    at costs from 1 to 100 a unit.
+    F. L. Hitchcock, J. Math. Phys. 20 (1941) 224-230. The numbers are random.
     """
     from scipy.sparse import eye_array, kron, vstack
 

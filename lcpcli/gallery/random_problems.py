@@ -276,8 +276,9 @@ def all_cones(n: int, _seed: int, *, t: float = -1.0) -> Problem:
 
     From t = -1 to 2^n - 1 the solution path has its breakpoints at 0, 1, 2, ..., 2^n -
     2: z_n is 0 up to t = a_n and t - a_n from there on, so that the other rows, a_i - t
-    + 2 z_n, come back along the same path. K. G. Murty, Computational complexity of
-    parametric linear programming, Math. Programming 19 (1980) 213-219.
+    + 2 z_n, come back along the same path.
+    K. G. Murty, Computational complexity of parametric linear programming, Math.
+    Programming 19 (1980) 213-219.
     """
     note = (
         f"The path from t = -1 to 2^{n} - 1 has a breakpoint at each whole number "
@@ -373,8 +374,9 @@ def hilbert(n: int, _seed: int, *, degenerate: bool = False) -> Problem:
 
     Up to n = 18 M is multiplied by the least common multiple of 1, ..., 2n - 1, so that
     all data are integers and z is exact. Beyond, M and q are rounded, and no solution
-    is known, as theirs differs from z. D. Hilbert, Ein Beitrag zur Theorie des
-    Legendre'schen Polynoms, Acta Math. 18 (1894) 155-159.
+    is known, as theirs differs from z.
+    D. Hilbert, Ein Beitrag zur Theorie des Legendre'schen Polynoms, Acta Math. 18
+    (1894) 155-159.
     """
     denominators = np.arange(1, n + 1)[:, None] + np.arange(n)
     factor = math.lcm(*range(1, 2 * n)) if n <= LARGEST_EXACT else 1

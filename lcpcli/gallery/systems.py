@@ -39,9 +39,10 @@ def contact(
     lengths k, 2k and k. With the rows N and T = (t, -t) of the contacts, unit masses,
     the velocity v before, E that sums both directions, and the coefficient of friction,
     M = [NN' NT' 0; TN' TT' E'; friction I, -E, 0] and q = (Nv, Tv, 0); a compliance is
-    added to the diagonal of NN' and TT'. D. E. Stewart, J. C. Trinkle, Int. J. Numer.
-    Methods Eng. 39 (1996) 2673-2691; A. M. Al-Fahed, G. E. Stavroulakis, P. D.
-    Panagiotopoulos, Z. angew. Math. Mech. 71 (1991) 257-265.
+    added to the diagonal of NN' and TT'.
+    D. E. Stewart, J. C. Trinkle, Int. J. Numer. Methods Eng. 39 (1996) 2673-2691; A. M.
+    Al-Fahed, G. E. Stavroulakis, P. D. Panagiotopoulos, Z. angew. Math. Mech. 71 (1991)
+    257-265.
     """
     k = max(1, round(n / 4))
     random = np.random.default_rng([seed, k])
@@ -92,8 +93,9 @@ def circuit(n: int, _seed: int) -> Problem:
     diode blocks is not negative, and 0 where it conducts: M = [G D; -D' 0], q = (-s,
     0). Each bridge has a current source with an inner conductance, a load, and leaks to
     the ground; its plus leads to that of the next. The network and its values are
-    original. V. Acary, O. Bonnefon, B. Brogliato, Nonsmooth Modeling and Simulation for
-    Switched Circuits, Springer (2011).
+    original.
+    V. Acary, O. Bonnefon, B. Brogliato, Nonsmooth Modeling and Simulation for Switched
+    Circuits, Springer (2011).
     """
     from scipy.sparse import block_array, csr_array, diags_array, eye_array
 
@@ -145,8 +147,9 @@ def relays(n: int, seed: int, *, step: float = 0.125) -> Problem:
     0, that drive x' = A x + C'z.
 
     w = C x at the end of an implicit Euler step h: M = h C (I - h A)^-1 C' and q = C (I
-    - h A)^-1 x_0, with A = S - I for a random skew-symmetric S. V. Acary, B. Brogliato,
-    Numerical Methods for Nonsmooth Dynamical Systems, Springer (2008).
+    - h A)^-1 x_0, with A = S - I for a random skew-symmetric S.
+    V. Acary, B. Brogliato, Numerical Methods for Nonsmooth Dynamical Systems, Springer
+    (2008).
     """
     random = np.random.default_rng([seed, n])
     S, C = np.rint(UNITS * random.standard_normal((2, n, n))) / UNITS
@@ -191,8 +194,9 @@ def spatial_prices(
     z = (supply prices, demand prices, flows by region of supply); prices are free.
     Region i supplies s_i = b_i (p_i - a_i), region j demands e_j (d_j - r_j); both
     equal the sums of flows. A flow has w = p_i + c_ij + tax - r_j, its loss per unit;
-    at its capacity it may gain. Data are random. T. Takayama, G. G. Judge, Spatial and
-    Temporal Price and Allocation Models, North-Holland (1971).
+    at its capacity it may gain. Data are random.
+    T. Takayama, G. G. Judge, Spatial and Temporal Price and Allocation Models,
+    North-Holland (1971).
 
     capacity : of each flow; it moves bounds alone.
     tax : on a unit of trade, a subsidy if negative; it moves q alone. From 18 on there
@@ -243,8 +247,9 @@ def poker(n: int, seed: int, *, perturbation: float = 0.25) -> Problem:
 
     Both ante 1. The first player bets 1 or checks; after a bet the second one calls or
     folds, after a check it may bet, and then the first one calls or folds. The higher
-    card wins. H. W. Kuhn, A simplified two-person poker, Contributions to the Theory of
-    Games I (1950) 97-103.
+    card wins.
+    H. W. Kuhn, A simplified two-person poker, Contributions to the Theory of Games I
+    (1950) 97-103.
 
     perturbation : of each payoff of each player at each end, at random; 0 is the
         zero-sum game.
@@ -294,9 +299,9 @@ def bargaining(n: int, _seed: int, *, discount: float = 0.75) -> Problem:
     The seller knows its cost i - 1, the buyer its value i, for i from 1 to k, each with
     the same probability. The seller asks for one of the prices 1 to k; the buyer
     accepts, or offers one of them, which the seller accepts or rejects, and then gains
-    count for less, by the factor discount. K. Chatterjee, W. Samuelson, Operations
-    Research 31 (1983) 835-851, for offers at the same time; A. Rubinstein, Econometrica
-    50 (1982) 97-109, for alternating ones.
+    count for less, by the factor discount.
+    K. Chatterjee, W. Samuelson, Operations Research 31 (1983) 835-851, for offers at
+    the same time; A. Rubinstein, Econometrica 50 (1982) 97-109, for alternating ones.
     """
     k = next(k for k in range(1, n + 2) if unknowns_of(k + 1) > n)
     types = " ".join(
@@ -440,7 +445,8 @@ def journal_bearing(n: int, _seed: int, *, eccentricity: float = 0.8) -> Problem
 
     The equation is Reynolds', (h^3 z')' = h', for the film h = 1 + eccentricity cos t,
     0 < t < 2 pi, with z = 0 at both ends, by central differences at n interior points,
-    times the square of the step. C. W. Cryer, Math. Comp. 25 (1971) 435-443.
+    times the square of the step.
+    C. W. Cryer, Math. Comp. 25 (1971) 435-443.
 
     eccentricity : offset of the shaft from the centre, as a fraction of the clearance.
     """
@@ -471,8 +477,8 @@ def american_put(
     With x = log S, t = volatility^2 years / 2, k = 2 rate / volatility^2, the strike E
     and the payoff g(x, t) = exp((k + 1)^2 t / 4) max(E exp((k - 1) x / 2) - exp((k + 1)
     x / 2), 0), the unknown is z = u - g at n interior points of -2 < x < 2, where u
-    solves u_t >= u_xx, u >= g with complementarity. P. Wilmott, J. Dewynne, S. Howison,
-    Option Pricing, Oxford Financial Press (1993).
+    solves u_t >= u_xx, u >= g with complementarity.
+    P. Wilmott, J. Dewynne, S. Howison, Option Pricing, Oxford Financial Press (1993).
 
     volatility, rate : per year, as fractions; years : the length of the step.
     strike : E, which moves q alone. A path between two strikes passes the puts whose

@@ -42,7 +42,8 @@ def from_game(
     which names the field at fault.
 
     >>> import lcpcli
-    >>> answer = lcpcli.run(lcpcli.from_game([[3, 0], [0, 2]], [[0, 2], [3, 0]]), "auto").answer
+    >>> game = lcpcli.from_game([[3, 0], [0, 2]], [[0, 2], [3, 0]])
+    >>> answer = lcpcli.run(game, "auto").answer
     >>> answer.row.round(6).tolist(), answer.column.round(6).tolist()
     ([0.6, 0.4], [0.4, 0.6])
     """

@@ -82,7 +82,8 @@ def plan(problem: Problem) -> list[Attempt]:
     problem has the same plan everywhere.
 
     >>> import lcpcli
-    >>> [attempt.method for attempt in lcpcli.plan(lcpcli.Problem([[2, 1], [1, 2]], [-5, -6]))][:3]
+    >>> problem = lcpcli.Problem([[2, 1], [1, 2]], [-5, -6])
+    >>> [attempt.method for attempt in lcpcli.plan(problem)][:3]
     ['newton', 'newton', 'lemke']
     """
     # As auto searches.

@@ -16,10 +16,9 @@ is and all variables have a lower bound. With free variables it is positive semi
 if M is.
 
 With T = (omega I + M)^-1 (omega I - M), Schäfer's fixed point iteration is x' = T |x| -
-(omega I + M)^-1 q. As
-| |x| - |y| | <= |x - y|, each step reduces the Euclidean distance to the solution at least by the factor |T|_2, which
-for symmetric M is the maximum of |omega - lambda| / |omega + lambda| over its
-eigenvalues (van Bokhoven 1981).
+(omega I + M)^-1 q. As | |x| - |y| | <= |x - y|, each step reduces the Euclidean
+distance to the solution at least by the factor |T|_2, which for symmetric M is the
+maximum of |omega - lambda| / |omega + lambda| over its eigenvalues (van Bokhoven 1981).
 
 Facts about M that determine difficulty and cost: scaling, condition, spectrum, and the
 size of its factors.

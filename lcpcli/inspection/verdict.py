@@ -304,8 +304,8 @@ def weak_row(M: Matrix, check: Check) -> int | None:
     return int(weak[0]) if weak.size else None
 
 
-LARGER = """h_plus m_matrix positive_definite positive_semidefinite p_matrix p0_matrix column_sufficient row_sufficient
-copositive strictly_copositive copositive_plus"""
+LARGER = """h_plus m_matrix positive_definite positive_semidefinite p_matrix p0_matrix
+column_sufficient row_sufficient copositive strictly_copositive copositive_plus"""
 # The file of each, in which a function of that name decides it; each relies on those
 # before it.
 CLASSES = {

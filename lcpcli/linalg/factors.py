@@ -180,7 +180,9 @@ class _DenseFactors:
         factor, info = self._potrf(A.T, lower=True, clean=False)
         if info > 0:
             raise SingularMatrix
-        return lambda b, transposed=False: self._potrs(factor, b, lower=True)[0]  # noqa: ARG005
+        return lambda b, transposed=False: (  # noqa: ARG005
+            self._potrs(factor, b, lower=True)[0]
+        )
 
     def lu(self, A: Matrix, overwrite: bool = True) -> TwoWay:
         """Return a solver solve(b, transposed=False) from the LU factors of A, of

@@ -109,8 +109,13 @@ def _balance(M: Matrix) -> tuple[Vector, Vector]:
 
 
 @each_step(over="ignore")
-# It uses none.
-def _walk(problem: Problem, x0: Vector, beta: float, walkers: int, seed: int) -> Stage:  # noqa: ARG001
+def _walk(
+    problem: Problem,
+    x0: Vector,  # noqa: ARG001 (the walkers start at random points)
+    beta: float,
+    walkers: int,
+    seed: int,
+) -> Stage:
     n, steps, random = problem.n, 0, generator(seed)
     M, criterion, tried = dense(problem.M), Criterion(problem), set[bytes]()
     size = float(np.linalg.norm(M)) / math.sqrt(n)

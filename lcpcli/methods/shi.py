@@ -9,7 +9,8 @@ of equations, International Journal of Contemporary Mathematical Sciences 3 (200
 
 With phi(x) = ln(1 + e^(px) + e^(-px)) / p in place of |x|,
 
-    F~(p, x) = (M + I) x + (M - I) phi(x) + q = M z~ - w~ + q,    z~ = phi(x) + x,    w~ = phi(x) - x.
+    F~(p, x) = (M + I) x + (M - I) phi(x) + q = M z~ - w~ + q,
+    z~ = phi(x) + x,    w~ = phi(x) - x.
 
 For t = |x|, a = e^(-pt) and delta = phi - t = ln(1 + a + a^2) / p <= ln(3) / p there
 are z~ = 2 max(x, 0) + delta, w~ = 2 max(-x, 0) + delta and phi' = sign(x) (1 - a^2) /
@@ -69,9 +70,10 @@ def shi(
     In exact arithmetic, limit points of the steepest-descent steps are stationary
     points of f if its level sets are bounded; where J is nonsingular (for every
     P-matrix M) these are zeros of F~. In double precision a large p leaves kinks, at
-    which descent may stall. A zero of F~ solves the LCP up to the smoothing error:
-    |F - F~| <= (ln 3 / p) |M - I|_inf. An iteration costs a product with M for each trial of the line search and one
-    with M' for each trial of sufficient decrease; nothing n-by-n is formed.
+    which descent may stall. A zero of F~ solves the LCP up to the smoothing error,
+    |F - F~| <= (ln 3 / p) |M - I|_inf. An iteration costs a product with M for each
+    trial of the line search and one with M' for each trial of sufficient decrease;
+    nothing n-by-n is formed.
 
     Yields x1, x2, ... with F~ and the number of the step that produced it: "1"
     selected, "2.2" steepest descent at a multiple of k*, "2.4" best direction in the
@@ -333,7 +335,7 @@ def search(
 
     The end satisfies the two conditions of step 2.7, the weak Wolfe conditions
 
-        f(x + gamma s) <= f(x) + gamma rho <grad f(x), s>               (sufficient decrease)
+        f(x + gamma s) <= f(x) + gamma rho <grad f(x), s>         (sufficient decrease)
         <grad f(x + gamma s), s> >= sigma <grad f(x), s>                (curvature).
 
     Any other trial becomes an end of the bracket: the upper one if it violates the

@@ -32,8 +32,8 @@ class Iterate(NamedTuple):
 
     x : shape (n,), a separate array that the method never modifies again.
     F : shape (n,) or None; F or its smoothed form at x if the method has computed it.
-        If it is F itself,
-        |min(z, M z + q)| <= |F| componentwise, which saves the loop computing the residual of every iterate.
+        If it is F itself, |min(z, M z + q)| <= |F| componentwise, which saves the
+        loop computing the residual of every iterate.
     step : the step of the published algorithm that produced this iterate, as numbered
         there; "" if it has only one.
     evaluations : evaluations of F (or of its smoothed form) so far; principal systems

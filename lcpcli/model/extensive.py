@@ -160,7 +160,8 @@ def distinct_labels(labels: Sequence[str], numbers: Sequence[int] = ()) -> list[
 # A text, a brace, a word, or an open quote.
 TOKEN = re.compile(r'"(?:\\.|[^"\\])*"|[{}]|[^\s,{}"]+|"', re.DOTALL)
 NUMBER = re.compile(
-    r"[-+]?(?:[0-9]{1,1000}(?:\.[0-9]{0,1000})?|\.[0-9]{1,1000})(?:[eE][-+]?[0-9]{1,3})?|"
+    r"[-+]?(?:[0-9]{1,1000}(?:\.[0-9]{0,1000})?|\.[0-9]{1,1000})"
+    r"(?:[eE][-+]?[0-9]{1,3})?|"
     r"[-+]?[0-9]{1,1000}/0*[1-9][0-9]{0,999}"
 )
 LARGEST = 10**300  # payoff: sums and differences of a few are doubles
@@ -433,7 +434,8 @@ class ExtensiveGame:
     """The game tree whose equilibria are given by z = (x, y, u, v), with costs C and D
     of both players:
 
-        0 <= x,  C y - E'u >= 0,  u free,  Ex = e,        0 <= y,  D'x - F'v >= 0,  v free,  Fy = f.
+        0 <= x,  C y - E'u >= 0,  u free,  Ex = e,
+        0 <= y,  D'x - F'v >= 0,  v free,  Fy = f.
 
     x and y are the realization plans: for each sequence of the player the product of
     the probabilities of its moves. Ex = e says that the empty sequence has probability

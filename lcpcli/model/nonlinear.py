@@ -64,7 +64,8 @@ class NonlinearProblem:
 
     >>> import numpy as np
     >>> from lcpcli.model.nonlinear import NonlinearProblem
-    >>> NonlinearProblem(lambda z: np.exp(z) - [2.0, 0.5], x0=[0.0, 0.0]).values(np.zeros(2)).tolist()
+    >>> problem = NonlinearProblem(lambda z: np.exp(z) - [2.0, 0.5], x0=[0.0, 0.0])
+    >>> problem.values(np.zeros(2)).tolist()
     [-1.0, 0.5]
     """
 

@@ -66,7 +66,8 @@ def from_qp(
     ProblemError, which names the field at fault.
 
     >>> import lcpcli
-    >>> problem = lcpcli.from_qp([[2, 0], [0, 2]], [-3, 1], [[1, 1]], row_lower=1, row_upper=1)
+    >>> sides = {"row_lower": 1, "row_upper": 1}
+    >>> problem = lcpcli.from_qp([[2, 0], [0, 2]], [-3, 1], [[1, 1]], **sides)
     >>> answer = lcpcli.run(problem).answer
     >>> answer.x.tolist(), answer.y.tolist(), answer.objective
     ([1.0, 0.0], [-1.0], -2.0)
@@ -158,7 +159,8 @@ def from_qpsolvers(
     Python.) Raises ProblemError, which names the field at fault.
 
     >>> import lcpcli
-    >>> problem = lcpcli.from_qpsolvers([[2, 0], [0, 2]], [-3, 1], A=[[1, 1]], b=[1], lb=0)
+    >>> P = [[2, 0], [0, 2]]
+    >>> problem = lcpcli.from_qpsolvers(P, [-3, 1], A=[[1, 1]], b=[1], lb=0)
     >>> lcpcli.run(problem).answer.x.tolist()
     [1.0, 0.0]
     """
@@ -202,7 +204,8 @@ def from_osqp(
     which names the field at fault.
 
     >>> import lcpcli
-    >>> problem = lcpcli.from_osqp([[2, 0], [0, 2]], [-3, 1], [[1, 1], [0, 1]], l=[1, 0], u=[1, 1e20])
+    >>> P, A = [[2, 0], [0, 2]], [[1, 1], [0, 1]]
+    >>> problem = lcpcli.from_osqp(P, [-3, 1], A, l=[1, 0], u=[1, 1e20])
     >>> lcpcli.run(problem).answer.x.tolist()
     [1.0, 0.0]
     """

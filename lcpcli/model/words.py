@@ -211,8 +211,10 @@ def in_own_sense(problem: Problem, values: Sequence[Any]) -> list[Any]:
 
 
 TERM = (
-    r"\s*(?P<sign>[-+]?)\s*(?P<number>(?:[0-9]{1,300}(?:\.[0-9]{0,300}|/0*[1-9][0-9]{0,300})?|\.[0-9]{1,300})"
-    r"(?:[eE][-+]?[0-9]{1,3})?(?![\w.]))?\s*\*?\s*(?P<name>\"[^\"]+\"|[^\W\d][^\s+*\"-]*)\s*"
+    r"\s*(?P<sign>[-+]?)\s*(?P<number>"
+    r"(?:[0-9]{1,300}(?:\.[0-9]{0,300}|/0*[1-9][0-9]{0,300})?|\.[0-9]{1,300})"
+    r"(?:[eE][-+]?[0-9]{1,3})?(?![\w.]))?"
+    r"\s*\*?\s*(?P<name>\"[^\"]+\"|[^\W\d][^\s+*\"-]*)\s*"
 )
 HINT = (
     'write numbers and names with + and - between them, such as 2 z1 - 1/3 z2 + "a '

@@ -4,7 +4,8 @@ With B the variables between their bounds and N those at a bound with w != 0, th
 of all variables stay as they are when the data change a little, and for changes dM, dq,
 dl, du
 
-    dz_N = dl_N or du_N,    dz_B = -M_BB^-1 ((dM z + dq)_B + M_BN dz_N),    dw = dM z + dq + M dz.
+    dz_N = dl_N or du_N,    dz_B = -M_BB^-1 ((dM z + dq)_B + M_BN dz_N),
+    dw = dM z + dq + M dz.
 
 For a function with gradient g of z, one system gives the derivatives by all data: with
 lambda_B = -M_BB'^-1 g_B, and 0 elsewhere, they are lambda z' by M, lambda by q, and (g

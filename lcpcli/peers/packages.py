@@ -425,7 +425,9 @@ os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
 began = time.perf_counter()
 game = pygambit.Game.from_arrays(*map(np.array, json.load(sys.stdin)))
 found = pygambit.nash.lcp_solve(game, rational=False, stop_after=1).equilibria
-x, y = ([float(found[0][s]) for s in p.strategies] for p in game.players) if found else ([], [])
+x, y = [], []
+if found:
+    x, y = ([float(found[0][s]) for s in p.strategies] for p in game.players)
 os.write(output, json.dumps([x, y, time.perf_counter() - began]).encode())
 """
 

@@ -133,7 +133,8 @@ def approximate(value: Fraction, toward: int = 0, digits: int = 7) -> str:
     double = _rounded(value)
     if not value or SMALLEST_NORMAL <= abs(double) < math.inf:
         return f"{double:.{digits}g}"
-    return f"{(Decimal(value.numerator) / Decimal(value.denominator)).normalize():.{digits}g}"
+    quotient = Decimal(value.numerator) / Decimal(value.denominator)
+    return f"{quotient.normalize():.{digits}g}"
 
 
 def rounded(values: Iterable[Fraction | int]) -> Vector:

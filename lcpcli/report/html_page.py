@@ -11,10 +11,13 @@ from importlib.util import find_spec
 from lcpcli.report.document import Document, Section, Table
 
 STYLE = """
-:root { color-scheme: light dark; --line: #8888; --soft: #8882; --good: #1f8f3f; --bad: #d9363e }
-body { font: 16px/1.5 system-ui, sans-serif; margin: 0 auto; max-width: 76rem; padding: 1rem 1.5rem 3rem }
+:root { color-scheme: light dark; --line: #8888; --soft: #8882; --good: #1f8f3f; \
+--bad: #d9363e }
+body { font: 16px/1.5 system-ui, sans-serif; margin: 0 auto; max-width: 76rem; \
+padding: 1rem 1.5rem 3rem }
 h1 { font-size: 1.5rem; margin: 0.5rem 0 }
-h2 { font-size: 1.2rem; margin: 2rem 0 0.5rem; border-bottom: 1px solid var(--line); padding-bottom: 0.25rem }
+h2 { font-size: 1.2rem; margin: 2rem 0 0.5rem; border-bottom: 1px solid var(--line); \
+padding-bottom: 0.25rem }
 p { margin: 0.4rem 0; overflow-wrap: anywhere }
 .verdict { font-weight: 600; color: var(--bad) }
 .settled { color: var(--good) }
@@ -22,11 +25,14 @@ p { margin: 0.4rem 0; overflow-wrap: anywhere }
 figure { margin: 1rem 0; overflow-x: auto }
 figure img { background: white }
 .wide { overflow-x: auto; margin: 0.75rem 0 }
-table { border-collapse: collapse; font-variant-numeric: tabular-nums; font-size: 0.9rem }
-th, td { padding: 0.2rem 0.75rem; text-align: right; vertical-align: top; white-space: nowrap }
+table { border-collapse: collapse; font-variant-numeric: tabular-nums; \
+font-size: 0.9rem }
+th, td { padding: 0.2rem 0.75rem; text-align: right; vertical-align: top; \
+white-space: nowrap }
 th.left, td.left, th.text, td.text { text-align: left }
 td.text { white-space: normal; min-width: 12rem }
-thead th { position: sticky; top: 0; background: Canvas; border-bottom: 1px solid var(--line) }
+thead th { position: sticky; top: 0; background: Canvas; \
+border-bottom: 1px solid var(--line) }
 tbody + tbody tr:first-child td { border-top: 1px solid var(--line) }
 tbody tr:hover { background: var(--soft) }
 summary { cursor: pointer; margin-top: 0.75rem }
@@ -99,7 +105,8 @@ def _table(table: Table) -> list[str]:
 
     def row(kind: str, cells: Sequence[str]) -> str:
         shown = zip(cells, looks, strict=True)
-        return f"<tr>{''.join(f'<{kind}{look}>{escape(cell)}</{kind}>' for cell, look in shown)}</tr>"
+        tags = (f"<{kind}{look}>{escape(cell)}</{kind}>" for cell, look in shown)
+        return f"<tr>{''.join(tags)}</tr>"
 
     bodies = [f"<thead>{row('th', table.header)}</thead>"] * any(table.header)
     bodies += [

@@ -278,7 +278,8 @@ def _nonlinear_facts(found: NonlinearInspection) -> Sequence[Row]:
     )
     facts = [("rows", f"{rows}; {found.nonlinear_rows} of {n} nonlinear")]
     if found.operators is not None:
-        fixed = f"{found.fixed_variables}{', which are constants' * bool(found.fixed_variables)}"
+        constants = ", which are constants" * bool(found.fixed_variables)
+        fixed = f"{found.fixed_variables}{constants}"
         operators = (
             ", ".join(f"{name} {number}" for name, number in found.operators.items())
             or "none"

@@ -186,10 +186,10 @@ def facts(
         return lines
     basis, counts = f"basis = ({', '.join(result.basis)})", Counter(result.basis)
     if len(basis) > (width or PIPE_WIDTH):
-        basis = (
-            "basis: "
-            f"{', '.join(f'{counts[word]} {word}' for word in WORDS.values() if counts[word])}"
+        of_states = (
+            f"{counts[word]} {word}" for word in WORDS.values() if counts[word]
         )
+        basis = f"basis: {', '.join(of_states)}"
     return [*lines, basis]
 
 

@@ -37,7 +37,8 @@ def verdict(path: Path) -> str:
     """Return how the path ends, its breakpoints, and whether it is verified."""
     if not path.t.size:
         return path.message
-    proof = f"{'' if path.verified else 'not '}verified{' in fractions' * (path.verified and path.exact is not None)}"
+    in_fractions = " in fractions" * (path.verified and path.exact is not None)
+    proof = f"{'' if path.verified else 'not '}verified{in_fractions}"
     return f"{path.message}; {count(path.t.size, 'breakpoint')}, {proof}"
 
 

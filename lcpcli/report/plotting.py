@@ -259,7 +259,9 @@ def plot(
     --------
     >>> import lcpcli
     >>> problem = lcpcli.Problem([[2, 1], [1, 2]], [-5, -6])
-    >>> lcpcli.plot([lcpcli.run(problem, method, trace=True) for method in ("shi", "fixed-point")], "errors.svg")
+    >>> methods = ("shi", "fixed-point")
+    >>> results = [lcpcli.run(problem, method, trace=True) for method in methods]
+    >>> lcpcli.plot(results, "errors.svg")
     <Picture: 2 runs on 1 problem>
     """
     from lcpcli.solving.result import Result

@@ -90,11 +90,8 @@ def _of_origin(verification: Verification) -> list[str]:
         return [", ".join(programs_and_games.strategies(origin, own, number)), *lines]
     if multipliers is None:
         return [*lines, *programs_and_games.no_optimum(verification.answer, origin)]
-    return [
-        *lines,
-        "found y = "
-        f"{programs_and_games.named(multipliers.tolist(), getattr(origin, 'rows', ()))}",
-    ]
+    y = programs_and_games.named(multipliers.tolist(), getattr(origin, "rows", ()))
+    return [*lines, f"found y = {y}"]
 
 
 def _record(verification: Verification) -> dict[str, Any]:

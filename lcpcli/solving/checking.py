@@ -100,11 +100,14 @@ def check(
     --------
     >>> import lcpcli
     >>> problem = lcpcli.Problem([[2, 1], [1, 2]], [-5, -6])
-    >>> lcpcli.check(problem, [4 / 3, 7 / 3]).accepted, lcpcli.check(problem, [1, 2]).violated
-    (True, 2)
+    >>> lcpcli.check(problem, [4 / 3, 7 / 3]).accepted
+    True
+    >>> lcpcli.check(problem, [1, 2]).violated
+    2
     >>> lcpcli.check(lcpcli.Problem([[-1]], [-2]), y=[1]).accepted
     True
-    >>> program = lcpcli.from_qp([[2, 0], [0, 2]], [-3, 1], [[1, 1]], row_lower=1, row_upper=1)
+    >>> sides = {"row_lower": 1, "row_upper": 1}
+    >>> program = lcpcli.from_qp([[2, 0], [0, 2]], [-3, 1], [[1, 1]], **sides)
     >>> lcpcli.check(program, [1, 0]).statement
     'x is the unique minimizer, as Q is positive definite'
     >>> from fractions import Fraction

@@ -153,7 +153,8 @@ def solve_many(
     Examples
     --------
     >>> import lcpcli
-    >>> [result.z.tolist() for result in lcpcli.solve_many([[2, 0], [0, 4]], [[-4, 2, 1], [2, -4, 1]])]
+    >>> results = lcpcli.solve_many([[2, 0], [0, 4]], [[-4, 2, 1], [2, -4, 1]])
+    >>> [result.z.tolist() for result in results]
     [[2.0, 0.0], [0.0, 1.0], [0.0, 0.0]]
     >>> problems = (lcpcli.Problem([[2]], [q]) for q in (-2, 2))
     >>> [result.z.tolist() for result in lcpcli.solve_many(problems)]
@@ -299,7 +300,8 @@ class Batch(Sequence[Result]):
         iterate of such a problem, and its `message` says what failed.
 
     >>> import lcpcli
-    >>> batch = lcpcli.solve_many([[[2, 1], [1, 2]], [[2, 0], [0, 4]]], [[-5, -6], [-4, 2]])
+    >>> matrices = [[[2, 1], [1, 2]], [[2, 0], [0, 4]]]
+    >>> batch = lcpcli.solve_many(matrices, [[-5, -6], [-4, 2]])
     >>> batch.z.round(3).tolist(), batch.solved.tolist(), batch[1].status.word
     ([[1.333, 2.333], [2.0, 0.0]], [True, True], 'solved')
     """

@@ -45,7 +45,8 @@ def solve_qp(
     the argument at fault.
 
     >>> import lcpcli
-    >>> lcpcli.solve_qp([[2, 0], [0, 2]], [-3, 1], G=[[-1, -1]], h=[-1], lb=[0, 0]).tolist()
+    >>> P, q, G, h = [[2, 0], [0, 2]], [-3, 1], [[-1, -1]], [-1]
+    >>> lcpcli.solve_qp(P, q, G, h, lb=[0, 0]).tolist()
     [1.5, 0.0]
     """
     problem = from_qpsolvers(P, q, G, h, A, b, lb, ub, infinity=infinity)

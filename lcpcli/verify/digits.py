@@ -7,8 +7,8 @@ ed., SIAM 2002, section 7.2). For changes like those by rounding, independent an
 half a unit in the last place of each number, the standard deviation of this motion is
 estimated by a few systems with random right-hand sides, which unlike a condition number
 does not depend on units; the part due to w_B, if equations are not solved exactly, is
-added. Changes |dM| <= eps |M|, |dq| <= eps |q| move z_B by at most eps
-|M_BB^-1| (|M| |z| + |q|)_B: no method that works on rounded data can be expected to do better.
+added. Changes |dM| <= eps |M|, |dq| <= eps |q| move z_B by at most eps |M_BB^-1| (|M|
+|z| + |q|)_B: no method that works on rounded data can be expected to do better.
 
 At a kink, where z_i at a bound has a w_i, or z_i in B a distance from its bound, that
 is not safely larger than its own motion, rounding may exchange the two. With r the

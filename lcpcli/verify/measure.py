@@ -37,10 +37,10 @@ Every array has the shape (n,) for one point, or (m, n) for one point of each of
 problems.
 
 For a large dense M, w = M z + q alone often decides, without |M| |z| and the units of
-M: the terms of row i lie between
-|q|_i and |q|_i + max |M_ij| |z|_1, and the cap is at least |q|_i. If no M_ij is 0, R is inverse to the geometric means
-of rows, so that a row with a violation v_j at z = 0 gives c_i >= v_j R_j / R_i for the
-few rows that this leaves open.
+M: the terms of row i lie between |q|_i and |q|_i + max |M_ij| |z|_1, and the cap is at
+least |q|_i. If no M_ij is 0, R is inverse to the geometric means of rows, so that a row
+with a violation v_j at z = 0 gives c_i >= v_j R_j / R_i for the few rows that this
+leaves open.
 """
 
 from __future__ import annotations
@@ -103,7 +103,8 @@ class Rows(NamedTuple):
     grid: Vector | None = None
 
     def part(self, rows: Indices | int) -> Rows:
-        return Rows(*(None if values is None else values[rows] for values in self))  # type: ignore[arg-type]
+        parts = (None if values is None else values[rows] for values in self)
+        return Rows(*parts)  # type: ignore[arg-type]
 
     def satisfied(self, rows: Sequence[int]) -> Rows:
         """Return these rows with exact zeros in place of w in some of them."""

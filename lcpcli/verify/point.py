@@ -16,8 +16,8 @@ row is violated, and
 - it is at most ROW_ROUNDING of the cap of the row, as rounding of the other numbers of
   its part of the problem may be,
 - as it is and in the units of M, it is by a factor in ROUNDING_OF_Q smaller than each
-  of the LARGER_SHARE largest
-  |q_j| != 0 of this part, which are at least FEWEST_LARGER: a few large numbers do not make rounding of the others,
+  of the LARGER_SHARE largest |q_j| != 0 of this part, which are at least FEWEST_LARGER:
+  a few large numbers do not make rounding of the others,
 - and LITERAL_STEPS of block pivoting from the states of the point find no solution for
   q as it is.
 
