@@ -82,9 +82,9 @@ def test_table_loads_rich_but_not_scipy_nor_does_a_list_of_families() -> None:
 # Of ours, for a small solve in JSON; exact arithmetic finds the other solutions.
 MOST_MODULES, MOST_OF_SEVERAL = 61, 75
 UNUSED = {  # by a small solve whose solution is the only one by a theorem
-    "scipy", "rich", "pathlib", "shutil", "hashlib", "zipfile", "gzip", "fractions", "decimal", "statistics",
-    "numpy.ma", "lcpcli.enumeration.search", "lcpcli.rational.exact_problem", "lcpcli.solving.trace",
-    "lcpcli.model.origins",
+    "scipy", "rich", "pathlib", "shutil", "hashlib", "zipfile", "gzip", "fractions",
+    "decimal", "statistics", "numpy.ma", "lcpcli.enumeration.search",
+    "lcpcli.rational.exact_problem", "lcpcli.solving.trace", "lcpcli.model.origins",
 }  # fmt: skip
 OTHER_COMMANDS = {
     f"lcpcli.cli.{name}"

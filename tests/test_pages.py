@@ -283,9 +283,7 @@ def test_every_status_and_its_exit_code_is_documented() -> None:
         assert rows[0].split("|")[1].strip() == str(of_status(status))
 
 
-def test_every_start_and_every_option_of_a_method_with_a_section_of_its_own_is_documented() -> (
-    None
-):
+def test_every_start_and_every_option_of_a_described_method_is_documented() -> None:
     described = [
         method
         for name, method in METHODS.items()

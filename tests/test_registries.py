@@ -30,7 +30,11 @@ from lcpcli.methods.stages import Breakdown, Iterate, ended
 
 def toy(problem, x0, *, omega, sweeps):
     M = dense(problem.M)
-    return _iterates(problem, M, 2 * x0, omega, sweeps) if (M.diagonal() > 0).all() else ended(Breakdown("no"))
+    return (
+        _iterates(problem, M, 2 * x0, omega, sweeps)
+        if (M.diagonal() > 0).all()
+        else ended(Breakdown("no"))
+    )
 
 
 def _iterates(problem, M, z, omega, sweeps):
@@ -54,7 +58,12 @@ from lcpcli.model.problem import Problem
 
 def toy(n, _seed, *, load=1.0):
     """M = I and q = -load."""
-    return Problem(np.eye(n), np.full(n, -load), solutions=[np.full(n, load)], note="M is the identity")
+    return Problem(
+        np.eye(n),
+        np.full(n, -load),
+        solutions=[np.full(n, load)],
+        note="M is the identity",
+    )
 '''
 FORMAT = '''
 """A row of M in each line, with the component of q behind it."""
@@ -65,7 +74,8 @@ from lcpcli.linalg.matrices import dense
 
 
 def fields(content, number=float):
-    rows = [[number(text) for text in line.split()] for line in content.decode().splitlines()]
+    lines = content.decode().splitlines()
+    rows = [[number(text) for text in line.split()] for line in lines]
     parts = {"M": [row[:-1] for row in rows], "q": [row[-1] for row in rows]}
     return parts if len(rows[0]) > len(rows) else {"M": rows}
 
@@ -106,7 +116,11 @@ from lcpcli.inspection.verdict import NO, YES, Verdict
 
 
 def toy(context):
-    return Verdict(NO, "an entry is negative") if (context.M < 0).sum() else Verdict(YES, "no entry is negative")
+    return (
+        Verdict(NO, "an entry is negative")
+        if (context.M < 0).sum()
+        else Verdict(YES, "no entry is negative")
+    )
 '''
 PAGE = (
     "# What a toy is\n\nIt is what a test adds to a copy of this package, to see "
@@ -168,8 +182,8 @@ ADDITIONS = {
 GENERAL = ("help", "completion")  # tests of all of a kind
 OF_ALL = (
     "inspect.py::test_facts_of_the_first_example_are_those_of_its_matrix",
-    "inspect.py::test_kostrevas_matrix_is_no_h_matrix_so_the_modulus_iteration_is_not_guaranteed",
-    "pages.py::test_every_start_and_every_option_of_a_method_with_a_section_of_its_own_is_documented",
+    "inspect.py::test_modulus_iteration_is_not_guaranteed_for_the_matrix_of_kostreva",
+    "pages.py::test_every_start_and_every_option_of_a_described_method_is_documented",
     "pages.py::test_readme_is_short_and_a_problem_of_ones_own_comes_first",
     "peers.py::test_quadratic_programming_solvers_get_the_bounds[boxes-toy]",
     "gallery.py::test_families_say_what_they_are_and_auto_comes_to_what_is_known[toy]",

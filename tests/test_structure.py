@@ -200,9 +200,7 @@ def test_no_function_is_long() -> None:
     } <= LONG
 
 
-def test_no_modules_import_each_other_in_a_circle_imports_in_functions_and_for_annotations_counted() -> (
-    None
-):
+def test_no_modules_import_each_other_in_a_circle_not_even_for_annotations() -> None:
     # For annotations alone.
     assert "lcpcli.verify.error_theorems" in imports()["lcpcli.solving.result"]
     try:
@@ -244,9 +242,7 @@ def test_rooms_use_the_rooms_of_the_table_which_are_above_them_in_it() -> None:
     )
 
 
-def test_every_room_has_a_line_in_the_table_of_the_page_on_development_in_the_same_order() -> (
-    None
-):
+def test_the_table_of_the_page_on_development_has_all_rooms_in_their_order() -> None:
     page = (ROOT / "lcpcli/development.md").read_text(encoding="utf-8")
     table = page.partition("| room | job |")[2].partition("\n\n")[0].splitlines()[2:]
     assert [line.split("|")[1].strip() for line in table] == list(ROOMS)
@@ -264,9 +260,7 @@ def test_libraries_are_imported_by_their_rooms_alone() -> None:
     assert importers == {library: {room} for library, room in LIBRARIES.items()}
 
 
-def test_views_of_records_are_functions_of_the_modules_that_are_named_and_records_call_them_all() -> (
-    None
-):
+def test_views_are_functions_of_named_modules_and_records_call_them_all() -> None:
     """Type checkers do not see them, as they are named by texts."""
     homes = {
         name: f"lcpcli.{room}.{name}"

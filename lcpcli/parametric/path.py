@@ -95,9 +95,10 @@ class Path:
     seconds : the time from the problems in memory to the verified path.
 
     >>> import lcpcli
-    >>> lcpcli.path(lcpcli.Problem([[2]], [1]), lcpcli.Problem([[2]], [-1]))
+    >>> first, second = (lcpcli.Problem([[2]], [q]) for q in (1, -1))
+    >>> lcpcli.path(first, second)  # doctest: +NORMALIZE_WHITESPACE
     <Path for t from 0 to 1: the path reaches the second problem; 3 breakpoints,
-    verified>
+     verified>
     """
 
     family: Family

@@ -265,9 +265,7 @@ def test_runs_are_as_many_as_times_and_curve_need(name: str) -> None:
     )
 
 
-def test_times_that_never_settle_end_at_the_most_repeats_or_with_the_budget_which_rests_count_towards() -> (
-    None
-):
+def test_unsettled_times_end_at_the_most_repeats_or_the_budget_with_rests() -> None:
     assert len(Machine(wild()).measure(budget=10.0)[1]) == MOST_REPEATS
     _, times = Machine(wild()).measure(budget=0.0085)
     assert len(times) == 5  # 3 + 1 + 3 + 1 ms have passed before the fifth

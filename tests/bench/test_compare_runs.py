@@ -193,9 +193,7 @@ def compared(lcp: Lcp, *arguments: str) -> list[dict[str, Any]]:
     return [json.loads(line) for line in outcome.out.splitlines()]
 
 
-def test_variant_is_written_as_it_is_read_and_its_options_are_numbers_of_their_kind() -> (
-    None
-):
+def test_a_variant_is_written_as_read_and_its_options_have_their_kinds() -> None:
     for text in (
         "shi",
         "shi:p=10",

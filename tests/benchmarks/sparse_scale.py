@@ -2,9 +2,8 @@
 M-matrices: sparse_scale.py [PART ...]
 
 100, 300 : eleven obstacle problems on a grid of this width, each solved by `auto` and
-by PIQP (to 1e-10, as for `lcp
-    bench`) in turn in this process: medians of the seconds from arrays in memory to the
-    answer, and of their ratio.
+    by PIQP (to 1e-10, as for `lcp bench`) in turn in this process: medians of the
+    seconds from arrays in memory to the answer, and of their ratio.
 growth : grids of 10^4 to 10^6 points, each in a process of its own: seconds, those of
     the processor, iterations, peak memory, and the exponents of n.
 huge : grids of 10^5, 10^6, 4 * 10^6 and 10^7 points, two obstacles and one with an

@@ -75,7 +75,9 @@ rng = np.random.default_rng(0)
 """
 IN_HIGHS = """
 A, zero, one = rng.standard_normal((300, 300)), np.zeros(300), rng.random(300)
-call = lambda: minimized(one, A, (zero - np.inf, -rng.random(300)), (zero, zero + np.inf))
+call = lambda: minimized(
+    one, A, (zero - np.inf, -rng.random(300)), (zero, zero + np.inf)
+)
 """
 IN_SUPERLU = (
     "A = families.make('dominant', 3000, 0).M; lu = factors.sparse_lu(False); call "
@@ -276,9 +278,7 @@ def test_no_exact_system_is_begun_that_the_time_limit_does_not_leave_time_for(
     assert all(0 <= each <= 1 for each in begun)
 
 
-def test_time_limit_holds_while_numbers_are_made_exact_and_while_long_rows_are_pivoted() -> (
-    None
-):
+def test_time_limit_holds_while_numbers_become_exact_and_long_rows_pivot() -> None:
     data = ExactProblem.of_floats(PROBLEM)
     assert (
         data.are_floats(),
@@ -313,9 +313,7 @@ def test_time_limit_holds_while_numbers_are_made_exact_and_while_long_rows_are_p
             work()
 
 
-def test_numbers_that_cannot_be_made_exact_in_time_leave_the_result_without_a_proof() -> (
-    None
-):
+def test_numbers_not_made_exact_in_time_leave_the_result_without_proof() -> None:
     pytest.importorskip("flint")
 
     def late() -> ExactProblem:

@@ -172,7 +172,7 @@ GAME = {
 BAD = ("--from-qp", "--from-game")
 
 
-def test_bad_programs_games_and_origins_and_options_without_effect_are_reported_in_one_line(
+def test_bad_origins_and_options_without_effect_are_reported_in_one_line(
     session: Callable[[str], None], lcp: Lcp, files: Path
 ) -> None:
     session("refused-origins")

@@ -195,9 +195,7 @@ def test_worst_row_is_the_one_violated_most_relative_to_its_terms() -> None:
     )
 
 
-def test_multipliers_of_a_maximum_have_the_sign_of_the_answer_or_of_z_and_wrong_ones_are_told() -> (
-    None
-):
+def test_multipliers_of_a_maximum_have_either_sign_and_wrong_ones_are_told() -> None:
     for bounds in ({"row_upper": [4, 6]}, {"row_lower": [0, -9], "row_upper": [4, 6]}):
         problem = lcpcli.from_qp(None, [3, 2], [[1, 1], [1, 3]], sense="max", **bounds)
         answer = minimum(problem)

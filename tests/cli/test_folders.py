@@ -89,7 +89,7 @@ def test_bench_and_compare_take_the_same_files(lcp: Lcp) -> None:
     assert not Path("none.json").exists()
 
 
-def test_results_in_a_folder_are_left_out_with_a_remark_and_folders_without_problems_cost_the_others_nothing(
+def test_results_are_left_out_with_a_remark_and_empty_folders_cost_nothing(
     session: Callable[[str], None],
 ) -> None:
     session("folder-with-results")
@@ -180,7 +180,7 @@ def step(load: float, size: float = 1.0) -> str:
     )
 
 
-def test_folder_has_the_same_verdicts_and_keys_in_fewer_pivots_and_columns_are_steps_too(
+def test_steps_in_folders_and_columns_have_same_verdicts_in_fewer_pivots(
     lcp: Lcp,
 ) -> None:
     alone, found = (

@@ -153,9 +153,7 @@ def torn() -> None:
     os.kill(os.getpid(), signal.SIGKILL)
 
 
-def test_process_that_dies_while_it_hands_over_a_result_ends_the_others_at_the_next_look() -> (
-    None
-):
+def test_a_process_that_dies_handing_over_ends_the_others_at_the_next_look() -> None:
     pool = pools.Local(2)
     first, idle = pool.submit(os.getpid), pool.submit(time.sleep, PATIENCE)
     assert first.result(PATIENCE)
@@ -402,7 +400,10 @@ def test_second_attempt_is_alone_though_another_piece_has_a_rest_that_kills() ->
 def test_only_so_much_is_read_ahead_as_keeps_the_processes_busy() -> None:
     pool: Any = Deadly()
     read: list[Input] = []
-    works = (read.append(work) or work for work in problems(10_000))  # type: ignore[func-returns-value]
+    works = (
+        read.append(work) or work  # type: ignore[func-returns-value]
+        for work in problems(10_000)
+    )
     records = tasks.all_records(pool, works, pool, in_order=True)
     for _ in range(10):
         next(records)
@@ -467,9 +468,7 @@ def test_each_record_is_known_at_once_where_no_order_is_kept() -> None:
     assert sorted(numbers) == [*range(1, 1001)]
 
 
-def test_in_order_only_so_much_is_solved_behind_one_that_takes_long_as_there_is_room_for() -> (
-    None
-):
+def test_in_order_only_what_has_room_is_solved_behind_one_that_takes_long() -> None:
     length = tasks.MOST_BYTES // 100
     pool = Stuck(until=90, length=length)
     assert [int(text) for text in told(pool, 200, pool, True)] == [*range(1, 201)]

@@ -56,9 +56,7 @@ def test_example_of_the_page_is_solved(capfd: pytest.CaptureFixture[str]) -> Non
     assert printed.endswith("3.0 7.0\n")
 
 
-def test_both_bounds_of_a_variable_count_beside_an_explicit_multiplier_and_a_slack_variable() -> (
-    None
-):
+def test_both_bounds_count_beside_a_given_multiplier_and_a_slack_variable() -> None:
     """Three plants at their bounds and between them; one with the multiplier of its
     bound, and one whose condition is that of a slack variable."""
     model = pyomo.ConcreteModel()

@@ -117,7 +117,7 @@ def test_what_is_said_of_models_is_the_same_as_before(
     session(kind)
 
 
-def test_ampl_is_told_of_a_stationary_point_with_its_values_and_gives_options_in_two_places(
+def test_ampl_hears_of_stationary_points_and_gives_options_in_two_places(
     lcp: Lcp, models: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     assert "stalled: z is nearly a stationary point" in lcp("hopeless", "-AMPL").out

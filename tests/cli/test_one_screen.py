@@ -102,7 +102,7 @@ def test_a_program_fits_on_a_screen_and_its_objective_is_in_the_verdict(
 
 
 @pytest.mark.usefixtures("folder")
-def test_a_table_shows_0_for_a_residual_whose_digits_depend_on_the_machine_and_json_all_digits(
+def test_tables_show_0_for_residuals_that_are_rounding_and_json_all_digits(
     lcp: Lcp,
 ) -> None:
     lcp("make", "harker-pang", "-n", "20", "-o", "rounded.json")

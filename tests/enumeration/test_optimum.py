@@ -127,7 +127,8 @@ def test_at_a_limit_there_is_the_best_so_far_and_a_proved_gap(
 
 def test_the_best_equilibrium_of_a_player_is_the_least_of_its_costs() -> None:
     entry = """EFG 2 R "entry" { "entrant" "incumbent" } p "" 1 1 "" { "in" "out" } 0
-        p "" 2 1 "" { "fight" "share" } 0 t "" 1 "" { -1 -1 } t "" 2 "" { 1 1 } t "" 3 "" { 0 2 }"""
+        p "" 2 1 "" { "fight" "share" } 0 t "" 1 "" { -1 -1 } t "" 2 "" { 1 1 }
+        t "" 3 "" { 0 2 }"""
     problem = lcpcli.from_efg(entry)
     plans = [
         lcpcli.optimum(problem, f'"cost of {who}"').z[:3]
@@ -176,9 +177,7 @@ def value_of(objective: dict[str, int], payoffs: tuple[Fraction, Fraction]) -> F
     )
 
 
-def test_expressions_are_sums_of_terms_and_those_of_one_unknown_add_up_whatever_it_is_called() -> (
-    None
-):
+def test_objectives_are_sums_in_which_terms_of_one_unknown_add_up() -> None:
     problem = lcpcli.Problem(
         [[1, 2], [2, 1]], [-1, -1], names=["first price", "second"]
     )

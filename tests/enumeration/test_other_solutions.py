@@ -29,9 +29,7 @@ def found(problem: Problem, z: np.ndarray) -> others.Findings:
     return others.search_others(problem, z, lambda: ExactProblem.of_decimals(problem))
 
 
-def test_no_claim_is_made_about_a_problem_without_a_solution_or_with_many_unknowns() -> (
-    None
-):
+def test_nothing_is_claimed_without_a_solution_or_of_many_unknowns() -> None:
     assert found(families.make("infeasible", 5, 0), np.zeros(5)).others is None
     assert not others.is_asked(
         families.make("tridiagonal", others.MOST_UNKNOWNS + 1, 0)
@@ -50,9 +48,7 @@ def test_theorem_tells_of_definite_and_scaled_dominant_matrices_without_a_search
     ) == (False, True)
 
 
-def test_theorem_tells_of_every_matrix_that_inspect_proves_to_be_dominant_after_scaling() -> (
-    None
-):
+def test_a_theorem_covers_every_matrix_proved_dominant_after_scaling() -> None:
     """The scaling varies by 3^39, more than the digits of a double."""
     problem = families.make("all-cones", 40, 1)
     assert classify(problem.M, last="h_plus")["h_plus"].word == YES

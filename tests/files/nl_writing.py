@@ -202,7 +202,8 @@ def _side(side: Sequence[Any]) -> list[tuple[str, Any]]:
 
 def _line(token: tuple[str, Any]) -> bytes:
     letter, number = token
-    return f"{letter if letter not in ('=', 'kind') else ''}{'' if number is None else number}\n".encode()
+    shown = letter if letter not in ("=", "kind") else ""
+    return f"{shown}{'' if number is None else number}\n".encode()
 
 
 def _packed(token: tuple[str, Any]) -> bytes:

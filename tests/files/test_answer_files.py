@@ -74,9 +74,7 @@ def test_trace_file_has_every_iterate_whatever_is_shown(lcp: Lcp, folder: Path) 
     assert len(table(folder / "t.csv")) < len(rows) / 5
 
 
-def test_a_trace_from_which_a_table_is_taken_is_thinned_as_one_that_is_kept_for_it() -> (
-    None
-):
+def test_rows_selected_from_a_trace_are_those_of_a_trace_kept_for_them() -> None:
     whole = Trace()
     run(read(EXAMPLE), "fixed-point", trace=whole)
     for most in (None, *range(5, 40)):

@@ -282,9 +282,7 @@ def test_labels_in_latin_1_are_read_and_what_is_no_text_is_refused(lcp: Lcp) -> 
         read("g.efg")
 
 
-def test_players_who_forget_their_moves_are_refused_and_those_who_forget_nothing_are_not() -> (
-    None
-):
+def test_players_are_refused_if_and_only_if_they_forget_their_moves() -> None:
     ends = 't "" 0 ' * 4
     forgetful = TWO + f'p "" 1 2 {{ "l" "r" }} 0 {ends[:14]} p "" 1 2 0 {ends[:14]}'
     with pytest.raises(errors.ProblemError, match="has no perfect recall"):
@@ -303,9 +301,7 @@ def test_a_tree_may_be_one_end_and_a_player_may_have_no_move() -> None:
     assert answer.payoffs == (5.0, 6.0)
 
 
-def test_chance_moves_in_a_long_row_are_refused_before_their_product_takes_all_memory() -> (
-    None
-):
+def test_long_rows_of_chance_moves_are_refused_before_memory_runs_out() -> None:
     row = "".join(f'c "" {k} {{ "" 1/3 "" 2/3 }} 0 t "" 0\n' for k in range(1, 3000))
     with pytest.raises(
         errors.ProblemError,

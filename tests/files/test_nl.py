@@ -153,9 +153,7 @@ def test_values_and_derivatives_of_functions(operator: str) -> None:
         check_functions(problem, expressions, z)
 
 
-def test_branches_by_conditions_of_which_only_the_one_that_is_taken_has_to_be_defined() -> (
-    None
-):
+def test_only_the_branch_that_a_condition_takes_has_to_be_defined() -> None:
     conditions = [
         *((relation, "v0", 0.25) for relation in RELATIONS),
         ("and", ("<", 0, "v0"), ("not", ("<", "v1", 0.5))),
@@ -224,7 +222,7 @@ def test_nothing_is_enclosed_where_a_function_is_not_defined_everywhere(
 
 
 @pytest.mark.parametrize("relation", ["<", "<=", "=", ">=", ">", "!="])
-def test_an_enclosure_holds_where_a_comparison_is_of_something_undefined_in_a_part_of_the_box(
+def test_an_enclosure_holds_where_what_is_compared_is_undefined_in_a_part(
     relation: str,
 ) -> None:
     problem = functions_of(
@@ -312,9 +310,7 @@ def test_common_expressions_in_text_and_in_binary(binary: bool) -> None:
     )
 
 
-def test_equations_belong_to_the_free_variables_with_large_entries_and_fixed_variables_are_constants() -> (
-    None
-):
+def test_free_variables_match_equations_by_size_and_fixed_ones_are_constant() -> None:
     rows = [
         (EQUATION, {0: 1, 2: 0.01}, ("sin", "v1")),
         ((5, 1, 2), {1: 1, 3: 2}, 0),

@@ -69,10 +69,14 @@ SPELLINGS = {
     "json-crlf-and-blank-lines": f"\n\n {JSON}\n\n".replace(" ", "\r\n").encode(),
     "json-exponents": b'{"M": [[2e0, -1E+0], [-5e-1, 20e-1]], "q": [-1.0, 25e-2]}',
     "json-other-order": b'{"q": [-1, 0.25], "M": [[2, -1], [-0.5, 2]]}',
-    "json-coordinates": b"""{"M": {"format": "coo", "shape": [2, 2], "rows": [0, 0, 1, 1], "cols": [0, 1, 0, 1],
-                            "values": [2, -1, -0.5, 2]}, "q": [-1, 0.25]}""",
-    "json-coordinates-unordered": b"""{"q": [-1, 0.25], "M": {"values": [2, -0.5, -1, 2], "cols": [1, 0, 1.0, 0e0],
-                                      "rows": [1, 1, 0, 0], "shape": [2.0, 2e0], "format": "coo"}}""",
+    "json-coordinates": b"""{"M": {"format": "coo", "shape": [2, 2],
+                              "rows": [0, 0, 1, 1], "cols": [0, 1, 0, 1],
+                              "values": [2, -1, -0.5, 2]}, "q": [-1, 0.25]}""",
+    "json-coordinates-unordered": b"""{"q": [-1, 0.25],
+                                      "M": {"values": [2, -0.5, -1, 2],
+                                            "cols": [1, 0, 1.0, 0e0],
+                                            "rows": [1, 1, 0, 0],
+                                            "shape": [2.0, 2e0], "format": "coo"}}""",
 }
 
 

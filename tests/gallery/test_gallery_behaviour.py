@@ -40,9 +40,7 @@ def newton_without_safeguard(problem: Problem, steps: int) -> list[tuple[int, ..
     return sets
 
 
-def test_newton_cycles_from_the_starts_of_ben_gharbia_and_gilbert_and_curtis_han_and_robinson() -> (
-    None
-):
+def test_newton_without_safeguard_cycles_from_the_starts_in_the_literature() -> None:
     for n in (3, 7, 11):
         sets = newton_without_safeguard(gallery.make("ben-gharbia-gilbert", n), n)
         assert sets[n] == sets[0]
@@ -67,9 +65,7 @@ def test_murty_takes_exponentially_many_steps_of_least_index_pivoting() -> None:
     assert f"{steps + 1} - 1" in problem.note.replace("2^6", "64")
 
 
-def test_half_of_the_places_are_degenerate_or_have_a_margin_of_epsilon_and_so_has_an_eigenvalue() -> (
-    None
-):
+def test_half_of_all_places_and_an_eigenvalue_have_the_margin_asked_for() -> None:
     problem = gallery.make("degenerate", 30)
     (z,) = problem.solutions
     assert np.count_nonzero((z == 0) & (problem.w(z) == 0)) == 15
@@ -128,9 +124,7 @@ def test_pressure_of_the_infinite_bearing_vanishes_where_the_film_opens() -> Non
     assert 50 < np.argmax(z) < 100
 
 
-def test_american_put_at_the_exercise_price_is_worth_what_the_formula_says_and_exercised_below_some_price() -> (
-    None
-):
+def test_american_put_is_worth_the_formula_and_exercised_below_some_price() -> None:
     """The European put by Black and Scholes; one time step is eight per cent below it,
     the American put a bit above."""
     r, s, T = 0.1, 0.4, 0.5
@@ -184,7 +178,7 @@ MOVES = [
 
 
 @pytest.mark.parametrize(("family", "n", "moved"), MOVES)
-def test_the_parameter_leaves_m_as_it_is_and_a_verified_path_goes_from_one_value_to_the_other(
+def test_the_parameter_leaves_m_alone_and_a_verified_path_joins_its_values(
     family: str, n: int, moved: dict[str, tuple[float, float]]
 ) -> None:
     values: list[dict[str, Any]] = [
@@ -199,9 +193,7 @@ def test_the_parameter_leaves_m_as_it_is_and_a_verified_path_goes_from_one_value
     assert (found.end, found.verified) == ("reached", True)
 
 
-def test_the_frontier_has_the_return_of_its_target_or_more_where_less_risk_has_more() -> (
-    None
-):
+def test_frontier_has_its_target_as_return_or_more_if_less_risk_has_more() -> None:
     problem = gallery.make("frontier", 22, 3)
     returns = problem.M[-1, :20]
     least, best = (
@@ -310,9 +302,7 @@ def test_only_gravity_and_the_floor_change_the_momentum_and_energy_is_lost(
     assert last < first - 0.01
 
 
-def test_a_tower_comes_to_rest_where_it_is_and_a_heap_keeps_making_and_losing_contacts() -> (
-    None
-):
+def test_a_tower_comes_to_rest_in_place_and_a_heap_keeps_changing_contacts() -> None:
     tower = contact_in_time("tower", 4)
     numbers = {len(contacts) for contacts, *_ in steps(tower, 50)}
     assert numbers == {8}
@@ -341,9 +331,7 @@ def test_the_same_seed_gives_the_same_motion_and_another_one_another() -> None:
         contact_in_time("heap", 0)
 
 
-def test_the_matrix_of_bricks_on_two_others_is_singular_symmetric_in_friction_and_copositive_by_its_layout() -> (
-    None
-):
+def test_matrices_of_bricks_are_singular_or_copositive_by_their_layout() -> None:
     scene = contact_in_time("pyramid", 3)
     assert len(scene.contacts) == 2 * 3 + 4 * (2 + 1)
     assert np.linalg.matrix_rank(scene.problem().M[:18, :18]) < 18

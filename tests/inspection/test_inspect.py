@@ -132,9 +132,7 @@ def test_measured_rate_of_fixed_point_is_the_local_one_and_below_the_bound(
     assert contraction(problem, x).local is None, "at a degenerate solution"
 
 
-def test_bound_of_a_symmetric_matrix_is_that_of_its_eigenvalues_and_a_singular_iteration_has_none() -> (
-    None
-):
+def test_bound_is_that_of_eigenvalues_and_a_singular_iteration_has_none() -> None:
     eigenvalues = np.array([0.2, 1.0, 9.0])
     Q = np.linalg.qr(np.random.default_rng(0).standard_normal((3, 3)))[0]
     M = Q @ np.diag(eigenvalues) @ Q.T
@@ -152,9 +150,7 @@ def kostreva(n: int) -> Problem:
     return Problem(np.eye(n) + 2 * np.roll(np.eye(n), 1, 1), -np.ones(n))
 
 
-def test_kostrevas_matrix_is_no_h_matrix_so_the_modulus_iteration_is_not_guaranteed() -> (
-    None
-):
+def test_modulus_iteration_is_not_guaranteed_for_the_matrix_of_kostreva() -> None:
     guarantees = inspect(kostreva(5), math.inf).guarantees
     assert {name: guarantees[name].word for name in OWN} == dict.fromkeys(
         OWN, "yes"
@@ -313,7 +309,7 @@ def random_mixed_problem(kind: str, random: Generator) -> Problem:
 
 
 @pytest.mark.parametrize("kind", ["semidefinite", "definite", "nonnegative"])
-def test_methods_said_to_be_guaranteed_solve_the_problem_or_prove_that_it_has_no_solution(
+def test_guaranteed_methods_solve_the_problem_or_prove_it_has_no_solution(
     kind: str,
 ) -> None:
     guaranteed = set()

@@ -229,7 +229,7 @@ def arrow(n: int) -> csr_array:
     return csr_array(diags_array(np.ones(n)) + hub + hub.T)
 
 
-def test_unknowns_that_a_long_row_couples_are_in_order_of_their_entries_before_they_are_sorted(
+def test_unknowns_of_a_long_row_are_ordered_by_entries_and_then_sorted(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """scipy inserts each into a sorted list of them, which takes seconds for 100,000 in
@@ -247,16 +247,12 @@ def test_unknowns_that_a_long_row_couples_are_in_order_of_their_entries_before_t
     assert n // 2 <= width < n
 
 
-def test_long_rows_are_left_to_an_order_that_does_not_go_through_them_again_and_again() -> (
-    None
-):
+def test_long_rows_are_left_to_an_order_that_does_not_repeat_them() -> None:
     assert order_of(arrow(40_000)) == "COLAMD"
     assert order_of(arrow(9000)) == "MMD_AT_PLUS_A"
 
 
-def test_structurally_singular_patterns_are_those_of_which_all_matrices_are_singular() -> (
-    None
-):
+def test_patterns_of_singular_matrices_alone_are_structurally_singular() -> None:
     random = np.random.default_rng(0)
     found = set()
     for _ in range(60):
@@ -373,7 +369,8 @@ CODE = """
 import numpy as np
 from lcpcli.linalg import programs
 ends = np.zeros(2), np.full(2, np.inf)
-found = programs.minimized(np.ones(2), np.array([[1.0, 1.0]]), (np.ones(1), np.full(1, np.inf)), ends)
+rows = np.ones(1), np.full(1, np.inf)
+found = programs.minimized(np.ones(2), np.array([[1.0, 1.0]]), rows, ends)
 assert found.value == 1.0, found
 """
 

@@ -47,7 +47,11 @@ problems.settle_threads = bench.settle_threads = settled
 seen, sys.argv = {}, ["lcp", *sys.argv[1:]]
 def tell():
     from threadpoolctl import threadpool_info
-    seen["blas"] = [each["num_threads"] for each in threadpool_info() if each["user_api"] == "blas"]
+    seen["blas"] = [
+        each["num_threads"]
+        for each in threadpool_info()
+        if each["user_api"] == "blas"
+    ]
     print(json.dumps(seen), file=sys.stderr)
 atexit.register(tell)
 main()
@@ -230,7 +234,11 @@ assert "threadpoolctl" in sys.modules
 from threadpoolctl import threadpool_info
 
 def numbers():
-    return {each["num_threads"] for each in threadpool_info() if each["user_api"] == "blas"}
+    return {
+        each["num_threads"]
+        for each in threadpool_info()
+        if each["user_api"] == "blas"
+    }
 
 before = numbers()
 with threads.limited(1):

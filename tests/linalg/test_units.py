@@ -86,7 +86,7 @@ def test_units_are_the_least_squares_however_long_the_graph_is(
 
 
 @pytest.mark.parametrize("shape", ["chain", "tree"])
-def test_all_entries_of_a_large_forest_become_1_in_its_units_in_whatever_order_its_rows_are(
+def test_all_entries_of_a_large_forest_become_1_in_any_order_of_its_rows(
     shape: str,
 ) -> None:
     n, random = LARGEST_ELIMINATED + 1, np.random.default_rng(0)
@@ -106,7 +106,7 @@ def test_all_entries_of_a_large_forest_become_1_in_its_units_in_whatever_order_i
 @given(
     seed=st.integers(0, 2**32 - 1), spread=st.integers(0, 40), is_program=st.booleans()
 )
-def test_rows_and_columns_have_the_same_units_where_entries_are_as_large_as_those_of_the_transpose(
+def test_rows_and_columns_share_units_where_sizes_of_entries_are_symmetric(
     seed: int, spread: int, is_program: bool
 ) -> None:
     generator = np.random.default_rng(seed)

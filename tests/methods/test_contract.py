@@ -161,7 +161,8 @@ import numpy as np
 from lcpcli.methods.registry import Method
 from lcpcli.methods.stages import Finished, Iterate
 
-{", ".join(NAMES).upper()} = (Method("faulty", location=("faulty.methods", name)) for name in {NAMES})
+{", ".join(NAMES).upper()} = (\
+Method("faulty", location=("faulty.methods", name)) for name in {NAMES})
 
 def raises(problem, x0):
     yield Iterate(x0, None, "", 1)
@@ -190,7 +191,8 @@ RAISES, NOTHING = Kind("faulty.raising", ""), Kind("faulty.nothing", "")
 RUNS = """
 import json, lcpcli
 seen = {}
-for method in ("raises", "short", "nothing", "done", "inverts", "newton", "nowhere", "raisse"):
+methods = "raises", "short", "nothing", "done", "inverts", "newton", "nowhere", "raisse"
+for method in methods:
     try:
         result = lcpcli.solve([[2, 1], [1, 2]], [-5, -6], method)
         seen[method] = [result.message, json.loads(result.to_json())["package"]]
@@ -211,7 +213,9 @@ def faulty(tmp_path_factory: pytest.TempPathFactory) -> Path:
         "faulty-1.0.dist-info/METADATA": (
             "Metadata-Version: 2.1\nName: faulty\nVersion: 1.0\n"
         ),
-        "faulty-1.0.dist-info/entry_points.txt": f"[lcpcli.methods]\n{methods}[lcpcli.formats]\n{formats}",
+        "faulty-1.0.dist-info/entry_points.txt": (
+            f"[lcpcli.methods]\n{methods}[lcpcli.formats]\n{formats}"
+        ),
         "faulty/methods.py": CODE,
         "faulty/formats.py": FORMATS,
         "faulty/raising.py": (

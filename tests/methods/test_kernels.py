@@ -177,9 +177,7 @@ def test_no_component_of_a_degenerate_solution_is_negative() -> None:
         assert not found or (z >= 0).all()
 
 
-def test_small_numbers_beside_large_ones_are_left_to_exact_arithmetic_only_where_they_may_decide_a_state() -> (
-    None
-):
+def test_only_small_numbers_that_may_decide_a_state_are_left_to_fractions() -> None:
     """Of the last one, w_2 is 1/3 less the double next to it."""
     q = np.array([-1.0, 1e-9])
     assert solve_one(np.eye(2), q, q < 0, False, 1.0, 1e-10)[0] == CERTAIN
@@ -205,9 +203,7 @@ def test_one_matrix_of_many_q_is_that_of_each_block() -> None:
     ).all()
 
 
-def test_the_compiled_check_takes_rounding_at_the_reference_point_for_no_size_of_q() -> (
-    None
-):
+def test_rounding_at_the_reference_point_is_no_size_of_q_when_compiled() -> None:
     """Row 1 at the lower bounds is 4e-12, and -1.5e-11 as doubles sum it up; the last
     two rows are infeasible."""
     M, lower = np.zeros((5, 5)), np.zeros(5)
@@ -249,7 +245,7 @@ def test_a_ray_is_believed_only_of_a_tableau_that_is_made_again() -> None:
 
 
 @pytest.mark.parametrize("family", ["harker-pang", "near-singular"])
-def test_projected_gradients_lead_to_the_states_of_the_solution_with_and_without_kernels(
+def test_projected_gradients_find_the_states_with_and_without_kernels(
     family: str,
 ) -> None:
     problem = families.make(family, 250, 1)

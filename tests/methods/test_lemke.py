@@ -126,9 +126,7 @@ def test_iterates_are_complementary_and_their_F_is_minus_the_covering_vector() -
     assert sorted(covers, reverse=True) == covers
 
 
-def test_every_pivot_is_an_iteration_and_a_row_of_the_trace_and_the_start_is_not_used() -> (
-    None
-):
+def test_each_pivot_is_an_iteration_with_a_row_and_the_start_is_not_used() -> None:
     problem, (trace, other) = families.make("harker-pang", 20, 2), (Trace(), Trace())
     result = run(problem, "lemke", trace=trace)
     assert result.solved
@@ -190,9 +188,7 @@ def test_ray_of_a_feasible_problem_is_no_proof(M: ArrayLike, q: ArrayLike) -> No
     assert (result.certificate.kind, (ray >= 0).all(), ray.any()) == ("ray", True, True)
 
 
-def test_too_many_unknowns_are_refused_unless_there_is_nothing_to_do_and_overflow_is_a_breakdown() -> (
-    None
-):
+def test_too_many_unknowns_to_pivot_are_refused_and_overflow_breaks_down() -> None:
     most = METHODS["lemke"].max_unknowns
     assert most is not None
     n = most + 1
@@ -288,9 +284,7 @@ def test_monotone_problems_whose_free_variables_have_a_singular_block_are_solved
     assert run(Problem(M, q, lower=lower), "lemke").solved
 
 
-def test_a_path_reaches_the_minimizer_of_most_programs_with_equations_whose_rows_have_units_of_their_own() -> (
-    None
-):
+def test_a_path_solves_most_programs_with_equations_in_units_of_their_own() -> None:
     solved = 0
     for seed in range(40):
         rng = np.random.default_rng(seed)

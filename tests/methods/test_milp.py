@@ -114,9 +114,7 @@ def test_agrees_with_exact_arithmetic_on_every_kind_of_problem_in_any_units_and_
         assert is_right(scaled, run(scaled, "milp")), problem.name
 
 
-def test_problem_without_solution_is_not_solved_by_what_is_one_to_the_tolerance_only() -> (
-    None
-):
+def test_a_solution_to_the_tolerance_does_not_solve_what_has_none() -> None:
     """Rows of R q from 5e-4 to 5e5: what violates z >= 0 by 1e-11 of the largest has a
     residual below tol."""
     M = [
@@ -159,9 +157,7 @@ def test_time_limit_is_kept_and_called_so(monkeypatch: pytest.MonkeyPatch) -> No
     assert (result.status, "time limit" in result.message) == (Status.TIME_LIMIT, True)
 
 
-def test_set_that_is_neither_solved_nor_excluded_leaves_open_whether_there_is_a_solution() -> (
-    None
-):
+def test_a_set_neither_solved_nor_excluded_leaves_open_whether_one_solves() -> None:
     """But for last digits 3 w_1 + w_2 = 4 z_4 - 4 z_1 - 5, where z_4 = 0 as w_4 >= 1:
     so z has size 1e31. The unknowns from z_5 on are there as exact arithmetic would
     decide a problem of FEW_UNKNOWNS by itself."""
@@ -368,9 +364,7 @@ def test_each_option_has_an_effect(option: dict[str, float]) -> None:
     )
 
 
-def test_nothing_is_claimed_where_there_is_no_solution_or_there_are_no_units_in_which_to_search() -> (
-    None
-):
+def test_reflections_claim_nothing_without_a_solution_or_without_units() -> None:
     result = solve(
         [[-1.0, 0.0], [0.0, 1.0]], [-1.0, -1.0], "reflections", max_iterations=50
     )

@@ -73,9 +73,7 @@ GUARANTEED = [
 ]
 
 
-def test_methods_that_are_guaranteed_to_solve_positive_definite_problems_with_bounds_are_all_of_the_package() -> (
-    None
-):
+def test_all_own_methods_are_guaranteed_for_definite_problems_with_bounds() -> None:
     assert {"auto", "shi", "fixed-point", "newton", "interior", "lemke", "milp"} <= {
         *GUARANTEED
     }

@@ -192,9 +192,7 @@ def test_pandas_itself_is_taken_by_label() -> None:
         lcpcli.Problem(matrix, q, upper=bound)
 
 
-def test_texts_that_label_the_columns_of_M_name_the_unknowns_unless_others_are_given() -> (
-    None
-):
+def test_unknowns_have_the_labels_of_columns_of_M_unless_named() -> None:
     result = lcpcli.solve(Frame(M, "ab", "ab"), Series(Q, "ab"))
     assert list(result.names) == ["a", "b"]
     assert result["b"] == pytest.approx(Z[1])

@@ -178,7 +178,7 @@ def test_at_kinks_one_sided_derivatives_are_those_of_small_steps(
 
 
 @pytest.mark.parametrize("seed", range(6))
-def test_at_kinks_the_derivative_is_that_of_the_piece_on_which_they_stay_at_their_bounds(
+def test_at_kinks_the_derivative_is_that_of_the_piece_that_stays_at_bounds(
     seed: int,
 ) -> None:
     random = np.random.default_rng(seed)
@@ -198,9 +198,7 @@ def test_at_kinks_the_derivative_is_that_of_the_piece_on_which_they_stay_at_thei
     assert np.abs(at_bound.z - beside.z).max() <= 1e-12 * np.abs(beside.z).max()
 
 
-def test_at_many_kinks_whose_matrix_is_not_classified_the_direction_is_not_called_proved() -> (
-    None
-):
+def test_the_direction_at_many_kinks_of_an_unclassified_matrix_is_unproved() -> None:
     random = np.random.default_rng(0)
     M, d = exact.p_matrix(random, 16), random.normal(size=16)
     found = lcpcli.solve(M, np.zeros(16)).derivative(dq=d, one_sided=True)
@@ -490,7 +488,7 @@ def test_J_z_of_a_regular_solution_is_J_times_the_derivative() -> None:
 
 
 @pytest.mark.parametrize("unsolved", ["raise", "nan"])
-def test_an_unsolved_problem_of_a_batch_has_the_gradient_0_of_a_function_that_leaves_it_out(
+def test_an_unsolved_problem_of_a_batch_that_is_left_out_has_gradient_0(
     unsolved: str,
 ) -> None:
     batch = lcpcli.solve_many(np.array([[[1.0]], [[-1.0]]]), np.array([[-1.0], [-1.0]]))

@@ -331,9 +331,7 @@ def test_a_proof_at_a_ray_is_right() -> None:
             assert not list(solutions(last))
 
 
-def test_exact_breakpoints_of_the_line_of_murty_are_its_whole_numbers_one_for_each_basis() -> (
-    None
-):
+def test_exact_breakpoints_of_the_line_of_murty_are_its_whole_numbers() -> None:
     """K. G. Murty, Computational complexity of parametric linear programming,
     Mathematical Programming 19 (1980) 213-219, and for LCPs Linear Complementarity,
     Linear and Nonlinear Programming (1988), chapter 6."""

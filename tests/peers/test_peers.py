@@ -79,7 +79,7 @@ COMPILING = pytest.param("quantecon", marks=pytest.mark.slow("numba compiles it"
 @pytest.mark.parametrize(
     "name", [name if name != "quantecon" else COMPILING for name in GENERAL]
 )
-def test_claims_what_it_solves_and_leaves_arrays_as_they_were_even_those_that_cannot_be_written_to(
+def test_claims_what_it_solves_and_leaves_read_only_arrays_as_they_were(
     name: str,
 ) -> None:
     peer, made = loaded(name), gallery.make("harker-pang", 8, 2, symmetric=True)
@@ -135,7 +135,7 @@ def test_matrices_are_converted_up_to_a_size() -> None:
     st.booleans(),
     st.booleans(),
 )
-def test_gram_matrices_in_any_units_are_semidefinite_and_not_when_a_direction_is_turned_round(
+def test_gram_matrices_in_any_units_are_semidefinite_but_not_if_turned(
     n: int, rank: int, seed: int, turned: bool, stored_sparse: bool
 ) -> None:
     random = np.random.default_rng(seed)
@@ -188,9 +188,7 @@ def test_a_new_peer_needs_only_its_call_and_its_line(
     assert (claim.solved, claim.statement) == (True, "guessed")
 
 
-def test_a_prefix_selects_all_of_a_package_once_and_an_unknown_peer_is_refused_with_a_likely_one() -> (
-    None
-):
+def test_a_prefix_selects_each_peer_once_and_an_unknown_peer_gets_a_hint() -> None:
     assert peers.select(["path-start", "path"]) == ["path-start"]
     assert peers.select([]) == []
     for name, hint in {

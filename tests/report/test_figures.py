@@ -178,9 +178,7 @@ def lightness(color: str) -> float:
     )
 
 
-def test_methods_are_told_apart_by_colour_and_marker_and_in_grey_and_visible_on_white() -> (
-    None
-):
+def test_looks_differ_in_colour_marker_and_grey_and_are_visible_on_white() -> None:
     assert (
         len({look.color for look in ALL})
         == len({look.marker for look in ALL})
@@ -374,9 +372,7 @@ def test_a_figure_shows_the_same_as_before(name: str) -> None:
     assert_as_before(f"figure-{name}", described(DRAWN[name]()) + "\n")
 
 
-def test_the_objective_of_a_linear_program_stands_over_the_side_of_a_row_that_moves() -> (
-    None
-):
+def test_objective_of_a_linear_program_stands_over_the_side_that_moves() -> None:
     """Only a quadratic program has a frontier, with the objective, a risk, on the other
     axis."""
     first, last = (

@@ -96,9 +96,7 @@ def test_the_merit_function_is_that_of_the_equation_of_the_methods() -> None:
     assert plane_figures.merit(M, q, x) == pytest.approx(np.sqrt((F**2).sum(axis=0)))
 
 
-def test_the_range_holds_the_origin_the_start_and_the_solution_but_not_a_divergence() -> (
-    None
-):
+def test_range_holds_origin_start_and_solution_but_not_a_divergence() -> None:
     x = [(1.0, 1.0), (2.0, 2.0), (1e9, -1e9), (np.inf, np.nan)]
     made = plane(
         Problem(np.eye(2), [-1, -1]),
@@ -116,7 +114,10 @@ def test_the_range_holds_the_origin_the_start_and_the_solution_but_not_a_diverge
 def test_quadrants_have_the_names_of_their_cones() -> None:
     with style.context():
         figure = plane_figures.draw_paths([data(TWO)])
-    corners = {text.get_text(): text.xy for text in figure.axes[0].texts[:4]}  # type: ignore[attr-defined]
+    corners = {
+        text.get_text(): text.xy  # type: ignore[attr-defined]
+        for text in figure.axes[0].texts[:4]
+    }
     (left, bottom), (right, top) = corners["$w_1$, $w_2$"], corners["$z_1$, $z_2$"]
     assert (left < right, bottom < top, corners["$z_1$, $w_2$"]) == (
         True,

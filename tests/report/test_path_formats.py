@@ -94,9 +94,7 @@ def test_a_path_has_the_same_text_as_before(name: str) -> None:
     assert_as_before(f"path-{name}", "\n".join(texts))
 
 
-def test_objective_and_multipliers_are_in_their_own_sense_with_constants_that_may_move_too() -> (
-    None
-):
+def test_objective_and_multipliers_have_their_sense_and_moving_constants() -> None:
     least, most = frontier().to_dict(), frontier(sense="max", constant=1.0).to_dict()
     assert most["answer"]["objective"] == pytest.approx(
         [1 - value for value in least["answer"]["objective"]]

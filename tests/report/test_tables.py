@@ -58,10 +58,11 @@ INPUTS: dict[str, dict[str, Any]] = {
     "decimals": {"M": [[3]], "q": [-1]},
     "without": {"c": [-1, -1], "A": [[1, -1]], "b": [-2], "columns": ["up", "out"]},
 }
-DOCUMENTS = """solution bounds maximum minimum unbounded equilibrium disproof proof failure all-solutions all-equilibria
-all-of-faces all-of-line all-of-ray all-of-degenerate all-in-fractions all-of-coordination all-of-none all-of-a-program
-all-maxima largest-multiplier least-of-a-cost optimum comparison wrong-answer right-answer diagnosis several
-path-with-roundings path"""
+DOCUMENTS = """solution bounds maximum minimum unbounded equilibrium disproof proof
+failure all-solutions all-equilibria all-of-faces all-of-line all-of-ray
+all-of-degenerate all-in-fractions all-of-coordination all-of-none all-of-a-program
+all-maxima largest-multiplier least-of-a-cost optimum comparison wrong-answer
+right-answer diagnosis several path-with-roundings path"""
 
 
 @pytest.mark.parametrize("kind", DOCUMENTS.split())

@@ -1,9 +1,12 @@
 """Times of this checkout and of another one, in pairs: bench.py BASE [--only NAME...]
 [--data FOLDER] [--list]
 
-    python tests/seams/bench.py ../before                    # all rows but those marked "on request"
-    python tests/seams/bench.py ../before --only lcp games   # rows whose names begin with one of these
-    python tests/seams/bench.py ../before --list             # the names
+    # all rows but those marked "on request"
+    python tests/seams/bench.py ../before
+    # rows whose names begin with one of these
+    python tests/seams/bench.py ../before --only lcp games
+    # the names
+    python tests/seams/bench.py ../before --list
 
 Two processes, one for each checkout, take each case in turn, so that what the machine
 does besides affects both. A time is processor time of one call. A row has the median of

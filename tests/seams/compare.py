@@ -1,6 +1,7 @@
 """What differs between two records of a population, and which one is right.
 
-    python tests/seams/compare.py BEFORE AFTER        # exit code 1 if anything is compared and differs
+    # exit code 1 if anything is compared and differs
+    python tests/seams/compare.py BEFORE AFTER
 
 Numbers count as equal if they differ by rounding; hashes and words if they are the
 same. A case is repeated by its population's script with --seed and --only, as printed;
@@ -108,10 +109,10 @@ class Remade:
     def line(self, key: str, before: Entry, after: Entry, fields: list[str]) -> str:
         """Return what differs in a case, what each is worth, and how to repeat it."""
         header = self._header
-        lines = [
-            f"{key}: "
-            f"{', '.join(f'{f} {_short(before.get(f))} -> {_short(after.get(f))}' for f in fields)}"
-        ]
+        changes = (
+            f"{f} {_short(before.get(f))} -> {_short(after.get(f))}" for f in fields
+        )
+        lines = [f"{key}: {', '.join(changes)}"]
         if {"status", "z", "y"} & {*fields}:
             lines.append(
                 f"before: {self._worth(key, before)}; after: {self._worth(key, after)}"

@@ -1,9 +1,12 @@
 """What every command prints in every format: golden.py -o FOLDER [--only NAME...], then
 golden.py --compare OLD NEW.
 
-    python tests/seams/golden.py -o new                          # the lcpcli of this checkout
-    PYTHONPATH=../before python tests/seams/golden.py -o old     # that of another one
-    python tests/seams/golden.py --compare old new               # what differs, command by command
+    # the lcpcli of this checkout
+    python tests/seams/golden.py -o new
+    # that of another one
+    PYTHONPATH=../before python tests/seams/golden.py -o old
+    # what differs, command by command
+    python tests/seams/golden.py --compare old new
 
 Each command has a file in FOLDER, with its exit code, standard output, standard error
 and the files that it wrote. Times, versions, dates and paths are masked. --only selects
@@ -35,6 +38,8 @@ SETTINGS = {
     "PYTHONHASHSEED": "0",
 }
 DIFFERENT_LINES = 12  # shown of each command
+# lcp with a clock that advances by the same step at each look, so that decisions by
+# time are the same in each run
 BOOT = """
 import itertools, sys, time
 ticks = itertools.count()
@@ -43,15 +48,17 @@ for name in ("perf_counter", "process_time", "thread_time", "monotonic"):
 from lcpcli.cli.main import main
 sys.argv = ["lcp", *sys.argv[1:]]
 main()
-"""  # lcp with a clock that advances by the same step at each look, so that decisions by time are the same in each run
+"""
 MASKS = [  # what differs from run to run, or from machine to machine
     (r"(\d[\d.,]*(e[+-]?\d+)?|-) ?(ns|µs|us|ms|s|min|h)\b", "TIME"),
     (
-        r'("?\w*(seconds|times?|overhead|speed|duration|started|date|cpu|memory)\w*"?:\s*)(\[[^\]]*\]|[^,\s}\]]+)',
+        r'("?\w*(seconds|times?|overhead|speed|duration|started|date|cpu|memory)'
+        r'\w*"?:\s*)(\[[^\]]*\]|[^,\s}\]]+)',
         r"\1TIME",
     ),
     (
-        r'("(version|python|numpy|scipy|platform|processor|machine|system|commit)\w*":\s*)("[^"]*"|[^,\s}\]]+)',
+        r'("(version|python|numpy|scipy|platform|processor|machine|system|commit)'
+        r'\w*":\s*)("[^"]*"|[^,\s}\]]+)',
         r"\1MASKED",
     ),
     (r"\b20\d\d-\d\d-\d\d([T ][\d:.+Z-]*)?", "DATE"),

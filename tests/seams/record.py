@@ -1,9 +1,12 @@
 """The command line of a population and its record: one JSON object a line, first a
 header, then an entry for each case.
 
-    python tests/seams/oracle.py -o record             # all cases, with the lcpcli that is on the path
-    python tests/seams/oracle.py --sample 50 --seed 1  # some cases of other random numbers
-    python tests/seams/oracle.py --only 'lcp 17'       # one case, with its data
+    # all cases, with the lcpcli that is on the path
+    python tests/seams/oracle.py -o record
+    # some cases of other random numbers
+    python tests/seams/oracle.py --sample 50 --seed 1
+    # one case, with its data
+    python tests/seams/oracle.py --only 'lcp 17'
 
 Only public functions of lcpcli are used, so that a record can be made with any
 checkout: PYTHONPATH=OTHER python ...

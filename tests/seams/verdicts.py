@@ -1,7 +1,7 @@
 """What auto says of problems of all kinds: of the gallery, of random ones, and of files
 in a folder.
 
-python tests/seams/verdicts.py --data FOLDER -o record  # also the problem files in a folder and those below it
+python tests/seams/verdicts.py --data FOLDER -o record  # also files in and below FOLDER
 """
 
 from __future__ import annotations

@@ -107,9 +107,7 @@ def test_advice_is_in_the_words_of_its_reader_and_can_be_followed(lcp: Lcp) -> N
     assert '"advice": null' in lcp("solve", file, "--format", "json").out
 
 
-def test_nothing_is_advised_after_an_interrupt_and_another_method_where_few_iterations_may_be_too_few() -> (
-    None
-):
+def test_another_method_is_advised_after_few_iterations_not_an_interrupt() -> None:
     failed = run(gallery.make("harker-pang", 10), "shi", tol=1e-16, max_iterations=3)
     assert failed.advice == 'try method="auto", with max_iterations=10000'
     assert not suggestions(replace(failed, status=Status.INTERRUPTED)).ways
@@ -139,9 +137,7 @@ def test_more_iterations_are_advised_than_were_not_enough() -> None:
         assert way["max_iterations"] > k
 
 
-def test_other_starts_are_advised_where_a_nonlinear_problem_is_stuck_and_what_may_be_wrong_with_its_functions() -> (
-    None
-):
+def test_other_starts_are_advised_where_stuck_and_what_may_be_wrong_with_f() -> None:
     stuck = solve_mcp(lambda z: 1 + z**2, lower=None, x0=[0.5])
     assert stuck.status is Status.STALLED
     assert re.fullmatch(r"try restarts=\d+, or another start", stuck.advice)

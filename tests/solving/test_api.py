@@ -197,7 +197,7 @@ def test_every_method_solves_it_before_its_first_iteration(method: str) -> None:
 
 
 @BOTH
-def test_the_empty_vector_is_proved_to_be_the_only_solution_and_what_is_known_of_the_matrix_is_said(
+def test_the_empty_vector_is_the_only_solution_and_the_matrix_is_described(
     M: Any,
 ) -> None:
     problem = Problem(M, [], names=[], solutions=[[]])

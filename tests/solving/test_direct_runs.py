@@ -146,7 +146,7 @@ def test_exchanges_end_early_where_most_signs_stay_wrong_but_not_on_a_p_matrix()
 
 
 @pytest.mark.parametrize("distance", [3e-10, 1e-11, 1e-12])
-def test_what_is_said_to_be_solved_has_a_small_residual_or_is_said_to_be_rounded_where_m_is_nearly_singular(
+def test_solved_means_a_small_residual_or_said_rounded_if_nearly_singular(
     distance: float,
 ) -> None:
     """Rounding of z, whose entries reach 10^10 and more, leaves a w of up to 10^-3
@@ -216,8 +216,10 @@ from lcpcli.solving import direct_run
 direct_run.MANY = 4
 for _ in range(30):
     lcpcli.solve([[2]], [-1])
-for each, method in (([[2]], [-1]), "newton"), ((sparse.eye_array(400, format="csr"), -np.ones(400)), "auto"):
-    assert all(result.solved for result in lcpcli.solve_many(5 * [lcpcli.Problem(*each)], method))
+large = sparse.eye_array(400, format="csr"), -np.ones(400)
+for each, method in (([[2]], [-1]), "newton"), (large, "auto"):
+    results = lcpcli.solve_many(5 * [lcpcli.Problem(*each)], method)
+    assert all(result.solved for result in results)
 list(lcpcli.solve_many(3 * [lcpcli.Problem([[2]], [-1])]))
 print("numba" in sys.modules)
 lcpcli.solve([[2]], [-1], compiled=True)
@@ -225,9 +227,7 @@ print("numba" in sys.modules)
 """
 
 
-def test_the_kernels_are_loaded_when_asked_for_and_not_by_few_problems_or_those_that_do_not_use_them() -> (
-    None
-):
+def test_kernels_are_loaded_when_asked_for_and_not_where_they_are_not_used() -> None:
     done = subprocess.run(
         [sys.executable, "-c", LOADED], capture_output=True, text=True, check=True
     )

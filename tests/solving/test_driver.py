@@ -54,7 +54,7 @@ def iterate(x: Vector | float, F: float | None = None) -> Iterate:
     )
 
 
-def test_best_iterate_is_reported_not_the_last_and_a_solution_even_if_the_method_breaks_down(
+def test_best_iterate_is_reported_and_a_solution_even_after_a_breakdown(
     liar: Liar,
 ) -> None:
     steps = [iterate(1.0, F=10.0), iterate(2.0, F=1.0), iterate(3.0, F=5.0)]
@@ -121,7 +121,7 @@ def test_time_limit_counts_iterations_and_what_it_takes_to_measure_them(
     assert (result.iterations, result.solve_seconds) == expected
 
 
-def test_interrupted_run_reports_its_best_iterate_and_overflow_inside_a_method_is_a_breakdown(
+def test_an_interrupt_leaves_the_best_iterate_and_overflow_is_a_breakdown(
     liar: Liar,
 ) -> None:
     def steps() -> Iterator[Iterate]:
@@ -164,9 +164,7 @@ def test_method_that_wants_to_correct_signs_at_a_solution_has_three_iterations_f
         assert (result.solved, result.iterations) == (True, iterations)
 
 
-def test_exact_start_is_recognised_though_its_F_is_large_and_a_residual_whose_bound_never_comes_down() -> (
-    None
-):
+def test_exact_points_are_recognised_although_F_is_large() -> None:
     """z = 0 solves any problem with q >= 0, for every negative x that represents it;
     and with M singular F stays large along the iteration although z has converged long
     before."""
@@ -198,9 +196,7 @@ def test_options_in_force_are_reported_defaults_too(name: str) -> None:
     assert all(value is not None for key, value in options.items() if key != "x1")
 
 
-def test_tolerance_is_what_the_relative_residual_comes_down_to_and_numpy_numbers_are_numbers() -> (
-    None
-):
+def test_relative_residual_comes_down_to_tol_and_numpy_numbers_are_numbers() -> None:
     for tol in (1e-2, 1e-6, 1e-12):
         limits = Limits(tol=tol, max_iterations=np.int64(500))
         result = run(EXAMPLE, "fixed-point", omega=np.float32(2), limits=limits)
@@ -236,9 +232,7 @@ def test_trace_of_many_rows_is_thinned_by_doubling() -> None:
     )
 
 
-def test_trace_of_a_method_that_breaks_down_or_diverges_shows_the_start_and_how_far_it_came() -> (
-    None
-):
+def test_trace_of_a_breakdown_or_a_divergence_shows_how_far_it_came() -> None:
     trace = Trace()
     assert (
         run(Problem([[-1.0]], [-1.0]), "fixed-point", trace=trace).status
@@ -271,9 +265,7 @@ def test_milestones_are_the_first_iterates_with_a_relative_error_of_each_level()
         )
 
 
-def test_trace_measures_what_the_result_measures_and_keeps_only_the_components_asked_for() -> (
-    None
-):
+def test_trace_measures_what_results_do_and_keeps_the_components_asked_for() -> None:
     trace, few = Trace(), Trace(components=np.array([0, 3]))
     result = run(EXAMPLE, "fixed-point", trace=trace)
     assert (trace.rows[-1].residual, trace.rows[-1].error) == (
@@ -489,9 +481,7 @@ def test_a_run_that_is_part_of_another_one_ends_with_it() -> None:
             assert run(problem, method).status is Status.TIME_LIMIT
 
 
-def test_no_context_is_open_between_pieces_and_a_search_ends_with_what_it_is_part_of() -> (
-    None
-):
+def test_pieces_leave_no_context_open_and_end_with_what_they_are_part_of() -> None:
     found = lcpcli.solutions(SWAPS, time_limit=60.0)
     for _ in found:
         assert remaining() == math.inf

@@ -120,7 +120,7 @@ def test_doubles_are_taken_as_they_are() -> None:
 FACE = '{"M": [[3, 3, 0], [1, -2, 3], [1, 0, 0]], "q": [-10, -3.3333333333333335, 0]}'
 
 
-def test_solution_far_from_the_point_in_doubles_is_found_by_the_search_or_there_is_no_proof(
+def test_a_solution_far_from_the_doubles_is_found_by_search_or_not_proved(
     lcp: Lcp, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     file = tmp_path / "face.json"

@@ -198,7 +198,7 @@ def test_every_method_ends_in_a_true_status(
 @pytest.mark.slow("many random problems, each against exact arithmetic")
 @settings(deadline=None, max_examples=150)
 @given(seed=seeds, as_sparse=st.booleans(), power=st.floats(-300, 300))
-def test_auto_finds_every_solution_that_doubles_can_hold_and_nothing_else_that_is_said_is_false(
+def test_auto_finds_every_solution_in_doubles_and_says_nothing_false(
     seed: int, as_sparse: bool, power: float
 ) -> None:
     """z and w, that is; or a z whose residual is small, where the problem is so close

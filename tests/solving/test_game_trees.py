@@ -263,9 +263,7 @@ def test_an_unsolved_game_has_no_strategies() -> None:
     )
 
 
-def test_strategies_at_sets_that_the_strategies_of_their_player_exclude_are_probabilities() -> (
-    None
-):
+def test_strategies_at_sets_that_their_player_excludes_are_probabilities() -> None:
     """A player who stays out has a strategy for later, each action with the same
     probability."""
     game = """EFG 2 R "out" { "A" "B" }

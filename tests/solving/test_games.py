@@ -178,9 +178,7 @@ def test_other_matrices_are_no_games() -> None:
     assert all(costs(lcpcli.Problem(M, [-1, q])) is None for M, q in others)
 
 
-def test_a_game_that_is_nearly_one_of_zero_sum_is_solved_although_all_of_its_paths_are_long() -> (
-    None
-):
+def test_a_game_of_nearly_zero_sum_is_solved_although_its_paths_are_long() -> None:
     rng = np.random.default_rng(2)
     A, noise = rng.standard_normal((2, 60, 66))
     B = 0.3 * noise - A

@@ -132,9 +132,7 @@ def test_columns_are_solved_as_they_are_asked_for() -> None:
     assert all(result.solved for result in islice(results, 1000))
 
 
-def test_columns_of_the_smallest_numbers_are_solved_up_to_the_grid_of_doubles_near_0() -> (
-    None
-):
+def test_columns_of_the_smallest_numbers_are_solved_up_to_the_grid_near_0() -> None:
     """No double z has 0.75 z = 5e-324; the nearest one solves it, and 0 does not."""
     Q = np.full((1, 5), -5e-324)
     for result in (lcpcli.solve([[0.75]], Q[:, 0]), *lcpcli.solve_many([[0.75]], Q)):
@@ -176,9 +174,7 @@ def test_problems_are_read_and_solved_as_they_are_asked_for() -> None:
     assert [result.z.tolist() for result in results] == [[0.0], [3.0]]
 
 
-def test_options_have_the_effect_that_they_have_on_solve_and_what_is_given_is_never_changed() -> (
-    None
-):
+def test_options_mean_what_they_mean_to_solve_and_nothing_given_is_changed() -> None:
     M, Q = np.array([[2.0, 1.0], [1.0, 2.0]]), np.array([[-5.0, 1.0], [-6.0, -1.0]])
     before = M.copy(), Q.copy()
     for options in (
@@ -350,7 +346,7 @@ def test_each_problem_of_a_batch_that_is_solved_in_parts_has_its_own_matrix() ->
     assert np.allclose(batch.z, 1 / factors[:, np.newaxis], rtol=1e-12)
 
 
-def test_the_share_of_a_problem_in_the_pivoting_counts_in_its_time_where_another_method_ends_it(
+def test_pivoting_counts_in_the_time_of_a_problem_that_another_method_ends(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     # Of the pivoting alone.

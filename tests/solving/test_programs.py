@@ -170,7 +170,9 @@ def qpsolvers_names(p: dict[str, Any]) -> dict[str, Any]:
 def osqp_names(p: dict[str, Any], infinity: float = np.inf) -> dict[str, Any]:
     """The same program with the bounds as rows, and with that number for none."""
     # Its name there.
-    l, u = (np.concatenate((p[f"row_{side}"], p[side])) for side in ("lower", "upper"))  # noqa: E741
+    l, u = (  # noqa: E741
+        np.concatenate((p[f"row_{side}"], p[side])) for side in ("lower", "upper")
+    )
     A = np.vstack((p["A"], np.eye(len(p["c"]))))
     return {
         "P": p["Q"],
@@ -272,7 +274,7 @@ def test_osqp_itself_finds_the_same_x_and_minus_the_multipliers() -> None:
     assert ours.y == pytest.approx(-theirs.y, abs=1e-6)
 
 
-def test_linear_programs_those_without_rows_and_infinite_ends_are_taken_as_others_take_them(
+def test_linear_programs_and_infinite_ends_are_taken_as_others_take_them(
     tmp_path: Path,
 ) -> None:
     (tmp_path / "lp.json").write_text(
@@ -315,9 +317,7 @@ def test_solve_qp_and_the_solver_of_qpsolvers_return_the_same_x(seed: int) -> No
     assert solution.obj == pytest.approx(run(from_qp(**p)).answer.objective)
 
 
-def test_qpsolvers_learns_that_there_is_no_solution_and_gets_no_stationary_point_for_a_minimizer() -> (
-    None
-):
+def test_qpsolvers_learns_of_no_solution_and_gets_no_stationary_point() -> None:
     """min -x^2 + x: 0.5 satisfies the conditions, and is the maximizer."""
     qpsolvers = pytest.importorskip("qpsolvers")
     lcpcli.add_to_qpsolvers()
@@ -421,9 +421,7 @@ def test_minimizers_up_to_rounding_are_not_several(e: float, words: str) -> None
     assert statement == f"x is {words} of the linear program"
 
 
-def test_a_program_that_contradicts_itself_by_less_than_linear_programs_see_is_not_called_unbounded() -> (
-    None
-):
+def test_a_program_that_hardly_contradicts_itself_is_not_called_unbounded() -> None:
     result = run(
         from_qp(
             None,

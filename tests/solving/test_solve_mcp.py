@@ -61,9 +61,7 @@ def test_problems_of_the_literature_are_solved_from_their_starts(
     assert np.array_equal(result.w, problem.values(result.z))
 
 
-def test_a_stationary_point_of_the_merit_function_is_no_solution_and_proves_nothing() -> (
-    None
-):
+def test_a_stationary_point_of_the_merit_function_proves_nothing() -> None:
     result = run_nonlinear(gallery.billups(), restarts=0)
     assert result.status is lcpcli.Status.STALLED
     assert (
@@ -91,9 +89,7 @@ def test_random_problems_are_solved_or_said_not_to_be(kind: str) -> None:
     assert solved >= (12 if kind in MONOTONE else 4)
 
 
-def test_what_only_tends_to_zero_is_not_solved_nor_a_jump_or_a_problem_whose_iterates_run_off() -> (
-    None
-):
+def test_jumps_and_what_only_tends_to_zero_or_runs_off_are_not_solved() -> None:
     assert not lcpcli.solve_mcp(
         lambda z: np.where(z < 0.3, -1e-7, 1e-7), lower=None, x0=[0.0]
     ).solved
@@ -304,9 +300,7 @@ def test_a_pattern_may_repeat_an_entry() -> None:
     ).toarray() == pytest.approx(3 * np.eye(3))
 
 
-def test_a_run_that_gets_stuck_is_given_up_in_the_middle_of_an_attempt_unless_restarts_are_asked_for() -> (
-    None
-):
+def test_a_run_that_gets_stuck_is_given_up_unless_restarts_are_asked_for() -> None:
     n, random = 60, np.random.default_rng(0)
     M, q = random.standard_normal((n, n)) / n**0.5, random.standard_normal(n)
 
@@ -537,7 +531,7 @@ def test_noise_that_no_difference_shows_is_told_where_the_tolerance_is_loose() -
 
 
 @pytest.mark.parametrize(("lower", "is_told"), [(2.0, False), (0.0, True)])
-def test_a_kink_is_told_between_bounds_and_none_at_a_bound_of_a_function_smooth_within_it(
+def test_a_kink_is_told_between_bounds_but_not_at_a_bound(
     lower: float, is_told: bool
 ) -> None:
     slope = lambda z: np.diag(np.where(z > 2, 1.0, 0.0))  # noqa: E731

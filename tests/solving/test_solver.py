@@ -69,9 +69,7 @@ def test_a_sequence_has_the_results_of_separate_runs(family: str) -> None:
                 assert np.abs(result.z - alone.z).max() <= 1e-9 * np.abs(alone.z).max()
 
 
-def test_a_step_that_changes_no_state_takes_one_system_where_contacts_are_redundant() -> (
-    None
-):
+def test_one_system_suffices_where_redundant_contacts_change_no_state() -> None:
     problem = families.make("contact", 60, 1)
     solver = Solver(problem.M)
     first, second = solver.solve(problem.q), solver.solve(1.01 * np.array(problem.q))
@@ -142,7 +140,7 @@ def tridiagonal(below: float, diagonal: float, above: float, n: int) -> Any:
 @pytest.mark.parametrize(
     "turn", [1, -1], ids=["basic variables last", "basic variables first"]
 )
-def test_tridiagonal_m_matrices_are_solved_by_elimination_from_the_end_of_the_basic_variables(
+def test_tridiagonal_m_matrices_are_eliminated_from_the_end_that_is_basic(
     turn: int,
 ) -> None:
     n = 400
@@ -170,9 +168,7 @@ def test_steps_begin_with_the_states_of_the_last_one() -> None:
     assert routes == [("gradient", "newton"), *[("newton",)] * 5]
 
 
-def test_matrices_may_be_the_same_in_another_form_or_of_another_size_from_step_to_step() -> (
-    None
-):
+def test_matrices_may_change_form_and_size_from_step_to_step() -> None:
     M = np.array([[2.0, 1.0], [1.0, 2.0]])
     problems = [
         Problem(A, -np.ones(A.shape[0]))
@@ -184,9 +180,7 @@ def test_matrices_may_be_the_same_in_another_form_or_of_another_size_from_step_t
         assert result.z == pytest.approx(run(problem).z, rel=1e-14)
 
 
-def test_steps_without_a_solution_or_without_unknowns_leave_the_others_as_they_are() -> (
-    None
-):
+def test_steps_without_solution_or_unknowns_leave_the_others_as_they_are() -> None:
     good, none, empty = GOOD, Problem([[0, -1], [1, 0]], [-1, -1]), Problem([], [])
     program = families.make("portfolio", 30)
     first, second = solve_many([program, program], sequence=True)
@@ -239,9 +233,7 @@ def test_a_column_without_a_solution_between_others_is_proved_to_have_none() -> 
     ]
 
 
-def test_a_singular_set_leaves_the_column_to_auto_limits_hold_and_large_numbers_are_compared() -> (
-    None
-):
+def test_columns_with_a_singular_set_a_limit_or_large_numbers_end_as_alone() -> None:
     n = 300
     M = csr_array(diags_array([np.ones(n - 1)], offsets=[1], shape=(n, n)) * 1.0)
     q = np.ones(n)

@@ -77,9 +77,7 @@ def test_answers_are_those_of_calls_that_ask_for_the_kernels(
         assert off.options == usual.options
 
 
-def test_every_result_of_a_single_problem_says_that_it_was_made_with_kernels_and_those_of_before_do_not() -> (
-    None
-):
+def test_results_of_single_problems_say_whether_kernels_made_them() -> None:
     before = lcpcli.solve([[2, 1], [1, 2]], [-5, -6])
     lcpcli.use_kernels()
     during = [

@@ -81,9 +81,7 @@ def in_other_units(
     ]
 
 
-def test_powers_of_two_in_rows_columns_and_q_change_nothing_and_other_units_the_rounding_of_exponents() -> (
-    None
-):
+def test_other_units_change_nothing_but_the_rounding_of_exponents() -> None:
     for seed in range(30):
         random = np.random.default_rng(seed)
         n = int(random.integers(1, 5))
@@ -203,9 +201,7 @@ def test_point_within_the_tolerance_of_its_bounds_is_accepted_as_such() -> None:
     assert not check(problem, [1.0, 0.3]).accepted, "which is far from its bound"
 
 
-def test_rounding_of_zero_far_from_the_reference_point_is_accepted_beside_a_row_that_follows_from_another() -> (
-    None
-):
+def test_rounding_of_zero_is_accepted_far_away_and_beside_redundant_rows() -> None:
     M = [
         [0, 0, 0, 1, 1],
         [0, 0, 0, -1, -1],
@@ -274,7 +270,7 @@ def test_bounds_never_call_a_solution_what_is_none(
 
 
 @pytest.mark.parametrize("largest_error", [1e-3, 1e-5])
-def test_a_part_without_data_of_a_size_is_violated_by_anything_whatever_the_other_parts_are(
+def test_a_part_without_data_of_a_size_is_violated_whatever_the_others_are(
     largest_error: float,
 ) -> None:
     m, generator = 40, np.random.default_rng(0)
@@ -353,9 +349,7 @@ def test_a_bound_that_solves_a_problem_is_found_whatever_the_size_of_q(
     ).z.tolist() == [1.0]
 
 
-def test_what_the_grid_of_doubles_near_zero_leaves_is_allowed_for_z_but_not_for_products() -> (
-    None
-):
+def test_z_may_be_rounded_to_the_grid_near_zero_but_products_may_not() -> None:
     n = 120
     problem = Problem(np.eye(n) - 1e-3 * np.eye(n, k=-1), -np.eye(n)[0])
     z = 1e-3 ** np.arange(float(n))
@@ -414,7 +408,7 @@ def ring(n: int, excess: float, sparse: bool = False) -> Problem:
 
 
 @pytest.mark.parametrize("sparse", [False, True])
-def test_large_solution_is_solved_if_it_is_enclosed_and_doubtful_if_a_proof_contradicts_it(
+def test_a_large_solution_is_solved_if_enclosed_but_not_against_a_proof(
     sparse: bool,
 ) -> None:
     problem = ring(60, 1e-10, sparse)
@@ -436,9 +430,7 @@ def test_doubt_about_a_large_solution_is_settled_before_other_methods_are_tried(
     assert len(result.route) <= 2
 
 
-def test_large_solution_has_the_digits_of_the_tolerance_or_those_that_rounding_leaves() -> (
-    None
-):
+def test_large_solutions_have_the_digits_of_the_tolerance_or_of_rounding() -> None:
     problem = ring(60, 1e-8)
     z = np.linalg.solve(problem.M, -problem.q)
     found = check(problem, z)
@@ -450,9 +442,7 @@ def test_large_solution_has_the_digits_of_the_tolerance_or_those_that_rounding_l
         assert f"it differs by {abs(error):.1e}" in moved.message
 
 
-def test_where_all_numbers_are_near_zero_no_more_than_their_own_distance_is_allowed() -> (
-    None
-):
+def test_numbers_near_zero_are_allowed_no_more_than_their_own_distance() -> None:
     infeasible = Problem([[-2.0]], [-1.5e-323], lower=[4.4437906e-316])
     assert Point(
         Criterion(infeasible), np.array([4.44379065e-316])
@@ -472,9 +462,7 @@ def test_a_fixed_variable_is_measured_by_its_bound_where_its_unit_is_far_smaller
     assert not check(problem, [0.5, 1e8 * (1 + 5e-10)]).accepted
 
 
-def test_a_large_solution_that_is_enclosed_is_doubtful_if_other_entries_within_rounding_have_none() -> (
-    None
-):
+def test_an_enclosed_solution_is_doubtful_if_entries_nearby_have_none() -> None:
     # Its rows are so short that its system has bounds on rounding.
     problem = ring(60, 60 * 2.0**-52, sparse=True)
     result = run(problem)
@@ -483,9 +471,7 @@ def test_a_large_solution_that_is_enclosed_is_doubtful_if_other_entries_within_r
     assert not check(problem, result.z).accepted
 
 
-def test_a_positive_z_beside_a_positive_w_is_refused_unless_it_is_within_the_tolerance() -> (
-    None
-):
+def test_a_positive_z_beside_a_positive_w_has_to_be_within_the_tolerance() -> None:
     problem = Problem([[1.0]], [1.0])
     assert [check(problem, [z]).accepted for z in (1e-6, 1e-9, 1e-11)] == [
         False,

@@ -344,9 +344,7 @@ def test_what_rounding_hides_is_decided_exactly() -> None:
         assert (found.z[1] > 0) == (own < -1 / 3)
 
 
-def test_numbers_that_contradict_each_other_by_less_than_rounding_are_not_confirmed() -> (
-    None
-):
+def test_contradictions_by_less_than_rounding_are_not_confirmed() -> None:
     """z_3 - z_4 is at least 1e-17 and at most -1e-17."""
     M = np.array([[0, 0, 1, -1], [0, 0, -1, 1], [0, 0, 1, 0], [0, 0, 0, 1]])
     problem, z = Problem(M, [-1e-17, -1e-17, -1, -1]), np.array([0.0, 0, 1, 1])
