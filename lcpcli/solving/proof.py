@@ -127,7 +127,7 @@ def prove(exactly: Callable[[], ExactProblem], result: Result) -> Result:
             check()
             if (
                 not result.interrupted
-                and (exact := _decided(data := exactly(), result)) is not None
+                and (exact := exact_answer(data := exactly(), result)) is not None
             ):
                 return _proved(data, result, exact)
     except KeyboardInterrupt:
@@ -142,7 +142,7 @@ def prove(exactly: Callable[[], ExactProblem], result: Result) -> Result:
     )
 
 
-def _decided(data: ExactProblem, result: Result) -> Exact | None:
+def exact_answer(data: ExactProblem, result: Result) -> Exact | None:
     """Return what is proved, from the run, from one for integer data, or by a
     search."""
     is_exact = data.are_floats()

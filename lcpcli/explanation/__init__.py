@@ -1,0 +1,2 @@
+"""Which conditions of a problem conflict, what would help, and how far an answer
+holds."""

@@ -1,0 +1,277 @@
+"""The conditions of a problem and the numbers in its data, by the names that its author
+knows; and the conditions as affine forms in integers.
+
+Each component has up to four conditions, which hold or not at any point z, with w = M z
++ q. With only a lower bound they are z_i >= l_i; the sign w_i >= 0; and complementarity,
+w_i = 0 where z_i > l_i. With only an upper bound they are the mirror image. With two
+bounds the sign of w_i depends on where z_i is, and belongs to complementarity: w_i >= 0
+where z_i <= l_i, w_i = 0 between the bounds, and w_i <= 0 where z_i >= u_i. Without
+bounds there is the equation w_i = 0 alone, and where the bounds are equal there are only
+these. A condition that is dropped leaves the others as they are.
+
+The conditions of a program are those of its constraints, the sides of rows and the
+bounds of variables, which do not have the multipliers; and those of optimality, which
+are asked about once the constraints have a point.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from fnmatch import fnmatchcase
+from fractions import Fraction
+from functools import partial
+from typing import NamedTuple, TypeVar
+
+from lcpcli.errors import ParameterError, likely, quoted
+from lcpcli.model.program import SENSES
+from lcpcli.rational.dictionary import Dictionary
+from lcpcli.rational.elimination import OF_BIT, OF_ENTRY, Effort
+from lcpcli.rational.exact_problem import ExactProblem
+
+LOWER, UPPER, SIGN, COMPLEMENTARITY = "lower", "upper", "sign", "complementarity"
+CONSTRAINTS, OPTIMALITY = 0, 1  # the stages at which conditions are examined
+# The kinds of components: unknowns, and of a program its variables, the multipliers of
+# its rows, and the values of rows between two sides.
+UNKNOWN, VARIABLE, ROW, RANGE = "unknown", "variable", "row", "range"
+# What a lower bound, an upper bound, the condition on w and a number in q are called.
+WORDS = {
+    UNKNOWN: ("lower bound", "upper bound", "sign of w", "q"),
+    VARIABLE: ("lower bound", "upper bound", "reduced cost", "cost"),
+    ROW: ("sign of the multiplier", "sign of the multiplier", "side", "side"),
+    RANGE: ("lower side", "upper side", "", ""),
+}
+EQUATION = "equation"
+
+Values = list[Fraction]
+# Forms that are 0 or, if that is not asked for, nonnegative.
+Alternative = Sequence[tuple[int, bool]]
+T = TypeVar("T", "Condition", "Number")
+
+
+class Component(NamedTuple):
+    """What a component of z is called, what it is, and the sense of its q: -1 where the
+    author's number is -q_i."""
+
+    name: str
+    kind: str
+    sense: int = 1
+
+
+class Condition(NamedTuple):
+    """A condition on component `at`. name, what : the author's words for it."""
+
+    kind: str
+    at: int
+    name: str
+    what: str
+    stage: int = CONSTRAINTS
+
+
+class Number(NamedTuple):
+    """A number in the data: entry `at` of q, lower or upper, times `sense` as the author
+    knows it. name, what : the author's words for it. is_default : whether a repair may
+    change it unless others are named."""
+
+    field: str
+    at: int
+    name: str
+    what: str
+    sense: int = 1
+    is_default: bool = True
+
+
+def components(data: ExactProblem) -> list[Component]:
+    """Return what the components of z are, which only this function asks the origin of
+    a problem."""
+    names, n, program = data.problem.names, data.n, data.problem.program_origin
+    if program is None:
+        return [Component(name or f"z{i}", UNKNOWN) for i, name in enumerate(names, 1)]
+    k, end, sense = program.variables, n - program.ranges, int(SENSES[program.sense])
+    found = [
+        Component(names[i] or f"x{i + 1}", VARIABLE, sense)
+        if i < k
+        else Component(names[i] or f"r{i - k + 1}", ROW, -1)
+        for i in range(end)
+    ]
+    return [*found, *(Component(found[row_of(data, i)].name, RANGE) for i in range(end, n))]
+
+
+def row_of(data: ExactProblem, i: int) -> int:
+    """Return the component of the multiplier of the row whose value is component i: the
+    w of the value is the multiplier."""
+    return next(iter(data.rows[i]))
+
+
+def matching(named: Sequence[T], patterns: Iterable[str], option: str) -> list[T]:
+    """Return the conditions, or numbers, that patterns name, in which * stands for any
+    text: by their name, or by name and what they are. Raises ParameterError for a
+    pattern that names none."""
+    labels = [(each.name, f"{each.name} {each.what}") for each in named]
+    chosen = set[int]()
+    for pattern in patterns:
+        form = pattern.replace("[", "[[]")
+        found = [
+            i
+            for i, both in enumerate(labels)
+            if any(fnmatchcase(label, form) for label in both)
+        ]
+        if not found:
+            known = dict.fromkeys(label for both in labels for label in both)
+            hint = likely(pattern, known, "write a name, or a name and what it is, as in "
+                          f"{quoted(labels[0][1])}")
+            fault = f"{quoted(pattern)} names nothing in this problem"
+            raise ParameterError(option, fault, hint)
+        chosen.update(found)
+    return [named[i] for i in sorted(chosen)]
+
+
+class System:
+    """The conditions of a problem. z_i - l_i is form i, w_i form n + i, u_i - z_i form
+    2 n + i; form 3 n is for a parameter; the opposite of a form is 4 n behind it. The
+    values of rows are written in terms of the variables, unless `is_whole`.
+
+    linear, complementarities : the conditions. numbers : the numbers in the data.
+    factors : the numbers by which forms are multiplied. rows_of : the components of the
+    multipliers of rows, by those of the values that are written so.
+    """
+
+    def __init__(self, data: ExactProblem, is_whole: bool = False) -> None:
+        self.data, self.n, self.components = data, data.n, components(data)
+        ends = zip(data.lower, data.upper, strict=True)
+        self.base = [low if low is not None else high or Fraction(0) for low, high in ends]
+        self.linear, self.complementarities = list[Condition](), list[Condition]()
+        self.numbers, self.factors = list[Number](), dict[int, int]()
+        kinds = enumerate(each.kind for each in self.components)
+        rows_of = {i: row_of(data, i) for i, kind in kinds if kind == RANGE}
+        self.rows_of = {} if is_whole else rows_of
+        for i, each in enumerate(self.components):
+            # That of the multiplier of a row with a range defines the value.
+            if i not in rows_of.values():
+                self._describe(i, each)
+
+    def _describe(self, i: int, own: Component) -> None:
+        """Add the conditions and the numbers of a component."""
+        low, high = self.data.lower[i], self.data.upper[i]
+        of_lower, of_upper, of_w, of_q = WORDS[own.kind]
+        of_bounds = OPTIMALITY if own.kind == ROW else CONSTRAINTS
+        for kind, bound, what in ((LOWER, low, of_lower), (UPPER, high, of_upper)):
+            if bound is not None:
+                self.linear.append(Condition(kind, i, own.name, what, of_bounds))
+            if bound is not None and own.kind != ROW:
+                number = Number(kind, i, own.name, what, 1, own.kind == RANGE)
+                self.numbers.append(number)
+        if own.kind == ROW and (low is None) != (high is None):
+            of_w = of_q = WORDS[RANGE][low is None]
+        if None in (low, high):
+            what = EQUATION if low is high and own.kind != VARIABLE else of_w
+            stage = OPTIMALITY if own.kind == VARIABLE else CONSTRAINTS
+            self.linear.append(Condition(SIGN, i, own.name, what, stage))
+        if of_q and not (own.kind == ROW and low == high == 0):
+            self.numbers.append(Number("q", i, own.name, of_q, own.sense))
+        if low != high:
+            whole = Condition(COMPLEMENTARITY, i, own.name, COMPLEMENTARITY)
+            self.complementarities.append(whole)
+
+    def value(self, number: Number) -> Fraction:
+        """Return a number as its author knows it."""
+        data, i = self.data, number.at
+        if number.field == "q":
+            return Fraction(number.sense * data.constants[i], data.scales[i])
+        return (data.lower if number.field == LOWER else data.upper)[i] or Fraction(0)
+
+    def entries(self, form: int) -> tuple[Mapping[int, int], int, Fraction]:
+        """Return the coefficients of z in a form, times a positive integer, that
+        integer, and the constant of the form, not multiplied."""
+        data, i, kind = self.data, form % self.n, form // self.n % 4
+        sign = 1 if form < 4 * self.n else -1
+        if kind == 1:
+            row, scale = data.rows[i], data.scales[i]
+            constant = Fraction(data.constants[i], scale)
+        else:
+            sign = -sign if kind == 2 else sign
+            row, scale = {i: 1}, 1
+            constant = -((data.lower if kind == 0 else data.upper)[i] or Fraction(0))
+        if kind != 1 and i in self.rows_of:
+            at = self.rows_of[i]
+            row, scale = {**data.rows[at]}, data.scales[at]
+            del row[i]
+        return {j: sign * a for j, a in row.items()}, scale, sign * constant
+
+    def forms(self, of: Condition) -> tuple[int, ...]:
+        """Return the forms that are nonnegative where a linear condition holds."""
+        n, i = self.n, of.at
+        if of.kind != SIGN:
+            return (i if of.kind == LOWER else 2 * n + i,)
+        if self.data.lower[i] is self.data.upper[i]:
+            return n + i, 5 * n + i
+        return (n + i if self.data.upper[i] is None else 5 * n + i,)
+
+    def alternatives(self, i: int, held: Collection[int] = ()) -> list[Alternative]:
+        """Return the polyhedra whose union is the complementarity of component i. held :
+        forms of bounds that hold anyway: z_i is then at these, not at or beyond them."""
+        n, low, high = self.n, self.data.lower[i], self.data.upper[i]
+        at_lower, at_upper = (
+            (form, True) if form in held else (4 * n + form, False)
+            for form in (i, 2 * n + i)
+        )
+        if high is None or low is None:
+            return [[at_lower if high is None else at_upper], [(n + i, True)]]
+        between = [(n + i, True), (i, False), (2 * n + i, False)]
+        return [[at_lower, (n + i, False)], between, [at_upper, (5 * n + i, False)]]
+
+    def holds(self, of: Condition, z: Values) -> bool:
+        """Return whether a condition holds at a point."""
+        polyhedra: Sequence[Alternative] = [[(form, False) for form in self.forms(of)]]
+        if of.kind == COMPLEMENTARITY:
+            polyhedra = self.alternatives(of.at)
+
+        def is_in(form: int, is_zero: bool) -> bool:
+            row, scale, constant = self.entries(form)
+            value = scale * constant + sum(a * z[j] for j, a in row.items())
+            return value == 0 or (value > 0 and not is_zero)
+
+        return any(all(is_in(*each) for each in own) for own in polyhedra)
+
+    def own(self, i: int) -> int:
+        """Return the form that stands for z_i."""
+        has_upper_alone = self.data.lower[i] is None and self.data.upper[i] is not None
+        return 2 * self.n + i if has_upper_alone else i
+
+    def side(self, i: int) -> int:
+        """Return the sign with which its form grows with z_i."""
+        return 1 if self.own(i) == i else -1
+
+    def dictionary(
+        self, forms: Collection[int], effort: Effort
+    ) -> tuple[Dictionary, list[int]]:
+        """Return a dictionary with these forms, none of which is required, and the
+        components that they depend on, whose forms are cobasic."""
+        columns = sorted({j for form in forms for j in self.entries(form)[0]})
+        own = [self.own(j) for j in columns]
+        rows = {form: self._row(form, columns) for form in forms if form not in own}
+        size, order = len(rows) * len(own), min(len(rows), len(own))
+        seconds = size * (OF_ENTRY + OF_BIT * order * self.data.bits)
+        return Dictionary(rows, own, (), partial(effort.spend, seconds)), columns
+
+    def _row(self, form: int, columns: Sequence[int]) -> list[int]:
+        """Return a form in terms of those that stand for z, times a positive
+        integer."""
+        row, scale, constant = self.entries(form)
+        moved = scale * constant + sum(a * self.base[j] for j, a in row.items())
+        d = Fraction(moved).denominator
+        self.factors[form] = d * scale
+        return [int(d * moved), *(d * self.side(j) * row.get(j, 0) for j in columns)]
+
+    def point(self, here: Dictionary, columns: Sequence[int]) -> Values:
+        """Return z at the point of a dictionary, at its base where it has no column."""
+        z, d = list(self.base), int(here.divisor)
+        for j in columns:
+            z[j] += Fraction(self.side(j) * here.value(self.own(j)), d)
+        return self.filled(z)
+
+    def filled(self, z: Values) -> Values:
+        """Return a point where the values of rows are those of its variables."""
+        for i in self.rows_of:
+            row, scale, _ = self.entries(i)
+            z[i] = sum((a * z[j] for j, a in row.items()), Fraction(0)) / scale
+        return z

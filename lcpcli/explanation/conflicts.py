@@ -1,0 +1,200 @@
+"""Conflicts: conditions that cannot hold together, each of them necessary.
+
+Linear conditions first. Where they have a point, a tree finds complementarities that
+exclude a solution together with them. The fewest ones hit all sets of complementarities
+that some point violates: a smallest hitting set of those known is a conflict, or yields
+a point with another one (A. Ignatiev, A. Previti, M. Liffiton and J. Marques-Silva,
+Smallest MUS extraction with minimal hitting set dualization, Principles and Practice of
+Constraint Programming 2015, 173-182). Beyond a dozen, and for the linear conditions that
+are needed beside them, a deletion filter leaves out what is not necessary (J. W. Chinneck
+and E. W. Dravnieks, ORSA Journal on Computing 3 (1991) 157-168), many at first and then
+one by one, with the proof of each step.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from itertools import combinations
+
+from lcpcli.explanation.conditions import (
+    CONSTRAINTS,
+    OPTIMALITY,
+    Condition,
+    System,
+    Values,
+)
+from lcpcli.explanation.contradictions import (
+    Multipliers,
+    contradiction,
+    contradictions,
+)
+from lcpcli.explanation.search import Outcome, search
+from lcpcli.rational.elimination import Effort
+from lcpcli.rational.numbers import whole_multiple
+
+MOST_FOR_FEWEST = 12  # complementarities of which the fewest are found
+
+
+
+@dataclass(frozen=True)
+class Conflict:
+    """Conditions that cannot hold together.
+
+    members : the conditions. irreducible : whether each is proved to be necessary.
+    fewest : whether it is proved that no fewer complementarities exclude a solution
+        together with the linear conditions.
+    multipliers : of linear conditions, by which they contradict each other: whole
+        numbers.
+    points : for members that are not linear, or beside which some are never blamed, a
+        point at which all others hold.
+    """
+
+    members: Sequence[Condition]
+    irreducible: bool = False
+    fewest: bool = False
+    multipliers: dict[Condition, int] = field(default_factory=dict)
+    points: dict[Condition, Values] = field(default_factory=dict)
+
+
+class Finder:
+    """The search for a conflict. conflict : the smallest one that is known, None if none
+    is. point : a solution, if there is one after all. kept : never blamed."""
+
+    def __init__(
+        self, system: System, kept: Sequence[Condition], effort: Effort
+    ) -> None:
+        self.system, self.kept, self._effort = system, list(kept), effort
+        self.conflict: Conflict | None = None
+        self.point: Values | None = None
+
+    def run(self) -> None:
+        """Find a conflict of linear conditions, or else of complementarities, or a
+        solution."""
+        for stage in (CONSTRAINTS, OPTIMALITY):
+            linear = [each for each in self.system.linear if each.stage == stage]
+            found = contradictions(self.system, linear, self.kept)
+            if best := min(found, key=self._size, default=None):
+                self._take(best)
+                return
+        self._of_all()
+
+    def _size(self, of: Multipliers) -> tuple[int, int]:
+        """Return the number of conditions that a contradiction blames, and the size of
+        its multipliers as whole numbers."""
+        blamed = sum(each not in self.kept for each in of)
+        return blamed, sum(map(abs, whole_multiple(list(of.values()))))
+
+    def _take(self, found: Multipliers) -> None:
+        """Keep an irreducible contradiction of linear conditions; beside conditions that
+        are never blamed, others may be left out."""
+        whole = dict(zip(found, whole_multiple(list(found.values())), strict=True))
+        members = [each for each in self.system.linear if each in found.keys() - self.kept]
+        self.conflict = Conflict(members, not self.kept, multipliers=whole)
+        if self.kept:
+            points = self._reduce(members, self.kept)
+            self._finish(points)
+
+    def _of_all(self) -> None:
+        """Find the complementarities and the linear conditions that exclude a solution
+        together, or a solution."""
+        system, linear = self.system, self.system.linear
+        found = self._search([*linear, *system.complementarities])
+        self.point = found.point
+        if found.point is not None:
+            return
+        if not any(each in found.core for each in system.complementarities):
+            only = contradiction(system, found.core)
+            assert only is not None
+            self._take(only)
+            return
+        free = [
+            each
+            for each in (*linear, *system.complementarities)
+            if each not in self.kept
+        ]
+        self.conflict = Conflict([each for each in free if each in found.core])
+        members = [each for each in free if each in linear]
+        others = [each for each in free if each not in linear]
+        background = [*linear, *(each for each in self.kept if each not in linear)]
+        is_fewest = len(others) <= MOST_FOR_FEWEST
+        core = [each for each in others if each in found.core]
+        if is_fewest:
+            core = self._fewest(others, background)
+        points = self._reduce(core, background, members)
+        core = list(points)
+        points |= self._reduce(members, [*self.kept, *core], core)
+        self._finish(points, is_fewest)
+
+    def _search(self, conditions: Sequence[Condition]) -> Outcome:
+        return search(self.system, conditions, self._effort)
+
+    def _fewest(
+        self, others: Sequence[Condition], background: Sequence[Condition]
+    ) -> list[Condition]:
+        """Return the fewest complementarities that exclude a solution together with a
+        background."""
+        violated: list[set[Condition]] = []
+        while True:
+            subsets = (
+                chosen
+                for size in range(len(others) + 1)
+                for chosen in combinations(others, size)
+            )
+            chosen = next(
+                each for each in subsets if all(own & {*each} for own in violated)
+            )
+            found = self._search([*background, *chosen])
+            if found.point is None:
+                return list(chosen)
+            missing = self._violated(others, found.point)
+            for each in list(missing):
+                held = [own for own in others if own not in missing or own == each]
+                more = self._search([*background, *held]).point
+                if each in missing and more is not None:
+                    missing = self._violated(others, more)
+            violated.append(missing)
+
+    def _violated(
+        self, conditions: Sequence[Condition], point: Values
+    ) -> set[Condition]:
+        return {each for each in conditions if not self.system.holds(each, point)}
+
+    def _reduce(
+        self,
+        members: Sequence[Condition],
+        background: Sequence[Condition],
+        beside: Sequence[Condition] = (),
+    ) -> dict[Condition, Values]:
+        """Leave out members of a conflict with a background until each is necessary, and
+        return the points that prove this. beside : conditions of the background that
+        belong to the conflict."""
+        points, size, members = dict[Condition, Values](), len(members), list(members)
+        while size:
+            i = 0
+            while i < len(members):
+                rest = members[:i] + members[i + size :]
+                found = self._search([*background, *rest])
+                if found.point is None:
+                    i = sum(each in found.core for each in members[:i])
+                    members = [each for each in rest if each in found.core]
+                    self.conflict = replace(self.conflict, members=[*beside, *members])
+                    continue
+                if size == 1:
+                    points[members[i]] = found.point
+                i += size
+            size = min(size // 2, len(members))
+        return points
+
+    def _finish(
+        self, points: dict[Condition, Values], is_fewest: bool = False
+    ) -> None:
+        """Keep the conflict, with a proof that it is irreducible: at each point all
+        members but one hold, and what is never blamed."""
+        assert self.conflict is not None
+        members = self.conflict.members
+        assert all(
+            self._violated([*self.kept, *members], points[each]) == {each}
+            for each in members
+        )
+        self.conflict = replace(self.conflict, irreducible=True, fewest=is_fewest, points=points)

@@ -1,0 +1,418 @@
+"""How far each number of a solved problem may move alone while the optimal partition
+stays: which z_i can be off their bounds, and which w_i can be nonzero, at solutions.
+
+A dictionary of a basis writes z and w in terms of those of them that are 0. Where both
+z_i and w_i are 0 at its point, directions d of solutions have d_i >= 0, e_i >= 0 and d_i
+e_i = 0 for the change e of w, and the largest support of them completes the partition
+(A. B. Berkelaar, K. Roos and T. Terlaky, The optimal set and optimal partition approach
+to linear and quadratic programming, in: Advances in Sensitivity Analysis and Parametric
+Programming, Kluwer 1997). It is that of all solutions if these form a polyhedron, as for
+positive semidefinite M, and else that of a polyhedron of solutions around the point.
+
+If q_i rises by t, w_i + t takes the place of w_i, and likewise for bounds: that adds a
+column to the dictionary. The least and the largest t at which forms outside of the
+partition are 0, and those inside nonnegative, are the ends of the range; for any t
+between them, an average with a solution in the relative interior has the same partition.
+What changes at an end is the partition of the next piece of the path of solutions beyond
+it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from fractions import Fraction
+from typing import NamedTuple
+
+import numpy as np
+
+from lcpcli.enumeration.search import objective
+from lcpcli.explanation.conditions import LOWER, UPPER, System
+from lcpcli.explanation.search import Choices, Node
+from lcpcli.model import box
+from lcpcli.parametric.following import basic_states
+from lcpcli.rational.dictionary import Dictionary
+from lcpcli.rational.elimination import Effort
+from lcpcli.rational.exact_problem import ExactProblem
+from lcpcli.rational.numbers import rounded
+from lcpcli.rational.pivoting import Pivoting
+from lcpcli.rational.tree import explored
+
+Values = list[Fraction]
+Change = tuple[set[int], set[int]]  # of forms: those that become 0, and positive
+ENDS: Change = (set(), set())  # where the path of solutions does not continue
+BEYOND = -2  # the number of the form that is to be positive
+
+
+class End(NamedTuple):
+    """The end of a range. value : of the number there. z : a solution there. objective :
+    of a program; None for another problem. enters, leaves : the components of z that can
+    be off their bounds beyond the end but not within the range, and vice versa; None if
+    the path of solutions ends there."""
+
+    value: Fraction
+    z: Values
+    objective: Fraction | None
+    enters: Sequence[int] | None
+    leaves: Sequence[int] | None
+
+
+class Range(NamedTuple):
+    """The range of a number in the data. value : what it is. below, above : the ends,
+    None if there is none. basis : the ends of the range in which the basis stays the
+    same, which is smaller where several bases have this partition."""
+
+    value: Fraction
+    below: End | None
+    above: End | None
+    basis: tuple[Fraction | None, Fraction | None]
+
+    def opposite(self) -> Range:
+        """Return the range of minus the number."""
+        below, above = (
+            end and end._replace(value=-end.value) for end in (self.above, self.below)
+        )
+        low, high = (None if end is None else -end for end in reversed(self.basis))
+        return Range(-self.value, below, above, (low, high))
+
+
+class Position(Pivoting):
+    """A basis of a solution, with the forms of `Pivoting`."""
+
+    def __init__(self, system: System, here: Dictionary, states: Sequence[int]) -> None:
+        self.system = system
+        super().__init__(system.n, here, states)
+
+    @classmethod
+    def of(cls, system: System, z: Values, effort: Effort) -> Position | None:
+        """Return a basis of a solution near z; None if none is found."""
+        data, n = system.data, system.n
+        problem, w = data.problem, rounded(data.w(z))
+        is_fixed = np.equal(*problem.box.vectors(n))
+        states = basic_states(problem, rounded(z), w, is_fixed)
+        if states is None:  # there is a line of solutions
+            states = problem.box.basis_at(rounded(z), w)
+        ends = list(enumerate(zip(data.lower, data.upper, strict=True)))
+        forms = [*range(n, 2 * n), *(i for i, (low, _) in ends if low is not None)]
+        forms += [2 * n + i for i, (_, high) in ends if high is not None]
+        here, columns = system.dictionary(forms, effort)
+        fixed = {n + i for i, (low, high) in ends if low is not None and low == high}
+        here.signed = {*forms} - fixed
+        waiting = [system.own(i) for i in columns if states[i] == box.BASIC]
+        for i, state in enumerate(states.tolist()):
+            entries = zip(here.cobasic, here.rows[n + i][1:], strict=True)
+            own = [form for form, value in entries if value and form in waiting]
+            if state == box.BASIC and own:
+                waiting.remove(own[0])
+                here.pivot(n + i, here.cobasic.index(own[0]) + 1)
+                continue
+            if state == box.BASIC:  # the row depends on others
+                states[i] = box.LOWER if system.own(i) == i else box.UPPER
+            if states[i] == box.UPPER:
+                here.negate(n + i)
+                if system.own(i) == i:
+                    here.pivot(2 * n + i, here.cobasic.index(i) + 1)
+        values = (here.value(form) for form in here.signed)
+        is_feasible = min(values, default=0) >= 0 and not any(
+            here.value(n + i) for i, (low, high) in ends if low is high
+        )
+        return cls(system, here, states.tolist()) if is_feasible else None
+
+    def column(self, field: str, i: int, sign: int) -> dict[int, int]:
+        """Return how the basic forms change, times `divisor`, as a number rises, or
+        falls for the sign -1."""
+        here, n = self.here, self.n
+        form = {"q": n + i, LOWER: i, UPPER: 2 * n + i}[field]
+        slope = sign * self.system.factors.get(form, 1)
+        if field == LOWER or (field == "q" and self._signed_at[i] == box.UPPER):
+            slope = -slope
+        if form in here.rows:
+            return {form: slope * int(here.divisor)}
+        k = here.cobasic.index(form) + 1
+        return {other: -slope * int(row[k]) for other, row in here.rows.items() if row[k]}
+
+    def moved(self, column: Mapping[int, int]) -> Position:
+        """Return the same basis with a further column, for a parameter."""
+        here = self.here.copy()
+        here.rows = {
+            form: [*row, column.get(form, 0)] for form, row in here.rows.items()
+        }
+        here.cobasic.append(self.parameter)
+        return self.at(here)
+
+    def at(self, here: Dictionary) -> Position:
+        """Return the position with another dictionary."""
+        other = Position(self.system, here, self.states)
+        other._signed_at = list(self._signed_at)
+        return other
+
+    def positive(self) -> set[int]:
+        """Return the signed forms that can be positive at a solution in the polyhedron
+        of solutions around the point: the optimal partition."""
+        here, n = self.here, self.n
+        found = {form for form, row in here.rows.items() if row[0]} & here.signed
+        pairs = dict[int, tuple[int, int]]()
+        for i in range(n):
+            bounds = here.signed.intersection((i, 2 * n + i)) - found
+            if n + i in here.signed - found and bounds:
+                pairs[i] = min(bounds), n + i
+                self._turn(i, box.LOWER if i in bounds else box.UPPER)
+        both = [form for pair in pairs.values() for form in pair]
+        columns = [form for form in both if form in here.cobasic]
+        places = [here.cobasic.index(form) + 1 for form in columns]
+        rows = {
+            form: [0, *(here.rows[form][k] for k in places)]
+            for form in both
+            if form in here.rows
+        }
+        cone = Dictionary(rows, columns, both, here.check)
+        for form in both:
+            if form in found or (point := _direction(cone, form, pairs)) is None:
+                continue
+            for one, other in (*pairs.values(), *map(reversed, pairs.values())):
+                if point.value(one):
+                    found.add(one)
+                    cone.vanish(other)
+        return found
+
+    def _turn(self, i: int, state: int) -> None:
+        """Give form n + i the sign that w_i may have at a bound."""
+        if self._signed_at[i] != state:
+            self._signed_at[i] = state
+            self.here.negate(self.n + i)
+
+    def is_simple(self, positive: Collection[int]) -> bool:
+        """Return whether the forms of a partition are the basic ones, and none of these
+        is 0."""
+        return positive == self.here.signed & self.here.rows.keys()
+
+    def ahead(
+        self, column: Mapping[int, int], t: Fraction | None
+    ) -> tuple[Fraction, Values] | None:
+        """Return a parameter, and the forms that stand for z there."""
+        if t is None:
+            return None
+        here, values = self.here, list[Fraction]()
+        for form in map(self.system.own, range(self.n)):
+            change = column.get(form, 0) * t
+            values.append((here.value(form) + change) / int(here.divisor))
+        return t, values
+
+    def inside(self, positive: Collection[int]) -> set[int]:
+        """Return the components that can be off their bounds."""
+        at = {form % self.n for form in self.here.signed - positive if form // self.n != 1}
+        return {*range(self.n)} - at
+
+    def farthest(self, positive: Collection[int]) -> tuple[Fraction, Values] | None:
+        """Return the largest parameter with the same partition, and the forms that stand
+        for z there; None if there is no largest one."""
+        here, n = self.here, self.n
+        kept = [k for k, form in enumerate(here.cobasic, 1) if form in positive]
+        kept.append(len(here.cobasic))
+        cobasic = [here.cobasic[k - 1] for k in kept]
+        rows = {form: [row[0], *(row[k] for k in kept)] for form, row in here.rows.items()}
+        target = 3 * n + 1
+        rows[target] = [0] * len(kept) + [-1]
+        face = Dictionary(rows, cobasic, positive, here.check)
+        for form in here.signed - positive:
+            face.vanish(form)
+        if not face.minimize(target):
+            return None
+        d = Fraction(1, int(face.divisor))
+        own = map(self.system.own, range(n))
+        values = [
+            face.value(form) * d / (int(here.divisor) if form in here.rows else 1)
+            for form in own
+        ]
+        return -face.value(target) * d, values
+
+    def until(self, column: Mapping[int, int]) -> tuple[Fraction | None, list[int]]:
+        """Return the largest parameter with the same basis, None if there is none, and
+        the forms that are 0 there."""
+        here = self.here
+        ratios = {
+            form: Fraction(int(here.rows[form][0]), -slope)
+            for form, slope in column.items()
+            if slope < 0 and form in here.signed
+        }
+        least = min(ratios.values(), default=None)
+        return least, [form for form, ratio in ratios.items() if ratio == least]
+
+    def after(self, column: Mapping[int, int], t: Fraction, first: list[int]) -> Change:
+        """Return the forms that become 0 and positive where a parameter has come to t,
+        where the first one is 0, if the basis is not degenerate: the partner of that
+        rises with the parameter, or while it stands still, and then the partner of the
+        next one that is 0. None if that is not clear."""
+        here, rows = self.here, self.here.rows
+        if len(first) > 1:
+            return None
+        entering, sign = self._partner(first[0])
+        if entering not in here.cobasic:  # both bounds have met
+            return ENDS
+        k = here.cobasic.index(entering) + 1
+        rate = sign * int(rows[first[0]][k])
+        if rate:
+            return ({first[0]}, {entering}) if rate > 0 else ENDS
+        ratios = {
+            form: (int(row[0]) + column.get(form, 0) * t) / (-sign * int(row[k]))
+            for form, row in ((form, rows[form]) for form in here.signed & rows.keys())
+            if sign * row[k] < 0
+        }
+        least = min(ratios.values(), default=None)
+        second = [form for form, ratio in ratios.items() if ratio == least]
+        if len(second) != 1:
+            return None if second else ENDS
+        if second[0] % self.n == first[0] % self.n:  # z_i goes to its other bound
+            return {second[0]}, {entering}
+        other, sign = self._partner(second[0])
+        rate = sign * int(rows[first[0]][here.cobasic.index(other) + 1])
+        return ({first[0], second[0]}, {entering, other}) if rate > 0 else None
+
+    def _partner(self, form: int) -> tuple[int, int]:
+        """Return the cobasic form of the component of a basic one, and the sign with
+        which that rises once this is 0."""
+        i, n = form % self.n, self.n
+        if form // n == 1:
+            return (i if i in self.here.cobasic else 2 * n + i), 1
+        state = box.LOWER if form == i else box.UPPER
+        return n + i, 1 if self._signed_at[i] == state else -1
+
+    def beyond(self, positive: set[int]) -> set[int] | None:
+        """Return the partition of the next piece of the path of solutions as the
+        parameter grows; None if the path ends before, or turns."""
+        data = self.system.data
+        equations = (i for i in range(self.n) if data.lower[i] is data.upper[i])
+        rows = (self.here.rows.get(self.n + i, [0]) for i in equations)
+        if any(row[-1] for row in rows):
+            return None
+        path, first = self.follow(self.parameter, set()), set[int]()
+        last = Fraction(0)
+        while True:
+            before = self.at(self.here.copy())
+            pivot = next(path, None)
+            entering = self.ray if pivot is None else pivot.entering
+            now = last + 1 if pivot is None else self.value_of(self.parameter)
+            rises = entering == self.parameter or before.slope(entering) > 0
+            if now < last or (pivot is None and not rises):
+                return None
+            if now > last:
+                found = before.within(entering, (last + now) / 2).positive()
+                if found != positive:
+                    return found
+            # It may be closed, where it turns at once.
+            if pivot is None or {*self.here.cobasic} == first:
+                return None
+            first = first or {*self.here.cobasic}
+            i, is_w = pivot.leaving % self.n, pivot.leaving // self.n == 1
+            following = i if self.states[i] == box.LOWER else 2 * self.n + i
+            # Else both bounds of a component have met.
+            if (following if is_w else self.n + i) not in self.here.cobasic:
+                return None
+            last = now
+
+    def slope(self, entering: int) -> int:
+        """Return the sign of the change of the parameter along an edge."""
+        k = self.here.cobasic.index(entering) + 1
+        return int(self.here.rows[self.parameter][k])
+
+    def within(self, entering: int, t: Fraction) -> Position:
+        """Move along an edge to where the parameter is t, and leave it there."""
+        here, d = self.here, t.denominator
+        if entering != self.parameter:
+            here.pivot(self.parameter, here.cobasic.index(entering) + 1)
+        k = here.cobasic.index(self.parameter) + 1
+        for form, row in here.rows.items():
+            whole = [d * value for value in row]
+            whole[0] += t.numerator * row[k]
+            del whole[k]
+            here.rows[form] = whole
+        del here.cobasic[k - 1]
+        here.divisor *= d
+        return self
+
+
+def _direction(
+    cone: Dictionary, form: int, pairs: Mapping[int, tuple[int, int]]
+) -> Dictionary | None:
+    """Return a dictionary in a cone at whose point a form is at least 1 and one of each
+    pair is 0; None if there is none."""
+    here = cone.copy()
+    if form in here.rows:
+        row = list(here.rows[form])
+    elif form in here.cobasic:
+        row = [0, *(here.divisor * (each == form) for each in here.cobasic)]
+    else:
+        return None
+    here.rows[BEYOND] = [row[0] - here.divisor, *row[1:]]
+    if not here.require(BEYOND):
+        return None
+    alternatives = {i: [[(one, True)], [(two, True)]] for i, (one, two) in pairs.items()}
+    tree = explored(Choices(alternatives, here.check), [Node(here, frozenset())])
+    return next((node.here for node, is_leaf in tree if is_leaf), None)
+
+
+def ranges(
+    system: System, z: Values, effort: Effort
+) -> Iterator[tuple[tuple[str, int], Range]]:
+    """Yield the ranges of all numbers in the data of a problem with a solution z, by
+    their fields and indices; none if no basis of a solution is found, and none of the
+    bounds of fixed components and of multipliers."""
+    position = Position.of(system, z, effort)
+    if position is None:
+        return
+    positive = position.positive()
+    movable = {(each.field, each.at) for each in system.numbers}
+    for field in ("q", LOWER, UPPER):
+        for i in range(system.n):
+            is_fixed = system.data.lower[i] == system.data.upper[i] is not None
+            if field == "q" or ((field, i) in movable and not is_fixed):
+                yield (field, i), _range(position, positive, field, i)
+
+
+def _range(position: Position, positive: set[int], field: str, i: int) -> Range:
+    data, sides = position.system.data, list[tuple[End | None, Fraction | None]]()
+    is_simple = position.is_simple(positive)
+    value = Fraction(data.constants[i], data.scales[i])
+    if field != "q":
+        value = (data.lower if field == LOWER else data.upper)[i] or Fraction(0)
+    for sign in (-1, 1):
+        column = position.column(field, i, sign)
+        limit, first = position.until(column)
+        basis = None if limit is None else value + sign * limit
+        moved = None if is_simple else position.moved(column)
+        found = (
+            position.ahead(column, limit) if moved is None else moved.farthest(positive)
+        )
+        if found is None:
+            sides.append((None, basis))
+            continue
+        t, forms = found
+        z = _point(position.system, forms, field, i, sign * t)
+        change = None if moved else position.after(column, t, first)
+        beyond = None if change == ENDS else (positive - change[0]) | change[1] if change else (moved or position.moved(column)).beyond(positive)
+        enters = leaves = None
+        if beyond is not None:
+            within, inside = position.inside(positive), position.inside(beyond)
+            enters, leaves = sorted(inside - within), sorted(within - inside)
+        value_of = _objective(data, z, field, i, sign * t)
+        sides.append((End(value + sign * t, z, value_of, enters, leaves), basis))
+    (below, first_basis), (above, last_basis) = sides
+    return Range(value, below, above, (first_basis, last_basis))
+
+
+def _point(system: System, forms: Values, field: str, i: int, t: Fraction) -> Values:
+    """Return z, from the forms that stand for it, where a number has moved by t."""
+    pairs = enumerate(zip(system.base, forms, strict=True))
+    z = [base + system.side(j) * form for j, (base, form) in pairs]
+    if field != "q" and (system.own(i) == i) == (field == LOWER):
+        z[i] += t
+    return z
+
+
+def _objective(
+    data: ExactProblem, z: Values, field: str, i: int, t: Fraction
+) -> Fraction | None:
+    program = data.problem.program_origin
+    if program is None:
+        return None
+    moved = t * z[i] if field == "q" and i < program.variables else Fraction(0)
+    return objective(data, program, z) + (moved if program.sense == "min" else -moved)

@@ -1,0 +1,288 @@
+"""The least change of numbers in the data, in a weighted 1-norm, that makes a problem
+solvable.
+
+A relaxation comes first, without complementarity: the least violation of linear
+conditions whose numbers may change is a linear program, which is solved exactly, as a
+problem itself. No smaller change is enough, and if the problem with this change has a
+solution, it is the least one. So it is where feasible problems are solvable, as for
+linear and convex quadratic programs.
+
+Otherwise the changes become unknowns of a larger problem, and the best solution of that
+is sought. A number q_i may rise by p and fall by m, both nonnegative, with rows of zeros
+for p and m: w = M z + q + p - m. Where a bound may change, z_i is free, with w_i - s + t
+= 0, and s >= 0 is complementary to z_i - l_i + p - m >= 0, t >= 0 to u_i + p - m - z_i
+>= 0.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import NamedTuple
+
+from lcpcli.enumeration.optimum import OPTIMAL, optimum
+from lcpcli.enumeration.search import MOST_BLOCK_UNKNOWNS, UNSOLVABLE
+from lcpcli.explanation.conditions import (
+    CONSTRAINTS,
+    LOWER,
+    OPTIMALITY,
+    SIGN,
+    UPPER,
+    VARIABLE,
+    Condition,
+    Number,
+    System,
+)
+from lcpcli.explanation.programs import LinearProgram, in_doubles, matrix_of
+from lcpcli.interrupts import remaining
+from lcpcli.model.problem import Problem
+from lcpcli.model.program import Program
+from lcpcli.options import Limits
+from lcpcli.rational.exact_problem import Bounds, ExactProblem, Rows
+from lcpcli.rational.numbers import rounded
+from lcpcli.solving import driver
+from lcpcli.solving.proof import exact_answer
+from lcpcli.verify.exact_solution import from_point
+
+# Unknowns up to which a solution is also sought by the search in rational arithmetic.
+MOST_SEARCHED = 60
+MOST_ITERATIONS = 300  # of the run that finds a solution in doubles
+LEAST_SECONDS = 1e-6  # of that run, if the time is up already
+
+Values = list[Fraction]
+Key = tuple[str, int]  # of a number: its field and index
+FIELDS = {LOWER: "lower", UPPER: "upper", SIGN: "q"}  # of conditions
+
+
+class Change(NamedTuple):
+    """A number in the data, and by how much it changes, as its author knows it."""
+
+    number: Number
+    change: Fraction
+
+
+@dataclass(frozen=True)
+class Repair:
+    """A change of the data that makes a problem solvable.
+
+    changes, total : the numbers that change, and the sum of their weighted sizes. z : a
+    solution then; None if none was found, and only the linear conditions of the
+    constraints, or of optimality, are known to have a point. is_least : whether no
+    smaller change is enough, and this one is.
+    """
+
+    changes: Sequence[Change]
+    total: Fraction
+    z: Values | None
+    is_least: bool
+
+
+class Repairs:
+    """The search for the least repair. weights : of the numbers that may change. stage :
+    that of linear conditions which conflict, None if they do not. repair : the best one
+    that is known; None if there is none. is_impossible : whether no change is enough."""
+
+    def __init__(
+        self, system: System, weights: Mapping[Number, Fraction], stage: int | None
+    ) -> None:
+        self.system, self.weights, self._stage = system, weights, stage
+        self.repair: Repair | None = None
+        self.is_impossible = False
+
+    def run(self) -> None:
+        if self._stage is None or not self._relax(self._stage):
+            self._search()
+
+    def _relax(self, first: int) -> bool:
+        """Return whether the least change for the linear conditions alone, of one stage
+        or of both, is enough."""
+        least = dict[Key, Fraction]()
+        for stage in (first, CONSTRAINTS + OPTIMALITY - first):
+            own = [each for each in self.system.linear if each.stage == stage]
+            changes = self._least_violation(own) if own else {}
+            if changes is None:
+                return False
+            least |= changes
+            z = solution(changed(self.system.data, least)) if changes else None
+            self._take(least, z, z is not None)
+            if z is not None:
+                return True
+        return False
+
+    def _take(self, by: Mapping[Key, Fraction], z: Values | None, is_least: bool) -> None:
+        sizes = (
+            (each, by.get((each.field, each.at), Fraction(0)), weight)
+            for each, weight in self.weights.items()
+        )
+        found = [(each, change, weight) for each, change, weight in sizes if change]
+        changes = [Change(each, each.sense * change) for each, change, _ in found]
+        total = sum((weight * abs(change) for _, change, weight in found), Fraction(0))
+        self.repair = Repair(changes, total, z, is_least)
+
+    def _least_violation(self, of: Sequence[Condition]) -> dict[Key, Fraction] | None:
+        """Return the least changes for which some linear conditions hold together; None
+        if they are not found."""
+        weights = {(each.field, each.at): own for each, own in self.weights.items()}
+        program, changes = _program(self.system, of, weights)
+        found = program.minimizer()
+        if found is None:
+            return None
+        least = dict[Key, Fraction]()
+        for place, (key, sign) in changes.items():
+            least[key] = least.get(key, Fraction(0)) + sign * found[0][place]
+        return {key: change for key, change in least.items() if change}
+
+    def _search(self) -> None:
+        """Find the best solution of the larger problem in which changes are unknowns."""
+        data, places = _extended(self.system.data, list(self.weights))
+        if data.n > MOST_BLOCK_UNKNOWNS:
+            return
+        costs = [Fraction(0)] * data.n
+        for number, weight in self.weights.items():
+            costs[places[number]] = costs[places[number] + 1] = weight
+        limit = remaining()
+        found = optimum(data, costs, time_limit=limit if limit < math.inf else None)
+        self.is_impossible = found.status == UNSOLVABLE
+        if found.z is None:
+            return
+        changes = {
+            (each.field, each.at): found.z[place] - found.z[place + 1]
+            for each, place in places.items()
+        }
+        z = found.z[: self.system.n]
+        self._take(changes, z, found.status == OPTIMAL)
+
+
+def _program(
+    system: System, of: Sequence[Condition], weights: Mapping[Key, Fraction]
+) -> tuple[LinearProgram, dict[int, tuple[Key, int]]]:
+    """Return the program of the least violation of linear conditions whose numbers have
+    these weights, others must hold; and the numbers that further unknowns change, with
+    the signs of the changes."""
+    n, zero = system.n, Fraction(0)
+    rows, ends, equal = list[dict[int, Fraction]](), list[Fraction](), list[bool]()
+    costs, changes = [zero] * n, dict[int, tuple[Key, int]]()
+    lower: Bounds = [None] * n
+    upper: Bounds = [None] * n
+    for each in of:
+        key, forms = (FIELDS[each.kind], each.at), system.forms(each)
+        integers, scale, constant = system.entries(forms[0])
+        row = {j: Fraction(a, scale) for j, a in integers.items()}
+        if _is_bound(system, each) and key not in weights:
+            is_lower = each.kind == LOWER
+            (lower if is_lower else upper)[each.at] = (
+                -constant if is_lower else constant
+            )
+            continue
+        # A form rises with q, falls with l and rises with u.
+        side = -1 if each.kind == LOWER or forms[0] >= 4 * n else 1
+        for sign in (1, -1)[: len(forms)] if key in weights else ():
+            changes[len(costs)] = key, sign * side
+            row[len(costs)] = Fraction(sign)
+            costs.append(weights[key])
+            lower.append(zero)
+            upper.append(None)
+        rows.append(row)
+        ends.append(-constant)
+        equal.append(len(forms) == 2)
+    return LinearProgram(costs, rows, ends, equal, lower, upper), changes
+
+
+def solution(data: ExactProblem) -> Values | None:
+    """Return an exact solution; None if none is found."""
+    system, n = System(data), data.n
+    if (z := _optimum(system)) is not None:
+        return z
+    limit = remaining()
+    limits = Limits(max_iterations=MOST_ITERATIONS, time_limit=max(limit, LEAST_SECONDS))
+    result = driver.run(data.problem, "auto", limits=limits)
+    if result.interrupted:
+        raise KeyboardInterrupt
+    z = from_point(data, result.z) if result.solved else None
+    if z is None and n <= MOST_SEARCHED:
+        found = exact_answer(data, result)
+        z = None if found is None else found.z
+    return z
+
+
+def _optimum(system: System) -> Values | None:
+    """Return the solution at an optimum of a linear program; None if there is none, or
+    the problem is another one."""
+    kinds = [each.kind for each in system.components]
+    places = {i for i, kind in enumerate(kinds) if kind == VARIABLE}
+    data = system.data
+    if not places or any(j in places for i in places for j in data.rows[i]):
+        return None
+    of = [each for each in system.linear if each.stage == CONSTRAINTS]
+    program, _ = _program(system, of, {})
+    costs = [
+        Fraction(data.constants[i], data.scales[i]) if i in places else Fraction(0)
+        for i in range(data.n)
+    ]
+    found = program._replace(costs=costs).minimizer()
+    if found is None:
+        return None
+    z, y = found[0], iter(found[1])
+    for each in of:
+        if not _is_bound(system, each):
+            sign = 1 if system.forms(each)[0] < 2 * data.n else -1
+            z[system.rows_of.get(each.at, each.at)] += sign * next(y)
+    return z if data.is_solution(system.filled(z)) else None
+
+
+def _is_bound(system: System, of: Condition) -> bool:
+    return of.kind != SIGN and of.at not in system.rows_of
+
+
+def changed(data: ExactProblem, by: Mapping[Key, Fraction]) -> ExactProblem:
+    """Return a problem with changes of q and bounds."""
+    q, lower, upper = list[Fraction](), list(data.lower), list(data.upper)
+    for i, (constant, scale) in enumerate(zip(data.constants, data.scales, strict=True)):
+        q.append(Fraction(constant, scale) + by.get(("q", i), 0))
+        for field, bounds in ((LOWER, lower), (UPPER, upper)):
+            if (bound := bounds[i]) is not None:
+                bounds[i] = bound + by.get((field, i), 0)
+    return _exact(data.M, q, lower, upper, data.problem.program_origin)
+
+
+def _exact(
+    rows: Rows, q: Values, lower: Bounds, upper: Bounds, origin: Program | None = None
+) -> ExactProblem:
+    """Return an exact problem, with the nearest doubles."""
+    low, high = in_doubles(lower, upper)
+    problem = Problem(matrix_of(rows, len(q)), rounded(q), lower=low, upper=high)
+    return ExactProblem(problem.knowing(origin=origin), rows, q, lower, upper)
+
+
+def _extended(
+    data: ExactProblem, numbers: Sequence[Number]
+) -> tuple[ExactProblem, dict[Number, int]]:
+    """Return the larger problem, and for each number the place of its rise, before that
+    of its fall."""
+    zero, rows = Fraction(0), data.M
+    q = [Fraction(*each) for each in zip(data.constants, data.scales, strict=True)]
+    lower, upper = list(data.lower), list(data.upper)
+    of_bounds = dict[Key, int]()
+    for i in dict.fromkeys(each.at for each in numbers if each.field != "q"):
+        for field, end, sign in ((LOWER, lower[i], 1), (UPPER, upper[i], -1)):
+            if end is not None:
+                of_bounds[field, i] = len(rows)
+                rows[i][len(rows)] = Fraction(-sign)
+                rows.append({i: Fraction(sign)})
+                q.append(-sign * end)
+                lower.append(zero)
+                upper.append(None)
+        lower[i] = upper[i] = None
+    places = dict[Number, int]()
+    for each in numbers:
+        places[each] = rise = len(rows)
+        row = rows[of_bounds.get((each.field, each.at), each.at)]
+        sign = -1 if each.field == LOWER else 1
+        row |= {rise: Fraction(sign), rise + 1: Fraction(-sign)}
+        rows += [{}, {}]
+        q += [zero, zero]
+        lower += [zero, zero]
+        upper += [None, None]
+    return _exact(rows, q, lower, upper), places

@@ -1,0 +1,117 @@
+"""Whether there is a point at which some conditions hold, in exact arithmetic: a point,
+or those of the conditions that have been needed to exclude one."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import NamedTuple
+
+from lcpcli.explanation.conditions import (
+    COMPLEMENTARITY,
+    SIGN,
+    Alternative,
+    Condition,
+    System,
+    Values,
+)
+from lcpcli.rational.dictionary import Dictionary
+from lcpcli.rational.elimination import Effort
+from lcpcli.rational.tree import explored
+
+
+class Node(NamedTuple):
+    """A polyhedron, and the indices for which an alternative has been chosen."""
+
+    here: Dictionary
+    chosen: frozenset[int] = frozenset()
+
+
+class Choices:
+    """The nodes of a tree, in which one of several alternatives is chosen for each of
+    some indices.
+
+    branched : the indices at which the tree has branched. used : the forms that its
+    proofs use.
+    """
+
+    def __init__(
+        self,
+        alternatives: Mapping[int, Sequence[Alternative]],
+        check: Callable[[], None],
+    ) -> None:
+        self.alternatives, self.check = alternatives, check
+        self.branched, self.used = set[int](), set[int]()
+
+    def point(self, here: Dictionary) -> Dictionary | None:
+        """Return a dictionary at whose point one of the alternatives of each index
+        holds; None if there is none."""
+        tree = explored(self, [Node(here)])
+        return next((node.here for node, is_leaf in tree if is_leaf), None)
+
+    def violations(self, node: Node) -> dict[int, int]:
+        """Return how far the point of a node is from any of the alternatives of an
+        index, where it is in none."""
+
+        def distance(form: int, is_zero: bool) -> int:
+            value = node.here.value(form)
+            return abs(value) if is_zero else max(-value, 0)
+
+        far = {
+            k: min(sum(distance(*form) for form in each) for each in alternatives)
+            for k, alternatives in self.alternatives.items()
+            if k not in node.chosen
+        }
+        return {k: violation for k, violation in far.items() if violation}
+
+    def unsettled(self, _: Node) -> None:
+        """Return None: a point is enough."""
+
+    def children(self, node: Node, k: int) -> Iterator[Node]:
+        self.branched.add(k)
+        for alternative in reversed(self.alternatives[k]):
+            here = node.here.copy()
+            if all(self.restrict(here, *each) for each in alternative):
+                yield Node(here, node.chosen | {k})
+
+    def restrict(self, here: Dictionary, form: int, is_zero: bool = False) -> bool:
+        """Restrict a polyhedron; return False if it is proved to be empty then, by a
+        row whose forms are added to `used`."""
+        if (here.vanish if is_zero else here.require)(form):
+            return True
+        entries = zip(here.cobasic, here.rows[form][1:], strict=True)
+        self.used |= {form, *(each for each, value in entries if value)}
+        return False
+
+
+class Outcome(NamedTuple):
+    """A point at which conditions hold; or None, and those that exclude one."""
+
+    point: Values | None
+    core: Sequence[Condition]
+
+
+def search(system: System, conditions: Sequence[Condition], effort: Effort) -> Outcome:
+    """Return a point at which conditions hold, or proof that there is none; raise
+    TimeIsUp if that takes more than an effort."""
+    linear = [each for each in conditions if each.kind != COMPLEMENTARITY]
+    required = {form: None for each in linear for form in system.forms(each)}
+    alternatives = {
+        each.at: system.alternatives(each.at, required)
+        for each in conditions
+        if each.kind == COMPLEMENTARITY
+    }
+    parts = (part for own in alternatives.values() for each in own for part in each)
+    forms = required | dict.fromkeys(form for form, _ in parts)
+    here, columns = system.dictionary(forms, effort)
+    nodes = Choices(alternatives, here.check)
+    if all(nodes.restrict(here, form) for form in required):
+        if (found := nodes.point(here)) is not None:
+            return Outcome(system.point(found, columns), ())
+
+    def is_used(each: Condition) -> bool:
+        if each.kind != SIGN and each.at in nodes.branched:
+            return True
+        is_linear = each.kind != COMPLEMENTARITY
+        return is_linear and not nodes.used.isdisjoint(system.forms(each))
+
+    return Outcome(None, [*filter(is_used, conditions)])
