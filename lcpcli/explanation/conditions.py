@@ -2,12 +2,13 @@
 knows; and the conditions as affine forms in integers.
 
 Each component has up to four conditions, which hold or not at any point z, with w = M z
-+ q. With only a lower bound they are z_i >= l_i; the sign w_i >= 0; and complementarity,
-w_i = 0 where z_i > l_i. With only an upper bound they are the mirror image. With two
-bounds the sign of w_i depends on where z_i is, and belongs to complementarity: w_i >= 0
-where z_i <= l_i, w_i = 0 between the bounds, and w_i <= 0 where z_i >= u_i. Without
-bounds there is the equation w_i = 0 alone, and where the bounds are equal there are only
-these. A condition that is dropped leaves the others as they are.
++ q. With only a lower bound they are z_i >= l_i; the sign w_i >= 0; and
+complementarity, w_i = 0 where z_i > l_i. With only an upper bound they are the mirror
+image. With two bounds the sign of w_i depends on where z_i is, and belongs to
+complementarity: w_i >= 0 where z_i <= l_i, w_i = 0 between the bounds, and w_i <= 0
+where z_i >= u_i. Without bounds there is the equation w_i = 0 alone, and where the
+bounds are equal there are only these. A condition that is dropped leaves the others as
+they are.
 
 The conditions of a program are those of its constraints, the sides of rows and the
 bounds of variables, which do not have the multipliers; and those of optimality, which
@@ -68,9 +69,9 @@ class Condition(NamedTuple):
 
 
 class Number(NamedTuple):
-    """A number in the data: entry `at` of q, lower or upper, times `sense` as the author
-    knows it. name, what : the author's words for it. is_default : whether a repair may
-    change it unless others are named."""
+    """A number in the data: entry `at` of q, lower or upper, times `sense` as the
+    author knows it. name, what : the author's words for it. is_default : whether a
+    repair may change it unless others are named."""
 
     field: str
     at: int
@@ -93,7 +94,10 @@ def components(data: ExactProblem) -> list[Component]:
         else Component(names[i] or f"r{i - k + 1}", ROW, -1)
         for i in range(end)
     ]
-    return [*found, *(Component(found[row_of(data, i)].name, RANGE) for i in range(end, n))]
+    return [
+        *found,
+        *(Component(found[row_of(data, i)].name, RANGE) for i in range(end, n)),
+    ]
 
 
 def row_of(data: ExactProblem, i: int) -> int:
@@ -117,8 +121,11 @@ def matching(named: Sequence[T], patterns: Iterable[str], option: str) -> list[T
         ]
         if not found:
             known = dict.fromkeys(label for both in labels for label in both)
-            hint = likely(pattern, known, "write a name, or a name and what it is, as in "
-                          f"{quoted(labels[0][1])}")
+            hint = likely(
+                pattern,
+                known,
+                f"write a name, or a name and what it is, as in {quoted(labels[0][1])}",
+            )
             fault = f"{quoted(pattern)} names nothing in this problem"
             raise ParameterError(option, fault, hint)
         chosen.update(found)
@@ -138,7 +145,9 @@ class System:
     def __init__(self, data: ExactProblem, is_whole: bool = False) -> None:
         self.data, self.n, self.components = data, data.n, components(data)
         ends = zip(data.lower, data.upper, strict=True)
-        self.base = [low if low is not None else high or Fraction(0) for low, high in ends]
+        self.base = [
+            low if low is not None else high or Fraction(0) for low, high in ends
+        ]
         self.linear, self.complementarities = list[Condition](), list[Condition]()
         self.numbers, self.factors = list[Number](), dict[int, int]()
         kinds = enumerate(each.kind for each in self.components)
@@ -207,8 +216,9 @@ class System:
         return (n + i if self.data.upper[i] is None else 5 * n + i,)
 
     def alternatives(self, i: int, held: Collection[int] = ()) -> list[Alternative]:
-        """Return the polyhedra whose union is the complementarity of component i. held :
-        forms of bounds that hold anyway: z_i is then at these, not at or beyond them."""
+        """Return the polyhedra whose union is the complementarity of component i. held
+        : forms of bounds that hold anyway: z_i is then at these, not at or beyond
+        them."""
         n, low, high = self.n, self.data.lower[i], self.data.upper[i]
         at_lower, at_upper = (
             (form, True) if form in held else (4 * n + form, False)

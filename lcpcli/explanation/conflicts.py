@@ -5,10 +5,10 @@ exclude a solution together with them. The fewest ones hit all sets of complemen
 that some point violates: a smallest hitting set of those known is a conflict, or yields
 a point with another one (A. Ignatiev, A. Previti, M. Liffiton and J. Marques-Silva,
 Smallest MUS extraction with minimal hitting set dualization, Principles and Practice of
-Constraint Programming 2015, 173-182). Beyond a dozen, and for the linear conditions that
-are needed beside them, a deletion filter leaves out what is not necessary (J. W. Chinneck
-and E. W. Dravnieks, ORSA Journal on Computing 3 (1991) 157-168), many at first and then
-one by one, with the proof of each step.
+Constraint Programming 2015, 173-182). Beyond a dozen, and for the linear conditions
+that are needed beside them, a deletion filter leaves out what is not necessary (J. W.
+Chinneck and E. W. Dravnieks, ORSA Journal on Computing 3 (1991) 157-168), many at first
+and then one by one, with the proof of each step.
 """
 
 from __future__ import annotations
@@ -36,7 +36,6 @@ from lcpcli.rational.numbers import whole_multiple
 MOST_FOR_FEWEST = 12  # complementarities of which the fewest are found
 
 
-
 @dataclass(frozen=True)
 class Conflict:
     """Conditions that cannot hold together.
@@ -58,8 +57,8 @@ class Conflict:
 
 
 class Finder:
-    """The search for a conflict. conflict : the smallest one that is known, None if none
-    is. point : a solution, if there is one after all. kept : never blamed."""
+    """The search for a conflict. conflict : the smallest one that is known, None if
+    none is. point : a solution, if there is one after all. kept : never blamed."""
 
     def __init__(
         self, system: System, kept: Sequence[Condition], effort: Effort
@@ -86,10 +85,12 @@ class Finder:
         return blamed, sum(map(abs, whole_multiple(list(of.values()))))
 
     def _take(self, found: Multipliers) -> None:
-        """Keep an irreducible contradiction of linear conditions; beside conditions that
-        are never blamed, others may be left out."""
+        """Keep an irreducible contradiction of linear conditions; beside conditions
+        that are never blamed, others may be left out."""
         whole = dict(zip(found, whole_multiple(list(found.values())), strict=True))
-        members = [each for each in self.system.linear if each in found.keys() - self.kept]
+        members = [
+            each for each in self.system.linear if each in found.keys() - self.kept
+        ]
         self.conflict = Conflict(members, not self.kept, multipliers=whole)
         if self.kept:
             points = self._reduce(members, self.kept)
@@ -166,9 +167,9 @@ class Finder:
         background: Sequence[Condition],
         beside: Sequence[Condition] = (),
     ) -> dict[Condition, Values]:
-        """Leave out members of a conflict with a background until each is necessary, and
-        return the points that prove this. beside : conditions of the background that
-        belong to the conflict."""
+        """Leave out members of a conflict with a background until each is necessary,
+        and return the points that prove this. beside : conditions of the background
+        that belong to the conflict."""
         points, size, members = dict[Condition, Values](), len(members), list(members)
         while size:
             i = 0
@@ -178,7 +179,7 @@ class Finder:
                 if found.point is None:
                     i = sum(each in found.core for each in members[:i])
                     members = [each for each in rest if each in found.core]
-                    self.conflict = replace(self.conflict, members=[*beside, *members])
+                    self.conflict = Conflict([*beside, *members])
                     continue
                 if size == 1:
                     points[members[i]] = found.point
@@ -186,9 +187,7 @@ class Finder:
             size = min(size // 2, len(members))
         return points
 
-    def _finish(
-        self, points: dict[Condition, Values], is_fewest: bool = False
-    ) -> None:
+    def _finish(self, points: dict[Condition, Values], is_fewest: bool = False) -> None:
         """Keep the conflict, with a proof that it is irreducible: at each point all
         members but one hold, and what is never blamed."""
         assert self.conflict is not None
@@ -197,4 +196,6 @@ class Finder:
             self._violated([*self.kept, *members], points[each]) == {each}
             for each in members
         )
-        self.conflict = replace(self.conflict, irreducible=True, fewest=is_fewest, points=points)
+        self.conflict = replace(
+            self.conflict, irreducible=True, fewest=is_fewest, points=points
+        )

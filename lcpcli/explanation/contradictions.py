@@ -4,13 +4,13 @@ that prove it, in fractions.
 Where A z >= b, 0 = (A'y)'z >= b'y for any y >= 0 with A'y = 0, which b'y > 0
 contradicts. The supports of the vertices of {y >= 0 : A'y = 0, b'y = 1} are the
 irreducible contradictions (J. Gleeson and J. Ryan, Identifying minimally infeasible
-subsystems of inequalities, ORSA Journal on Computing 2 (1990) 61-63): the rows of such a
-support have no other y with A'y = 0, and those of a part of it none at all, so that all
-but one of them can be equations.
+subsystems of inequalities, ORSA Journal on Computing 2 (1990) 61-63): the rows of such
+a support have no other y with A'y = 0, and those of a part of it none at all, so that
+all but one of them can be equations.
 
-Linear programs in doubles find small supports: they minimize the sum of y, whose weights
-are then changed to favour what is large (E. J. Candes, M. B. Wakin and S. P. Boyd,
-Enhancing sparsity by reweighted l1 minimization, Journal of Fourier Analysis and
+Linear programs in doubles find small supports: they minimize the sum of y, whose
+weights are then changed to favour what is large (E. J. Candes, M. B. Wakin and S. P.
+Boyd, Enhancing sparsity by reweighted l1 minimization, Journal of Fourier Analysis and
 Applications 14 (2008) 877-905). On each support, A'y = 0 is solved in integers.
 """
 
@@ -26,7 +26,6 @@ from lcpcli.explanation.programs import matrix_of
 from lcpcli.linalg.matrices import stack
 from lcpcli.linalg.programs import minimized
 from lcpcli.rational import elimination
-from lcpcli.rational.numbers import dot
 from lcpcli.typing import Matrix, Vector
 
 ROUNDS = 5  # of linear programs for small supports
@@ -34,6 +33,9 @@ LP_EFFORT = 2.0  # of each, by the seconds that so many iterations usually take
 # For b'y, as the tolerances for A'y = 0 are absolute: the first is the safest one, the
 # others are for y that are far larger than b.
 TOTALS = (1.0, 1e-3, 1e-6)
+# Relative to the largest multiplier: what counts as 0, one after another, as residues
+# of the simplex method are as large as small multipliers of badly scaled rows.
+TOLERANCES = (0.0, 1e-12, 1e-9)
 # Relative to the largest multiplier: what is added to all of them in their weights.
 SMALL = 1e-2
 WEIGHT_OF_KEPT = 1e-3
@@ -57,21 +59,25 @@ def contradictions(
     two = [i for i, each in enumerate(conditions) if len(system.forms(each)) == 2]
     seen = list[list[int]]()
     for y in _in_doubles(A, b / (np.abs(b).max(initial=0.0) or 1.0), two, cost):
-        support = np.flatnonzero(y).tolist()
-        if support not in seen:
+        for tol in TOLERANCES:
+            support = np.flatnonzero(np.abs(y) > tol * np.abs(y).max()).tolist()
+            if support in seen:
+                continue
             seen.append(support)
             found = contradiction(system, [conditions[i] for i in support])
             if found is not None:
                 yield found
+                break
 
 
 def _in_doubles(A: Matrix, b: Vector, two: list[int], unit: Vector) -> Iterator[Vector]:
-    """Yield multipliers y >= 0, or of `two` signs, with A'y = 0 and b'y > 0, of the least
-    sum with changing weights, first these."""
+    """Yield multipliers y >= 0, or of `two` signs, with A'y = 0 and b'y > 0, of the
+    least sum with changing weights, first these."""
     m, n = A.shape
     whole = stack([[A.T, -A.T[:, two]], [b[np.newaxis], -b[np.newaxis, two]]])
     bounds = np.zeros(m + len(two)), np.full(m + len(two), np.inf)
-    cost, totals = unit, TOTALS
+    cost = unit
+    totals: Sequence[float] = TOTALS
     for _ in range(ROUNDS):
         for total in totals:
             ends, costs = np.append(np.zeros(n), total), np.append(cost, cost[two])
@@ -91,23 +97,29 @@ def contradiction(system: System, of: Sequence[Condition]) -> Multipliers | None
     conditions, which is irreducible then; None if there is none, or several."""
     rows = [system.entries(system.forms(each)[0]) for each in of]
     columns = {j for row, *_ in rows for j in row}
-    A = [[row.get(j, 0) for row, *_ in rows] for j in sorted(columns)] or [[0] * len(of)]
+    A = [[row.get(j, 0) for row, *_ in rows] for j in sorted(columns)] or [
+        [0] * len(of)
+    ]
     vectors = elimination.solve(A, [0] * len(A))[1]
     totals = [-scale * constant for _, scale, constant in rows]
-    if len(vectors) != 1 or not (total := dot(totals, vectors[0])):
+    if len(vectors) != 1 or not (total := _total(vectors[0], totals)):
         return None
     found = {
         each: value * scale / total
         for each, value, (_, scale, _) in zip(of, vectors[0], rows, strict=True)
         if value
     }
-    signs = (
-        value > 0 or len(system.forms(each)) == 2 for each, value in found.items()
-    )
+    signs = (value > 0 or len(system.forms(each)) == 2 for each, value in found.items())
     return found if all(signs) else None
 
 
-def point_without(system: System, members: Sequence[Condition], one: Condition) -> Values:
+def _total(y: Sequence[Fraction], of: Sequence[Fraction]) -> Fraction:
+    return sum((a * b for a, b in zip(y, of, strict=True)), Fraction(0))
+
+
+def point_without(
+    system: System, members: Sequence[Condition], one: Condition
+) -> Values:
     """Return a point at which all members of an irreducible contradiction hold but one:
     the others are equations there."""
     rows = [system.entries(system.forms(each)[0]) for each in members if each != one]

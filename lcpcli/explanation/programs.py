@@ -5,8 +5,8 @@ that y_i = 0 where row i is no equation at v, and for d = c - A'y, d_j >= 0 wher
 u_j and d_j <= 0 where v_j > l_j; and such y prove that v is a minimizer. The simplex
 method in doubles shows which of these are equations, and two linear systems, for v and
 for y, are then solved in integers and everything is checked (D. Applegate, W. Cook, S.
-Dash and D. Espinoza, Exact solutions to linear programming problems, Operations Research
-Letters 35 (2007) 693-699).
+Dash and D. Espinoza, Exact solutions to linear programming problems, Operations
+Research Letters 35 (2007) 693-699).
 """
 
 from __future__ import annotations
@@ -47,8 +47,8 @@ class LinearProgram(NamedTuple):
 
     @np.errstate(all="ignore")
     def minimizer(self) -> tuple[Values, Values] | None:
-        """Return a minimizer and the multipliers of rows that prove that it is one; None
-        if none is found."""
+        """Return a minimizer and the multipliers of rows that prove that it is one;
+        None if none is found."""
         A, c = matrix_of(self.rows, len(self.costs)), rounded(self.costs)
         b, low, high = rounded(self.ends), *in_doubles(self.lower, self.upper)
         ends = b, np.where(self.equal, b, math.inf)
@@ -84,19 +84,20 @@ class LinearProgram(NamedTuple):
     def _is_minimizer(self, v: Values, y: Values, columns: Rows) -> bool:
         """Return whether the multipliers y prove that v is a minimizer."""
         rows = zip(self.rows, self.ends, self.equal, y, strict=True)
-        slacks = ((_product(row, v) - end, *own) for row, end, *own in rows)
+        for row, end, is_equal, value in rows:
+            slack = _product(row, v) - end
+            if slack < 0 or (slack and (is_equal or value)):
+                return False
+            if value < 0 and not is_equal:
+                return False
         each = zip(v, self.lower, self.upper, self.costs, columns, strict=True)
-        gaps = ((*own, cost - _product(column, y)) for *own, cost, column in each)
-        return all(
-            slack == 0 or (slack > 0 and not is_equal and value == 0)
-            for slack, is_equal, value in slacks
-        ) and all(
-            (low is None or value >= low)
-            and (high is None or value <= high)
-            and (gap <= 0 or value == low)
-            and (gap >= 0 or value == high)
-            for value, low, high, gap in gaps
-        ) and all(value >= 0 for value, is_equal in zip(y, self.equal, strict=True) if not is_equal)
+        for value, low, high, cost, column in each:
+            if (low is not None and value < low) or (high is not None and value > high):
+                return False
+            gap = cost - _product(column, y)
+            if (gap > 0 and value != low) or (gap < 0 and value != high):
+                return False
+        return True
 
 
 def matrix_of(rows: Sequence[Mapping[int, Fraction]], columns: int) -> Matrix:
@@ -117,7 +118,8 @@ def in_doubles(lower: Bounds, upper: Bounds) -> tuple[Vector, Vector]:
 
 
 def _first(first: Mask, others: Mask) -> list[int]:
-    """Return the indices where the first is true, then those where only the other is."""
+    """Return the indices where the first is true, then those where only the other
+    is."""
     return [*np.flatnonzero(first).tolist(), *np.flatnonzero(others & ~first).tolist()]
 
 
@@ -133,7 +135,9 @@ def _settle(
     """Change some components so that equations hold which are independent of those
     before them, if such values are found."""
     whole = [
-        over_one_denominator([*(row.get(j, Fraction(0)) for j in free), end - _product(row, v)])[0]
+        over_one_denominator(
+            [*(row.get(j, Fraction(0)) for j in free), end - _product(row, v)]
+        )[0]
         for row, end in equations
         if any(j in row for j in free)
     ]

@@ -2,24 +2,25 @@
 stays: which z_i can be off their bounds, and which w_i can be nonzero, at solutions.
 
 A dictionary of a basis writes z and w in terms of those of them that are 0. Where both
-z_i and w_i are 0 at its point, directions d of solutions have d_i >= 0, e_i >= 0 and d_i
-e_i = 0 for the change e of w, and the largest support of them completes the partition
-(A. B. Berkelaar, K. Roos and T. Terlaky, The optimal set and optimal partition approach
-to linear and quadratic programming, in: Advances in Sensitivity Analysis and Parametric
-Programming, Kluwer 1997). It is that of all solutions if these form a polyhedron, as for
-positive semidefinite M, and else that of a polyhedron of solutions around the point.
+z_i and w_i are 0 at its point, directions d of solutions have d_i >= 0, e_i >= 0 and
+d_i e_i = 0 for the change e of w, and the largest support of them completes the
+partition (A. B. Berkelaar, K. Roos and T. Terlaky, The optimal set and optimal
+partition approach to linear and quadratic programming, in: Advances in Sensitivity
+Analysis and Parametric Programming, Kluwer 1997). It is that of all solutions if these
+form a polyhedron, as for positive semidefinite M, and else that of a polyhedron of
+solutions around the point.
 
 If q_i rises by t, w_i + t takes the place of w_i, and likewise for bounds: that adds a
 column to the dictionary. The least and the largest t at which forms outside of the
 partition are 0, and those inside nonnegative, are the ends of the range; for any t
-between them, an average with a solution in the relative interior has the same partition.
-What changes at an end is the partition of the next piece of the path of solutions beyond
-it.
+between them, an average with a solution in the relative interior has the same
+partition. What changes at an end is the partition of the next piece of the path of
+solutions beyond it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
 from typing import NamedTuple
 
@@ -44,10 +45,10 @@ BEYOND = -2  # the number of the form that is to be positive
 
 
 class End(NamedTuple):
-    """The end of a range. value : of the number there. z : a solution there. objective :
-    of a program; None for another problem. enters, leaves : the components of z that can
-    be off their bounds beyond the end but not within the range, and vice versa; None if
-    the path of solutions ends there."""
+    """The end of a range. value : of the number there. z : a solution there. objective
+    : of a program; None for another problem. enters, leaves : the components of z that
+    can be off their bounds beyond the end but not within the range, and vice versa;
+    None if the path of solutions ends there."""
 
     value: Fraction
     z: Values
@@ -128,7 +129,9 @@ class Position(Pivoting):
         if form in here.rows:
             return {form: slope * int(here.divisor)}
         k = here.cobasic.index(form) + 1
-        return {other: -slope * int(row[k]) for other, row in here.rows.items() if row[k]}
+        return {
+            other: -slope * int(row[k]) for other, row in here.rows.items() if row[k]
+        }
 
     def moved(self, column: Mapping[int, int]) -> Position:
         """Return the same basis with a further column, for a parameter."""
@@ -180,7 +183,7 @@ class Position(Pivoting):
             self._signed_at[i] = state
             self.here.negate(self.n + i)
 
-    def is_simple(self, positive: Collection[int]) -> bool:
+    def is_simple(self, positive: set[int]) -> bool:
         """Return whether the forms of a partition are the basic ones, and none of these
         is 0."""
         return positive == self.here.signed & self.here.rows.keys()
@@ -197,19 +200,23 @@ class Position(Pivoting):
             values.append((here.value(form) + change) / int(here.divisor))
         return t, values
 
-    def inside(self, positive: Collection[int]) -> set[int]:
+    def inside(self, positive: set[int]) -> set[int]:
         """Return the components that can be off their bounds."""
-        at = {form % self.n for form in self.here.signed - positive if form // self.n != 1}
+        at = {
+            form % self.n for form in self.here.signed - positive if form // self.n != 1
+        }
         return {*range(self.n)} - at
 
-    def farthest(self, positive: Collection[int]) -> tuple[Fraction, Values] | None:
-        """Return the largest parameter with the same partition, and the forms that stand
-        for z there; None if there is no largest one."""
+    def farthest(self, positive: set[int]) -> tuple[Fraction, Values] | None:
+        """Return the largest parameter with the same partition, and the forms that
+        stand for z there; None if there is no largest one."""
         here, n = self.here, self.n
         kept = [k for k, form in enumerate(here.cobasic, 1) if form in positive]
         kept.append(len(here.cobasic))
         cobasic = [here.cobasic[k - 1] for k in kept]
-        rows = {form: [row[0], *(row[k] for k in kept)] for form, row in here.rows.items()}
+        rows = {
+            form: [row[0], *(row[k] for k in kept)] for form, row in here.rows.items()
+        }
         target = 3 * n + 1
         rows[target] = [0] * len(kept) + [-1]
         face = Dictionary(rows, cobasic, positive, here.check)
@@ -237,7 +244,9 @@ class Position(Pivoting):
         least = min(ratios.values(), default=None)
         return least, [form for form, ratio in ratios.items() if ratio == least]
 
-    def after(self, column: Mapping[int, int], t: Fraction, first: list[int]) -> Change:
+    def after(
+        self, column: Mapping[int, int], t: Fraction, first: list[int]
+    ) -> Change | None:
         """Return the forms that become 0 and positive where a parameter has come to t,
         where the first one is 0, if the basis is not degenerate: the partner of that
         rises with the parameter, or while it stands still, and then the partner of the
@@ -290,6 +299,7 @@ class Position(Pivoting):
             before = self.at(self.here.copy())
             pivot = next(path, None)
             entering = self.ray if pivot is None else pivot.entering
+            assert entering is not None
             now = last + 1 if pivot is None else self.value_of(self.parameter)
             rises = entering == self.parameter or before.slope(entering) > 0
             if now < last or (pivot is None and not rises):
@@ -345,7 +355,9 @@ def _direction(
     here.rows[BEYOND] = [row[0] - here.divisor, *row[1:]]
     if not here.require(BEYOND):
         return None
-    alternatives = {i: [[(one, True)], [(two, True)]] for i, (one, two) in pairs.items()}
+    alternatives = {
+        i: [[(one, True)], [(two, True)]] for i, (one, two) in pairs.items()
+    }
     tree = explored(Choices(alternatives, here.check), [Node(here, frozenset())])
     return next((node.here for node, is_leaf in tree if is_leaf), None)
 
@@ -388,7 +400,13 @@ def _range(position: Position, positive: set[int], field: str, i: int) -> Range:
         t, forms = found
         z = _point(position.system, forms, field, i, sign * t)
         change = None if moved else position.after(column, t, first)
-        beyond = None if change == ENDS else (positive - change[0]) | change[1] if change else (moved or position.moved(column)).beyond(positive)
+        beyond = (
+            None
+            if change == ENDS
+            else (positive - change[0]) | change[1]
+            if change
+            else (moved or position.moved(column)).beyond(positive)
+        )
         enters = leaves = None
         if beyond is not None:
             within, inside = position.inside(positive), position.inside(beyond)

@@ -8,10 +8,10 @@ solution, it is the least one. So it is where feasible problems are solvable, as
 linear and convex quadratic programs.
 
 Otherwise the changes become unknowns of a larger problem, and the best solution of that
-is sought. A number q_i may rise by p and fall by m, both nonnegative, with rows of zeros
-for p and m: w = M z + q + p - m. Where a bound may change, z_i is free, with w_i - s + t
-= 0, and s >= 0 is complementary to z_i - l_i + p - m >= 0, t >= 0 to u_i + p - m - z_i
->= 0.
+is sought. A number q_i may rise by p and fall by m, both nonnegative, with rows of
+zeros for p and m: w = M z + q + p - m. Where a bound may change, z_i is free, with w_i
+- s + t = 0, and s >= 0 is complementary to z_i - l_i + p - m >= 0, t >= 0 to u_i + p -
+m - z_i >= 0.
 """
 
 from __future__ import annotations
@@ -80,9 +80,10 @@ class Repair:
 
 
 class Repairs:
-    """The search for the least repair. weights : of the numbers that may change. stage :
-    that of linear conditions which conflict, None if they do not. repair : the best one
-    that is known; None if there is none. is_impossible : whether no change is enough."""
+    """The search for the least repair. weights : of the numbers that may change. stage
+    : that of linear conditions which conflict, None if they do not. repair : the best
+    one that is known; None if there is none. is_impossible : whether no change is
+    enough."""
 
     def __init__(
         self, system: System, weights: Mapping[Number, Fraction], stage: int | None
@@ -111,7 +112,9 @@ class Repairs:
                 return True
         return False
 
-    def _take(self, by: Mapping[Key, Fraction], z: Values | None, is_least: bool) -> None:
+    def _take(
+        self, by: Mapping[Key, Fraction], z: Values | None, is_least: bool
+    ) -> None:
         sizes = (
             (each, by.get((each.field, each.at), Fraction(0)), weight)
             for each, weight in self.weights.items()
@@ -135,7 +138,8 @@ class Repairs:
         return {key: change for key, change in least.items() if change}
 
     def _search(self) -> None:
-        """Find the best solution of the larger problem in which changes are unknowns."""
+        """Find the best solution of the larger problem in which changes are
+        unknowns."""
         data, places = _extended(self.system.data, list(self.weights))
         if data.n > MOST_BLOCK_UNKNOWNS:
             return
@@ -144,7 +148,8 @@ class Repairs:
             costs[places[number]] = costs[places[number] + 1] = weight
         limit = remaining()
         found = optimum(data, costs, time_limit=limit if limit < math.inf else None)
-        self.is_impossible = found.status == UNSOLVABLE
+        if found.status == UNSOLVABLE:
+            self.repair, self.is_impossible = None, True
         if found.z is None:
             return
         changes = {
@@ -196,7 +201,9 @@ def solution(data: ExactProblem) -> Values | None:
     if (z := _optimum(system)) is not None:
         return z
     limit = remaining()
-    limits = Limits(max_iterations=MOST_ITERATIONS, time_limit=max(limit, LEAST_SECONDS))
+    limits = Limits(
+        max_iterations=MOST_ITERATIONS, time_limit=max(limit, LEAST_SECONDS)
+    )
     result = driver.run(data.problem, "auto", limits=limits)
     if result.interrupted:
         raise KeyboardInterrupt
@@ -239,7 +246,9 @@ def _is_bound(system: System, of: Condition) -> bool:
 def changed(data: ExactProblem, by: Mapping[Key, Fraction]) -> ExactProblem:
     """Return a problem with changes of q and bounds."""
     q, lower, upper = list[Fraction](), list(data.lower), list(data.upper)
-    for i, (constant, scale) in enumerate(zip(data.constants, data.scales, strict=True)):
+    for i, (constant, scale) in enumerate(
+        zip(data.constants, data.scales, strict=True)
+    ):
         q.append(Fraction(constant, scale) + by.get(("q", i), 0))
         for field, bounds in ((LOWER, lower), (UPPER, upper)):
             if (bound := bounds[i]) is not None:

@@ -104,9 +104,9 @@ def search(system: System, conditions: Sequence[Condition], effort: Effort) -> O
     forms = required | dict.fromkeys(form for form, _ in parts)
     here, columns = system.dictionary(forms, effort)
     nodes = Choices(alternatives, here.check)
-    if all(nodes.restrict(here, form) for form in required):
-        if (found := nodes.point(here)) is not None:
-            return Outcome(system.point(found, columns), ())
+    is_open = all(nodes.restrict(here, form) for form in required)
+    if is_open and (found := nodes.point(here)) is not None:
+        return Outcome(system.point(found, columns), ())
 
     def is_used(each: Condition) -> bool:
         if each.kind != SIGN and each.at in nodes.branched:
