@@ -22,6 +22,8 @@ M is a real matrix of shape (n, n), dense or sparse, and q is a vector of n numb
                  a game all equilibria
     optimum      the best of all solutions of a Problem by a linear objective, in
                  fractions, with a proof
+    why          what conflicts in a Problem without a solution and the least change
+                 that helps, or how far each number of a solved one may move
     check        verifies a z for a Problem, whatever its source
     path         the Path of solutions from one Problem to another with the same M,
                  piece by piece
@@ -61,6 +63,7 @@ from lcpcli.version import VERSION
 if TYPE_CHECKING:
     from lcpcli.enumeration.optimum import optimum as optimum
     from lcpcli.enumeration.search import solutions as solutions
+    from lcpcli.explanation.explanation import why as why
     from lcpcli.files.nl_format import read_nl as read_nl
     from lcpcli.files.reading import read as read
     from lcpcli.files.writing import write as write
@@ -98,6 +101,7 @@ __version__ = VERSION
 _PUBLIC = {  # the public names of each module, loaded on first use
     "enumeration.optimum": "optimum",
     "enumeration.search": "solutions",
+    "explanation.explanation": "why",
     "files.nl_format": "read_nl",
     "files.reading": "read",
     "files.writing": "write",

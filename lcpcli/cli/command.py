@@ -409,7 +409,7 @@ def lcp(context: click.Context) -> None:
 
 MODULES = (  # of the commands, in the order of the help
     "solve solve, compare solve, path path, bench bench, compare-runs bench, "
-    "check check, inspect check, kernels help, "
+    "check check, inspect check, why why, kernels help, "
     "make make, convert make, completion help, help help"
 )
 lcp.commands = Commands(map(str.split, MODULES.split(", ")))

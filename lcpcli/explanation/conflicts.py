@@ -67,16 +67,14 @@ class Finder:
         self.conflict: Conflict | None = None
         self.point: Values | None = None
 
-    def run(self) -> None:
-        """Find a conflict of linear conditions, or else of complementarities, or a
-        solution."""
+    def contradict(self) -> None:
+        """Find a conflict of linear conditions that linear programs show."""
         for stage in (CONSTRAINTS, OPTIMALITY):
             linear = [each for each in self.system.linear if each.stage == stage]
             found = contradictions(self.system, linear, self.kept)
             if best := min(found, key=self._size, default=None):
                 self._take(best)
                 return
-        self._of_all()
 
     def _size(self, of: Multipliers) -> tuple[int, int]:
         """Return the number of conditions that a contradiction blames, and the size of
@@ -96,7 +94,7 @@ class Finder:
             points = self._reduce(members, self.kept)
             self._finish(points)
 
-    def _of_all(self) -> None:
+    def run(self) -> None:
         """Find the complementarities and the linear conditions that exclude a solution
         together, or a solution."""
         system, linear = self.system, self.system.linear

@@ -46,7 +46,7 @@ from lcpcli.solving import driver
 from lcpcli.solving.proof import exact_answer
 from lcpcli.verify.exact_solution import from_point
 
-# Unknowns up to which a solution is also sought by the search in rational arithmetic.
+# Unknowns up to which the search in rational arithmetic usually ends in seconds.
 MOST_SEARCHED = 60
 MOST_ITERATIONS = 300  # of the run that finds a solution in doubles
 LEAST_SECONDS = 1e-6  # of that run, if the time is up already
@@ -195,20 +195,21 @@ def _program(
     return LinearProgram(costs, rows, ends, equal, lower, upper), changes
 
 
-def solution(data: ExactProblem) -> Values | None:
-    """Return an exact solution; None if none is found."""
+def solution(data: ExactProblem, most_searched: int = MOST_SEARCHED) -> Values | None:
+    """Return an exact solution; None if none is found. most_searched : unknowns up to
+    which it is also sought by a search in rational arithmetic."""
     system, n = System(data), data.n
     if (z := _optimum(system)) is not None:
         return z
     limit = remaining()
     limits = Limits(
-        max_iterations=MOST_ITERATIONS, time_limit=max(limit, LEAST_SECONDS)
+        max_iterations=MOST_ITERATIONS, time_limit=max(limit / 2, LEAST_SECONDS)
     )
     result = driver.run(data.problem, "auto", limits=limits)
     if result.interrupted:
         raise KeyboardInterrupt
     z = from_point(data, result.z) if result.solved else None
-    if z is None and n <= MOST_SEARCHED:
+    if z is None and n <= most_searched:
         found = exact_answer(data, result)
         z = None if found is None else found.z
     return z

@@ -1,0 +1,104 @@
+"""lcp why: which conditions of a problem conflict and what would help, or how far the
+numbers of a solved problem may move."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from fractions import Fraction
+from functools import partial
+from typing import Any
+
+from lcpcli import clock, interrupts
+from lcpcli.cli import declarations, main
+from lcpcli.cli.command import EXITS, command
+from lcpcli.cli.declarations import option, refuse, reporting
+from lcpcli.cli.output import Destination
+from lcpcli.cli.problems import Inputs
+from lcpcli.files import contents
+from lcpcli.interrupts import TimeIsUp, stopping
+from lcpcli.options import TIME_LIMIT
+from lcpcli.report.document import RECORD_MEANINGS
+
+LEAST_SECONDS = 1e-6  # of the search, if reading has taken all the time
+
+
+@command(
+    short_help="Explain what conflicts and what would help, or how far data may move.",
+    examples=(
+        "lcp why infeasible",
+        "lcp why infeasible --keep 'z1 lower bound'",
+        "lcp why infeasible --change z1 --weights z1=2",
+        "lcp why paper-example-1 --format json",
+    ),
+    epilog="lcp help why explains conflicts, repairs and ranges.",
+    exits={
+        **EXITS,
+        0: "answered: with a conflict and the least change, or with all ranges",
+        1: "not answered within the limits; what is known is shown",
+    },
+)
+@declarations.problem_file
+@option(
+    "Explanation",
+    "--keep NAME  Never blame this condition: a name, or a name and what it is, as in "
+    "'z1 lower bound'; * stands for any text; repeatable.  [default: none]",
+    "--change NAME  Only this number may change in a repair, named likewise; "
+    "repeatable.  [default: q, or costs and sides of rows]",
+    "--weights NAME=NUMBER  A change of this number by 1 costs so much; repeatable.  "
+    "[default: 1]",
+    multiple=True,
+)
+@option("Stopping", TIME_LIMIT)
+@option("Output", "--exact  Show fractions; JSON always does.")
+@reporting(RECORD_MEANINGS)
+def why(
+    file: str,
+    q_file: str | None,
+    keep: Sequence[str],
+    change: Sequence[str],
+    weights: Sequence[str],
+    time_limit: float | None,
+    exact: bool,
+    **given: Any,
+) -> int:
+    """Explain a problem in exact arithmetic: if it has no solution, which of its
+    conditions cannot hold together and the least change that makes it solvable; if it
+    has one, how far each number may move alone until something else changes."""
+    destination = Destination.taken(given)
+    inputs = Inputs.of(list(filter(None, [file, q_file])), **given)
+    inputs.prepare({"--output": destination.path})
+    costs = dict(map(_weight, weights))
+    began, limit = clock.seconds(), time_limit or TIME_LIMIT.value
+    read = inputs.read()
+    from lcpcli.enumeration.search import INTERRUPTED
+    from lcpcli.explanation.explanation import why as explained
+    from lcpcli.explanation.report import message, report
+    from lcpcli.rational.exact_problem import ExactProblem
+    from lcpcli.rational.numbers import approximate
+
+    asked = {"keep": keep, "change": change or None, "weights": costs}
+    with stopping() as signals:
+        try:
+            with interrupts.within(limit):
+                data = read.exactly()
+        except TimeIsUp:
+            data = ExactProblem.of_floats(read.problem)
+        left = max(limit - (clock.seconds() - began), LEAST_SECONDS)
+        found = explained(data, **asked, time_limit=left)
+        is_cut = bool(signals)
+    if is_cut:
+        found = replace(found, status=INTERRUPTED if not found.conflict and found.z is None else found.status, complete=False)
+    where = contents.place(file)
+    shown = report(found, contents.Source(file), exact)
+    destination.show(shown.render, f"{where}: {message(found, approximate)}")
+    return main.of_end(found.complete, interrupted=is_cut)
+
+
+def _weight(text: str) -> tuple[str, Fraction]:
+    """Return the name and the number of NAME=NUMBER."""
+    from lcpcli.rational.numbers import ratio
+
+    name, _, number = text.rpartition("=")
+    refuse(not name, "--weights", f"{text!r} has no name", "write z1=2")
+    return name, contents.within("--weights", partial(ratio, number))

@@ -1,0 +1,288 @@
+"""What conflicts in a problem without a solution and what would help, or how far the
+data of a solved one may move: `lcpcli.why`."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+from lcpcli import clock, options
+from lcpcli.enumeration.search import TIME_LIMIT, UNSOLVABLE
+from lcpcli.errors import ParameterError
+from lcpcli.explanation.conditions import (
+    COMPLEMENTARITY,
+    Condition,
+    Number,
+    System,
+    Values,
+    matching,
+)
+from lcpcli.explanation.conflicts import Conflict, Finder
+from lcpcli.explanation.contradictions import point_without
+from lcpcli.explanation.ranges import Range
+from lcpcli.explanation.ranges import ranges as ranges_of
+from lcpcli.explanation.repair import Repair, Repairs, solution
+from lcpcli.interrupts import TimeIsUp, remaining, within
+from lcpcli.model.problem import Problem, as_problem
+from lcpcli.rational.elimination import Effort
+from lcpcli.rational.exact_problem import ExactProblem
+
+SOLVED, UNDECIDED = "solved", "undecided"
+NO_CONFLICT = Conflict(())
+FIELDS = ("q", "lower", "upper")
+
+
+@dataclass(frozen=True, eq=False)
+class Explanation:
+    """What is known about a problem, in fractions.
+
+    data : the problem.
+    status : "unsolvable" if it has no solution, "solved" if it has the solution z; else
+        "time_limit" or "interrupted" where the search ended before, and "undecided"
+        where it has no means to go on.
+    complete : whether everything that was asked is answered: the conflict irreducible
+        and the repair the least one, or proved to be impossible; or all ranges.
+    reason : the conflict with its proof; `conflict`, `irreducible` and `multipliers`
+        are its parts.
+    repair : the change of the data, None if none is known. is_impossible : whether it
+        is proved that no change of the numbers that may change is enough.
+    z : a solution. ranges : of the numbers in the data, under "q", "lower" and "upper",
+        for each component of z; None where there is no such number, or no range is
+        known.
+    seconds : the time of the search.
+    """
+
+    data: ExactProblem
+    status: str
+    complete: bool
+    reason: Conflict
+    repair: Repair | None
+    is_impossible: bool
+    z: Values | None
+    ranges: Mapping[str, Sequence[Range | None]]
+    seconds: float
+
+    @property
+    def conflict(self) -> Sequence[Condition]:
+        """Return the conditions that cannot hold together."""
+        return self.reason.members
+
+    @property
+    def irreducible(self) -> bool:
+        """Return whether each condition of the conflict is proved to be necessary."""
+        return self.reason.irreducible
+
+    @property
+    def multipliers(self) -> Mapping[Condition, int]:
+        """Return the multipliers, whole numbers, with which linear conditions add up to
+        a contradiction; empty for another conflict."""
+        return self.reason.multipliers
+
+    def point_without(self, condition: Condition) -> Values:
+        """Return a point at which all conditions of an irreducible conflict hold but
+        this one."""
+        if condition in self.reason.points:
+            return self.reason.points[condition]
+        return point_without(System(self.data), self.conflict, condition)
+
+    @property
+    def message(self) -> str:
+        """Return the outcome in one sentence."""
+        from lcpcli.explanation.report import message
+
+        return message(self)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the object that `lcp why --format json` writes."""
+        from lcpcli.explanation.report import record
+
+        return record(self)
+
+    def __str__(self) -> str:
+        from lcpcli.explanation.report import report
+
+        return report(self).render()
+
+    def __repr__(self) -> str:
+        return f"<Explanation: {self.message}>"
+
+
+def why(
+    problem: Problem | ExactProblem,
+    *,
+    keep: str | Iterable[str] = (),
+    change: str | Iterable[str] | None = None,
+    weights: Mapping[str, Any] | None = None,
+    time_limit: float | None = None,
+) -> Explanation:
+    """Explain a problem in exact arithmetic. If it has no solution: which of its
+    conditions cannot hold together, each of them necessary, and the least change of its
+    numbers that makes it solvable. If it has one: how far each number may move alone
+    while the same z_i and w_i can be positive.
+
+    Parameters
+    ----------
+    problem : a Problem, whose doubles are taken as exact, or an ExactProblem.
+    keep : conditions that are never blamed, by name, as "protein", or by name and what
+        they are, as "z1 lower bound"; * stands for any text.
+    change : numbers that may change in a repair, named likewise, as "x1 upper bound";
+        by default the entries of q or, of a program, costs and sides of rows.
+    weights : what a change by 1 costs, a positive number, by the names of numbers that
+        may change; by default 1.
+    time_limit : seconds after which to stop, with what is known by then; by default
+        there is no limit.
+
+    Returns
+    -------
+    Explanation : with `conflict`, `irreducible`, `repair` and `ranges`; as text, it has
+        all of them, and `to_dict` returns the object of `lcp why --format json`.
+
+    Raises
+    ------
+    ProblemError, OptionError : a parameter is of the wrong kind, names nothing, or is
+        out of range.
+
+    Examples
+    --------
+    >>> import lcpcli
+    >>> found = lcpcli.why(lcpcli.Problem([[-1, 0], [1, 1]], [-2, 0]))
+    >>> [f"{each.name} {each.what}" for each in found.conflict], found.irreducible
+    (['z1 lower bound', 'z1 sign of w'], True)
+    >>> [(each.number.name, str(each.change)) for each in found.repair.changes]
+    [('z1', '2')]
+    """
+    options.check((options.TIME_LIMIT,), {"time_limit": time_limit})
+    if not isinstance(problem, ExactProblem):
+        problem = ExactProblem.of_floats(as_problem(problem))
+    system = System(problem)
+    conditions = [*system.linear, *system.complementarities]
+    kept = matching(conditions, _texts("keep", keep), "keep")
+    search = _Search(system, kept, _weights(system, change, weights))
+    began, status = clock.seconds(), ""
+    try:
+        with within(math.inf if time_limit is None else time_limit):
+            search.run()
+    except TimeIsUp:
+        status = TIME_LIMIT
+    return search.explanation(status, clock.seconds() - began)
+
+
+def _texts(option: str, given: str | Iterable[str]) -> list[str]:
+    """Return patterns as a list, or raise ParameterError."""
+    texts = [given] if isinstance(given, str) else list(given)
+    if not all(isinstance(each, str) for each in texts):
+        raise ParameterError(option, "is not a list of names", 'write ["z1", "z2"]')
+    return texts
+
+
+def _weights(
+    system: System,
+    change: str | Iterable[str] | None,
+    weights: Mapping[str, Any] | None,
+) -> dict[Number, Fraction]:
+    """Return the numbers that may change with their weights."""
+    chosen = [each for each in system.numbers if each.is_default]
+    if change is not None:
+        chosen = matching(system.numbers, _texts("change", change), "change")
+    found = dict.fromkeys(chosen, Fraction(1))
+    for pattern, weight in (weights or {}).items():
+        try:
+            value = Fraction(weight)
+        except (TypeError, ValueError, OverflowError, ZeroDivisionError):
+            value = Fraction(0)
+        if value <= 0:
+            fault = f"is {weight!r} for {pattern!r}"
+            raise ParameterError("weights", fault, "give a positive number")
+        found |= dict.fromkeys(matching(chosen, [pattern], "weights"), value)
+    return found
+
+
+class _Search:
+    """The search for a conflict and a repair, or for a solution and its ranges."""
+
+    def __init__(
+        self,
+        system: System,
+        kept: Sequence[Condition],
+        weights: Mapping[Number, Fraction],
+    ) -> None:
+        self.system, self._weights = system, weights
+        self._finder = Finder(system, kept, Effort())
+        self._repairs: Repairs | None = None
+        self._z: Values | None = None
+        self._ranges = dict[str, list[Range | None]]()
+        self._has_ranges = self._is_late = False
+
+    def run(self) -> None:
+        finder = self._finder
+        # Half of a limited time is left for the repair.
+        try:
+            with within(remaining() / 2):
+                finder.contradict()
+                if finder.conflict is None:
+                    self._z = solution(self.system.data, most_searched=0)
+                if finder.conflict is None and self._z is None:
+                    finder.run()
+                    self._z = finder.point
+        except TimeIsUp:
+            self._is_late = True
+        if self._z is None:
+            self._repair()
+        if self._z is not None:
+            self._find_ranges(self._z)
+
+    def _repair(self) -> None:
+        conflict = self._finder.conflict
+        is_linear = conflict is not None and all(
+            each.kind != COMPLEMENTARITY for each in conflict.members
+        )
+        stage = None
+        if conflict is not None and is_linear:
+            stage = max((each.stage for each in conflict.multipliers), default=0)
+        self._repairs = Repairs(self.system, self._weights, stage)
+        self._repairs.run()
+        found = self._repairs.repair
+        # Where the time was up before a solution was found.
+        if conflict is None and found is not None and not found.total:
+            self._z = found.z
+
+    def _find_ranges(self, z: Values) -> None:
+        system = System(self.system.data, is_whole=True)
+        senses = {(each.field, each.at): each.sense for each in system.numbers}
+        self._ranges = {field: [None] * system.n for field in FIELDS}
+        for (field, i), found in ranges_of(system, z, Effort()):
+            if (field, i) in senses:
+                is_own = senses[field, i] == 1
+                self._ranges[field][i] = found if is_own else found.opposite()
+            self._has_ranges = True
+
+    def explanation(self, ended: str, seconds: float) -> Explanation:
+        """Return what is known. ended : how the search ended, "" if it has ended by
+        itself."""
+        conflict, repairs = self._finder.conflict, self._repairs
+        repair = None if repairs is None else repairs.repair
+        is_impossible = repairs is not None and repairs.is_impossible
+        status, is_complete = ended or UNDECIDED, False
+        if self._is_late:
+            status = TIME_LIMIT
+        is_least = is_impossible or (repair is not None and repair.is_least)
+        if self._z is not None:
+            status, repair = SOLVED, None
+            is_complete = self._has_ranges
+        elif conflict is not None or is_least:
+            status = UNSOLVABLE
+            is_complete = conflict is not None and conflict.irreducible and is_least
+        return Explanation(
+            self.system.data,
+            status,
+            is_complete and not ended,
+            conflict or NO_CONFLICT,
+            repair,
+            is_impossible,
+            self._z,
+            self._ranges,
+            seconds,
+        )

@@ -1,0 +1,368 @@
+"""Explanations as a sentence, as a report and as an object of plain values: with the
+names that the author of a problem knows, and the numbers in fractions, or rounded so
+that what is said remains true."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from fractions import Fraction
+from itertools import islice
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+from lcpcli.enumeration.search import INTERRUPTED, TIME_LIMIT
+from lcpcli.errors import count, listed
+from lcpcli.explanation.conditions import (
+    COMPLEMENTARITY,
+    LOWER,
+    OPTIMALITY,
+    RANGE,
+    ROW,
+    UPPER,
+    Condition,
+    Number,
+    System,
+)
+from lcpcli.explanation.ranges import End, Range
+from lcpcli.explanation.repair import Repair
+from lcpcli.files.contents import NO_SOURCE, Source
+from lcpcli.model.words import in_own_sense
+from lcpcli.rational.numbers import approximate, brief, text
+from lcpcli.report import wording
+from lcpcli.report.document import Document, Section, Table
+from lcpcli.report.result_formats import Report, place
+from lcpcli.report.result_formats import record as plain_record
+
+if TYPE_CHECKING:
+    from lcpcli.explanation.explanation import Explanation
+
+KEYS = (
+    "version file item problem n names status message complete conflict irreducible "
+    "fewest repair repairable z ranges seconds"
+)
+MOST_NAMED = 4  # conditions, or changes, that a sentence names
+MOST_TERMS = 6  # of a row in a table
+MOST_ROWS = 400  # of a table on a screen or a page
+
+Cell: TypeAlias = Callable[[Fraction, int], str]
+
+
+def report(
+    found: Explanation, source: Source = NO_SOURCE, exact: bool = True
+) -> Report:
+    """Return the report on an explanation. exact : whether numbers are fractions
+    instead of seven digits."""
+    cell = brief if exact else approximate
+    return Report(
+        lambda form, _: _document(found, cell, form), lambda: [record(found, source)]
+    )
+
+
+def message(found: Explanation, cell: Cell = brief) -> str:
+    """Return the outcome in one sentence."""
+    known = found.status in ("unsolvable", "solved")
+    ended = {TIME_LIMIT: "time limit: ", INTERRUPTED: "interrupted: "}
+    if not known:
+        return (
+            f"{ended.get(found.status, '')}neither a conflict nor a solution is known"
+        )
+    if found.status == "solved":
+        said = "the problem has a solution, and each range is known"
+        return (
+            said
+            if found.complete
+            else "the problem has a solution, and not all ranges are known"
+        )
+    return "; ".join([*_blame(found), *_cure(found, cell)])
+
+
+def _blame(found: Explanation) -> list[str]:
+    """Return clauses with the conditions that cannot hold together."""
+    members = found.conflict
+    if not members:
+        said = "what is never blamed cannot hold together"
+        return [
+            said
+            if found.irreducible
+            else "no solution exists, and no conflict is known"
+        ]
+    names = [f"{each.name} ({each.what})" for each in members]
+    if len({each.name for each in members}) == len(members):
+        names = [each.name for each in members]
+    named = f": {listed(names)}" if len(names) <= MOST_NAMED else ""
+    if len(members) == 1:
+        said = f"this {_noun(found)} cannot hold{named}"
+        return [said, "without it the others can"] if found.irreducible else [said]
+    said = f"these {count(len(members), _noun(found))} cannot hold together{named}"
+    if found.irreducible:
+        return [said, "without any one of them the others can"]
+    return [said, "it is not proved that all of them are necessary"]
+
+
+def _noun(found: Explanation) -> str:
+    """Return the word for all conditions of a conflict."""
+    components = System(found.data).components
+    kinds = {components[each.at].kind for each in found.conflict}
+    if any(each.stage == OPTIMALITY for each in found.conflict):
+        return "condition of optimality"
+    if kinds <= {ROW, RANGE}:
+        return "row"
+    is_linear = all(each.kind in (LOWER, UPPER) for each in found.conflict)
+    return "bound" if is_linear else "condition"
+
+
+def _cure(found: Explanation, cell: Cell) -> list[str]:
+    """Return a clause with the repair."""
+    repair = found.repair
+    if repair is None:
+        said = "no change of the numbers that may change is enough"
+        return [said if found.is_impossible else "no change that is enough is known"]
+    changes = [_change(each.number, each.change, cell) for each in repair.changes]
+    side = 1 if repair.is_least else -1
+    said = f"{count(len(changes), 'number')} by {cell(repair.total, side)} in total"
+    named = listed(changes) if len(changes) <= MOST_NAMED else f"change {said}"
+    if repair.is_least:
+        return [f"the cheapest change: {named}"]
+    if repair.z is not None:
+        return [f"a change that is enough, perhaps not the cheapest: {named}"]
+    return [f"the total of changes is at least {cell(repair.total, -1)}"]
+
+
+def _change(number: Number, change: Fraction, cell: Cell) -> str:
+    verb = "raise" if change > 0 else "lower"
+    what = number.what if number.what == "q" else f"the {number.what}"
+    return f"{verb} {what} of {number.name} by {cell(abs(change), 0)}"
+
+
+def _document(found: Explanation, cell: Cell, form: str) -> Document:
+    problem = found.data.problem
+    title = f"{wording.title(problem) or 'problem'}: {wording.size(problem)}"
+    facts, tables, remarks = list[str](), list[Table](), list[str]()
+    if found.conflict:
+        tables.append(_conflict(found, cell))
+    if found.reason.fewest:
+        remarks.append(
+            "no fewer complementarities exclude a solution together with all bounds "
+            "and signs of w"
+        )
+    if (repair := found.repair) is not None and repair.changes:
+        tables.append(_changes(found, repair, cell))
+    if repair is not None and repair.z is not None:
+        z = in_own_sense(problem, repair.z)
+        shown = wording.vector(z, lambda value: cell(value, 0))
+        remarks.append(f"a solution after the change: z = {shown}")
+    rows = [_row(found, *each, cell) for each in islice(_numbers(found), MOST_ROWS)]
+    if rows:
+        tables.append(
+            Table(
+                ["number", "", "is", "from", "to", "below", "above"],
+                [rows],
+                words=(0, 1, 5, 6),
+                texts=(5, 6),
+                name="Ranges",
+            )
+        )
+    total = sum(1 for _ in _numbers(found))
+    if total > MOST_ROWS:
+        remarks.append(f"the first {MOST_ROWS} of {total} ranges; JSON has all of them")
+    made_by = (
+        f"{wording.PROGRAM}, in exact arithmetic{wording.took(found.seconds, form)}"
+    )
+    said = message(found, cell)
+    section = Section(title, said, found.complete, facts, tables, remarks, made_by)
+    return Document(title, [section])
+
+
+def _conflict(found: Explanation, cell: Cell) -> Table:
+    """Return the table of a conflict, with the multipliers that prove one of linear
+    conditions."""
+    system, multipliers = System(found.data), found.multipliers
+    others = [each for each in multipliers if each not in found.conflict]
+    header = ["condition", "", "asks for", *["times"] * bool(multipliers)]
+    groups = [
+        [
+            [each.name, each.what, condition(system, each, cell)]
+            + ([brief(Fraction(multipliers[each]))] if multipliers else [])
+            for each in own
+        ]
+        for own in (found.conflict, others)
+    ]
+    notes = ["below the rule: what is never blamed"] * bool(others)
+    return Table(
+        header,
+        [own for own in groups if own],
+        words=(0, 1, 2),
+        texts=(2,),
+        notes=notes,
+        name="Conflict",
+    )
+
+
+def _changes(found: Explanation, repair: Repair, cell: Cell) -> Table:
+    system = System(found.data)
+    rows = [
+        [
+            each.number.name,
+            each.number.what,
+            cell(value := system.value(each.number), 0),
+            cell(value + each.change, 0),
+            cell(each.change, 0),
+        ]
+        for each in repair.changes
+    ]
+    header = ["number", "", "is", "becomes", "change"]
+    return Table(header, [rows], words=(0, 1), name="Changes")
+
+
+def label(system: System, i: int) -> str:
+    """Return what a component of z is called."""
+    name, kind, _ = system.components[i]
+    return {ROW: f"y {name}", RANGE: f"the value of {name}"}.get(kind, name)
+
+
+def condition(system: System, of: Condition, cell: Cell = brief) -> str:
+    """Return what a condition asks for."""
+    data, name = system.data, label(system, of.at)
+    if of.kind == COMPLEMENTARITY:
+        ends = [
+            end for end in (data.lower[of.at], data.upper[of.at]) if end is not None
+        ]
+        bounds = [f"{name} = {cell(end, 0)}" for end in ends]
+        return listed([*bounds, f"w{of.at + 1} = 0"], "or")
+    forms = system.forms(of)
+    row, scale, constant = system.entries(forms[0])
+    is_upper = of.kind == UPPER or forms[0] >= 4 * system.n
+    side = -1 if is_upper else 1
+    relation = "=" if len(forms) == 2 else "<=" if is_upper else ">="
+    terms = {j: Fraction(side * a, scale) for j, a in row.items()}
+    return f"{_sum(system, terms, cell)} {relation} {cell(-side * constant, 0)}"
+
+
+def _sum(system: System, terms: Mapping[int, Fraction], cell: Cell) -> str:
+    parts = list[str]()
+    for j, a in islice(terms.items(), MOST_TERMS):
+        size = "" if abs(a) == 1 else f"{cell(abs(a), 0)} "
+        sign = "-" if a < 0 else "+"
+        lead = ("-" if a < 0 else "") if not parts else f" {sign} "
+        parts.append(f"{lead}{size}{label(system, j)}")
+    more = f" + {wording.ELLIPSIS}" if len(terms) > MOST_TERMS else ""
+    return "".join(parts) + more if parts else "0"
+
+
+def _numbers(found: Explanation) -> Iterator[tuple[Number, Range]]:
+    """Yield the numbers whose ranges are known."""
+    if found.ranges:
+        for each in System(found.data).numbers:
+            if (own := found.ranges[each.field][each.at]) is not None:
+                yield each, own
+
+
+def _row(found: Explanation, number: Number, own: Range, cell: Cell) -> list[str]:
+    # Ends are rounded inward, unless they meet.
+    below, above = own.below, own.above
+    is_point = below is not None and above is not None and below.value == above.value
+    inward = 0 if is_point else 1
+    return [
+        number.name,
+        number.what,
+        cell(own.value, 0),
+        "" if below is None else cell(below.value, inward),
+        "" if above is None else cell(above.value, -inward),
+        _beyond(found, below),
+        _beyond(found, above),
+    ]
+
+
+def _beyond(found: Explanation, end: End | None) -> str:
+    """Return what changes beyond an end."""
+    if end is None:
+        return ""
+    if end.enters is None or end.leaves is None:
+        return "no solution nearby"
+    system = System(found.data)
+    parts = [
+        f"{word} {listed([label(system, i) for i in own])}"
+        for word, own in (("in:", end.enters), ("out:", end.leaves))
+        if own
+    ]
+    return ", ".join(parts) or "other w"
+
+
+def record(found: Explanation, source: Source = NO_SOURCE) -> dict[str, Any]:
+    """Return an explanation as an object of plain values, with fractions as texts."""
+    system, repair = System(found.data), found.repair
+    multipliers = found.multipliers
+    own: dict[str, Any] = {
+        **place(source, found.data.problem),
+        "message": message(found),
+        "conflict": [
+            {
+                "name": each.name,
+                "what": each.what,
+                "asks_for": condition(system, each, lambda value, _: text(value)),
+                "multiplier": multipliers.get(each),
+            }
+            for each in found.conflict
+        ],
+        "fewest": found.reason.fewest,
+        "repairable": _repairable(found),
+        "repair": repair
+        and {
+            "changes": [
+                {
+                    "name": each.number.name,
+                    "what": each.number.what,
+                    "value": system.value(each.number),
+                    "change": each.change,
+                }
+                for each in repair.changes
+            ],
+            "total": repair.total,
+            "least": repair.is_least,
+            "z": repair.z,
+        },
+        "ranges": _ranges(found, system),
+    }
+    return plain_record(KEYS, found, own)
+
+
+def _repairable(found: Explanation) -> bool | None:
+    if found.is_impossible:
+        return False
+    return True if found.repair is not None and found.repair.z is not None else None
+
+
+def _ranges(found: Explanation, system: System) -> dict[str, Any] | None:
+    """Return the ranges of all numbers, in three lists; None for a problem without a
+    known solution."""
+    if not found.ranges:
+        return None
+    known = {(each.field, each.at): each for each in system.numbers}
+
+    def names(indices: Sequence[int] | None) -> list[str] | None:
+        return None if indices is None else [label(system, i) for i in indices]
+
+    def one(number: Number, own: Range) -> dict[str, Any]:
+        below, above = own.below, own.above
+        return {
+            "name": number.name,
+            "what": number.what,
+            "value": own.value,
+            "lower": below and below.value,
+            "upper": above and above.value,
+            "enters_below": below and names(below.enters),
+            "leaves_below": below and names(below.leaves),
+            "enters_above": above and names(above.enters),
+            "leaves_above": above and names(above.leaves),
+            "objective_lower": below and below.objective,
+            "objective_upper": above and above.objective,
+            "basis_lower": own.basis[0],
+            "basis_upper": own.basis[1],
+        }
+
+    return {
+        field: [
+            None if own is None else one(known[field, i], own)
+            for i, own in enumerate(each)
+        ]
+        for field, each in found.ranges.items()
+    }
