@@ -76,10 +76,13 @@ ROOMS = {
         "linalg model presolve games rational verify methods inspection solving "
         "enumeration parametric files"
     ),
+    "explanation": (
+        "linalg model rational verify solving enumeration parametric files report"
+    ),
     "bench": "linalg model verify methods solving files gallery peers report",
     "cli": "linalg model rational verify methods inspection kernels solving "
     "enumeration parametric files gallery peers "
-    "report bench",
+    "report explanation bench",
 }
 # Libraries that one room alone imports.
 LIBRARIES = {

@@ -72,12 +72,12 @@ def why(
     began, limit = clock.seconds(), time_limit or TIME_LIMIT.value
     read = inputs.read()
     from lcpcli.enumeration.search import INTERRUPTED
+    from lcpcli.enumeration.search import TIME_LIMIT as TIME_LIMITED
     from lcpcli.explanation.explanation import why as explained
     from lcpcli.explanation.report import message, report
     from lcpcli.rational.exact_problem import ExactProblem
     from lcpcli.rational.numbers import approximate
 
-    asked = {"keep": keep, "change": change or None, "weights": costs}
     with stopping() as signals:
         try:
             with interrupts.within(limit):
@@ -85,10 +85,12 @@ def why(
         except TimeIsUp:
             data = ExactProblem.of_floats(read.problem)
         left = max(limit - (clock.seconds() - began), LEAST_SECONDS)
-        found = explained(data, **asked, time_limit=left)
+        found = explained(
+            data, keep=keep, change=change or None, weights=costs, time_limit=left
+        )
         is_cut = bool(signals)
-    if is_cut:
-        found = replace(found, status=INTERRUPTED if not found.conflict and found.z is None else found.status, complete=False)
+    if is_cut and found.status == TIME_LIMITED:
+        found = replace(found, status=INTERRUPTED)
     where = contents.place(file)
     shown = report(found, contents.Source(file), exact)
     destination.show(shown.render, f"{where}: {message(found, approximate)}")

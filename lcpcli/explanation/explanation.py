@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
@@ -21,93 +20,17 @@ from lcpcli.explanation.conditions import (
     matching,
 )
 from lcpcli.explanation.conflicts import Conflict, Finder
-from lcpcli.explanation.contradictions import point_without
 from lcpcli.explanation.ranges import Range
 from lcpcli.explanation.ranges import ranges as ranges_of
-from lcpcli.explanation.repair import Repair, Repairs, solution
+from lcpcli.explanation.repair import Repairs, solution
+from lcpcli.explanation.report import SOLVED, UNDECIDED, Explanation
 from lcpcli.interrupts import TimeIsUp, remaining, within
 from lcpcli.model.problem import Problem, as_problem
 from lcpcli.rational.elimination import Effort
 from lcpcli.rational.exact_problem import ExactProblem
 
-SOLVED, UNDECIDED = "solved", "undecided"
 NO_CONFLICT = Conflict(())
 FIELDS = ("q", "lower", "upper")
-
-
-@dataclass(frozen=True, eq=False)
-class Explanation:
-    """What is known about a problem, in fractions.
-
-    data : the problem.
-    status : "unsolvable" if it has no solution, "solved" if it has the solution z; else
-        "time_limit" or "interrupted" where the search ended before, and "undecided"
-        where it has no means to go on.
-    complete : whether everything that was asked is answered: the conflict irreducible
-        and the repair the least one, or proved to be impossible; or all ranges.
-    reason : the conflict with its proof; `conflict`, `irreducible` and `multipliers`
-        are its parts.
-    repair : the change of the data, None if none is known. is_impossible : whether it
-        is proved that no change of the numbers that may change is enough.
-    z : a solution. ranges : of the numbers in the data, under "q", "lower" and "upper",
-        for each component of z; None where there is no such number, or no range is
-        known.
-    seconds : the time of the search.
-    """
-
-    data: ExactProblem
-    status: str
-    complete: bool
-    reason: Conflict
-    repair: Repair | None
-    is_impossible: bool
-    z: Values | None
-    ranges: Mapping[str, Sequence[Range | None]]
-    seconds: float
-
-    @property
-    def conflict(self) -> Sequence[Condition]:
-        """Return the conditions that cannot hold together."""
-        return self.reason.members
-
-    @property
-    def irreducible(self) -> bool:
-        """Return whether each condition of the conflict is proved to be necessary."""
-        return self.reason.irreducible
-
-    @property
-    def multipliers(self) -> Mapping[Condition, int]:
-        """Return the multipliers, whole numbers, with which linear conditions add up to
-        a contradiction; empty for another conflict."""
-        return self.reason.multipliers
-
-    def point_without(self, condition: Condition) -> Values:
-        """Return a point at which all conditions of an irreducible conflict hold but
-        this one."""
-        if condition in self.reason.points:
-            return self.reason.points[condition]
-        return point_without(System(self.data), self.conflict, condition)
-
-    @property
-    def message(self) -> str:
-        """Return the outcome in one sentence."""
-        from lcpcli.explanation.report import message
-
-        return message(self)
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return the object that `lcp why --format json` writes."""
-        from lcpcli.explanation.report import record
-
-        return record(self)
-
-    def __str__(self) -> str:
-        from lcpcli.explanation.report import report
-
-        return report(self).render()
-
-    def __repr__(self) -> str:
-        return f"<Explanation: {self.message}>"
 
 
 def why(
@@ -194,7 +117,7 @@ def _weights(
         except (TypeError, ValueError, OverflowError, ZeroDivisionError):
             value = Fraction(0)
         if value <= 0:
-            fault = f"is {weight!r} for {pattern!r}"
+            fault = f"is {weight} for {pattern!r}"
             raise ParameterError("weights", fault, "give a positive number")
         found |= dict.fromkeys(matching(chosen, [pattern], "weights"), value)
     return found

@@ -110,6 +110,11 @@ class Repairs:
             self._take(least, z, z is not None)
             if z is not None:
                 return True
+        # Feasible linear programs with feasible duals are solvable, and their
+        # constraints and conditions of optimality have no unknown in common.
+        if is_linear_program(self.system):
+            self._take(least, None, True)
+            return True
         return False
 
     def _take(
@@ -215,14 +220,21 @@ def solution(data: ExactProblem, most_searched: int = MOST_SEARCHED) -> Values |
     return z
 
 
+def is_linear_program(system: System) -> bool:
+    kinds = [each.kind for each in system.components]
+    places = {i for i, kind in enumerate(kinds) if kind == VARIABLE}
+    return bool(places) and not any(
+        j in places for i in places for j in system.data.rows[i]
+    )
+
+
 def _optimum(system: System) -> Values | None:
     """Return the solution at an optimum of a linear program; None if there is none, or
     the problem is another one."""
-    kinds = [each.kind for each in system.components]
-    places = {i for i, kind in enumerate(kinds) if kind == VARIABLE}
-    data = system.data
-    if not places or any(j in places for i in places for j in data.rows[i]):
+    if not is_linear_program(system):
         return None
+    data, components = system.data, enumerate(system.components)
+    places = {i for i, each in components if each.kind == VARIABLE}
     of = [each for each in system.linear if each.stage == CONSTRAINTS]
     program, _ = _program(system, of, {})
     costs = [

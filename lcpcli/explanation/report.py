@@ -5,11 +5,12 @@ that what is said remains true."""
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from fractions import Fraction
 from itertools import islice
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import Any, TypeAlias
 
-from lcpcli.enumeration.search import INTERRUPTED, TIME_LIMIT
+from lcpcli.enumeration.search import INTERRUPTED, TIME_LIMIT, UNSOLVABLE
 from lcpcli.errors import count, listed
 from lcpcli.explanation.conditions import (
     COMPLEMENTARITY,
@@ -21,20 +22,22 @@ from lcpcli.explanation.conditions import (
     Condition,
     Number,
     System,
+    Values,
 )
+from lcpcli.explanation.conflicts import Conflict
+from lcpcli.explanation.contradictions import point_without
 from lcpcli.explanation.ranges import End, Range
 from lcpcli.explanation.repair import Repair
 from lcpcli.files.contents import NO_SOURCE, Source
 from lcpcli.model.words import in_own_sense
+from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import approximate, brief, text
 from lcpcli.report import wording
 from lcpcli.report.document import Document, Section, Table
 from lcpcli.report.result_formats import Report, place
 from lcpcli.report.result_formats import record as plain_record
 
-if TYPE_CHECKING:
-    from lcpcli.explanation.explanation import Explanation
-
+SOLVED, UNDECIDED = "solved", "undecided"
 KEYS = (
     "version file item problem n names status message complete conflict irreducible "
     "fewest repair repairable z ranges seconds"
@@ -44,6 +47,75 @@ MOST_TERMS = 6  # of a row in a table
 MOST_ROWS = 400  # of a table on a screen or a page
 
 Cell: TypeAlias = Callable[[Fraction, int], str]
+
+
+@dataclass(frozen=True, eq=False)
+class Explanation:
+    """What is known about a problem, in fractions.
+
+    data : the problem.
+    status : "unsolvable" if it has no solution, "solved" if it has the solution z; else
+        "time_limit" or "interrupted" where the search ended before, and "undecided"
+        where it has no means to go on.
+    complete : whether everything that was asked is answered: the conflict irreducible
+        and the repair the least one, or proved to be impossible; or all ranges.
+    reason : the conflict with its proof; `conflict`, `irreducible` and `multipliers`
+        are its parts.
+    repair : the change of the data, None if none is known. is_impossible : whether it
+        is proved that no change of the numbers that may change is enough.
+    z : a solution. ranges : of the numbers in the data, under "q", "lower" and "upper",
+        for each component of z; None where there is no such number, or no range is
+        known.
+    seconds : the time of the search.
+    """
+
+    data: ExactProblem
+    status: str
+    complete: bool
+    reason: Conflict
+    repair: Repair | None
+    is_impossible: bool
+    z: Values | None
+    ranges: Mapping[str, Sequence[Range | None]]
+    seconds: float
+
+    @property
+    def conflict(self) -> Sequence[Condition]:
+        """Return the conditions that cannot hold together."""
+        return self.reason.members
+
+    @property
+    def irreducible(self) -> bool:
+        """Return whether each condition of the conflict is proved to be necessary."""
+        return self.reason.irreducible
+
+    @property
+    def multipliers(self) -> Mapping[Condition, int]:
+        """Return the multipliers, whole numbers, with which linear conditions add up to
+        a contradiction; empty for another conflict."""
+        return self.reason.multipliers
+
+    def point_without(self, condition: Condition) -> Values:
+        """Return a point at which all conditions of an irreducible conflict hold but
+        this one."""
+        if condition in self.reason.points:
+            return self.reason.points[condition]
+        return point_without(System(self.data), self.conflict, condition)
+
+    @property
+    def message(self) -> str:
+        """Return the outcome in one sentence."""
+        return message(self)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the object that `lcp why --format json` writes."""
+        return record(self)
+
+    def __str__(self) -> str:
+        return report(self).render()
+
+    def __repr__(self) -> str:
+        return f"<Explanation: {self.message}>"
 
 
 def report(
@@ -59,13 +131,13 @@ def report(
 
 def message(found: Explanation, cell: Cell = brief) -> str:
     """Return the outcome in one sentence."""
-    known = found.status in ("unsolvable", "solved")
+    known = found.status in (UNSOLVABLE, SOLVED)
     ended = {TIME_LIMIT: "time limit: ", INTERRUPTED: "interrupted: "}
     if not known:
         return (
             f"{ended.get(found.status, '')}neither a conflict nor a solution is known"
         )
-    if found.status == "solved":
+    if found.status == SOLVED:
         said = "the problem has a solution, and each range is known"
         return (
             said

@@ -229,10 +229,12 @@ def advice(result: Result) -> str:
     none."""
 
     def written(options: Options) -> str:
-        from lcpcli.solving.advice import EXACT, value_text
+        from lcpcli.solving.advice import EXACT, WHY, value_text
 
         if options == EXACT:
             return "lcp solve --exact"
+        if options == WHY:
+            return "lcp why FILE"
         texts = (
             (name, "" if value is True else f" {value_text(value, False)}")
             for name, value in options.items()

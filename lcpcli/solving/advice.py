@@ -16,6 +16,7 @@ from lcpcli.solving.result import Options, Result, Status, Suggestions
 # From here on a number is written with an exponent, as its digits are hard to count.
 EXPONENT_FROM = 1e6
 EXACT: Options = {"exact": True}  # a proof in rational arithmetic
+WHY: Options = {"why": True}  # what conflicts, and what would help
 # A run that stalls with a relative residual below this has reached the limit of
 # rounding.
 ROUNDING_LEVEL = 1e-8
@@ -41,6 +42,8 @@ def suggestions(result: Result) -> Suggestions:
     if result.interrupted:
         return Suggestions()
     status, automatic = result.status, result.method == "auto"
+    if status.has_no_solution and result.method not in NONLINEAR:
+        return Suggestions((WHY,))
     if result.method in NONLINEAR and status not in (
         Status.TIME_LIMIT,
         Status.ITERATION_LIMIT,
@@ -118,9 +121,10 @@ def _round(value: float) -> float:
 
 
 def in_python(options: Options) -> str:
-    """Return options as keywords, or the function that proves a result."""
-    if options == EXACT:
-        return "lcpcli.exact(problem)"
+    """Return options as keywords, or the function that proves or explains a result."""
+    for other, function in ((EXACT, "exact"), (WHY, "why")):
+        if options == other:
+            return f"lcpcli.{function}(problem)"
     return ", ".join(
         f"{name}={value_text(value, quotes=True)}" for name, value in options.items()
     )
