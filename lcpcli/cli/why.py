@@ -26,10 +26,10 @@ LEAST_SECONDS = 1e-6  # of the search, if reading has taken all the time
 @command(
     short_help="Explain what conflicts and what would help, or how far data may move.",
     examples=(
-        "lcp why infeasible",
-        "lcp why infeasible --keep 'z1 lower bound'",
-        "lcp why infeasible --change z1 --weights z1=2",
-        "lcp why paper-example-1 --format json",
+        "lcp make infeasible -n 5 -o infeasible.json",
+        "lcp why infeasible.json",
+        "lcp why infeasible.json --keep 'z1 lower bound' --weights z1=2",
+        "lcp why transport --format json",
     ),
     epilog="lcp help why explains conflicts, repairs and ranges.",
     exits={
@@ -102,5 +102,5 @@ def _weight(text: str) -> tuple[str, Fraction]:
     from lcpcli.rational.numbers import ratio
 
     name, _, number = text.rpartition("=")
-    refuse(not name, "--weights", f"{text!r} has no name", "write z1=2")
+    refuse(not name, "--weights", f"{text!r} is not NAME=NUMBER", "write z1=2")
     return name, contents.within("--weights", partial(ratio, number))

@@ -175,7 +175,7 @@ def _noun(found: Explanation) -> str:
     components = System(found.data).components
     kinds = {components[each.at].kind for each in found.conflict}
     if any(each.stage == OPTIMALITY for each in found.conflict):
-        return "condition of optimality"
+        return "optimality condition"
     if kinds <= {ROW, RANGE}:
         return "row"
     is_linear = all(each.kind in (LOWER, UPPER) for each in found.conflict)

@@ -1,0 +1,224 @@
+"""Conflicts: the conditions named cannot hold together, and without any one of them the
+others can, by every combination of states; with proofs that are checked here."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from fractions import Fraction
+from itertools import combinations
+
+import numpy as np
+import pytest
+
+import lcpcli
+from lcpcli.errors import ProblemError
+from lcpcli.explanation.conditions import COMPLEMENTARITY, LOWER, Condition
+from lcpcli.explanation.report import Explanation
+from lcpcli.rational.exact_problem import ExactProblem
+
+from .brute_force import Small, keys_of, unsolvable
+
+KINDS = pytest.mark.parametrize(
+    ("most", "is_mixed"), [(7, False), (4, True)], ids=["lcp", "mixed"]
+)
+
+
+@KINDS
+def test_a_conflict_has_no_point_and_without_any_member_it_has_one(
+    most: int, is_mixed: bool
+) -> None:
+    kinds = set[bool]()
+    for seed, small in unsolvable(30, most, is_mixed):
+        found = lcpcli.why(small.problem())
+        keys = keys_of(found.conflict)
+        assert found.status == "unsolvable", seed
+        assert found.irreducible, seed
+        assert not small.is_possible(keys), seed
+        for key in keys:
+            assert small.is_possible([each for each in keys if each != key]), seed
+        kinds.add(any(kind == COMPLEMENTARITY for kind, _ in keys))
+    assert kinds == {False, True}
+
+
+@KINDS
+def test_no_fewer_complementarities_exclude_a_solution(
+    most: int, is_mixed: bool
+) -> None:
+    for seed, small in unsolvable(30, most, is_mixed):
+        found = lcpcli.why(small.problem())
+        if not found.reason.fewest:
+            continue
+        every = small.keys()
+        linear = [key for key in every if key[0] != COMPLEMENTARITY]
+        others = [key for key in every if key[0] == COMPLEMENTARITY]
+        size = sum(each.kind == COMPLEMENTARITY for each in found.conflict)
+        for fewer in combinations(others, size - 1):
+            assert small.is_possible([*linear, *fewer]), seed
+
+
+@KINDS
+def test_points_meet_all_of_a_conflict_but_one(most: int, is_mixed: bool) -> None:
+    for seed, small in unsolvable(20, most, is_mixed):
+        problem = small.problem()
+        found = lcpcli.why(problem)
+        for each in found.conflict:
+            z = found.point_without(each)
+            violated = {
+                other for other in found.conflict if not _holds(small, other, z)
+            }
+            assert violated == {each}, seed
+
+
+def _holds(small: Small, of: Condition, z: list[Fraction]) -> bool:
+    """Whether a condition holds at a point, by the forms of the brute force."""
+    polyhedra = small.polyhedra((of.kind, of.at))
+    values = [
+        [
+            (form[0] + sum(a * v for a, v in zip(form[1:], z, strict=True)), is_zero)
+            for form, is_zero in each
+        ]
+        for each in polyhedra
+    ]
+    return any(
+        all(value == 0 if is_zero else value >= 0 for value, is_zero in each)
+        for each in values
+    )
+
+
+def test_what_is_kept_is_never_blamed() -> None:
+    for seed, small in unsolvable(20, 5, False):
+        problem = small.problem()
+        blamed = lcpcli.why(problem).conflict
+        first = f"{blamed[0].name} {blamed[0].what}"
+        found = lcpcli.why(problem, keep=[first])
+        keys, kept = keys_of(found.conflict), keys_of(blamed[:1])
+        assert kept[0] not in keys, seed
+        assert found.irreducible, seed
+        assert not small.is_possible(keys + kept), seed
+        for key in keys:
+            rest = [each for each in keys if each != key]
+            assert small.is_possible(rest + kept), seed
+
+
+def infeasible_program(seed: int) -> lcpcli.Problem:
+    """A program whose rows hold at a point, but for the last one, which is excluded by
+    some of them."""
+    random = np.random.default_rng(seed)
+    m, k, size = int(random.integers(20, 60)), int(random.integers(4, 12)), 3
+    A = random.integers(-9, 10, (m, k)) * (random.random((m, k)) < 0.5)
+    x = random.integers(0, 6, k)
+    low = (A @ x - random.integers(0, 9, m)).astype(float)
+    high = np.where(random.random(m) < 0.5, np.inf, low + random.integers(9, 20, m))
+    factors = random.integers(1, 4, size)
+    A = np.vstack((A, -factors @ A[:size]))
+    low = np.append(low, 1 + random.integers(0, 9) - factors @ low[:size])
+    rows = [f"row {i}" for i in range(m + 1)]
+    return lcpcli.from_qp(
+        None,
+        random.integers(-5, 9, k),
+        A,
+        row_lower=low,
+        row_upper=np.append(high, np.inf),
+        lower=np.where(random.random(k) < 0.7, 0.0, -np.inf),
+        rows=rows,
+        columns=[f"x{j}" for j in range(k)],
+    )
+
+
+def _inequality(
+    data: ExactProblem, of: Condition
+) -> tuple[Mapping[int, Fraction], Fraction]:
+    """The a and b of a'x >= b, which a bound, or a side of a row, asks for."""
+    program = data.problem.program_origin
+    assert program is not None
+    i, one = of.at, Fraction(1)
+    if i < program.variables:
+        end = data.lower[i] if of.kind == LOWER else data.upper[i]
+        assert end is not None
+        sign = 1 if of.kind == LOWER else -1
+        return {i: sign * one}, sign * end
+    if of.what in ("lower side", "upper side"):
+        sign = 1 if of.what == "lower side" else -1
+        row = i
+        if data.lower[i] is not None and data.upper[i] is not None:  # two sides
+            row = next(iter(data.rows[i]))
+        own = data.M[row]
+        side = -Fraction(data.constants[row], data.scales[row])
+        if row != i:
+            end = data.lower[i] if sign == 1 else data.upper[i]
+            assert end is not None
+            side = end
+        return {j: sign * a for j, a in own.items() if j < program.variables}, (
+            sign * side
+        )
+    raise AssertionError(of)
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_multipliers_prove_that_rows_of_a_program_conflict(seed: int) -> None:
+    """They add up to 0 >= a positive number, and the rows of no part do so: the system
+    of the multipliers has one solution."""
+    problem = infeasible_program(seed)
+    found = lcpcli.why(problem)
+    data = found.data
+    assert found.irreducible
+    assert 1 < len(found.conflict) <= 12
+    total, sums = Fraction(0), dict[int, Fraction]()
+    for each, multiplier in found.multipliers.items():
+        assert multiplier > 0
+        row, side = _inequality(data, each)
+        total += multiplier * side
+        for j, a in row.items():
+            sums[j] = sums.get(j, Fraction(0)) + multiplier * a
+    assert not any(sums.values())
+    assert total > 0
+    for each in found.conflict:
+        point = found.point_without(each)
+        for other in found.conflict:
+            row, side = _inequality(data, other)
+            value = sum(a * point[j] for j, a in row.items())
+            assert (value >= side) == (other != each)
+
+
+def test_an_unbounded_program_has_a_conflict_of_its_conditions_of_optimality() -> None:
+    problem = lcpcli.from_qp(None, [-1, 1], [[1, -1]], row_lower=[0])
+    found = lcpcli.why(problem)
+    assert found.message.startswith(
+        "these 2 optimality conditions cannot hold together"
+    )
+    assert {each.what for each in found.conflict} <= {
+        "reduced cost",
+        "sign of the multiplier",
+    }
+    assert found.repair is not None
+    assert found.repair.is_least
+    assert found.repair.changes[0].number.what == "cost"
+
+
+def test_wrong_problems_and_parameters_are_refused() -> None:
+    problem = lcpcli.Problem([[-1]], [-1])
+    with pytest.raises(ProblemError):
+        lcpcli.why([[1]])  # type: ignore[arg-type]
+    for wrong, told in (
+        ({"keep": ["z2"]}, "keep: 'z2' names nothing in this problem"),
+        ({"change": "upper"}, "change: 'upper' names nothing in this problem"),
+        ({"weights": {"z1": 0}}, "weights: is 0 for 'z1'; give a positive number"),
+        ({"weights": {"z1": "a"}}, "weights: is a for 'z1'; give a positive number"),
+        ({"time_limit": 0}, "time_limit: 0 is out of range; it must be: seconds > 0"),
+        ({"keep": [1]}, 'keep: is not a list of names; write ["z1", "z2"]'),
+    ):
+        with pytest.raises(lcpcli.errors.OptionError) as refusal:
+            lcpcli.why(problem, **wrong)  # type: ignore[arg-type]
+        assert str(refusal.value).startswith(told)
+
+
+def test_brackets_in_names_stand_for_themselves_and_a_star_for_any_text() -> None:
+    M, q = [[-1, 0], [0, -1]], [-1, -1]
+    problem = lcpcli.Problem(M, q, names=["x[1]", "x[2]"])
+    both = lcpcli.why(problem, change="x[*] q")
+    one = lcpcli.why(problem, change="x[1] q")
+    assert both.repair is not None
+    assert both.repair.total == 2
+    assert isinstance(one, Explanation)
+    assert one.is_impossible
+    assert one.to_dict()["repairable"] is False

@@ -1,0 +1,278 @@
+"""Ranges: the optimal partition is the same just inside of their ends and another one
+just outside, by the list of all solutions; and those of linear programs are the ranges
+of HiGHS where no basis is degenerate."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from typing import Any, NamedTuple
+
+import numpy as np
+import pytest
+
+import lcpcli
+from lcpcli.errors import ProblemError
+from lcpcli.explanation.ranges import Range
+from lcpcli.rational.exact_problem import ExactProblem
+
+FIELDS = ("q", "lower", "upper")
+NEAR = Fraction(1, 10**6)
+
+
+class Partition(NamedTuple):
+    """Which z_i can be above their lower bounds, and below their upper ones, and which
+    w_i can be positive, and negative, at solutions."""
+
+    above: frozenset[int]
+    below: frozenset[int]
+    positive: frozenset[int]
+    negative: frozenset[int]
+
+    def inside(self) -> set[int]:
+        return {*(self.above & self.below)}
+
+
+def partition_of(data: ExactProblem | None) -> Partition | None:
+    """The optimal partition, by all solutions of a problem, which form a polyhedron;
+    None if there is none."""
+    if data is None:
+        return None
+    pieces = lcpcli.solutions(data)
+    above, below, positive, negative = (set[int]() for _ in range(4))
+    fixed = {i for i in range(data.n) if data.lower[i] == data.upper[i] is not None}
+    is_solvable = False
+    for piece in pieces:
+        is_solvable = True
+        zero = data.w([Fraction(0)] * data.n)
+        moves = [*piece.rays, *piece.lines, *([-a for a in d] for d in piece.lines)]
+        for i in range(data.n):
+            low, high = data.lower[i], data.upper[i]
+            for z in piece.vertices:
+                w = data.w(z)[i]
+                above |= {i} if low is None or z[i] > low else set()
+                below |= {i} if high is None or z[i] < high else set()
+                positive |= {i} if w > 0 else set()
+                negative |= {i} if w < 0 else set()
+            for d in moves:
+                change = data.w(list(map(Fraction, d)))[i] - zero[i]
+                above |= {i} if d[i] > 0 else set()
+                below |= {i} if d[i] < 0 else set()
+                positive |= {i} if change > 0 else set()
+                negative |= {i} if change < 0 else set()
+    assert pieces.complete
+    if not is_solvable:
+        return None
+    own = above, below, positive - fixed, negative - fixed
+    return Partition(*map(frozenset, own))
+
+
+def moved(
+    data: ExactProblem, field: str, i: int, value: Fraction
+) -> ExactProblem | None:
+    """The problem with another number; None if its bounds cross then."""
+    q = [Fraction(*each) for each in zip(data.constants, data.scales, strict=True)]
+    numbers = {"q": q, "lower": list(data.lower), "upper": list(data.upper)}
+    numbers[field][i] = value
+    low, high = numbers["lower"][i], numbers["upper"][i]
+    if low is not None and high is not None and low > high:
+        return None
+    ends = [
+        [fill if end is None else float(end) for end in numbers[name]]
+        for name, fill in (("lower", -np.inf), ("upper", np.inf))
+    ]
+    M = [[float(row.get(j, 0)) for j in range(data.n)] for row in data.M]
+    problem = lcpcli.Problem(M, list(map(float, q)), lower=ends[0], upper=ends[1])
+    return ExactProblem(problem, data.M, q, numbers["lower"], numbers["upper"])
+
+
+def convex_problem(seed: int) -> lcpcli.Problem:
+    """A problem with a positive semidefinite M, often singular and degenerate, every
+    other one with bounds of all kinds."""
+    random = np.random.default_rng(seed)
+    n = int(random.integers(1, 6))
+    B = random.integers(-2, 3, (int(random.integers(0, n + 1)), n))
+    S = np.triu(random.integers(-2, 3, (n, n)), 1)
+    q = random.integers(-4, 4, n)
+    lower, upper = np.zeros(n), np.full(n, np.inf)
+    for i in range(n if seed % 2 else 0):
+        kind = random.integers(5)
+        lower[i] = -np.inf if kind < 2 else random.integers(-2, 3)
+        if kind == 1:
+            upper[i] = random.integers(-2, 3)
+        elif kind == 2:
+            upper[i] = lower[i] + random.integers(0, 3)
+    return lcpcli.Problem(B.T @ B + S - S.T, q, lower=lower, upper=upper)
+
+
+@pytest.mark.parametrize("seed", range(60))
+def test_the_partition_is_the_same_inside_and_another_one_outside(seed: int) -> None:
+    problem = convex_problem(seed)
+    data = ExactProblem.of_floats(problem)
+    base, found = partition_of(data), lcpcli.why(problem)
+    if base is None:
+        assert found.status == "unsolvable"
+        return
+    assert (found.status, found.complete) == ("solved", True)
+    for field in FIELDS:
+        for i, own in enumerate(found.ranges[field]):
+            if own is not None:
+                _check_inside(data, base, field, i, own)
+                _check_ends(data, base, field, i, own)
+
+
+def _check_inside(
+    data: ExactProblem, base: Partition, field: str, i: int, own: Range
+) -> None:
+    low = own.value - 7 if own.below is None else own.below.value
+    high = own.value + 7 if own.above is None else own.above.value
+    assert low <= own.value <= high
+    for share in (NEAR, Fraction(1, 3), 1 - NEAR) if low < high else ():
+        value = low + (high - low) * share
+        assert partition_of(moved(data, field, i, value)) == base
+
+
+def _check_ends(
+    data: ExactProblem, base: Partition, field: str, i: int, own: Range
+) -> None:
+    for end, side in ((own.below, -1), (own.above, 1)):
+        if end is None:
+            continue
+        there = moved(data, field, i, end.value)
+        assert there is not None
+        assert there.is_solution(end.z)
+        beyond = partition_of(moved(data, field, i, end.value + side * NEAR))
+        assert beyond != base
+        if beyond is None:
+            assert end.enters is None
+        elif end.enters is not None:
+            assert {*end.enters} == beyond.inside() - base.inside()
+            assert {*(end.leaves or ())} == base.inside() - beyond.inside()
+
+
+def test_a_range_belongs_to_the_solution_of_a_problem_that_has_several() -> None:
+    """The first bound of Murty's problem at which z = (1/3, 1/3), (1, 0) or (0, 1)
+    changes its partition depends on the solution that is found."""
+    found = lcpcli.why(lcpcli.Problem([[1, 2], [2, 1]], [-1, -1]))
+    assert found.z is not None
+    for i, own in enumerate(found.ranges["q"]):
+        assert own is not None
+        for end in (own.below, own.above):
+            if end is not None:
+                there = moved(found.data, "q", i, end.value)
+                assert there is not None
+                assert there.is_solution(end.z)
+
+
+def random_program(seed: int) -> dict[str, Any]:
+    random = np.random.default_rng(seed)
+    m, k = random.integers(1, 7), random.integers(2, 8)
+    A = np.round(random.normal(size=(m, k)) * (random.random((m, k)) < 0.6), 2)
+    v = A @ random.uniform(0, 4, k)
+    low = np.where(random.random(m) < 0.6, np.round(v - random.random(m), 2), -np.inf)
+    high = np.where(np.isfinite(low), np.inf, np.round(v + random.random(m), 2))
+    c = np.round(random.uniform(-1, 5, k), 2)
+    upper = np.where(random.random(k) < 0.6, np.inf, 9.0)
+    bounds = {"row_lower": low, "row_upper": high, "upper": upper}
+    return {"c": c, "A": A, **bounds, "lower": np.zeros(k)}
+
+
+def _is_degenerate(highs: Any, basic: Any, program: dict[str, Any]) -> bool:
+    """Whether a basic variable is at a bound, or the reduced cost of another one is
+    0."""
+    solution, basis = highs.getSolution(), highs.getBasis()
+    columns = zip(
+        basis.col_status,
+        solution.col_value,
+        solution.col_dual,
+        program["lower"],
+        program["upper"],
+        strict=True,
+    )
+    rows = zip(
+        basis.row_status,
+        solution.row_value,
+        solution.row_dual,
+        program["row_lower"],
+        program["row_upper"],
+        strict=True,
+    )
+    return any(
+        min(abs(value - low), abs(value - high)) < 1e-6
+        if status == basic
+        else abs(dual) < 1e-6
+        for status, value, dual, low, high in (*columns, *rows)
+    )
+
+
+def test_ranges_of_programs_are_those_of_highs_where_no_basis_is_degenerate() -> None:
+    highspy = pytest.importorskip("highspy")
+    from lcpcli.linalg.programs import highs_with
+
+    compared = 0
+    for seed in range(60):
+        program = random_program(seed)
+        c, A = program["c"], program["A"]
+        ends = program["row_lower"], program["row_upper"]
+        highs = highs_with(
+            highspy, c, A, ends, (program["lower"], program["upper"]), {}
+        )
+        highs.run()
+        if highs.getModelStatus() != highspy.HighsModelStatus.kOptimal:
+            continue
+        basic = highspy.HighsBasisStatus.kBasic
+        if _is_degenerate(highs, basic, program):
+            continue
+        found = lcpcli.why(lcpcli.from_qp(None, **program))
+        _, theirs = highs.getRanging()
+        down, up = theirs.col_cost_dn.value_, theirs.col_cost_up.value_
+        costs = found.ranges["q"][: c.size]
+        for own, low, high in zip(costs, down, up, strict=False):  # theirs has more
+            assert own is not None
+            _assert_near(own, low, high)
+            compared += 1
+        down, up = theirs.row_bound_dn.value_, theirs.row_bound_up.value_
+        rows = found.ranges["q"][c.size :]
+        statuses = highs.getBasis().row_status
+        for status, own, low, high in zip(statuses, rows, down, up, strict=False):
+            if status != basic:  # else the range is that of the row's value
+                assert own is not None
+                _assert_near(own, low, high)
+                compared += 1
+    assert compared > 150
+
+
+def _assert_near(own: Range, low: float, high: float) -> None:
+    for end, other in ((own.below, low), (own.above, high)):
+        assert (end is None) == (abs(other) > 1e29)
+        if end is not None:
+            assert float(end.value) == pytest.approx(other, rel=1e-9, abs=1e-9)
+
+
+def test_ends_of_ranges_have_the_objective_and_the_basis_a_smaller_range() -> None:
+    """Two ways at the same cost: the cost of each is at the end of its range, and a
+    basis uses one of them alone."""
+    problem = lcpcli.from_qp(None, [1, 1, 3], [[1, 1, 1]], row_lower=[4])
+    found = lcpcli.why(problem)
+    first, _, third, side = found.ranges["q"]
+    assert first is not None
+    assert third is not None
+    assert side is not None
+    assert first.below is not None
+    assert first.above is not None
+    assert first.below.value == first.above.value == first.value == 1
+    assert third.below is not None
+    assert (third.below.value, third.below.objective) == (1, 4)
+    assert (side.below and side.below.value, side.above) == (0, None)
+    assert first.basis in {(None, 1), (0, 1), (1, None)}
+
+
+def test_moving_a_number_beyond_a_crossing_of_bounds_is_refused_by_problems() -> None:
+    """So that the range of a bound ends where it meets the other one."""
+    problem = lcpcli.Problem([[1]], [-9], lower=[0], upper=[2])
+    found = lcpcli.why(problem)
+    (lower,) = found.ranges["lower"]
+    assert lower is not None
+    assert lower.above is not None
+    assert lower.above.value == 2
+    with pytest.raises(ProblemError):
+        lcpcli.Problem([[1]], [-9], lower=[3], upper=[2])

@@ -1,0 +1,191 @@
+"""lcp why: what it says, in the names of the input and as JSON, its exit codes, and
+what is known at a limit and after Ctrl-C."""
+
+from __future__ import annotations
+
+import json
+import shlex
+import signal
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import lcpcli
+from lcpcli.explanation import conflicts, ranges, repair
+from lcpcli.files import writing
+
+from ..documents import assert_as_before
+
+pytestmark = pytest.mark.usefixtures("folder")
+Lcp = Callable[..., Any]
+INFEASIBLE = {
+    "c": [0.6, 1.5, 2],
+    "A": [[0.1, 0.2, 0.3], [1, 1, 1], [0, 2.5, 1]],
+    "row_lower": [3, None, None],
+    "row_upper": [None, 8, 2],
+    "rows": ["protein", "weight", "fat"],
+    "columns": ["bread", "cheese", "eggs"],
+}
+UNSOLVABLE = {"M": [[0, 1], [0, 1]], "q": [-1, 0], "names": ["pump", "valve"]}
+SOLVABLE = {"M": [[2, 1], [1, 2]], "q": [-5, -6]}
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    own = {"diet": INFEASIBLE, "pipes": UNSOLVABLE, "two": SOLVABLE}
+    for name, data in own.items():
+        (tmp_path / f"{name}.json").write_text(json.dumps(data))
+    M = np.array([[0.0, 1.0], [0.0, 0.0]])
+    writing.write(lcpcli.Problem(M, [-1.0, -1.0]), "rows.csv")
+    return tmp_path
+
+
+def test_what_is_said(lcp: Lcp) -> None:
+    text = ""
+    for line in (
+        "lcp why diet.json",
+        "lcp why diet.json --exact --keep protein --change 'fat' --change weight",
+        "lcp why diet.json --keep '*'",
+        "lcp why diet.json --change 'fat' --weights fat=1/2",
+        "lcp why pipes.json",
+        "lcp why pipes.json --change 'pump q'",
+        "lcp why rows.csv",
+        "lcp why two.json",
+        "lcp why diet.json --keep oil",
+        "lcp why diet.json --change 'fat lower side'",
+        "lcp why diet.json --weights fat=0",
+        "lcp why diet.json --weights fat",
+        "lcp why diet.json --weights fat=much",
+        "lcp why diet.json --json",
+        "lcp why diet.json --time-limit 0",
+        "lcp why none.json",
+    ):
+        outcome = lcp(*shlex.split(line)[1:])
+        shown = [
+            own for own in outcome.out.splitlines() if "exact arithmetic" not in own
+        ]
+        told = [f"({outcome.code})", *outcome.err.splitlines()]
+        text += "\n".join([f"$ {line}", *shown, *told]) + "\n"
+    assert_as_before("why", text)
+
+
+def test_json_has_all_keys_for_every_outcome(lcp: Lcp) -> None:
+    keys = (
+        "version file item problem n names status message complete conflict "
+        "irreducible fewest repair repairable z ranges seconds"
+    )
+    found = {
+        name: json.loads(lcp("why", f"{name}.json", "--format", "json").out)
+        for name in ("diet", "pipes", "two")
+    }
+    assert {" ".join(each) for each in found.values()} == {keys}
+    diet, two = found["diet"], found["two"]
+    assert (diet["status"], diet["irreducible"]) == ("unsolvable", True)
+    assert diet["repair"]["changes"] == [
+        {"name": "protein", "what": "lower side", "value": "3", "change": "-9/5"}
+    ]
+    assert diet["ranges"] is None
+    assert (two["conflict"], two["repair"]) == ([], None)
+    assert two["ranges"]["q"][0]["lower"] == "-12"
+    assert two["ranges"]["q"][0]["leaves_below"] == ["z2"]
+    assert two["ranges"]["upper"] == [None, None]
+    same = lcpcli.why(lcpcli.read("two.json")).to_dict()
+    assert {**same, "seconds": 0, "file": 0} == {**two, "seconds": 0, "file": 0}
+
+
+def test_decimals_count_as_written(folder: Path, lcp: Lcp) -> None:
+    """Three tenths are not more than 0.1 + 0.2, as they are in doubles."""
+    data = {"c": [1], "A": [[1], [1]], "row_lower": [0.3, None]}
+    (folder / "sum.json").write_text(json.dumps(data | {"row_upper": [None, 0.3]}))
+    assert '"solved"' in lcp("why", "sum.json", "--format", "json").out
+    text = '{"M": [[0]], "q": [-0.1]}'
+    (folder / "tenth.json").write_text(text)
+    assert '"change": "1/10"' in lcp("why", "tenth.json", "--format", "json").out
+
+
+def test_runs_without_a_solution_end_with_the_hint(folder: Path, lcp: Lcp) -> None:
+    for name in ("diet", "rows"):
+        file = next(folder.glob(f"{name}.*")).name
+        outcome = lcp("solve", file)
+        assert outcome.code == 3
+        assert "\ntry lcp why FILE\n" in outcome.out
+    assert "try" not in lcp("solve", "two.json").out
+    assert lcpcli.run(lcpcli.read("rows.csv")).advice == "try lcpcli.why(problem)"
+
+
+def _raising(number: int) -> Callable[..., Any]:
+    """A function that gets a signal."""
+
+    def run(*_: Any) -> Any:
+        signal.raise_signal(number)
+        lcpcli.interrupts.check()
+        pytest.fail("nothing ended the search")
+
+    return run
+
+
+@pytest.mark.parametrize(
+    ("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)]
+)
+def test_an_interrupt_shows_what_is_known(number: int, code: int, lcp: Lcp) -> None:
+    def shown(name: str) -> dict[str, Any]:
+        outcome = lcp("why", name, "--format", "json")
+        assert (outcome.code, outcome.err) == (code, "")
+        found: dict[str, Any] = json.loads(outcome.out)
+        assert found["complete"] is False
+        return found
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(repair.Repairs, "run", _raising(number))
+        found = shown("diet.json")
+    assert found["irreducible"] is True
+    assert len(found["conflict"]) == 4
+    assert (found["status"], found["repair"]) == ("unsolvable", None)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(ranges.Position, "farthest", _raising(number))
+        patch.setattr(ranges.Position, "is_simple", lambda *_: False)
+        found = shown("two.json")
+    assert (found["status"], found["z"]) == ("solved", ["4/3", "7/3"])
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(conflicts.Finder, "contradict", _raising(number))
+        found = shown("diet.json")
+    assert (found["status"], found["conflict"]) == ("interrupted", [])
+
+
+def test_at_the_time_limit_nothing_else_is_said(lcp: Lcp) -> None:
+    problem = lcpcli.read("pipes.json")
+    whole = lcpcli.why(problem)
+    assert whole.complete
+    late = lcpcli.why(problem, time_limit=1e-9)
+    assert (late.status, late.complete, late.conflict) == ("time_limit", False, ())
+    assert late.message == "time limit: neither a conflict nor a solution is known"
+    outcome = lcp("why", "pipes.json", "--time-limit", "1e-9")
+    assert outcome.code == 1
+    assert "time limit: neither" in outcome.out
+
+
+def test_a_conflict_that_is_not_reduced_is_told_as_such(
+    monkeypatch: pytest.MonkeyPatch, lcp: Lcp
+) -> None:
+    def late(*_: Any) -> Any:
+        raise lcpcli.interrupts.TimeIsUp
+
+    monkeypatch.setattr(conflicts.Finder, "_reduce", late)
+    outcome = lcp("why", "pipes.json")
+    assert outcome.code == 1
+    assert "it is not proved that all of them are necessary" in outcome.out
+    assert "the cheapest change" in outcome.out
+
+
+def test_every_format_has_the_conflict(lcp: Lcp) -> None:
+    for form in ("table", "markdown", "latex", "html", "json", "csv"):
+        out = lcp("why", "diet.json", "--format", form).out
+        assert "protein" in out
+    outcome = lcp("why", "diet.json", "-o", "diet.html")
+    assert outcome.out == ""
+    assert outcome.err.startswith("lcp: diet.json: these 4 conditions cannot hold")
+    assert lcp("why", "diet.json", "--quiet").out == ""
