@@ -73,6 +73,13 @@ DENSE_PRODUCTS = 0.03
 MAX_CHANGE = 0.004
 
 
+class Exchange(NamedTuple):
+    """The quantities of a basic solution. infeasibilities : the number of violated
+    signs, of which all or the least index are exchanged next."""
+
+    infeasibilities: int
+
+
 def newton(
     problem: Problem | System,
     x0: Vector,
@@ -99,10 +106,15 @@ def newton(
         for evaluations, found in enumerate(
             system.exchanging(system.box.basis_of(x0)), 1
         ):
-            yield Iterate(
-                found.x, None, step, evaluations, signs_final=found.is_solution
-            )
             infeasible = int(np.count_nonzero(found.wrong))
+            yield Iterate(
+                found.x,
+                None,
+                step,
+                evaluations,
+                signs_final=found.is_solution,
+                quantities=Exchange(0 if found.is_solution else infeasible),
+            )
             if not infeasible:
                 break
             if growing and not found.wrong[found.basis == BASIC].any():
@@ -145,8 +157,15 @@ def iterates_of(made: Iterable[Made]) -> Iterator[Iterate]:
     """Yield the basic solutions that block pivoting has made in another place as
     iterates of newton."""
     for evaluations, (z, w, single) in enumerate(made, 1):
-        step = LEAST_INDEX if single else "block"
-        yield Iterate((z - w) / 2, None, step, evaluations, "newton", signs_final=False)
+        yield Iterate(
+            (z - w) / 2,
+            None,
+            LEAST_INDEX if single else "block",
+            evaluations,
+            "newton",
+            signs_final=False,
+            quantities=Exchange(int(np.count_nonzero(np.minimum(z, w) < 0))),
+        )
 
 
 def dense_route(
@@ -199,9 +218,17 @@ def from_states(
                     None,
                     "block",
                     evaluations,
+                    quantities=Exchange(0),
                 )
                 return Finished()
-            yield Iterate(found.x, None, "block", evaluations, signs_final=False)
+            yield Iterate(
+                found.x,
+                None,
+                "block",
+                evaluations,
+                signs_final=False,
+                quantities=Exchange(violations),
+            )
             slow, before = slow - (violations > FAST_STEP * before), violations
             if not slow:
                 break

@@ -30,6 +30,8 @@ from lcpcli.errors import (
     quoted,
     raised,
 )
+from lcpcli.methods import quantities as of
+from lcpcli.methods.quantities import Quantity
 from lcpcli.options import AUTO, Option
 
 if TYPE_CHECKING:
@@ -158,6 +160,7 @@ class Method(NamedTuple):
     guaranteed : the classes of M, keys of `inspection.verdict.CLASSES` or ANY, for
         which, in exact arithmetic, it ends at a solution or with a proof that there is
         none, each with what it does; the first class that has M counts.
+    quantities : what its iterates have for columns; two methods may share a quantity.
     location : the module, in lcpcli.methods or by its full name, and the function, if
         they are not named after the method.
     package : the name and version of the other package that provides it, set when the
@@ -174,6 +177,7 @@ class Method(NamedTuple):
     excludes_exactly: bool = False
     max_unknowns: int | None = None
     guaranteed: Mapping[str, str] = {}
+    quantities: tuple[Quantity, ...] = ()
     location: tuple[str, str] | None = None
     package: str | None = None
 
@@ -191,6 +195,7 @@ METHODS = {
                 "in n at worst"
             )
         },
+        quantities=(of.X, of.INFEASIBILITIES, of.MU, of.LENGTH, of.RHO),
         location=("lcpcli.auto.policy", "auto"),
     ),
     "shi": Method(
@@ -208,6 +213,10 @@ METHODS = {
         guaranteed={
             "p_matrix": "steepest descent finds the solution, unless rounding stalls it"
         },
+        quantities=(
+            *(of.X, of.MERIT, of.SIZE, of.DESCENT, of.XI1, of.XI2, of.U, of.V),
+            *(of.ALPHA, of.DIRECTION, of.SLOPE, of.LENGTH, of.TRIALS),
+        ),
     ),
     "fixed-point": Method(
         "modulus iteration (Schäfer 2004)",
@@ -219,6 +228,7 @@ METHODS = {
             "positive_definite": "each step reduces the error, for every omega",
             "h_plus": "",
         },
+        quantities=(of.X, of.SIZE, of.FACTOR, of.OMEGA),
     ),
     "newton": Method(
         "generalized Newton, safeguarded block principal pivoting (Kostreva "
@@ -226,6 +236,7 @@ METHODS = {
         uses_start=True,
         takes_bounds=True,
         guaranteed={"p_matrix": "it finds the solution, usually in a handful of steps"},
+        quantities=(of.X, of.INFEASIBILITIES),
     ),
     "interior": Method(
         "interior point method (Mehrotra 1992; Gondzio 1996)",
@@ -236,6 +247,7 @@ METHODS = {
                 "it follows the central path to the solution, unless rounding stalls it"
             )
         },
+        quantities=(of.MU, of.LENGTH, of.RHO),
     ),
     "lemke": Method(
         "complementary pivoting (Lemke 1965; Sargent 1978)",
@@ -252,6 +264,7 @@ METHODS = {
                 "it finds a solution, or a ray that proves that there is none"
             ),
         },
+        quantities=(of.X, of.ENTERING, of.LEAVING, of.Z0),
     ),
     "reflections": Method(
         "relaxed reflections of random points (Elser, Rankenburg and Thibault "
@@ -259,12 +272,14 @@ METHODS = {
         options=(BETA, WALKERS, SEED),
         takes_bounds=True,
         max_unknowns=2000,  # since a matrix of order 2n then takes 64 MB
+        quantities=(of.X,),
     ),
     "milp": Method(
         "mixed-integer program (Pardalos and Rosen 1988)",
         takes_bounds=True,
         excludes_exactly=True,
         guaranteed={ANY: "it needs no property of M; exponential in n at worst"},
+        quantities=(of.X,),
     ),
 }
 
@@ -323,6 +338,12 @@ def options_of(methods: Mapping[str, Method]) -> dict[str, Option]:
 
 
 OPTIONS = options_of({**METHODS, **NONLINEAR})
+ALL = "all"  # in place of the names of quantities
+QUANTITIES = {
+    quantity.name: quantity
+    for method in METHODS.values()
+    for quantity in method.quantities
+}
 
 
 def meanings() -> dict[str, str]:
@@ -347,6 +368,9 @@ def declared(name: str) -> Method:
                     if option.name not in OPTIONS
                 }
             )
+            QUANTITIES.update(
+                {own.name: QUANTITIES.get(own.name, own) for own in method.quantities}
+            )
             return METHODS[name]
         raise ParameterError(
             "method",
@@ -354,6 +378,39 @@ def declared(name: str) -> Method:
             suggestion(str(name), [*METHODS, *names("methods")]),
         )
     return METHODS.get(name) or NONLINEAR[name]
+
+
+def quantities_of(methods: Iterable[str]) -> dict[str, Quantity]:
+    """Return the quantities that some of these methods have, by name, those of the
+    first method first."""
+    return {
+        quantity.name: quantity
+        for name in methods
+        for quantity in declared(name).quantities
+    }
+
+
+def owners_of(quantity: str) -> list[str]:
+    """Return the names of the methods that have a quantity."""
+    return [
+        name
+        for name, method in METHODS.items()
+        if quantity in (own.name for own in method.quantities)
+    ]
+
+
+def require_quantities(
+    names: Iterable[str], methods: Sequence[str], where: str = "columns"
+) -> None:
+    """Raise ParameterError for the name of a quantity that none of the methods has."""
+    known, asked = quantities_of(methods), list(dict.fromkeys(methods))
+    for name in names:
+        if name in QUANTITIES and name not in known:
+            verb = "have" if len(asked) > 1 else "has"
+            owners = listed(owners_of(name))
+            raise ParameterError(
+                where, f"{listed(asked)} {verb} no {name}", f"it belongs to {owners}"
+            )
 
 
 def load(name: str) -> Any:

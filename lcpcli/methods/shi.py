@@ -27,6 +27,8 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
@@ -84,19 +86,30 @@ def shi(
     """
     p, k_star = default_p(problem) if p is None else p, int(k_star)
     smoothed = Smoothed(problem, p)
+    before: SmoothedPoint | None = None
     here = smoothed.at(x0)
+    start: Selected | None = Selected(here)
     evaluations = 1
     if x1 is None:
         k, g = 0, smoothed.gradient(here)
-        step, s = SELECTED, -g
+        way = Direction(SELECTED, -g)
     else:
-        k, last, here = 1, here, smoothed.at(x1)
+        k, before, here = 1, here, smoothed.at(x1)
         evaluations += 1
-        yield Iterate(here.x, here.F, SELECTED, evaluations)
+        yield Iterate(
+            here.x,
+            here.F,
+            SELECTED,
+            evaluations,
+            quantities=Selected(here),
+            of_start=start,
+        )
+        start = None
         g = smoothed.gradient(here)
-        step, s = _select(k, k_star, here.F, x1 - x0, here.F - last.F, g)
+        way = _select(k, k_star, here.F, x1 - x0, here.F - before.F, g)
+    failed_trials = 0
     while here.f > 0:
-        slope = float(g @ s)
+        slope = float(g @ way.s)
         if not (math.isfinite(here.f) and math.isfinite(slope)):
             return Breakdown("|F~|^2 overflows; divide q and the start by their size")
         if slope == 0:
@@ -104,23 +117,28 @@ def shi(
                 "f = |F~|^2 / 2 is stationary at a point that is not a zero of "
                 "F~: J is singular there"
             )
-        last = here
         # Where a parabola with that slope has its minimum 0.
         first_trial = -2 * here.f / slope
-        result = search(smoothed, here, s, slope, first_trial, rho, sigma)
+        result = search(smoothed, here, way.s, slope, first_trial, rho, sigma)
         if isinstance(result, int):
-            if step in DESCENT:
+            if way.step in DESCENT:
                 reason = "no step decreases |F~| any further in double precision"
                 return _smoothed_solution(problem, p, here.F) or Stalled(reason)
             evaluations += result
+            failed_trials += result
             # F rises along s, by a kink or rounding: only d is left.
-            step, s = STEEPEST, -g
+            way = Direction(STEEPEST, -g)
             continue
-        here, g, trials = result
-        evaluations += trials
+        evaluations += result.trials
+        trials, failed_trials = failed_trials + result.trials, 0
+        step = Step(way, (before, here, result.point), g, slope, result.gamma, trials)
+        before, here, g = here, result.point, result.gradient
         k += 1
-        yield Iterate(here.x, here.F, step, evaluations)
-        step, s = _select(k, k_star, here.F, s, here.F - last.F, g)
+        yield Iterate(
+            here.x, here.F, way.step, evaluations, quantities=step, of_start=start
+        )
+        start = None
+        way = _select(k, k_star, here.F, way.s, here.F - before.F, g)
     if here.F.any():
         return Breakdown(
             "|F~|^2 underflows; multiply q and the start by the same large number"
@@ -145,23 +163,40 @@ def _smoothed_solution(problem: Problem, p: float, F: Vector) -> Stalled | None:
     return Stalled(f"{SMOOTHING}, in F at most {at_most}")
 
 
+class Direction(NamedTuple):
+    """The direction in which a step goes.
+
+    step : the number of the step of the paper's algorithm that sets it.
+    s : shape (n,); a positive multiple of the paper's s.
+    alpha : that of step 2.4; None elsewhere, and where no finite alpha is best.
+    multiple : s = multiple / |u| times the paper's s; None where s is the paper's. If
+        xi_1 is infinite, F~ takes the place of u.
+    """
+
+    step: str
+    s: Vector
+    alpha: float | None = None
+    multiple: float | None = None
+
+
 def _select(
     k: int, k_star: int, F: Vector, v: Vector, y: Vector, g: Vector
-) -> tuple[str, Vector]:
-    return (STEEPEST_AT_MULTIPLE, -g) if k % k_star == 0 else direction(F, v, y, g)
+) -> Direction:
+    if k % k_star == 0:
+        return Direction(STEEPEST_AT_MULTIPLE, -g)
+    return direction(F, v, y, g)
 
 
-def direction(F: Vector, v: Vector, y: Vector, g: Vector) -> tuple[str, Vector]:
-    """Take steps 2.3 to 2.6: return the step that applies and its direction s, with <s,
-    g> < 0 unless g = 0.
+def direction(F: Vector, v: Vector, y: Vector, g: Vector) -> Direction:
+    """Take steps 2.3 to 2.6: return the direction s, with <s, g> < 0 unless g = 0.
 
     Each of shape (n,): F = F~(x_k), v = x_k - x_(k-1) or a positive multiple of it, y =
     F~(x_k) - F~(x_(k-1)) and g = grad f(x_k) = -d. v and y are overwritten.
 
     Step 2.3 takes u = xi_1 F and xi_2 v with xi_1 = -|v|^2 / <v, y> and xi_2 = -<y, F>
     / |y|^2. As the line search makes the length of s irrelevant, both may be divided by
-    the same positive number, so that neither can overflow: up to this, they are mu F /
-    |F| and nu v / |v| with mu = -sign <v, y> and nu = -cos(y, F) |cos(v, y)|.
+    the same positive number, |u|, so that neither can overflow: up to this, they are mu
+    F / |F| and nu v / |v| with mu = -sign <v, y> and nu = -cos(y, F) |cos(v, y)|.
     """
     size_F, size_v, size_y = (
         math.sqrt(float(F @ F)),
@@ -169,24 +204,39 @@ def direction(F: Vector, v: Vector, y: Vector, g: Vector) -> tuple[str, Vector]:
         math.sqrt(float(y @ y)),
     )
     if 0 in (size_F, size_v, size_y):
-        return STEEPEST, -g
+        return Direction(STEEPEST, -g)
     cos_vy, cos_yF = float(v @ y) / size_v / size_y, float(y @ F) / size_y / size_F
     mu, nu = -math.copysign(1.0, cos_vy), -cos_yF * abs(cos_vy)
     cos_Fv = float(F @ v) / size_F / size_v
-    step, a, b = combine(mu, nu, cos_Fv, -float(F @ g) / size_F, -float(v @ g) / size_v)
-    if step == STEEPEST:
-        return STEEPEST, -g
-    s = np.multiply(F, a / size_F, out=y)
-    v *= b / size_v
+    best = combine(mu, nu, cos_Fv, -float(F @ g) / size_F, -float(v @ g) / size_v)
+    if best.step == STEEPEST:
+        return Direction(STEEPEST, -g)
+    s = np.multiply(F, best.a / size_F, out=y)
+    v *= best.b / size_v
     s += v
-    return (step, s) if float(s @ g) < 0 else (STEEPEST, -g)
+    if not float(s @ g) < 0:
+        return Direction(STEEPEST, -g)
+    return Direction(best.step, s, best.alpha, best.multiple)
 
 
-def combine(
-    mu: float, nu: float, cosine: float, F_d: float, v_d: float
-) -> tuple[str, float, float]:
-    """Take steps 2.4 to 2.6 for unit vectors F and v with that cosine: return the step,
-    and a, b of s = a F + b v.
+class Combination(NamedTuple):
+    """The outcome of steps 2.4 to 2.6 for unit vectors F and v, and u and v of step 2.3
+    divided by |u|, mu F and nu v.
+
+    a, b : s = a F + b v. alpha : that of step 2.4, or None. multiple : s as a multiple
+    of alpha u + (1 - alpha) v, of (u + v) / 2 in step 2.5, and where no alpha is best,
+    of sign <u - v, d> (u - v).
+    """
+
+    step: str
+    a: float = 0.0
+    b: float = 0.0
+    alpha: float | None = None
+    multiple: float = 1.0
+
+
+def combine(mu: float, nu: float, cosine: float, F_d: float, v_d: float) -> Combination:
+    """Take steps 2.4 to 2.6 for unit vectors F and v with that cosine.
 
     u = mu F and nu v span the candidates alpha u + (1 - alpha) nu v; F_d and v_d are
     <F, d> and <v, d>. The projection of d onto the plane of F and v has the largest
@@ -194,19 +244,149 @@ def combine(
     have a positive sum. Otherwise the cosine approaches its supremum as alpha ->
     +-infinity, along sign <u - nu v, d> (u - nu v). (The printed bound on alpha is the
     descent condition for <u - nu v, d> > 0; for < 0 the inequality is reversed.) If F
-    and v are parallel, all descent candidates have the same cosine.
+    and v are parallel, all descent candidates have the same cosine: alpha is 1 if u is
+    one of them, or 0 if nu v is.
     """
     u_d, w_d = mu * F_d, nu * v_d
     if abs(u_d - w_d) <= 8 * EPS * (abs(u_d) + abs(w_d)):
-        return (AVERAGE, mu, nu) if w_d > 0 else (STEEPEST, 0.0, 0.0)
+        # (u + nu v) / 2 is half of this.
+        return Combination(AVERAGE, mu, nu, None, 2.0) if w_d > 0 else NO_DESCENT
     squared_sine = (1 - cosine) * (1 + cosine)
+    turn = math.copysign(1.0, u_d - w_d)
     if squared_sine <= 8 * EPS:
-        return PLANE, math.copysign(1.0, F_d), 0.0
+        a = math.copysign(1.0, F_d)
+        if u_d > 0:
+            return Combination(PLANE, a, alpha=1.0)
+        if w_d > 0:
+            return Combination(PLANE, a, alpha=0.0, multiple=1 / abs(nu))
+        # By rounding, u - nu v may be 0.
+        return Combination(PLANE, a, multiple=1 / max(abs(mu - nu * cosine), EPS))
     a, b = (F_d - cosine * v_d) / squared_sine, (v_d - cosine * F_d) / squared_sine
-    if nu == 0 or a / mu + b / nu <= 0:
-        turn = math.copysign(1.0, u_d - w_d)
-        return PLANE, turn * mu, -turn * nu
-    return PLANE, a, b
+    if nu == 0:  # v = 0, and all candidates that descend have the direction of +-u
+        return Combination(PLANE, turn * mu, -turn * nu, 1.0 if turn > 0 else None)
+    along_u, along_v = a / mu, b / nu
+    if along_u + along_v <= 0:
+        return Combination(PLANE, turn * mu, -turn * nu)
+    sum_of_both = along_u + along_v
+    return Combination(PLANE, a, b, along_u / sum_of_both, sum_of_both)
+
+
+NO_DESCENT = Combination(STEEPEST)
+
+
+class Selected:
+    """The quantities of a point that no line search has found."""
+
+    def __init__(self, point: SmoothedPoint) -> None:
+        self._point = point
+
+    @property
+    def f(self) -> float:
+        return self._point.f
+
+    @property
+    def F(self) -> float:
+        return math.sqrt(float(self._point.F @ self._point.F))
+
+
+class Step(Selected):
+    """The quantities of a step in the paper's terms: those of `direction` without its
+    normalization; None where they are not defined.
+
+    points : x_(k-1), or None for the first step, x_k, where the step starts, and
+        x_(k+1). g : grad f(x_k). slope, gamma : <g, s> and the accepted length, for the
+        normalized s. trials : the lengths that have been tried, also along a direction
+        that was given up.
+    """
+
+    def __init__(
+        self,
+        way: Direction,
+        points: tuple[SmoothedPoint | None, SmoothedPoint, SmoothedPoint],
+        g: Vector,
+        slope: float,
+        gamma: float,
+        trials: int,
+    ) -> None:
+        self._before, self._from, self._point = points
+        # Without its s, which the next step overwrites.
+        self.step, _, self._alpha, self._multiple = way
+        self._g, self._slope, self._gamma, self.trials = g, slope, gamma, trials
+
+    @cached_property
+    def _changes(self) -> tuple[Vector, Vector] | None:
+        """Return x_k - x_(k-1) and the change of F~, in a step that computes them."""
+        if self._before is None or self.step == STEEPEST_AT_MULTIPLE:
+            return None
+        return self._from.x - self._before.x, self._from.F - self._before.F
+
+    @cached_property
+    def xi1(self) -> float | None:
+        if self._changes is None:
+            return None
+        dx, y = self._changes
+        return _quotient(-float(dx @ dx), float(dx @ y))
+
+    @cached_property
+    def xi2(self) -> float | None:
+        if self._changes is None:
+            return None
+        _, y = self._changes
+        return _quotient(-float(y @ self._from.F), float(y @ y))
+
+    @property
+    def alpha(self) -> float | None:
+        return None if self.xi1 is None else self._alpha
+
+    @property
+    def d(self) -> Vector:
+        return -self._g
+
+    @property
+    def u(self) -> Vector | None:
+        return None if self.xi1 is None else self.xi1 * self._from.F
+
+    @property
+    def v(self) -> Vector | None:
+        if self._changes is None or self.xi2 is None:
+            return None
+        return self.xi2 * self._changes[0]
+
+    @property
+    def s(self) -> Vector:
+        if self._multiple is None:
+            return self.d
+        u, v = self.u, self.v
+        if u is None or v is None:
+            return math.copysign(1.0, -float(self._from.F @ self._g)) * self._from.F
+        if self.step == AVERAGE:
+            return (u + v) / 2
+        if self.alpha is not None:
+            return self.alpha * u + (1 - self.alpha) * v
+        difference = u - v
+        return math.copysign(1.0, -float(difference @ self._g)) * difference
+
+    @cached_property
+    def _factor(self) -> float:
+        """Return the normalized s as a multiple of the paper's."""
+        if self._multiple is None:
+            return 1.0
+        size = math.sqrt(float(self._from.F @ self._from.F))
+        return self._multiple / (size if self.xi1 is None else abs(self.xi1) * size)
+
+    @property
+    def slope(self) -> float:
+        return self._slope / self._factor
+
+    @property
+    def length(self) -> float:
+        return self._gamma * self._factor
+
+
+def _quotient(numerator: float, denominator: float) -> float | None:
+    """Return a quotient, or None if it is not a finite number."""
+    quotient = numerator / denominator if denominator else math.inf
+    return quotient if math.isfinite(quotient) else None
 
 
 NO_INDICES = np.empty(0, dtype=np.intp)
@@ -319,6 +499,16 @@ class Smoothed:
         return y
 
 
+class Accepted(NamedTuple):
+    """The end of a line search: the accepted point, length and gradient of f there, and
+    the number of lengths tried."""
+
+    point: SmoothedPoint
+    gamma: float
+    gradient: Vector
+    trials: int
+
+
 def search(
     smoothed: Smoothed,
     start: SmoothedPoint,
@@ -327,11 +517,10 @@ def search(
     gamma: float,
     rho: float,
     sigma: float,
-) -> tuple[SmoothedPoint, Vector, int] | int:
+) -> Accepted | int:
     """Return the end of the step from start along s, where f has the slope <grad f, s>
-    < 0, with first trial length gamma > 0, the gradient of f there, and the number of
-    lengths tried; only that number if they become too short to change x: the decrease
-    is below rounding.
+    < 0, with first trial length gamma > 0; only the number of lengths tried if they
+    become too short to change x: the decrease is below rounding.
 
     The end satisfies the two conditions of step 2.7, the weak Wolfe conditions
 
@@ -366,7 +555,7 @@ def search(
             g = smoothed.gradient(point)
             slope_here = float(g @ s)
             if slope_here >= sigma * slope:
-                return point, g, trial
+                return Accepted(point, gamma, g, trial)
             halve = gamma - low < 0.5 * (high - low)
             low, f_low, slope_low = gamma, point.f, slope_here
         if high == math.inf:

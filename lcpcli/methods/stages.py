@@ -46,6 +46,11 @@ class Iterate(NamedTuple):
         variables may be at bounds; or None.
     z0 : on the path of Lemke's method, the value of the artificial variable z_0; or
         None.
+    quantities : has the quantities of the step that the method declares as attributes,
+        each None where it is not defined; they are computed when they are read, which
+        may be some iterates later, so that they cost nothing unless they are asked for.
+        None for a method that declares none.
+    of_start : likewise has those of the start; it is read from the first iterate alone.
     """
 
     x: Vector
@@ -56,6 +61,8 @@ class Iterate(NamedTuple):
     signs_final: bool = True
     basis: States | None = None
     z0: float | None = None
+    quantities: object = None
+    of_start: object = None
 
 
 @dataclass(eq=False, repr=False)

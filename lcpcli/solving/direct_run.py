@@ -465,7 +465,7 @@ def reported(
     x0 : the start, if there are traces."""
     with imports:
         from lcpcli.methods.stages import Finished, Iterate, ended
-        from lcpcli.solving.trace import LateRow, TraceRow
+        from lcpcli.solving.trace import LateRow, Quantities, TraceRow
     criterion, box, last, rows = (
         Criterion(result.problem, result.tol),
         result.problem.box,
@@ -481,9 +481,13 @@ def reported(
             result.z if k == last else box.z_of(step.x),
             result.seconds * k / max(1, last),
         )
+        method = step.method or result.method
+        quantities = Quantities(method, step.quantities)
         rows.append(
             TraceRow(
-                k, z, None, None, at, step.step, step.method or result.method, x=step.x
+                *(k, z, None, None, at, step.step, method),
+                x=step.x,
+                quantities=quantities,
             )
         )
         ends = k < last

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -286,12 +286,14 @@ class Loop:
 
     def _keep(self, iterate: Iterate) -> None:
         """Add an iterate to the traces; the time that this takes does not count."""
-        row = self._row(iterate)
+        row = self._row(iterate, any(trace.columns for trace in self.traces))
         for trace in self.traces:
+            if self.k == 1 and trace.columns and iterate.of_start is not None:
+                trace.complete_start(self._quantities(iterate, iterate.of_start))
             trace.add(row, self.criterion)
         self.stopwatch.skip()
 
-    def _row(self, iterate: Iterate) -> TraceRow:
+    def _row(self, iterate: Iterate, with_quantities: bool) -> TraceRow:
         with imports:
             from lcpcli.solving.trace import TraceRow
         self.stopwatch.count("verify")
@@ -307,7 +309,15 @@ class Loop:
             method,
             x=iterate.x,
             z0=iterate.z0,
+            quantities=self._quantities(iterate, iterate.quantities)
+            if with_quantities
+            else {},
         )
+
+    def _quantities(self, iterate: Iterate, values: object) -> Mapping[str, Any]:
+        with imports:
+            from lcpcli.solving.trace import Quantities
+        return Quantities(iterate.method or self.method, values)
 
     def _calls_for_the_end(self, iterate: Iterate, callback: Callback) -> bool:
         """Return whether the callback asks for the end of the run after this iterate;
@@ -316,7 +326,7 @@ class Loop:
             return False
         with imports:
             from lcpcli.solving.trace import LateRow
-        row = LateRow.of(self._row(iterate), self.criterion)
+        row = LateRow.of(self._row(iterate, True), self.criterion)
         if not self.criterion.is_linear:
             _ = row.residual  # F is called during the run, not after it
         try:

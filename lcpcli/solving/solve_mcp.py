@@ -236,7 +236,7 @@ def run_nonlinear(
         option.name: chosen.get(option.name, option.default)
         for option in methods.declared(METHOD).options
     }
-    kept = trace_of(trace)
+    kept = trace_of(trace, METHOD)
     stopwatch = Stopwatch(seconds, seconds() if began is None else began)
     evaluations = Evaluations(problem, pattern, difference_step)
     start = _start(evaluations)
