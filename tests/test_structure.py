@@ -41,7 +41,6 @@ LONG = {
     "lcpcli.presolve.rules.rows_that_are_bounds",
     "lcpcli.report.figures.plane_figures.draw",
     "lcpcli.report.path_formats._columns",
-    "lcpcli.report.tables.build",
     "lcpcli.report.tables._summary",
     "lcpcli.solving.driver.run",
     "lcpcli.solving.many.solve_many",

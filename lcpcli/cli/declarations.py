@@ -11,7 +11,7 @@ import click
 
 from lcpcli.cli.command import Candidates, Choice
 from lcpcli.cli.terminal import ITERATES, NAMES_OF_OUTPUT
-from lcpcli.errors import OptionError, likely, listed, quoted
+from lcpcli.errors import OptionError, listed
 from lcpcli.files.fields import BOUNDS
 from lcpcli.files.formats import WRITTEN
 from lcpcli.methods import registry
@@ -26,8 +26,9 @@ from lcpcli.methods.registry import (
     options_of,
 )
 from lcpcli.options import EVERY, INFINITY, LIMITS, THREADS, Option
+from lcpcli.report.columns import OF_EVERY_METHOD
 from lcpcli.report.document import MEANINGS
-from lcpcli.report.wording import CHOICES, flag
+from lcpcli.report.wording import flag
 
 STARTS = {
     "x0": (
@@ -258,18 +259,9 @@ def chosen_variants(
     return registry.sweep(list(dict.fromkeys(chosen or map(Variant, default))), axes)
 
 
-def _columns(
-    _: click.Context, __: click.Parameter, text: str | None
-) -> tuple[str, ...]:
-    names = tuple(name.strip() for name in text.split(",")) if text is not None else ()
-    for name in names:
-        refuse(
-            name not in CHOICES,
-            "--columns",
-            f"{quoted(name)} is not a column",
-            likely(name, CHOICES),
-        )
-    return names
+def _names(_: click.Context, __: click.Parameter, text: str | None) -> tuple[str, ...]:
+    """Return the names in a text; those of columns depend on the methods."""
+    return tuple(name.strip() for name in text.split(",")) if text is not None else ()
 
 
 BOUND = "a number, none, a list or a file.  [default: the problem's]"
@@ -395,9 +387,10 @@ solving = declared(
         option(
             "Output",
             "--columns NAME,...  Show only these columns of the iterates, and "
-            f"no summary: {', '.join(CHOICES)}."
-            "  [default: all]",
-            callback=_columns,
+            f"no summary: {', '.join(OF_EVERY_METHOD)}, those of the method's steps, "
+            "such as x, which lcp help METHOD lists, or all; JSON has "
+            "the others anyway.  [default: those of every method]",
+            callback=_names,
         ),
         option(
             "Output",
@@ -487,8 +480,9 @@ TABLE = {  # by what is asked for
         Refusal(("--jobs",), "has no effect with {mode}, which has workers of its own")
     ],
     "--quiet": [Refusal(("--trace", "--bound"))],
-    "json": [
-        Refusal(("--columns", "--show"), "has no effect on {mode}, which has all")
+    "json": [Refusal(("--show",), "has no effect on {mode}, which has all")],
+    "the iterates in json": [
+        Refusal(("--columns",), "has no effect on {mode}, which have these anyway")
     ],
     "csv": [
         Refusal(

@@ -31,6 +31,7 @@ from lcpcli.methods.registry import (
     suggestion,
 )
 from lcpcli.options import MISSING, has_numba
+from lcpcli.report import columns
 
 # One page per topic, in Markdown; its title is shown as its meaning.
 FOLDER = Path(__file__).parent.parent / "topics"
@@ -146,22 +147,7 @@ def help(
             page = formatted(page, min(width, WIDEST), color)
         emit(page, color)
         if topic not in PAGES and (topic in METHODS or topic in NONLINEAR):
-            params = (
-                param
-                for param in commands["solve"].params
-                if param.name in known_options(topic)
-            )
-            formatter, rows = (
-                context.make_formatter(),
-                [param.get_help_record(context) for param in params],
-            )
-            tabulate(
-                formatter,
-                {f"Options of lcp solve for {topic}": list(filter(None, rows))}
-                if rows
-                else {},
-            )
-            emit(formatter.getvalue(), False)
+            emit(_lists_of(topic, commands["solve"], context), False)
     elif topic in OF_THE_SOURCE:
         click.echo(f"{topic}: {OF_THE_SOURCE[topic]} of the source is this page")
     elif topic.casefold() not in OTHER_NAMES and (found := _places(topic)):
@@ -171,6 +157,22 @@ def help(
     else:
         hint = suggestion(topic, [*TOPICS, *commands], "lcp help lists the topics")
         raise OptionError("TOPIC", f"{quoted(topic)} is unknown", hint)
+
+
+def _lists_of(method: str, solve: click.Command, context: click.Context) -> str:
+    """Return the options and the columns of a method as lists for help."""
+    records = [
+        param.get_help_record(context)
+        for param in solve.params
+        if param.name in known_options(method)
+    ]
+    lists = {
+        f"Options of lcp solve for {method}": list(filter(None, records)),
+        f"Columns of the iterates of {method}": columns.meanings(method),
+    }
+    formatter = context.make_formatter()
+    tabulate(formatter, {title: rows for title, rows in lists.items() if rows})
+    return str(formatter.getvalue())
 
 
 def _pattern(word: str) -> re.Pattern[str]:

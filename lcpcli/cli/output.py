@@ -11,7 +11,9 @@ from typing import TYPE_CHECKING, Any
 from lcpcli.cli.declarations import refuse, refuse_beside
 from lcpcli.cli.problems import AnyProblem, Request, tell
 from lcpcli.cli.terminal import ITERATES, emit, size, terminal
+from lcpcli.methods.registry import ALL
 from lcpcli.options import EVERY
+from lcpcli.report import columns
 from lcpcli.report.document import FORMATS, SUFFIXES, TABLES
 
 if TYPE_CHECKING:
@@ -101,10 +103,15 @@ class Output(Destination):
             or self.trace_path is not None
             or (in_table and not self.silent)
         )
+        self.columns = request.columns or ()
+        columns.require(self.columns, [each.method for each in request.variants])
+        self._of_traces = columns.of_traces(self.columns)
+        is_json = self.form == "json" and not self.silent
         modes = {
             "--quiet": self.silent,
             "no iterates": not self._keeps_iterates,
-            "json": self.form == "json" and not self.silent,
+            "json": is_json,
+            "the iterates in json": is_json and not self._of_traces,
             "no unknowns": bool(request.sweep)
             and self.form == "csv"
             and not self.with_iterates,
@@ -153,9 +160,14 @@ class Output(Destination):
         if self._keeps_iterates and (
             self.form not in TABLES or self.trace_path is not None
         ):
-            trace = Trace(request.every or 1)
+            trace = Trace(request.every or 1, columns=self._of_traces)
         elif self._keeps_iterates:
-            trace = Trace(*self._selection(problem), residuals=not problem.solutions)
+            trace = Trace(
+                *self._selection(problem),
+                residuals=not problem.solutions
+                or not {"residual", ALL}.isdisjoint(self.columns),
+                columns=self._of_traces,
+            )
         if has_curve:
             every, most = (1, MOST_POINTS) if draws else (sys.maxsize, None)
             residuals = draws and not problem.solutions

@@ -114,12 +114,15 @@ def _run(request: Request, works: Iterator[Work], output: Output) -> int:
     )
     results, interrupted = _results(request, problems, sources, output)
     if output.trace_path is not None:
-        from lcpcli.report import result_csv
+        from lcpcli.report import columns, result_csv
 
+        chosen = output.columns
         runs = list(chain.from_iterable(results))
         output.add(
             output.trace_path,
-            lambda _: result_formats.written(*result_csv.iterates(runs)),
+            lambda _: result_formats.written(
+                *result_csv.iterates(runs, columns.with_those_of_every_method(chosen))
+            ),
         )
     text = verdict = ""
     if not output.silent:

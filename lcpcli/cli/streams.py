@@ -43,6 +43,7 @@ from lcpcli.files.fields import BOUND_OPTIONS
 from lcpcli.files.formats import LINES
 from lcpcli.files.inputs import QColumns, Work, digest
 from lcpcli.report import result_formats, wording
+from lcpcli.report.columns import of_traces
 from lcpcli.report.result_formats import Layout
 from lcpcli.solving import result as results
 from lcpcli.solving.trace import Trace
@@ -178,7 +179,10 @@ def _written(
 
 
 # Options on which records depend.
-OF_RUN = (*BOUND_OPTIONS, "game", "exact", "bound", "sequence", "trace", "every")
+OF_RUN = (
+    *(*BOUND_OPTIONS, "game", "exact", "bound", "sequence", "trace", "every"),
+    "columns",
+)
 # q of one M whose marks are made at once: many, to share the cost; few, not to delay
 # the first.
 MARKED_TOGETHER = 4096
@@ -192,7 +196,8 @@ def options_of(request: Request) -> dict[str, str]:
     """Return the options on which records depend, as texts, with digests of the files
     that they name."""
     given = {**request.inputs._asdict(), **vars(request)}
-    given = {name: given[name] for name in OF_RUN if given[name] not in (None, False)}
+    nothing = None, False, ()
+    given = {name: given[name] for name in OF_RUN if given[name] not in nothing}
     given |= {"method": request.variants[0], **request.own, **vars(request.limits)}
     texts = {name: str(value) for name, value in given.items()}
     for name in {*STARTS, *BOUND_OPTIONS} & texts.keys():
@@ -407,7 +412,8 @@ class Task(NamedTuple):
         )
 
         def traces(_: Any) -> tuple[Trace | None, None]:
-            return Trace(self.every) if self.every else None, None
+            columns = of_traces(self.request.columns or ())
+            return Trace(self.every, columns=columns) if self.every else None, None
 
         for read in inputs.problems(work, takes_models=self.steps is None):
             if self.steps is not None:

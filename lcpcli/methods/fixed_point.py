@@ -82,7 +82,6 @@ def _iterates(
     M, q, box, evaluations = problem.M, problem.q, problem.box, 1
     image = _image(M, omega, box.reflected(x))
     before: Vector | Start = Start(problem, x, omega, image)
-    start: object = before
     while True:
         base, base_image = x, image
         x = solve(base_image - q)
@@ -90,8 +89,8 @@ def _iterates(
         evaluations += 1
         F = base_image - image
         step = Residual(F, before, omega)
-        yield Iterate(x, F, "", evaluations, quantities=step, of_start=start)
-        start, before = None, F
+        yield Iterate(x, F, "", evaluations, quantities=step)
+        before = F
         if np.array_equal(x, base):
             return Stalled("the iterates have stopped changing in double precision")
         if accelerator is not None:
@@ -121,6 +120,10 @@ class Residual:
 
     def __init__(self, F: Vector, before: Vector | Start, omega: float) -> None:
         self._F, self._before, self.omega = F, before, omega
+
+    @property
+    def of_start(self) -> Start | None:
+        return self._before if isinstance(self._before, Start) else None
 
     @cached_property
     def F(self) -> float:

@@ -1,5 +1,5 @@
 """The numbers and vectors of a method's step, each declared once, from which a user may
-choose columns of the iterates.
+choose columns of the iterates, in the order of these.
 
 A method names its quantities in its declaration, and its iterates carry an object that
 has them as attributes, each computed when it is read. Nothing heavy is imported, as

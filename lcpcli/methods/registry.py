@@ -339,11 +339,8 @@ def options_of(methods: Mapping[str, Method]) -> dict[str, Option]:
 
 OPTIONS = options_of({**METHODS, **NONLINEAR})
 ALL = "all"  # in place of the names of quantities
-QUANTITIES = {
-    quantity.name: quantity
-    for method in METHODS.values()
-    for quantity in method.quantities
-}
+# In the order in which tables have them.
+QUANTITIES = {own.name: own for own in vars(of).values() if isinstance(own, Quantity)}
 
 
 def meanings() -> dict[str, str]:
@@ -381,8 +378,7 @@ def declared(name: str) -> Method:
 
 
 def quantities_of(methods: Iterable[str]) -> dict[str, Quantity]:
-    """Return the quantities that some of these methods have, by name, those of the
-    first method first."""
+    """Return the quantities that some of these methods have, by name."""
     return {
         quantity.name: quantity
         for name in methods

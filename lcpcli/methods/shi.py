@@ -88,7 +88,6 @@ def shi(
     smoothed = Smoothed(problem, p)
     before: SmoothedPoint | None = None
     here = smoothed.at(x0)
-    start: Selected | None = Selected(here)
     evaluations = 1
     if x1 is None:
         k, g = 0, smoothed.gradient(here)
@@ -96,15 +95,8 @@ def shi(
     else:
         k, before, here = 1, here, smoothed.at(x1)
         evaluations += 1
-        yield Iterate(
-            here.x,
-            here.F,
-            SELECTED,
-            evaluations,
-            quantities=Selected(here),
-            of_start=start,
-        )
-        start = None
+        selected = Selected(here, before)
+        yield Iterate(here.x, here.F, SELECTED, evaluations, quantities=selected)
         g = smoothed.gradient(here)
         way = _select(k, k_star, here.F, x1 - x0, here.F - before.F, g)
     failed_trials = 0
@@ -134,10 +126,7 @@ def shi(
         step = Step(way, (before, here, result.point), g, slope, result.gamma, trials)
         before, here, g = here, result.point, result.gradient
         k += 1
-        yield Iterate(
-            here.x, here.F, way.step, evaluations, quantities=step, of_start=start
-        )
-        start = None
+        yield Iterate(here.x, here.F, way.step, evaluations, quantities=step)
         way = _select(k, k_star, here.F, way.s, here.F - before.F, g)
     if here.F.any():
         return Breakdown(
@@ -275,10 +264,17 @@ NO_DESCENT = Combination(STEEPEST)
 
 
 class Selected:
-    """The quantities of a point that no line search has found."""
+    """The quantities of a point that no line search has found. before : the point
+    before it."""
 
-    def __init__(self, point: SmoothedPoint) -> None:
-        self._point = point
+    def __init__(
+        self, point: SmoothedPoint, before: SmoothedPoint | None = None
+    ) -> None:
+        self._point, self._from = point, before
+
+    @property
+    def of_start(self) -> Selected | None:
+        return None if self._from is None else Selected(self._from)
 
     @property
     def f(self) -> float:
@@ -299,6 +295,8 @@ class Step(Selected):
         that was given up.
     """
 
+    _from: SmoothedPoint
+
     def __init__(
         self,
         way: Direction,
@@ -308,7 +306,8 @@ class Step(Selected):
         gamma: float,
         trials: int,
     ) -> None:
-        self._before, self._from, self._point = points
+        super().__init__(points[2], points[1])
+        self._before, self._from, _ = points
         # Without its s, which the next step overwrites.
         self.step, _, self._alpha, self._multiple = way
         self._g, self._slope, self._gamma, self.trials = g, slope, gamma, trials

@@ -46,11 +46,10 @@ class Iterate(NamedTuple):
         variables may be at bounds; or None.
     z0 : on the path of Lemke's method, the value of the artificial variable z_0; or
         None.
-    quantities : has the quantities of the step that the method declares as attributes,
-        each None where it is not defined; they are computed when they are read, which
-        may be some iterates later, so that they cost nothing unless they are asked for.
-        None for a method that declares none.
-    of_start : likewise has those of the start; it is read from the first iterate alone.
+    quantities : has the quantities that the method declares as attributes, each None
+        where it is not defined. They are computed when they are read, which may be some
+        iterates later, and so cost nothing unless they are asked for; `of_start`, if
+        the first iterate has it, likewise has those of the start.
     """
 
     x: Vector
@@ -62,7 +61,6 @@ class Iterate(NamedTuple):
     basis: States | None = None
     z0: float | None = None
     quantities: object = None
-    of_start: object = None
 
 
 @dataclass(eq=False, repr=False)

@@ -17,7 +17,7 @@ from lcpcli.files.contents import NO_SOURCE, Source
 from lcpcli.methods.registry import declared
 from lcpcli.model.problem import Problem
 from lcpcli.options import DEFAULTS
-from lcpcli.report import wording
+from lcpcli.report import columns, wording
 from lcpcli.report.document import Document, typeset
 from lcpcli.version import VERSION
 
@@ -314,11 +314,7 @@ def data(result: Result, source: Source = NO_SOURCE) -> dict[str, Any]:
             for name, value in result.options.items()
             if name not in wording.VECTORS
         },
-        "trace": trace
-        and [
-            {"k": r.k, "z": r.z, **wording.values_of(r), "method": r.method}
-            for r in trace.rows
-        ],
+        "trace": trace and columns.records(trace),
     }
     return record(KEYS, result, own) | dict(source.mark or {})
 

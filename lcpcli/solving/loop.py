@@ -286,10 +286,12 @@ class Loop:
 
     def _keep(self, iterate: Iterate) -> None:
         """Add an iterate to the traces; the time that this takes does not count."""
-        row = self._row(iterate, any(trace.columns for trace in self.traces))
+        asks = any(trace.columns for trace in self.traces)
+        row = self._row(iterate, asks)
+        start = getattr(iterate.quantities, "of_start", None) if self.k == 1 else None
         for trace in self.traces:
-            if self.k == 1 and trace.columns and iterate.of_start is not None:
-                trace.complete_start(self._quantities(iterate, iterate.of_start))
+            if asks and start is not None:
+                trace.complete_start(self._quantities(iterate, start))
             trace.add(row, self.criterion)
         self.stopwatch.skip()
 
