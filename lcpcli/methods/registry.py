@@ -53,7 +53,7 @@ ANY = "any matrix"  # in place of a class
 P = Option(
     *("p", float, None, "0 < p < infinity", lambda p: 0 < p < math.inf),
     "Smoothing parameter; by default so large that the smoothing error is below "
-    "rounding.",
+    "rounding, so that nothing is smoothed.",
     derived="default_p",
 )
 K_STAR = Option(

@@ -14,6 +14,7 @@ import numpy as np
 from lcpcli.errors import ParameterError, count, visible
 from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import ROW_ROUNDING
+from lcpcli.methods.registry import declared
 from lcpcli.model.box import WORDS
 from lcpcli.model.problem import Problem
 from lcpcli.model.words import in_own_sense
@@ -270,6 +271,37 @@ def doubt(result: Result) -> str:
     return (
         f"{far}: either {other}, or M is so ill-conditioned that the residual says "
         "little"
+    )
+
+
+def why_unsolved(results: Sequence[Result]) -> str:
+    """Return a sentence on why no run of an iteration on x among compared runs has
+    solved the problem, and what does; "" if one has, or if nothing is known."""
+    from lcpcli.inspection.failure import explanation
+
+    runs = [result for result in results if declared(result.method).iterates]
+    if not runs or any(result.solved or result.interrupted for result in runs):
+        return ""
+    names = list(dict.fromkeys(result.method for result in runs))
+    subject = (
+        f"neither {' nor '.join(names)} solves the problem"
+        if len(names) > 1
+        else f"{names[0]} does not solve the problem"
+    )
+    others = [result for result in results if result not in runs]
+    if any(result.status.word in SETTLED for result in others):
+        return f"{subject}, as it has no solution"
+    found = explanation(results[0].problem, names)
+    solver = next((result for result in others if result.solved), None)
+    way = found.guarantee
+    if solver is not None:
+        by = f" by {', '.join(solver.route)}" * (solver.route != (solver.method,))
+        way = f"{name(solver)} solves it{by}"
+    if not found.causes:
+        return ""
+    remedies = ", and ".join(filter(None, [found.need, way]))
+    return "; ".join(
+        filter(None, [f"{subject}: {', and '.join(found.causes)}", remedies])
     )
 
 

@@ -248,6 +248,8 @@ def _remarks(
     if are_many and failed:
         some = f"{len(failed)} of {len(results)} runs failed"
         remarks = [f"{some}: lcp solve with the options of one of them says why"]
+    if compared:
+        remarks += filter(None, [outcome.why_unsolved(results)])
     for result in results:
         by = (
             f"by {', '.join(result.route)}"

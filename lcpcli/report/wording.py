@@ -269,7 +269,7 @@ def made_by(results: Sequence[Result]) -> str:
             if own.method == method
         ]
         shared = [
-            f"{name}={value}"
+            f"{name}={value}{_note(name, results)}"
             for name, value in runs[0]
             if all((name, value) in run for run in runs)
         ]
@@ -284,7 +284,7 @@ def provenance(results: Sequence[Result]) -> list[str]:
     for result in results:
         by = f" by {', '.join(result.route)}" * (result.route != (result.method,))
         options = "".join(
-            f", {name}={value}"
+            f", {name}={value}{_note(name, [result])}"
             for name, value in options_of(result, whole=True).items()
         )
         problem = f"{title(result.problem) or 'problem'}, {size(result.problem)}"
@@ -317,6 +317,26 @@ def options_of(result: Result, whole: bool) -> dict[str, str]:
         for name, value in shown
         if value is not (name in SWITCHES)
     }
+
+
+def _note(name: str, results: Sequence[Result]) -> str:
+    """Return what to know about the value of an option in runs: whether p is so large
+    that |x| is smoothed by less than the rounding of z or w, as by the default p.
+
+    By default (ln 3 / p) (1 + |M|) = eps |q|, and q = w - M z, so that ln 3 / p <= eps
+    max(|z|, |w|) at a solution.
+    """
+    own = [result for result in results if name == "p" and "p" in result.options]
+    if not own or any(_smooths(result) for result in own):
+        return ""
+    return " (no smoothing in double precision)"
+
+
+def _smooths(result: Result) -> bool:
+    from lcpcli.linalg.doubles import EPS
+
+    largest = max(abs(result.z).max(initial=0.0), abs(result.w).max(initial=0.0))
+    return bool(math.log(3) / result.options["p"] > EPS * largest)
 
 
 def _text(value: Any, whole: bool) -> str:
