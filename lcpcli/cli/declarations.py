@@ -49,7 +49,7 @@ STARTS = {
 
 # The options of methods, by name.
 OF_METHODS = (*OPTIONS, *STARTS, *ADDITIONS, *SWITCHES)
-SWEEP = "--sweep"
+SWEEP, VARY = "--sweep", "--vary"
 # Options of a command that solves which its help shows on one screen: the paper's,
 # limits and output.
 COMMON = (
@@ -218,6 +218,15 @@ def several_methods(heading: str, purpose: str, default: Sequence[str]) -> Decla
     )
 
 
+vary_option = option(
+    "Method",
+    f"{VARY} OPTION=VALUE,...  Show the error at the end and the time against this "
+    "option, the others as they are; with --plot draw them; repeatable, one option at "
+    "a time.  [default: none]",
+    multiple=True,
+)
+
+
 def files_argument(
     heading: str,
     name: str,
@@ -248,15 +257,18 @@ def chosen_variants(
     axes: Sequence[str],
     default: Sequence[str],
     given: Collection[str] = (),
+    varied: Sequence[str] = (),
 ) -> list[Variant]:
-    """Return the requested methods, or the default ones, for all values of --sweep,
-    which may set no given option."""
-    for axis in axes:
+    """Return the requested methods, or the default ones, for all values of --sweep or
+    of --vary, which may set no given option."""
+    for axis in (*axes, *varied):
         name = axis.partition("=")[0].strip().replace("-", "_")
+        where = VARY if varied else SWEEP
         refuse(
-            name in given, SWEEP, f"{flag(name)} is given beside it", "leave one out"
+            name in given, where, f"{flag(name)} is given beside it", "leave one out"
         )
-    return registry.sweep(list(dict.fromkeys(chosen or map(Variant, default))), axes)
+    variants = list(dict.fromkeys(chosen or map(Variant, default)))
+    return registry.vary(variants, varied) if varied else registry.sweep(variants, axes)
 
 
 def _names(_: click.Context, __: click.Parameter, text: str | None) -> tuple[str, ...]:
@@ -469,6 +481,13 @@ TABLE = {  # by what is asked for
             "has no effect with {mode}, where auto solves each problem from the "
             "states of the last one",
         )
+    ],
+    VARY: [
+        Refusal((SWEEP,), hint=ONE_LEFT_OUT),
+        Refusal(
+            (*OF_ITERATES[1:], "--paths", "--show"),
+            "has no effect with {mode}, which shows the ends of runs",
+        ),
     ],
     "--resume": [
         Refusal(

@@ -97,7 +97,9 @@ class Output(Destination):
             bool(request.every or request.columns) and self.trace_path is None
         )
         self.with_iterates = asks and not self.silent
-        in_table = self.form in TABLES and not (request.sweep and self.form != "html")
+        in_table = self.form in TABLES and not (
+            request.vary or (request.sweep and self.form != "html")
+        )
         self._keeps_iterates = (
             self.with_iterates
             or self.trace_path is not None
@@ -112,7 +114,7 @@ class Output(Destination):
             "no iterates": not self._keeps_iterates,
             "json": is_json,
             "the iterates in json": is_json and not self._of_traces,
-            "no unknowns": bool(request.sweep)
+            "no unknowns": bool(request.sweep or request.vary)
             and self.form == "csv"
             and not self.with_iterates,
             "csv": self.form == "csv",
@@ -146,7 +148,7 @@ class Output(Destination):
         """Return an empty trace for iterates that are shown or written, and an empty
         curve for the figure and for the levels; each keeps only what is needed."""
         request, levels = self.request, self.request.levels if problem.solutions else ()
-        draws = (
+        draws = not request.vary and (
             request.plot is not None or request.paths is not None or self.form == "html"
         )
         has_curve = draws or bool(levels)
@@ -198,6 +200,12 @@ class Output(Destination):
         from lcpcli.report import plotting
 
         form_of = plotting.form_of
+        if self.request.vary:
+            from lcpcli.report.variations import variations
+
+            picture = plotting.variations(variations(runs), runs)
+            self.add(plot, lambda path: picture.content(form_of(path)))
+            return
         self.add(
             paths,
             lambda path: plotting.paths(plotting.panels(runs)).content(

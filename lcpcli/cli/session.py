@@ -91,12 +91,16 @@ def _run(request: Request, works: Iterator[Work], output: Output) -> int:
             sources[: len(shown)],  # the others were not reached
             faults,
             compared=bool(request.levels),
-            swept=bool(request.sweep),
+            swept=bool(request.sweep or request.vary),
             whole=output.path is not None,
             iterates=output.with_iterates,
             columns=request.columns,
             names=request.names,
         )
+        if request.vary and shown:
+            from lcpcli.report import variations
+
+            report = report._replace(document=lambda *_: variations.document(shown))
         return (
             report.render(output.form, output.width, output.color)
             if shown or output.form == "json"
@@ -220,7 +224,9 @@ def _results(
 
         if request.paths is not None:
             plotting.require_plane(problems, plotting.PATHS)
-        if request.plot is not None:
+        if request.plot is not None and request.vary:
+            plotting.require_numbers(request.vary)
+        elif request.plot is not None:
             plotting.require_room(len(problems))
     for problem in problems if request.names else []:
         wording.require(problem, request.names)

@@ -537,12 +537,26 @@ def parse(text: str) -> Variant:
     )
 
 
-def sweep(variants: Sequence[Variant], axes: Sequence[str]) -> list[Variant]:
+def vary(variants: Sequence[Variant], axes: Sequence[str]) -> list[Variant]:
+    """Return each variant that has the option once for every value, as `sweep` takes
+    them, one option at a time."""
+    found = list[Variant]()
+    for axis in axes:
+        name = axis.partition("=")[0].strip().replace("-", "_")
+        made = sweep(variants, [axis], "vary")
+        found += [variant for variant in made if name in dict(variant.settings)]
+    return list(dict.fromkeys(found))
+
+
+def sweep(
+    variants: Sequence[Variant], axes: Sequence[str], where: str = "sweep"
+) -> list[Variant]:
     """Return each variant once for every value, written OPTION=VALUE,VALUE,...; several
     options make a grid.
 
     A variant of a method without the option remains as it is. Raises OptionError for an
-    option that no variant has, and for one that a variant sets already.
+    option that no variant has, and for one that a variant sets already. where : the
+    option of the command that has the axes.
     """
     for axis in axes:
         name, _, text = axis.partition("=")
@@ -552,24 +566,24 @@ def sweep(variants: Sequence[Variant], axes: Sequence[str]) -> list[Variant]:
         )
         if not all(values):
             hint = "write OPTION=VALUE,VALUE,..., as in p=1,10,100"
-            raise ParameterError("sweep", f"{quoted(axis)} lacks a value", hint)
+            raise ParameterError(where, f"{quoted(axis)} lacks a value", hint)
         if not any(name in _known(variant.method) for variant in variants):
             if owners := _owners(name):
                 fault = (
                     f"{_dashed(name)} has no effect with "
                     f"{' and '.join(dict.fromkeys(v.method for v in variants))}"
                 )
-                raise ParameterError("sweep", fault, f"add --method {owners[0]}")
+                raise ParameterError(where, fault, f"add --method {owners[0]}")
             fault, words = (
                 f"{quoted(_dashed(name))} is not an option of any method",
                 map(_dashed, (*OPTIONS, *FLAGS)),
             )
-            raise ParameterError("sweep", fault, likely(_dashed(name), [*words]))
+            raise ParameterError(where, fault, likely(_dashed(name), [*words]))
         swept = list[Variant]()
         for variant in variants:
             if name in dict(variant.settings):
                 raise ParameterError(
-                    "sweep",
+                    where,
                     f"{_dashed(name)} is also set by {variant}",
                     "leave one out",
                 )
@@ -581,7 +595,7 @@ def sweep(variants: Sequence[Variant], axes: Sequence[str]) -> list[Variant]:
             swept += [
                 Variant(variant.method, variant.settings + setting) for setting in more
             ]
-        variants = [_checked(variant, "sweep") for variant in swept]
+        variants = [_checked(variant, where) for variant in swept]
     return list(dict.fromkeys(variants))
 
 

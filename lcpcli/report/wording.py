@@ -258,20 +258,30 @@ def advice(result: Result) -> str:
     return "" if result.solved else result.suggestions.line(written)
 
 
-def made_by(results: Sequence[Result]) -> str:
+def made_by(results: Sequence[Result], one_at_a_time: bool = False) -> str:
     """Return, in one line, the version, the limits, which are the same, and the options
-    that all runs of a method share; the names of runs have the others."""
+    that all runs of a method share; the names of runs have the others. one_at_a_time :
+    whether an option counts as shared if all runs share it that do not name it."""
     parts = [f"{PROGRAM}, {_limits(results[0])}"]
     for method in dict.fromkeys(result.method for result in results):
         runs = [
-            options_of(own, whole=False).items()
+            {
+                name: value
+                for name, value in options_of(own, whole=False).items()
+                if not (one_at_a_time and f"{name}=" in own.label)
+            }
             for own in results
             if own.method == method
         ]
+        names = dict.fromkeys(chain.from_iterable(runs))
+        values = {
+            name: {run.get(name) for run in runs if name in run or not one_at_a_time}
+            for name in names
+        }
         shared = [
-            f"{name}={value}{_note(name, results)}"
-            for name, value in runs[0]
-            if all((name, value) in run for run in runs)
+            f"{name}={next(iter(own))}{_note(name, results)}"
+            for name, own in values.items()
+            if len(own) == 1
         ]
         parts += [f"{method}: {', '.join(shared)}"] * bool(shared)
     return "; ".join(parts)
