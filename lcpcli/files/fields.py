@@ -186,6 +186,16 @@ def is_whole(fields: Collection[str]) -> bool:
     return "q" in fields or bool(kind_of(fields))
 
 
+def without_nulls(fields: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the fields without those that are null, as if they were left out, but for
+    bounds, where null means none."""
+    return {
+        key: value
+        for key, value in fields.items()
+        if value is not None or key in BOUNDS
+    }
+
+
 def made(fields: Mapping[str, Any]) -> Problem | Matrix:
     """Return the problem with these fields, or of the program or game with these
     fields, or M alone if there is no q; a ProblemError names the field.
@@ -195,7 +205,8 @@ def made(fields: Mapping[str, Any]) -> Problem | Matrix:
         Unknown fields have been refused, except in an origin.
     """
     if kind := kind_of(fields):
-        return {"program": _program, "game": _game, "tree": _tree}[kind](fields)
+        maker = {"program": _program, "game": _game, "tree": _tree}[kind]
+        return maker(without_nulls(fields))
     from lcpcli.model.arrays import as_matrix
     from lcpcli.model.problem import Problem
 
