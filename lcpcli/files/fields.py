@@ -205,8 +205,7 @@ def made(fields: Mapping[str, Any]) -> Problem | Matrix:
         Unknown fields have been refused, except in an origin.
     """
     if kind := kind_of(fields):
-        maker = {"program": _program, "game": _game, "tree": _tree}[kind]
-        return maker(without_nulls(fields))
+        return {"program": _program, "game": _game, "tree": _tree}[kind](fields)
     from lcpcli.model.arrays import as_matrix
     from lcpcli.model.problem import Problem
 
@@ -262,7 +261,8 @@ def _program(data: Mapping[str, Any]) -> Problem:
         )
     keys, vector, matrix = FORMS[maker]
     refuse_unknown("", data, keys, "a program")
-    refuse(vector not in data, vector, "is missing", f"add the objective, {vector}'x")
+    hint = f"add the objective, {vector}'x"
+    refuse(data.get(vector) is None, vector, "is missing", hint)
     hint = (
         "add it, all zeros for a linear program; the matrix of a complementarity "
         "problem is called M"
@@ -270,7 +270,8 @@ def _program(data: Mapping[str, Any]) -> Problem:
     refuse(keys is OSQP and "P" not in data, "P", "is missing", hint)
     from lcpcli.model import reductions
 
-    problem: Problem = getattr(reductions, maker)(**{matrix: None} | dict(data))
+    given = {matrix: None} | without_nulls(data)
+    problem: Problem = getattr(reductions, maker)(**given)
     return problem
 
 
@@ -282,6 +283,7 @@ def _game(data: Mapping[str, Any]) -> Problem:
             "its unknowns are probabilities; leave it out",
         )
     refuse_unknown("", data, GAME, "a game")
+    data = without_nulls(data)
     for key in ("A", "B"):
         refuse(
             key not in data,
@@ -299,7 +301,8 @@ def _tree(data: Mapping[str, Any]) -> Problem:
     refuse_unknown("", data, ("efg", *TEXTS), "a game tree")
     from lcpcli.games.problems import from_efg
 
-    return from_efg(data["efg"], **{key: data[key] for key in TEXTS if key in data})
+    texts = without_nulls({key: data.get(key) for key in TEXTS})
+    return from_efg(data["efg"], **texts)
 
 
 def _depth(payoffs: Any) -> int:
