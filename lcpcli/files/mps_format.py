@@ -23,7 +23,7 @@ from typing import Any
 
 import numpy as np
 
-from lcpcli.errors import ProblemError, quoted, visible
+from lcpcli.errors import ProblemError, missing, quoted, visible
 from lcpcli.files.fields import LARGEST_DENSE
 from lcpcli.files.formats import Exact, Number, refuse
 from lcpcli.files.json_format import number_text
@@ -650,10 +650,9 @@ def as_mps(text: bytes) -> bytes:
     try:
         import highspy
     except ModuleNotFoundError:
-        hint = "pip install 'linear-complementarity[mps]'"
-        raise ProblemError(
-            "", "is read by highspy, which is not installed", hint
-        ) from None
+        fault, hint = missing("highspy")
+        fault = f"is in the LP format, which {fault}"
+        raise ProblemError("", fault, hint) from None
     # By default, sides of 1e20 or more would be lost.
     options = {"log_to_console": False, "infinite_bound": math.inf}
     highs, events = solver(highspy, options), list[str]()
