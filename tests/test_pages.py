@@ -246,7 +246,7 @@ def test_commands_and_options_named_in_the_text_exist(page: str) -> None:
             for param in its.params
             for flag in (*param.opts, *param.secondary_opts)
         }
-    flags["help"] |= {*TOPICS, *METHODS, *flags, "TOPIC", "METHOD"}
+    flags["help"] |= {*TOPICS, *METHODS, *flags, "TOPIC", "METHOD", "WORDS"}
     text = BLOCK.sub("", PAGES[page])
     for name, rest in re.findall(r"`lcp\s+([a-z]\w*)([^`]*)`", text):
         assert name in flags, name

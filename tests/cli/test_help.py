@@ -296,7 +296,7 @@ def test_a_section_of_a_page_can_be_asked_for(lcp: Lcp) -> None:
         "^#.*", lcp("help", "formats", "csv").out, re.MULTILINE
     ) == re.findall("^#.*", lcp("help", "csv").out, re.MULTILINE)
     assert_refused(
-        lcp("help", "solve", "csv"), "lcp: SECTION: 'solve' is no page; leave it out"
+        lcp("help", "solve", "csv"), "lcp: WORDS: 'solve' is no page; leave it out"
     )
     assert_refused(
         lcp("help", "csv", "--all"),
@@ -387,6 +387,65 @@ def test_a_word_that_is_no_topic_is_looked_for_on_all_pages(lcp: Lcp) -> None:
     assert shown == {
         topic for topic in TOPICS if re.search(r"\bduality gap\b", source(topic))
     }
+
+
+WORDS = {
+    "american option": "sequences",
+    "cavitation": "measuring",
+    "cge": "nonlinear",
+    "conflict": "proofs",
+    "cournot": "nonlinear",
+    "dantzig": "methods",
+    "findex": "proofs",
+    "gauss-seidel": "methods",
+    "horizontal": "mixed",
+    "IIS": "proofs",
+    "layer": "derivatives",
+    "mpec": "solutions",
+    "pgs": "methods",
+    "psor": "methods",
+    "sensitivity": "paths",
+    "shadow prices": "programs",
+    "SVM": "programs",
+    "zero-sum": "programs",
+    "zero sum games": "programs",
+    "Zero-Sum Game": "programs",
+    "vertical lcp": "mixed",
+    "gpus": "many",
+}
+
+
+@pytest.mark.parametrize(("words", "page"), WORDS.items())
+def test_words_of_the_field_lead_to_a_page_or_to_what_comes_nearest(
+    words: str, page: str, lcp: Lcp
+) -> None:
+    """Whether the shell has passed them as one word or as several."""
+    for given in ([words], words.split()):
+        outcome = lcp("help", *given)
+        assert (outcome.code, outcome.err) == (0, "")
+        assert f"lcp help {page}" in outcome.out
+
+
+@pytest.mark.parametrize(
+    "words", ["xyzzy", "shadow xyzzy", "csv xyzzy", "quadratic sorcery", "layr"]
+)
+def test_unknown_words_are_an_error(words: str, lcp: Lcp) -> None:
+    outcome = lcp("help", *words.split())
+    assert_refused(outcome, f"lcp: TOPIC: {words!r} is unknown; ")
+    assert ("did you mean layer?" in outcome.err) == (words == "layr")
+
+
+def test_glossary_has_each_word_once_and_names_pages_and_sections_that_are_there(
+    lcp: Lcp,
+) -> None:
+    entries = command.glossary()
+    known = [word for entry in entries for word in entry.words.split(", ")]
+    assert len(entries) == source("words").count("` |\n")
+    assert len(known) == len(set(known)) > 100
+    for word in {page for entry in entries for page in entry.pages}:
+        name, _, section = word.partition(" ")
+        out = lcp("help", *word.split()).out
+        assert (out == source(name)) is (not section), word
 
 
 @pytest.mark.parametrize("topic", TOPICS)
