@@ -214,7 +214,8 @@ def kind(value: Any) -> str:
 def missing(*modules: str) -> tuple[str, str]:
     """Return the fault and the hint where modules are not installed. The hint names
     packages of the index, not an extra of this one, which is on none."""
-    names = [DISTRIBUTIONS.get(module, module) for module in modules]
+    packages = dict.fromkeys(module.partition(".")[0] for module in modules)
+    names = [DISTRIBUTIONS.get(package, package) for package in packages]
     return f"needs {listed(names)}", f"pip install {' '.join(names)}"
 
 

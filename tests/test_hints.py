@@ -44,6 +44,9 @@ def test_every_hint_names_a_distribution_of_an_extra() -> None:
     assert {"flint", "matplotlib", "distributed", "quantecon"} <= modules
     named = {DISTRIBUTIONS.get(module, module) for module in modules - OF_USERS}
     assert named <= requirements()
+    assert missing("quantecon.optimize", "quantecon.game_theory")[1] == (
+        "pip install quantecon"
+    )
     assert missing("flint") == ("needs python-flint", "pip install python-flint")
 
 
