@@ -29,6 +29,8 @@ _LAST = "".join(
 UNSEEN = re.compile(
     f"[\0-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069\ud800-\udfff\ufdd0-\ufdef{_LAST}]"
 )
+# The distributions of modules that have other names.
+DISTRIBUTIONS = {"flint": "python-flint"}
 # The likeness of words that differ by a letter or two, more telling than a common
 # beginning.
 VERY_CLOSE = 0.85
@@ -207,6 +209,14 @@ def kind(value: Any) -> str:
         float: "a number",
     }
     return names.get(type(value), f"of type {type(value).__name__}")
+
+
+def missing(*modules: str) -> tuple[str, str]:
+    """Return the fault and the hint where modules are not installed. The hint names
+    packages of the index, not an extra of this one, which is on none."""
+    packages = dict.fromkeys(module.partition(".")[0] for module in modules)
+    names = [DISTRIBUTIONS.get(package, package) for package in packages]
+    return f"needs {listed(names)}", f"pip install {' '.join(names)}"
 
 
 def raised(error: BaseException) -> str:

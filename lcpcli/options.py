@@ -12,7 +12,7 @@ from functools import cache
 from typing import Any, NamedTuple
 
 from lcpcli.clock import imports
-from lcpcli.errors import OptionError, ParameterError, quoted
+from lcpcli.errors import OptionError, ParameterError, missing, quoted
 
 # After which an inspection starts no further step by default: a short wait.
 INSPECTION_SECONDS = 2.0
@@ -20,7 +20,7 @@ AUTO = "auto"  # the value of an option that is to be derived from the problem
 # The environment variable with which all calls of a process use the compiled kernels.
 KERNELS = "LCPCLI_KERNELS"
 NUMBA = "numba"  # the package that compiles them
-MISSING = f"needs {NUMBA}", "pip install 'linear-complementarity[fast]'"
+MISSING = missing(NUMBA)
 
 
 class Option(NamedTuple):

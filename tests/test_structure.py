@@ -25,7 +25,6 @@ LONG = {
     "lcpcli.cli.bench._run",
     "lcpcli.cli.check._verifications",
     "lcpcli.cli.command.Command.parse_args",
-    "lcpcli.cli.help.help",
     "lcpcli.cli.path.path",
     "lcpcli.cli.session._run",
     "lcpcli.cli.streams.run",

@@ -16,10 +16,10 @@ from lcpcli.cli.declarations import argument, option, refuse, refuse_beside
 from lcpcli.cli.main import BAD_INPUT, INTERRUPTED, NOT_SOLVED, SOLVED, say
 from lcpcli.cli.problems import Inputs, Request, same_file, settle_threads, taken, tell
 from lcpcli.cli.terminal import Line, shows_progress
-from lcpcli.errors import OptionError, count, listed
+from lcpcli.errors import OptionError, count, listed, missing
 from lcpcli.methods.registry import Variant, meanings
 from lcpcli.options import ACCEPT, BUDGET, INFINITY, THREADS, TIME_LIMIT, TOL, Option
-from lcpcli.peers.registry import PEERS
+from lcpcli.peers.registry import PEERS, load
 from lcpcli.report.document import MEANINGS as MEANINGS_OF_FORMATS
 
 if TYPE_CHECKING:
@@ -186,7 +186,8 @@ def _run(request: Request, destination: output.Destination) -> int:
     if not record.cases:
         return BAD_INPUT
     if record.missing and not request.quiet:
-        say(f"lcp bench: not installed, left out: {', '.join(record.missing)}")
+        _, hint = missing(*(load(name).module for name in record.missing))
+        say(f"lcp bench: not installed, left out: {', '.join(record.missing)}; {hint}")
     rows, left = (
         record.measurements,
         sum(len(solvers) for _, solvers in record.pending()),

@@ -372,7 +372,34 @@ def _show_version(context: click.Context, _: click.Parameter, is_asked: bool) ->
 
         kernels = f", with kernels compiled by numba {version(NUMBA)}"
     click.echo(f"lcp, version {VERSION}{kernels}")
+    for remark in _other_packages():
+        click.echo(f"lcp: {remark}", err=True)
     context.exit()
+
+
+def _other_packages() -> list[str]:
+    """Return remarks on other packages of the name lcpcli that Python might import:
+    another version of this one, and a program of others that an index has."""
+    import os
+    import sys
+    from importlib.metadata import distributions
+
+    package = os.path.realpath(os.path.join(os.path.dirname(__file__), ".."))
+    name = os.path.basename(package)
+    folders = dict.fromkeys(os.path.realpath(os.path.join(p, name)) for p in sys.path)
+    others = [
+        folder
+        for folder in folders
+        if folder != package and os.path.isfile(os.path.join(folder, "__init__.py"))
+    ]
+    remarks = [f"another package {name} is in {folder}" for folder in others]
+    # Which is installed into the same folder: each overwrites files of the other.
+    remarks += [
+        f"{name} {other.version} is another program, whose files have the same names: "
+        f"pip uninstall {name}, and install this one again"
+        for other in distributions(name=name)
+    ]
+    return [f"this is {package}", *remarks] if remarks else []
 
 
 @click.group(

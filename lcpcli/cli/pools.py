@@ -22,7 +22,7 @@ from multiprocessing import active_children, get_context, parent_process
 from typing import Any, TypeAlias
 
 from lcpcli.cli.problems import tell
-from lcpcli.errors import OptionError
+from lcpcli.errors import OptionError, missing
 from lcpcli.interrupts import REQUESTS, deferring_signals
 
 TASKS = "/proc/self/task"  # on Linux, the threads of this process
@@ -131,8 +131,7 @@ class Cluster:
             from distributed.scheduler import KilledWorker
             from distributed.security import Security
         except ImportError:
-            hint = "pip install 'linear-complementarity[cluster]'"
-            raise OptionError("--cluster", "needs distributed", hint) from None
+            raise OptionError("--cluster", *missing("distributed")) from None
         if (
             address.startswith("tls:")
             and Security().get_connection_args("client").get("ssl_context") is None

@@ -39,6 +39,7 @@ from lcpcli.files.csv_format import grid_of, is_number
 from lcpcli.files.fields import BOUNDS
 from lcpcli.files.formats import form_of, kind_in, load, refuse
 from lcpcli.files.json_format import load as load_json
+from lcpcli.files.json_format import numbers_in
 from lcpcli.files.reading import LINE, Names, require_order, vector_in
 from lcpcli.model.arrays import FROM_0, as_vector
 from lcpcli.model.box import WORDS, Box, in_words
@@ -332,7 +333,7 @@ def _result_in(
             "is an object without z and w",
             EXPECTED_RESULT,
         )
-        both = [data["z"], data["w"]]
+        both = [numbers_in(data["z"]), numbers_in(data["w"])]
     z, w = (
         None if own is None else as_vector(f"{before}{key}", own, n)
         for key, own in zip("zw", both, strict=True)

@@ -26,7 +26,7 @@ from lcpcli.files.formats import HEAD, Exact, Number, refuse
 from lcpcli.interrupts import in_time
 from lcpcli.linalg import matrices
 from lcpcli.model.problem import Problem
-from lcpcli.rational.numbers import RATIO, decimal
+from lcpcli.rational.numbers import RATIO, decimal, double
 
 # Begins like a number, so it is not a name in a header.
 NUMERIC = re.compile(r"\s*[-+]?\.?\d")
@@ -514,9 +514,9 @@ def value_of(
         return None
     if is_bound and entry.strip().casefold().lstrip("+-") in ("inf", "infinity"):
         return float(entry)
-    is_ratio = number_of is str and RATIO.fullmatch(entry.strip())
+    is_ratio = RATIO.fullmatch(entry.strip())
     if is_ratio and entry.rpartition("/")[2].strip(" \t0"):
-        return entry.strip()
+        return (double if number_of is float else number_of)(entry.strip())
     number, is_mixed = (
         entry.replace(",", ".", 1) if commas else entry,
         commas and "." in entry,
@@ -541,9 +541,5 @@ def value_of(
             f"is {quoted(entry)}, not a number",
             "write the minus sign as -" if "\u2212" in entry else REAL,
         )
-        hint = (
-            "write the fraction as a decimal"
-            if RATIO.fullmatch(entry.strip())
-            else hint
-        )
+        hint = "write whole numbers, as in 15/29" if "/" in entry else hint
     raise ProblemError(f"line {line}, column {column}", fault, hint)

@@ -186,6 +186,16 @@ def is_whole(fields: Collection[str]) -> bool:
     return "q" in fields or bool(kind_of(fields))
 
 
+def without_nulls(fields: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the fields without those that are null, as if they were left out, but for
+    bounds, where null means none."""
+    return {
+        key: value
+        for key, value in fields.items()
+        if value is not None or key in BOUNDS
+    }
+
+
 def made(fields: Mapping[str, Any]) -> Problem | Matrix:
     """Return the problem with these fields, or of the program or game with these
     fields, or M alone if there is no q; a ProblemError names the field.
@@ -251,7 +261,8 @@ def _program(data: Mapping[str, Any]) -> Problem:
         )
     keys, vector, matrix = FORMS[maker]
     refuse_unknown("", data, keys, "a program")
-    refuse(vector not in data, vector, "is missing", f"add the objective, {vector}'x")
+    hint = f"add the objective, {vector}'x"
+    refuse(data.get(vector) is None, vector, "is missing", hint)
     hint = (
         "add it, all zeros for a linear program; the matrix of a complementarity "
         "problem is called M"
@@ -259,7 +270,8 @@ def _program(data: Mapping[str, Any]) -> Problem:
     refuse(keys is OSQP and "P" not in data, "P", "is missing", hint)
     from lcpcli.model import reductions
 
-    problem: Problem = getattr(reductions, maker)(**{matrix: None} | dict(data))
+    given = {matrix: None} | without_nulls(data)
+    problem: Problem = getattr(reductions, maker)(**given)
     return problem
 
 
@@ -271,6 +283,7 @@ def _game(data: Mapping[str, Any]) -> Problem:
             "its unknowns are probabilities; leave it out",
         )
     refuse_unknown("", data, GAME, "a game")
+    data = without_nulls(data)
     for key in ("A", "B"):
         refuse(
             key not in data,
@@ -288,7 +301,8 @@ def _tree(data: Mapping[str, Any]) -> Problem:
     refuse_unknown("", data, ("efg", *TEXTS), "a game tree")
     from lcpcli.games.problems import from_efg
 
-    return from_efg(data["efg"], **{key: data[key] for key in TEXTS if key in data})
+    texts = without_nulls({key: data.get(key) for key in TEXTS})
+    return from_efg(data["efg"], **texts)
 
 
 def _depth(payoffs: Any) -> int:

@@ -3,7 +3,7 @@ formats`), or a program or a game.
 
 M is a list of rows, or {"format": "coo", "shape": [n, n], "rows": [...], "cols": [...],
 "values": [...]} with indices from 0. origin is as in `lcpcli.model.reductions`. Numbers
-are decimals; each key occurs only once.
+are decimals, or texts such as "1/3", "1e-3" and "inf"; each key occurs only once.
 """
 
 from __future__ import annotations
@@ -20,7 +20,16 @@ import numpy as np
 
 from lcpcli.errors import ProblemError, count, kind, quoted, visible_json
 from lcpcli.files.contents import decode, refuse_mostly_absent
-from lcpcli.files.fields import BOUNDS, KEYS, MATRICES, STARTS, kind_of, refuse_unknown
+from lcpcli.files.fields import (
+    BOUNDS,
+    KEYS,
+    MATRICES,
+    STARTS,
+    TEXTS,
+    kind_of,
+    refuse_unknown,
+    without_nulls,
+)
 from lcpcli.files.formats import Exact, Number, refuse
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.arrays import as_vector
@@ -29,6 +38,9 @@ from lcpcli.typing import Matrix, Vector
 if TYPE_CHECKING:
     from fractions import Fraction
 
+# The keys whose values have no numbers, or are read by themselves.
+WITHOUT_NUMBERS = {*TEXTS, "rows", "columns", "players", "names", "sense", "verdict"}
+WITHOUT_NUMBERS |= {"origin", "efg"}
 OF_COORDINATES = ("format", "shape", "rows", "cols", "values")
 # Decimals with so few digits are always the shortest decimals of their doubles.
 DIGITS = 15
@@ -49,13 +61,17 @@ def fields(content: bytes, number: Number = float) -> dict[str, Any]:
             "give an object with the keys M and q, or one in each line",
         )
     if of := kind_of(data):
+        data = _with_numbers(data, number)
         data |= {
             key: _sparse(key, data[key])
             for key in MATRICES
             if isinstance(data.get(key), dict)
         }
-        return data | (_payoffs(load(decode(content), payoff)) if of == "game" else {})
+        if of != "game":
+            return data
+        return data | _payoffs(_with_numbers(load(decode(content), payoff), payoff))
     refuse_unknown("", data, KEYS)
+    data = without_nulls(_with_numbers(data, number))
     refuse("M" not in data, "M", "is missing", "add the key M")
     data |= {key: as_vector(key, data[key]) for key in STARTS if key in data}
     if isinstance(data["M"], dict):
@@ -76,22 +92,57 @@ def values(field: str, content: bytes, number: Number = float) -> Any:
     """Return the numbers in a JSON list, or in the list of an object with this field
     alone."""
     data = load(decode(content), number)
-    return data[field] if isinstance(data, dict) and list(data) == [field] else data
+    is_field = isinstance(data, dict) and list(data) == [field]
+    return numbers_in(data[field] if is_field else data, number)
+
+
+def numbers_in(value: Any, number: Callable[[str], Any] = float) -> Any:
+    """Return a value with numbers in place of the texts that stand for one, such as
+    "1/3"; other texts stay, and are refused where numbers are needed."""
+    if isinstance(value, dict):
+        return {key: numbers_in(part, number) for key, part in value.items()}
+    if isinstance(value, list):
+        # Rows of numbers, which most lists are, stay as they are.
+        has_others = not {str, list}.isdisjoint(map(type, value))
+        return [numbers_in(part, number) for part in value] if has_others else value
+    if not isinstance(value, str):
+        return value
+    from lcpcli.rational import numbers
+
+    to_double = numbers.double if number is float else number
+    return to_double(value.strip()) if numbers.NUMBER.fullmatch(value) else value
+
+
+def _with_numbers(
+    data: Mapping[str, Any], number: Callable[[str], Any]
+) -> dict[str, Any]:
+    return {
+        key: value if key in WITHOUT_NUMBERS else numbers_in(value, number)
+        for key, value in data.items()
+    }
 
 
 def payoff(text: str) -> float | Fraction:
     """Return a payoff as written: the nearest double, or a fraction if the shortest
     decimal of the double differs."""
+    if "/" in text:
+        from lcpcli.rational.numbers import ratio
+
+        return _payoff_of_moderate_size(ratio(text), text)
     double = float(text)
     if (len(text) <= DIGITS and "e" not in text.casefold()) or not math.isfinite(
         double
     ):
         return double
-    from fractions import Fraction
-
     from lcpcli.rational.numbers import fraction
 
-    exact = payoff_of(fraction(text))
+    return _payoff_of_moderate_size(fraction(text), text)
+
+
+def _payoff_of_moderate_size(value: Fraction, text: str) -> float | Fraction:
+    from fractions import Fraction
+
+    exact = payoff_of(value)
     if (
         isinstance(exact, Fraction)
         and max(abs(exact.numerator), exact.denominator) >= 10**1000

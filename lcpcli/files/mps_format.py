@@ -23,13 +23,15 @@ from typing import Any
 
 import numpy as np
 
-from lcpcli.errors import ProblemError, quoted, visible
+from lcpcli.errors import ProblemError, missing, quoted, visible
 from lcpcli.files.fields import LARGEST_DENSE
 from lcpcli.files.formats import Exact, Number, refuse
 from lcpcli.files.json_format import number_text
+from lcpcli.linalg.matrices import largest_asymmetry
 from lcpcli.linalg.programs import solver
 from lcpcli.model.box import NO_BOUND
 from lcpcli.model.problem import Problem
+from lcpcli.model.program import symmetrized
 from lcpcli.rational.numbers import (
     Doubles,
     decimal,
@@ -352,13 +354,14 @@ class _Reader:
             ).T
         if any(self._curvature.values()):
             found["Q"] = _matrix(self._curvature, columns, columns, is_dense)
-            hint = "give both entries, or one of them in QUADOBJ"
-            refuse(
-                (found["Q"] != found["Q"].T).sum(),
-                "",
-                "has a QMATRIX that is not symmetric",
-                hint,
-            )
+            if symmetrized(found["Q"]) is None:
+                _, i, j = largest_asymmetry(found["Q"])
+                fault = (
+                    "has a QMATRIX that is not symmetric at "
+                    f"{quoted(columns[i])} and {quoted(columns[j])}"
+                )
+                hint = "give both entries, or one of them in QUADOBJ"
+                raise ProblemError("", fault, hint)
         return found
 
     def _ends_of(self, column: str) -> tuple[float, float]:
@@ -647,10 +650,9 @@ def as_mps(text: bytes) -> bytes:
     try:
         import highspy
     except ModuleNotFoundError:
-        hint = "pip install 'linear-complementarity[mps]'"
-        raise ProblemError(
-            "", "is read by highspy, which is not installed", hint
-        ) from None
+        fault, hint = missing("highspy")
+        fault = f"is in the LP format, which {fault}"
+        raise ProblemError("", fault, hint) from None
     # By default, sides of 1e20 or more would be lost.
     options = {"log_to_console": False, "infinite_bound": math.inf}
     highs, events = solver(highspy, options), list[str]()

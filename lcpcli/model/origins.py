@@ -29,7 +29,11 @@ if TYPE_CHECKING:
     from lcpcli.model.extensive import ExtensiveGame
 
 GAME_KEYS = ("kind", "A", "B", "rows", "columns", "players")
-PAYOFF_RATIO = re.compile(r"\s*[-+]?[0-9]{1,1000}(/0*[1-9][0-9]{0,999})?\s*")
+# A payoff as a text: a decimal or a ratio, of a size that costs little.
+PAYOFF = re.compile(
+    r"\s*[-+]?(?:[0-9]{1,1000}/0*[1-9][0-9]{0,999}"
+    r"|(?:[0-9]{1,1000}\.?[0-9]{0,1000}|\.[0-9]{1,1000})(?:[eE][-+]?[0-9]{1,3})?)\s*"
+)
 
 # digits: enough for sums and differences of any doubles, which have 650 at most.
 EXACT_CONTEXT = Context(prec=1000)
@@ -201,9 +205,9 @@ def _payoffs(field: str, values: Any) -> tuple[Vector, Payoffs | None]:
     if isinstance(values, (list, tuple)) and all(
         isinstance(row, (list, tuple)) for row in values
     ):
-        ratio = PAYOFF_RATIO.fullmatch
+        is_number = PAYOFF.fullmatch
         values = rows = [
-            [Fraction(v) if isinstance(v, str) and ratio(v) else v for v in row]
+            [Fraction(v) if isinstance(v, str) and is_number(v) else v for v in row]
             for row in values
         ]
     rounded = own(matrices.dense(as_matrix(field, values)))

@@ -208,6 +208,8 @@ class Problem:
             with imports:
                 from lcpcli.model.origins import origin_of
             self.knowing(origin=origin_of(origin, names, conditions_of(self)))
+            if self.program_origin is not None:
+                fields["M"] = own_matrix(self.program_origin.symmetric(matrix))
         if verdict and verdict not in VERDICTS:
             raise ProblemError(
                 "verdict",

@@ -28,7 +28,7 @@ import numpy as np
 
 from lcpcli import clock
 from lcpcli.clock import imports
-from lcpcli.errors import ParameterError
+from lcpcli.errors import ParameterError, missing
 from lcpcli.linalg import krylov
 from lcpcli.linalg.matrices import is_sparse, is_symmetric
 from lcpcli.linalg.programs import convex_minimum, highs_with
@@ -151,10 +151,7 @@ class PackageSolver:
         except ModuleNotFoundError as error:
             if error.name != self.module.partition(".")[0]:
                 raise
-            hint = "pip install 'linear-complementarity[peers]'"
-            raise ParameterError(
-                "peer", f"{error.name} is not installed", hint
-            ) from None
+            raise ParameterError("peer", *missing(str(error.name))) from None
         prepared = self.prepare(problem)
         self.compile(module)
         began = clock.seconds()

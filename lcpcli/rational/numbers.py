@@ -34,6 +34,11 @@ MOST_SHOWN_DIGITS = 25  # of a fraction in a line of text
 MANTISSA = 53  # binary digits of a double
 SUBNORMAL = 1074  # the smallest positive double is 2 to the minus this
 RATIO = re.compile(r"[-+]?[0-9]+/[0-9]+")
+# A number as users write it where a format has texts: a decimal, a ratio, infinity.
+NUMBER = re.compile(
+    r"\s*[-+]?(?:(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?"
+    r"|[0-9]+/0*[1-9][0-9]*|(?i:inf(?:inity)?))\s*"
+)
 SURE_DIGITS = 15  # decimal ones that every double has
 
 T = TypeVar("T")
@@ -74,6 +79,11 @@ def ratio(text: str) -> Fraction:
             "", f"has {quoted(text)}, not a fraction", "give whole numbers, as in 15/29"
         )
     return Fraction(int(Decimal(numerator)), int(Decimal(denominator)))
+
+
+def double(text: str) -> float:
+    """Return the double nearest to the number in a text, as `NUMBER` has them."""
+    return _rounded(ratio(text)) if "/" in text else float(text)
 
 
 def text(value: Fraction) -> str:
@@ -272,9 +282,11 @@ class Doubles:
         self._places: dict[Fraction, float] | None = None
 
     def __call__(self, text: str) -> float:
-        """Return the double for a decimal text; infinities and NaN remain unchanged.
-        May raise TimeIsUp."""
+        """Return the double for a text, as `NUMBER` has them; infinities and NaN remain
+        unchanged. May raise TimeIsUp."""
         check()
+        if "/" in text:
+            return self.of(ratio(text))
         double = float(text)
         is_short = len(text) <= SURE_DIGITS and "e" not in text.casefold()
         return self._of(

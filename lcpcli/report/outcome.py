@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from lcpcli.errors import ParameterError, count, visible
+from lcpcli.errors import ParameterError, count, missing, visible
 from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import ROW_ROUNDING
 from lcpcli.methods.registry import declared
@@ -374,7 +374,7 @@ def frame(result: Result) -> Any:
     try:
         import pandas
     except ModuleNotFoundError:
-        raise ParameterError("to_frame", "needs pandas", "pip install pandas") from None
+        raise ParameterError("to_frame", *missing("pandas")) from None
     labels = [name or f"z{i}" for i, name in enumerate(result.names, 1)]
     return pandas.DataFrame(
         {"z": result.z, "w": result.w, "state": result.basis}, index=labels

@@ -18,7 +18,7 @@ from importlib.util import find_spec
 from pathlib import PurePath
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from lcpcli.errors import ParameterError, count
+from lcpcli.errors import ParameterError, count, missing
 from lcpcli.files.atomic_write import write_whole
 from lcpcli.report import wording
 
@@ -269,9 +269,7 @@ def require(option: str = PLOT) -> None:
     """Raise ParameterError, before any work, if matplotlib is missing, which the option
     needs."""
     if find_spec("matplotlib") is None:
-        raise ParameterError(
-            option, "needs matplotlib", "pip install 'linear-complementarity[plot]'"
-        )
+        raise ParameterError(option, *missing("matplotlib"))
 
 
 def plot_path(

@@ -17,7 +17,7 @@ from lcpcli.basis.exchanges import CorrectedSolutions
 from lcpcli.basis.free_variables import WithoutFree
 from lcpcli.basis.tableau import SOLVED
 from lcpcli.clock import Stopwatch, imports, seconds
-from lcpcli.errors import LCPError, ParameterError, ProblemError, kind
+from lcpcli.errors import LCPError, ParameterError, ProblemError, kind, missing
 from lcpcli.linalg.doubles import EPS, is_finite, size
 from lcpcli.linalg.factors import SingularMatrix
 from lcpcli.linalg.matrices import is_sparse, product
@@ -314,9 +314,7 @@ def by_jax(F: Callable[[Vector], Any], J: Any) -> list[Callable[[Vector], Any]]:
         try:
             import jax
         except ModuleNotFoundError:
-            raise ParameterError(
-                "jax", "needs jax", "pip install 'linear-complementarity[jax]'"
-            ) from None
+            raise ParameterError("jax", *missing("jax")) from None
         try:
             from jax import enable_x64
         except ImportError:  # as before version 0.8

@@ -9,7 +9,7 @@ import math
 import warnings
 from typing import TYPE_CHECKING, Any
 
-from lcpcli.errors import OptionError
+from lcpcli.errors import OptionError, missing
 from lcpcli.linalg.krylov import is_semidefinite
 from lcpcli.model.program import Program
 from lcpcli.model.reductions import from_qpsolvers
@@ -83,9 +83,7 @@ def add_to_qpsolvers() -> None:
     try:
         from qpsolvers import solvers
     except ModuleNotFoundError:
-        raise OptionError(
-            "qpsolvers", "is not installed", "pip install qpsolvers"
-        ) from None
+        raise OptionError("add_to_qpsolvers", *missing("qpsolvers")) from None
     solvers.solve_function["lcp"] = _solve_problem
     for names in (
         solvers.available_solvers,

@@ -102,7 +102,7 @@ def test_other_solvers_may_lie_take_some_problems_or_be_missing(
     outcome, record = bench("one none", "--peer", "picky", "--peer", "absent")
     assert (outcome.code, outcome.err.splitlines()[0]) == (
         0,
-        "lcp bench: not installed, left out: absent",
+        "lcp bench: not installed, left out: absent; pip install absent",
     )
     assert (record.peers, record.missing) == (["picky"], ["absent"])
     row = record.measurements[-1]

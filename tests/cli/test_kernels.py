@@ -101,7 +101,7 @@ def test_without_numba_there_is_nothing_to_compile(
         monkeypatch.setattr(module, "has_numba", lambda: False)
     assert_refused(
         lcp("kernels"),
-        "lcp: kernels: needs numba; pip install 'linear-complementarity[fast]'",
+        "lcp: kernels: needs numba; pip install numba",
     )
     kernels_by_default("1")
     assert_refused(lcp("--version"), "lcp: LCPCLI_KERNELS: needs numba; pip install")

@@ -142,7 +142,7 @@ def test_without_its_reader_the_extra_is_named(
 ) -> None:
     monkeypatch.setitem(sys.modules, "highspy", None)
     with pytest.raises(
-        ProblemError, match=r"highspy, which is not installed; pip install '.*\[mps\]'"
+        ProblemError, match="the LP format, which needs highspy; pip install highspy"
     ):
         read(written(tmp_path, "min\n obj: x\nst\n r: x >= 1\nend\n", "p.lp"))
     assert read(written(tmp_path, FEATURES)).name == "features"

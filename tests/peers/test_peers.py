@@ -165,9 +165,7 @@ def test_a_missing_package_has_no_version_and_solving_names_it(
     for known in [module, *(m for m in sys.modules if m.startswith(f"{module}."))]:
         monkeypatch.delitem(sys.modules, known, raising=False)
     monkeypatch.setattr(sys, "path", [p for p in sys.path if "site-packages" not in p])
-    with pytest.raises(
-        OptionError, match=rf"{module} is not installed; pip install '.*\[peers\]'"
-    ):
+    with pytest.raises(OptionError, match=rf"needs {module}; pip install {module}$"):
         peer.solve(INDEFINITE, TOL, 1.0)
     assert peer.version() is None
 
@@ -331,5 +329,5 @@ def test_a_missing_library_is_the_reason_why_a_problem_is_excluded(
     monkeypatch.setattr(packages.PackageSolver, "version", lambda _: None)
     assert (
         peers.load("path-start").excludes(INDEFINITE)
-        == "needs gamspy_base, which is not installed"
+        == "needs gamspy_base; pip install gamspy_base"
     )
