@@ -3,13 +3,17 @@ process."""
 
 from __future__ import annotations
 
+import io
 import math
 import os
+import re
+import shlex
 import signal
 import sys
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import pytest
 from hypothesis import settings
@@ -23,6 +27,10 @@ from lcpcli.files.reading import contents_of
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.options import KERNELS, wants_kernels
 from lcpcli.rational.exact_problem import ExactProblem
+from lcpcli.solving import driver
+from lcpcli.solving.result import Result
+
+from .refusals import Files
 
 # the same examples every time, so that a change is what makes a test fail;
 # HYPOTHESIS_PROFILE=searching tries new ones
@@ -89,6 +97,76 @@ def in_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """An empty folder, entered."""
     monkeypatch.chdir(tmp_path)
     return tmp_path
+
+
+LONGEST_LINE = 1000
+# Of the libraries that read a file, which users do not see; and functions that a hint
+# may name.
+FOREIGN_WORDS = [
+    "numpy",
+    "scipy",
+    "Traceback",
+    "dtype",
+    "ufunc",
+    "broadcast",
+    "Expecting",
+    "invalid literal",
+    "could not convert",
+]
+OURS = re.compile(r"numpy\.savez|numpy\.save|scipy\.sparse\.save_npz")
+
+
+def entries_of(folder: Path) -> dict[Path, bytes | None]:
+    return {
+        path: path.read_bytes() if path.is_file() else None
+        for path in folder.rglob("*")
+    }
+
+
+@pytest.fixture
+def refused(
+    lcp: Callable[..., Outcome], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> Callable[[str, Files], str]:
+    """Run a command line in a folder of files and return the line with which it is
+    refused: all that is printed, readable and in words of this program. Nothing is
+    written, and nothing solved in vain."""
+
+    def run(command: str, files: Files) -> str:
+        (folder := tmp_path / "folder").mkdir()
+        for name, content in files.items():
+            (folder / name).parent.mkdir(exist_ok=True)
+            if content is None:
+                (folder / name).mkdir()
+            elif isinstance(content, Path):
+                (folder / name).symlink_to(content)
+            elif name != "-":
+                (folder / name).write_bytes(as_bytes(content))
+        monkeypatch.chdir(folder)
+        stdin = io.BytesIO(as_bytes(files.get("-", "")))
+        monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(stdin))
+        solved: list[Result] = []
+        run = driver.run
+        monkeypatch.setattr(
+            driver,
+            "run",
+            lambda *given, **named: solved.append(run(*given, **named)) or solved[-1],
+        )
+        before = entries_of(folder)
+        outcome = lcp(*shlex.split(command))
+        line = outcome.err.removesuffix("\n")
+        assert (outcome.code, outcome.out, outcome.err) == (2, "", f"{line}\n")
+        assert line.isprintable()
+        assert len(line) <= LONGEST_LINE
+        own_words = OURS.sub("", line)
+        assert [word for word in FOREIGN_WORDS if word in own_words] == [], line
+        assert (entries_of(folder), solved) == (before, [])
+        return line.removeprefix("lcp: ").replace(str(folder), "FOLDER")
+
+    return run
+
+
+def as_bytes(content: Any) -> bytes:
+    return content if isinstance(content, bytes) else str(content).encode()
 
 
 @pytest.fixture

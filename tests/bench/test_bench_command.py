@@ -288,3 +288,15 @@ def test_bench_that_another_run_writes_is_left_to_it_behind_a_link_too(
     assert lcp("bench", "--resume", str(name), "-o", str(output), "-q").code == 0
     assert len(records.read(str(output)).measurements) == len(files)
     assert not [*tmp_path.glob(".*")]
+
+
+def test_a_missing_problem_is_refused_before_a_bench_goes_on(
+    bench: Bench, lcp: Lcp, output: Path, tmp_path: Path
+) -> None:
+    bench("one none")
+    record = json.loads(output.read_text())
+    output.write_text(begun := json.dumps(record | {"measurements": []}))
+    (tmp_path / "none.json").unlink()
+    outcome = lcp("bench", "--resume", str(output))
+    assert_refused(outcome, "none.json: no such file")
+    assert output.read_text() == begun

@@ -46,7 +46,7 @@ from lcpcli.report.result_formats import plain
 from ..benchmarks import accuracy
 from ..benchmarks.accuracy import sensitivity
 from ..cli.conftest import Lcp, assert_refused
-from ..cli.test_nl_models import MARKET
+from ..cli.models import MARKET
 from .bench_problems import MACHINE, SETTINGS, install, liar, measurement, write
 
 EMPTY: dict[str, Any] = {

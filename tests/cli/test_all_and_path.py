@@ -117,13 +117,6 @@ def test_long_table_is_cut_and_says_so(
     assert ("subsets {1, 2}, ...: any" in " ".join(head.split())) == (name == "both")
 
 
-def test_what_does_not_go_with_all_or_a_path_is_refused_in_a_line_that_says_where(
-    session: Callable[[str], None],
-) -> None:
-    session("refused-all-and-paths")
-    assert Path("q0.csv").read_text() == "1,1\n"
-
-
 def test_a_path_of_the_command_is_that_of_python(lcp: Lcp) -> None:
     found = record(lcp("path", "first.json", "last.json", "--format", "json"))
     own = lcpcli.path(lcpcli.read("first.json"), lcpcli.read("last.json")).to_dict()

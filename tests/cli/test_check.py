@@ -110,11 +110,6 @@ def test_at_most_ten_violations_are_listed(lcp: Lcp, tmp_path: Path) -> None:
     )
 
 
-@pytest.mark.usefixtures("folder")
-def test_bad_answers_are_reported_in_one_line(session: Callable[[str], None]) -> None:
-    session("refused-answers")
-
-
 PORTFOLIO = contents.shipped_path("programs/portfolio.json")
 UNIQUE = "x is the unique minimizer, as Q is positive definite"
 SHIPPED = sorted(Path(contents.shipped_path("programs")).glob("*.json"))

@@ -9,7 +9,7 @@ import re
 import subprocess
 import sys
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -160,16 +160,6 @@ def test_bounds_are_those_of_every_problem(lcp: Lcp) -> None:
         assert given[0] == "good.json" or np.allclose(
             found[1]["z"], lcpcli.solve(problem.M, Q[:, 1], upper=0.1).z
         )
-
-
-def test_what_many_problems_do_not_have_is_refused_in_a_line(
-    session: Callable[[str], None],
-) -> None:
-    session("refused-many")
-    assert [Path(name).read_text() for name in ("good.json", "bad.json")] == [
-        GOOD,
-        MALFORMED,
-    ]
 
 
 LINE = f"{GOOD}\n".encode()

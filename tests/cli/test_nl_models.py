@@ -18,46 +18,7 @@ from lcpcli.solving.result import Status
 
 from ..files.nl_writing import model
 from .conftest import Lcp, record
-
-# Supply p + p^2 / 4 = s exceeds the demand 9 / (1 + p) except at the equilibrium price
-# 2; v2 is fixed.
-MARKET = model(
-    3,
-    [
-        ((5, 1, 1), {0: 0, 1: 1}, ("neg", ("/", "v2", ("+", 1, "v0")))),
-        ((4, 0), {0: 1, 1: -1}, ("/", ("^", "v0", 2), 4)),
-    ],
-    [(2, 0), (3,), (4, 9)],
-    start={0: 1, 1: 1},
-)
-LINEAR = model(1, [((5, 1, 1), {0: 2}, -3)], [(2, 0)])
-UNDEFINED = model(1, [((5, 1, 1), {0: 0}, ("log", ("-", -1, "v0")))], [(2, 0)])
-INFEASIBLE = model(1, [((5, 1, 1), {0: -1}, -1)], [(2, 0)])
-PLANT = model(1, [((5, 1, 1), {0: 2}, -10)], [(0, 0, 3)])
-# Three solutions, (2, 0), (0, 2) and (2/3, 2/3); all (t, 0) with t >= 0.
-CHOICE = model(
-    2,
-    [((5, 1, 1), {0: 1, 1: 2}, -2), ((5, 1, 2), {0: 2, 1: 1}, -2)],
-    [(2, 0), (2, 0)],
-    objective=("+", ("neg", ("-", "v0", "v1")), -3),
-)
-UNBOUNDED = model(
-    2,
-    [((5, 1, 1), {1: 1}, 0), ((5, 1, 2), {1: 1}, 0)],
-    [(2, 0), (2, 0)],
-    objective=("neg", "v0"),
-)
-HOPELESS = model(
-    1, [((4, 0), {0: 0}, ("+", 1, ("square", "v0")))], [(3,)], start={0: 0.5}
-)
-
-
-# Two equations for x, and none for y.
-SINGULAR = model(
-    2,
-    [((4, 0), {0: 1}, ("exp", "v0")), ((4, 0), {0: 2}, ("square", "v0"))],
-    [(3,), (3,)],
-)
+from .models import FILES, PLANT
 
 
 def test_compressed_models_have_their_names(models: Path, lcp: Lcp) -> None:
@@ -67,37 +28,8 @@ def test_compressed_models_have_their_names(models: Path, lcp: Lcp) -> None:
 
 @pytest.fixture(autouse=True)
 def models(folder: Path) -> Path:
-    contents = {
-        "market": MARKET,
-        "linear": LINEAR,
-        "undefined": UNDEFINED,
-        "hopeless": HOPELESS,
-    }
-    contents |= {
-        "infeasible": INFEASIBLE,
-        "choice": CHOICE,
-        "unbounded": UNBOUNDED,
-        "plant": PLANT,
-    }
-    contents |= {
-        "singular": SINGULAR,
-        "empty": b"",
-        "twice": model(1, 2 * [((5, 1, 1), {0: 1}, 0)], [(2, 0)]),
-    }
-    contents["curved"] = model(
-        1, [((5, 1, 1), {0: 0}, ("-", ("exp", "v0"), 40))], [(0, 0, 3)]
-    )
-    for name, content in contents.items():
-        (folder / f"{name}.nl").write_bytes(content)
-    names = {
-        "plant.col": "plant",
-        "curved.col": "plant",
-        "market.col": "price\nsupply\nincome",
-    }
-    for name, text in (
-        names | {"twice.col": "price", "twice.row": "market\nclearing"}
-    ).items():
-        (folder / name).write_text(f"{text}\n")
+    for name, content in FILES.items():
+        (folder / name).write_bytes(content)
     return folder
 
 
@@ -108,7 +40,6 @@ def models(folder: Path) -> Path:
         "models-checked",
         "models-for-ampl",
         "inspect-models",
-        "refused-models",
     ],
 )
 def test_what_is_said_of_models_is_the_same_as_before(

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from .conftest import EXAMPLE, GOOD, Lcp, assert_refused, record
-from .test_nl_models import LINEAR, MARKET
+from .models import LINEAR, MARKET
 
 
 @pytest.fixture
@@ -25,13 +25,6 @@ def tables(folder: Path) -> Path:
     }.items():
         (folder / f"{name}.csv").write_text(text)
     return folder
-
-
-@pytest.mark.usefixtures("tables")
-def test_what_cannot_be_q_is_refused_in_one_line(
-    session: Callable[[str], None],
-) -> None:
-    session("refused-q")
 
 
 def test_a_file_beside_the_report_is_announced_unless_it_is_to_be_quiet(

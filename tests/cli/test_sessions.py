@@ -9,10 +9,9 @@ import pytest
 
 SESSIONS = """answers-in-every-form answers-among-several proofs-checked
 equilibria-checked game-trees games-in-files objectives others-said wrong-solutions
-starts-refused without-unknowns verdicts-on-decimals comparisons basis-of-the-last-step
+without-unknowns verdicts-on-decimals comparisons basis-of-the-last-step
 names-and-numbers-in-formats long-tables decimal-commas names-of-what-is-shipped
-remarks-of-convert a-stream-of-steps q-by-its-option many-problems answers-in-tables
-runs-refused"""
+remarks-of-convert a-stream-of-steps q-by-its-option many-problems answers-in-tables"""
 
 
 @pytest.mark.parametrize("name", SESSIONS.split())

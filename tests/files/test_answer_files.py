@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import csv
 import json
-from collections.abc import Callable
 from io import StringIO
 from pathlib import Path
 
@@ -47,13 +46,6 @@ def folder(in_folder: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     for name, text in PROBLEMS.items():
         (in_folder / f"{name}.json").write_text(text)
     return in_folder
-
-
-@pytest.mark.usefixtures("folder")
-def test_table_that_leaves_z_in_doubt_is_refused(
-    session: Callable[[str], None],
-) -> None:
-    session("refused-tables")
 
 
 def test_trace_file_has_every_iterate_whatever_is_shown(lcp: Lcp, folder: Path) -> None:

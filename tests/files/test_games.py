@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import gzip
 import json
-from collections.abc import Callable
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -87,12 +86,6 @@ def test_fractions_are_not_rounded_for_proofs() -> None:
 
 TREE = 'EFG 2 R "a game" { "Ann" "Bob" }\n'
 TWO = TREE + 'p "" 1 1 "" { "a" "b" } 0\n'
-
-
-def test_what_is_wrong_is_said_in_one_line_with_its_place(
-    session: Callable[[str], None],
-) -> None:
-    session("refused-games")
 
 
 def test_both_forms_are_only_read_and_complete_formats_keep_payoffs_and_tree(

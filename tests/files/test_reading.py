@@ -315,13 +315,6 @@ def test_what_is_not_read_is_refused_by_name(
     assert (outcome.code, outcome.out, outcome.err.count("\n")) == (2, "", 1)
 
 
-@pytest.mark.usefixtures("in_folder")
-def test_texts_of_other_programs_are_refused_by_name(
-    session: Callable[[str], None],
-) -> None:
-    session("refused-files")
-
-
 FOLDER = Path(contents.shipped_path("paper-example-1.json")).parent
 NAMES = sorted(path.name for path in FOLDER.glob("*.json"))
 

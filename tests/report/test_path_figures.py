@@ -4,7 +4,6 @@ unknowns."""
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -149,13 +148,6 @@ def test_both_commands_write_the_picture(lcp: Lcp, folder: Path) -> None:
         ("errors.svg", b"<?xml"),
     ):
         assert (folder / name).read_bytes().startswith(magic)
-
-
-def test_what_has_no_paths_is_refused(
-    session: Callable[[str], None], folder: Path
-) -> None:
-    session("refused-figures-of-iterates")
-    assert not (folder / "a.svg").exists()
 
 
 MURTY = [[1, 2], [2, 1]]

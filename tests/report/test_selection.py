@@ -122,13 +122,6 @@ def lines_of(path: lcpcli.Path, *names: str) -> dict[str, float]:
     }
 
 
-def test_show_is_refused_at_first(
-    session: Callable[[str], None], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("lcpcli.parametric.following.follow", None)
-    session("refused-show")
-
-
 MIXED = {
     "M": [[2, 1, 0], [1, 2, 1], [0, 1, 3]],
     "q": [-5, -6, 4],
