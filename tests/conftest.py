@@ -12,6 +12,7 @@ import signal
 import sys
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from itertools import count
 from pathlib import Path
 from typing import Any
 
@@ -123,16 +124,22 @@ def entries_of(folder: Path) -> dict[Path, bytes | None]:
     }
 
 
+FOLDERS = count()
+
+
 @pytest.fixture
 def refused(
-    lcp: Callable[..., Outcome], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    lcp: Callable[..., Outcome],
+    tmp_path_factory: pytest.TempPathFactory,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> Callable[[str, Files], str]:
     """Run a command line in a folder of files and return the line with which it is
     refused: all that is printed, readable and in words of this program. Nothing is
     written, and nothing solved in vain."""
 
     def run(command: str, files: Files) -> str:
-        (folder := tmp_path / "folder").mkdir()
+        # Without what tmp_path does for each of a thousand tests.
+        (folder := tmp_path_factory.getbasetemp() / f"refused-{next(FOLDERS)}").mkdir()
         for name, content in files.items():
             (folder / name).parent.mkdir(exist_ok=True)
             if content is None:

@@ -5,9 +5,9 @@ indented, and an input in the next line after a backslash. A wording that severa
 have stands in `wordings`, and in the rows by its name in braces, with its values, as in
 {ENTRIES:1 entry|2 unknowns}.
 
-Inputs have the escapes of printf %b, such as \\n and \\xff. Before a command stand lines
-CONTENT > FILE with the files that it meets, and CONTENT | before it in its line is its
-standard input.
+Inputs have the escapes of printf %b, such as \\n and \\xff. Before a command stand
+lines CONTENT > FILE with the files that it meets, and CONTENT | before it in its line
+is its standard input.
 """
 
 from __future__ import annotations

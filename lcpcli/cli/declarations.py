@@ -11,7 +11,7 @@ import click
 
 from lcpcli.cli.command import Candidates, Choice
 from lcpcli.cli.terminal import ITERATES, NAMES_OF_OUTPUT
-from lcpcli.errors import OptionError, likely, listed, quoted
+from lcpcli.errors import LEAVE_ONE_OUT, LEAVE_OUT, OptionError, likely, listed, quoted
 from lcpcli.files.fields import BOUNDS
 from lcpcli.files.formats import WRITTEN
 from lcpcli.methods import registry
@@ -237,7 +237,7 @@ def files_argument(
     )
 
 
-def refuse(is_wrong: bool, where: str, fault: str, hint: str = "leave it out") -> None:
+def refuse(is_wrong: bool, where: str, fault: str, hint: str = LEAVE_OUT) -> None:
     if is_wrong:
         raise OptionError(where, fault, hint)
 
@@ -252,9 +252,7 @@ def chosen_variants(
     which may set no given option."""
     for axis in axes:
         name = axis.partition("=")[0].strip().replace("-", "_")
-        refuse(
-            name in given, SWEEP, f"{flag(name)} is given beside it", "leave one out"
-        )
+        refuse(name in given, SWEEP, f"{flag(name)} is given beside it", LEAVE_ONE_OUT)
     return registry.sweep(list(dict.fromkeys(chosen or map(Variant, default))), axes)
 
 
@@ -435,22 +433,22 @@ BENCH = (
     "--accept",
     "--budget",
 )
-COMPARE, ONE_LEFT_OUT = "leave it out, or use lcp compare", "leave one out"
+COMPARE = "leave it out, or use lcp compare"
 
 
 class Refusal(NamedTuple):
     options: Collection[str]
     fault: str = "has no effect with {mode}"
-    hint: str = "leave it out"
+    hint: str = LEAVE_OUT
 
 
 OF_SEARCH = Refusal(
     ONE_SOLUTION, "has no effect with {mode}, which has a method of its own"
 )
 TABLE = {  # by what is asked for
-    "--all": [Refusal(("--minimize", "--maximize"), hint=ONE_LEFT_OUT), OF_SEARCH],
+    "--all": [Refusal(("--minimize", "--maximize"), hint=LEAVE_ONE_OUT), OF_SEARCH],
     "--minimize": [
-        Refusal(("--maximize",), hint=ONE_LEFT_OUT),
+        Refusal(("--maximize",), hint=LEAVE_ONE_OUT),
         OF_SEARCH,
         Refusal(("--plot",)),
     ],
@@ -513,10 +511,10 @@ TABLE = {  # by what is asked for
         )
     ],
     "--list": [
-        Refusal((*FAMILY, "--from-qp", "--from-game", "--output"), hint=ONE_LEFT_OUT)
+        Refusal((*FAMILY, "--from-qp", "--from-game", "--output"), hint=LEAVE_ONE_OUT)
     ],
-    "--from-qp": [Refusal((*FAMILY, "--from-game"), hint=ONE_LEFT_OUT)],
-    "--from-game": [Refusal(FAMILY, hint=ONE_LEFT_OUT)],
+    "--from-qp": [Refusal((*FAMILY, "--from-game"), hint=LEAVE_ONE_OUT)],
+    "--from-game": [Refusal(FAMILY, hint=LEAVE_ONE_OUT)],
 }
 
 

@@ -22,7 +22,7 @@ from lcpcli.cli.command import (
 )
 from lcpcli.cli.declarations import argument, option, refuse
 from lcpcli.cli.terminal import Line, emit, shows_progress, terminal
-from lcpcli.errors import OptionError, count, folded, quoted
+from lcpcli.errors import LEAVE_OUT, OptionError, count, folded, quoted
 from lcpcli.methods.registry import (
     METHODS,
     NONLINEAR,
@@ -113,7 +113,7 @@ def help(
         section is not None and topic not in PAGES,
         "SECTION",
         f"{quoted(topic or '')} is no page",
-        "leave it out",
+        LEAVE_OUT,
     )
     if topic is None:
         meanings = [

@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from lcpcli.errors import ProblemError, quoted
+from lcpcli.errors import IS_MISSING, KEEP_ONE, ProblemError, quoted
 from lcpcli.files.contents import refuse_beyond_memory, refuse_mostly_absent, within
 from lcpcli.files.fields import KEYS, MATRICES, kind_of, refuse_unknown
 from lcpcli.files.formats import Exact, Number, refuse
@@ -104,7 +104,7 @@ def _arrays(content: bytes) -> dict[str, Any]:
     ):
         for member in archive.infolist():
             name = member.filename.removesuffix(".npy")
-            refuse(name in arrays, name, "occurs twice", "keep one")
+            refuse(name in arrays, name, "occurs twice", KEEP_ONE)
             refuse_beyond_memory(name, (member.file_size,), 1)
             with (
                 unless_damaged(name, f"is not an array {UNREAD}", hint),
@@ -127,7 +127,7 @@ def _matrix(arrays: dict[str, Any]) -> Matrix:
     refuse(
         not stored,
         "M",
-        "is missing",
+        IS_MISSING,
         "add the key M, or data, indices, indptr and shape of a sparse M",
     )
     form = text("format", arrays["format"]) if "format" in arrays else "csr"

@@ -15,7 +15,14 @@ from importlib import import_module
 from operator import le, lt
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from lcpcli.errors import LONGEST_QUOTE, OptionError, ParameterError, likely, quoted
+from lcpcli.errors import (
+    LEAVE_OUT,
+    LONGEST_QUOTE,
+    OptionError,
+    ParameterError,
+    likely,
+    quoted,
+)
 
 if TYPE_CHECKING:
     from lcpcli.model.problem import Problem
@@ -198,9 +205,7 @@ def make(name: str, n: int | None = None, seed: int = 0, **parameters: Any) -> P
             "n", "is out of range", f"give a whole number from 1 to {LARGEST_SIZE}"
         )
     if size and n != size:
-        raise ParameterError(
-            "n", f"is {n}, and {name} has {size} unknowns", "leave it out"
-        )
+        raise ParameterError("n", f"is {n}, and {name} has {size} unknowns", LEAVE_OUT)
     if seed < 0:
         raise ParameterError("seed", "is negative", "give a whole number >= 0")
     problem = load(name)(n, seed, **parameters)
@@ -212,7 +217,7 @@ def make(name: str, n: int | None = None, seed: int = 0, **parameters: Any) -> P
 def refuse_unknown(name: str, parameter: str) -> None:
     known = parameters_of(name)
     if parameter not in known:
-        hint = likely(parameter, known) if known else "leave it out"
+        hint = likely(parameter, known) if known else LEAVE_OUT
         raise OptionError(
             "parameters", f"{quoted(parameter)} is not a parameter of {name}", hint
         )

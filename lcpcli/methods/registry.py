@@ -22,6 +22,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from lcpcli import options
 from lcpcli.clock import imports
 from lcpcli.errors import (
+    LEAVE_ONE_OUT,
+    LEAVE_OUT,
     OptionError,
     ParameterError,
     likely,
@@ -411,7 +413,7 @@ def check(name: str, chosen: Mapping[str, Any]) -> None:
             )
         if given not in known:
             raise ParameterError(
-                given, f"has no effect with the method {name}", "leave it out"
+                given, f"has no effect with the method {name}", LEAVE_OUT
             )
         if given in method.switches and not isinstance(value, bool):
             raise ParameterError(
@@ -518,7 +520,7 @@ def sweep(variants: Sequence[Variant], axes: Sequence[str]) -> list[Variant]:
                 raise ParameterError(
                     "sweep",
                     f"{_dashed(name)} is also set by {variant}",
-                    "leave one out",
+                    LEAVE_ONE_OUT,
                 )
             more = (
                 [((name, value),) for value in values]
@@ -600,7 +602,7 @@ def _checked(variant: Variant, where: str) -> Variant:
             )
         if name in dict(variant.settings[:i]):
             raise ParameterError(
-                "method", f"{_dashed(name)} is set twice in {variant}", "leave one out"
+                "method", f"{_dashed(name)} is set twice in {variant}", LEAVE_ONE_OUT
             )
     try:
         options.check(declared(variant.method).options, variant.options)

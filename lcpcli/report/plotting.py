@@ -18,7 +18,7 @@ from importlib.util import find_spec
 from pathlib import PurePath
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from lcpcli.errors import ParameterError, count
+from lcpcli.errors import LEAVE_OUT, ParameterError, count
 from lcpcli.files.atomic_write import write_whole
 from lcpcli.report import wording
 
@@ -208,7 +208,7 @@ def require_plane(problems: Sequence[Problem], option: str = PLOT) -> None:
             fault = (
                 f"draws LCPs with two unknowns, not one with {wording.size(problem)}"
             )
-            raise ParameterError(option, fault, "leave it out")
+            raise ParameterError(option, fault, LEAVE_OUT)
 
 
 def require(option: str = PLOT) -> None:
