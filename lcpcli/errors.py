@@ -78,6 +78,23 @@ def quoted(text: str) -> str:
     return repr(text if len(text) <= LONGEST_QUOTE else text[:LONGEST_QUOTE] + "...")
 
 
+def unknown(given: object) -> str:
+    """Return the fault of a word, or of another value, that is none of those that may
+    stand there."""
+    return f"{quoted(given) if isinstance(given, str) else repr(given)} is unknown"
+
+
+def out_of_range(value: object) -> str:
+    """Return the fault of a value that is not in its range."""
+    return f"{value} is out of range"
+
+
+def numbers_for(n: int, noun: str, m: int, other: str) -> str:
+    """Return the fault of n things where m others need one each: "has 1 entry for 2
+    unknowns"."""
+    return f"has {count(n, noun)} for {count(m, other)}"
+
+
 def likely(given: str, known: Iterable[str], otherwise: str = "") -> str:
     """Return the hint for an unknown word: the known word likely meant; failing that,
     `otherwise` or all known."""

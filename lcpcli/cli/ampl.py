@@ -87,9 +87,7 @@ def _options(words: Sequence[str]) -> dict[str, Any]:
         try:
             given[name] = OPTIONS[name].kind(text)
         except ValueError:
-            raise OptionError(
-                name, f"is {quoted(text)}", f"it must be: {OPTIONS[name].range}"
-            ) from None
+            raise OptionError(name, f"is {quoted(text)}", OPTIONS[name].hint) from None
     check(OPTIONS.values(), given)
     return given
 

@@ -22,7 +22,7 @@ from lcpcli.cli.command import (
 )
 from lcpcli.cli.declarations import argument, option, refuse
 from lcpcli.cli.terminal import Line, emit, shows_progress, terminal
-from lcpcli.errors import LEAVE_OUT, OptionError, count, folded, quoted
+from lcpcli.errors import LEAVE_OUT, OptionError, count, folded, quoted, unknown
 from lcpcli.methods.registry import (
     METHODS,
     NONLINEAR,
@@ -170,7 +170,7 @@ def help(
         click.echo(formatter.getvalue().lstrip("\n"), nl=False)
     else:
         hint = suggestion(topic, [*TOPICS, *commands], "lcp help lists the topics")
-        raise OptionError("TOPIC", f"{quoted(topic)} is unknown", hint)
+        raise OptionError("TOPIC", unknown(topic), hint)
 
 
 def _pattern(word: str) -> re.Pattern[str]:

@@ -29,6 +29,7 @@ from lcpcli.errors import (
     ROW_OF_NUMBERS,
     ProblemError,
     count,
+    numbers_for,
     quoted,
 )
 from lcpcli.files.contents import decode
@@ -463,7 +464,7 @@ def refuse_other_order(labels: Sequence[str], names: Sequence[str]) -> None:
         and set(own) & set(names) - {""}
         and len(set(names)) == len(names)
     ):
-        fault = f"has {count(len(own), 'label')} for {count(len(names), 'unknown')}"
+        fault = numbers_for(len(own), "label", len(names), "unknown")
         if len(own) == len(names):
             label, name = next(
                 pair for pair in zip(own, names, strict=True) if pair[0] != pair[1]

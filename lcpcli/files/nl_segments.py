@@ -433,12 +433,8 @@ class Segments:
 
     def _constant(self, letter: str, what: str = "a number") -> Any:
         if letter not in STORED:
-            raise self._tokens.error(
-                f"has {quoted(letter)} in place of {what}"
-                if letter
-                else ENDS_TOO_EARLY,
-                CUT_OFF,
-            )
+            fault = f"has {quoted(letter)} in place of {what}"
+            raise self._tokens.error(fault if letter else ENDS_TOO_EARLY, CUT_OFF)
         return self._tokens.number(letter)
 
     def _arguments(self, operator: int) -> int:

@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from lcpcli.errors import IS_MISSING, KEEP_ONE, ProblemError, quoted
+from lcpcli.errors import IS_MISSING, KEEP_ONE, ProblemError, unknown
 from lcpcli.files.contents import refuse_beyond_memory, refuse_mostly_absent, within
 from lcpcli.files.fields import KEYS, MATRICES, kind_of, refuse_unknown
 from lcpcli.files.formats import Exact, Number, refuse
@@ -134,7 +134,7 @@ def _matrix(arrays: dict[str, Any]) -> Matrix:
     refuse(
         form not in PARTS,
         "format",
-        f"{quoted(form)} is unknown",
+        unknown(form),
         f"use one of {', '.join(PARTS)}",
     )
     from scipy import sparse

@@ -21,7 +21,9 @@ from lcpcli.errors import (
     OptionError,
     ParameterError,
     likely,
+    out_of_range,
     quoted,
+    unknown,
 )
 
 if TYPE_CHECKING:
@@ -166,7 +168,7 @@ def load(name: str) -> Callable[..., Problem]:
 def entry(name: str) -> Entry:
     if name not in REGISTRY:
         hint = likely(name, FAMILIES, "lcp make --list shows the families")
-        raise OptionError("family", f"{quoted(name)} is unknown", hint)
+        raise OptionError("family", unknown(name), hint)
     return REGISTRY[name]
 
 
@@ -229,6 +231,6 @@ def require(parameter: str, value: float, fits: bool, admissible: str) -> None:
     if not fits:
         raise OptionError(
             parameter,
-            f"{str(value)[:LONGEST_QUOTE]} is out of range",
+            out_of_range(str(value)[:LONGEST_QUOTE]),
             f"it must be: {admissible}",
         )

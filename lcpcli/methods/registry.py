@@ -31,6 +31,7 @@ from lcpcli.errors import (
     meant,
     quoted,
     raised,
+    unknown,
 )
 from lcpcli.options import AUTO, Option
 
@@ -352,7 +353,7 @@ def declared(name: str) -> Method:
             return METHODS[name]
         raise ParameterError(
             "method",
-            f"{name!r} is unknown",
+            unknown(name),
             suggestion(str(name), [*METHODS, *names("methods")]),
         )
     return METHODS.get(name) or NONLINEAR[name]
@@ -631,7 +632,7 @@ def _value(name: str, text: str) -> Any:
         number = float(text)
     except ValueError:
         fault = f"{quoted(text)} is not a number"
-        raise ParameterError(name, fault, f"it must be: {option.range}") from None
+        raise ParameterError(name, fault, option.hint) from None
     return int(number) if option.kind is int and number.is_integer() else number
 
 

@@ -24,6 +24,7 @@ from lcpcli.errors import (
     ProblemError,
     count,
     kind,
+    numbers_for,
 )
 from lcpcli.linalg.doubles import (
     FAR_FROM_ONE,
@@ -134,9 +135,7 @@ def as_flat(
             f"give {either}a flat list of numbers",
         )
     if n is not None and v.size != n:
-        raise ProblemError(
-            field, f"has {count(v.size, 'entry')} for {count(n, of)}", MAKE_AGREE
-        )
+        raise ProblemError(field, numbers_for(v.size, "entry", n, of), MAKE_AGREE)
     return v
 
 

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lcpcli.clock import imports
-from lcpcli.errors import GIVE_TEXT, ProblemError, kind, quoted
+from lcpcli.errors import GIVE_TEXT, ProblemError, kind, unknown
 from lcpcli.linalg.doubles import FAR_FROM_ONE, are_moderate, size
 from lcpcli.linalg.factors import Latest
 from lcpcli.linalg.matrices import is_sparse, product, row_maxima
@@ -211,7 +211,7 @@ class Problem:
         if verdict and verdict not in VERDICTS:
             raise ProblemError(
                 "verdict",
-                f"{quoted(verdict)} is unknown",
+                unknown(verdict),
                 f"use one of {', '.join(VERDICTS)}",
             )
 

@@ -19,8 +19,8 @@ from lcpcli.errors import (
     GIVE_NUMBER,
     MAKE_AGREE,
     ProblemError,
-    count,
     kind,
+    numbers_for,
     quoted,
     refuse_unknown,
 )
@@ -305,7 +305,7 @@ def names_of(
     if given and size is not None and len(given) != size:
         raise ProblemError(
             field,
-            f"has {count(len(given), 'name')} for {count(size, of)}",
+            numbers_for(len(given), "name", size, of),
             MAKE_AGREE,
         )
     return tuple(given)

@@ -17,8 +17,8 @@ from lcpcli.errors import (
     MAKE_AGREE,
     ONE_VARIABLE,
     ProblemError,
-    count,
     kind,
+    numbers_for,
 )
 from lcpcli.linalg.doubles import distinct
 from lcpcli.linalg.matrices import compressed, is_sparse, is_symmetric, stack
@@ -284,7 +284,7 @@ def _rows(field: str, given: Any, k: int, bounds: Mapping[str, Any]) -> Matrix:
     )
     matrix = as_matrix(field, [given] if is_row else given)
     if matrix.shape[1] != k:
-        fault = f"has {count(matrix.shape[1], 'column')} for {count(k, 'variable')}"
+        fault = numbers_for(matrix.shape[1], "column", k, "variable")
         raise ProblemError(field, fault, MAKE_AGREE)
     return matrix
 

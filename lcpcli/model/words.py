@@ -17,9 +17,9 @@ from lcpcli.errors import (
     MAKE_AGREE,
     ParameterError,
     ProblemError,
-    count,
     kind,
     likely,
+    numbers_for,
     quoted,
 )
 from lcpcli.linalg.doubles import size
@@ -136,7 +136,7 @@ def basis_of_words(problem: Problem, basis: Sequence[str]) -> States:
     if len(basis) != n:
         raise ProblemError(
             "basis",
-            f"has {count(len(basis), 'entry')} for {count(n, 'unknown')}",
+            numbers_for(len(basis), "entry", n, "unknown"),
             MAKE_AGREE,
         )
     numbers = [_STATES.get(word) if isinstance(word, str) else None for word in basis]

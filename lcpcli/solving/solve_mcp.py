@@ -17,7 +17,14 @@ from lcpcli.basis.exchanges import CorrectedSolutions
 from lcpcli.basis.free_variables import WithoutFree
 from lcpcli.basis.tableau import SOLVED
 from lcpcli.clock import Stopwatch, imports, seconds
-from lcpcli.errors import LEAVE_OUT, LCPError, ParameterError, ProblemError, kind
+from lcpcli.errors import (
+    LEAVE_OUT,
+    LCPError,
+    ParameterError,
+    ProblemError,
+    kind,
+    out_of_range,
+)
 from lcpcli.linalg.doubles import EPS, is_finite, size
 from lcpcli.linalg.factors import SingularMatrix
 from lcpcli.linalg.matrices import is_sparse, product
@@ -228,7 +235,7 @@ def run_nonlinear(
         if not 0 < difference_step < 1:
             raise ParameterError(
                 "difference_step",
-                f"{difference_step:g} is out of range",
+                out_of_range(f"{difference_step:g}"),
                 "give one between 0 and 1",
             )
     fast = kernels() if uses_kernels(compiled, 1) else None
