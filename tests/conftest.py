@@ -31,6 +31,7 @@ from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.solving import driver
 from lcpcli.solving.result import Result
 
+from .documents import Typed, assert_as_before, printf, shown, typed_in
 from .refusals import Files
 
 # the same examples every time, so that a change is what makes a test fail;
@@ -98,6 +99,57 @@ def in_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """An empty folder, entered."""
     monkeypatch.chdir(tmp_path)
     return tmp_path
+
+
+@pytest.fixture
+def still(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A clock that stands still."""
+    monkeypatch.setattr("time.perf_counter", lambda: 0.0)
+    monkeypatch.setattr("lcpcli.solving.driver.MOST_REPETITIONS", 0)
+
+
+@pytest.fixture
+def document(
+    lcp: Callable[..., Outcome],
+    in_folder: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    still: None,  # noqa: ARG001
+) -> Callable[[str], None]:
+    """Type what is typed in a document, in an empty folder, and compare what is printed
+    with the document."""
+
+    def printed(typed: Typed) -> str:
+        (program, *words), *parts = typed.parts
+        out, err, code = b"", "", 0
+        if program == "mkdir":
+            Path(words[0]).mkdir()
+        elif program == "cat":
+            out = Path(words[0]).read_bytes()
+        elif program == "printf":
+            out = printf(words[1])
+        if program == "lcp" or (parts and parts[0][0] == "lcp"):
+            stdin = io.TextIOWrapper(io.BytesIO(out))
+            monkeypatch.setattr(sys, "stdin", stdin)
+            if program != "lcp":
+                (_, *words), *parts = parts
+            outcome = lcp(*(word.replace("FOLDER", str(in_folder)) for word in words))
+            out, err, code = outcome.out.encode(), outcome.err, outcome.code
+        if typed.signs[-1:] == [">"]:
+            ((name,),) = parts
+            Path(name).write_bytes(out)
+            return ""
+        text = out.decode()
+        if typed.joined:
+            text, err = text + err, ""
+        for part in parts:
+            text = shown(text, *part)
+        return text + err + (f"exit code {code}\n" if code else "")
+
+    def compare(name: str) -> None:
+        text = "".join(f"{typed.line}\n{printed(typed)}" for typed in typed_in(name))
+        assert_as_before(name, text.replace(str(in_folder), "FOLDER"))
+
+    return compare
 
 
 LONGEST_LINE = 1000

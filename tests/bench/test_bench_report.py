@@ -131,13 +131,13 @@ RECORDS: dict[str, tuple[Callable[[BenchRecord], BenchRecord], str]] = {
 
 
 @pytest.mark.parametrize("name", RECORDS)
-def test_a_bench_has_the_same_text_as_before(name: str, record: BenchRecord) -> None:
+def test_a_bench_prints_what_the_document_shows(name: str, record: BenchRecord) -> None:
     change, forms = RECORDS[name]
     text = (
         f"--format {form}\n{render(change(record), form, None, False)}"
         for form in forms.split()
     )
-    assert_as_before(f"bench-{name}", "\n".join(text))
+    assert_as_before(f"bench/{name}", "\n".join(text))
 
 
 def test_an_empty_record_can_be_shown(record: BenchRecord) -> None:

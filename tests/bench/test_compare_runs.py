@@ -114,7 +114,9 @@ def test_the_exit_code_is_1_for_a_worse_run_and_for_a_slower_one_if_that_is_aske
         outcome = lcp("compare-runs", "old.json", "new.json", "--format", form)
         assert (outcome.code, outcome.err) == (0, "")
         text += outcome.out
-    assert_as_before("compare-runs", text)  # in which the table has the changes alone
+    assert_as_before(
+        "bench/compare-runs", text
+    )  # in which the table has the changes alone
     assert (
         lcp("compare-runs", "old.json", "new.json", "--slower", "1.7", "-q").code == 0
     )

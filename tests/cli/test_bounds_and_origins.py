@@ -4,7 +4,6 @@ command that reads problems."""
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -101,11 +100,7 @@ def test_check_inspect_convert_compare_and_bench_read_the_same_problem_as_solve(
     assert lcp("bench", "--resume", "older.json", "-q") == Outcome(0, "", "")
 
 
-def test_far_and_other_bounds_are_told_and_kept_wherever_a_problem_is_read(
-    session: Callable[..., None], lcp: Lcp
-) -> None:
-    pytest.importorskip("flint")
-    session("far-bounds")
+def test_bench_and_inspect_tell_of_far_bounds_too(lcp: Lcp) -> None:
     assert lcp("bench", "far.json", "--method", "newton", "--budget", "0").err == REMARK
     assert REMARK.split(": ")[2].strip() in lcpcli.inspect(read("far.json")).hints
 

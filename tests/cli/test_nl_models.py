@@ -33,19 +33,11 @@ def models(folder: Path) -> Path:
     return folder
 
 
-@pytest.mark.parametrize(
-    "kind",
-    [
-        "models-solved",
-        "models-checked",
-        "models-for-ampl",
-        "inspect-models",
-    ],
-)
-def test_what_is_said_of_models_is_the_same_as_before(
-    kind: str, session: Callable[[str], None]
+@pytest.mark.parametrize("name", ["solve", "check", "inspect", "ampl"])
+def test_commands_print_what_the_document_shows(
+    name: str, document: Callable[[str], None]
 ) -> None:
-    session(kind)
+    document(f"models/{name}")
 
 
 def test_ampl_hears_of_stationary_points_and_gives_options_in_two_places(
