@@ -260,6 +260,8 @@ def paper_example(request: pytest.FixtureRequest) -> Problem:
     return read(contents.shipped_path(f"paper-example-{request.param}.json"))
 
 
+# Whose solutions with few digits are none in doubles.
+FACE = '{"M": [[3, 3, 0], [1, -2, 3], [1, 0, 0]], "q": [-10, -3.3333333333333335, 0]}'
 M = [[2.0, -1.0], [-0.5, 2.0]]
 Q = [-1.0, 0.25]
 JSON = '{"M": [[2, -1], [-0.5, 2]], "q": [-1, 0.25]}'

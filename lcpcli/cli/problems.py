@@ -376,7 +376,7 @@ def settle_threads(files: Iterable[str], threads: int | None = None) -> None:
         os.environ.update({name: os.environ.get(name) or "1" for name in VARIABLES})
 
 
-_methods: set[str] = set()  # the methods that this process has run
+methods_run: set[str] = set()  # by this process
 Values = dict[str, Any]  # options of a method, by name
 AnyProblem: TypeAlias = "Problem | NonlinearProblem"
 Traces = Callable[[AnyProblem], "tuple[Trace | None, Trace | None]"]
@@ -506,8 +506,8 @@ class Request(SimpleNamespace):
         for variant, label, values in zip(
             self.variants, labels(self.variants), chosen, strict=True
         ):
-            is_first = variant.method not in _methods
-            _methods.add(variant.method)
+            is_first = variant.method not in methods_run
+            methods_run.add(variant.method)
             for result in driver.repeated(
                 partial(once, variant.method, values), compared, is_first
             ):

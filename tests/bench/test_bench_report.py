@@ -7,6 +7,7 @@ import math
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from itertools import chain, cycle, repeat
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -34,6 +35,7 @@ from lcpcli.bench.timing import (
     measure,
 )
 from lcpcli.peers.registry import Claim
+from lcpcli.report import plotting
 from lcpcli.report.document import FORMATS
 
 from ..documents import assert_as_before
@@ -183,9 +185,17 @@ def test_picture_is_drawn(record: BenchRecord, form: str, begins: bytes) -> None
 
 
 def test_peer_is_a_point_in_the_picture_and_nothing_is_drawn_of_what_is_excluded(
-    record: BenchRecord,
+    record: BenchRecord, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    (panel,) = figure._panels(record)
+    pictures: list[plotting.Picture] = []
+
+    def noted(*given: Any) -> Any:
+        pictures.append(plotting.Picture(*given))
+        return SimpleNamespace(content=lambda _: b"")
+
+    monkeypatch.setattr(figure, "Picture", noted)
+    figure.draw_figure(record, "png")
+    _, (panel,), _ = pictures[0].data
     assert panel.title == "harker-pang 400"
     curves = {curve.name: curve for curve in panel.curves}
     assert list(curves) == ["auto", "lemke", "liar"]

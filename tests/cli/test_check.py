@@ -16,7 +16,7 @@ from lcpcli import Problem
 from lcpcli.files import contents, writing
 from lcpcli.solving.minimum import Minimum
 
-from ..solving.test_programs import SEEDS, program
+from ..methods.programs import bounded_program
 from .conftest import Lcp, record
 
 # z = (0, 15/29, 17/29, 0), w = (14/29, 0, 0, 99/29)
@@ -132,7 +132,10 @@ def test_gain_that_is_small_beside_the_terms_of_the_objective_is_none(
 
 @pytest.mark.parametrize(
     "problem",
-    [*map(lcpcli.read, SHIPPED), *(lcpcli.from_qp(**program(s)) for s in SEEDS[:5])],
+    [
+        *map(lcpcli.read, SHIPPED),
+        *(lcpcli.from_qp(**bounded_program(seed)) for seed in range(4)),
+    ],
 )
 def test_x_alone_and_x_with_its_multipliers_are_accepted_and_a_changed_one_is_not(
     problem: lcpcli.Problem,

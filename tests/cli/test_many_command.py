@@ -23,7 +23,7 @@ from lcpcli.files.inputs import Input, inputs
 from lcpcli.gallery import families
 from lcpcli.solving import proof
 
-from ..solving.test_exact_solve import FACE
+from ..conftest import FACE
 from .conftest import GOOD, INFEASIBLE, Lcp, assert_refused, interrupt, records
 
 MALFORMED = GOOD[:-1]

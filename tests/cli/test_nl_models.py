@@ -5,6 +5,7 @@ from __future__ import annotations
 import gzip
 from collections.abc import Callable
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -14,6 +15,7 @@ from lcpcli.cli import ampl
 from lcpcli.cli.ampl import NUMBERS
 from lcpcli.gallery import nonlinear as gallery
 from lcpcli.model.nonlinear import NonlinearProblem
+from lcpcli.solving import solve_mcp
 from lcpcli.solving.result import Status
 
 from ..files.nl_writing import model
@@ -72,15 +74,14 @@ def test_number_for_ampl_says_solved_of_nothing_but_what_is_solved() -> None:
 def test_run_without_a_finite_point_writes_no_values(
     models: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    for number, z, told in (
-        (404, np.array([np.nan, 1.0]), 500),
-        (401, None, 500),
-        (201, None, 201),
-        (300, None, 300),
+    run = SimpleNamespace(message="a message", iterations=1, residual=1.0, advice="")
+    for status, z, told in (
+        (Status.DIVERGED, np.array([np.nan, 1.0]), 500),
+        (Status.TIME_LIMIT, None, 500),
+        (Status.UNSOLVABLE, None, 201),
     ):
-        monkeypatch.setattr(
-            ampl, "_answer", lambda *_, own=(number, z): ("a message", *own)
-        )
+        ended = SimpleNamespace(**vars(run), status=status, z=z)
+        monkeypatch.setattr(solve_mcp, "run_nonlinear", lambda *_, own=ended, **__: own)
         assert ampl.run(str(models / "market"), []) == 0
         lines = (models / "market.sol").read_text().splitlines()
         assert (lines[-2], lines[-1]) == ("0", f"objno 0 {told}")

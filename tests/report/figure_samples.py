@@ -156,8 +156,8 @@ def texts(figure: Figure) -> list[Text]:
     FigureCanvasAgg(figure).draw()
     found = list(figure.texts)
     for axes in figure.axes:
-        found += axes.texts
-        found += [axes._left_title, axes.title]  # type: ignore[attr-defined]
+        # Also the titles.
+        found += [child for child in axes.get_children() if isinstance(child, Text)]
         if axes.axison:
             for axis, (low, high) in (
                 (axes.xaxis, axes.get_xlim()),

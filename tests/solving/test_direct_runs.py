@@ -35,7 +35,7 @@ from .. import (
     exact,
     kernels_together,  # noqa: F401
 )
-from .test_many import assert_same
+from .conftest import assert_same
 
 TOL = 1e-10
 Way = Callable[[Problem, float], DirectAnswer | None]

@@ -366,5 +366,5 @@ def test_a_confirmed_solution_of_few_unknowns_is_near_an_exact_one(seed: int) ->
     found = confirmed(problem, z)
     if found is not None and is_doubtful(problem, z):
         states = ["basic" if value > 0 else "lower" for value in found.z]
-        near = exact.of_states(*exact._rational(problem), [0] * n, [np.inf] * n, states)
+        near = exact.of_states(*exact.rational(problem), [0] * n, [np.inf] * n, states)
         assert found.z == pytest.approx([float(value) for value in near], rel=1e-11)
