@@ -51,6 +51,7 @@ HEADING = "has the heading {}"
 # Faults: values.
 IS = "is {}"
 OUT_OF_RANGE = "{} is out of range"
+NOT_IN_RANGE = "is out of range"
 IN_PLACE_OF = "has {} in place of {}"
 NO_NUMBER = "is {}, not a number"
 HAS_NO_NUMBER = "has {}, not a number"

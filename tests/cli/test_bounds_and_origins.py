@@ -18,6 +18,7 @@ from lcpcli.errors import ProblemError
 from ..conftest import Outcome
 from ..far_bounds import FAR
 from ..files.binary import archive, mat, npy
+from ..wordings import ENDS_TOO_EARLY, OTHER_ORIGIN
 from .conftest import Lcp, assert_refused, record
 
 MIXED = (
@@ -172,10 +173,10 @@ def test_bad_origins_and_options_without_effect_are_reported_in_one_line(
 ) -> None:
     told = {
         "3": "is a number; give an object with the key kind",
-        "{": "line 1, column 2: ends too early",
+        "{": f"line 1, column 2: {ENDS_TOO_EARLY}",
     }
     for origin, words in (
-        told | {'{"kind": "qp", "variables": 9}': "does not yield this M and q"}
+        told | {'{"kind": "qp", "variables": 9}': OTHER_ORIGIN}
     ).items():
         np.savez(
             files / "bad.npz", M=[[2.0, 1.0], [1.0, 2.0]], q=[-1.0, -1.0], origin=origin
@@ -198,5 +199,5 @@ def test_a_changed_matrix_no_longer_fits_its_origin(
         {"q": problem.q + unit},
         {"lower": unit, "upper": np.inf},
     ):
-        with pytest.raises(ProblemError, match="origin: does not yield this M and q"):
+        with pytest.raises(ProblemError, match=f"origin: {OTHER_ORIGIN}"):
             replace(problem, **changes)

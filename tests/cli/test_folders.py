@@ -13,7 +13,7 @@ import pytest
 
 from lcpcli.solving import solver
 
-from ..wordings import NAME_PROBLEM, RESULT
+from ..wordings import HOLDS_PROBLEM, NAME_PROBLEM, OTHER_OUTPUT, RESULT
 from .conftest import Lcp, assert_refused, records
 
 ONE = '{"M": [[2]], "q": [-1]}'
@@ -134,7 +134,7 @@ def test_an_output_that_is_the_input_under_another_name_is_refused(
     lcp: Lcp, inputs: Path
 ) -> None:
     os.link(inputs / "p.json", inputs / "hard.json")
-    assert_refused(lcp("solve", "p.json", "-o", "hard.json"), "holds the problem")
+    assert_refused(lcp("solve", "p.json", "-o", "hard.json"), HOLDS_PROBLEM)
     assert (inputs / "p.json").read_text() == PROBLEM
 
 
@@ -144,7 +144,7 @@ def test_a_picture_that_is_read_is_refused(
 ) -> None:
     pytest.importorskip("matplotlib")
     os.link(inputs / "p.json", inputs / "picture.svg")
-    told = "lcp: picture.svg: holds the problem; choose another file for the output\n"
+    told = f"lcp: picture.svg: {HOLDS_PROBLEM}; {OTHER_OUTPUT}\n"
     assert_refused(lcp(*command.split(), "--plot", "picture.svg"), told)
     assert (inputs / "p.json").read_text() == PROBLEM
 

@@ -255,7 +255,7 @@ solve good.json -o loop
 solve good.json -o {LONG_NAME}
     => {LONG_NAME}: {{CANNOT_BE_WRITTEN:File name too long}}; {{OTHER_PLACE}}
 solve good.json -o json
-    => --output: json is a format; give --format json, or a name with a suffix
+    => --output: json is a format; {{GIVE_JSON}}, or a name with a suffix
 solve good.json -o result.pdf => result.pdf: {{NO_FORMAT:.pdf}}; {{SUFFIXES}}
 solve good.json -o result.xlsx => result.xlsx: {{NO_FORMAT:.xlsx}}; {{SUFFIXES}}
 solve good.json --trace t.json
@@ -446,7 +446,7 @@ path first.json last.json --at a => --at: 'a' is not a list of numbers; write 0,
 path first.json last.json --max-breakpoints 0
     => --max-breakpoints: {OUT_OF_RANGE:0}; {IT_MUST_BE:{WHOLE:1}}
 path first.json last.json -o json
-    => --output: json is a format; give --format json, or a name with a suffix
+    => --output: json is a format; {GIVE_JSON}, or a name with a suffix
 path first.json last.json -o a.xyz => a.xyz: {NO_FORMAT:.xyz}; {SUFFIXES}
 path - - => standard input: {READ_ONCE}; {NAME_A_FILE}
 """,
@@ -463,9 +463,9 @@ path - - => standard input: {READ_ONCE}; {NAME_A_FILE}
 MAKE = commands(
     r"""
 make => FAMILY: {MISSING}; name a family; lcp make --list shows them
-make murty -n 0 => -n: is out of range; {A_WHOLE_FROM_TO:1|100000000}
+make murty -n 0 => -n: {NOT_IN_RANGE}; {A_WHOLE_FROM_TO:1|100000000}
 make murty -n 100000000000000000000000000000
-    => -n: is out of range; {A_WHOLE_FROM_TO:1|100000000}
+    => -n: {NOT_IN_RANGE}; {A_WHOLE_FROM_TO:1|100000000}
 make curtis-han-robinson -n 10
     => -n: is 10, and curtis-han-robinson has 3 unknowns; {LEAVE_IT_OUT}
 make murty --seed 1

@@ -430,7 +430,7 @@ def test_ctrl_c_raises_with_the_best_iterate_or_returns_it(name: str) -> None:
     assert call(PROBLEM, interrupts="return").interrupted
     with pytest.raises(
         lcpcli.errors.OptionError,
-        match='interrupts: \'ignore\' is unknown; give "raise" or "return"',
+        match=r"interrupts: 'ignore' .*; give",
     ):
         call(PROBLEM, interrupts="ignore")
     assert isinstance(pickle.loads(pickle.dumps(ending.value)), lcpcli.Interrupted)

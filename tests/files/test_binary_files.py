@@ -303,7 +303,7 @@ def test_a_missing_file_in_a_folder_that_cannot_be_listed_is_refused(
 
     monkeypatch.setattr(Path, "iterdir", refuse)
     outcome = lcp("solve", str(tmp_path / "good.json"))
-    assert "no such file" in outcome.err
+    assert NO_SUCH_FILE in outcome.err
     assert (outcome.code, outcome.out, outcome.err.count("\n")) == (2, "", 1)
 
 

@@ -16,6 +16,7 @@ from lcpcli import Problem, from_qp, read, write
 from lcpcli.errors import ProblemError
 
 from ..cli.conftest import Lcp
+from ..wordings import NO_SUCH_FILE
 
 NAMES = ["a", "b", "c"]
 M = {"M": [[4, -1, 0], [-1, 4, -1], [0, -1, 4]], "names": NAMES}
@@ -85,7 +86,7 @@ def test_a_link_to_nothing_is_a_file_that_is_missing(lcp: Lcp, folder: Path) -> 
     (folder / "nightly").mkdir()
     (folder / "nightly" / "a.json").symlink_to(folder / "gone.json")
     (folder / "nightly" / "p.json").write_text((folder / "p.json").read_text())
-    assert "nightly/a.json: no such file; " in lcp("solve", "nightly").err
+    assert f"nightly/a.json: {NO_SUCH_FILE}; " in lcp("solve", "nightly").err
 
 
 def test_columns_of_one_name_leave_the_rows_where_they_are(folder: Path) -> None:

@@ -374,7 +374,7 @@ def test_the_first_problem_without_derivatives_is_named_or_its_row_is_nan() -> N
     assert np.isnan(gradient.q).all(axis=1).tolist() == [False, True, False]
     assert np.isnan(gradient.M).all(axis=(1, 2)).tolist() == [False, True, False]
     assert gradient.q[0].tolist() == [-1.0, -1.0]
-    with pytest.raises(OptionError, match="unsolved: 'no' is unknown"):
+    with pytest.raises(OptionError, match="unsolved: 'no' "):
         batch.gradient(g, unsolved="no")  # type: ignore[arg-type]
 
 

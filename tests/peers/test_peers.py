@@ -192,11 +192,11 @@ def test_a_prefix_selects_each_peer_once_and_an_unknown_peer_gets_a_hint() -> No
     assert peers.select(["path-start", "path"]) == ["path-start"]
     assert peers.select([]) == []
     for name, hint in {
-        "PIPQ": "did you mean piqp",
+        "PIPQ": "piqp",
         "zzz": "choose one of quantecon, ",
     }.items():
         for call in (partial(peers.select, ["daqp", name]), partial(peers.load, name)):
-            with pytest.raises(OptionError, match=f"'{name}' is unknown; {hint}"):
+            with pytest.raises(OptionError, match=f"'{name}' .*; .*{hint}"):
                 call()
 
 

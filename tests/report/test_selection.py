@@ -14,6 +14,7 @@ from lcpcli.errors import OptionError
 from lcpcli.report.wording import places
 
 from ..cli.conftest import Lcp
+from ..wordings import NO_UNKNOWN
 
 NAMES = ["price n0", "price n1", "flow", "", "price *"]
 MARKET = {
@@ -57,9 +58,7 @@ def test_patterns_choose_unknowns_in_their_order_and_each_once() -> None:
 
 @pytest.mark.parametrize("pattern", ["prices", "z6", "z0", "Flow", ""])
 def test_a_name_of_none_is_refused(pattern: str) -> None:
-    with pytest.raises(
-        OptionError, match=r"show: '.*' is not the name of an unknown; "
-    ):
+    with pytest.raises(OptionError, match=rf"show: {NO_UNKNOWN.format('.*')}; "):
         places(NAMES, [pattern])
 
 
