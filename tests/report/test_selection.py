@@ -106,5 +106,6 @@ def test_interpreter_and_notebook_show_bounds() -> None:
 
 
 def test_runs_on_different_bounds_do_not_share_a_panel() -> None:
+    pytest.importorskip("matplotlib")
     runs = [solve([[2]], [-5], lower=lower, trace=True) for lower in (0, 0, 1)]
     assert repr(plot(runs)) == "<Picture: 3 runs on 2 problems>"

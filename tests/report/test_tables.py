@@ -153,6 +153,7 @@ def test_a_bound_is_shown_where_it_is_asked_for(lcp: Lcp, tmp_path: Path) -> Non
 def test_default_beside_a_run_with_an_option_and_every_value_in_a_figure_are_told(
     lcp: Lcp, tmp_path: Path
 ) -> None:
+    pytest.importorskip("matplotlib")
     file = tmp_path / "figure.svg"
     methods = (
         "--method",

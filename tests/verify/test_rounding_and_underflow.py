@@ -325,7 +325,7 @@ def test_a_disc_at_rest_needs_no_exact_arithmetic(
     slip: float, compiled: bool, looks: list[int]
 ) -> None:
     if compiled and direct_run.compiled() is None:
-        pytest.skip("needs numba")
+        pytest.skip("numba is not installed")
     problem = on_the_floor(slip)
     result = lcpcli.solve(problem.M, problem.q, compiled=compiled)
     assert (result.route, looks) == (("newton",), [])
