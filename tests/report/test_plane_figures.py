@@ -191,10 +191,10 @@ def test_q_is_in_the_sectors_whose_generators_have_it_as_a_sum(
                 )
 
 
-def wedges(figure: Figure) -> list[tuple[float, float]]:
-    """The sectors that are filled, in degrees."""
+def wedges(figure: Figure) -> list[tuple[float, float, float]]:
+    """The sectors that are filled, in degrees, and how opaque each is."""
     return [
-        (patch.theta1 % 360, patch.theta2 % 360)
+        (patch.theta1 % 360, patch.theta2 % 360, patch.get_facecolor()[3])
         for patch in figure.axes[0].patches
         if isinstance(patch, Wedge) and patch.get_fill()
     ]
@@ -225,7 +225,8 @@ def test_a_picture_of_cones_has_a_sector_for_each_with_two_directions(
         is_flat = not (one.any() and other.any()) or abs(sine(one, other)) < 1e-12
         if not is_flat:
             turns = [degrees(one), degrees(other)]
-            sectors.append(tuple(turns if sine(one, other) > 0 else turns[::-1]))
+            turns = turns if sine(one, other) > 0 else turns[::-1]
+            sectors.append((*turns, plane_figures.FILLS[holds]))
         told, _, kind = entry.removesuffix("  \N{CHECK MARK}").partition(": ")
         assert told == name
         assert kind in (("a line", "a ray", "the origin") if is_flat else ("",))
