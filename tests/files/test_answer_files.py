@@ -16,6 +16,8 @@ from lcpcli.report import plotting
 from lcpcli.report.plotting import Panel
 
 from ..cli.conftest import Lcp
+from ..conftest import Outcome
+from ..wordings import AS_JSON_OR_CSV, RESULT_AS_TABLE
 
 EXAMPLE = contents.shipped_path("paper-example-2.json")
 
@@ -46,6 +48,18 @@ def folder(in_folder: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     for name, text in PROBLEMS.items():
         (in_folder / f"{name}.json").write_text(text)
     return in_folder
+
+
+@pytest.mark.parametrize("answer", ["z.md", "z.tex", "z.txt"])
+@pytest.mark.parametrize("options", [(), ("--all",)])
+def test_a_result_as_a_table_is_for_people_alone(
+    answer: str, options: tuple[str, ...], lcp: Lcp, folder: Path
+) -> None:
+    assert lcp("solve", "murty.json", *options, "-o", answer, "-q").code == 0
+    for command in (("check", "murty.json", answer), ("solve", answer)):
+        told = f"lcp: {answer}: {RESULT_AS_TABLE}; {AS_JSON_OR_CSV}\n"
+        assert lcp(*command) == Outcome(2, "", told)
+    assert (folder / answer).exists()
 
 
 def test_trace_file_has_every_iterate_whatever_is_shown(lcp: Lcp, folder: Path) -> None:
