@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from lcpcli.errors import OptionError, count, likely, quoted, visible
+from lcpcli.errors import LEAVE_OUT, OptionError, count, likely, quoted, visible
 from lcpcli.files import atomic_write, contents, nl_format
 from lcpcli.methods.registry import RESTARTS
 from lcpcli.model.nonlinear import NonlinearProblem
@@ -87,9 +87,7 @@ def _options(words: Sequence[str]) -> dict[str, Any]:
         try:
             given[name] = OPTIONS[name].kind(text)
         except ValueError:
-            raise OptionError(
-                name, f"is {quoted(text)}", f"it must be: {OPTIONS[name].range}"
-            ) from None
+            raise OptionError(name, f"is {quoted(text)}", OPTIONS[name].hint) from None
     check(OPTIONS.values(), given)
     return given
 
@@ -106,9 +104,7 @@ def _answer(
             model.problem, limits=limits, interrupts="return", **others
         )
     elif RESTARTS.name in others:
-        raise OptionError(
-            RESTARTS.name, "has no effect on a linear model", "leave it out"
-        )
+        raise OptionError(RESTARTS.name, "has no effect on a linear model", LEAVE_OUT)
     elif (objective := model.objective) is not None:
         from lcpcli.enumeration.optimum import best
 

@@ -16,7 +16,7 @@ from lcpcli.cli.declarations import argument, option, refuse, refuse_beside
 from lcpcli.cli.main import BAD_INPUT, INTERRUPTED, NOT_SOLVED, SOLVED, say
 from lcpcli.cli.problems import Inputs, Request, same_file, settle_threads, taken, tell
 from lcpcli.cli.terminal import Line, shows_progress
-from lcpcli.errors import OptionError, count, listed, missing
+from lcpcli.errors import OTHER_OUTPUT, OptionError, count, listed, missing
 from lcpcli.methods.registry import Variant, meanings
 from lcpcli.options import ACCEPT, BUDGET, INFINITY, THREADS, TIME_LIMIT, TOL, Option
 from lcpcli.peers.registry import PEERS, load
@@ -176,7 +176,7 @@ def _run(request: Request, destination: output.Destination) -> int:
             holds,
             str(destination.path),
             "holds the record to resume",
-            "choose another file for the output",
+            OTHER_OUTPUT,
         )
         saved[:0] = [request.resume] * bool(record.pending())
     files = [file for case in record.cases for file in (case.file, case.q_file) if file]

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
-from lcpcli.errors import OptionError, likely, nearest, quoted
+from lcpcli.errors import IS_MISSING, OptionError, likely, nearest, quoted, unknown
 from lcpcli.options import NUMBA, wants_kernels
 from lcpcli.version import VERSION
 
@@ -122,7 +122,7 @@ class Command(click.Command):
                     f"{OPTIONAL} has taken {quoted(given[given.index(OPTIONAL) + 1])}"
                 )
             name, _, _ = getattr(error.param, "human_readable_name", "").partition(" ")
-            raise OptionError(name, "is missing", hint) from None
+            raise OptionError(name, IS_MISSING, hint) from None
         except click.BadOptionUsage as error:
             fault = error.message.removeprefix(f"Option {error.option_name!r} ").rstrip(
                 "."
@@ -358,7 +358,7 @@ class Group(Command, click.Group):
                 if is_problem
                 else likely(args[0], self.commands)
             )
-            raise OptionError("COMMAND", f"{quoted(args[0])} is unknown", hint)
+            raise OptionError("COMMAND", unknown(args[0]), hint)
         return super().resolve_command(ctx, args)
 
 

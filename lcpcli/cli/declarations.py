@@ -11,7 +11,7 @@ import click
 
 from lcpcli.cli.command import Candidates, Choice
 from lcpcli.cli.terminal import ITERATES, NAMES_OF_OUTPUT
-from lcpcli.errors import OptionError, listed
+from lcpcli.errors import LEAVE_ONE_OUT, LEAVE_OUT, OptionError, listed
 from lcpcli.files.fields import BOUNDS
 from lcpcli.files.formats import WRITTEN
 from lcpcli.methods import registry
@@ -247,7 +247,7 @@ def files_argument(
     )
 
 
-def refuse(is_wrong: bool, where: str, fault: str, hint: str = "leave it out") -> None:
+def refuse(is_wrong: bool, where: str, fault: str, hint: str = LEAVE_OUT) -> None:
     if is_wrong:
         raise OptionError(where, fault, hint)
 
@@ -264,9 +264,7 @@ def chosen_variants(
     for axis in (*axes, *varied):
         name = axis.partition("=")[0].strip().replace("-", "_")
         where = VARY if varied else SWEEP
-        refuse(
-            name in given, where, f"{flag(name)} is given beside it", "leave one out"
-        )
+        refuse(name in given, where, f"{flag(name)} is given beside it", LEAVE_ONE_OUT)
     variants = list(dict.fromkeys(chosen or map(Variant, default)))
     return registry.vary(variants, varied) if varied else registry.sweep(variants, axes)
 
@@ -440,22 +438,22 @@ BENCH = (
     "--accept",
     "--budget",
 )
-COMPARE, ONE_LEFT_OUT = "leave it out, or use lcp compare", "leave one out"
+COMPARE = "leave it out, or use lcp compare"
 
 
 class Refusal(NamedTuple):
     options: Collection[str]
     fault: str = "has no effect with {mode}"
-    hint: str = "leave it out"
+    hint: str = LEAVE_OUT
 
 
 OF_SEARCH = Refusal(
     ONE_SOLUTION, "has no effect with {mode}, which has a method of its own"
 )
 TABLE = {  # by what is asked for
-    "--all": [Refusal(("--minimize", "--maximize"), hint=ONE_LEFT_OUT), OF_SEARCH],
+    "--all": [Refusal(("--minimize", "--maximize"), hint=LEAVE_ONE_OUT), OF_SEARCH],
     "--minimize": [
-        Refusal(("--maximize",), hint=ONE_LEFT_OUT),
+        Refusal(("--maximize",), hint=LEAVE_ONE_OUT),
         OF_SEARCH,
         Refusal(("--plot",)),
     ],
@@ -483,7 +481,7 @@ TABLE = {  # by what is asked for
         )
     ],
     VARY: [
-        Refusal((SWEEP,), hint=ONE_LEFT_OUT),
+        Refusal((SWEEP,), hint=LEAVE_ONE_OUT),
         Refusal(
             (*OF_ITERATES[1:], "--paths", "--show"),
             "has no effect with {mode}, which shows the ends of runs",
@@ -526,10 +524,10 @@ TABLE = {  # by what is asked for
         )
     ],
     "--list": [
-        Refusal((*FAMILY, "--from-qp", "--from-game", "--output"), hint=ONE_LEFT_OUT)
+        Refusal((*FAMILY, "--from-qp", "--from-game", "--output"), hint=LEAVE_ONE_OUT)
     ],
-    "--from-qp": [Refusal((*FAMILY, "--from-game"), hint=ONE_LEFT_OUT)],
-    "--from-game": [Refusal(FAMILY, hint=ONE_LEFT_OUT)],
+    "--from-qp": [Refusal((*FAMILY, "--from-game"), hint=LEAVE_ONE_OUT)],
+    "--from-game": [Refusal(FAMILY, hint=LEAVE_ONE_OUT)],
 }
 
 

@@ -25,7 +25,7 @@ from lcpcli.cli.command import (
 )
 from lcpcli.cli.declarations import argument, option, refuse
 from lcpcli.cli.terminal import Line, emit, shows_progress, terminal
-from lcpcli.errors import OptionError, count, folded, quoted
+from lcpcli.errors import LEAVE_OUT, OptionError, count, folded, quoted, unknown
 from lcpcli.methods.registry import (
     METHODS,
     NONLINEAR,
@@ -133,7 +133,10 @@ def help(
         "name one: lcp help solve --all",
     )
     refuse(
-        bool(rest) and topic in commands, "WORDS", f"{quoted(topic or '')} is no page"
+        bool(rest) and topic in commands,
+        "WORDS",
+        f"{quoted(topic or '')} is no page",
+        LEAVE_OUT,
     )
     if topic is None:
         _list(context)
@@ -217,7 +220,7 @@ def _search(context: click.Context, words: str) -> None:
     hint = suggestion(
         words, [*TOPICS, *lcp.commands, *known], "lcp help lists the topics"
     )
-    raise OptionError("TOPIC", f"{quoted(words)} is unknown", hint)
+    raise OptionError("TOPIC", unknown(words), hint)
 
 
 @cache

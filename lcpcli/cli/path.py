@@ -279,16 +279,14 @@ def _followed(
 ) -> tuple[Path, int]:
     """Follow the path; return it with the exit code. file : of the last problem."""
     from lcpcli.parametric.following import follow
-    from lcpcli.parametric.path import INFEASIBLE, INTERRUPTED, Family
+    from lcpcli.parametric.path import INFEASIBLE, INTERRUPTED, OTHER_M, Family
 
     first, last = ends
 
     def data() -> tuple[ExactProblem, ExactProblem]:
         own, other = first.exactly(), last.exactly()
         if own.M != other.M:
-            raise ProblemError(
-                "M", "differs between the two problems", "give two problems with one M"
-            )
+            raise ProblemError("M", *OTHER_M)
         return own, other
 
     try:

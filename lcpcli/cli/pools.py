@@ -22,7 +22,7 @@ from multiprocessing import active_children, get_context, parent_process
 from typing import Any, TypeAlias
 
 from lcpcli.cli.problems import tell
-from lcpcli.errors import OptionError, missing
+from lcpcli.errors import LEAVE_OUT, OptionError, missing
 from lcpcli.interrupts import REQUESTS, deferring_signals
 
 TASKS = "/proc/self/task"  # on Linux, the threads of this process
@@ -49,7 +49,7 @@ class Local:
     most: int = sys.maxsize
     kill_error: type[BaseException] = BrokenExecutor
     end_errors: tuple[type[Exception], ...] = (OSError,)
-    end = OptionError("--jobs", "no process could be started", "leave it out")
+    end = OptionError("--jobs", "no process could be started", LEAVE_OUT)
 
     def __init__(self, size: int) -> None:
         are_safe = (

@@ -21,7 +21,7 @@ from lcpcli.cli.problems import (
 )
 from lcpcli.cli.terminal import STANDARD
 from lcpcli.enumeration import others
-from lcpcli.errors import LCPError, OptionError, ProblemError
+from lcpcli.errors import OTHER_OUTPUT, LCPError, OptionError, ProblemError
 from lcpcli.files import contents, formats
 from lcpcli.files.inputs import Work
 from lcpcli.options import AUTO
@@ -50,7 +50,7 @@ def run(
         raise OptionError(
             "standard output",
             "goes to a file of problems",
-            "choose another file for the output",
+            OTHER_OUTPUT,
         )
     are_many = request.output is not None and request.output.casefold().endswith(
         formats.LINES

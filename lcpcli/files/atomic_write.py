@@ -20,7 +20,7 @@ from io import BytesIO
 from pathlib import Path
 from typing import IO, Any, TypeAlias
 
-from lcpcli.errors import OptionError
+from lcpcli.errors import IS_DIRECTORY, NAME_FILE, OptionError
 from lcpcli.interrupts import deferring_signals
 
 Content: TypeAlias = "str | bytes | IO[bytes]"
@@ -33,11 +33,11 @@ def refuse_unwritable(path: str) -> None:
     from tempfile import TemporaryFile
 
     if not path:
-        raise OptionError("", "the name of the output is empty", "name a file")
+        raise OptionError("", "the name of the output is empty", NAME_FILE)
     with naming(path):
         target = _target(path)
         if target.is_dir():
-            raise OptionError(path, "is a directory", "name a file")
+            raise OptionError(path, IS_DIRECTORY, NAME_FILE)
         if not target.parent.is_dir():
             raise OptionError(
                 path, f"there is no folder {target.parent}", "create it first"

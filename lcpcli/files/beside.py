@@ -25,7 +25,18 @@ from typing import Any, Literal, NamedTuple, cast
 
 import numpy as np
 
-from lcpcli.errors import ParameterError, ProblemError, count, kind, listed, quoted
+from lcpcli.errors import (
+    IS_EMPTY,
+    IS_MISSING,
+    LEAVE_OUT,
+    MAKE_AGREE,
+    ParameterError,
+    ProblemError,
+    count,
+    kind,
+    listed,
+    quoted,
+)
 from lcpcli.files.contents import (
     STANDARD_INPUT,
     Fetch,
@@ -59,7 +70,7 @@ STATES_HINT = (
 # Of bounds for a problem made from a program or a game: what this is, and the hint.
 REFUSALS = {
     "qp": ("a program", "give the bounds of its variables in the file"),
-    "game": ("a game", "leave it out"),
+    "game": ("a game", LEAVE_OUT),
 }
 
 
@@ -305,7 +316,7 @@ def _states_in(path: str, content: bytes, problem: Problem) -> list[str]:
         refuse(
             not is_result,
             "basis",
-            "is missing" if states is None else f"is {kind(states)}",
+            IS_MISSING if states is None else f"is {kind(states)}",
             STATES_HINT,
         )
     z, w = _result_in(form, content, problem.n)
@@ -445,7 +456,7 @@ def of_json(content: bytes, lengths: Lengths, problem: Sought) -> list[Candidate
     )
     if not isinstance(solutions, list):
         return [_candidate(data, lengths)._replace(remark=remark)]
-    refuse(not solutions, "solutions", "is empty", "give a solution to check")
+    refuse(not solutions, "solutions", IS_EMPTY, "give a solution to check")
     own = (
         (each.get("equilibrium") or each) if isinstance(each, dict) else each
         for each in solutions
@@ -545,7 +556,7 @@ def of_length(field: str, values: list[Fraction], lengths: Lengths) -> list[Frac
         f"has {count(len(values), 'entry')} for "
         f"{own if own.endswith('strategies') else count(n, 'unknown')}"
     )
-    refuse(len(lengths) == 1, field, fault, "make them agree")
+    refuse(len(lengths) == 1, field, fault, MAKE_AGREE)
     choices = (f"{size} for {what}" for size, what in sorted(lengths.items()))
     raise ProblemError(field, fault, f"give {listed(choices, 'or')}")
 

@@ -11,7 +11,14 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from typing import IO, TYPE_CHECKING, Any, NamedTuple, TypeVar
 
-from lcpcli.errors import ProblemError, count
+from lcpcli.errors import (
+    IS_DIRECTORY,
+    IS_EMPTY,
+    NAME_FILE,
+    NO_SUCH_FILE,
+    ProblemError,
+    count,
+)
 from lcpcli.files.formats import COMPRESSIBLE, GZIP, HEAD, PROBLEMS, is_result, refuse
 
 if TYPE_CHECKING:
@@ -175,7 +182,7 @@ def checked(path: str, content: bytes, expected: str) -> bytes:
         content = within(place(path), unpacked, content)
     content = without_mark(content)
     hint = "write the model again" if path.endswith(".nl") else expected
-    refuse(not content or content.isspace(), place(path), "is empty", hint)
+    refuse(not content or content.isspace(), place(path), IS_EMPTY, hint)
     return content
 
 
@@ -185,10 +192,8 @@ def open_file(path: str) -> Iterator[IO[bytes]]:
     file may be the name of a shipped problem. Raises ProblemError if the file cannot be
     read."""
     name = place(path)
-    refuse(not path, "", "the name of a file is empty", "name a file")
-    refuse(
-        path == STANDARD_INPUT and sys.stdin is None, name, "is closed", "name a file"
-    )
+    refuse(not path, "", "the name of a file is empty", NAME_FILE)
+    refuse(path == STANDARD_INPUT and sys.stdin is None, name, "is closed", NAME_FILE)
     try:
         if path == STANDARD_INPUT:
             yield sys.stdin.buffer
@@ -196,9 +201,9 @@ def open_file(path: str) -> Iterator[IO[bytes]]:
             with open(shipped_file(path) or path, "rb") as file:
                 yield file
     except FileNotFoundError:
-        raise ProblemError(name, "no such file", _likely_file(path)) from None
+        raise ProblemError(name, NO_SUCH_FILE, _likely_file(path)) from None
     except IsADirectoryError:
-        raise ProblemError(name, "is a directory", "name a file in it") from None
+        raise ProblemError(name, IS_DIRECTORY, "name a file in it") from None
     except OSError as error:
         raise ProblemError(
             name, f"cannot be read ({error.strerror})", "make it readable"

@@ -19,7 +19,19 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from lcpcli.errors import REAL, ProblemError, count, quoted
+from lcpcli.errors import (
+    CORRECT_THERE,
+    GIVE_NUMBER,
+    IS_EMPTY,
+    KEEP_ONE,
+    ONE_ROW,
+    REAL,
+    ROW_OF_NUMBERS,
+    ProblemError,
+    count,
+    numbers_for,
+    quoted,
+)
 from lcpcli.files.contents import decode
 from lcpcli.files.fields import BOUNDS, OTHER_NAMES, of_table
 from lcpcli.files.formats import HEAD, Exact, Number, refuse
@@ -144,12 +156,10 @@ def values(field: str, content: bytes, number: Number = float) -> list[Any]:
         headed,
         "",
         f"has columns headed {headed}",
-        "give one row or one column of numbers",
+        ROW_OF_NUMBERS,
     )
     shape = f"has {len(rows)} rows and {len(rows[0])} columns"
-    refuse(
-        len(rows) > 1 and len(rows[0]) > 1, field, shape, "give one row or one column"
-    )
+    refuse(len(rows) > 1 and len(rows[0]) > 1, field, shape, ONE_ROW)
     return [x for row in rows for x in row]
 
 
@@ -389,7 +399,7 @@ def _places(line: int, names: list[str]) -> dict[str, int]:
             names.count(name) > 1,
             f"line {line}",
             f"heads {names.count(name)} columns {name}",
-            "keep one",
+            KEEP_ONE,
         )
     refuse(
         "q" not in columns,
@@ -454,7 +464,7 @@ def refuse_other_order(labels: Sequence[str], names: Sequence[str]) -> None:
         and set(own) & set(names) - {""}
         and len(set(names)) == len(names)
     ):
-        fault = f"has {count(len(own), 'label')} for {count(len(names), 'unknown')}"
+        fault = numbers_for(len(own), "label", len(names), "unknown")
         if len(own) == len(names):
             label, name = next(
                 pair for pair in zip(own, names, strict=True) if pair[0] != pair[1]
@@ -478,7 +488,7 @@ def cells_of(number: int, line: str, delimiter: str) -> list[str]:
         fault = (
             "is not CSV (its quotation marks do not match, or an entry is very long)"
         )
-        raise ProblemError(f"line {number}", fault, "correct it there") from None
+        raise ProblemError(f"line {number}", fault, CORRECT_THERE) from None
 
 
 def is_name(entry: str) -> bool:
@@ -526,8 +536,8 @@ def value_of(
     text = quoted(entry.strip())
     if is_ratio or not entry.strip():
         fault, hint = (
-            f"is {text}, a division by 0" if is_ratio else "is empty",
-            "give a number",
+            f"is {text}, a division by 0" if is_ratio else IS_EMPTY,
+            GIVE_NUMBER,
         )
     elif is_mixed:
         fault, hint = (

@@ -13,7 +13,7 @@ from itertools import combinations, product
 from typing import TYPE_CHECKING, Any
 
 from lcpcli import errors
-from lcpcli.errors import ProblemError
+from lcpcli.errors import IS_MISSING, ProblemError
 from lcpcli.files.formats import refuse
 from lcpcli.options import INFINITY
 
@@ -39,6 +39,7 @@ NONLINEAR = {
     "equations",
     "jacobian",
 }
+A_RESULT = ("is a result, not a problem", "name the file of the problem")
 THREE_PLAYERS = (
     "is a game of more than two players",
     "its equilibria are not the solutions of an LCP",
@@ -136,12 +137,7 @@ def refuse_unknown(
         "is a nonlinear problem",
         hint,
     )
-    refuse(
-        {"version", "status", "z"} <= keys,
-        "",
-        "is a result, not a problem",
-        "name the file of the problem",
-    )
+    refuse({"version", "status", "z"} <= keys, "", *A_RESULT)
     others, bounds = (
         [key for key in given if key not in known],
         PAIRS_OF_BOUNDS if "lower" in known else set[str](),
@@ -212,7 +208,7 @@ def made(fields: Mapping[str, Any]) -> Problem | Matrix:
     if "q" not in fields:
         if any(key in fields for key in KEYS if key not in ("M", *TEXTS)):
             raise ProblemError(
-                "q", "is missing", "add q, or name the file of q after this one"
+                "q", IS_MISSING, "add q, or name the file of q after this one"
             )
         return (
             as_matrix("M", fields["M"])
@@ -262,12 +258,12 @@ def _program(data: Mapping[str, Any]) -> Problem:
     keys, vector, matrix = FORMS[maker]
     refuse_unknown("", data, keys, "a program")
     hint = f"add the objective, {vector}'x"
-    refuse(data.get(vector) is None, vector, "is missing", hint)
+    refuse(data.get(vector) is None, vector, IS_MISSING, hint)
     hint = (
         "add it, all zeros for a linear program; the matrix of a complementarity "
         "problem is called M"
     )
-    refuse(keys is OSQP and "P" not in data, "P", "is missing", hint)
+    refuse(keys is OSQP and "P" not in data, "P", IS_MISSING, hint)
     from lcpcli.model import reductions
 
     given = {matrix: None} | without_nulls(data)
@@ -288,7 +284,7 @@ def _game(data: Mapping[str, Any]) -> Problem:
         refuse(
             key not in data,
             key,
-            "is missing",
+            IS_MISSING,
             f"add the key {key}{', -A in a zero-sum game' * (key == 'B')}",
         )
     refuse(any(_depth(data[key]) > 2 for key in ("A", "B")), "", *THREE_PLAYERS)

@@ -18,7 +18,18 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lcpcli.errors import ProblemError, count, kind, quoted, visible_json
+from lcpcli.errors import (
+    CORRECT_THERE,
+    ENDS_TOO_EARLY,
+    IS_MISSING,
+    KEEP_ONE,
+    MAKE_AGREE,
+    ProblemError,
+    count,
+    kind,
+    quoted,
+    visible_json,
+)
 from lcpcli.files.contents import decode, refuse_mostly_absent
 from lcpcli.files.fields import (
     BOUNDS,
@@ -72,7 +83,7 @@ def fields(content: bytes, number: Number = float) -> dict[str, Any]:
         return data | _payoffs(_with_numbers(load(decode(content), payoff), payoff))
     refuse_unknown("", data, KEYS)
     data = without_nulls(_with_numbers(data, number))
-    refuse("M" not in data, "M", "is missing", "add the key M")
+    refuse("M" not in data, "M", IS_MISSING, "add the key M")
     data |= {key: as_vector(key, data[key]) for key in STARTS if key in data}
     if isinstance(data["M"], dict):
         data["M"] = _sparse(
@@ -208,13 +219,11 @@ def load(text: str, number: Callable[[str], Any] = float) -> Any:
         if text[error.pos :].strip() in ("", "-") or error.msg.startswith(
             "Unterminated string"
         ):
-            raise ProblemError(
-                place, "ends too early", "is the file cut off?"
-            ) from None
+            raise ProblemError(place, ENDS_TOO_EARLY, "is the file cut off?") from None
         raise ProblemError(
             place,
             f"is not JSON ({error.msg[0].lower()}{error.msg[1:]})",
-            "correct it there",
+            CORRECT_THERE,
         ) from None
     except RecursionError:
         raise ProblemError(
@@ -226,7 +235,7 @@ def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     data = dict(pairs)
     if len(data) < len(pairs):
         twice = Counter(name for name, _ in pairs).most_common(1)[0][0]
-        raise ProblemError(twice, "occurs twice", "keep one")
+        raise ProblemError(twice, "occurs twice", KEEP_ONE)
     return data
 
 
@@ -237,7 +246,7 @@ def _sparse(field: str, given: dict[str, Any], n: int | None = None) -> Matrix:
 
     refuse_unknown(field, given, OF_COORDINATES)
     for key in OF_COORDINATES:
-        refuse(key not in given, f"{field}.{key}", "is missing", f"add the key {key}")
+        refuse(key not in given, f"{field}.{key}", IS_MISSING, f"add the key {key}")
     refuse(
         given["format"] != "coo",
         f"{field}.format",
@@ -260,7 +269,7 @@ def _sparse(field: str, given: dict[str, Any], n: int | None = None) -> Matrix:
         is_other,
         where,
         f"is {declared} but q has {count(n or 0, 'entry')}",
-        "make them agree",
+        MAKE_AGREE,
     )
     refuse(
         shape.size != 2 or outside(shape, 2**31 - 1).size,

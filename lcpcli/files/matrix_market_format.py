@@ -14,7 +14,15 @@ from typing import Any
 
 import numpy as np
 
-from lcpcli.errors import REAL, ProblemError, count, quoted
+from lcpcli.errors import (
+    CUT_OFF,
+    MAKE_AGREE,
+    ONE_ROW,
+    REAL,
+    ProblemError,
+    count,
+    quoted,
+)
 from lcpcli.files.contents import refuse_beyond_memory, refuse_mostly_absent
 from lcpcli.files.formats import Exact, Number, refuse
 from lcpcli.files.json_format import of_coordinates
@@ -46,7 +54,7 @@ def values(field: str, content: bytes, number: Number = float) -> Any:
         is_table,
         field,
         f"has {rows} rows and {columns} columns",
-        "give one row or one column",
+        ONE_ROW,
     )
     if is_sparse(matrix):
         refuse_beyond_memory(field, (rows, columns))
@@ -87,14 +95,14 @@ def _matrix(field: str, content: bytes, number: Number) -> Any:
     if form == "array":
         refuse_beyond_memory(field, shape)
     fault = f"is declared with {count(entries, 'entry')}, more than the file holds"
-    refuse(entries * 2 * width > len(content) - end + 1, field, fault, "is it cut off?")
+    refuse(entries * 2 * width > len(content) - end + 1, field, fault, CUT_OFF)
     _refuse_other_lines(form, kind, content, end)
     words = content[end:].split()
     fault = (
         f"is declared with {count(entries, 'entry')} but has "
         f"{count(len(words) // width, 'entry')}"
     )
-    refuse(len(words) != entries * width, field, fault, "make them agree")
+    refuse(len(words) != entries * width, field, fault, MAKE_AGREE)
     texts = words[width - 1 :: width]
     doubles = (
         map(float, texts)

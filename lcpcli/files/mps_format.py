@@ -23,7 +23,16 @@ from typing import Any
 
 import numpy as np
 
-from lcpcli.errors import ProblemError, missing, quoted, visible
+from lcpcli.errors import (
+    CUT_OFF,
+    GIVE_NUMBER,
+    KEEP_ONE,
+    ONE_VARIABLE,
+    ProblemError,
+    missing,
+    quoted,
+    visible,
+)
 from lcpcli.files.fields import LARGEST_DENSE
 from lcpcli.files.formats import Exact, Number, refuse
 from lcpcli.files.json_format import number_text
@@ -88,7 +97,7 @@ def fields(content: bytes, number: Number = float) -> dict[str, Any]:
             return fields(as_mps(content), number)
         except ProblemError as error:  # in a line of another text file
             raise ProblemError("", error.fault, error.hint) from None
-    refuse(not END.search(content), "", "has no ENDATA", "is it cut off?")
+    refuse(not END.search(content), "", "has no ENDATA", CUT_OFF)
     return _Reader(number).program(content.decode("utf-8", "replace"))
 
 
@@ -213,7 +222,7 @@ class _Reader:
         for row, value in pairs:
             if row in self._columns[name]:
                 raise self._error(
-                    f"gives {quoted(name)} a second entry in {quoted(row)}", "keep one"
+                    f"gives {quoted(name)} a second entry in {quoted(row)}", KEEP_ONE
                 )
             self._columns[name][row] = self._number(value)
 
@@ -221,7 +230,7 @@ class _Reader:
         sides = self._sides[self._section]
         for row, value in self._pairs(words[len(words) % 2 :], self._kinds, "ROWS"):
             self._require(
-                row not in sides, f"has {quoted(row)} a second time", "keep one"
+                row not in sides, f"has {quoted(row)} a second time", KEEP_ONE
             )
             is_ranged = self._section != "RANGES" or self._kinds[row] != "N"
             self._require(
@@ -252,7 +261,7 @@ class _Reader:
             self._require(
                 (column, end) not in self._bounds,
                 f"has {quoted(column)} a second time",
-                "keep one",
+                KEEP_ONE,
             )
             self._bounds[column, end] = (
                 self._end(self._number(value)) if value else (-math.inf, math.inf)[end]
@@ -277,7 +286,7 @@ class _Reader:
             if (words[0], name) in self._curvature:
                 raise self._error(
                     f"gives {quoted(words[0])} a second entry in {quoted(name)}",
-                    "keep one",
+                    KEEP_ONE,
                 )
             both = [(words[0], name), (name, words[0])][
                 : 1 if self._section == "QMATRIX" else 2
@@ -305,9 +314,7 @@ class _Reader:
 
     def _require_number(self, text: str, is_infinite: bool = False) -> None:
         if not (is_infinite or NUMBER.fullmatch(text)):
-            raise self._error(
-                f"has {quoted(text)} in place of a number", "give a number"
-            )
+            raise self._error(f"has {quoted(text)} in place of a number", GIVE_NUMBER)
 
     def _objective(self) -> str:
         return next((row for row, kind in self._kinds.items() if kind == "N"), "")
@@ -321,7 +328,7 @@ class _Reader:
             not self._columns,
             "",
             "has no columns",
-            "give a program with at least one variable",
+            ONE_VARIABLE,
         )
         columns, rows = (
             list(self._columns),

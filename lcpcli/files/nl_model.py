@@ -20,7 +20,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from lcpcli.errors import ProblemError, count
+from lcpcli.errors import KEEP_ONE, ProblemError, count
 from lcpcli.expressions.graph import Arithmetic, Graph
 from lcpcli.expressions.tape import SUM, Tape
 from lcpcli.files.contents import within
@@ -172,7 +172,7 @@ class NlModel:
             for number, (is_maximized, terms) in segments.objectives.items()
         ]
         found = [each for each in found if self.graph.value(each[1]) is None]
-        refuse(len(found) > 1, "", f"has {len(found)} objectives", "keep one")
+        refuse(len(found) > 1, "", f"has {len(found)} objectives", KEEP_ONE)
         return found[0] if found else None
 
     def _node(self, linear: Linear, terms: Sequence[Term], constant: Any) -> int:

@@ -13,13 +13,13 @@ from contextlib import suppress
 from math import inf
 from typing import Any, NamedTuple, TypeAlias
 
-from lcpcli.errors import ProblemError, count, quoted
+from lcpcli.errors import CUT_OFF, ENDS_TOO_EARLY, KEEP_ONE, ProblemError, count, quoted
 from lcpcli.files.contents import STANDARD_INPUT, content_of, decode, within
 from lcpcli.files.formats import refuse
 
 Constant = Callable[[str], Any]  # returns the number that a text stands for
 HEADER_LINES = 10
-CUT_OFF, COUNTS = "is it cut off?", "are the counts before it right?"
+COUNTS = "are the counts before it right?"
 WHOLE = re.compile(r"[-+]?[0-9]{1,18}")
 # The numbers in a binary file: doubles, and integers of two or four bytes.
 STORED = {"n": "d", "s": "h", "l": "i"}
@@ -67,7 +67,7 @@ class TextTokens:
             self._rest = ""
             return word
         if self._next == len(self._words):
-            raise self.error(ENDS, CUT_OFF)
+            raise self.error(ENDS_TOO_EARLY, CUT_OFF)
         self._next += 1
         return self._words[self._next - 1]
 
@@ -110,7 +110,7 @@ class BinaryTokens:
         begin, end = self._next, self._next + struct.calcsize(self._order + form)
         self._next = min(end, len(self._content))
         if self._next < end:
-            raise self.error(ENDS, CUT_OFF)
+            raise self.error(ENDS_TOO_EARLY, CUT_OFF)
         return struct.unpack_from(self._order + form, self._content, begin)[0]
 
     def code(self) -> str:
@@ -227,7 +227,6 @@ OPTIONS = re.compile(r"[gb](\d+)((?:\s+-?\d+)*)(?:\s+([-+.\deE]+))?\s*$")
 FEWEST = (5, 2, 2, 3, 3, 3, 2, 2, 5)
 # The bounds in the file, by their kind.
 SIDES = {"0": (1, 1), "1": (0, 1), "2": (1, 0), "3": (0, 0), "4": (1, 0)}
-ENDS = "ends too early"
 
 
 class Header(NamedTuple):
@@ -368,7 +367,7 @@ class Segments:
             number = self._index(self.header.variables, "variable")
             if number in found:
                 raise tokens.error(
-                    f"gives variable {number} a second coefficient here", "keep one"
+                    f"gives variable {number} a second coefficient here", KEEP_ONE
                 )
             found[number] = tokens.number()
         return found
@@ -434,9 +433,8 @@ class Segments:
 
     def _constant(self, letter: str, what: str = "a number") -> Any:
         if letter not in STORED:
-            raise self._tokens.error(
-                f"has {quoted(letter)} in place of {what}" if letter else ENDS, CUT_OFF
-            )
+            fault = f"has {quoted(letter)} in place of {what}"
+            raise self._tokens.error(fault if letter else ENDS_TOO_EARLY, CUT_OFF)
         return self._tokens.number(letter)
 
     def _arguments(self, operator: int) -> int:

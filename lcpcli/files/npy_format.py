@@ -14,7 +14,7 @@ from typing import IO, Any
 import numpy as np
 from numpy.lib import format as npy
 
-from lcpcli.errors import ProblemError
+from lcpcli.errors import GIVE_TEXT, IS_MISSING, ProblemError
 from lcpcli.files.contents import within
 from lcpcli.files.fields import (
     BOUNDS,
@@ -160,7 +160,7 @@ def named(field: str, arrays: Mapping[str, Any]) -> Any:
     refuse(
         name not in arrays and len(arrays) != 1,
         name,
-        "is missing",
+        IS_MISSING,
         f"add the key {name}, or keep a single array",
     )
     array = arrays.get(name, next(iter(arrays.values())))
@@ -215,6 +215,6 @@ def text(key: str, array: Any) -> str:
     if not array.size and array.dtype.kind in "US":
         return ""
     is_other = array.ndim > 1 or array.size != 1 or array.dtype.kind not in "US"
-    refuse(is_other, key, f"is an array of {array.dtype.name}", "give a text")
+    refuse(is_other, key, f"is an array of {array.dtype.name}", GIVE_TEXT)
     item = array.item()
     return item.decode("utf-8", "replace") if isinstance(item, bytes) else str(item)

@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from lcpcli.errors import ProblemError, quoted
+from lcpcli.errors import IS_MISSING, KEEP_ONE, ProblemError, unknown
 from lcpcli.files.contents import refuse_beyond_memory, refuse_mostly_absent, within
 from lcpcli.files.fields import (
     KEYS,
@@ -112,7 +112,7 @@ def _arrays(content: bytes) -> dict[str, Any]:
     ):
         for member in archive.infolist():
             name = member.filename.removesuffix(".npy")
-            refuse(name in arrays, name, "occurs twice", "keep one")
+            refuse(name in arrays, name, "occurs twice", KEEP_ONE)
             refuse_beyond_memory(name, (member.file_size,), 1)
             with (
                 unless_damaged(name, f"is not an array {UNREAD}", hint),
@@ -135,14 +135,14 @@ def _matrix(arrays: dict[str, Any]) -> Matrix:
     refuse(
         not stored,
         "M",
-        "is missing",
+        IS_MISSING,
         "add the key M, or data, indices, indptr and shape of a sparse M",
     )
     form = text("format", arrays["format"]) if "format" in arrays else "csr"
     refuse(
         form not in PARTS,
         "format",
-        f"{quoted(form)} is unknown",
+        unknown(form),
         f"use one of {', '.join(PARTS)}",
     )
     from scipy import sparse

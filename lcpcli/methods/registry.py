@@ -22,6 +22,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from lcpcli import options
 from lcpcli.clock import imports
 from lcpcli.errors import (
+    LEAVE_ONE_OUT,
+    LEAVE_OUT,
     OptionError,
     ParameterError,
     likely,
@@ -29,6 +31,7 @@ from lcpcli.errors import (
     meant,
     quoted,
     raised,
+    unknown,
 )
 from lcpcli.methods import quantities as of
 from lcpcli.methods.quantities import Quantity
@@ -371,7 +374,7 @@ def declared(name: str) -> Method:
             return METHODS[name]
         raise ParameterError(
             "method",
-            f"{name!r} is unknown",
+            unknown(name),
             suggestion(str(name), [*METHODS, *names("methods")]),
         )
     return METHODS.get(name) or NONLINEAR[name]
@@ -464,7 +467,7 @@ def check(name: str, chosen: Mapping[str, Any]) -> None:
             )
         if given not in known:
             raise ParameterError(
-                given, f"has no effect with the method {name}", "leave it out"
+                given, f"has no effect with the method {name}", LEAVE_OUT
             )
         if given in method.switches and not isinstance(value, bool):
             raise ParameterError(
@@ -585,7 +588,7 @@ def sweep(
                 raise ParameterError(
                     where,
                     f"{_dashed(name)} is also set by {variant}",
-                    "leave one out",
+                    LEAVE_ONE_OUT,
                 )
             more = (
                 [((name, value),) for value in values]
@@ -667,7 +670,7 @@ def _checked(variant: Variant, where: str) -> Variant:
             )
         if name in dict(variant.settings[:i]):
             raise ParameterError(
-                "method", f"{_dashed(name)} is set twice in {variant}", "leave one out"
+                "method", f"{_dashed(name)} is set twice in {variant}", LEAVE_ONE_OUT
             )
     try:
         options.check(declared(variant.method).options, variant.options)
@@ -696,7 +699,7 @@ def _value(name: str, text: str) -> Any:
         number = float(text)
     except ValueError:
         fault = f"{quoted(text)} is not a number"
-        raise ParameterError(name, fault, f"it must be: {option.range}") from None
+        raise ParameterError(name, fault, option.hint) from None
     return int(number) if option.kind is int and number.is_integer() else number
 
 

@@ -18,7 +18,16 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 
 from lcpcli.clock import imports
-from lcpcli.errors import ProblemError, kind, quoted, refuse_unknown
+from lcpcli.errors import (
+    IS_MISSING,
+    LEAVE_ONE_OUT,
+    MAKE_AGREE,
+    SCALE_PAYOFFS,
+    ProblemError,
+    kind,
+    quoted,
+    refuse_unknown,
+)
 from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import EPS
 from lcpcli.model.arrays import as_matrix, own
@@ -65,7 +74,7 @@ class Game:
         refuse_unknown("", data, GAME_KEYS)
         for key in ("A", "B"):
             if key not in data:
-                raise ProblemError(key, "is missing", f"add the key {key}")
+                raise ProblemError(key, IS_MISSING, f"add the key {key}")
         return cls.of(
             data["A"],
             data["B"],
@@ -81,9 +90,7 @@ class Game:
         (one, exact_one), (other, exact_other) = _payoffs("A", A), _payoffs("B", B)
         if one.shape != other.shape:
             shapes = [" x ".join(map(str, each.shape)) for each in (other, one)]
-            raise ProblemError(
-                "B", f"is {shapes[0]} but A is {shapes[1]}", "make them agree"
-            )
+            raise ProblemError("B", f"is {shapes[0]} but A is {shapes[1]}", MAKE_AGREE)
         m, k = one.shape
         names = (
             names_of("rows", rows, m, "strategy"),
@@ -188,7 +195,7 @@ def _costs(field: str, payoffs: Any) -> Vector:
         )
         if np.isfinite(costs).all():
             return costs
-    raise ProblemError(field, "exceeds the double-precision range", "scale the payoffs")
+    raise ProblemError(field, "exceeds the double-precision range", SCALE_PAYOFFS)
 
 
 def _constant(payoffs: Any) -> Any:
@@ -281,7 +288,7 @@ def origin_of(given: Any, names: Sequence[str], problem: Conditions) -> Origin:
         )
     if len(names):
         raise ProblemError(
-            "names", "is given beside origin, which has names", "leave one out"
+            "names", "is given beside origin, which has names", LEAVE_ONE_OUT
         )
     return origin
 
@@ -293,7 +300,7 @@ def _parsed(given: Any) -> Program | Game | ExtensiveGame:
         )
     if "kind" not in given:
         raise ProblemError(
-            "origin.kind", "is missing", f"add one of {', '.join(ORIGIN_KINDS)}"
+            "origin.kind", IS_MISSING, f"add one of {', '.join(ORIGIN_KINDS)}"
         )
     name = given["kind"]
     if not isinstance(name, str) or name not in ORIGIN_KINDS:

@@ -14,7 +14,16 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from lcpcli.clock import imports
-from lcpcli.errors import ProblemError, count, kind, quoted, refuse_unknown
+from lcpcli.errors import (
+    GIVE_FINITE,
+    GIVE_NUMBER,
+    MAKE_AGREE,
+    ProblemError,
+    kind,
+    numbers_for,
+    quoted,
+    refuse_unknown,
+)
 from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import EPS
 from lcpcli.linalg.matrices import (
@@ -330,8 +339,8 @@ def names_of(
     if given and size is not None and len(given) != size:
         raise ProblemError(
             field,
-            f"has {count(len(given), 'name')} for {count(size, of)}",
-            "make them agree",
+            numbers_for(len(given), "name", size, of),
+            MAKE_AGREE,
         )
     return tuple(given)
 
@@ -350,9 +359,9 @@ def constant_of(given: Any) -> float:
     if isinstance(given, (bool, np.bool_)) or not isinstance(
         given, (int, float, np.integer, np.floating)
     ):
-        raise ProblemError("constant", f"is {kind(given)}", "give a number")
+        raise ProblemError("constant", f"is {kind(given)}", GIVE_NUMBER)
     if not math.isfinite(given):
-        raise ProblemError("constant", "is not a finite number", "give a finite number")
+        raise ProblemError("constant", "is not a finite number", GIVE_FINITE)
     return float(given)
 
 

@@ -9,9 +9,24 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from lcpcli.clock import imports
-from lcpcli.errors import ProblemError, count, kind
+from lcpcli.errors import (
+    IS_EMPTY,
+    IS_MISSING,
+    KEEP_ONE,
+    LEAVE_ONE_OUT,
+    MAKE_AGREE,
+    ONE_VARIABLE,
+    ProblemError,
+    kind,
+    numbers_for,
+)
 from lcpcli.linalg.doubles import EPS, distinct
-from lcpcli.linalg.matrices import compressed, is_sparse, largest_asymmetry, stack
+from lcpcli.linalg.matrices import (
+    compressed,
+    is_sparse,
+    largest_asymmetry,
+    stack,
+)
 from lcpcli.model.arrays import FROM_0, as_matrix, as_square, as_vector, by_label
 from lcpcli.model.box import NO_BOUND, as_intervals
 from lcpcli.model.problem import Problem
@@ -108,11 +123,11 @@ def from_qp(
                 f"indices are whole numbers from 0 to {k - 1}",
             )
         if distinct(indices.astype(np.intp)).size < indices.size:
-            raise ProblemError("free", "names an index twice", "keep one")
+            raise ProblemError("free", "names an index twice", KEEP_ONE)
         low[indices.astype(np.intp)] = -np.inf
     if b is not None and row_lower is not None:
         raise ProblemError(
-            "b", "is short for row_lower, which is given too", "leave one out"
+            "b", "is short for row_lower, which is given too", LEAVE_ONE_OUT
         )
     field, row_low = ("row_lower", row_lower) if b is None else ("b", b)
     matrix = _rows("A", A, k, {field: row_low, "row_upper": row_upper})
@@ -239,9 +254,7 @@ def _objective(
     may_be_triangle : whether an upper triangle stands for a symmetric matrix."""
     vector = as_vector(other, linear)
     if not vector.size:
-        raise ProblemError(
-            other, "is empty", "give a program with at least one variable"
-        )
+        raise ProblemError(other, IS_EMPTY, ONE_VARIABLE)
     if quadratic is None:
         return None, vector
     matrix, _ = as_square(field, quadratic, vector.size, other)
@@ -286,11 +299,11 @@ def _rows(field: str, given: Any, k: int, bounds: Mapping[str, Any]) -> Matrix:
         return np.zeros((0, k))
     if given is None:
         raise ProblemError(
-            field, "is missing", f"give it with {present[0]}, or leave both out"
+            field, IS_MISSING, f"give it with {present[0]}, or leave both out"
         )
     if not present:
         raise ProblemError(
-            next(iter(bounds)), "is missing", f"give it with {field}, or leave both out"
+            next(iter(bounds)), IS_MISSING, f"give it with {field}, or leave both out"
         )
     is_array = isinstance(given, np.ndarray) and given.ndim == 1 and given.size > 0
     is_row = is_array or (
@@ -298,8 +311,8 @@ def _rows(field: str, given: Any, k: int, bounds: Mapping[str, Any]) -> Matrix:
     )
     matrix = as_matrix(field, [given] if is_row else given)
     if matrix.shape[1] != k:
-        fault = f"has {count(matrix.shape[1], 'column')} for {count(k, 'variable')}"
-        raise ProblemError(field, fault, "make them agree")
+        fault = numbers_for(matrix.shape[1], "column", k, "variable")
+        raise ProblemError(field, fault, MAKE_AGREE)
     return matrix
 
 

@@ -20,7 +20,7 @@ from typing import Any, Generic, TypeVar
 
 import numpy as np
 
-from lcpcli.errors import ProblemError, quoted
+from lcpcli.errors import GIVE_FINITE, GIVE_NUMBER, ProblemError, quoted
 from lcpcli.interrupts import check, in_time
 from lcpcli.linalg.doubles import LARGEST_DOUBLE, SMALLEST_NORMAL, WIDEST
 from lcpcli.typing import Vector
@@ -54,12 +54,10 @@ def fraction(text: str) -> Fraction:
         value = Decimal(text.strip())
     except InvalidOperation:
         raise ProblemError(
-            "", f"has {quoted(text)}, not a number", "give a number"
+            "", f"has {quoted(text)}, not a number", GIVE_NUMBER
         ) from None
     if not value.is_finite():
-        raise ProblemError(
-            "", f"has {quoted(text)}, which is not finite", "give a finite number"
-        )
+        raise ProblemError("", f"has {quoted(text)}, which is not finite", GIVE_FINITE)
     if not value:
         return Fraction(0)
     if abs(value.adjusted()) > LARGEST_EXPONENT + len(text):

@@ -18,7 +18,7 @@ from importlib.util import find_spec
 from pathlib import PurePath
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from lcpcli.errors import ParameterError, count, missing
+from lcpcli.errors import LEAVE_ONE_OUT, LEAVE_OUT, ParameterError, count, missing
 from lcpcli.files.atomic_write import write_whole
 from lcpcli.report import wording
 
@@ -238,7 +238,7 @@ def require_numbers(axes: Sequence[str]) -> None:
         for value in values.split(","):
             if not is_number(value):
                 fault = f"draws numbers, and {name}={value} is none"
-                raise ParameterError(PLOT, fault, "leave one out")
+                raise ParameterError(PLOT, fault, LEAVE_ONE_OUT)
 
 
 def is_number(text: str) -> bool:
@@ -262,7 +262,7 @@ def require_plane(problems: Sequence[Problem], option: str = PLOT) -> None:
             fault = (
                 f"draws LCPs with two unknowns, not one with {wording.size(problem)}"
             )
-            raise ParameterError(option, fault, "leave it out")
+            raise ParameterError(option, fault, LEAVE_OUT)
 
 
 def require(option: str = PLOT) -> None:

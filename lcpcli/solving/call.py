@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, TypedDict, get_args
 import numpy as np
 
 from lcpcli.clock import seconds
-from lcpcli.errors import OptionError, ParameterError, likely
+from lcpcli.errors import OptionError, ParameterError, likely, unknown
 from lcpcli.methods import registry as methods
 from lcpcli.methods.direct import stored
 from lcpcli.model.problem import Problem, as_problem
@@ -271,7 +271,7 @@ def chosen(
     if given.get("interrupts", RAISE) not in INTERRUPTS:
         raise ParameterError(
             "interrupts",
-            f"{given['interrupts']!r} is unknown",
+            unknown(given["interrupts"]),
             'give "raise" or "return"',
         )
     for name in (name for name in options if name not in known):

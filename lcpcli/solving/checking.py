@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 
 from lcpcli import options
-from lcpcli.errors import ParameterError, count
+from lcpcli.errors import IS_MISSING, LEAVE_ONE_OUT, LEAVE_OUT, ParameterError, count
 from lcpcli.linalg.matrices import absolute_product, product, row_maxima, scaled
 from lcpcli.linalg.programs import minimized
 from lcpcli.model.arrays import as_vector, by_names
@@ -126,9 +126,9 @@ def check(
         )
     n = as_problem(problem).n
     if z is None and y is None:
-        raise ParameterError("z", "is missing", "give z, or a proof y")
+        raise ParameterError("z", IS_MISSING, "give z, or a proof y")
     if z is not None and y is not None:
-        raise ParameterError("y", "is given beside z", "leave one out")
+        raise ParameterError("y", "is given beside z", LEAVE_ONE_OUT)
     z, y = by_names(lambda: problem.names, z=z, y=y)
     if z is not None:
         values = as_vector("z", z)
@@ -138,7 +138,7 @@ def check(
             return verified_exactly(ExactProblem.of_floats(problem), exact)
         return verified(problem, values, tol or TOL.value)
     if tol is not None:
-        raise ParameterError("tol", "has no effect on a proof", "leave it out")
+        raise ParameterError("tol", "has no effect on a proof", LEAVE_OUT)
     rounded_y = as_vector("y", y, n)
     exact = _fractions(y)
     return verified_proof(

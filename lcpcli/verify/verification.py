@@ -25,7 +25,7 @@ from typing import TYPE_CHECKING, Any, Generic, Literal, NamedTuple, TypeVar
 import numpy as np
 
 from lcpcli.clock import imports
-from lcpcli.errors import ProblemError, count
+from lcpcli.errors import MAKE_AGREE, SCALE_PAYOFFS, ProblemError, count
 from lcpcli.games.behavior import Behavior, Strategies, point_of
 from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import EPS, ROW_ROUNDING
@@ -431,7 +431,7 @@ def require_strategies(problem: Problem, values: Sequence[Any], rows: int) -> No
             raise ProblemError(
                 player,
                 f"has {count(len(part), 'entry')} for {size} strategies",
-                "make them agree",
+                MAKE_AGREE,
             )
         if not _are_probabilities(rounded(part)):
             fault = (
@@ -517,7 +517,7 @@ def of_game(
         raise ProblemError(
             "z",
             "of these strategies exceeds the double-precision range",
-            "scale the payoffs",
+            SCALE_PAYOFFS,
         )
     verification = verify_z(
         np.array(z, dtype=float) if data is None else list(map(Fraction, z))

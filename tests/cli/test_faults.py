@@ -20,6 +20,7 @@ from lcpcli.files import reading
 from lcpcli.solving import driver as driver
 
 from ..files.nl_writing import model
+from ..wordings import CANNOT_BE_WRITTEN, OTHER_PLACE
 from .conftest import EXAMPLE, MAIN, Lcp, assert_refused, python
 
 resource = pytest.importorskip("resource")
@@ -61,16 +62,19 @@ def test_file_that_cannot_be_written_leaves_the_old_one_and_nothing_else(
         pytest.importorskip("matplotlib.backends.backend_svg")
     old = Path(line.split()[-1])
     old.write_text("old")
-    told = r"lcp: out\.\w+: cannot be written \(%s\); choose another location\n"
+    fault = re.escape(CANNOT_BE_WRITTEN.format("File too large"))
+    told = rf"lcp: out\.\w+: {fault}; {OTHER_PLACE}\n"
     with no_file_larger_than(200):
         outcome = lcp(*line.split())
-    assert (outcome.code, bool(re.fullmatch(told % "File too large", outcome.err))) == (
+    assert (outcome.code, bool(re.fullmatch(told, outcome.err))) == (
         2,
         True,
     ), outcome.err
     monkeypatch.setattr("tempfile.TemporaryFile", refuse)
     monkeypatch.setattr(driver, "run", lambda *_, **__: pytest.fail("worked in vain"))
-    assert_refused(lcp(*line.split()), "cannot be written (Read-only file system); ")
+    assert_refused(
+        lcp(*line.split()), CANNOT_BE_WRITTEN.format("Read-only file system")
+    )
     assert {path.name: path.read_text() for path in in_folder.iterdir()} == {
         old.name: "old"
     }
@@ -275,4 +279,4 @@ def test_full_device_is_reported_in_one_line(command: str) -> None:
         script, shell=True, capture_output=True, text=True, check=False
     )
     assert (done.returncode, len(done.stderr.splitlines())) == (2, 1)
-    assert "standard output cannot be written (No space left on device)" in done.stderr
+    assert CANNOT_BE_WRITTEN.format("No space left on device") in done.stderr

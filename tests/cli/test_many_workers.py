@@ -3,7 +3,9 @@ killed costs none."""
 
 from __future__ import annotations
 
+import inspect
 import json
+import logging
 import multiprocessing
 import os
 import re
@@ -12,11 +14,13 @@ import subprocess
 import sys
 import threading
 import time
+import warnings
 from collections.abc import Collection, Iterator
 from concurrent.futures import BrokenExecutor, Future
 from contextlib import contextmanager
 from itertools import product
 from pathlib import Path
+from types import SimpleNamespace
 from typing import IO, Any
 
 import numpy as np
@@ -148,7 +152,7 @@ def test_ended_program_leaves_what_is_solved_and_no_process_and_goes_on_from_its
 
 def torn() -> None:
     """End the process that calls this in the middle of handing over a result."""
-    results = sys._getframe(1).f_locals["result_queue"]
+    results = inspect.stack()[1].frame.f_locals["result_queue"]
     os.write(results._writer.fileno(), b"\0\0\1\0 and no more")
     os.kill(os.getpid(), signal.SIGKILL)
 
@@ -265,14 +269,26 @@ def test_killed_worker_of_a_cluster_costs_no_record_and_no_order(
 def test_cluster_without_workers_is_told_of_once(
     monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    pool, workers, now = pools.Cluster.__new__(pools.Cluster), dict[str, int](), [100.0]
+    workers, now = dict[str, int](), [100.0]
 
     class Client:
+        def __init__(self, *_: Any, **__: Any) -> None: ...
+
+        get_executor = staticmethod(lambda **_: None)
         nthreads = staticmethod(lambda: workers)
 
+    for name, own in {
+        "": {"Client": Client},
+        ".comm.addressing": {"get_address_host_port": lambda _: ("here", 1)},
+        ".scheduler": {"KilledWorker": RuntimeError},
+        ".security": {"Security": object},
+    }.items():
+        module = SimpleNamespace(**own)
+        monkeypatch.setitem(sys.modules, f"distributed{name}", module)
     monkeypatch.setattr(time, "monotonic", lambda: now[0])
-    pool._client, pool._address, pool._has_warned = Client(), "tcp://here:1", False
-    pool._began, pool._counted_at = 100.0, -1.0
+    monkeypatch.setattr(logging, "disable", lambda _: None)
+    with warnings.catch_warnings():
+        pool = pools.Cluster("tcp://here:1")
     for now[0] in (100.0, 105.0):
         pool.look()
     assert (pool.size, capfd.readouterr().err) == (1, "")

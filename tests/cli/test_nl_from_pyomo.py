@@ -25,10 +25,7 @@ mpec: Any
 def loaded() -> None:
     """Load Pyomo, which takes a second, where these tests run."""
     global pyomo, mpec
-    pyomo, mpec = (
-        pytest.importorskip(f"pyomo.{name}", reason="needs Pyomo")
-        for name in ("environ", "mpec")
-    )
+    pyomo, mpec = (pytest.importorskip(f"pyomo.{name}") for name in ("environ", "mpec"))
 
 
 @pytest.fixture(autouse=True)

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import csv
 import json
-from collections.abc import Callable
 from io import StringIO
 from pathlib import Path
 
@@ -17,6 +16,8 @@ from lcpcli.report import plotting
 from lcpcli.report.plotting import Panel
 
 from ..cli.conftest import Lcp
+from ..conftest import Outcome
+from ..wordings import AS_JSON_OR_CSV, RESULT_AS_TABLE
 
 EXAMPLE = contents.shipped_path("paper-example-2.json")
 
@@ -49,11 +50,16 @@ def folder(in_folder: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return in_folder
 
 
-@pytest.mark.usefixtures("folder")
-def test_table_that_leaves_z_in_doubt_is_refused(
-    session: Callable[[str], None],
+@pytest.mark.parametrize("answer", ["z.md", "z.tex", "z.txt"])
+@pytest.mark.parametrize("options", [(), ("--all",)])
+def test_a_result_as_a_table_is_for_people_alone(
+    answer: str, options: tuple[str, ...], lcp: Lcp, folder: Path
 ) -> None:
-    session("refused-tables")
+    assert lcp("solve", "murty.json", *options, "-o", answer, "-q").code == 0
+    for command in (("check", "murty.json", answer), ("solve", answer)):
+        told = f"lcp: {answer}: {RESULT_AS_TABLE}; {AS_JSON_OR_CSV}\n"
+        assert lcp(*command) == Outcome(2, "", told)
+    assert (folder / answer).exists()
 
 
 def test_trace_file_has_every_iterate_whatever_is_shown(lcp: Lcp, folder: Path) -> None:
@@ -89,6 +95,7 @@ def test_figure_can_be_redrawn_from_the_trace(
     lcp: Lcp, folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """By the same clock from the same beginning: its points are rows of the file."""
+    pytest.importorskip("matplotlib")
     drawn: list[Panel] = []
     usual = plotting.convergence
     monkeypatch.setattr(

@@ -18,7 +18,7 @@ from lcpcli.methods.direct import may_be_program
 from .programs import Rows, random_program
 
 pytestmark = pytest.mark.skipif(
-    find_spec("piqp") is None, reason="the extra programs is not installed"
+    find_spec("piqp") is None, reason="piqp is not installed"
 )
 
 

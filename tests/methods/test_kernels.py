@@ -16,6 +16,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.sparse import csr_array
 
+pytest.importorskip("numba")
+
 import lcpcli
 from lcpcli import Problem, run
 from lcpcli.basis import tableau

@@ -24,6 +24,8 @@ from lcpcli import Batch, Problem, Result
 from lcpcli.errors import DerivativeError, OptionError
 from lcpcli.gallery import families
 from lcpcli.linalg.matrices import dense
+from lcpcli.parametric import derivative
+from lcpcli.parametric.derivative import Linearizations
 from lcpcli.typing import Vector
 
 from .. import exact, mixed_problems
@@ -307,8 +309,16 @@ def assert_as_one_by_one(
 
 @pytest.mark.parametrize(("seed", "mixed"), [*product(range(3), (False, True))])
 def test_derivatives_of_random_batches_are_those_of_their_results(
-    seed: int, mixed: bool
+    seed: int, mixed: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    stacks: list[Linearizations] = []
+
+    class Noted(Linearizations):
+        def __init__(self, *given: Any) -> None:
+            super().__init__(*given)
+            stacks.append(self)
+
+    monkeypatch.setattr(derivative, "Linearizations", Noted)
     random = np.random.default_rng(seed)
     n = int(random.integers(1, 15))
     problems = [random_problem(n, random, mixed) for _ in range(B)]
@@ -320,10 +330,11 @@ def test_derivatives_of_random_batches_are_those_of_their_results(
         for name in ("M", "q")
     )
     batch = batch_of(M, q, lower=bounds[:, 0], upper=bounds[:, 1])
-    assert batch._linearizations.clear.sum() > B / 2, "most are computed at once"
     for J in (None, random.normal(size=(2, n))):
         g = random.normal(size=(B, n if J is None else 2))
         assert_as_one_by_one(batch, g, changes, J, sided=False)
+    (stack,) = stacks
+    assert stack.clear.sum() > B / 2, "most are computed at once"
 
 
 @settings(max_examples=30)
@@ -363,7 +374,7 @@ def test_the_first_problem_without_derivatives_is_named_or_its_row_is_nan() -> N
     assert np.isnan(gradient.q).all(axis=1).tolist() == [False, True, False]
     assert np.isnan(gradient.M).all(axis=(1, 2)).tolist() == [False, True, False]
     assert gradient.q[0].tolist() == [-1.0, -1.0]
-    with pytest.raises(OptionError, match="unsolved: 'no' is unknown"):
+    with pytest.raises(OptionError, match="unsolved: 'no' "):
         batch.gradient(g, unsolved="no")  # type: ignore[arg-type]
 
 

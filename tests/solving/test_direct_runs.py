@@ -35,7 +35,8 @@ from .. import (
     exact,
     kernels_together,  # noqa: F401
 )
-from .test_many import assert_same
+from ..wordings import NO_EFFECT
+from .conftest import assert_same
 
 TOL = 1e-10
 Way = Callable[[Problem, float], DirectAnswer | None]
@@ -238,7 +239,7 @@ def test_kernels_are_refused_where_they_have_no_effect_or_are_missing(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     with pytest.raises(
-        OptionError, match="compiled: has no effect with the method newton"
+        OptionError, match=f"compiled: {NO_EFFECT.format('the method newton')}"
     ):
         lcpcli.solve([[2]], [-1], "newton", compiled=True)
     monkeypatch.undo()

@@ -31,6 +31,7 @@ from lcpcli.solving.driver import run
 from lcpcli.solving.proof import prove, with_reference
 
 from .. import exact as oracle
+from ..conftest import FACE
 from ..enumeration.solution_sets import random_problem as random_mixed_problem
 
 Lcp = Callable[..., Any]
@@ -117,9 +118,6 @@ def test_doubles_are_taken_as_they_are() -> None:
 
 
 # Its z has states of its own.
-FACE = '{"M": [[3, 3, 0], [1, -2, 3], [1, 0, 0]], "q": [-10, -3.3333333333333335, 0]}'
-
-
 def test_a_solution_far_from_the_doubles_is_found_by_search_or_not_proved(
     lcp: Lcp, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

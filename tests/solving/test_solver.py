@@ -195,15 +195,15 @@ def test_steps_without_solution_or_unknowns_leave_the_others_as_they_are() -> No
 def test_factors_are_shared_by_columns_with_the_same_active_set(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    problem, made, own = (
+    problem, made, usual = (
         families.make("obstacle", 2500, 0),
         [],
-        factors.PrincipalSolver._factorized,
+        factors.PrincipalSolver.factorized,
     )
     monkeypatch.setattr(
         factors.PrincipalSolver,
-        "_factorized",
-        lambda *given: made.append(1) or own(*given),
+        "factorized",
+        lambda *given, **how: made.append(1) or usual(*given, **how),
     )
     results = lcpcli.solve_many(
         problem.M, problem.q[:, np.newaxis] * np.linspace(1, 2, 20)

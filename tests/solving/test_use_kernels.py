@@ -22,6 +22,7 @@ from lcpcli.solving.result import Result
 from lcpcli.typing import Vector
 
 from .. import kernels_together  # noqa: F401
+from ..wordings import NO_EFFECT
 
 pytest.importorskip("numba")
 NAMES = ("harker-pang", "boxes", "contact", "bimatrix", "obstacle")
@@ -103,7 +104,7 @@ def test_other_methods_are_as_before_and_not_refused() -> None:
     assert result.options == of_many.options == before.options
     assert np.array_equal(result.z, before.z)
     with pytest.raises(
-        OptionError, match="compiled: has no effect with the method shi"
+        OptionError, match=f"compiled: {NO_EFFECT.format('the method shi')}"
     ):
         lcpcli.solve([[2, 1], [1, 2]], [-5, -6], "shi", compiled=True)
 
