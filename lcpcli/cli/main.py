@@ -169,7 +169,7 @@ def _run() -> int:
     import click
 
     from lcpcli.cli.command import VARIABLE, lcp
-    from lcpcli.errors import LCPError
+    from lcpcli.errors import LCPError, ResourceError
     from lcpcli.interrupts import hides_interrupt
 
     output = sys.stdout
@@ -199,6 +199,8 @@ def _run() -> int:
         return say(f"lcp: {name}: {_one_line(error.message)}")
     except click.ClickException as error:
         return say(f"lcp: {_one_line(error.format_message())}")
+    except ResourceError as error:
+        return say(f"lcp: {error}", NOT_SOLVED)
     except LCPError as error:
         return say(f"lcp: {as_written(error)}")
     except (click.Abort, KeyboardInterrupt):

@@ -22,6 +22,7 @@ from typing import IO, Any, TypeAlias
 
 from lcpcli.errors import OptionError
 from lcpcli.interrupts import deferring_signals
+from lcpcli.locks import lock
 
 Content: TypeAlias = "str | bytes | IO[bytes]"
 
@@ -200,18 +201,12 @@ def reserve(paths: Iterable[str]) -> Iterator[None]:
 
 
 def _lock(file: IO[bytes], name: str) -> None:
-    try:
-        import fcntl
-
-        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
+    if not lock(file):
         raise OptionError(
             name,
             "is being written by another run",
             "wait until it ends, or name another file",
-        ) from None
-    except (ImportError, OSError):  # a system or a file system without locks
-        return
+        )
 
 
 OPENING = b'{"version":'
