@@ -105,7 +105,13 @@ class Local:
 
     def look(self) -> None:
         """End all processes if one was killed, as the executor does unless it waits for
-        the rest of a result."""
+        the rest of a result. Raises ResourceError if its thread has ended, without
+        which no result arrives."""
+        executor: Any = self._executor
+        thread = executor._executor_manager_thread
+        if thread is not None and not thread.is_alive() and not executor._broken:
+            with self._or_refused():
+                raise BrokenExecutor
         if not all(
             each.is_alive() for each in list(self._executor._processes.values())
         ):

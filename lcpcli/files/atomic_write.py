@@ -21,6 +21,7 @@ from pathlib import Path
 from typing import IO, Any, TypeAlias
 
 from lcpcli.errors import OptionError
+from lcpcli.files.contents import GONE, is_folder_gone
 from lcpcli.interrupts import deferring_signals
 from lcpcli.locks import lock
 
@@ -116,6 +117,7 @@ def naming(
     try:
         yield
     except OSError as error:
+        hint = GONE if is_folder_gone(path) else hint
         raise OptionError(path, f"cannot be {what} ({error.strerror})", hint) from None
 
 
@@ -187,9 +189,12 @@ def reserve(paths: Iterable[str]) -> Iterator[None]:
     another run writes one of them. As each file is replaced as a whole, the locks are
     on files beside them."""
     with ExitStack() as locks:
-        for target, path in {
-            Path(path).resolve(): path for path in paths if not _is_special(path)
-        }.items():
+        targets = dict[Path, str]()
+        for path in paths:
+            with naming(path):
+                if not _is_special(path):
+                    targets[Path(path).resolve()] = path
+        for target, path in targets.items():
             beside = target.with_name(f".{target.name}.lock")
             # A folder that cannot be written, where nothing is going to be replaced.
             with suppress(OSError):
