@@ -44,7 +44,8 @@ TOPICS = {
 OF_THE_SOURCE = {"development": "lcpcli/development.md"}  # pages that are not installed
 OTHER_WORDS = {  # for topics
     **dict.fromkeys(METHODS, "methods"),
-    **dict.fromkeys(("exit", "exit-code", "exit-codes", "ci", "scripts"), "statuses"),
+    **dict.fromkeys(("exit", "exit-code", "exit-codes"), "statuses"),
+    **dict.fromkeys(("scripts", "github", "gitlab"), "ci"),
     **dict.fromkeys(("jobs", "jsonl", "logs", "resume"), "many"),
     **dict.fromkeys(("files", "csv", "mtx", "npz", "npy", "mat", "gz"), "formats"),
     **dict.fromkeys(("citing", "citation", "bibtex"), "cite"),
