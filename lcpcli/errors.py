@@ -213,6 +213,11 @@ class OptionError(LCPError):
     request."""
 
 
+class ResourceError(LCPError):
+    """The machine has no room, processes or open files left for the work, which is
+    sound: it may succeed elsewhere or later."""
+
+
 class ParameterError(OptionError):
     """An OptionError whose `where` is a name as in Python; the command line shows it as
     its flag."""

@@ -108,7 +108,7 @@ def rows(table: str) -> Iterator[tuple[list[str], str]]:
 
 
 # A name in braces, with values, which may have names among them, or braces in quotes.
-NAMED = re.compile(r"\{([A-Z]\w*)(?::((?:\{\w+(?::[^{}]*)?\}|'[{}]'|[^{}])*))?\}")
+NAMED = re.compile(r"\{([A-Z]\w*)(?::((?:\{\w+(?::[^{}]*)?\}|'[^'|]*'|[^{}])*))?\}")
 
 
 def whole_wordings(text: str) -> str:

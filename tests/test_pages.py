@@ -217,6 +217,23 @@ def test_command_runs(page: str, line: str, folders: Callable[[str], Path]) -> N
     shell(f"set -o pipefail; {{ {line}\n}} > /dev/null", folders(page), code=0)
 
 
+@pytest.mark.slow("all commands of the pages, each in a process of its own")
+@pytest.mark.parametrize(
+    "job", [text for language, text in BLOCKS["ci"] if language == "yaml"]
+)
+def test_commands_of_a_job_of_ci_run(job: str, tmp_path: Path) -> None:
+    if find_spec("yaml") is not None:
+        import yaml
+
+        assert "lcp" in str(yaml.safe_load(job))
+    commands = re.findall(r"^ +(?:- )?(lcp .*)$", job, re.MULTILINE)
+    assert [command.split()[1] for command in commands] == ["make", "solve", "check"]
+    for command in commands:
+        shell(f"{command} > out.txt", tmp_path, code=0)
+    assert json.loads((tmp_path / "result.json").read_text())["solved"]
+    assert "z solves the problem" in (tmp_path / "out.txt").read_text()
+
+
 @pytest.mark.slow("benches with other solvers and figures")
 @pytest.mark.parametrize(("page", "line"), lines_of_shell(benches=True))
 def test_benchmark_runs_on_one_small_problem_in_place_of_its_suite(

@@ -18,6 +18,7 @@ from lcpcli.enumeration import search as sets
 from lcpcli.errors import ProblemError
 from lcpcli.files.contents import content_of, within
 from lcpcli.interrupts import TimeIsUp, stopping
+from lcpcli.model.origins import Game
 from lcpcli.rational import exact_problem, numbers
 from lcpcli.report import plotting, solutions, wording
 
@@ -59,11 +60,14 @@ def outcome(
         if objective is None
         else _best(problem, where, objective, sense, request.limits.time_limit)
     )
-    found: Any = best or _search(request, problem, where)
-    report = solutions.report(found, work.sources[0], request.exact, request.names)
+    found: Any
+    found, prepared = (best, None) if best else _search(request, problem, where, output)
+    report = solutions.report(
+        found, work.sources[0], request.exact, request.names, prepared
+    )
     output.show(
         report.render,
-        f"{where}: {found.message(numbers.approximate) if best else found.message}",
+        f"{where}: {best.message(numbers.approximate) if best else found.message}",
     )
     output.add(
         request.plot, lambda path: plotting.cones(found).content(plotting.form_of(path))
@@ -71,9 +75,11 @@ def outcome(
     return CODES.get(found.status, SOLVED)
 
 
-def _search(request: Request, problem: InputProblem, where: str) -> sets.SolutionSet:
+def _search(
+    request: Request, problem: InputProblem, where: str, output: Output
+) -> tuple[sets.SolutionSet, solutions.Prepared | None]:
     """Search until the list is complete, a signal comes or the time is up, in which the
-    numbers are also made exact."""
+    numbers are also made exact; return what was found, and its texts."""
     began, most = clock.seconds(), request.max_solutions
     try:
         with interrupts.within(request.limits.time_limit):
@@ -93,9 +99,15 @@ def _search(request: Request, problem: InputProblem, where: str) -> sets.Solutio
     )
     if left <= 0:
         search.stop()
+    prepared = None
+    is_game = isinstance(problem.problem.origin, Game)
+    if not output.silent and output.form in ("json", *["csv"] * (not is_game)):
+        how = request.exact, request.names
+        prepared = solutions.Prepared(search, output.form, *how)
     with stopping() as signals:
-        for _ in search:
-            continue
+        for piece in search:
+            if prepared is not None:
+                prepared.take(piece)
         is_interrupted = bool(signals)
     ended = (
         sets.INTERRUPTED
@@ -104,7 +116,8 @@ def _search(request: Request, problem: InputProblem, where: str) -> sets.Solutio
         if len(search.pieces) == most
         else sets.TIME_LIMIT
     )
-    return sets.SolutionSet(search, ended, clock.seconds() - began)
+    seconds = clock.seconds() - began - (prepared.seconds if prepared else 0.0)
+    return sets.SolutionSet(search, ended, seconds), prepared
 
 
 def objective_in(path: str) -> LinearObjective | None:

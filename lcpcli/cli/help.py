@@ -48,7 +48,8 @@ TOPICS = {
 OF_THE_SOURCE = {"development": "lcpcli/development.md"}  # pages that are not installed
 OTHER_WORDS = {  # for topics
     **dict.fromkeys(METHODS, "methods"),
-    **dict.fromkeys(("exit", "exit-code", "exit-codes", "ci", "scripts"), "statuses"),
+    **dict.fromkeys(("exit", "exit-code", "exit-codes"), "statuses"),
+    **dict.fromkeys(("scripts", "github", "gitlab"), "ci"),
     **dict.fromkeys(("jobs", "jsonl", "logs", "resume"), "many"),
     **dict.fromkeys(("files", "csv", "mtx", "npz", "npy", "mat", "gz"), "formats"),
     **dict.fromkeys(("citing", "citation", "bibtex"), "cite"),
@@ -319,21 +320,16 @@ def kernels() -> None:
     """Compile the kernels of the extra fast that numba does not have in its cache, and
     say where that is."""
     refuse(not has_numba(), "kernels", *MISSING)
-    try:
-        from lcpcli.kernels.announcement import KERNELS, compile_all
+    from lcpcli.kernels.loading import KERNELS, compile_all
 
-        begun, shown = itertools.count(1), shows_progress(False)
-        with Line() as line:
+    begun, shown = itertools.count(1), shows_progress(False)
+    with Line() as line:
 
-            def tell(name: str) -> None:
-                if shown:
-                    line.show(f"{next(begun)}/{KERNELS}  {name}")
+        def tell(name: str) -> None:
+            if shown:
+                line.show(f"{next(begun)}/{KERNELS}  {name}")
 
-            now, before, folder = compile_all(tell)
-    except RuntimeError as error:  # the cache has no place
-        raise OptionError(
-            "numba", str(error), "set NUMBA_CACHE_DIR to a folder that can be written"
-        ) from None
+        now, before, folder = compile_all(tell)
     refuse(
         not folder,
         "NUMBA_DISABLE_JIT",

@@ -462,9 +462,8 @@ MOST_IN_A_PIECE = 256
 # Pieces that each process has or finds next, so that none waits for the reader.
 PIECES_EACH = 3
 RECORD_BYTES = 500  # of a record besides its text, about, as the interpreter stores it
-# Looks at the processes while no record comes: only a cluster without workers waits so
-# long.
-SECONDS_BETWEEN = 5.0
+# Between looks at the processes while no record comes.
+SECONDS_BETWEEN = 1.0
 KILLED = "the process that solved this problem was killed twice"
 
 

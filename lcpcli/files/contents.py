@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 STANDARD_INPUT = "-"
+GONE = "the working folder has been removed: change to another one"
 PAPER_EXAMPLES = ("paper-example-1.json", "paper-example-2.json")
 # Numbers that are not given: always allowed, and for each one that is given.
 FEW_ABSENT, MOST_ABSENT = 2**22, 1000
@@ -201,13 +202,24 @@ def open_file(path: str) -> Iterator[IO[bytes]]:
             with open(shipped_file(path) or path, "rb") as file:
                 yield file
     except FileNotFoundError:
-        raise ProblemError(name, NO_SUCH_FILE, _likely_file(path)) from None
+        hint = GONE if is_folder_gone(path) else _likely_file(path)
+        raise ProblemError(name, NO_SUCH_FILE, hint) from None
     except IsADirectoryError:
         raise ProblemError(name, IS_DIRECTORY, "name a file in it") from None
     except OSError as error:
         raise ProblemError(
             name, f"cannot be read ({error.strerror})", "make it readable"
         ) from None
+
+
+def is_folder_gone(path: str = "") -> bool:
+    """Return whether a path is relative to a working folder that has been removed."""
+    try:
+        if not os.path.isabs(path):
+            os.getcwd()
+    except FileNotFoundError:
+        return True
+    return False
 
 
 def _likely_file(path: str) -> str:

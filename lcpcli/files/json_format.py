@@ -55,6 +55,7 @@ WITHOUT_NUMBERS |= {"origin", "efg"}
 OF_COORDINATES = ("format", "shape", "rows", "cols", "values")
 # Decimals with so few digits are always the shortest decimals of their doubles.
 DIGITS = 15
+SHOWN = 12  # characters of what is not JSON
 SEVERAL = (
     "lcp solve takes a problem in each line; give other commands one line, as by "
     "sed -n 1p FILE | lcp inspect -"
@@ -215,20 +216,29 @@ def load(text: str, number: Callable[[str], Any] = float) -> Any:
                 "has another object below the first one",
                 SEVERAL,
             ) from None
-        place = f"line {error.lineno}, column {error.colno}"
-        if text[error.pos :].strip() in ("", "-") or error.msg.startswith(
-            "Unterminated string"
-        ):
-            raise ProblemError(place, ENDS_TOO_EARLY, "is the file cut off?") from None
-        raise ProblemError(
-            place,
-            f"is not JSON ({error.msg[0].lower()}{error.msg[1:]})",
-            CORRECT_THERE,
-        ) from None
+        raise _fault(text, error) from None
     except RecursionError:
         raise ProblemError(
             "", "is nested too deeply", "M needs two levels of brackets"
         ) from None
+
+
+def _fault(text: str, error: json.JSONDecodeError) -> ProblemError:
+    """Return what is wrong where json has stopped. Its words, and the place of a comma
+    too many, differ between versions of Python."""
+    place = f"line {error.lineno}, column {error.colno}"
+    rest = text[error.pos :].lstrip()
+    if rest in ("", "-") or error.msg.startswith("Unterminated string"):
+        return ProblemError(place, ENDS_TOO_EARLY, "is the file cut off?")
+    # From Python 3.13 on it stops at the comma, earlier behind it.
+    at = error.pos if rest[0] == "," else len(text[: error.pos].rstrip()) - 1
+    bracket = text[at + 1 :].lstrip()[:1]
+    if text[at : at + 1] == "," and bracket in ("]", "}"):
+        column = at - text.rfind("\n", 0, at)
+        place = f"line {text.count(chr(10), 0, at) + 1}, column {column}"
+        return ProblemError(place, f"has a comma before {bracket}", "remove it")
+    seen = quoted(text[error.pos : error.pos + SHOWN])
+    return ProblemError(place, f"is not JSON from {seen} on", CORRECT_THERE)
 
 
 def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:

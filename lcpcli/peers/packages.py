@@ -225,7 +225,7 @@ def clarabel(
     cones = [clarabel.ZeroConeT(int(equal.sum()))] if equal.any() else []
     cones.append(clarabel.NonnegativeConeT(b.size - int(equal.sum())))
     solution = clarabel.DefaultSolver(
-        columns(triu(program.Q)), program.c.copy(), A, b, cones, settings
+        columns(triu(columns(program.Q))), program.c.copy(), A, b, cones, settings
     ).solve()
     y, dual = (
         np.zeros(equal.size),
@@ -322,7 +322,7 @@ def highs(
         "kkt_tolerance": max(tol, 1e-10),
         "qp_regularization_value": 0.0,
     }
-    triangle = tril(program.Q) if (program.Q != 0).sum() else None
+    triangle = tril(columns(program.Q)) if (program.Q != 0).sum() else None
     highs = highs_with(highspy, program.c, rows, ends, bounds, options, triangle)
     if highs is None:
         return None, None, False, "refused the model"
@@ -354,7 +354,7 @@ def osqp(
         solver, known = osqp.OSQP(), osqp.SolverStatus
     # the integers of the settings have 32 bits; its own limit of time is 1e10 s
     limits = {"max_iter": 2 * 10**9, "time_limit": min(time_limit, 1e10)}
-    P, q = columns(triu(program.Q)), program.c.copy()
+    P, q = columns(triu(columns(program.Q))), program.c.copy()
     A = columns(program.A, eye(q.size))
     lower = np.concatenate((program.row_lower, program.lower))
     upper = np.concatenate((program.row_upper, program.upper))

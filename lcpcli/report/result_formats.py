@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import fields, is_dataclass
 from io import StringIO
 from itertools import chain
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from lcpcli.errors import visible, visible_json
@@ -92,18 +93,22 @@ class Report(NamedTuple):
         there is none.
     records : returns objects of plain values. rows : returns rows of cells, and lines
     of comments above them; None if CSV has the keys and values of the records. pipe :
-    the width where there is no terminal; None for no limit.
+    the width where there is no terminal; None for no limit. ready : functions that
+    return the text of a format of which most was made before.
     """
 
     document: Callable[[str, int | None], Document]
     records: Callable[[], Iterable[Mapping[str, Any]]]
     rows: Callable[[], tuple[Iterable[Sequence[Any]], Iterable[str]]] | None = None
     pipe: int | None = None
+    ready: Mapping[str, Callable[[], str]] = MappingProxyType({})
 
     def render(
         self, form: str = "table", width: int | None = None, color: bool = False
     ) -> str:
         """Return the report as text in a format. width, color : as for `typeset`."""
+        if form in self.ready:
+            return self.ready[form]()
         if form == "json":
             return "".join(map(line, self.records()))
         if form == "csv":

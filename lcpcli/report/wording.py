@@ -108,7 +108,7 @@ def short_names(names: Sequence[str], most: float, letter: str = "z") -> list[st
     """Return the names, with a name that is too long replaced by its place, as in
     z1."""
     return [
-        name if 0 < len(visible(name)) < most else f"{letter}{i}"
+        name if name and len(visible(name)) < most else f"{letter}{i}"
         for i, name in enumerate(names, 1)
     ]
 

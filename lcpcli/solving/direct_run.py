@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lcpcli.clock import Stopwatch, imports
-from lcpcli.errors import ParameterError
-from lcpcli.interrupts import TimeIsUp, within
+from lcpcli.errors import OptionError, ParameterError
+from lcpcli.interrupts import TimeIsUp, hides_interrupt, within
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.methods import direct
 from lcpcli.methods.direct import MOST_COMPILED, MOST_PIVOTED, DirectAnswer, Made
@@ -53,13 +53,15 @@ NEARLY_SOLVED = 1e-6
 def compiled() -> ModuleType | None:
     """Return the module of the compiled kernels, which takes half a second to load;
     None without the extra `fast`, or if its numba fails, as with a version of numpy
-    that is too new for it."""
+    that is too new for it, or if its cache cannot be used, which a message says."""
     if not has_numba():
         return None
     with imports:
         try:
             from lcpcli.kernels import compiled
-        except (ImportError, RuntimeError):
+        except (ImportError, RuntimeError, OptionError) as error:
+            if hides_interrupt(error):
+                raise KeyboardInterrupt from None
             return None
     return compiled
 

@@ -40,6 +40,10 @@ if TYPE_CHECKING:
 # computed.
 MEASURED_FROM = 100
 MEASURED_EVERY = 16  # iterations, if the method gives no bound on the residual
+TOLD = 0.5  # seconds beyond the time limit that are told of
+EXCEEDED = (
+    "the last step and the verification, which are not cut short, took {:.1f} s more"
+)
 INTERVAL = 0.2  # seconds between two reports: often enough for the eye
 BY_CALLBACK = "by the callback"
 # Iterations after the tolerance is reached, if the method reports that signs are still
@@ -345,6 +349,9 @@ class Loop:
         is as close to the solution as doubles allow."""
         point, reason, status = self._verified(status, reason)
         self.stopwatch.count("verify")
+        late = self.stopwatch.total - self.limits.time_limit
+        if status is Status.TIME_LIMIT and late > TOLD:
+            reason = "; ".join(filter(None, (reason, EXCEEDED.format(late))))
         if self.k < 0 and self.traces:  # interrupted before anything was kept
             self._keep(self.start._replace(x=self.last))
         for trace in self.traces:

@@ -41,7 +41,7 @@ from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import Doubles, fraction
 from lcpcli.solving import driver
 from lcpcli.solving.driver import run
-from lcpcli.solving.loop import INTERVAL
+from lcpcli.solving.loop import INTERVAL, Loop
 from lcpcli.solving.proof import prove
 from lcpcli.typing import Vector
 from lcpcli.verify import error_theorems
@@ -490,3 +490,32 @@ def test_long_solve_shows_its_line_on_standard_error(
         r"fixed-point  k = \d+  relative residual about \d\.\de[-+]\d+  \d\.\d s", shown
     )
     assert (shown.endswith(terminal.ERASE), "\n" in shown) == (True, False)
+
+
+def test_what_a_run_takes_beyond_its_time_limit_is_told(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """By a clock that the verification sets forward."""
+    now, verified = [0.0], Loop._verified
+
+    def slowly(*given: Any) -> Any:
+        now[0] += 3.0
+        return verified(*given)
+
+    def stage(problem: Problem, x0: Vector, **_: object) -> Stage:
+        for k in itertools.count(1):
+            now[0] += 0.3
+            yield Iterate(x0, np.ones(problem.n), "", k)
+        return Finished()
+
+    monkeypatch.setattr(time, "perf_counter", lambda: now[0])
+    monkeypatch.setattr(Loop, "_verified", slowly)
+    monkeypatch.setattr(methods, "load", lambda name: stage)  # noqa: ARG005
+    told = run(PROBLEM, "newton", limits=Limits(time_limit=1.0)).message
+    assert told.startswith("stopped at the time limit: the last step and the verif")
+    assert re.search(r"took 3\.\d s more$", told)
+    monkeypatch.setattr(Loop, "_verified", verified)
+    assert (
+        run(PROBLEM, "newton", limits=Limits(time_limit=1.0)).message
+        == "stopped at the time limit"
+    )

@@ -24,7 +24,7 @@ from .. import kernels_together  # noqa: F401
 from .conftest import MAIN, Lcp, assert_refused, record, records
 
 numba = pytest.importorskip("numba")
-ahead = pytest.importorskip("lcpcli.kernels.announcement")
+ahead = pytest.importorskip("lcpcli.kernels.loading")
 pytestmark = pytest.mark.usefixtures("kernels_by_default")
 
 

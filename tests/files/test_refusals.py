@@ -100,27 +100,26 @@ JSON = contents(
 {"M": [[2, 0], [0, 2]], "q: [-1, -1]}
     => line 1, column 25: {ENDS_TOO_EARLY}; {FILE_CUT_OFF}
 {\n"M": [[1]],\n"q": [1,]}
-    => line 3, column 9: {NOT_JSON:expecting value}; {CORRECT_IT_THERE}
+    => line 3, column 8: {COMMA_BEFORE:]}; {REMOVE_IT}
 {"M": [[2, 0], [0, 2]], "q": [-1, nan]}
-    => line 1, column 35: {NOT_JSON:expecting value}; {CORRECT_IT_THERE}
+    => line 1, column 35: {NOT_JSON:'nan]}'}; {CORRECT_IT_THERE}
 {"M": [[2, 0], [0, 2]], "q": [-1, -1,]}
-    => line 1, column 38: {NOT_JSON:expecting value}; {CORRECT_IT_THERE}
-'M' => line 1, column 1: {NOT_JSON:expecting value}; {CORRECT_IT_THERE}
+    => line 1, column 37: {COMMA_BEFORE:]}; {REMOVE_IT}
+'M' => line 1, column 1: {NOT_JSON:"'M'"}; {CORRECT_IT_THERE}
 {"M": [[2, 0], [0, 2]], "q": [-1, -1]}{"M": [[2, 0], [0, 2]], "q": [-1, -1]}
-    => line 1, column 39: {NOT_JSON:extra data}; {CORRECT_IT_THERE}
+    => line 1, column 39: {NOT_JSON:'{"M": [[2, 0'}; {CORRECT_IT_THERE}
 {"M": [[2, 0], [0, 2]], "q": [-1, 0x2]}
-    => line 1, column 36: {NOT_JSON:expecting ',' delimiter}; {CORRECT_IT_THERE}
+    => line 1, column 36: {NOT_JSON:'x2]}'}; {CORRECT_IT_THERE}
 {"M": [[2, 0], [0, 2]], "q": [-1, -1 -1]}
-    => line 1, column 38: {NOT_JSON:expecting ',' delimiter}; {CORRECT_IT_THERE}
+    => line 1, column 38: {NOT_JSON:'-1]}'}; {CORRECT_IT_THERE}
 {"M": [[2, 0], [0, 2]], "q" [-1, -1]}
-    => line 1, column 29: {NOT_JSON:expecting ':' delimiter}; {CORRECT_IT_THERE}
+    => line 1, column 29: {NOT_JSON:'[-1, -1]}'}; {CORRECT_IT_THERE}
 {"M": [[2, 0], [0, 2]], q: [-1, -1]}
-    => line 1, column 25:
-    {NOT_JSON:expecting property name enclosed in double quotes}; {CORRECT_IT_THERE}
+    => line 1, column 25: {NOT_JSON:'q: [-1, -1]}'}; {CORRECT_IT_THERE}
 {"M": [[2, 0], [0, 2]], "\\q": [-1, -1]}
-    => line 1, column 26: {NOT_JSON:invalid \escape}; {CORRECT_IT_THERE}
+    => line 1, column 26: {NOT_JSON:'\\q": [-1, -1'}; {CORRECT_IT_THERE}
 {"M": [[2, 0], [0, 2]], "q\x09": [-1, -1]}
-    => line 1, column 27: {NOT_JSON:invalid control character at}; {CORRECT_IT_THERE}
+    => line 1, column 27: {NOT_JSON:'\t": [-1, -1]'}; {CORRECT_IT_THERE}
 [[1, 2], [3, 4]]
     => {IS:a list}; give an object with the keys M and q, or one in each line
 {"version": "1", "status": "solved", "z": [1]} => {RESULT}; {NAME_PROBLEM}
@@ -1041,7 +1040,7 @@ STATES = [
 {"basis": 3} => basis: {IS:a number}; {STATES}
 3 => basis: {IS:a number}; {STATES}
 { => line 1, column 2: {ENDS_TOO_EARLY}; {FILE_CUT_OFF}
-z\n1 => line 1, column 1: {NOT_JSON:expecting value}; {CORRECT_IT_THERE}
+z\n1 => line 1, column 1: {NOT_JSON:'z\n1'}; {CORRECT_IT_THERE}
 """,
         "csv": r"""
 {"x": 1} => basis: {MISSING}; {STATES}

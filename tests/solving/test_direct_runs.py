@@ -41,7 +41,7 @@ from .conftest import assert_same
 TOL = 1e-10
 Way = Callable[[Problem, float], DirectAnswer | None]
 compiled = pytest.importorskip("lcpcli.kernels.compiled")
-announcement = pytest.importorskip("lcpcli.kernels.announcement")
+loading = pytest.importorskip("lcpcli.kernels.loading")
 kernels = pytest.importorskip("lcpcli.kernels.kernels")
 
 
@@ -281,8 +281,8 @@ def test_kernels_are_compiled_when_they_are_loaded_and_not_during_a_run() -> Non
 def test_it_is_said_once_that_kernels_are_compiled(
     caplog: pytest.LogCaptureFixture,
 ) -> None:
-    listener = announcement.Announcement()
+    listener = loading.Announcement()
     with caplog.at_level(logging.WARNING, "lcpcli"):
         listener.on_start(None)
         listener.on_start(None)
-    assert [record.message for record in caplog.records] == [announcement.ANNOUNCEMENT]
+    assert [record.message for record in caplog.records] == [loading.ANNOUNCEMENT]
