@@ -12,10 +12,10 @@ import time
 from collections import Counter, deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import Future, wait
-from contextlib import ExitStack, closing
+from contextlib import ExitStack, closing, contextmanager
 from dataclasses import replace
 from functools import partial
-from itertools import chain, takewhile
+from itertools import chain, repeat, takewhile
 from pathlib import Path
 from threading import Event, Semaphore, Thread
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias, cast
@@ -121,6 +121,8 @@ def run(works: Iterator[Work], output: Output, request: Request) -> int:
             left = past.missing(works)
         elif output.path is not None and not output.silent:
             write = stack.enter_context(gradual_writing(output.path))
+            if output.is_json_file:
+                write = stack.enter_context(_in_list(write))
         records = all_records(task, left, pool, in_order=log_path is None)
         if log_path is None:
             write(result_formats.heading(task.form, task.layout))
@@ -148,6 +150,23 @@ def run(works: Iterator[Work], output: Output, request: Request) -> int:
         if is_interrupted
         else of_several({SOLVED, *(code for _, code in ends)})
     )
+
+
+@contextmanager
+def _in_list(write: Write) -> Iterator[Write]:
+    """Open a context with a function that writes lines of JSON as the elements of one
+    list."""
+    beginnings = chain(["[\n"], repeat(",\n"))
+
+    def add(line: str) -> None:
+        if line:  # there is no heading
+            write(next(beginnings) + line.removesuffix("\n"))
+
+    try:
+        yield add
+    finally:
+        is_empty = next(beginnings).startswith("[")
+        write("[]\n" if is_empty else "\n]\n")
 
 
 def _written(

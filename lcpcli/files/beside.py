@@ -15,7 +15,7 @@ import json
 import math
 import os
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from fractions import Fraction
@@ -39,7 +39,7 @@ from lcpcli.files.csv_format import grid_of, is_number
 from lcpcli.files.fields import BOUNDS
 from lcpcli.files.formats import form_of, kind_in, load, refuse
 from lcpcli.files.json_format import load as load_json
-from lcpcli.files.json_format import numbers_in
+from lcpcli.files.json_format import numbers_in, objects_in
 from lcpcli.files.reading import LINE, Names, require_order, vector_in
 from lcpcli.model.arrays import FROM_0, as_vector
 from lcpcli.model.box import WORDS, Box, in_words
@@ -345,8 +345,9 @@ def _first_in(content: bytes) -> Any:
     """Return the content of a JSON text: of several objects, one per line, that of the
     first problem."""
     text = decode(content)
-    are_several = text.strip().partition("\n")[2].lstrip().startswith("{")
-    return load_json(first_of(text.strip()) if are_several else text)
+    several = objects_in(text)
+    are_several = len(several) > 1 and several[1].lstrip().startswith("{")
+    return load_json(first_of(several) if are_several else text)
 
 
 EXPECTED_RESULT = "give a list of numbers, or what lcp solve --format json prints"
@@ -385,11 +386,11 @@ Sought = tuple[str, str]  # the file and the name of the problem whose result is
 
 
 def record_of(text: str, problem: Sought) -> tuple[str, str]:
-    """Return one of several results, one per line: that of the problem by its file,
-    else the name of its file or its own name; if none is, `first_of` them, with a
+    """Return one of several results, in lines or in a list: that of the problem by its
+    file, else the name of its file or its own name; if none is, `first_of` them, with a
     remark. Raise ProblemError if several are, or if none is in a log. Return any other
     text as it is, without a remark."""
-    lines = [line for line in text.split("\n") if line.strip()]
+    lines = objects_in(text)
     if len(lines) < 2 or not all(line.lstrip().startswith("{") for line in lines[:2]):
         return text, ""
     file, name = problem
@@ -413,15 +414,13 @@ def record_of(text: str, problem: Sought) -> tuple[str, str]:
     ):
         fault = f"has {len(own) if any(best) else 'no'} results for {name}"
         raise ProblemError("", fault, "give the line of one as a file of its own")
-    first = first_of("\n".join(lines))
+    first = first_of(lines)
     which = f"for {_object(first).get('problem') or 'a problem'}: none is for {name}"
     return first, f"the first of {len(lines)} results is checked, {which}"
 
 
-def first_of(text: str) -> str:
-    """Return the result with the least number from results with one in each line; else
-    the first line."""
-    lines = text.split("\n")
+def first_of(lines: Sequence[str]) -> str:
+    """Return the result with the least number of several; else the first one."""
     given = [_object(line).get("number") for line in lines]
     numbers = [own if isinstance(own, int) else at for at, own in enumerate(given, 1)]
     return lines[numbers.index(min(numbers))]

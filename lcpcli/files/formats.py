@@ -207,7 +207,7 @@ FOREIGN: tuple[tuple[str, str, str, tuple[bytes, ...]], ...] = (
 # comments before.
 HEAD = 4096
 RESULT = re.compile(  # of this program, in JSON or CSV
-    rb'\s*\{"version": "|\s*\{"problem": .{0,999}?, "n": \d+, '
+    rb'\s*(?:\[\s*)?\{"version": "|\s*(?:\[\s*)?\{"problem": .{0,999}?, "n": \d+, '
     rb'"(?:kind|bounds)": |\{\s*"suite": \[|'
     rb"(?:#[^\n]*\n)*(?:(?:problem,(?:method,)?)?component,z,w\b|"
     rb"piece,kind,number,component|equilibrium,player,strategy|problem,method,k,)"

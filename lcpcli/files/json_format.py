@@ -222,6 +222,25 @@ def load(text: str, number: Callable[[str], Any] = float) -> Any:
         ) from None
 
 
+def objects_in(text: str) -> list[str]:
+    """Return the texts of the objects in a JSON list, as several results are in a .json
+    file; else the lines of a text that are not blank, as in JSON lines."""
+    whole, found = text.strip(), list[str]()
+    decode, end = json.JSONDecoder().raw_decode, 1
+    with suppress(ValueError, RecursionError):
+        while whole.startswith("[") and whole.endswith("]"):
+            while whole[end] in " \t\r\n,":
+                end += 1
+            if end == len(whole) - 1 and found:
+                return found
+            begin = end
+            value, end = decode(whole, begin)
+            if not isinstance(value, dict):
+                break
+            found.append(whole[begin:end])
+    return [line for line in text.split("\n") if line.strip()]
+
+
 def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     data = dict(pairs)
     if len(data) < len(pairs):
