@@ -221,7 +221,7 @@ def read_start(
     def parse(content: bytes) -> Vector:
         form = form_of(path, content)
         if form != "csv_format" and not (
-            form == "json_format" and content.lstrip().startswith(b"{")
+            form == "json_format" and re.match(rb"\s*(\[\s*)?\{", content)
         ):
             return vector_in(field, path, content, n, names=names)
         require_order(path, content, names)
@@ -346,8 +346,8 @@ def _first_in(content: bytes) -> Any:
     first problem."""
     text = decode(content)
     several = objects_in(text)
-    are_several = len(several) > 1 and several[1].lstrip().startswith("{")
-    return load_json(first_of(several) if are_several else text)
+    are_objects = all(part.lstrip().startswith("{") for part in several[:2])
+    return load_json(first_of(several) if several and are_objects else text)
 
 
 EXPECTED_RESULT = "give a list of numbers, or what lcp solve --format json prints"
@@ -391,7 +391,9 @@ def record_of(text: str, problem: Sought) -> tuple[str, str]:
     remark. Raise ProblemError if several are, or if none is in a log. Return any other
     text as it is, without a remark."""
     lines = objects_in(text)
-    if len(lines) < 2 or not all(line.lstrip().startswith("{") for line in lines[:2]):
+    if len(lines) == 1:
+        return lines[0], ""
+    if not lines or not all(line.lstrip().startswith("{") for line in lines[:2]):
         return text, ""
     file, name = problem
     records = [_object(line) for line in lines]
