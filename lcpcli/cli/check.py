@@ -17,7 +17,8 @@ from lcpcli.cli.declarations import (
     refuse_beside,
     reporting,
 )
-from lcpcli.cli.problems import Inputs
+from lcpcli.cli.problems import InputProblem, Inputs
+from lcpcli.cli.terminal import Line, shows_progress
 from lcpcli.errors import OptionError
 from lcpcli.files import contents
 from lcpcli.files.contents import place
@@ -86,7 +87,9 @@ def check(paths: tuple[str, ...], tol: float | None, exact: bool, **given: Any) 
         Inputs.of(paths[:-1], others=paths[-1:], **given),
     )
     inputs.prepare({"--output": destination.path})
-    verifications = _verifications(inputs, paths[-1], tol, exact)
+    read = inputs.read(takes_models=True)
+    with Line("verifying", is_shown=shows_progress(destination.quiet)):
+        verifications = _verifications(read, inputs, paths[-1], tol, exact)
     accepted = sum(verification.accepted for verification in verifications)
     told = (
         verifications[0].message
@@ -103,9 +106,8 @@ def check(paths: tuple[str, ...], tol: float | None, exact: bool, **given: Any) 
 
 
 def _verifications(
-    inputs: Inputs, solution: str, tol: float | None, exact: bool
+    read: InputProblem, inputs: Inputs, solution: str, tol: float | None, exact: bool
 ) -> list[Verification]:
-    read = inputs.read(takes_models=True)
     from lcpcli.files import beside
     from lcpcli.model.problem import Problem
     from lcpcli.rational.numbers import rounded

@@ -315,12 +315,11 @@ def kernels() -> None:
     try:
         from lcpcli.kernels.announcement import KERNELS, compile_all
 
-        begun, shown = itertools.count(1), shows_progress(False)
-        with Line() as line:
+        begun = itertools.count(1)
+        with Line(total=KERNELS, is_shown=shows_progress(False)) as line:
 
             def tell(name: str) -> None:
-                if shown:
-                    line.show(f"{next(begun)}/{KERNELS}  {name}")
+                line.show(name, next(begun))
 
             now, before, folder = compile_all(tell)
     except RuntimeError as error:  # the cache has no place

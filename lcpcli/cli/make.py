@@ -274,7 +274,7 @@ def read_written(inputs: Inputs) -> Written[Problem]:
             doubles,
         )
 
-    with inputs.hint_at_game():
+    with inputs.hint_at_game(), inputs.reading():
         texts = reading.contents_of(inputs.files)
         found = written(parse)
     rounded, remarks = without_wrong_solutions(found.rounded, inputs.files[0])

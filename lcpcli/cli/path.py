@@ -13,6 +13,7 @@ from lcpcli.cli.command import EXITS, command
 from lcpcli.cli.declarations import FILES, argument, option, refuse, reporting
 from lcpcli.cli.output import Destination, require_plot
 from lcpcli.cli.problems import InputProblem, Inputs
+from lcpcli.cli.terminal import Line, shows_progress
 from lcpcli.errors import OptionError, ProblemError
 from lcpcli.files import contents, fields
 from lcpcli.options import MAX_BREAKPOINTS, TIME_LIMIT, TOL
@@ -181,7 +182,8 @@ def path(
 
         # Refuses a name of none.
         wording.places(Ends(*(each.problem for each in ends)).names(), names)
-    found, code = _followed(ends, file, span, **given)
+    with Line("following the path", is_shown=shows_progress(how["quiet"])):
+        found, code = _followed(ends, file, span, **given)
     from lcpcli.report import path_formats, plotting
 
     if direction is not None and found.end == REACHED:  # there is no second problem

@@ -8,6 +8,7 @@ that kills its process again has no result.
 
 from __future__ import annotations
 
+import os
 import time
 from collections import Counter, deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -32,10 +33,11 @@ from lcpcli.cli.main import (
     reading,
 )
 from lcpcli.cli.output import Output
-from lcpcli.cli.problems import Request, tell
+from lcpcli.cli.problems import Inputs, Request, tell
 from lcpcli.cli.resuming import Kind, Past
 from lcpcli.cli.terminal import Line, emit, shows_progress
 from lcpcli.errors import LCPError, OptionError, count
+from lcpcli.files import formats
 from lcpcli.files.atomic_write import gradual_writing, open_log, refuse_unwritable
 from lcpcli.files.contents import Source, place
 from lcpcli.files.formats import LINES
@@ -128,7 +130,12 @@ def run(works: Iterator[Work], output: Output, request: Request) -> int:
             write(result_formats.heading(task.form, task.layout))
         is_to_file = log_path is not None or output.path is not None
         ends, is_interrupted = _written(
-            records, write, shows_progress(request.quiet) and is_to_file
+            records,
+            write,
+            Line(
+                total=_total(request.inputs),
+                is_shown=shows_progress(request.quiet) and is_to_file,
+            ),
         )
     if past is not None:
         ends = past.ends + ends  # counted by the thread that reads
@@ -152,6 +159,15 @@ def run(works: Iterator[Work], output: Output, request: Request) -> int:
     )
 
 
+def _total(inputs: Inputs) -> int | None:
+    """Return the number of problems in files that hold one each; None where it is known
+    only once all have been read, as of lines, or of M and q."""
+    forms = (formats.kind_with(os.path.splitext(path)[1]) for path in inputs.files)
+    keeping = (formats.ALL, formats.PROGRAM, "")
+    are_whole = all(form is not None and form.keeps in keeping for form in forms)
+    return len(inputs.files) if are_whole else None
+
+
 @contextmanager
 def _in_list(write: Write) -> Iterator[Write]:
     """Open a context with a function that writes lines of JSON as the elements of one
@@ -170,20 +186,19 @@ def _in_list(write: Write) -> Iterator[Write]:
 
 
 def _written(
-    records: Iterator[TaskRecord], write: Write, with_progress: bool
+    records: Iterator[TaskRecord], write: Write, progress: Line
 ) -> tuple[Counter[Kind], bool]:
     """Write all records; return how many problems ended how, and whether Ctrl-C ended
-    that. with_progress : whether their number is shown meanwhile."""
+    that. progress : where their number is shown meanwhile."""
     ends = Counter[Kind]()
-    with Line() as line:
+    with progress as line:
         try:
             for record in records:
                 write(record.text)
                 ends[record.word, record.exit_code] += 1
                 for complaint in record.complaints:
-                    tell(complaint)
-                if with_progress:
-                    line.tell_number(ends.total())
+                    line.note(f"lcp: {complaint}")
+                line.tell_number(ends.total())
                 if record.interrupted:
                     return ends, True
         except KeyboardInterrupt:
