@@ -444,17 +444,35 @@ def of_json(content: bytes, lengths: Lengths, problem: Sought) -> list[Candidate
     solutions = (
         data.get("solutions") if isinstance(data, dict) and "z" not in data else None
     )
+    if isinstance(data, list) and data and all(isinstance(x, list) for x in data):
+        pair = _pair(data, lengths)
+        solutions = data if pair is None else solutions
+        data = data if pair is None else pair
     if not isinstance(solutions, list):
         return [_candidate(data, lengths)._replace(remark=remark)]
-    refuse(not solutions, "solutions", "is empty", "give a solution to check")
+    field = "solutions" if isinstance(data, dict) else ""
+    refuse(not solutions, field, "is empty", "give a solution to check")
     own = (
         (each.get("equilibrium") or each) if isinstance(each, dict) else each
         for each in solutions
     )
     return [
-        within(f"solutions[{i}]", _candidate, each, lengths)
-        for i, each in enumerate(own)
+        within(f"{field}[{i}]", _candidate, each, lengths) for i, each in enumerate(own)
     ]
+
+
+def _pair(lists: list[list[Any]], lengths: Lengths) -> dict[str, list[Any]] | None:
+    """Return the object for two lists that are the strategies of a game, or the x and y
+    of a program, by their lengths; None for other lists, each of which is a
+    solution."""
+    n, *others = lengths
+    sizes = [len(part) for part in lists]
+    if len(sizes) != 2 or n in sizes:
+        return None
+    if sum(sizes) in lengths and "x" in lengths.values() and sizes[0] == others[-1]:
+        return dict(zip("xy", lists, strict=True))
+    is_game = sum(sizes) == n and "strategies" in lengths[n]
+    return dict(zip(("row", "column"), lists, strict=True)) if is_game else None
 
 
 def _candidate(data: Any, lengths: Lengths) -> Candidate:
