@@ -87,7 +87,7 @@ MEASURING = (TOL, OF_EACH_RUN, ACCEPT, BUDGET)
             f"As for lcp compare, but not standard input. {declarations.OTHERS}"
         ),
     },
-    declarations.FILES._replace(words=MEANINGS),
+    declarations.PROBLEM_FILES._replace(words=MEANINGS),
 )
 @option("Problems", INFINITY)
 @declarations.several_methods("Solvers", "measure", DEFAULT_METHODS)

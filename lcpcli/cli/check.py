@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 from lcpcli.cli import declarations, main, output
 from lcpcli.cli.command import command
 from lcpcli.cli.declarations import (
-    FILES,
     OTHERS,
+    PROBLEM_FILES,
     argument,
     option,
     refuse,
@@ -65,7 +65,7 @@ OF_INSPECTION = TIME_LIMIT._replace(
     },
     metavar="FILE [Q_FILE] SOLUTION",
     nargs=-1,
-    shell_complete=FILES,
+    shell_complete=PROBLEM_FILES,
 )
 @declarations.with_bounds
 @option("Verification", TOL, "--exact  Verify in exact fractions; 0.1 means 1/10.")

@@ -273,20 +273,26 @@ command = partial(click.command, cls=Command)
 
 
 class Candidates(NamedTuple):
-    """The completions of a word that shells offer: these words with their meanings, and
-    names of files if `files`."""
+    """The completions of a word that shells offer: these words with their meanings,
+    names of files if `files`, and those of shipped problems if `problems`."""
 
     words: Mapping[str, str] = {}
     files: bool = False
+    problems: bool = False
 
     def __call__(
         self, _: click.Context, __: click.Parameter, incomplete: str
     ) -> list[CompletionItem]:
         from click.shell_completion import CompletionItem
 
+        known = dict(self.words)
+        if self.problems:
+            from lcpcli.files.contents import shipped_problems
+
+            known |= dict.fromkeys(shipped_problems(), "A shipped problem.")
         words = [
             CompletionItem(word, help=text)
-            for word, text in self.words.items()
+            for word, text in known.items()
             if word.startswith(incomplete)
         ]
         # Bash forgets words before files.

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 from lcpcli.cli import declarations, main
 from lcpcli.cli.command import EXITS, command
-from lcpcli.cli.declarations import FILES, argument, option, refuse, reporting
+from lcpcli.cli.declarations import PROBLEM_FILES, argument, option, refuse, reporting
 from lcpcli.cli.output import Destination, require_plot
 from lcpcli.cli.problems import InputProblem, Inputs
 from lcpcli.cli.terminal import Line, shows_progress
@@ -80,7 +80,7 @@ OF_POINTS = TOL._replace(
     },
     metavar="FROM [TO]",
     nargs=-1,
-    shell_complete=FILES,
+    shell_complete=PROBLEM_FILES,
 )
 @declarations.q_option
 @option(
