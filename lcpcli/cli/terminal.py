@@ -111,21 +111,21 @@ class Line:
     def _move(self) -> None:
         wait = PATIENCE
         while not self._ends.wait(wait):
-            self.show(self.doing)
+            self._draw(self.doing)
             wait = INTERVAL
 
     def tell(self, method: str, k: int, bound: float, seconds: float) -> None:
         """Show the method, its iteration, and the approximate relative residual."""
         size = f"  relative residual about {bound:.1e}" if bound < math.inf else ""
         if seconds >= PATIENCE:
-            self.show(f"{method}  k = {k}{size}")
+            self._draw(f"{method}  k = {k}{size}")
 
     def tell_number(self, solved: int) -> None:
         """Show the number of solved problems, at most a few times a second."""
         now = time.monotonic()
         if now > self._next:
             self._next = now + INTERVAL
-            self.show("solved" if self._total else f"{solved} problems", solved)
+            self._draw("solved" if self._total else f"{solved} problems", solved)
 
     def note(self, line: str) -> None:
         """Print a line on standard error, above the progress if that is shown."""
@@ -134,7 +134,12 @@ class Line:
         else:
             self._display.note(visible(line))
 
-    def show(self, text: str, done: float = 0) -> None:
+    def show(self, text: str, done: float) -> None:
+        """Show what is being done now, and how much of the total is done."""
+        if time.monotonic() - self._began >= PATIENCE:
+            self._draw(text, done)
+
+    def _draw(self, text: str, done: float = 0) -> None:
         if self._is_shown:
             with self._lock:
                 if self._display is None:
