@@ -219,7 +219,7 @@ def inspect(
     else:
         from lcpcli.files.nl_format import Model
 
-        model = Model(None, file).model
+        model = Model(None, file).conditions
         found = inspect_nonlinear(
             problem, model.operators, model.header.common, len(model.fixed), seconds
         )
