@@ -41,7 +41,7 @@ class Display:
             text,
             *bar,
             TimeElapsedColumn(),
-            console=Console(file=stream, highlight=False),
+            console=Console(file=stream, highlight=False, force_terminal=True),
             auto_refresh=False,
             transient=True,
             redirect_stdout=False,
