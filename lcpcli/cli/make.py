@@ -246,7 +246,7 @@ def convert(file: str, q_file: str | None, output: str | None, **given: Any) -> 
                 inputs.quiet,
             )
     if is_rounded(written, output):
-        endings = " or ".join(exact_endings(written.rounded))
+        endings = " or ".join(exact_endings(written))
         change = (
             "some numbers have more digits than doubles and were rounded; "
             f"{endings} would keep them all"

@@ -365,18 +365,22 @@ def _text(value: Any, number: Callable[[float], str]) -> str:
         return "[\n    " + ",\n    ".join(_text(row, number) for row in value) + "\n  ]"
     if value.dtype != object:
         return "[" + ", ".join(map(number, value.tolist())) + "]"
+    return f"[{', '.join(map(_exact_text, value))}]"
+
+
+def _exact_text(value: Fraction) -> str:
+    """Return a rational number in JSON, a text such as "1/3" if it is no decimal."""
     from lcpcli.rational.numbers import decimal, places, text
 
-    # A text if it is no decimal.
-    payoffs = (json.dumps(text(x)) if places(x) is None else decimal(x) for x in value)
-    return f"[{', '.join(payoffs)}]"
+    return json.dumps(text(value)) if places(value) is None else decimal(value)
 
 
-def number_text(exact: Exact, x: float) -> str:
+def number_text(
+    exact: Exact, x: float, exactly: Callable[[Fraction], str] = _exact_text
+) -> str:
+    """Return a number as a text. exactly : writes one for which the double stands."""
     if x in exact:
-        from lcpcli.rational.numbers import decimal
-
-        return decimal(exact[x])
+        return exactly(exact[x])
     return (
         "null"
         if math.isinf(x)
