@@ -33,7 +33,7 @@ OF_RUN = (*BOUND_OPTIONS, "game", "exact", "bound", "sequence", "trace", "every"
 # q of one M whose marks are made at once: many, to share the cost; few, not to delay
 # the first.
 MARKED_TOGETHER = 4096
-MOST_NAMED = 5  # problems that one line names
+MAX_NAMED = 5  # problems that one line names
 HINT = "give the same files, delete its line to solve it again, or begin a new log"
 
 
@@ -78,12 +78,12 @@ class Past:
             ):
                 marks: list[Mapping[str, Any]] = []
                 are_new: list[bool] = []
-                for source, own in zip(work.sources, work.digests, strict=True):
+                for source, content in zip(work.sources, work.digests, strict=True):
                     position += 1
-                    known = self._take(source, position, own)
+                    known = self._take(source, position, content)
                     number = self._number(position) if known is None else known.number
                     marks.append(
-                        {"number": number, "digest": own, "given": self._given}
+                        {"number": number, "digest": content, "given": self._given}
                     )
                     are_new.append(known is None)
                 # Of a line that differs, the log may have the next one instead; not of
@@ -97,11 +97,11 @@ class Past:
     def remarks(self) -> list[str]:
         """Return the line, if any, that names the problems with records that have not
         come: they are gone or have changed."""
-        left = [each for own in self._left.values() for each in own]
+        left = [each for records in self._left.values() for each in records]
         if not left:
             return []
-        names = ", ".join(str(each.source) for each in left[:MOST_NAMED])
-        more = ", ..." if len(left) > MOST_NAMED else ""
+        names = ", ".join(str(each.source) for each in left[:MAX_NAMED])
+        more = ", ..." if len(left) > MAX_NAMED else ""
         return [
             f"--resume: the log has {count(len(left), 'result')} of problems that are "
             f"not given, or have changed: {names}{more}; delete their lines if they "
@@ -115,10 +115,10 @@ class Past:
         """Take out the record of a problem, that of the same item if there are several;
         None if there is none. Raise OptionError if the problem has changed."""
         key = self._key(source, position, digest)
-        if found := self._left.get(key):
-            alike = (at for at, own in enumerate(found) if own.source == source)
-            known = found.pop(next(alike, 0))
-            if not found:
+        if records := self._left.get(key):
+            alike = (at for at, each in enumerate(records) if each.source == source)
+            known = records.pop(next(alike, 0))
+            if not records:
                 del self._left[key]
             self._places[known.source] -= 1
             self.ends[known.kind] += 1

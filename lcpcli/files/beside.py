@@ -422,7 +422,7 @@ def record_of(text: str, problem: Sought) -> tuple[str, str]:
 
 
 def first_of(lines: Sequence[str]) -> str:
-    """Return the result with the least number of several; else the first one."""
+    """Return the result with the smallest number; without numbers the first one."""
     given = [_object(line).get("number") for line in lines]
     numbers = [own if isinstance(own, int) else at for at, own in enumerate(given, 1)]
     return lines[numbers.index(min(numbers))]

@@ -102,7 +102,7 @@ def numbers_in(value: Any, number: Callable[[str], Any] = float) -> Any:
     if isinstance(value, dict):
         return {key: numbers_in(part, number) for key, part in value.items()}
     if isinstance(value, list):
-        # Rows of numbers, which most lists are, stay as they are.
+        # Rows of numbers, as lists usually are, stay as they are.
         has_others = not {str, list}.isdisjoint(map(type, value))
         return [numbers_in(part, number) for part in value] if has_others else value
     if not isinstance(value, str):
@@ -225,19 +225,19 @@ def load(text: str, number: Callable[[str], Any] = float) -> Any:
 def objects_in(text: str) -> list[str]:
     """Return the texts of the objects in a JSON list, as several results are in a .json
     file; else the lines of a text that are not blank, as in JSON lines."""
-    whole, found = text.strip(), list[str]()
+    whole, objects = text.strip(), list[str]()
     decode, end = json.JSONDecoder().raw_decode, 1
     with suppress(ValueError, RecursionError):
         while whole.startswith("[") and whole.endswith("]"):
             while whole[end] in " \t\r\n,":
                 end += 1
-            if end == len(whole) - 1 and found:
-                return found
+            if end == len(whole) - 1 and objects:
+                return objects
             begin = end
             value, end = decode(whole, begin)
             if not isinstance(value, dict):
                 break
-            found.append(whole[begin:end])
+            objects.append(whole[begin:end])
     return [line for line in text.split("\n") if line.strip()]
 
 

@@ -63,7 +63,7 @@ LEADER = (
     "lcp finds the best of all solutions of a square model; for a leader's variables "
     "and rows write M and q and give --minimize, as in lcp help solutions bilevel"
 )
-MOST_NAMED = 3  # variables that a message names
+MAX_NAMED = 3  # variables that a message names
 LOST = (
     "a variable with two bounds but no row may have lost it, as by inequality() "
     "in Pyomo: "
@@ -133,8 +133,9 @@ class NlModel:
         )
         self.free = [i for i in range(graph.n) if i not in self.complements]
         if segments.has_objective:
-            own = [i for i in self.free if self.unknowns[i] not in segments.auxiliary]
-            conditions.refuse_leaders(self.free, own)
+            auxiliary = segments.auxiliary
+            declared = [i for i in self.free if self.unknowns[i] not in auxiliary]
+            conditions.refuse_leaders(self.free, declared)
         conditions.refuse_others(self.free)
         self.start = np.array(
             [float(segments.start.get(variable, 0)) for variable in self.unknowns]
@@ -370,14 +371,14 @@ class Conditions:
             if low < high and kind not in (own, BOTH):
                 self._settle(x, kind, own)
 
-    def refuse_leaders(self, free: Sequence[int], own: Sequence[int]) -> None:
+    def refuse_leaders(self, free: Sequence[int], declared: Sequence[int]) -> None:
         """Raise ProblemError if unknowns without a row are more than the equations, so
-        that the objective chooses them too. own : those that stand for no
-        expression."""
+        that the objective chooses them too. declared : those
+        that stand for no expression."""
         excess = len(free) - len(self.equations)
         if excess > 0:
-            names = ", ".join(self.names[i] for i in own[:MOST_NAMED])
-            which = f": {names}" if len(own) == excess <= MOST_NAMED else ""
+            names = ", ".join(self.names[i] for i in declared[:MAX_NAMED])
+            which = f": {names}" if len(declared) == excess <= MAX_NAMED else ""
             fault = (
                 f"leaves {count(excess, 'variable')} without a row to its objective, "
                 f"as those of a leader{which}"

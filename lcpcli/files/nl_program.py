@@ -59,8 +59,8 @@ class NlProgram:
         self.sides, self.bounds = segments.sides, segments.bounds
         self._common = dict[int, Polynomial]()
         for number, (linear, terms) in segments.common.items():
-            own = self._polynomial(linear, terms, f"common expression {number}")
-            self._common[self.header.variables + number] = own
+            expression = self._polynomial(linear, terms, f"common expression {number}")
+            self._common[self.header.variables + number] = expression
         varying = [
             (is_maximized, self._polynomial(segments.slopes.get(number, {}), terms, ""))
             for number, (is_maximized, terms) in segments.objectives.items()
@@ -74,8 +74,8 @@ class NlProgram:
             )
             for row in range(self.header.rows)
         ]
-        for row, own in enumerate(self.rows):
-            refuse(_degree(own) > 1, f"C{row}", "is not linear", NOT_QUADRATIC)
+        for row, polynomial in enumerate(self.rows):
+            refuse(_degree(polynomial) > 1, f"C{row}", "is not linear", NOT_QUADRATIC)
 
     @property
     def unknowns(self) -> Sequence[int]:
@@ -94,8 +94,8 @@ class NlProgram:
         is_dense = k + m <= LARGEST_DENSE
         entries = {
             (i, j): value
-            for i, own in enumerate(self.rows)
-            for (j, *_), value in _terms(own, 1)
+            for i, polynomial in enumerate(self.rows)
+            for (j, *_), value in _terms(polynomial, 1)
         }
         curvature = dict[tuple[int, int], Any]()
         for (i, j), value in _terms(self.costs, 2):
@@ -103,18 +103,18 @@ class NlProgram:
             curvature |= (
                 {(i, j): value, (j, i): value} if i != j else {(i, i): 2 * value}
             )
-        found: dict[str, Any] = {
+        fields: dict[str, Any] = {
             "sense": self.sense,
             "constant": number(self.costs.get((), 0)),
             "c": np.array([number(self.costs.get((i,), 0)) for i in range(k)]),
             "columns": self.names,
         }
         if curvature:
-            found["Q"] = _matrix(curvature, (k, k), is_dense, number)
+            fields["Q"] = _matrix(curvature, (k, k), is_dense, number)
         if m:
-            found["A"] = _matrix(entries, (m, k), is_dense, number)
-            found["rows"] = [f"C{row}" for row in range(m)]
-        constants = [own.get((), 0) for own in self.rows]
+            fields["A"] = _matrix(entries, (m, k), is_dense, number)
+            fields["rows"] = [f"C{row}" for row in range(m)]
+        constants = [polynomial.get((), 0) for polynomial in self.rows]
         for keys, sides, shifts in (
             (("row_lower", "row_upper"), self.sides, constants),
             (("lower", "upper"), self.bounds, k * [0]),
@@ -124,33 +124,35 @@ class NlProgram:
                     none if side[end] is None else number(side[end] - shift)
                     for side, shift in zip(sides, shifts, strict=True)
                 ]
-                found |= {key: np.array(ends)} if ends else {}
-        return found
+                fields |= {key: np.array(ends)} if ends else {}
+        return fields
 
     def _polynomial(
         self, linear: Linear, terms: Sequence[Term], where: str
     ) -> Polynomial:
-        found: Polynomial = {(variable,): factor for variable, factor in linear.items()}
+        slopes: Polynomial = {
+            (variable,): factor for variable, factor in linear.items()
+        }
         try:
-            return _sum([found, self._expression(terms)])
+            return _sum([slopes, self._expression(terms)])
         except NotQuadratic as error:
             place = where or "the objective"
             fault = f"has {error} in {place}, so that this is no quadratic program"
             raise ProblemError("", fault, NOT_QUADRATIC) from None
 
     def _expression(self, terms: Sequence[Term]) -> Polynomial:
-        found: list[Polynomial] = []
+        stack: list[Polynomial] = []
         for letter, value, size in reversed(terms):
             if letter == "o":
                 name = MEANINGS[value][0]
-                found.append(_applied(name, [found.pop() for _ in range(size)]))
+                stack.append(_applied(name, [stack.pop() for _ in range(size)]))
             elif letter == "v":
-                found.append(self._common.get(value) or {(value,): 1})
+                stack.append(self._common.get(value, {(value,): 1}))
             elif letter == "p":
                 raise NotQuadratic("a piecewise linear function")
             else:
-                found.append({(): value})
-        return found.pop()
+                stack.append({(): value})
+        return stack.pop()
 
 
 class NotQuadratic(Exception):
@@ -166,29 +168,29 @@ def _terms(polynomial: Polynomial, degree: int) -> list[tuple[tuple[int, ...], A
 
 
 def _sum(parts: Sequence[Polynomial]) -> Polynomial:
-    found: Polynomial = {}
+    total: Polynomial = {}
     for part in parts:
         for term, value in part.items():
-            found[term] = found.get(term, 0) + value
-    return found
+            total[term] = total.get(term, 0) + value
+    return total
 
 
 def _product(a: Polynomial, b: Polynomial) -> Polynomial:
     degree = _degree(a) + _degree(b)
     if degree > 2:
         raise NotQuadratic(f"a term of degree {degree}")
-    found: Polynomial = {}
+    total: Polynomial = {}
     for term, value in a.items():
         for other, factor in b.items():
             if value and factor:
                 key = tuple(sorted(term + other))
-                found[key] = found.get(key, 0) + value * factor
-    return found
+                total[key] = total.get(key, 0) + value * factor
+    return total
 
 
 def _applied(name: str, arguments: Sequence[Polynomial]) -> Polynomial:
     """Return the polynomial of an operator; raise NotQuadratic if it is none."""
-    constants = [own.get((), 0) for own in arguments if not _degree(own)]
+    constants = [part.get((), 0) for part in arguments if not _degree(part)]
     are_constant = len(constants) == len(arguments)
     if name in ("+", "sum"):
         return _sum(arguments)

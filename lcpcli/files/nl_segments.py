@@ -339,12 +339,12 @@ class Segments:
         function of a row that complements another one, such as Pyomo's .bv, which
         stand for the expression of a condition."""
         rows = (row for row, _ in self.complements.values())
-        alone = (
+        sets = (
             set(self.linear.get(row, {}))
             for row in rows
             if all(letter != "v" for letter, *_ in self.rows[row])
         )
-        single = {variable for own in alone if len(own) == 1 for variable in own}
+        single = {variable for each in sets if len(each) == 1 for variable in each}
         return {
             variable
             for variable in single - self.complements.keys()
