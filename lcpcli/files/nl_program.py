@@ -61,12 +61,13 @@ class NlProgram:
         for number, (linear, terms) in segments.common.items():
             expression = self._polynomial(linear, terms, f"common expression {number}")
             self._common[self.header.variables + number] = expression
-        varying = [
+        objectives = [
             (is_maximized, self._polynomial(segments.slopes.get(number, {}), terms, ""))
             for number, (is_maximized, terms) in segments.objectives.items()
         ]
+        varying = [each for each in objectives if _degree(each[1])]
         refuse(len(varying) > 1, "", f"has {len(varying)} objectives", "keep one")
-        ((is_maximized, self.costs),) = varying
+        is_maximized, self.costs = varying[0] if varying else objectives[0]
         self.sense = "max" if is_maximized else "min"
         self.rows = [
             self._polynomial(
