@@ -267,6 +267,13 @@ def test_commands_and_options_named_in_the_text_exist(page: str) -> None:
     text = BLOCK.sub("", PAGES[page])
     for name, rest in re.findall(r"`lcp\s+([a-z]\w*)([^`]*)`", text):
         assert name in flags, name
+        topic, _, section = rest.strip().partition(" ")
+        if (
+            name == "help" and section and topic in PAGES
+        ):  # of the sections with this word
+            headings = re.findall(r"^##.*", PAGES[topic], re.MULTILINE)
+            assert section in " ".join(headings).casefold(), rest
+            continue
         assert {
             word for word in rest.split() if word.startswith("--") or name == "help"
         } <= flags[name], rest

@@ -13,9 +13,10 @@ from lcpcli import clock, interrupts
 from lcpcli.cli.main import INTERRUPTED, NO_SOLUTION, NOT_SOLVED, SOLVED
 from lcpcli.cli.output import Output
 from lcpcli.cli.problems import InputProblem, Request
+from lcpcli.cli.terminal import Line, shows_progress
 from lcpcli.enumeration import optimum as search
 from lcpcli.enumeration import search as sets
-from lcpcli.errors import ProblemError
+from lcpcli.errors import ProblemError, count
 from lcpcli.files.contents import content_of, within
 from lcpcli.interrupts import TimeIsUp, stopping
 from lcpcli.model.origins import Game
@@ -56,9 +57,7 @@ def outcome(
     wording.require(problem.problem, request.names)
     within(where, sets.refuse_large, problem.problem)
     best = (
-        None
-        if objective is None
-        else _best(problem, where, objective, sense, request.limits.time_limit)
+        None if objective is None else _best(request, problem, where, objective, sense)
     )
     found: Any
     found, prepared = (best, None) if best else _search(request, problem, where, output)
@@ -104,8 +103,10 @@ def _search(
     if not output.silent and output.form in ("json", *["csv"] * (not is_game)):
         how = request.exact, request.names
         prepared = solutions.Prepared(search, output.form, *how)
-    with stopping() as signals:
+    shown = shows_progress(request.quiet)
+    with stopping() as signals, Line("searching", is_shown=shown) as line:
         for piece in search:
+            line.doing = f"searching: {count(len(search.pieces), 'piece')} found"
             if prepared is not None:
                 prepared.take(piece)
         is_interrupted = bool(signals)
@@ -133,15 +134,16 @@ def objective_in(path: str) -> LinearObjective | None:
 
 
 def _best(
+    request: Request,
     problem: InputProblem,
     where: str,
     objective: str | LinearObjective,
     sense: str,
-    limit: float,
 ) -> search.Optimum:
     began, data = clock.seconds(), problem.exactly()
-    left = max(limit - (clock.seconds() - began), 1e-6)
-    with stopping() as signals:
+    left = max(request.limits.time_limit - (clock.seconds() - began), 1e-6)
+    shown = shows_progress(request.quiet)
+    with stopping() as signals, Line("searching", is_shown=shown):
         if isinstance(objective, str):
             try:
                 found = search.optimum(data, objective, sense=sense, time_limit=left)

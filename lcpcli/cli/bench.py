@@ -87,7 +87,7 @@ MEASURING = (TOL, OF_EACH_RUN, ACCEPT, BUDGET)
             f"As for lcp compare, but not standard input. {declarations.OTHERS}"
         ),
     },
-    declarations.FILES._replace(words=MEANINGS),
+    declarations.PROBLEM_FILES._replace(words=MEANINGS),
 )
 @option("Problems", INFINITY)
 @declarations.several_methods("Solvers", "measure", DEFAULT_METHODS)
@@ -201,11 +201,10 @@ def _run(request: Request, destination: output.Destination) -> int:
 
     # Between measurements, whose times it would disturb.
     def starting(case: Case, solver: str) -> None:
-        if shows_progress(request.quiet):
-            line.show(f"{len(rows) - before}/{left}  {case.name}: {solver}")
+        line.show(f"{case.name}: {solver}", len(rows) - before)
 
     save()
-    with Line() as line:
+    with Line(total=left, is_shown=shows_progress(request.quiet)) as line:
         try:
             for _ in timing.run(record, starting):
                 save()

@@ -99,8 +99,12 @@ class Command(click.Command):
             ):
                 raise OptionError(word, unknown, f"did you mean -{word}?")
         if ctx.allow_interspersed_args:  # otherwise the words belong to another command
-            # With a blank, a number is no option.
-            args = [" " * bool(NEGATIVE.match(word)) + word for word in args]
+            # With a blank, a number is no option, until `_as_typed` takes it away.
+            end = args.index("--") if "--" in args else len(args)
+            args = [
+                " " * bool(at < end and NEGATIVE.match(word)) + word
+                for at, word in enumerate(args)
+            ]
         try:
             for param, times in Counter(
                 self.make_parser(ctx).parse_args(list(args))[2]
@@ -136,6 +140,10 @@ class Command(click.Command):
             )
             name = name.partition("=")[0]
             raise OptionError(name, unknown, self._suggest(ctx, name) or hint) from None
+
+    def invoke(self, ctx: click.Context) -> Any:
+        ctx.params = {name: _as_typed(value) for name, value in ctx.params.items()}
+        return super().invoke(ctx)
 
     def _suggest(self, ctx: click.Context, given: str) -> str:
         """Return the hint for an unknown option, which may be a value of another
@@ -242,6 +250,15 @@ class Command(click.Command):
         return {**tables, HELP: helps, **lists}
 
 
+def _as_typed(value: Any) -> Any:
+    """Return the value of a parameter without the blank that `Command.parse_args` has
+    put before a negative number, or a name of a file that begins like one."""
+    if isinstance(value, tuple) and type(value) is tuple:
+        return tuple(map(_as_typed, value))
+    is_marked = isinstance(value, str) and NEGATIVE.match(value[1:])
+    return value[1:] if is_marked and value.startswith(" ") else value
+
+
 def _brief(meaning: str) -> str:
     """Return the first clause of what an option means, with its default if that is a
     single word."""
@@ -256,20 +273,26 @@ command = partial(click.command, cls=Command)
 
 
 class Candidates(NamedTuple):
-    """The completions of a word that shells offer: these words with their meanings, and
-    names of files if `files`."""
+    """The completions of a word that shells offer: these words with their meanings,
+    names of files if `files`, and those of shipped problems if `problems`."""
 
     words: Mapping[str, str] = {}
     files: bool = False
+    problems: bool = False
 
     def __call__(
         self, _: click.Context, __: click.Parameter, incomplete: str
     ) -> list[CompletionItem]:
         from click.shell_completion import CompletionItem
 
+        known = dict(self.words)
+        if self.problems:
+            from lcpcli.files.contents import shipped_problems
+
+            known |= dict.fromkeys(shipped_problems(), "A shipped problem.")
         words = [
             CompletionItem(word, help=text)
-            for word, text in self.words.items()
+            for word, text in known.items()
             if word.startswith(incomplete)
         ]
         # Bash forgets words before files.

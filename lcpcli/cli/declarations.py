@@ -72,6 +72,7 @@ Declaration = Callable[[Any], Any]
 
 
 FILES = Candidates(files=True)
+PROBLEM_FILES = FILES._replace(problems=True)
 FLAGS: dict[str, str] = {}  # of all options that are declared, by name
 
 
@@ -232,7 +233,7 @@ def files_argument(
     name: str,
     metavar: str,
     words: Mapping[str, str],
-    offered: Candidates = FILES,
+    offered: Candidates = PROBLEM_FILES,
     **attributes: Any,
 ) -> Declaration:
     words = {**words, "FOLDER": "All files in it that hold one problem, by name."}
@@ -303,7 +304,7 @@ problem_file = declared(
         "Problem",
         "file",
         {"FILE": f"{M_AND_Q}. {OTHERS} {BESIDES_FILES}"},
-        shell_complete=FILES,
+        shell_complete=PROBLEM_FILES,
     ),
     argument(
         "Problem",

@@ -171,8 +171,12 @@ def _sections(name: str, words: str) -> str:
     """Return the sections of a page, without its title, whose headings have the words;
     the page if none has."""
     has_words, (_, _, *parts) = _pattern(words), SECTIONS.split(PAGES[name])
-    own = [part for part in parts if has_words.search(folded(part.partition("\n")[0]))]
-    return "\n".join(part.strip("\n") + "\n" for part in own) or PAGES[name]
+    sections = [
+        part.strip("\n") + "\n"
+        for part in parts
+        if has_words.search(folded(part.partition("\n")[0]))
+    ]
+    return "\n".join(sections) or PAGES[name]
 
 
 def _show(page: str) -> None:
@@ -204,14 +208,14 @@ def _search(context: click.Context, words: str) -> None:
     """Show what words are here, by the glossary, and the pages that have them; raise
     OptionError if nothing has."""
     formatter, entries = context.make_formatter(), glossary()
-    found = [entry for entry in entries if _is_about(entry, words)]
-    for entry in found:
+    about = [entry for entry in entries if _is_about(entry, words)]
+    for entry in about:
         formatter.write_text(f"{entry.words}: {entry.meaning}.")
         rows = [(f"lcp help {page}", _title(*page.split(" "))) for page in entry.pages]
         formatter.write_dl(rows)
         formatter.write("\n")
     is_other_name = words.casefold() in OTHER_NAMES
-    if not found and not is_other_name and (places := _places(words)):
+    if not about and not is_other_name and (places := _places(words)):
         heading = f"Pages with {quoted(words)}, and their sections"
         tabulate(formatter, {heading: places})
     if shown := formatter.getvalue().strip("\n"):
@@ -322,12 +326,11 @@ def kernels() -> None:
     refuse(not has_numba(), "kernels", *MISSING)
     from lcpcli.kernels.loading import KERNELS, compile_all
 
-    begun, shown = itertools.count(1), shows_progress(False)
-    with Line() as line:
+    begun = itertools.count(1)
+    with Line(total=KERNELS, is_shown=shows_progress(False)) as line:
 
         def tell(name: str) -> None:
-            if shown:
-                line.show(f"{next(begun)}/{KERNELS}  {name}")
+            line.show(name, next(begun))
 
         now, before, folder = compile_all(tell)
     refuse(

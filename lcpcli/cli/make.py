@@ -253,7 +253,7 @@ def convert(file: str, q_file: str | None, output: str | None, **given: Any) -> 
                 inputs.quiet,
             )
     if is_rounded(written, output):
-        endings = " or ".join(exact_endings(written.rounded))
+        endings = " or ".join(exact_endings(written))
         change = (
             "some numbers have more digits than doubles and were rounded; "
             f"{endings} would keep them all"
@@ -281,7 +281,7 @@ def read_written(inputs: Inputs) -> Written[Problem]:
             doubles,
         )
 
-    with inputs.hint_at_game():
+    with inputs.hint_at_game(), inputs.reading():
         texts = reading.contents_of(inputs.files)
         found = written(parse)
     rounded, remarks = without_wrong_solutions(found.rounded, inputs.files[0])

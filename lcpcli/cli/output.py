@@ -63,6 +63,12 @@ class Destination:
         -o are taken away."""
         return cls(given.pop("form"), given.pop("output"), given["quiet"])
 
+    @property
+    def is_json_file(self) -> bool:
+        """Return whether the output is a .json file, which has one JSON text, and not
+        an object in each line."""
+        return self.form == "json" and (self.path or "").casefold().endswith(".json")
+
     def show(
         self, render: Callable[[str, int | None, bool], str], verdict: str = ""
     ) -> None:
@@ -70,7 +76,12 @@ class Destination:
         colours; where it goes to a file, say the verdict in a line on standard
         error."""
         if not self.silent:
-            show(render(self.form, self.width, self.color), self.path, self.color)
+            text = render(self.form, self.width, self.color)
+            if self.is_json_file:
+                from lcpcli.report.result_formats import as_list
+
+                text = as_list(text)
+            show(text, self.path, self.color)
         if verdict and self.path is not None:
             tell(verdict, self.quiet)
 

@@ -175,7 +175,7 @@ class Inputs(NamedTuple):
         from lcpcli.files.games import game_in
         from lcpcli.files.inputs import Input
 
-        with self.hint_at_game():
+        with self.hint_at_game(), self.reading():
             paths = tuple(self.files)
             work = (
                 game_in(self.files)
@@ -186,6 +186,12 @@ class Inputs(NamedTuple):
         self.tell(found.remarks)
         self.hint_at_option(self.files)
         return found
+
+    def reading(self) -> Line:
+        """Return a context in which files are read, which may take long."""
+        names = listed(map(place, self.files[:2])) if self.files else ""
+        more = ", ..." if len(self.files) > 2 else ""
+        return Line(f"reading {names}{more}", is_shown=shows_progress(self.quiet))
 
     def hint_at_option(self, paths: Sequence[str]) -> None:
         """Say how a file of q is named, if it stands behind -q."""
@@ -493,7 +499,7 @@ class Request(SimpleNamespace):
                     "proof": self.bound,
                 }
                 return run_nonlinear(begun, interrupts="return", **own)
-            with Line() as line:
+            with Line(is_shown=watched) as line:
                 own |= {
                     "compiled": compiled and method == "auto",
                     "observe": line.tell if watched else None,

@@ -19,7 +19,7 @@ from lcpcli.cli.problems import (
     tell,
     with_references,
 )
-from lcpcli.cli.terminal import STANDARD
+from lcpcli.cli.terminal import STANDARD, Line, shows_progress
 from lcpcli.enumeration import others
 from lcpcli.errors import OTHER_OUTPUT, LCPError, OptionError, ProblemError
 from lcpcli.files import contents, formats
@@ -58,7 +58,8 @@ def run(
     are_many |= request.sequence or any(
         value is not None for value in (request.jobs, request.cluster, request.resume)
     )
-    works, several = inputs.works(are_many and takes_many)
+    with inputs.reading():
+        works, several = inputs.works(are_many and takes_many)
     if several:
         from lcpcli.files import games
 
@@ -187,7 +188,8 @@ def _read(
     faults: Faults = []
     for work in works:
         try:
-            own = list(inputs.problems(work, takes_models=True))
+            with inputs.reading():
+                own = list(inputs.problems(work, takes_models=True))
         except LCPError as error:
             if len(works) == 1:
                 raise
@@ -244,9 +246,11 @@ def _results(
                         return results, True
             except ProblemError as fault:  # where F is undefined at the start
                 raise fault.inside(str(source)) from None
-        for made, exactly in zip(results, data, strict=True):
-            for k, result in enumerate(made):
-                made[k] = request.prove(result, exactly)
+        doing = "proving" if request.exact or request.bound else ""
+        with Line(doing, is_shown=shows_progress(request.quiet)):
+            for made, exactly in zip(results, data, strict=True):
+                for k, result in enumerate(made):
+                    made[k] = request.prove(result, exactly)
     except KeyboardInterrupt:
         if not any(results):
             raise

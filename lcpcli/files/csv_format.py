@@ -38,7 +38,8 @@ from lcpcli.files.formats import HEAD, Exact, Number, refuse
 from lcpcli.interrupts import in_time
 from lcpcli.linalg import matrices
 from lcpcli.model.problem import Problem
-from lcpcli.rational.numbers import RATIO, decimal, double
+from lcpcli.rational.numbers import RATIO, decimal, double, places
+from lcpcli.rational.numbers import text as ratio_text
 
 # Begins like a number, so it is not a name in a header.
 NUMERIC = re.compile(r"\s*[-+]?\.?\d")
@@ -191,7 +192,10 @@ def render(fields: Mapping[str, Any], exact: Exact) -> dict[str, bytes]:
     )
 
     def text(x: float) -> str:
-        return decimal(exact[x]) if x in exact else "" if math.isinf(x) else repr(x)
+        if x in exact:
+            value = exact[x]
+            return ratio_text(value) if places(value) is None else decimal(value)
+        return "" if math.isinf(x) else repr(x)
 
     rows = [list(map(text, row)) for row in table.tolist()]
     names = fields.get("names", ())

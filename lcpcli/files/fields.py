@@ -266,8 +266,8 @@ def _program(data: Mapping[str, Any]) -> Problem:
     refuse(keys is OSQP and "P" not in data, "P", IS_MISSING, hint)
     from lcpcli.model import reductions
 
-    given = {matrix: None} | without_nulls(data)
-    problem: Problem = getattr(reductions, maker)(**given)
+    arguments = {matrix: None} | without_nulls(data)
+    problem: Problem = getattr(reductions, maker)(**arguments)
     return problem
 
 

@@ -114,7 +114,7 @@ def numbers_in(value: Any, number: Callable[[str], Any] = float) -> Any:
     if isinstance(value, dict):
         return {key: numbers_in(part, number) for key, part in value.items()}
     if isinstance(value, list):
-        # Rows of numbers, which most lists are, stay as they are.
+        # Rows of numbers, as lists usually are, stay as they are.
         has_others = not {str, list}.isdisjoint(map(type, value))
         return [numbers_in(part, number) for part in value] if has_others else value
     if not isinstance(value, str):
@@ -241,6 +241,25 @@ def _fault(text: str, error: json.JSONDecodeError) -> ProblemError:
     return ProblemError(place, f"is not JSON from {seen} on", CORRECT_THERE)
 
 
+def objects_in(text: str) -> list[str]:
+    """Return the texts of the objects in a JSON list, as several results are in a .json
+    file; else the lines of a text that are not blank, as in JSON lines."""
+    whole, objects = text.strip(), list[str]()
+    decode, end = json.JSONDecoder().raw_decode, 1
+    with suppress(ValueError, RecursionError):
+        while whole.startswith("[") and whole.endswith("]"):
+            while whole[end] in " \t\r\n,":
+                end += 1
+            if end == len(whole) - 1 and objects:
+                return objects
+            begin = end
+            value, end = decode(whole, begin)
+            if not isinstance(value, dict):
+                break
+            objects.append(whole[begin:end])
+    return [line for line in text.split("\n") if line.strip()]
+
+
 def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     data = dict(pairs)
     if len(data) < len(pairs):
@@ -365,18 +384,22 @@ def _text(value: Any, number: Callable[[float], str]) -> str:
         return "[\n    " + ",\n    ".join(_text(row, number) for row in value) + "\n  ]"
     if value.dtype != object:
         return "[" + ", ".join(map(number, value.tolist())) + "]"
+    return f"[{', '.join(map(_exact_text, value))}]"
+
+
+def _exact_text(value: Fraction) -> str:
+    """Return a rational number in JSON, a text such as "1/3" if it is no decimal."""
     from lcpcli.rational.numbers import decimal, places, text
 
-    # A text if it is no decimal.
-    payoffs = (json.dumps(text(x)) if places(x) is None else decimal(x) for x in value)
-    return f"[{', '.join(payoffs)}]"
+    return json.dumps(text(value)) if places(value) is None else decimal(value)
 
 
-def number_text(exact: Exact, x: float) -> str:
+def number_text(
+    exact: Exact, x: float, exactly: Callable[[Fraction], str] = _exact_text
+) -> str:
+    """Return a number as a text. exactly : writes one for which the double stands."""
     if x in exact:
-        from lcpcli.rational.numbers import decimal
-
-        return decimal(exact[x])
+        return exactly(exact[x])
     return (
         "null"
         if math.isinf(x)

@@ -28,7 +28,7 @@ from lcpcli.files.formats import Exact, Number, refuse
 from lcpcli.files.json_format import of_coordinates
 from lcpcli.files.npy_format import written
 from lcpcli.linalg.matrices import is_sparse
-from lcpcli.rational.numbers import decimal
+from lcpcli.rational.numbers import in_decimals
 from lcpcli.typing import Matrix, Vector
 
 BANNER = (
@@ -81,9 +81,8 @@ def _text(matrix: Matrix, exact: Exact) -> bytes:
     for words in lines[
         next(i for i, line in enumerate(lines, 1) if not line[0].startswith("%")) :
     ]:
-        words[-1] = (
-            decimal(exact[float(words[-1])]) if float(words[-1]) in exact else words[-1]
-        )
+        double = float(words[-1])
+        words[-1] = in_decimals(exact[double]) if double in exact else words[-1]
     return "".join(f"{' '.join(words)}\n" for words in lines).encode()
 
 

@@ -43,8 +43,8 @@ from lcpcli.model.problem import Problem
 from lcpcli.model.program import symmetrized
 from lcpcli.rational.numbers import (
     Doubles,
-    decimal,
     fraction,
+    in_decimals,
     rounded,
     shortest_decimal,
 )
@@ -479,7 +479,7 @@ WORDS = (
 def render(fields: Mapping[str, Any], exact: Exact) -> dict[str, bytes]:
     """Return the program in free MPS; raise ProblemError for finite bounds that MPS
     takes for infinite ones."""
-    number = partial(number_text, exact)
+    number = partial(number_text, exact, exactly=in_decimals)
     k, m = fields["c"].size, fields["row_lower"].size if "A" in fields else 0
     low, high = (
         fields.get("lower", np.zeros(k)),
@@ -602,9 +602,8 @@ def _side(exact: Exact, low: float, high: float) -> tuple[str, float, str]:
     ends = [
         exact[end] if end in exact else shortest_decimal(end) for end in (low, high)
     ]
-    return *(("L", high) if abs(low) >= abs(high) else ("G", low)), decimal(
-        ends[1] - ends[0]
-    )
+    kind, side = ("L", high) if abs(low) >= abs(high) else ("G", low)
+    return kind, side, in_decimals(ends[1] - ends[0])
 
 
 def _bounds(

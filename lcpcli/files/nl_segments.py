@@ -8,7 +8,7 @@ from __future__ import annotations
 import os
 import re
 import struct
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from math import inf
 from typing import Any, NamedTuple, TypeAlias
@@ -188,6 +188,18 @@ def names_beside(path: str, variables: Sequence[str]) -> Sequence[str]:
     return [names[number] for number in numbers] if names else variables
 
 
+def with_names(path: str, fields: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the fields of the model in a file with the names that stand beside it."""
+    if "columns" not in fields:
+        names = names_beside(path, fields["names"])
+        return {**fields, "names": names, "note": in_names(path, fields["note"])}
+    named = {"columns": list(names_beside(path, fields["columns"]))}
+    rows, names = fields.get("rows", []), _names(path, ".row")
+    if rows and len(names) >= len(rows):  # the objective's follow
+        named["rows"] = names[: len(rows)]
+    return {**fields, **named}
+
+
 def named(path: str, error: ProblemError) -> ProblemError:
     return ProblemError(
         in_names(path, error.where), in_names(path, error.fault), error.hint
@@ -311,6 +323,32 @@ class Segments:
         while code := tokens.code():
             self._read(code)
         self._refuse_incomplete()
+
+    @property
+    def has_objective(self) -> bool:
+        """Return whether there is an objective that is not constant."""
+        expressions = [terms for _, terms in self.objectives.values()]
+        return any(self.slopes.values()) or any(
+            letter == "v" for terms in expressions for letter, *_ in terms
+        )
+
+    @property
+    def auxiliary(self) -> set[int]:
+        """Return the variables without bounds and without a row that are alone the
+        function of a row that complements another one, such as Pyomo's .bv, which
+        stand for the expression of a condition."""
+        rows = (row for row, _ in self.complements.values())
+        sets = (
+            set(self.linear.get(row, {}))
+            for row in rows
+            if all(letter != "v" for letter, *_ in self.rows[row])
+        )
+        single = {variable for each in sets if len(each) == 1 for variable in each}
+        return {
+            variable
+            for variable in single - self.complements.keys()
+            if self.bounds[variable] == (None, None)
+        }
 
     def _read(self, code: str) -> None:
         tokens, header, integer = self._tokens, self.header, self._tokens.integer

@@ -137,12 +137,9 @@ def fields_in(path: str, content: bytes, number: Number = float) -> dict[str, An
     form = within(place(path), form_of, path, content)
     fields = within(place(path), _called, form, "fields", content, number)
     if form == "nl_format":
-        from lcpcli.files.nl_segments import in_names, names_beside
+        from lcpcli.files.nl_segments import with_names
 
-        fields |= {
-            "names": names_beside(path, fields["names"]),
-            "note": in_names(path, fields["note"]),
-        }
+        fields = with_names(path, fields)
     if isinstance(fields, dict) and (kind_of(fields) or "M" in fields):
         return fields
     raise ProblemError(

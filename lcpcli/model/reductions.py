@@ -260,8 +260,8 @@ def _objective(
     matrix, _ = as_square(field, quadratic, vector.size, other)
     if may_be_triangle:
         matrix = _mirrored_triangle(matrix)
-    given = np.dtype(getattr(quadratic, "dtype", float))
-    eps = float(np.finfo(given).eps) if given.kind == "f" else EPS
+    dtype = np.dtype(getattr(quadratic, "dtype", float))
+    eps = float(np.finfo(dtype).eps) if dtype.kind == "f" else EPS
     symmetric = symmetrized(matrix, max(eps, EPS))
     if symmetric is None:
         _, i, j = largest_asymmetry(matrix)

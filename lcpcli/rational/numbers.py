@@ -118,6 +118,12 @@ def decimal(value: Fraction) -> str:
     return str(Decimal((digits.sign, digits.digits, -count)))
 
 
+def in_decimals(value: Fraction) -> str:
+    """Return a rational number with all its decimals if it has finitely many, else
+    those of the nearest double."""
+    return decimal(value) if places(value) is not None else repr(_rounded(value))
+
+
 def brief(value: Fraction, toward: int = 0) -> str:
     """Return a rational number for a line of text, of more than MOST_SHOWN_DIGITS by
     `approximate`, marked by ~."""

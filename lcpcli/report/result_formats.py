@@ -261,6 +261,13 @@ MINIMUM = (
 )
 
 
+def as_list(lines: str) -> str:
+    """Return lines of JSON as one JSON text: the object in the only one, or the list of
+    several, one in each line."""
+    objects = lines.removesuffix("\n").split("\n")
+    return lines if len(objects) == 1 else "[\n" + ",\n".join(objects) + "\n]\n"
+
+
 def line(record: Mapping[str, Any]) -> str:
     return text(record) + "\n"
 

@@ -196,6 +196,7 @@ def test_progress_is_shown_on_a_terminal_alone(
     arguments = ("bench", *files, *FAST, "--method", "auto", "--method", "lemke")
     assert lcp(*arguments).err == ""
     monkeypatch.setenv("TERM", "xterm")
+    monkeypatch.setattr("lcpcli.cli.terminal.PATIENCE", 0.0)
     monkeypatch.setattr("sys.stderr.isatty", lambda: True, raising=False)
     shown = lcp(*arguments).err
     assert [

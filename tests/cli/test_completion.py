@@ -84,6 +84,13 @@ def test_options(name: str) -> None:
         (["help", ""], [*TOPICS, *lcp.commands]),
         (["help", "me"], ["measuring", "methods"]),
         (["bench", "sp"], ["sparse", "speed"]),
+        *(
+            ([name, "port"], ["portfolio"])
+            for name in ("solve", "compare", "inspect", "convert", "check", "path")
+        ),
+        (["solve", "a.json", "port"], ["portfolio"]),
+        (["bench", "pap"], ["paper", "paper-example-1", "paper-example-2"]),
+        (["solve", "--x0", "port"], []),
         (["solve", "--tol", ""], []),
         (["nonsense", "x"], []),
     ],

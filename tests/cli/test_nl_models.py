@@ -74,7 +74,13 @@ def test_number_for_ampl_says_solved_of_nothing_but_what_is_solved() -> None:
 def test_run_without_a_finite_point_writes_no_values(
     models: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    run = SimpleNamespace(message="a message", iterations=1, residual=1.0, advice="")
+    run = SimpleNamespace(
+        message="a message",
+        iterations=1,
+        residual=1.0,
+        advice="",
+        problem=SimpleNamespace(origin=None),
+    )
     for status, z, told in (
         (Status.DIVERGED, np.array([np.nan, 1.0]), 500),
         (Status.TIME_LIMIT, None, 500),

@@ -193,3 +193,36 @@ def test_a_table_of_equilibria_that_lacks_a_player_is_refused_in_a_line(
         "give both strategies\n"
     )
     assert (outcome.code, outcome.out, outcome.err) == (2, "", fault)
+
+
+LISTS = {
+    ("murty", "[[1, 0], [0, 1]]"): [True, True],
+    ("murty", '[["1/3", "1/3"], [1, 1]]'): [True, False],
+    ("murty", "[[1, 0]]"): [True],
+    ("portfolio", '[[0.2, 0.3, 0.5], ["6/775", "63.125/310"]]'): None,
+    ("transport", "[[1], [2]]"): None,
+    ("bimatrix", "[[1, 0], [1]]"): None,
+    ("murty", "[[1, 0], 1]"): None,
+    ("murty", "[[]]"): None,
+}
+
+
+@pytest.mark.usefixtures("folder")
+def test_each_of_several_lists_is_checked_and_two_may_be_parts_of_one_answer(
+    lcp: Lcp,
+) -> None:
+    for (name, text), accepted in LISTS.items():
+        Path("lists.json").write_text(text)
+        outcome = lcp("check", name + ".json" * (name == "murty"), "lists.json")
+        if accepted is None:
+            assert (outcome.code, outcome.err.count("\n")) == (2, 1), outcome.err
+            continue
+        assert outcome.code == (not all(accepted))
+        assert outcome.out.count("z solves the problem") == sum(accepted)
+    Path("lists.json").write_text('[["3/5", "2/5"], ["2/5", "3/5"]]')
+    Path("game.json").write_text('{"A": [[3, 0], [0, 2]], "B": [[2, 0], [0, 3]]}')
+    outcome = lcp("check", "game.json", "lists.json", "--exact")
+    assert "the strategies are an equilibrium" in outcome.out
+    answer = run(read("portfolio")).answer
+    Path("lists.json").write_text(json.dumps([answer.x.tolist(), answer.y.tolist()]))
+    assert lcp("check", "portfolio", "lists.json").code == 0

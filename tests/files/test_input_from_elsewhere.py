@@ -354,3 +354,29 @@ def test_more_is_refused_with_the_pair_and_the_call_for_an_inequality() -> None:
     assert "solve(P, q, lower=l, upper=u)" in str(refusal.value)
     with pytest.raises(ProblemError, match="does not yield this M and q"):
         Problem(other, [-1, -1, -1], origin={"kind": "qp", "variables": 3})
+
+
+@pytest.mark.usefixtures("in_folder")
+def test_fractions_are_written_as_such_where_they_are_read_and_else_rounded(
+    lcp: Lcp,
+) -> None:
+    problem = {"M": [["2", "1/3"], ["1/4", 1]], "q": ["-1", "-3/7"]}
+    program = {"Q": [[2, "1/3"], ["1/3", 1]], "c": ["-1/7", "-1"]}
+    program |= {"A": [["2/3", 1]], "row_lower": ["-1/9"], "row_upper": ["1/3"]}
+    Path("problem.json").write_text(json.dumps(problem))
+    Path("program.json").write_text(json.dumps(program))
+    exact = read_exact("problem.json")
+    for name in ("a.json", "a.csv", "a.mtx", "a.npz"):
+        outcome = lcp("convert", "problem.json", "-o", name)
+        is_rounded = name not in ("a.json", "a.csv")
+        assert ("were rounded; .json or .csv would" in outcome.err) is is_rounded
+        if not is_rounded:
+            assert read_exact(name).rows == exact.rows
+        others = ["a.q.mtx"] if name == "a.mtx" else []
+        assert (read(name, *others).M == read("problem.json").M).all()
+    for name in ("b.json", "b.mps", "b.npz"):
+        outcome = lcp("convert", "program.json", "-o", name)
+        assert ("were rounded; .json would" in outcome.err) is (name != "b.json")
+        found, right = read(name).M, read("program.json").M
+        assert found == pytest.approx(right, rel=1e-15)
+    assert read_exact("b.json").rows == read_exact("program.json").rows
