@@ -243,7 +243,7 @@ KEYS = (
     "version file item problem n names method package label route status "
     "message advice solved verified z w basis "
     "iterations evaluations residual relative_residual negligible_q error "
-    "digits error_bound error_bound_source "
+    "digits not_unique error_bound error_bound_source "
     "reference milestones setup_seconds solve_seconds verify_seconds seconds "
     "conclusion_seconds spread "
     "certificate exact "
