@@ -34,7 +34,7 @@ from lcpcli.options import TOL
 from lcpcli.rational.elimination import Effort
 from lcpcli.rational.exact_problem import ExactProblem, fractions_of
 from lcpcli.rational.numbers import approximate, rounded
-from lcpcli.solving.minimum import WORDS, data_of, kind_of_point
+from lcpcli.solving.minimum import WORDS, data_of, kind_of_solutions
 from lcpcli.solving.no_minimum import undecided, without_minimum
 from lcpcli.typing import Vector, VectorLike
 from lcpcli.verify import exact_solution
@@ -368,7 +368,7 @@ class _Proposal:
             self.sign * self.with_step()[self.k : self.problem.n - self.origin.ranges]
             + 0.0
         )
-        statement = kind_of_point(self.data, self.origin).statement
+        statement = kind_of_solutions(self.problem, self.origin, self.data).statement
         return replace(
             found,
             statement=statement,
@@ -401,10 +401,8 @@ class _Proposal:
             not self.needs_multipliers
             and verify(self.problem, self.with_step(), tol).accepted
         ):
-            return (
-                f"{kind_of_point(self.data, origin).statement}, but with other "
-                "multipliers"
-            )
+            kind = kind_of_solutions(self.problem, origin, self.data)
+            return f"{kind.statement}, but with other multipliers"
         return f"{feasible}, but not shown to be a {word}"
 
 

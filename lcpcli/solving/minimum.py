@@ -24,11 +24,10 @@ import numpy as np
 
 from lcpcli.clock import imports, seconds
 from lcpcli.games.behavior import Behavior, InformationSetStrategy
-from lcpcli.inspection.classes import semidefinite_rank
-from lcpcli.inspection.verdict import NO, YES, classify
+from lcpcli.inspection.classes import definiteness
+from lcpcli.inspection.verdict import NO, YES
 from lcpcli.interrupts import TimeIsUp, within
-from lcpcli.linalg.doubles import generator
-from lcpcli.linalg.krylov import is_semidefinite
+from lcpcli.linalg.doubles import ROW_ROUNDING, generator
 from lcpcli.linalg.matrices import dense, product, stack
 from lcpcli.linalg.programs import minimized
 from lcpcli.linalg.threads import with_limited_threads
@@ -38,7 +37,11 @@ from lcpcli.model.problem import Problem, conditions_of
 from lcpcli.model.program import SENSES, Program, ProgramData
 from lcpcli.rational import elimination
 from lcpcli.rational.exact_problem import ExactProblem, rows_of
-from lcpcli.rational.numbers import over_one_denominator, shortest_decimal
+from lcpcli.rational.numbers import (
+    approximate,
+    over_one_denominator,
+    shortest_decimal,
+)
 from lcpcli.rational.tree import first_solution
 from lcpcli.solving.no_minimum import (
     OPTIMUM,
@@ -54,11 +57,6 @@ from lcpcli.typing import Mask, Vector
 from lcpcli.verify.point import Criterion, Point
 from lcpcli.verify.verification import of_solution, point_of_game
 
-# Pivots of exact elimination, and other steps, that may decide whether Q is
-# semidefinite, times n^3, and at least.
-DEFINITENESS_STEPS, LEAST_DEFINITENESS_STEPS = 1.5e7, 20.0
-# Up to which definiteness is tested in floats, if it is not decided: a second.
-MOST_FLOAT_VARIABLES = 2000
 WORDS = {"min": "minimizer", "max": "maximizer"}
 DEFINITE = {"min": "positive", "max": "negative"}
 MOST_UNKNOWNS = 60  # of a game tree for which exact arithmetic is tried
@@ -352,48 +350,56 @@ def conclusion(problem: Problem, result: Result, program: Program) -> Conclusion
             f"x satisfies the first-order conditions; whether it is a {word} "
             "was not examined"
         )
+    kind = kind_of_solutions(problem, program, data)
+    if kind.proved == OPTIMUM and has_other_minimum(result, program, data, kind):
+        several = kind.statement.replace(f"a {word}", f"one of several {word}s")
+        proved = SEVERAL if kind.within is None else OPTIMUM
+        return Conclusion(several, proved, within=kind.within)
+    return kind
+
+
+def kind_of_solutions(
+    problem: Problem, program: Program, data: ProgramData
+) -> Conclusion:
+    """Return the kind of each solution of the conditions of a program, which is kept
+    with them."""
     kind: Conclusion | None = getattr(problem, KIND, None)
     if kind is None:
         kind = kind_of_point(data, program)
         problem.knowing(**{KIND: kind})
-    if kind.proved == OPTIMUM and has_other_minimum(result, program, data):
-        return Conclusion(
-            kind.statement.replace(f"a {word}", f"one of several {word}s"), SEVERAL
-        )
     return kind
 
 
 def kind_of_point(data: ProgramData, program: Program) -> Conclusion:
-    """Return the kind of a solution of the first-order conditions, from what is proved
-    about Q: whether it is definite or semidefinite, by floating point, or else by all
-    that the classes of matrices know, fractions included."""
-    word, definite, n = WORDS[program.sense], DEFINITE[program.sense], data.c.size
+    """Return the kind of a solution of the first-order conditions, from what is known
+    about Q: whether it is definite, semidefinite, or neither.
+
+    Up to rounding: if Q + d diag(Q) is semidefinite, x minimizes a program with this in
+    place of Q, and its conditions are violated by at most d of their own terms.
+    """
+    word, definite = WORDS[program.sense], DEFINITE[program.sense]
     if not (data.Q != 0).sum():
         return Conclusion(f"x is a {word} of the linear program", OPTIMUM)
-    rank = semidefinite_rank(data.Q)
-    is_definite, verdict = YES if rank == n else NO, YES
-    if rank is None:
-        steps = LEAST_DEFINITENESS_STEPS + DEFINITENESS_STEPS / n**3
-        verdicts = classify(data.Q, "positive_semidefinite", steps)
-        is_definite, verdict = (
-            verdicts["positive_definite"].word,
-            verdicts["positive_semidefinite"].word,
-        )
-    if is_definite == YES:
+    found = definiteness(data.Q)
+    if found.definite == YES:
         return Conclusion(
             f"x is the unique {word}, as Q is {definite} definite", UNIQUE
         )
-    if verdict == YES:
+    if found.semidefinite == YES:
         return Conclusion(f"x is a {word}, as Q is {definite} semidefinite", OPTIMUM)
-    if verdict == NO:
+    if found.semidefinite == NO:
         return Conclusion(
             f"x is a stationary point and need not be a {word}: Q is not "
             f"{definite} semidefinite",
             STATIONARY,
         )
-    if n <= MOST_FLOAT_VARIABLES and is_semidefinite(data.Q):
-        up_to = f"as far as Q is {definite} semidefinite, which it is up to rounding"
-        return Conclusion(f"x is a {word}, {up_to}", OPTIMUM)
+    if found.within is not None:
+        change = approximate(Fraction(found.within), 1, 1)
+        statement = (
+            f"x is a {word} up to rounding: Q differs by at most {change}, relatively, "
+            f"from a {definite} semidefinite matrix"
+        )
+        return Conclusion(statement, OPTIMUM, within=found.within)
     open_question = (
         f"whether Q is {definite} semidefinite and x a {word} is not decided"
     )
@@ -411,10 +417,12 @@ LEAST_DISTANCE = 1e-3
 MOST_FREE = 100
 
 
-def has_other_minimum(result: Result, program: Program, data: ProgramData) -> bool:
+def has_other_minimum(
+    result: Result, program: Program, data: ProgramData, kind: Conclusion
+) -> bool:
     """Return whether an LP finds another minimizer, which is verified as a solution of
     the conditions as x was, and whether exact arithmetic confirms that there is more
-    than one minimizer."""
+    than one minimizer; floating point, of a kind up to rounding."""
     if result.problem.n > MOST_LP_UNKNOWNS:
         return False
     x, y = program.parts(result.z)
@@ -427,14 +435,14 @@ def has_other_minimum(result: Result, program: Program, data: ProgramData) -> bo
             continue
         z = program.z_of(other, y, data)
         if Point(Criterion(result.problem, result.tol), z).solution() is not None:
-            return _may_move((x + other) / 2, data)
+            return _may_move((x + other) / 2, data, exactly=kind.within is None)
     return False
 
 
-def _may_move(x: Vector, data: ProgramData) -> bool:
+def _may_move(x: Vector, data: ProgramData, exactly: bool) -> bool:
     """Return whether Qd = 0, c'd = 0 and the active rows and bounds at x admit a d that
-    is not 0, for the decimals of the data in rational arithmetic. If not, rounding
-    alone has made x seem one of several minimizers."""
+    is not 0, for the decimals of the data in rational arithmetic; or up to rounding.
+    If not, rounding alone has made x seem one of several minimizers."""
     free = np.flatnonzero(~_active(x, data.lower, data.upper))
     rows = np.flatnonzero(_active(data.A @ x, data.row_lower, data.row_upper))
     if not 0 < free.size <= MOST_FREE:
@@ -444,12 +452,24 @@ def _may_move(x: Vector, data: ProgramData) -> bool:
         data.c[np.newaxis, free],
         dense(data.A[rows])[:, free],
     )
+    if not exactly:
+        return _has_null_vector(np.vstack(parts))
     system = [row for part in parts for row in rows_of(part, shortest_decimal) if row]
     whole = [
         over_one_denominator([row.get(j, Fraction(0)) for j in range(free.size)])[0]
         for row in system
     ]
     return len(whole) < free.size or bool(elimination.solve(whole, [0] * len(whole))[1])
+
+
+def _has_null_vector(A: Vector) -> bool:
+    """Return whether A d = 0 for some d that is not 0, up to rounding, in units in
+    which the largest entries of columns and of rows are 1."""
+    for sizes in (np.abs(A).max(axis=0), np.abs(A).max(axis=1)[:, np.newaxis]):
+        A = A / np.where(sizes > 0, sizes, 1.0)
+    values = np.linalg.svd(A, compute_uv=False)
+    rounding = max(A.shape) * ROW_ROUNDING
+    return A.shape[0] < A.shape[1] or bool(values[-1] <= rounding * values[0])
 
 
 def _active(values: Vector, low: Vector, high: Vector) -> Mask:
