@@ -66,7 +66,9 @@ from lcpcli.inspection.verdict import (
 )
 from lcpcli.linalg import matrices
 from lcpcli.linalg.patterns import affordable
+from lcpcli.linalg.units import half_power
 from lcpcli.rational import elimination, numbers
+from lcpcli.rational.rank import has_rank
 from lcpcli.typing import Matrix, Vector
 from lcpcli.verify.error_theorems import (
     proof_of_definiteness,
@@ -561,13 +563,11 @@ def definiteness(S: Matrix) -> Definiteness:
     """Decide whether a symmetric S of shape (n, n) is definite or semidefinite: by
     floating point, if by more than rounding, or else, unless its entries are rounded,
     by all that is known of classes of matrices, fractions included."""
-    n, rows = S.shape[0], np.count_nonzero(matrices.row_maxima(S))
-    rank = semidefinite_rank(S)
-    within = None if rank == rows else semidefinite_by_rounding(S)
-    if within is not None:
-        return Definiteness(UNDECIDED, UNDECIDED, within)
+    n, rank = S.shape[0], semidefinite_rank(S)
     if rank is not None:
         return Definiteness(YES if rank == n else NO, YES)
+    if (within := semidefinite_by_rounding(S)) is not None:
+        return Definiteness(UNDECIDED, UNDECIDED, within)
     steps = LEAST_DEFINITENESS_STEPS + DEFINITENESS_STEPS / n**3
     found = verdict.classify(S, "positive_semidefinite", steps)
     words = (
@@ -584,8 +584,8 @@ def semidefinite_rank(S: Matrix) -> int | None:
     """Return the rank of a symmetric S of shape (n, n) if floating point proves that S
     is positive semidefinite, else None: n if a factorization does. A singular S is
     semidefinite if some S_PP is definite and the columns outside of P are combinations
-    of those in P, for which a guess is rounded to multiples of 1 / DENOMINATOR and
-    checked exactly.
+    of those in P: by a guess that is rounded to multiples of 1 / DENOMINATOR and
+    checked exactly, or by the rank.
     """
     P = np.flatnonzero(matrices.row_maxima(S))
     S = S[P][:, P]
@@ -593,23 +593,28 @@ def semidefinite_rank(S: Matrix) -> int | None:
         return None
     if (is_definite := proof_of_definiteness(S)[0]) or P.size > MOST_SINGULAR:
         return P.size if is_definite else None
+    A = matrices.dense(S)
+    whole, _ = numbers.as_written(A)
+    if not np.array_equal(whole, np.rint(whole)):
+        return None  # of which rounding has left no exact combinations
     with imports:
         from scipy.linalg import get_lapack_funcs, solve_triangular
-    A, _ = numbers.as_written(matrices.dense(S))
     (pstrf,) = get_lapack_funcs(("pstrf",), (A,))
-    R, order, rank, is_singular = pstrf(A, tol=RANK_TOLERANCE * A.diagonal().max())
+    D = np.exp2(-half_power(A.diagonal()))
+    R, order, rank, is_singular = pstrf(matrices.scaled(A, D, D), tol=RANK_TOLERANCE)
     if not is_singular:
         return None
-    order -= 1
-    whole = np.rint(DENOMINATOR * solve_triangular(R[:rank, :rank], R[:rank, rank:]))
-    null_space = np.vstack((whole, -DENOMINATOR * np.eye(P.size - rank)))
-    A = A[order][:, order]
-    if (
-        not verdict.sums_exactly(A, float((np.abs(A) @ np.abs(null_space)).max()))
-        or (A @ null_space).any()
-    ):
+    first, others = order[:rank] - 1, order[rank:] - 1
+    if not proof_of_definiteness(A[first][:, first])[0]:
         return None
-    return int(rank) if proof_of_definiteness(A[:rank, :rank])[0] else None
+    combined = solve_triangular(R[:rank, :rank], R[:rank, rank:])
+    guess = np.rint(DENOMINATOR * D[first, np.newaxis] * combined / D[others])
+    null_space = np.vstack((guess, -DENOMINATOR * np.eye(others.size)))
+    whole = whole[:, order - 1]
+    largest = float((np.abs(whole) @ np.abs(null_space)).max())
+    if verdict.sums_exactly(whole, largest) and not (whole @ null_space).any():
+        return int(rank)
+    return int(rank) if has_rank(whole, first, np.arange(rank)) else None
 
 
 # n up to which all 2^n - 1 index sets are examined, each by a linear system in exact

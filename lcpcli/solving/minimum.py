@@ -1,10 +1,6 @@
 """What results mean for the linear or quadratic program, or the game, from which their
 problem was made.
 
-x and x + d are both minimizers of a convex program if x + d satisfies rows and bounds,
-Qd = 0 and c'd = 0: O. L. Mangasarian, A simple characterization of solution sets of
-convex programs, Operations Research Letters 7 (1988) 21-26.
-
 The strategies of a solved game are checked by best responses: a payoff that is far
 larger than all that are reached, as a penalty for a forbidden move, makes the residual
 of strategies small that are no equilibrium.
@@ -27,20 +23,16 @@ from lcpcli.games.behavior import Behavior, InformationSetStrategy
 from lcpcli.inspection.classes import definiteness
 from lcpcli.inspection.verdict import NO, YES
 from lcpcli.interrupts import TimeIsUp, within
-from lcpcli.linalg.doubles import ROW_ROUNDING, generator
-from lcpcli.linalg.matrices import dense, product, stack
-from lcpcli.linalg.programs import minimized
+from lcpcli.linalg.matrices import product
 from lcpcli.linalg.threads import with_limited_threads
 from lcpcli.model.extensive import ExtensiveGame
 from lcpcli.model.origins import Game
 from lcpcli.model.problem import Problem, conditions_of
 from lcpcli.model.program import SENSES, Program, ProgramData
 from lcpcli.rational import elimination
-from lcpcli.rational.exact_problem import ExactProblem, rows_of
+from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import (
     approximate,
-    over_one_denominator,
-    shortest_decimal,
 )
 from lcpcli.rational.tree import first_solution
 from lcpcli.solving.no_minimum import (
@@ -52,8 +44,9 @@ from lcpcli.solving.no_minimum import (
     undecided,
     without_minimum,
 )
+from lcpcli.solving.other_minimum import has_other_minimum
 from lcpcli.solving.result import Result, Status
-from lcpcli.typing import Mask, Vector
+from lcpcli.typing import Vector
 from lcpcli.verify.point import Criterion, Point
 from lcpcli.verify.verification import of_solution, point_of_game
 
@@ -351,9 +344,12 @@ def conclusion(problem: Problem, result: Result, program: Program) -> Conclusion
             "was not examined"
         )
     kind = kind_of_solutions(problem, program, data)
-    if kind.proved == OPTIMUM and has_other_minimum(result, program, data, kind):
+    is_exact = kind.within is None
+    if kind.proved == OPTIMUM and has_other_minimum(
+        problem, program, data, result.z, result.tol, is_exact
+    ):
         several = kind.statement.replace(f"a {word}", f"one of several {word}s")
-        proved = SEVERAL if kind.within is None else OPTIMUM
+        proved = SEVERAL if is_exact else OPTIMUM
         return Conclusion(several, proved, within=kind.within)
     return kind
 
@@ -404,103 +400,3 @@ def kind_of_point(data: ProgramData, program: Program) -> Conclusion:
         f"whether Q is {definite} semidefinite and x a {word} is not decided"
     )
     return Conclusion(f"x satisfies the first-order conditions; {open_question}")
-
-
-MOST_LP_UNKNOWNS = 500  # an LP for more would take longer than many a solution
-# Of each of two LPs, by the seconds that so many iterations usually take.
-LP_EFFORT = 0.25
-# Relative to the largest |x_i|: how far another minimizer has to lie from x, far above
-# rounding.
-LEAST_DISTANCE = 1e-3
-# Variables that are not at a bound, for a linear system that is solved exactly in a
-# second.
-MOST_FREE = 100
-
-
-def has_other_minimum(
-    result: Result, program: Program, data: ProgramData, kind: Conclusion
-) -> bool:
-    """Return whether an LP finds another minimizer, which is verified as a solution of
-    the conditions as x was, and whether exact arithmetic confirms that there is more
-    than one minimizer; floating point, of a kind up to rounding."""
-    if result.problem.n > MOST_LP_UNKNOWNS:
-        return False
-    x, y = program.parts(result.z)
-    least = LEAST_DISTANCE * max(1.0, float(np.abs(x).max()))
-    # ±1 may be orthogonal to the minimizers.
-    along = generator(x.size).standard_normal(x.size)
-    for direction in (along, -along):
-        other = _farthest(direction, x, data)
-        if other is None or not np.abs(other - x).max() > least:
-            continue
-        z = program.z_of(other, y, data)
-        if Point(Criterion(result.problem, result.tol), z).solution() is not None:
-            return _may_move((x + other) / 2, data, exactly=kind.within is None)
-    return False
-
-
-def _may_move(x: Vector, data: ProgramData, exactly: bool) -> bool:
-    """Return whether Qd = 0, c'd = 0 and the active rows and bounds at x admit a d that
-    is not 0, for the decimals of the data in rational arithmetic; or up to rounding.
-    If not, rounding alone has made x seem one of several minimizers."""
-    free = np.flatnonzero(~_active(x, data.lower, data.upper))
-    rows = np.flatnonzero(_active(data.A @ x, data.row_lower, data.row_upper))
-    if not 0 < free.size <= MOST_FREE:
-        return False
-    parts = (
-        dense(data.Q)[:, free],
-        data.c[np.newaxis, free],
-        dense(data.A[rows])[:, free],
-    )
-    if not exactly:
-        return _has_null_vector(np.vstack(parts))
-    system = [row for part in parts for row in rows_of(part, shortest_decimal) if row]
-    whole = [
-        over_one_denominator([row.get(j, Fraction(0)) for j in range(free.size)])[0]
-        for row in system
-    ]
-    return len(whole) < free.size or bool(elimination.solve(whole, [0] * len(whole))[1])
-
-
-def _has_null_vector(A: Vector) -> bool:
-    """Return whether A d = 0 for some d that is not 0, up to rounding, in units in
-    which the largest entries of columns and of rows are 1."""
-    for sizes in (np.abs(A).max(axis=0), np.abs(A).max(axis=1)[:, np.newaxis]):
-        A = A / np.where(sizes > 0, sizes, 1.0)
-    values = np.linalg.svd(A, compute_uv=False)
-    rounding = max(A.shape) * ROW_ROUNDING
-    return A.shape[0] < A.shape[1] or bool(values[-1] <= rounding * values[0])
-
-
-def _active(values: Vector, low: Vector, high: Vector) -> Mask:
-    """Return which values are at an end of their range, to the tolerance by which two
-    points are distinguished."""
-    near = LEAST_DISTANCE**2 * np.maximum(1.0, np.abs(values))
-    active: Mask = (values - low <= near) | (high - values <= near)
-    return active
-
-
-def _farthest(objective: Vector, x: Vector, data: ProgramData) -> Vector | None:
-    """Return the minimizer with the least objective'x among those that differ from x by
-    at most about |x|."""
-    reach = 1.0 + np.abs(x).max()
-    low, high = np.maximum(data.lower - x, -reach), np.minimum(data.upper - x, reach)
-    Ax, nothing = data.A @ x, np.zeros(x.size + 1)
-    rows = stack([[data.Q], [data.c[np.newaxis]], [data.A]])
-    ends = tuple(
-        np.concatenate((nothing, end - Ax)) for end in (data.row_lower, data.row_upper)
-    )
-    bounds = np.minimum(low, 0.0), np.maximum(high, 0.0)
-    found = minimized(
-        objective,
-        rows,
-        (np.minimum(ends[0], 0.0), np.maximum(ends[1], 0.0)),
-        bounds,
-        LP_EFFORT,
-    )
-    if found is None:
-        return None
-    y = x + found.x
-    nearer = np.where(y - data.lower <= data.upper - y, data.lower, data.upper)
-    # An LP leaves zeros at 1e-12.
-    return np.where(_active(y, data.lower, data.upper), nearer, y)
