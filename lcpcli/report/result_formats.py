@@ -251,7 +251,8 @@ KEYS = (
 )
 # Of a program's answer
 MINIMUM = (
-    "x y bound_multipliers activities slacks objective statement proved exact ray "
+    "x y bound_multipliers unique_multipliers y_down y_up bound_multipliers_down "
+    "bound_multipliers_up activities slacks objective statement proved exact ray "
     "certificate"
 )
 

@@ -8,6 +8,7 @@ of strategies small that are no equilibrium.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from copy import copy
@@ -46,6 +47,7 @@ from lcpcli.solving.no_minimum import (
 )
 from lcpcli.solving.other_minimum import has_other_minimum
 from lcpcli.solving.result import Result, Status
+from lcpcli.solving.sensitivity import Sensitivities, sensitivities
 from lcpcli.typing import Vector
 from lcpcli.verify.point import Criterion, Point
 from lcpcli.verify.verification import of_solution, point_of_game
@@ -68,15 +70,23 @@ class Minimum:
     x : the point, shape (k,), or the best iterate if the conditions are not solved;
         None, like all up to the objective, if the conditions are proved to have no
         solution.
-    y, bound_multipliers : the multipliers of the m rows and of the bounds of the k
-        variables: the derivative of the optimal objective with respect to the active
-        bound, 0 where none is active.
+    y, bound_multipliers : multipliers of the m rows and of the bounds of the k
+        variables, 0 where no bound is active. Those of a convex program are derivatives
+        of the optimal objective with respect to the active bound where they are unique.
     activities, slacks : the values Ax of the rows, and their distances from the nearer
         of their bounds, negative where a row is violated.
     objective : the value at x, in the program's own sense and with its constant.
     exact : x and y as fractions if they are proved, else None.
 
-    The following are computed when one of them is first read:
+    unique_multipliers : whether there are no other multipliers; None if it takes too
+        long to see, or the program is not known to be convex.
+    y_down, y_up, bound_multipliers_down, bound_multipliers_up : the derivatives of the
+        optimal objective as the active bound falls and as it rises, of the shapes of y
+        and bound_multipliers: the same number where multipliers are unique, and
+        infinite where no such change is feasible. Equal bounds move together. None if
+        that takes too long, or the program is not known to be convex.
+
+    These are computed when one of them is first read, and so are the following:
     statement : what x is, or what the absence of a solution means.
     proved : what is proved, one of the words in PROVED; None if nothing is.
     ray : a direction of shape (k,) in which the objective improves without limit within
@@ -96,17 +106,34 @@ class Minimum:
     objective: float | None
     exact: dict[str, list[Fraction]] | None
     _conclude: Callable[[], Conclusion] = field(repr=False)
+    _vary: Callable[[], Sensitivities | None] = field(repr=False)
 
     @cached_property
     def _concluded(self) -> tuple[Conclusion, float]:
         began = seconds()
         return self._conclude(), seconds() - began
 
+    @cached_property
+    def _varied(self) -> tuple[Sensitivities | None, float]:
+        began = seconds()
+        return self._vary(), seconds() - began
+
     statement = property(lambda minimum: minimum._concluded[0].statement)
     proved = property(lambda minimum: minimum._concluded[0].proved)
     ray = property(lambda minimum: minimum._concluded[0].ray)
     certificate = property(lambda minimum: minimum._concluded[0].certificate)
-    seconds = property(lambda minimum: minimum._concluded[1])
+    unique_multipliers = property(lambda minimum: minimum._sensitivity("are_unique"))
+    y_down = property(lambda minimum: minimum._sensitivity("down"))
+    y_up = property(lambda minimum: minimum._sensitivity("up"))
+    bound_multipliers_down = property(
+        lambda minimum: minimum._sensitivity("bounds_down")
+    )
+    bound_multipliers_up = property(lambda minimum: minimum._sensitivity("bounds_up"))
+    seconds = property(lambda minimum: minimum._concluded[1] + minimum._varied[1])
+
+    def _sensitivity(self, name: str) -> Any:
+        found = self._varied[0]
+        return None if found is None else getattr(found, name)
 
 
 @dataclass(frozen=True, eq=False)
@@ -279,8 +306,9 @@ def minimum(result: Result, program: Program) -> Minimum:
     unless it is proved that there is no solution."""
     # A cycle would keep large arrays in memory.
     conclude = partial(conclusion, result.problem, copy(result), program)
+    vary = partial(variations, result.problem, copy(result), program)
     if result.status.has_no_solution:
-        return Minimum(None, None, None, None, None, None, None, conclude)
+        return Minimum(None, None, None, None, None, None, None, conclude, vary)
     sign, data = SENSES[program.sense], data_of(result.problem, program)
     x, y = program.parts(result.z)
     w = program.parts(result.w)[0]
@@ -303,6 +331,7 @@ def minimum(result: Result, program: Program) -> Minimum:
         value + 0.0,
         exact,
         conclude,
+        vary,
     )
 
 
@@ -333,10 +362,14 @@ def conclusion(problem: Problem, result: Result, program: Program) -> Conclusion
             "rounding of its data"
         )
     if not result.solved:
-        size = f"{result.relative_residual:.1e}"
+        relative = result.relative_residual
+        size = (
+            f"relative residual of {relative:.1e}"
+            if relative < math.inf
+            else f"residual of {result.residual:.1e}"
+        )
         return Conclusion(
-            "x does not solve the program: it is the best iterate, with a "
-            f"relative residual of {size}"
+            f"x does not solve the program: it is the best iterate, with a {size}"
         )
     if result.interrupted:
         return Conclusion(
@@ -352,6 +385,21 @@ def conclusion(problem: Problem, result: Result, program: Program) -> Conclusion
         proved = SEVERAL if is_exact else OPTIMUM
         return Conclusion(several, proved, within=kind.within)
     return kind
+
+
+@with_limited_threads
+def variations(
+    problem: Problem, result: Result, program: Program
+) -> Sensitivities | None:
+    """Return how the optimal objective of a convex program varies with its bounds; None
+    if that is not known, or Ctrl-C has ended the run."""
+    if not result.solved or result.interrupted:
+        return None
+    data = data_of(problem, program)
+    kind = kind_of_solutions(problem, program, data)
+    if kind.proved not in (UNIQUE, OPTIMUM):
+        return None
+    return sensitivities(problem, program, data, result.z, result.tol)
 
 
 def kind_of_solutions(
