@@ -272,25 +272,18 @@ def are_rounded(values: Vector) -> Mask:
 @np.errstate(all="ignore")
 def as_written(values: Vector) -> tuple[Vector, float]:
     """Return the shortest decimals of finite doubles times the least power of ten with
-    which all are whole, and this power; the doubles, and 1, if there is none with which
-    doubles represent them."""
+    which all are whole, and this power; the doubles, and 1, if some are rounded, or
+    doubles do not represent all of these."""
     few = values.ravel()[:FEW_NUMBERS]  # which tell most computed numbers
-    if few.size < values.size and _common_power(few) is None:
+    if are_rounded(few).any() or are_rounded(values).any():
         return values, 1.0
-    power = _common_power(values)
-    if not power:
-        return values, 1.0
-    return np.asarray(np.rint(values * 10.0**power)), 10.0**power
-
-
-def _common_power(values: Vector) -> int | None:
     for power in range(LARGEST_POWER + 1):
         whole = np.rint(values * 10.0**power)
         if np.abs(whole).max(initial=0.0) > LARGEST_INTEGER:
-            return None
+            break
         if np.array_equal(whole / 10.0**power, values):
-            return power
-    return None
+            return (np.asarray(whole), 10.0**power) if power else (values, 1.0)
+    return values, 1.0
 
 
 @dataclass(frozen=True)
