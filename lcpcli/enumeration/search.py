@@ -35,6 +35,7 @@ from lcpcli.rational.dictionary import Point, Vertex, connected
 from lcpcli.rational.elimination import Effort
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import over_one_denominator
+from lcpcli.verify.error_theorems import semidefinite_by_rounding
 
 # That depend on each other: the search among more would practically never end.
 MOST_BLOCK_UNKNOWNS = 500
@@ -48,6 +49,11 @@ UNLISTED = {
     TIME_LIMIT: " by the time limit",
     INTERRUPTED: " before the search was interrupted",
 }
+# Added to what is proved, where it hangs on the rounding of entries of M.
+ROUNDED = (
+    " for the numbers as they stand, which are rounded: up to that, M is positive "
+    "semidefinite"
+)
 OTHERS_WORDING = {True: "there are others", None: "there may be others"}
 # To look for one more piece than were asked for, if these took fewer.
 LEAST_FURTHER_STEPS = 1000
@@ -534,9 +540,17 @@ class SolutionSet:
                 f"{others}"
             )
         isolated = all(piece.is_point for piece in self.pieces)
+        rounded = ROUNDED if hangs_on_rounding(self.data) else ""
         if isolated and len(self.pieces) == 1:
-            return f"{self.count}, proved to be the only one"
-        return f"{self.count}{', all isolated' * isolated}, proved to be all"
+            return f"{self.count}, proved to be the only one{rounded}"
+        return f"{self.count}{', all isolated' * isolated}, proved to be all{rounded}"
+
+
+def hangs_on_rounding(data: ExactProblem) -> bool:
+    """Return whether the data are rounded numbers on whose rounding it depends whether
+    M is positive definite, so that what is proved for them may not be what is meant."""
+    by_rounding = semidefinite_by_rounding(data.problem.M) is not None
+    return by_rounding and data.are_doubles()
 
 
 def objective(data: ExactProblem, program: Program, z: Sequence[Fraction]) -> Fraction:

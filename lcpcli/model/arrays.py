@@ -37,6 +37,7 @@ from lcpcli.linalg.matrices import is_sparse, row_maxima
 from lcpcli.typing import Matrix, Vector
 
 FROM_0 = "(indices count from 0)"  # what the index of a field in a message is
+FROM_1 = "(counted from 1)"  # what the number of a component or row in a sentence is
 NUMBERS, ROWS, ROW = (
     "a list of numbers",
     "a list of rows of numbers",

@@ -23,7 +23,7 @@ import numpy as np
 from lcpcli.errors import GIVE_FINITE, GIVE_NUMBER, ProblemError, quoted
 from lcpcli.interrupts import check, in_time
 from lcpcli.linalg.doubles import LARGEST_DOUBLE, SMALLEST_NORMAL, WIDEST
-from lcpcli.typing import Vector
+from lcpcli.typing import Mask, Vector
 
 # Up to here every integer is exactly representable in double precision.
 LARGEST_INTEGER = 2**53
@@ -40,6 +40,8 @@ NUMBER = re.compile(
     r"|[0-9]+/0*[1-9][0-9]*|(?i:inf(?:inity)?))\s*"
 )
 SURE_DIGITS = 15  # decimal ones that every double has
+LARGEST_POWER = 22  # of ten that a double represents
+FEW_NUMBERS = 1000  # of a matrix that are looked at first
 
 T = TypeVar("T")
 
@@ -256,6 +258,46 @@ def dot(a: Sequence[int], b: Sequence[Any]) -> Any:
 def shortest_decimal(value: float) -> Fraction:
     """Return the shortest decimal whose nearest double is the value."""
     return Fraction(repr(value))
+
+
+@np.errstate(all="ignore")
+def are_rounded(values: Vector) -> Mask:
+    """Return which finite doubles stand for rounded numbers, as computed ones do: those
+    that are not whole, and whose shortest decimal has SURE_DIGITS digits or more.
+
+    A quotient m / 10^k of a whole m up to 2^53 and a power that doubles represent is
+    rounded once: it is the value if and only if m / 10^k is a decimal of it.
+    """
+    sizes = np.abs(values)
+    power = SURE_DIGITS - 2 - np.floor(np.log10(sizes))
+    # A logarithm just below a whole number may be rounded to it.
+    power -= np.rint(sizes * 10.0**power) >= 10.0 ** (SURE_DIGITS - 1)
+    whole = np.rint(sizes * 10.0**power)
+    above, below = 10.0 ** np.maximum(power, 0.0), 10.0 ** np.maximum(-power, 0.0)
+    found = (whole / above * below != sizes) & (sizes != np.rint(sizes))
+    far = np.flatnonzero((np.abs(power) > LARGEST_POWER) & (sizes != 0))
+    for i in far.tolist():
+        digits = Decimal(repr(float(sizes.flat[i]))).normalize().as_tuple().digits
+        is_whole = sizes.flat[i] == np.rint(sizes.flat[i])
+        found.flat[i] = len(digits) >= SURE_DIGITS and not is_whole
+    return np.asarray(found)
+
+
+@np.errstate(all="ignore")
+def as_written(values: Vector) -> tuple[Vector, float]:
+    """Return the shortest decimals of finite doubles times the least power of ten with
+    which all are whole, and this power; the doubles, and 1, if some are rounded, or
+    doubles do not represent all of these."""
+    few = values.ravel()[:FEW_NUMBERS]  # which tell most computed numbers
+    if are_rounded(few).any() or are_rounded(values).any():
+        return values, 1.0
+    for power in range(LARGEST_POWER + 1):
+        whole = np.rint(values * 10.0**power)
+        if np.abs(whole).max(initial=0.0) > LARGEST_INTEGER:
+            break
+        if np.array_equal(whole / 10.0**power, values):
+            return (np.asarray(whole), 10.0**power) if power else (values, 1.0)
+    return values, 1.0
 
 
 @dataclass(frozen=True)

@@ -102,6 +102,7 @@ DIGITS = 7  # of z at most, as in the paper's tables
 # Of z: a line warns if the data determine fewer, as some printed digits then mean
 # nothing.
 ENOUGH_DIGITS = 6
+MOST_NAMED = 4  # components in a line on those that are not unique
 OTHERS_CLAUSES = {
     None: "",
     False: "; the only solution",
@@ -182,6 +183,8 @@ def facts(
             f"the data determine {digits} of z{i + 1}: rounding the data once "
             "changes the others"
         )
+    if result.not_unique and result.others is not False:  # which exact arithmetic saw
+        lines.append(_not_unique(result.not_unique))
     lines += _vector(result, width or PIPE_WIDTH, whole, names)
     if names or not result.problem.bounds:
         return lines
@@ -192,6 +195,17 @@ def facts(
         )
         basis = f"basis: {', '.join(of_states)}"
     return [*lines, basis]
+
+
+def _not_unique(indices: list[int]) -> str:
+    """Return a line on components that are not unique, some of which it names."""
+    named = [f"z{i + 1}" for i in indices[:MOST_NAMED]]
+    if len(indices) > MOST_NAMED:
+        named.append(count(len(indices) - MOST_NAMED, "other"))
+    *first, last = named
+    names = f"{', '.join(first)} and {last}" if first else last
+    are = "are" if first else "is"
+    return f"{names} {are} not unique: to working precision, other values solve it too"
 
 
 def short_vector(result: Result, width: int) -> str:

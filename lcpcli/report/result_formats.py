@@ -248,7 +248,7 @@ KEYS = (
     "version file item problem n names method package label route status "
     "message advice solved verified z w basis "
     "iterations evaluations residual relative_residual negligible_q error "
-    "digits error_bound error_bound_source "
+    "digits not_unique error_bound error_bound_source "
     "reference milestones setup_seconds solve_seconds verify_seconds seconds "
     "conclusion_seconds spread "
     "certificate exact "
@@ -256,7 +256,8 @@ KEYS = (
 )
 # Of a program's answer
 MINIMUM = (
-    "x y bound_multipliers activities slacks objective statement proved exact ray "
+    "x y bound_multipliers unique_multipliers y_down y_up bound_multipliers_down "
+    "bound_multipliers_up activities slacks objective statement proved exact ray "
     "certificate"
 )
 
