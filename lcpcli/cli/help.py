@@ -147,7 +147,7 @@ def help(
             page = formatted(page, min(width, WIDEST), color)
         emit(page, color)
         if topic not in PAGES and (topic in METHODS or topic in NONLINEAR):
-            emit(_lists_of(topic, commands["solve"], context), False)
+            emit("\n" + _lists_of(topic, commands["solve"], context), False)
     elif topic in OF_THE_SOURCE:
         click.echo(f"{topic}: {OF_THE_SOURCE[topic]} of the source is this page")
     elif topic.casefold() not in OTHER_NAMES and (found := _places(topic)):

@@ -34,6 +34,7 @@ import numpy as np
 
 from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import EPS
+from lcpcli.linalg.krylov import norm
 from lcpcli.methods.registry import K_STAR, RHO, SIGMA, P
 from lcpcli.methods.stages import Breakdown, Finished, Iterate, Stage, Stalled
 from lcpcli.model.box import BASIC
@@ -119,7 +120,7 @@ def shi(
             evaluations += result
             failed_trials += result
             # F rises along s, by a kink or rounding: only d is left.
-            way = Direction(STEEPEST, -g)
+            way = way._replace(step=STEEPEST, s=-g, alpha=None, multiple=None)
             continue
         evaluations += result.trials
         trials, failed_trials = failed_trials + result.trials, 0
@@ -160,12 +161,15 @@ class Direction(NamedTuple):
     alpha : that of step 2.4; None elsewhere, and where no finite alpha is best.
     multiple : s = multiple / |u| times the paper's s; None where s is the paper's. If
         xi_1 is infinite, F~ takes the place of u.
+    cosines : cos(dx, y) and cos(y, F~) of step 2.3, which decide the signs of xi_1 and
+        xi_2; None where they are not computed.
     """
 
     step: str
     s: Vector
     alpha: float | None = None
     multiple: float | None = None
+    cosines: tuple[float, float] | None = None
 
 
 def _select(
@@ -194,18 +198,21 @@ def direction(F: Vector, v: Vector, y: Vector, g: Vector) -> Direction:
     )
     if 0 in (size_F, size_v, size_y):
         return Direction(STEEPEST, -g)
-    cos_vy, cos_yF = float(v @ y) / size_v / size_y, float(y @ F) / size_y / size_F
+    cosines = cos_vy, cos_yF = (
+        float(v @ y) / size_v / size_y,
+        float(y @ F) / size_y / size_F,
+    )
     mu, nu = -math.copysign(1.0, cos_vy), -cos_yF * abs(cos_vy)
     cos_Fv = float(F @ v) / size_F / size_v
     best = combine(mu, nu, cos_Fv, -float(F @ g) / size_F, -float(v @ g) / size_v)
     if best.step == STEEPEST:
-        return Direction(STEEPEST, -g)
+        return Direction(STEEPEST, -g, cosines=cosines)
     s = np.multiply(F, best.a / size_F, out=y)
     v *= best.b / size_v
     s += v
     if not float(s @ g) < 0:
-        return Direction(STEEPEST, -g)
-    return Direction(best.step, s, best.alpha, best.multiple)
+        return Direction(STEEPEST, -g, cosines=cosines)
+    return Direction(best.step, s, best.alpha, best.multiple, cosines)
 
 
 class Combination(NamedTuple):
@@ -282,7 +289,7 @@ class Selected:
 
     @property
     def F(self) -> float:
-        return math.sqrt(float(self._point.F @ self._point.F))
+        return norm(self._point.F)
 
 
 class Step(Selected):
@@ -309,29 +316,32 @@ class Step(Selected):
         super().__init__(points[2], points[1])
         self._before, self._from, _ = points
         # Without its s, which the next step overwrites.
-        self.step, _, self._alpha, self._multiple = way
+        self.step, _, self._alpha, self._multiple, self._cosines = way
         self._g, self._slope, self._gamma, self.trials = g, slope, gamma, trials
 
     @cached_property
-    def _changes(self) -> tuple[Vector, Vector] | None:
-        """Return x_k - x_(k-1) and the change of F~, in a step that computes them."""
-        if self._before is None or self.step == STEEPEST_AT_MULTIPLE:
-            return None
-        return self._from.x - self._before.x, self._from.F - self._before.F
+    def _sizes(self) -> tuple[float, float, float]:
+        """Return |dx|, |y| and |F~| of step 2.3."""
+        assert self._before is not None
+        dx, y = self._from.x - self._before.x, self._from.F - self._before.F
+        return norm(dx), norm(y), norm(self._from.F)
 
     @cached_property
     def xi1(self) -> float | None:
-        if self._changes is None:
+        """-|dx|^2 / <dx, y>, by the cosine that the step has taken: its sign may be
+        that of rounding."""
+        if self._cosines is None or not self._cosines[0]:
             return None
-        dx, y = self._changes
-        return _quotient(-float(dx @ dx), float(dx @ y))
+        size_dx, size_y, _ = self._sizes
+        return -size_dx / size_y / self._cosines[0]
 
     @cached_property
     def xi2(self) -> float | None:
-        if self._changes is None:
+        """-<y, F~> / |y|^2, likewise."""
+        if self._cosines is None:
             return None
-        _, y = self._changes
-        return _quotient(-float(y @ self._from.F), float(y @ y))
+        _, size_y, size_F = self._sizes
+        return -self._cosines[1] * size_F / size_y
 
     @property
     def alpha(self) -> float | None:
@@ -347,9 +357,9 @@ class Step(Selected):
 
     @property
     def v(self) -> Vector | None:
-        if self._changes is None or self.xi2 is None:
+        if self._before is None or self.xi2 is None:
             return None
-        return self.xi2 * self._changes[0]
+        return self.xi2 * (self._from.x - self._before.x)
 
     @property
     def s(self) -> Vector:
@@ -370,7 +380,7 @@ class Step(Selected):
         """Return the normalized s as a multiple of the paper's."""
         if self._multiple is None:
             return 1.0
-        size = math.sqrt(float(self._from.F @ self._from.F))
+        size = norm(self._from.F)
         return self._multiple / (size if self.xi1 is None else abs(self.xi1) * size)
 
     @property
@@ -380,12 +390,6 @@ class Step(Selected):
     @property
     def length(self) -> float:
         return self._gamma * self._factor
-
-
-def _quotient(numerator: float, denominator: float) -> float | None:
-    """Return a quotient, or None if it is not a finite number."""
-    quotient = numerator / denominator if denominator else math.inf
-    return quotient if math.isfinite(quotient) else None
 
 
 NO_INDICES = np.empty(0, dtype=np.intp)
