@@ -158,9 +158,10 @@ class Direction(NamedTuple):
 
     step : the number of the step of the paper's algorithm that sets it.
     s : shape (n,); a positive multiple of the paper's s.
-    alpha : that of step 2.4; None elsewhere, and where no finite alpha is best.
-    multiple : s = multiple / |u| times the paper's s; None where s is the paper's. If
-        xi_1 is infinite, F~ takes the place of u.
+    alpha : that of step 2.4, +-infinity where s = +-(u - v), and nan where s = +-F~, as
+        xi_1 is infinite, or F~ and v are parallel; None elsewhere.
+    multiple : s = multiple / |u| times the paper's s, or 1 / |F~| times it if alpha is
+        nan; None where s is the paper's.
     cosines : cos(dx, y) and cos(y, F~) of step 2.3, which decide the signs of xi_1 and
         xi_2; None where they are not computed.
     """
@@ -212,16 +213,17 @@ def direction(F: Vector, v: Vector, y: Vector, g: Vector) -> Direction:
     s += v
     if not float(s @ g) < 0:
         return Direction(STEEPEST, -g, cosines=cosines)
-    return Direction(best.step, s, best.alpha, best.multiple, cosines)
+    alpha = best.alpha if cos_vy else math.nan
+    return Direction(best.step, s, alpha, best.multiple, cosines)
 
 
 class Combination(NamedTuple):
     """The outcome of steps 2.4 to 2.6 for unit vectors F and v, and u and v of step 2.3
     divided by |u|, mu F and nu v.
 
-    a, b : s = a F + b v. alpha : that of step 2.4, or None. multiple : s as a multiple
-    of alpha u + (1 - alpha) v, of (u + v) / 2 in step 2.5, and where no alpha is best,
-    of sign <u - v, d> (u - v).
+    a, b : s = a F + b v. alpha : as in `Direction`. multiple : s as a multiple of alpha
+    u + (1 - alpha) v, of (u + v) / 2 in step 2.5, and of +-(u - v) where alpha is
+    +-infinity.
     """
 
     step: str
@@ -241,28 +243,24 @@ def combine(mu: float, nu: float, cosine: float, F_d: float, v_d: float) -> Comb
     +-infinity, along sign <u - nu v, d> (u - nu v). (The printed bound on alpha is the
     descent condition for <u - nu v, d> > 0; for < 0 the inequality is reversed.) If F
     and v are parallel, all descent candidates have the same cosine: alpha is 1 if u is
-    one of them, or 0 if nu v is.
+    one of them.
     """
     u_d, w_d = mu * F_d, nu * v_d
     if abs(u_d - w_d) <= 8 * EPS * (abs(u_d) + abs(w_d)):
         # (u + nu v) / 2 is half of this.
         return Combination(AVERAGE, mu, nu, None, 2.0) if w_d > 0 else NO_DESCENT
     squared_sine = (1 - cosine) * (1 + cosine)
-    turn = math.copysign(1.0, u_d - w_d)
     if squared_sine <= 8 * EPS:
-        a = math.copysign(1.0, F_d)
-        if u_d > 0:
-            return Combination(PLANE, a, alpha=1.0)
-        if w_d > 0:
-            return Combination(PLANE, a, alpha=0.0, multiple=1 / abs(nu))
-        # By rounding, u - nu v may be 0.
-        return Combination(PLANE, a, multiple=1 / max(abs(mu - nu * cosine), EPS))
+        alpha = 1.0 if u_d > 0 else math.nan
+        return Combination(PLANE, math.copysign(1.0, F_d), alpha=alpha)
     a, b = (F_d - cosine * v_d) / squared_sine, (v_d - cosine * F_d) / squared_sine
+    turn = math.copysign(1.0, u_d - w_d)
     if nu == 0:  # v = 0, and all candidates that descend have the direction of +-u
-        return Combination(PLANE, turn * mu, -turn * nu, 1.0 if turn > 0 else None)
+        alpha = 1.0 if turn > 0 else -math.inf
+        return Combination(PLANE, turn * mu, -turn * nu, alpha)
     along_u, along_v = a / mu, b / nu
     if along_u + along_v <= 0:
-        return Combination(PLANE, turn * mu, -turn * nu)
+        return Combination(PLANE, turn * mu, -turn * nu, turn * math.inf)
     sum_of_both = along_u + along_v
     return Combination(PLANE, a, b, along_u / sum_of_both, sum_of_both)
 
@@ -345,7 +343,8 @@ class Step(Selected):
 
     @property
     def alpha(self) -> float | None:
-        return None if self.xi1 is None else self._alpha
+        alpha = self._alpha
+        return alpha if alpha is not None and math.isfinite(alpha) else None
 
     @property
     def d(self) -> Vector:
@@ -365,15 +364,14 @@ class Step(Selected):
     def s(self) -> Vector:
         if self._multiple is None:
             return self.d
-        u, v = self.u, self.v
-        if u is None or v is None:
+        u, v, alpha = self.u, self.v, self._alpha
+        if u is None or v is None or (alpha is not None and math.isnan(alpha)):
             return math.copysign(1.0, -float(self._from.F @ self._g)) * self._from.F
-        if self.step == AVERAGE:
+        if alpha is None:
             return (u + v) / 2
-        if self.alpha is not None:
-            return self.alpha * u + (1 - self.alpha) * v
-        difference = u - v
-        return math.copysign(1.0, -float(difference @ self._g)) * difference
+        if math.isinf(alpha):
+            return math.copysign(1.0, alpha) * (u - v)
+        return alpha * u + (1 - alpha) * v
 
     @cached_property
     def _factor(self) -> float:
@@ -381,7 +379,9 @@ class Step(Selected):
         if self._multiple is None:
             return 1.0
         size = norm(self._from.F)
-        return self._multiple / (size if self.xi1 is None else abs(self.xi1) * size)
+        if self.xi1 is None or (self._alpha is not None and math.isnan(self._alpha)):
+            return 1.0 / size
+        return self._multiple / (abs(self.xi1) * size)
 
     @property
     def slope(self) -> float:
