@@ -34,7 +34,7 @@ import numpy as np
 
 from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import EPS
-from lcpcli.linalg.krylov import norm
+from lcpcli.linalg.krylov import safe_norm
 from lcpcli.methods.registry import K_STAR, RHO, SIGMA, P
 from lcpcli.methods.stages import Breakdown, Finished, Iterate, Stage, Stalled
 from lcpcli.model.box import BASIC
@@ -287,7 +287,7 @@ class Selected:
 
     @property
     def F(self) -> float:
-        return norm(self._point.F)
+        return safe_norm(self._point.F)
 
 
 class Step(Selected):
@@ -322,7 +322,7 @@ class Step(Selected):
         """Return |dx|, |y| and |F~| of step 2.3."""
         assert self._before is not None
         dx, y = self._from.x - self._before.x, self._from.F - self._before.F
-        return norm(dx), norm(y), norm(self._from.F)
+        return safe_norm(dx), safe_norm(y), safe_norm(self._from.F)
 
     @cached_property
     def xi1(self) -> float | None:
@@ -331,7 +331,8 @@ class Step(Selected):
         if self._cosines is None or not self._cosines[0]:
             return None
         size_dx, size_y, _ = self._sizes
-        return -size_dx / size_y / self._cosines[0]
+        value = -size_dx / size_y / self._cosines[0]
+        return value if 0 < abs(value) < math.inf else None
 
     @cached_property
     def xi2(self) -> float | None:
@@ -340,6 +341,11 @@ class Step(Selected):
             return None
         _, size_y, size_F = self._sizes
         return -self._cosines[1] * size_F / size_y
+
+    @property
+    def _is_along_F(self) -> bool:
+        alpha = self._alpha
+        return self.xi1 is None or (alpha is not None and math.isnan(alpha))
 
     @property
     def alpha(self) -> float | None:
@@ -365,7 +371,7 @@ class Step(Selected):
         if self._multiple is None:
             return self.d
         u, v, alpha = self.u, self.v, self._alpha
-        if u is None or v is None or (alpha is not None and math.isnan(alpha)):
+        if self._is_along_F or u is None or v is None:
             return math.copysign(1.0, -float(self._from.F @ self._g)) * self._from.F
         if alpha is None:
             return (u + v) / 2
@@ -378,10 +384,10 @@ class Step(Selected):
         """Return the normalized s as a multiple of the paper's."""
         if self._multiple is None:
             return 1.0
-        size = norm(self._from.F)
-        if self.xi1 is None or (self._alpha is not None and math.isnan(self._alpha)):
+        size = safe_norm(self._from.F)
+        if self._is_along_F or self.xi1 is None:
             return 1.0 / size
-        return self._multiple / (abs(self.xi1) * size)
+        return self._multiple / abs(self.xi1) / size
 
     @property
     def slope(self) -> float:
