@@ -186,6 +186,8 @@ class Trace:
     _waiting: list[TraceRow] = field(default_factory=list)
 
     def __post_init__(self) -> None:
+        if isinstance(self.columns, str):
+            self.columns = (self.columns,)
         known = [*QUANTITIES, ALL]
         for name in self.columns:
             if name not in known:

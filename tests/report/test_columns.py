@@ -464,6 +464,7 @@ def test_a_column_that_the_methods_lack_is_refused_with_those_that_have_it(
 
 
 def test_python_refuses_them_too() -> None:
+    assert Trace(columns="all").columns == ("all",)
     with pytest.raises(ParameterError, match=r"columns: 'aplha' is unknown; did you"):
         Trace(columns=("aplha",))
     problem = problem_of("paper-example-1")
