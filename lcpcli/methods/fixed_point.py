@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -88,7 +88,7 @@ def _iterates(
         image = _image(M, omega, box.reflected(x))
         evaluations += 1
         F = base_image - image
-        step = Residual(F, before, omega)
+        step = partial(Residual, F, before, omega)
         yield Iterate(x, F, "", evaluations, quantities=step)
         before = F
         if np.array_equal(x, base):

@@ -27,8 +27,8 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import cached_property
-from typing import NamedTuple
+from functools import cached_property, partial
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -96,7 +96,7 @@ def shi(
     else:
         k, before, here = 1, here, smoothed.at(x1)
         evaluations += 1
-        selected = Selected(here, before)
+        selected = partial(Selected, here, before)
         yield Iterate(here.x, here.F, SELECTED, evaluations, quantities=selected)
         g = smoothed.gradient(here)
         way = _select(k, k_star, here.F, x1 - x0, here.F - before.F, g)
@@ -112,20 +112,21 @@ def shi(
             )
         # Where a parabola with that slope has its minimum 0.
         first_trial = -2 * here.f / slope
-        result = search(smoothed, here, way.s, slope, first_trial, rho, sigma)
-        if isinstance(result, int):
+        found = search(smoothed, here, way.s, slope, first_trial, rho, sigma)
+        if isinstance(found, int):
             if way.step in DESCENT:
                 reason = "no step decreases |F~| any further in double precision"
                 return _smoothed_solution(problem, p, here.F) or Stalled(reason)
-            evaluations += result
-            failed_trials += result
+            evaluations += found
+            failed_trials += found
             # F rises along s, by a kink or rounding: only d is left.
             way = way._replace(step=STEEPEST, s=-g, alpha=None, multiple=None)
             continue
-        evaluations += result.trials
-        trials, failed_trials = failed_trials + result.trials, 0
-        step = Step(way, (before, here, result.point), g, slope, result.gamma, trials)
-        before, here, g = here, result.point, result.gradient
+        there, gamma, gradient, trials = found
+        evaluations += trials
+        own = slope, gamma, trials + failed_trials
+        step = partial(Step, way, (before, here, there), g, *own)
+        before, here, g, failed_trials = here, there, gradient, 0
         k += 1
         yield Iterate(here.x, here.F, way.step, evaluations, quantities=step)
         way = _select(k, k_star, here.F, way.s, here.F - before.F, g)
@@ -205,67 +206,53 @@ def direction(F: Vector, v: Vector, y: Vector, g: Vector) -> Direction:
     )
     mu, nu = -math.copysign(1.0, cos_vy), -cos_yF * abs(cos_vy)
     cos_Fv = float(F @ v) / size_F / size_v
-    best = combine(mu, nu, cos_Fv, -float(F @ g) / size_F, -float(v @ g) / size_v)
-    if best.step == STEEPEST:
+    step, a, b, alpha, multiple = combine(
+        mu, nu, cos_Fv, -float(F @ g) / size_F, -float(v @ g) / size_v
+    )
+    if step == STEEPEST:
         return Direction(STEEPEST, -g, cosines=cosines)
-    s = np.multiply(F, best.a / size_F, out=y)
-    v *= best.b / size_v
+    s = np.multiply(F, a / size_F, out=y)
+    v *= b / size_v
     s += v
     if not float(s @ g) < 0:
         return Direction(STEEPEST, -g, cosines=cosines)
-    alpha = best.alpha if cos_vy else math.nan
-    return Direction(best.step, s, alpha, best.multiple, cosines)
+    return Direction(step, s, alpha if cos_vy else math.nan, multiple, cosines)
 
 
-class Combination(NamedTuple):
-    """The outcome of steps 2.4 to 2.6 for unit vectors F and v, and u and v of step 2.3
-    divided by |u|, mu F and nu v.
-
-    a, b : s = a F + b v. alpha : as in `Direction`. multiple : s as a multiple of alpha
-    u + (1 - alpha) v, of (u + v) / 2 in step 2.5, and of +-(u - v) where alpha is
-    +-infinity.
-    """
-
-    step: str
-    a: float = 0.0
-    b: float = 0.0
-    alpha: float | None = None
-    multiple: float = 1.0
+Combination: TypeAlias = tuple[str, float, float, float | None, float]
 
 
 def combine(mu: float, nu: float, cosine: float, F_d: float, v_d: float) -> Combination:
-    """Take steps 2.4 to 2.6 for unit vectors F and v with that cosine.
+    """Take steps 2.4 to 2.6 for unit vectors F and v with that cosine: return the step,
+    a, b of s = a F + b v, and alpha and `multiple` as in `Direction`.
 
-    u = mu F and nu v span the candidates alpha u + (1 - alpha) nu v; F_d and v_d are
-    <F, d> and <v, d>. The projection of d onto the plane of F and v has the largest
-    cosine with d; it is a candidate up to scaling if its coordinates along u and nu v
-    have a positive sum. Otherwise the cosine approaches its supremum as alpha ->
-    +-infinity, along sign <u - nu v, d> (u - nu v). (The printed bound on alpha is the
-    descent condition for <u - nu v, d> > 0; for < 0 the inequality is reversed.) If F
-    and v are parallel, all descent candidates have the same cosine: alpha is 1 if u is
-    one of them.
+    u = mu F and nu v, both divided by |u|, span the candidates alpha u + (1 - alpha) nu
+    v; F_d and v_d are <F, d> and <v, d>. The projection of d onto the plane of F and v
+    has the largest cosine with d; it is a candidate up to scaling if its coordinates
+    along u and nu v have a positive sum. Otherwise the cosine approaches its supremum
+    as alpha -> +-infinity, along sign <u - nu v, d> (u - nu v). (The printed bound on
+    alpha is the descent condition for <u - nu v, d> > 0; for < 0 the inequality is
+    reversed.) If F and v are parallel, all descent candidates have the same cosine:
+    alpha is 1 if u is one of them.
     """
     u_d, w_d = mu * F_d, nu * v_d
     if abs(u_d - w_d) <= 8 * EPS * (abs(u_d) + abs(w_d)):
-        # (u + nu v) / 2 is half of this.
-        return Combination(AVERAGE, mu, nu, None, 2.0) if w_d > 0 else NO_DESCENT
+        if w_d > 0:  # (u + nu v) / 2 is half of this
+            return AVERAGE, mu, nu, None, 2.0
+        return STEEPEST, 0.0, 0.0, None, 1.0
     squared_sine = (1 - cosine) * (1 + cosine)
     if squared_sine <= 8 * EPS:
         alpha = 1.0 if u_d > 0 else math.nan
-        return Combination(PLANE, math.copysign(1.0, F_d), alpha=alpha)
+        return PLANE, math.copysign(1.0, F_d), 0.0, alpha, 1.0
     a, b = (F_d - cosine * v_d) / squared_sine, (v_d - cosine * F_d) / squared_sine
     turn = math.copysign(1.0, u_d - w_d)
     if nu == 0:  # v = 0, and all candidates that descend have the direction of +-u
-        alpha = 1.0 if turn > 0 else -math.inf
-        return Combination(PLANE, turn * mu, -turn * nu, alpha)
+        return PLANE, turn * mu, -turn * nu, 1.0 if turn > 0 else -math.inf, 1.0
     along_u, along_v = a / mu, b / nu
-    if along_u + along_v <= 0:
-        return Combination(PLANE, turn * mu, -turn * nu, turn * math.inf)
-    sum_of_both = along_u + along_v
-    return Combination(PLANE, a, b, along_u / sum_of_both, sum_of_both)
-
-
-NO_DESCENT = Combination(STEEPEST)
+    both = along_u + along_v
+    if both <= 0:
+        return PLANE, turn * mu, -turn * nu, turn * math.inf, 1.0
+    return PLANE, a, b, along_u / both, both
 
 
 class Selected:
@@ -508,16 +495,6 @@ class Smoothed:
         return y
 
 
-class Accepted(NamedTuple):
-    """The end of a line search: the accepted point, length and gradient of f there, and
-    the number of lengths tried."""
-
-    point: SmoothedPoint
-    gamma: float
-    gradient: Vector
-    trials: int
-
-
 def search(
     smoothed: Smoothed,
     start: SmoothedPoint,
@@ -526,10 +503,11 @@ def search(
     gamma: float,
     rho: float,
     sigma: float,
-) -> Accepted | int:
+) -> tuple[SmoothedPoint, float, Vector, int] | int:
     """Return the end of the step from start along s, where f has the slope <grad f, s>
-    < 0, with first trial length gamma > 0; only the number of lengths tried if they
-    become too short to change x: the decrease is below rounding.
+    < 0, with first trial length gamma > 0; its length, the gradient of f there, and the
+    number of lengths tried; only that number if they become too short to change x: the
+    decrease is below rounding.
 
     The end satisfies the two conditions of step 2.7, the weak Wolfe conditions
 
@@ -564,7 +542,7 @@ def search(
             g = smoothed.gradient(point)
             slope_here = float(g @ s)
             if slope_here >= sigma * slope:
-                return Accepted(point, gamma, g, trial)
+                return point, gamma, g, trial
             halve = gamma - low < 0.5 * (high - low)
             low, f_low, slope_low = gamma, point.f, slope_here
         if high == math.inf:
