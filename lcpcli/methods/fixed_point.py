@@ -12,12 +12,12 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
 from lcpcli.linalg import factors, matrices
-from lcpcli.linalg.krylov import ends, norm
+from lcpcli.linalg.krylov import ends, norm, safe_norm
 from lcpcli.methods.registry import ANDERSON, OMEGA
 from lcpcli.methods.stages import Breakdown, Iterate, Stage, Stalled, ended
 from lcpcli.model.problem import Problem
@@ -88,7 +88,7 @@ def _iterates(
         image = _image(M, omega, box.reflected(x))
         evaluations += 1
         F = base_image - image
-        step = Residual(F, before, omega)
+        step = partial(Residual, F, before, omega)
         yield Iterate(x, F, "", evaluations, quantities=step)
         before = F
         if np.array_equal(x, base):
@@ -111,7 +111,7 @@ class Start:
     @cached_property
     def F(self) -> float:
         x, of_x = self._x, matrices.product(self._problem.M, self._x)
-        return norm(self.omega * x + of_x - self._image + self._problem.q)
+        return safe_norm(self.omega * x + of_x - self._image + self._problem.q)
 
 
 class Residual:
@@ -127,12 +127,12 @@ class Residual:
 
     @cached_property
     def F(self) -> float:
-        return norm(self._F)
+        return safe_norm(self._F)
 
     @property
     def factor(self) -> float | None:
         before = self._before
-        size = before.F if isinstance(before, Start) else norm(before)
+        size = before.F if isinstance(before, Start) else safe_norm(before)
         return self.F / size if size else None
 
 

@@ -247,7 +247,7 @@ class Run:
                 # Else the next ones are better.
                 yield self._shown(at.z, step)._replace(
                     signs_final=mu < SMALL_MU,
-                    quantities=PathStep(mu, lengths[-1], own.rho),
+                    quantities=partial(PathStep, mu, lengths[-1], own.rho),
                 )
             due = k % PROOF_EVERY == PROOF_EVERY - 1 and merit > CLOSE_MERIT
             if due and (proof := proof_of(self._given, self.within, (at.z, along.z))):

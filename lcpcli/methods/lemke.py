@@ -20,7 +20,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from contextlib import suppress
-from functools import lru_cache
+from functools import lru_cache, partial
 from itertools import islice
 from typing import NamedTuple, TypeAlias
 
@@ -266,7 +266,7 @@ def _iterate(
         pivots,
         basis=basis,
         z0=z0,
-        quantities=Pivot(entering, leaving, z0),
+        quantities=partial(Pivot, entering, leaving, z0),
     )
 
 

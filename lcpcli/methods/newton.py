@@ -21,6 +21,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Iterator
+from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -80,6 +81,10 @@ class Exchange(NamedTuple):
     infeasibilities: int
 
 
+def _exchange_at(z: Vector, w: Vector) -> Exchange:
+    return Exchange(int(np.count_nonzero(np.minimum(z, w) < 0)))
+
+
 def newton(
     problem: Problem | System,
     x0: Vector,
@@ -113,7 +118,7 @@ def newton(
                 step,
                 evaluations,
                 signs_final=found.is_solution,
-                quantities=Exchange(0 if found.is_solution else infeasible),
+                quantities=partial(Exchange, 0 if found.is_solution else infeasible),
             )
             if not infeasible:
                 break
@@ -164,7 +169,7 @@ def iterates_of(made: Iterable[Made]) -> Iterator[Iterate]:
             evaluations,
             "newton",
             signs_final=False,
-            quantities=Exchange(int(np.count_nonzero(np.minimum(z, w) < 0))),
+            quantities=partial(_exchange_at, z, w),
         )
 
 
@@ -218,7 +223,7 @@ def from_states(
                     None,
                     "block",
                     evaluations,
-                    quantities=Exchange(0),
+                    quantities=partial(Exchange, 0),
                 )
                 return Finished()
             yield Iterate(
@@ -227,7 +232,7 @@ def from_states(
                 "block",
                 evaluations,
                 signs_final=False,
-                quantities=Exchange(violations),
+                quantities=partial(Exchange, violations),
             )
             slow, before = slow - (violations > FAST_STEP * before), violations
             if not slow:

@@ -27,13 +27,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import cached_property
-from typing import NamedTuple
+from functools import cached_property, partial
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
 from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import EPS
+from lcpcli.linalg.krylov import safe_norm
 from lcpcli.methods.registry import K_STAR, RHO, SIGMA, P
 from lcpcli.methods.stages import Breakdown, Finished, Iterate, Stage, Stalled
 from lcpcli.model.box import BASIC
@@ -95,7 +96,7 @@ def shi(
     else:
         k, before, here = 1, here, smoothed.at(x1)
         evaluations += 1
-        selected = Selected(here, before)
+        selected = partial(Selected, here, before)
         yield Iterate(here.x, here.F, SELECTED, evaluations, quantities=selected)
         g = smoothed.gradient(here)
         way = _select(k, k_star, here.F, x1 - x0, here.F - before.F, g)
@@ -111,20 +112,21 @@ def shi(
             )
         # Where a parabola with that slope has its minimum 0.
         first_trial = -2 * here.f / slope
-        result = search(smoothed, here, way.s, slope, first_trial, rho, sigma)
-        if isinstance(result, int):
+        found = search(smoothed, here, way.s, slope, first_trial, rho, sigma)
+        if isinstance(found, int):
             if way.step in DESCENT:
                 reason = "no step decreases |F~| any further in double precision"
                 return _smoothed_solution(problem, p, here.F) or Stalled(reason)
-            evaluations += result
-            failed_trials += result
+            evaluations += found
+            failed_trials += found
             # F rises along s, by a kink or rounding: only d is left.
-            way = Direction(STEEPEST, -g)
+            way = way._replace(step=STEEPEST, s=-g, alpha=None, multiple=None)
             continue
-        evaluations += result.trials
-        trials, failed_trials = failed_trials + result.trials, 0
-        step = Step(way, (before, here, result.point), g, slope, result.gamma, trials)
-        before, here, g = here, result.point, result.gradient
+        there, gamma, gradient, trials = found
+        evaluations += trials
+        own = slope, gamma, trials + failed_trials
+        step = partial(Step, way, (before, here, there), g, *own)
+        before, here, g, failed_trials = here, there, gradient, 0
         k += 1
         yield Iterate(here.x, here.F, way.step, evaluations, quantities=step)
         way = _select(k, k_star, here.F, way.s, here.F - before.F, g)
@@ -157,15 +159,19 @@ class Direction(NamedTuple):
 
     step : the number of the step of the paper's algorithm that sets it.
     s : shape (n,); a positive multiple of the paper's s.
-    alpha : that of step 2.4; None elsewhere, and where no finite alpha is best.
-    multiple : s = multiple / |u| times the paper's s; None where s is the paper's. If
-        xi_1 is infinite, F~ takes the place of u.
+    alpha : that of step 2.4, +-infinity where s = +-(u - v), and nan where s = +-F~, as
+        xi_1 is infinite, or F~ and v are parallel; None elsewhere.
+    multiple : s = multiple / |u| times the paper's s, or 1 / |F~| times it if alpha is
+        nan; None where s is the paper's.
+    cosines : cos(dx, y) and cos(y, F~) of step 2.3, which decide the signs of xi_1 and
+        xi_2; None where they are not computed.
     """
 
     step: str
     s: Vector
     alpha: float | None = None
     multiple: float | None = None
+    cosines: tuple[float, float] | None = None
 
 
 def _select(
@@ -194,73 +200,59 @@ def direction(F: Vector, v: Vector, y: Vector, g: Vector) -> Direction:
     )
     if 0 in (size_F, size_v, size_y):
         return Direction(STEEPEST, -g)
-    cos_vy, cos_yF = float(v @ y) / size_v / size_y, float(y @ F) / size_y / size_F
+    cosines = cos_vy, cos_yF = (
+        float(v @ y) / size_v / size_y,
+        float(y @ F) / size_y / size_F,
+    )
     mu, nu = -math.copysign(1.0, cos_vy), -cos_yF * abs(cos_vy)
     cos_Fv = float(F @ v) / size_F / size_v
-    best = combine(mu, nu, cos_Fv, -float(F @ g) / size_F, -float(v @ g) / size_v)
-    if best.step == STEEPEST:
-        return Direction(STEEPEST, -g)
-    s = np.multiply(F, best.a / size_F, out=y)
-    v *= best.b / size_v
+    step, a, b, alpha, multiple = combine(
+        mu, nu, cos_Fv, -float(F @ g) / size_F, -float(v @ g) / size_v
+    )
+    if step == STEEPEST:
+        return Direction(STEEPEST, -g, cosines=cosines)
+    s = np.multiply(F, a / size_F, out=y)
+    v *= b / size_v
     s += v
     if not float(s @ g) < 0:
-        return Direction(STEEPEST, -g)
-    return Direction(best.step, s, best.alpha, best.multiple)
+        return Direction(STEEPEST, -g, cosines=cosines)
+    return Direction(step, s, alpha if cos_vy else math.nan, multiple, cosines)
 
 
-class Combination(NamedTuple):
-    """The outcome of steps 2.4 to 2.6 for unit vectors F and v, and u and v of step 2.3
-    divided by |u|, mu F and nu v.
-
-    a, b : s = a F + b v. alpha : that of step 2.4, or None. multiple : s as a multiple
-    of alpha u + (1 - alpha) v, of (u + v) / 2 in step 2.5, and where no alpha is best,
-    of sign <u - v, d> (u - v).
-    """
-
-    step: str
-    a: float = 0.0
-    b: float = 0.0
-    alpha: float | None = None
-    multiple: float = 1.0
+Combination: TypeAlias = tuple[str, float, float, float | None, float]
 
 
 def combine(mu: float, nu: float, cosine: float, F_d: float, v_d: float) -> Combination:
-    """Take steps 2.4 to 2.6 for unit vectors F and v with that cosine.
+    """Take steps 2.4 to 2.6 for unit vectors F and v with that cosine: return the step,
+    a, b of s = a F + b v, and alpha and `multiple` as in `Direction`.
 
-    u = mu F and nu v span the candidates alpha u + (1 - alpha) nu v; F_d and v_d are
-    <F, d> and <v, d>. The projection of d onto the plane of F and v has the largest
-    cosine with d; it is a candidate up to scaling if its coordinates along u and nu v
-    have a positive sum. Otherwise the cosine approaches its supremum as alpha ->
-    +-infinity, along sign <u - nu v, d> (u - nu v). (The printed bound on alpha is the
-    descent condition for <u - nu v, d> > 0; for < 0 the inequality is reversed.) If F
-    and v are parallel, all descent candidates have the same cosine: alpha is 1 if u is
-    one of them, or 0 if nu v is.
+    u = mu F and nu v, both divided by |u|, span the candidates alpha u + (1 - alpha) nu
+    v; F_d and v_d are <F, d> and <v, d>. The projection of d onto the plane of F and v
+    has the largest cosine with d; it is a candidate up to scaling if its coordinates
+    along u and nu v have a positive sum. Otherwise the cosine approaches its supremum
+    as alpha -> +-infinity, along sign <u - nu v, d> (u - nu v). (The printed bound on
+    alpha is the descent condition for <u - nu v, d> > 0; for < 0 the inequality is
+    reversed.) If F and v are parallel, all descent candidates have the same cosine:
+    alpha is 1 if u is one of them.
     """
     u_d, w_d = mu * F_d, nu * v_d
     if abs(u_d - w_d) <= 8 * EPS * (abs(u_d) + abs(w_d)):
-        # (u + nu v) / 2 is half of this.
-        return Combination(AVERAGE, mu, nu, None, 2.0) if w_d > 0 else NO_DESCENT
+        if w_d > 0:  # (u + nu v) / 2 is half of this
+            return AVERAGE, mu, nu, None, 2.0
+        return STEEPEST, 0.0, 0.0, None, 1.0
     squared_sine = (1 - cosine) * (1 + cosine)
-    turn = math.copysign(1.0, u_d - w_d)
     if squared_sine <= 8 * EPS:
-        a = math.copysign(1.0, F_d)
-        if u_d > 0:
-            return Combination(PLANE, a, alpha=1.0)
-        if w_d > 0:
-            return Combination(PLANE, a, alpha=0.0, multiple=1 / abs(nu))
-        # By rounding, u - nu v may be 0.
-        return Combination(PLANE, a, multiple=1 / max(abs(mu - nu * cosine), EPS))
+        alpha = 1.0 if u_d > 0 else math.nan
+        return PLANE, math.copysign(1.0, F_d), 0.0, alpha, 1.0
     a, b = (F_d - cosine * v_d) / squared_sine, (v_d - cosine * F_d) / squared_sine
+    turn = math.copysign(1.0, u_d - w_d)
     if nu == 0:  # v = 0, and all candidates that descend have the direction of +-u
-        return Combination(PLANE, turn * mu, -turn * nu, 1.0 if turn > 0 else None)
+        return PLANE, turn * mu, -turn * nu, 1.0 if turn > 0 else -math.inf, 1.0
     along_u, along_v = a / mu, b / nu
-    if along_u + along_v <= 0:
-        return Combination(PLANE, turn * mu, -turn * nu)
-    sum_of_both = along_u + along_v
-    return Combination(PLANE, a, b, along_u / sum_of_both, sum_of_both)
-
-
-NO_DESCENT = Combination(STEEPEST)
+    both = along_u + along_v
+    if both <= 0:
+        return PLANE, turn * mu, -turn * nu, turn * math.inf, 1.0
+    return PLANE, a, b, along_u / both, both
 
 
 class Selected:
@@ -282,7 +274,7 @@ class Selected:
 
     @property
     def F(self) -> float:
-        return math.sqrt(float(self._point.F @ self._point.F))
+        return safe_norm(self._point.F)
 
 
 class Step(Selected):
@@ -309,33 +301,43 @@ class Step(Selected):
         super().__init__(points[2], points[1])
         self._before, self._from, _ = points
         # Without its s, which the next step overwrites.
-        self.step, _, self._alpha, self._multiple = way
+        self.step, _, self._alpha, self._multiple, self._cosines = way
         self._g, self._slope, self._gamma, self.trials = g, slope, gamma, trials
 
     @cached_property
-    def _changes(self) -> tuple[Vector, Vector] | None:
-        """Return x_k - x_(k-1) and the change of F~, in a step that computes them."""
-        if self._before is None or self.step == STEEPEST_AT_MULTIPLE:
-            return None
-        return self._from.x - self._before.x, self._from.F - self._before.F
+    def _sizes(self) -> tuple[float, float, float]:
+        """Return |dx|, |y| and |F~| of step 2.3."""
+        assert self._before is not None
+        dx, y = self._from.x - self._before.x, self._from.F - self._before.F
+        return safe_norm(dx), safe_norm(y), safe_norm(self._from.F)
 
     @cached_property
     def xi1(self) -> float | None:
-        if self._changes is None:
+        """-|dx|^2 / <dx, y>, by the cosine that the step has taken: its sign may be
+        that of rounding."""
+        if self._cosines is None or not self._cosines[0]:
             return None
-        dx, y = self._changes
-        return _quotient(-float(dx @ dx), float(dx @ y))
+        size_dx, size_y, _ = self._sizes
+        value = -size_dx / size_y / self._cosines[0]
+        return value if 0 < abs(value) < math.inf else None
 
     @cached_property
     def xi2(self) -> float | None:
-        if self._changes is None:
+        """-<y, F~> / |y|^2, likewise."""
+        if self._cosines is None:
             return None
-        _, y = self._changes
-        return _quotient(-float(y @ self._from.F), float(y @ y))
+        _, size_y, size_F = self._sizes
+        return -self._cosines[1] * size_F / size_y
+
+    @property
+    def _is_along_F(self) -> bool:
+        alpha = self._alpha
+        return self.xi1 is None or (alpha is not None and math.isnan(alpha))
 
     @property
     def alpha(self) -> float | None:
-        return None if self.xi1 is None else self._alpha
+        alpha = self._alpha
+        return alpha if alpha is not None and math.isfinite(alpha) else None
 
     @property
     def d(self) -> Vector:
@@ -347,31 +349,32 @@ class Step(Selected):
 
     @property
     def v(self) -> Vector | None:
-        if self._changes is None or self.xi2 is None:
+        if self._before is None or self.xi2 is None:
             return None
-        return self.xi2 * self._changes[0]
+        return self.xi2 * (self._from.x - self._before.x)
 
     @property
     def s(self) -> Vector:
         if self._multiple is None:
             return self.d
-        u, v = self.u, self.v
-        if u is None or v is None:
+        u, v, alpha = self.u, self.v, self._alpha
+        if self._is_along_F or u is None or v is None:
             return math.copysign(1.0, -float(self._from.F @ self._g)) * self._from.F
-        if self.step == AVERAGE:
+        if alpha is None:
             return (u + v) / 2
-        if self.alpha is not None:
-            return self.alpha * u + (1 - self.alpha) * v
-        difference = u - v
-        return math.copysign(1.0, -float(difference @ self._g)) * difference
+        if math.isinf(alpha):
+            return math.copysign(1.0, alpha) * (u - v)
+        return alpha * u + (1 - alpha) * v
 
     @cached_property
     def _factor(self) -> float:
         """Return the normalized s as a multiple of the paper's."""
         if self._multiple is None:
             return 1.0
-        size = math.sqrt(float(self._from.F @ self._from.F))
-        return self._multiple / (size if self.xi1 is None else abs(self.xi1) * size)
+        size = safe_norm(self._from.F)
+        if self._is_along_F or self.xi1 is None:
+            return 1.0 / size
+        return self._multiple / abs(self.xi1) / size
 
     @property
     def slope(self) -> float:
@@ -380,12 +383,6 @@ class Step(Selected):
     @property
     def length(self) -> float:
         return self._gamma * self._factor
-
-
-def _quotient(numerator: float, denominator: float) -> float | None:
-    """Return a quotient, or None if it is not a finite number."""
-    quotient = numerator / denominator if denominator else math.inf
-    return quotient if math.isfinite(quotient) else None
 
 
 NO_INDICES = np.empty(0, dtype=np.intp)
@@ -498,16 +495,6 @@ class Smoothed:
         return y
 
 
-class Accepted(NamedTuple):
-    """The end of a line search: the accepted point, length and gradient of f there, and
-    the number of lengths tried."""
-
-    point: SmoothedPoint
-    gamma: float
-    gradient: Vector
-    trials: int
-
-
 def search(
     smoothed: Smoothed,
     start: SmoothedPoint,
@@ -516,10 +503,11 @@ def search(
     gamma: float,
     rho: float,
     sigma: float,
-) -> Accepted | int:
+) -> tuple[SmoothedPoint, float, Vector, int] | int:
     """Return the end of the step from start along s, where f has the slope <grad f, s>
-    < 0, with first trial length gamma > 0; only the number of lengths tried if they
-    become too short to change x: the decrease is below rounding.
+    < 0, with first trial length gamma > 0; its length, the gradient of f there, and the
+    number of lengths tried; only that number if they become too short to change x: the
+    decrease is below rounding.
 
     The end satisfies the two conditions of step 2.7, the weak Wolfe conditions
 
@@ -554,7 +542,7 @@ def search(
             g = smoothed.gradient(point)
             slope_here = float(g @ s)
             if slope_here >= sigma * slope:
-                return Accepted(point, gamma, g, trial)
+                return point, gamma, g, trial
             halve = gamma - low < 0.5 * (high - low)
             low, f_low, slope_low = gamma, point.f, slope_here
         if high == math.inf:

@@ -46,10 +46,10 @@ class Iterate(NamedTuple):
         variables may be at bounds; or None.
     z0 : on the path of Lemke's method, the value of the artificial variable z_0; or
         None.
-    quantities : has the quantities that the method declares as attributes, each None
-        where it is not defined. They are computed when they are read, which may be some
-        iterates later, and so cost nothing unless they are asked for; `of_start`, if
-        the first iterate has it, likewise has those of the start.
+    quantities : returns an object that has the quantities that the method declares as
+        attributes, each None where it is not defined. It is called only if they are
+        asked for, which may be some iterates later. If the object of the first iterate
+        has an attribute `of_start`, that has those of the start.
     """
 
     x: Vector
@@ -60,7 +60,7 @@ class Iterate(NamedTuple):
     signs_final: bool = True
     basis: States | None = None
     z0: float | None = None
-    quantities: object = None
+    quantities: Callable[[], object] | None = None
 
 
 @dataclass(eq=False, repr=False)

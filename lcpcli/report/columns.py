@@ -64,16 +64,13 @@ class Column(NamedTuple):
 
     def heads(self, frame: Frame) -> list[str]:
         """Return the headings in a table."""
+        if self.name == TIME:
+            return [f"{TIME}/{frame.unit[1]}"]
         if not self.is_vector:
-            return [f"time/{frame.unit[1]}" if self.name == TIME else self.name]
-        return [
-            wording.ELLIPSIS
-            if i is None
-            else frame.names[i]
-            if self.name == "z"
-            else f"{self.name}{i + 1}"
-            for i in frame.kept
-        ]
+            return [self.name]
+        n = len(frame.names)
+        own = frame.names if self.name == "z" else self.keys(range(n))
+        return [wording.ELLIPSIS if i is None else own[i] for i in frame.kept]
 
     def shown(self, row: TraceRow, frame: Frame) -> list[str]:
         """Return the cells of a row of a table."""

@@ -124,8 +124,9 @@ def _row(cells: list[str]) -> str:
     return " & ".join(cells) + r" \\"
 
 
-GREEK = {name: f"\\{name}" for name in ("alpha", "xi", "mu", "rho", "omega")}
-# Headings that are symbols, and the beginnings of those with an index.
+GREEK = {name: f"\\{name}" for name in ("alpha", "xi")}
+# Headings that are symbols, and the beginnings of those with an index; names of options
+# stay words.
 SYMBOLS = {"k": "k", "f": "f", "F": "F", **GREEK}
 INDEXED = {**{letter: letter for letter in "zwxyduvs"}, **GREEK}
 SYMBOL_WITH_INDEX = re.compile(r"([a-z]+)(\d+)")

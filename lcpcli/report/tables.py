@@ -100,7 +100,8 @@ def build(
     if solved and problem.verdict in WITHOUT_SOLUTION:
         wrong = f"the verdict of the problem, {problem.verdict}, is wrong"
         disproof = [f"{wrong}: z is a solution to the tolerance {solved[0].tol:g}"]
-    shows_times = form != "latex" and (not chosen or "time" in chosen)
+    has_times = not chosen or not {columns.TIME, ALL}.isdisjoint(chosen)
+    shows_times = form != "latex" and has_times
     summary = [summary_of_costs(results, width if form == "table" else None)] * (
         compared and not chosen
     )
@@ -175,9 +176,8 @@ def _iterates(
     name is too long for a column."""
     problem = results[0].problem
     components = results[0].trace.components if results[0].trace else None
-    labels = wording.labels_of(problem) if shown_names else ()
     traces = [result.trace.rows if result.trace else [] for result in results]
-    has_x = any(name in (X.name, ALL) for name in chosen)
+    has_x = not {X.name, ALL}.isdisjoint(chosen)
     shown = [rows[len(rows) > 1 and not has_x :] for rows in traces]
     rows = [row for own in shown for row in own]
     own = columns.by_default(problem, rows)
@@ -185,15 +185,15 @@ def _iterates(
         own = columns.chosen(chosen, [result.method for result in results])
     if ALL in chosen:
         own = [column for column in own if columns.has_values(column, rows)]
+    kept = with_gap(problem.n, components)
+    if shown_names:
+        kept = [*wording.places(wording.labels_of(problem), shown_names)]
+    signs = np.array(in_own_sense(problem, [1.0] * problem.n))
     frame = columns.Frame(
         problem,
         wording.headings(problem, most),
-        [*wording.places(labels, shown_names)]
-        if shown_names
-        else with_gap(problem.n, components),
-        np.array(in_own_sense(problem, [1.0] * problem.n))[
-            slice(None) if components is None else components
-        ],
+        kept,
+        signs if components is None else signs[components],
         0.0,
         wording.unit(max((row.seconds for row in rows), default=0.0)),
         has_x,

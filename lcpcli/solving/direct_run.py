@@ -467,7 +467,7 @@ def reported(
     x0 : the start, if there are traces."""
     with imports:
         from lcpcli.methods.stages import Finished, Iterate, ended
-        from lcpcli.solving.trace import LateRow, Quantities, TraceRow
+        from lcpcli.solving.trace import LateRow, row_of
     criterion, box, last, rows = (
         Criterion(result.problem, result.tol),
         result.problem.box,
@@ -475,6 +475,8 @@ def reported(
         [],
     )
     ctrl_c: KeyboardInterrupt | None = None
+    traces = [*filter(None, (result.trace, result.curve))]
+    asks = callback is not None or any(trace.columns for trace in traces)
     # Without those of an attempt that was given up.
     steps = kept[max(0, len(kept) - last) :]
     steps = steps if x0 is None else [Iterate(x0, None, "", 0), *steps]
@@ -483,15 +485,7 @@ def reported(
             result.z if k == last else box.z_of(step.x),
             result.seconds * k / max(1, last),
         )
-        method = step.method or result.method
-        quantities = Quantities(method, step.quantities)
-        rows.append(
-            TraceRow(
-                *(k, z, None, None, at, step.step, method),
-                x=step.x,
-                quantities=quantities,
-            )
-        )
+        rows.append(row_of(step, result.method, k, z, at, asks))
         ends = k < last
         try:
             ends &= (
@@ -508,7 +502,7 @@ def reported(
             session.replay = partial(ended, Finished(), *kept[-last:][:k])
             session.callback = partial(_repeated, k, ctrl_c)
             return False
-    for trace in filter(None, (result.trace, result.curve)):
+    for trace in traces:
         for row in rows:
             trace.add(
                 row if row.k < last else replace(row, x=box.x_of(result.z, result.w)),

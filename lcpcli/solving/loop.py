@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -104,6 +104,7 @@ class Loop:
     def __post_init__(self) -> None:
         self.problem, self.route = self.criterion.problem, list[str]()
         self.traces = [trace for trace in self.kept if trace is not None]
+        self.asks_for_quantities = any(trace.columns for trace in self.traces)
         if self.problem.reference_z is not None and self.criterion.reference_solves:
             self.last = self.problem.box.x_of(
                 self.problem.reference_point, self.problem.q_ref
@@ -290,40 +291,20 @@ class Loop:
 
     def _keep(self, iterate: Iterate) -> None:
         """Add an iterate to the traces; the time that this takes does not count."""
-        asks = any(trace.columns for trace in self.traces)
-        row = self._row(iterate, asks)
-        start = getattr(iterate.quantities, "of_start", None) if self.k == 1 else None
+        row = self._row(iterate, self.asks_for_quantities)
         for trace in self.traces:
-            if asks and start is not None:
-                trace.complete_start(self._quantities(iterate, start))
+            if self.k == 1 and trace.columns:
+                trace.complete_start(iterate)
             trace.add(row, self.criterion)
         self.stopwatch.skip()
 
-    def _row(self, iterate: Iterate, with_quantities: bool) -> TraceRow:
+    def _row(self, iterate: Iterate, asks: bool) -> TraceRow:
+        """Return the row of an iterate. asks : whether its quantities may be read."""
         with imports:
-            from lcpcli.solving.trace import TraceRow
+            from lcpcli.solving.trace import row_of
         self.stopwatch.count("verify")
         z, at = self.problem.box.z_of(iterate.x), self.stopwatch.total
-        method = iterate.method or self.method
-        return TraceRow(
-            max(self.k, 0),
-            z,
-            None,
-            None,
-            at,
-            iterate.step,
-            method,
-            x=iterate.x,
-            z0=iterate.z0,
-            quantities=self._quantities(iterate, iterate.quantities)
-            if with_quantities
-            else {},
-        )
-
-    def _quantities(self, iterate: Iterate, values: object) -> Mapping[str, Any]:
-        with imports:
-            from lcpcli.solving.trace import Quantities
-        return Quantities(iterate.method or self.method, values)
+        return row_of(iterate, self.method, max(self.k, 0), z, at, asks)
 
     def _calls_for_the_end(self, iterate: Iterate, callback: Callback) -> bool:
         """Return whether the callback asks for the end of the run after this iterate;

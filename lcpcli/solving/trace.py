@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
-from typing import Any, TypeAlias, cast
+from typing import TYPE_CHECKING, Any, TypeAlias, cast
 
 import numpy as np
 
@@ -18,6 +18,9 @@ from lcpcli.model import views
 from lcpcli.typing import Indices, Vector
 from lcpcli.verify.point import Criterion
 
+if TYPE_CHECKING:
+    from lcpcli.methods.stages import Iterate
+
 # In iterates that are measured together, so that M is read once for all: 16 megabytes.
 MEASURED_NUMBERS = 1 << 21
 MOST_TOGETHER = 64  # iterates that are measured together at most
@@ -25,7 +28,7 @@ MOST_TOGETHER = 64  # iterates that are measured together at most
 
 class Quantities(Mapping[str, Any]):
     """The quantities of an iterate that its method declares, by name, each computed
-    when it is read. values : has them as attributes."""
+    when it is read. values : has them as attributes, or returns what has them."""
 
     def __init__(self, method: str, values: object) -> None:
         self._names = [
@@ -39,6 +42,8 @@ class Quantities(Mapping[str, Any]):
     def __getitem__(self, name: str) -> Any:
         if name not in self._names:
             raise KeyError(name)
+        if callable(self._values):
+            self._values = self._values()
         return getattr(self._values, name, None)
 
     def __iter__(self) -> Iterator[str]:
@@ -90,6 +95,21 @@ class TraceRow:
     x: Vector | None = None
     z0: float | None = None
     quantities: Mapping[str, Any] = field(default_factory=dict)
+
+
+def row_of(
+    iterate: Iterate, method: str, k: int, z: Vector, seconds: float, asks: bool
+) -> TraceRow:
+    """Return the row of an iterate, not yet measured. method : the one that runs, which
+    may have left the iterate to another one. asks : whether its quantities may be
+    read."""
+    method = iterate.method or method
+    return TraceRow(
+        *(k, z, None, None, seconds, iterate.step, method),
+        x=iterate.x,
+        z0=iterate.z0,
+        quantities=Quantities(method, iterate.quantities) if asks else {},
+    )
 
 
 class LateRow(TraceRow):
@@ -186,6 +206,8 @@ class Trace:
     _waiting: list[TraceRow] = field(default_factory=list)
 
     def __post_init__(self) -> None:
+        if isinstance(self.columns, str):
+            self.columns = (self.columns,)
         known = [*QUANTITIES, ALL]
         for name in self.columns:
             if name not in known:
@@ -196,11 +218,14 @@ class Trace:
     def __repr__(self) -> str:
         return str(views.outcome.trace_text(self))
 
-    def complete_start(self, quantities: Mapping[str, Any]) -> None:
+    def complete_start(self, first: Iterate) -> None:
         """Add its quantities to the row of the start, which the method tells with its
         first iterate."""
-        if self._last and self._last[0].k == 0:
-            self._last[0] = replace(self._last[0], quantities=quantities)
+        if first.quantities is None or not self._last or self._last[0].k:
+            return
+        values = getattr(first.quantities(), "of_start", None)
+        own = Quantities(self._last[0].method, values)
+        self._last[0] = replace(self._last[0], quantities=own)
 
     def add(self, row: TraceRow, criterion: Criterion) -> None:
         """Add an iterate with its whole z, not yet measured; the one that is no longer
@@ -274,6 +299,8 @@ class Trace:
 
     def _asked_of(self, row: TraceRow) -> dict[str, Any]:
         """Return the x and the quantities that the trace keeps of a row."""
+        if not self.columns:
+            return {"x": row.x if self.keeps_x else None, "quantities": {}}
         x, method = row.x, METHODS.get(row.method)
         if not self.keeps_x:
             asks = X.name in self.columns or ALL in self.columns
