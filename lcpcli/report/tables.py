@@ -250,6 +250,7 @@ def _remarks(
         remarks = [f"{some}: lcp solve with the options of one of them says why"]
     if compared:
         remarks += filter(None, [outcome.why_unsolved(results)])
+    closing = dict[str, None]()
     for result in results:
         by = (
             f"by {', '.join(result.route)}"
@@ -259,13 +260,17 @@ def _remarks(
         advice = (
             [wording.advice(result)] if hints and hints_at_auto and not are_many else []
         )
+        if result.status.has_no_solution:  # it follows the proof, once for all runs
+            closing |= dict.fromkeys(filter(None, advice))
+            advice = []
         texts = (*advice, by, outcome.doubt(result), outcome.bound(result))
         remarks += [
             f"{wording.name(result)}: " * compared + text for text in texts if text
         ]
     if shows_times:
         remarks += filter(None, [outcome.spread(results)])
-    return remarks + [line for result in results for line in outcome.proofs(result)]
+    proofs = [line for result in results for line in outcome.proofs(result)]
+    return [*remarks, *proofs, *closing]
 
 
 def _title(problem: Problem, verdict: str) -> str:
