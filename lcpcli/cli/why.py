@@ -31,11 +31,15 @@ LEAST_SECONDS = 1e-6  # of the search, if reading has taken all the time
         "lcp why infeasible.json --keep 'z1 lower bound' --weights z1=2",
         "lcp why transport --format json",
     ),
-    epilog="lcp help why explains conflicts, repairs and ranges.",
+    common=(
+        *("--q", "--lower", "--upper", "--keep", "--change", "--weights"),
+        *("--time-limit", "--exact", "--format", "--output", "--quiet"),
+    ),
+    epilog="lcp help conflicts explains conflicts, repairs and ranges.",
     exits={
-        **EXITS,
-        0: "answered: with a conflict and the least change, or with all ranges",
+        0: "answered: with a conflict and the cheapest change, or with all ranges",
         1: "not answered within the limits; what is known is shown",
+        **{code: meaning for code, meaning in EXITS.items() if code not in (0, 1, 3)},
     },
 )
 @declarations.problem_file

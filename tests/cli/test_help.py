@@ -42,6 +42,7 @@ SHARED = {option.name: option for option in (*LIMITS, ACCEPT, BUDGET, EVERY)}
 COMMANDS: dict[str, Any] = {"": group.lcp, **group.lcp.commands}
 HEADINGS = {
     "": ["Commands", "Help", "Exit codes"],
+    "why": ["Problem", "Explanation", "Stopping", "Output", "Help", "Exit codes"],
     "solve": [
         "Problem",
         "Method",
@@ -391,13 +392,13 @@ WORDS = {
     "american option": "sequences",
     "cavitation": "measuring",
     "cge": "nonlinear",
-    "conflict": "proofs",
+    "conflict": "conflicts",
     "cournot": "nonlinear",
     "dantzig": "methods",
-    "findex": "proofs",
+    "findex": "conflicts",
     "gauss-seidel": "methods",
     "horizontal": "mixed",
-    "IIS": "proofs",
+    "IIS": "conflicts",
     "layer": "derivatives",
     "mpec": "solutions",
     "pgs": "methods",
