@@ -71,7 +71,7 @@ class Finder:
         """Find a conflict of linear conditions that linear programs show."""
         for stage in (CONSTRAINTS, OPTIMALITY):
             linear = [each for each in self.system.linear if each.stage == stage]
-            found = contradictions(self.system, linear, self.kept)
+            found = contradictions(self.system, linear, self.kept) if linear else ()
             if best := min(found, key=self._size, default=None):
                 self._take(best)
                 return

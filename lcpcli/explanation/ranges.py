@@ -48,13 +48,14 @@ class End(NamedTuple):
     """The end of a range. value : of the number there. z : a solution there. objective
     : of a program; None for another problem. enters, leaves : the components of z that
     can be off their bounds beyond the end but not within the range, and vice versa;
-    None if the path of solutions ends there."""
+    None if they are not known, or if the path `ends`, or turns, there."""
 
     value: Fraction
     z: Values
     objective: Fraction | None
     enters: Sequence[int] | None
     leaves: Sequence[int] | None
+    ends: bool
 
 
 class Range(NamedTuple):
@@ -86,6 +87,11 @@ class Position(Pivoting):
     @classmethod
     def of(cls, system: System, z: Values, effort: Effort) -> Position | None:
         """Return a basis of a solution near z; None if none is found."""
+        found = cls._at(system, z, effort)
+        return found or cls._at(system, _vertex(system, z, effort), effort)
+
+    @classmethod
+    def _at(cls, system: System, z: Values, effort: Effort) -> Position | None:
         data, n = system.data, system.n
         problem, w = data.problem, rounded(data.w(z))
         is_fixed = np.equal(*problem.box.vectors(n))
@@ -93,11 +99,9 @@ class Position(Pivoting):
         if states is None:  # there is a line of solutions
             states = problem.box.basis_at(rounded(z), w)
         ends = list(enumerate(zip(data.lower, data.upper, strict=True)))
-        forms = [*range(n, 2 * n), *(i for i, (low, _) in ends if low is not None)]
-        forms += [2 * n + i for i, (_, high) in ends if high is not None]
-        here, columns = system.dictionary(forms, effort)
+        here, columns = system.dictionary(_forms(data), effort)
         fixed = {n + i for i, (low, high) in ends if low is not None and low == high}
-        here.signed = {*forms} - fixed
+        here.signed = {*_forms(data)} - fixed
         waiting = [system.own(i) for i in columns if states[i] == box.BASIC]
         for i, state in enumerate(states.tolist()):
             entries = zip(here.cobasic, here.rows[n + i][1:], strict=True)
@@ -160,14 +164,19 @@ class Position(Pivoting):
                 pairs[i] = min(bounds), n + i
                 self._turn(i, box.LOWER if i in bounds else box.UPPER)
         both = [form for pair in pairs.values() for form in pair]
-        columns = [form for form in both if form in here.cobasic]
+        columns = [form for form in here.cobasic if form in both]
+        # Those of a line of solutions.
+        columns += [form for form in here.cobasic if form not in here.signed]
         places = [here.cobasic.index(form) + 1 for form in columns]
+        equations = [form for form in self.equations() if form in here.rows]
         rows = {
             form: [0, *(here.rows[form][k] for k in places)]
-            for form in both
+            for form in (*both, *equations)
             if form in here.rows
         }
         cone = Dictionary(rows, columns, both, here.check)
+        for form in equations:
+            cone.vanish(form)
         for form in both:
             if form in found or (point := _direction(cone, form, pairs)) is None:
                 continue
@@ -176,6 +185,11 @@ class Position(Pivoting):
                     found.add(one)
                     cone.vanish(other)
         return found
+
+    def equations(self) -> list[int]:
+        """Return the forms that are 0 at all solutions: w_i of a free z_i."""
+        ends = zip(self.system.data.lower, self.system.data.upper, strict=True)
+        return [self.n + i for i, (low, high) in enumerate(ends) if low is high]
 
     def _turn(self, i: int, state: int) -> None:
         """Give form n + i the sign that w_i may have at a bound."""
@@ -186,7 +200,9 @@ class Position(Pivoting):
     def is_simple(self, positive: set[int]) -> bool:
         """Return whether the forms of a partition are the basic ones, and none of these
         is 0."""
-        return positive == self.here.signed & self.here.rows.keys()
+        here = self.here
+        is_unique = here.signed.issuperset(here.cobasic)
+        return is_unique and positive == here.signed & here.rows.keys()
 
     def ahead(
         self, column: Mapping[int, int], t: Fraction | None
@@ -211,8 +227,11 @@ class Position(Pivoting):
         """Return the largest parameter with the same partition, and the forms that
         stand for z there; None if there is no largest one."""
         here, n = self.here, self.n
-        kept = [k for k, form in enumerate(here.cobasic, 1) if form in positive]
-        kept.append(len(here.cobasic))
+        kept = [
+            k
+            for k, form in enumerate(here.cobasic, 1)
+            if form in positive or form not in here.signed
+        ]
         cobasic = [here.cobasic[k - 1] for k in kept]
         rows = {
             form: [row[0], *(row[k] for k in kept)] for form, row in here.rows.items()
@@ -288,9 +307,7 @@ class Position(Pivoting):
     def beyond(self, positive: set[int]) -> set[int] | None:
         """Return the partition of the next piece of the path of solutions as the
         parameter grows; None if the path ends before, or turns."""
-        data = self.system.data
-        equations = (i for i in range(self.n) if data.lower[i] is data.upper[i])
-        rows = (self.here.rows.get(self.n + i, [0]) for i in equations)
+        rows = (self.here.rows.get(form, [0]) for form in self.equations())
         if any(row[-1] for row in rows):
             return None
         path, first = self.follow(self.parameter, set()), set[int]()
@@ -319,6 +336,12 @@ class Position(Pivoting):
                 return None
             last = now
 
+    def can_follow(self) -> bool:
+        """Return whether the equations hold along all edges; they may not where there
+        is a line of solutions."""
+        rows = (self.here.rows.get(form, [0, 0]) for form in self.equations())
+        return not any(any(row[1:-1]) for row in rows)
+
     def slope(self, entering: int) -> int:
         """Return the sign of the change of the parameter along an edge."""
         k = self.here.cobasic.index(entering) + 1
@@ -338,6 +361,32 @@ class Position(Pivoting):
         del here.cobasic[k - 1]
         here.divisor *= d
         return self
+
+
+def _forms(data: ExactProblem) -> list[int]:
+    """Return the forms of a problem: w_i, and z_i beside its bounds."""
+    n, ends = data.n, list(enumerate(zip(data.lower, data.upper, strict=True)))
+    forms = [*range(n, 2 * n), *(i for i, (low, _) in ends if low is not None)]
+    return [*forms, *(2 * n + i for i, (_, high) in ends if high is not None)]
+
+
+def _vertex(system: System, z: Values, effort: Effort) -> Values:
+    """Return a vertex of a polyhedron of solutions that contains z, if it has one."""
+    data, n = system.data, system.n
+    here, columns = system.dictionary(_forms(data), effort)
+    for i, (low, high) in enumerate(zip(data.lower, data.upper, strict=True)):
+        if z[i] in (low, high):
+            here.vanish(i if z[i] == low else 2 * n + i)
+            if z[i] == high:
+                here.negate(n + i)
+            if low != high:
+                here.require(n + i)
+            continue
+        here.vanish(n + i)
+        for form, end in ((i, low), (2 * n + i, high)):
+            if end is not None:
+                here.require(form)
+    return system.point(here, columns)
 
 
 def _direction(
@@ -381,40 +430,49 @@ def ranges(
 
 
 def _range(position: Position, positive: set[int], field: str, i: int) -> Range:
-    data, sides = position.system.data, list[tuple[End | None, Fraction | None]]()
-    is_simple = position.is_simple(positive)
+    data = position.system.data
     value = Fraction(data.constants[i], data.scales[i])
     if field != "q":
         value = (data.lower if field == LOWER else data.upper)[i] or Fraction(0)
-    for sign in (-1, 1):
-        column = position.column(field, i, sign)
-        limit, first = position.until(column)
-        basis = None if limit is None else value + sign * limit
-        moved = None if is_simple else position.moved(column)
-        found = (
-            position.ahead(column, limit) if moved is None else moved.farthest(positive)
-        )
-        if found is None:
-            sides.append((None, basis))
-            continue
-        t, forms = found
-        z = _point(position.system, forms, field, i, sign * t)
-        change = None if moved else position.after(column, t, first)
-        beyond = (
-            None
-            if change == ENDS
-            else (positive - change[0]) | change[1]
-            if change
-            else (moved or position.moved(column)).beyond(positive)
-        )
-        enters = leaves = None
-        if beyond is not None:
-            within, inside = position.inside(positive), position.inside(beyond)
-            enters, leaves = sorted(inside - within), sorted(within - inside)
-        value_of = _objective(data, z, field, i, sign * t)
-        sides.append((End(value + sign * t, z, value_of, enters, leaves), basis))
-    (below, first_basis), (above, last_basis) = sides
-    return Range(value, below, above, (first_basis, last_basis))
+    below, first = _end(position, positive, (field, i), value, -1)
+    above, last = _end(position, positive, (field, i), value, 1)
+    return Range(value, below, above, (first, last))
+
+
+def _end(
+    position: Position,
+    positive: set[int],
+    number: tuple[str, int],
+    value: Fraction,
+    sign: int,
+) -> tuple[End | None, Fraction | None]:
+    """Return the end of a range below (sign -1) or above, and that of the basis."""
+    system, column = position.system, position.column(*number, sign)
+    limit, first = position.until(column)
+    of_basis = None if limit is None else value + sign * limit
+    moved = None if position.is_simple(positive) else position.moved(column)
+    found = position.ahead(column, limit) if moved is None else moved.farthest(positive)
+    if found is None:
+        return None, of_basis
+    t, forms = found
+    z = _point(system, forms, *number, sign * t)
+    change = None if moved else position.after(column, t, first)
+    following, is_known = None, True
+    if change is not None:
+        if change != ENDS:
+            following = (positive - change[0]) | change[1]
+    else:
+        moved = moved or position.moved(column)
+        is_known = moved.can_follow()
+        following = moved.beyond(positive) if is_known else None
+    enters = leaves = None
+    if following is not None:
+        within, inside = position.inside(positive), position.inside(following)
+        enters, leaves = sorted(inside - within), sorted(within - inside)
+    objective_there = _objective(system.data, z, *number, sign * t)
+    ends = is_known and following is None
+    end = End(value + sign * t, z, objective_there, enters, leaves, ends)
+    return end, of_basis
 
 
 def _point(system: System, forms: Values, field: str, i: int, t: Fraction) -> Values:

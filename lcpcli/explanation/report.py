@@ -349,7 +349,7 @@ def _beyond(found: Explanation, end: End | None) -> str:
     if end is None:
         return ""
     if end.enters is None or end.leaves is None:
-        return "no solution nearby"
+        return "no solution nearby" if end.ends else "not known"
     system = System(found.data)
     parts = [
         f"{word} {listed([label(system, i) for i in own])}"
@@ -425,6 +425,8 @@ def _ranges(found: Explanation, system: System) -> dict[str, Any] | None:
             "leaves_below": below and names(below.leaves),
             "enters_above": above and names(above.enters),
             "leaves_above": above and names(above.leaves),
+            "ends_below": below and below.ends,
+            "ends_above": above and above.ends,
             "objective_lower": below and below.objective,
             "objective_upper": above and above.objective,
             "basis_lower": own.basis[0],
