@@ -143,5 +143,7 @@ def _answer(
         assert result.answer is not None
         statement = result.answer.statement
         number = OF_PROGRAMS.get(str(result.answer.proved), number)
-    told = "; ".join(filter(None, [words, statement, result.advice]))
+    # It is in words of Python, as are options of solvers; other functions are not.
+    advice = "" if result.status.has_no_solution else result.advice
+    told = "; ".join(filter(None, [words, statement, advice]))
     return told, number, result.z

@@ -26,7 +26,7 @@ WORDS = commands(
     r"""
 zzz
     => COMMAND: {UNKNOWN:'zzz'}; choose one of solve, compare, path, bench,
-    compare-runs, check, inspect, kernels, make, convert, completion, help
+    compare-runs, check, inspect, why, kernels, make, convert, completion, help
 solv good.json => COMMAND: {UNKNOWN:'solv'}; {DID_YOU_MEAN:solve}
 good.json => COMMAND: {UNKNOWN:'good.json'}; {DID_YOU_MEAN:lcp solve good.json}
 completion bahs => SHELL: {UNKNOWN:'bahs'}; {DID_YOU_MEAN:bash}
