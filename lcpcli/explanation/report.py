@@ -29,7 +29,7 @@ from lcpcli.explanation.contradictions import point_without
 from lcpcli.explanation.ranges import End, Range
 from lcpcli.explanation.repair import Repair
 from lcpcli.files.contents import NO_SOURCE, Source
-from lcpcli.model.words import in_own_sense
+from lcpcli.model.words import in_own_sense, reversed_names
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import approximate, brief, text
 from lcpcli.report import wording
@@ -305,7 +305,12 @@ def condition(system: System, of: Condition, cell: Cell = brief) -> str:
     is_upper = of.kind == UPPER or forms[0] >= 4 * system.n
     side = -1 if is_upper else 1
     relation = "=" if len(forms) == 2 else "<=" if is_upper else ">="
-    terms = {j: Fraction(side * a, scale) for j, a in row.items()}
+    # A multiplier of a maximum has the other sign than its component of z.
+    turned = reversed_names(data.problem)
+    terms = {
+        j: Fraction(-side * a if j in turned else side * a, scale)
+        for j, a in row.items()
+    }
     return f"{_sum(system, terms, cell)} {relation} {cell(-side * constant, 0)}"
 
 
