@@ -162,7 +162,7 @@ DIFFERS_IN_J = (
 )
 NOT_SOLVED = (
     "no derivative, as the problem is not solved: has no solution: each complementary "
-    "set is excluded in exact arithmetic"
+    "set is excluded in exact arithmetic; try lcpcli.why(problem)"
 )
 
 # Hints: leave, keep, correct.
