@@ -58,7 +58,8 @@ class Conflict:
 
 class Finder:
     """The search for a conflict. conflict : the smallest one that is known, None if
-    none is. point : a solution, if there is one after all. kept : never blamed."""
+    none is. point : a solution, if there is one after all. kept : never blamed. near :
+    the fewest linear conditions that contradict each other only up to rounding."""
 
     def __init__(
         self, system: System, kept: Sequence[Condition], effort: Effort
@@ -66,15 +67,18 @@ class Finder:
         self.system, self.kept, self._effort = system, list(kept), effort
         self.conflict: Conflict | None = None
         self.point: Values | None = None
+        self.near: Sequence[Condition] = ()
 
     def contradict(self) -> None:
         """Find a conflict of linear conditions that linear programs show."""
         for stage in (CONSTRAINTS, OPTIMALITY):
             linear = [each for each in self.system.linear if each.stage == stage]
-            found = contradictions(self.system, linear, self.kept) if linear else ()
-            if best := min(found, key=self._size, default=None):
-                self._take(best)
+            found = [*contradictions(self.system, linear, self.kept)] if linear else []
+            proved = [each for _, each in found if each is not None]
+            if proved:
+                self._take(min(proved, key=self._size))
                 return
+            self.near = self.near or min((own for own, _ in found), key=len, default=())
 
     def _size(self, of: Multipliers) -> tuple[int, int]:
         """Return the number of conditions that a contradiction blames, and the size of

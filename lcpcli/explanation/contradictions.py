@@ -39,15 +39,18 @@ TOLERANCES = (0.0, 1e-12, 1e-9)
 # Relative to the largest multiplier: what is added to all of them in their weights.
 SMALL = 1e-2
 WEIGHT_OF_KEPT = 1e-3
+# Relative to the sums of their terms in sizes: A'y is 0 up to rounding, and b'y is not.
+ROUNDING, NOT_ROUNDING = 1e-12, 1e-9
 
 Multipliers = Mapping[Condition, Fraction]
 
 
 def contradictions(
     system: System, conditions: Sequence[Condition], kept: Sequence[Condition]
-) -> Iterator[Multipliers]:
+) -> Iterator[tuple[Sequence[Condition], Multipliers | None]]:
     """Yield contradictions of linear conditions with their multipliers, irreducible
-    ones, in which few are not `kept`: those that linear programs in doubles show."""
+    ones, in which few are not `kept`: those that linear programs in doubles show; and
+    with None conditions that contradict each other only up to rounding."""
     forms = [system.entries(system.forms(each)[0]) for each in conditions]
     rows = [{j: Fraction(a, scale) for j, a in row.items()} for row, scale, _ in forms]
     A, b = matrix_of(rows, system.n), np.array([-float(end) for *_, end in forms])
@@ -58,16 +61,26 @@ def contradictions(
     # An equation has multipliers of both signs.
     two = [i for i, each in enumerate(conditions) if len(system.forms(each)) == 2]
     seen = list[list[int]]()
-    for y in _in_doubles(A, b / (np.abs(b).max(initial=0.0) or 1.0), two, cost):
+    b /= np.abs(b).max(initial=0.0) or 1.0
+    for y in _in_doubles(A, b, two, cost):
         for tol in TOLERANCES:
             support = np.flatnonzero(np.abs(y) > tol * np.abs(y).max()).tolist()
             if support in seen:
                 continue
             seen.append(support)
-            found = contradiction(system, [conditions[i] for i in support])
-            if found is not None:
-                yield found
+            own = [conditions[i] for i in support]
+            if (found := contradiction(system, own)) is not None:
+                yield own, found
                 break
+            if _is_near(A[support], b[support], y[support]):
+                yield own, None
+
+
+def _is_near(A: Matrix, b: Vector, y: Vector) -> bool:
+    """Return whether A'y = 0 up to rounding, and b'y > 0."""
+    sizes = abs(A).T @ np.abs(y)
+    is_zero = np.abs(A.T @ y) <= ROUNDING * sizes
+    return bool(is_zero.all() and b @ y > NOT_ROUNDING * (np.abs(b) @ np.abs(y)))
 
 
 def _in_doubles(A: Matrix, b: Vector, two: list[int], unit: Vector) -> Iterator[Vector]:

@@ -207,5 +207,6 @@ class _Search:
             is_impossible,
             self._z,
             self._ranges,
+            () if conflict is not None else self._finder.near,
             seconds,
         )

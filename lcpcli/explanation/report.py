@@ -40,7 +40,7 @@ from lcpcli.report.result_formats import record as plain_record
 SOLVED, UNDECIDED = "solved", "undecided"
 KEYS = (
     "version file item problem n names status message complete conflict irreducible "
-    "fewest repair repairable z ranges seconds"
+    "fewest near repair repairable z ranges seconds"
 )
 MOST_NAMED = 4  # conditions, or changes, that a sentence names
 MOST_TERMS = 6  # of a row in a table
@@ -66,6 +66,8 @@ class Explanation:
     z : a solution. ranges : of the numbers in the data, under "q", "lower" and "upper",
         for each component of z; None where there is no such number, or no range is
         known.
+    near : conditions that contradict each other only up to rounding, where none are
+        known that do so in exact arithmetic.
     seconds : the time of the search.
     """
 
@@ -77,6 +79,7 @@ class Explanation:
     is_impossible: bool
     z: Values | None
     ranges: Mapping[str, Sequence[Range | None]]
+    near: Sequence[Condition]
     seconds: float
 
     @property
@@ -145,6 +148,11 @@ def message(found: Explanation, cell: Cell = brief) -> str:
             else "the problem has a solution, and not all ranges are known"
         )
     return "; ".join([*_blame(found), *_cure(found, cell)])
+
+
+def _near(found: Explanation) -> str:
+    named = wording.vector([f"{each.name} ({each.what})" for each in found.near], str)
+    return f"up to rounding, {len(found.near)} conditions contradict: {named[1:-1]}"
 
 
 def _blame(found: Explanation) -> list[str]:
@@ -240,6 +248,8 @@ def _document(found: Explanation, cell: Cell, form: str) -> Document:
         f"{wording.PROGRAM}, in exact arithmetic{wording.took(found.seconds, form)}"
     )
     said = message(found, cell)
+    if found.near:
+        remarks.append(_near(found))
     section = Section(title, said, found.complete, facts, tables, remarks, made_by)
     return Document(title, [section])
 
@@ -381,6 +391,7 @@ def record(found: Explanation, source: Source = NO_SOURCE) -> dict[str, Any]:
             for each in found.conflict
         ],
         "fewest": found.reason.fewest,
+        "near": [{"name": each.name, "what": each.what} for each in found.near],
         "repairable": _repairable(found),
         "repair": repair
         and {

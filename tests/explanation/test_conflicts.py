@@ -195,6 +195,21 @@ def test_an_unbounded_program_has_a_conflict_of_its_conditions_of_optimality() -
     assert found.repair.changes[0].number.what == "cost"
 
 
+def test_rows_that_conflict_up_to_rounding_are_named_beside_a_far_solution() -> None:
+    """A third of a row in doubles is another row, so that both hold far away."""
+    A = np.array([[1 / 3, 0.6666666666666667], [1, 2]])
+    sides = [1, 3.5]
+    free = {"lower": [-np.inf] * 2, "row_lower": sides, "row_upper": sides}
+    found = lcpcli.why(lcpcli.from_qp(None, [1, 1], A, **free, rows=["a", "b"]))
+    assert (found.status, found.conflict) == ("solved", ())
+    assert found.z is not None
+    assert max(map(abs, found.z)) > 10**14
+    assert [each.name for each in found.near] == ["a", "b"]
+    assert "up to rounding, 2 conditions contradict: a (equation), b (equ" in str(found)
+    near = found.to_dict()["near"]
+    assert near == [{"name": name, "what": "equation"} for name in "ab"]
+
+
 def test_wrong_problems_and_parameters_are_refused() -> None:
     problem = lcpcli.Problem([[-1]], [-1])
     with pytest.raises(ProblemError):

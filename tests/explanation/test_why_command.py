@@ -77,7 +77,7 @@ def test_wrong_options_are_told_in_one_line(options: str, told: str, lcp: Lcp) -
 def test_json_has_all_keys_for_every_outcome(lcp: Lcp) -> None:
     keys = (
         "version file item problem n names status message complete conflict "
-        "irreducible fewest repair repairable z ranges seconds"
+        "irreducible fewest near repair repairable z ranges seconds"
     )
     found = {
         name: json.loads(lcp("why", f"{name}.json", "--format", "json").out)
