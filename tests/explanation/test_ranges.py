@@ -149,6 +149,26 @@ def _check_ends(
             assert {*(end.leaves or ())} == base.inside() - beyond.inside()
 
 
+def test_ranges_hold_where_equations_depend_on_others_and_solutions_on_a_line() -> None:
+    """The multipliers of two equations of one variable, which is at its bound, are
+    only determined together."""
+    M = [[0, -3, 3, 0, 3], [3, 0, 0, 0, 0], [-3, 0, 0, 0, 0], [0] * 5, [-3, 0, 0, 0, 0]]
+    lower, upper = [0, *[-np.inf] * 4], [np.inf, np.inf, np.inf, 0, np.inf]
+    problem = lcpcli.Problem(M, [0, 0, 0, -2, 0], lower=lower, upper=upper)
+    data = ExactProblem.of_floats(problem)
+    base, found = partition_of(data), lcpcli.why(problem)
+    assert base is not None
+    assert found.complete
+    (own, *_) = found.ranges["lower"]
+    assert own is not None
+    assert (own.below and own.below.value, own.above and own.above.value) == (0, 0)
+    for field in FIELDS:
+        for i, each in enumerate(found.ranges[field]):
+            if each is not None:
+                _check_inside(data, base, field, i, each)
+                _check_ends(data, base, field, i, each)
+
+
 def test_a_range_belongs_to_the_solution_of_a_problem_that_has_several() -> None:
     """The first bound of Murty's problem at which z = (1/3, 1/3), (1, 0) or (0, 1)
     changes its partition depends on the solution that is found."""
