@@ -50,7 +50,7 @@ import numpy as np
 
 from lcpcli.clock import imports
 from lcpcli.errors import DerivativeError, ParameterError, ProblemError, unknown
-from lcpcli.linalg.doubles import EPS, ROW_ROUNDING, distinct
+from lcpcli.linalg.doubles import EPS, ROW_ROUNDING, distinct, generic
 from lcpcli.linalg.factors import (
     SingularMatrix,
     TwoWay,
@@ -60,13 +60,12 @@ from lcpcli.linalg.factors import (
 )
 from lcpcli.linalg.matrices import (
     absolute_product,
-    column_maxima,
     dense,
     product,
     scaled,
 )
 from lcpcli.linalg.threads import with_limited_threads
-from lcpcli.linalg.units import LEAST_DIGITS, PseudoInverse
+from lcpcli.linalg.units import LEAST_DIGITS, PseudoInverse, largest_growth
 from lcpcli.model.arrays import FROM_0, as_matrix, as_square, as_vector, by_names
 from lcpcli.model.box import Box
 from lcpcli.model.problem import Problem
@@ -401,7 +400,7 @@ class Linearization:
         change = self._factors(w[B])
         z[B] -= change
         if self.block is None:
-            moves = self._factors(signs(B.size, 1)[:, 0])
+            moves = self._factors(generic(B.size))
             full = np.zeros((2, z.size))
             full[:, B] = np.abs((change, moves))
             spare = room(problem.box, z, w, basic)
@@ -432,17 +431,8 @@ class Linearization:
             * signs(z.size)
         )
         if B.size and self.block is None:
-            block = M[B][:, B]
-            known = 1 / column_maxima(block)
-            natural = (
-                ROW_ROUNDING
-                * absolute_product(block, known)[:, np.newaxis]
-                * signs(B.size)
-            )
-            if (
-                not np.abs(self._factors(natural) / known[:, np.newaxis]).max()
-                < LEAST_DIGITS
-            ):
+            growth = largest_growth(M[B][:, B], self._factors)
+            if not growth * ROW_ROUNDING < LEAST_DIGITS:
                 raise SingularMatrix
         if B.size:
             moved = self._factors(changes[B])
@@ -525,8 +515,9 @@ def are_clear(
     shape (n, m).
 
     change : how far z has been changed since w, and what is to spare, were computed.
-    moves : |M_BB^-1 v| for some v of signs. Both 0 where not basic. largest, largest_q
-    : the largest |M_ij| and |q_i|.
+    moves : |M_BB^-1 v| for a generic v: one of signs may be orthogonal to the null
+    vectors of a singular M_BB', and then shows nothing of it. Both 0 where not basic.
+    largest, largest_q : the largest |M_ij| and |q_i|.
     """
     z, crude = np.abs(z), CLEAR * ROW_ROUNDING
     largest_z, total = z.max(axis=0, initial=0.0), largest * moves.sum(axis=0)
@@ -557,9 +548,7 @@ class Linearizations:
         self.inverse = principal_inverses(stack.M, self.basic)
         change = each_product(self.inverse, w)
         moves = np.abs(
-            each_product(
-                self.inverse, np.broadcast_to(signs(stack.n, 1)[:, 0], z.shape)
-            )
+            each_product(self.inverse, np.broadcast_to(generic(stack.n), z.shape))
         )
         self.z = z - change
         rows = (

@@ -565,3 +565,36 @@ def test_a_kink_beside_an_equation_stated_twice_has_one_sided_derivatives() -> N
         assert found.kinks == [2]
     found = result.derivative(dq=[0, 0, -1, 0, 0], one_sided=True, J=J)
     assert found.z == pytest.approx((-1 / 3, -1 / 3, 2 / 3), abs=1e-12)
+
+
+@pytest.mark.parametrize("factor", [-1, 1, 2])
+def test_an_equation_stated_twice_is_noticed_whatever_its_place_and_sign(
+    factor: int,
+) -> None:
+    """Only the multipliers of the two have no derivatives; the whole solution has none,
+    also in a batch."""
+    for seed in range(25):
+        random = np.random.default_rng(seed)
+        n = int(random.integers(3, 7))
+        B, A = random.integers(-5, 6, (n, n)), random.integers(-5, 6, (n - 2, n))
+        first, second = int(random.integers(n - 2)), int(random.integers(n - 1))
+        A = np.insert(A, second, factor * A[first], axis=0)
+        twice = [n + second, n + first + (second <= first)]
+        b = A @ random.integers(-5, 6, n)
+        problem = lcpcli.from_qp(
+            B.T @ B + np.eye(n), np.ones(n), A, row_lower=b, row_upper=b, lower=None
+        )
+        result = lcpcli.run(problem)
+        assert result.solved
+        for i, J in enumerate(np.eye(problem.n)[:, np.newaxis]):
+            if i in twice:
+                with pytest.raises(DerivativeError, match="which differ in J z"):
+                    result.gradient([1.0], J=J)
+            else:
+                result.gradient([1.0], J=J)
+        g = np.ones(problem.n)
+        with pytest.raises(DerivativeError, match="is singular"):
+            result.gradient(g)
+        M, q = problem.M[np.newaxis], problem.q[np.newaxis]
+        batch = lcpcli.solve_many(M, q, lower=-np.inf, upper=np.inf)
+        assert np.isnan(batch.gradient(g, unsolved="nan").q).all()
