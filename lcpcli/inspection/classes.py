@@ -65,6 +65,7 @@ from lcpcli.inspection.verdict import (
     text_of,
 )
 from lcpcli.linalg import matrices
+from lcpcli.linalg.doubles import EPS
 from lcpcli.linalg.patterns import affordable
 from lcpcli.linalg.units import half_power
 from lcpcli.rational import elimination, numbers
@@ -568,6 +569,8 @@ def definiteness(S: Matrix) -> Definiteness:
         return Definiteness(YES if rank == n else NO, YES)
     if (within := semidefinite_by_rounding(S)) is not None:
         return Definiteness(UNDECIDED, UNDECIDED, within)
+    if _is_clearly_indefinite(S):
+        return Definiteness(NO, NO)
     steps = LEAST_DEFINITENESS_STEPS + DEFINITENESS_STEPS / n**3
     found = verdict.classify(S, "positive_semidefinite", steps)
     words = (
@@ -577,6 +580,19 @@ def definiteness(S: Matrix) -> Definiteness:
     if semidefinite == UNDECIDED and n <= MOST_FLOAT_ROWS:
         within = semidefinite_within(S)
     return Definiteness(definite, semidefinite, within)
+
+
+@np.errstate(all="ignore")
+def _is_clearly_indefinite(S: Matrix) -> bool:
+    """Return whether a broken factorization of a symmetric S yields a v with v'Sv < 0,
+    whatever the rounding of products and of the entries of S."""
+    if not S.diagonal().min() > 0 or not affordable(S):
+        return False
+    v = proof_of_definiteness(S)[1]
+    if v is None:
+        return False
+    terms = float(np.abs(v) @ matrices.absolute_product(S, np.abs(v)))
+    return float(v @ matrices.product(S, v)) < -4 * (v.size + 4) * EPS * terms
 
 
 @np.errstate(all="ignore")

@@ -50,7 +50,7 @@ import numpy as np
 
 from lcpcli.clock import imports
 from lcpcli.errors import DerivativeError, ParameterError, ProblemError, unknown
-from lcpcli.linalg.doubles import EPS, ROW_ROUNDING, distinct
+from lcpcli.linalg.doubles import EPS, ROW_ROUNDING, distinct, generic
 from lcpcli.linalg.factors import (
     SingularMatrix,
     TwoWay,
@@ -60,13 +60,17 @@ from lcpcli.linalg.factors import (
 )
 from lcpcli.linalg.matrices import (
     absolute_product,
-    column_maxima,
     dense,
     product,
     scaled,
 )
 from lcpcli.linalg.threads import with_limited_threads
-from lcpcli.linalg.units import LEAST_DIGITS, PseudoInverse
+from lcpcli.linalg.units import (
+    LEAST_DIGITS,
+    LEAST_SINGULAR_VALUE,
+    PseudoInverse,
+    largest_growth,
+)
 from lcpcli.model.arrays import FROM_0, as_matrix, as_square, as_vector, by_names
 from lcpcli.model.box import Box
 from lcpcli.model.problem import Problem
@@ -166,7 +170,8 @@ def derivative(
     dz = moved_bounds(problem.box, at.upper, *moves)
     dz[at.basic] = 0.0
     right = product(problem.M, dz) + change
-    if rows is not None:
+    leaves_kinks = one_sided and at.kinks.size > 0
+    if rows is not None and not leaves_kinks:
         terms = absolute_product(problem.M, np.abs(dz)) + np.abs(change)
         if dM is not None:
             terms += absolute_product(as_square("dM", dM, problem.n)[0], np.abs(at.z))
@@ -174,7 +179,8 @@ def derivative(
     dz[at.basic] = 0.0 - at.solve(right[at.basic])
     regular = True if at.block is None else None
     if at.kinks.size:
-        regular = _leave_kinks(at, dz, change) if one_sided else None
+        same_M = rows if dM is None else None  # another M may not be monotone
+        regular = _leave_kinks(at, dz, change, same_M) if one_sided else None
     dw = product(problem.M, dz) + change
     dw[at.basic] = 0.0
     if rows is not None:
@@ -226,10 +232,13 @@ def _place(indices: list[int]) -> str:
     return "".join(f"[{i}]" for i in indices)
 
 
-def _leave_kinks(at: Linearization, dz: Vector, change: Vector) -> bool | None:
+def _leave_kinks(
+    at: Linearization, dz: Vector, change: Vector, J: Matrix | None
+) -> bool | None:
     """Change dz from that with all kinks at their bounds to the one-sided one; return
     whether S is proved to be a P-matrix, so that this is the only one, or None. Raise
-    DerivativeError if S is no P-matrix, or if none was found.
+    DerivativeError if S is no P-matrix and J z need not be the same for all solutions,
+    or if none was found.
 
     With dz_K = its bound + D y for the signs D = 1 at lower bounds and -1 at upper
     ones, y solves the LCP with D S D and D (dw)_K, where dw is that for y = 0. All this
@@ -237,6 +246,9 @@ def _leave_kinks(at: Linearization, dz: Vector, change: Vector) -> bool | None:
     only if S is.
     """
     M, B, K = at.problem.M, at.basic, at.kinks
+    if at.block is not None:  # there is no S, but J z may be unique
+        _move_together(at, dz, change)
+        return None
     R, C = at.problem.units.diagonals()
     columns, D = dense(M[:, K]) * C[K], np.where(at.upper[K], -1.0, 1.0)
     through = at.solve(columns[B])
@@ -247,23 +259,64 @@ def _leave_kinks(at: Linearization, dz: Vector, change: Vector) -> bool | None:
         scaled(M[both][:, both], R[both], C[both])
     ):  # then S is one too
         regular = _is_p_matrix(S, R[K] * _rounding(at, columns, through))
-    several = "so that problems near this one have several solutions near z, or none"
-    if regular is False:
+    if regular is False and (J is None or not at.has_one_image(J)):
+        several = (
+            "so that problems near this one have several solutions near z, or none"
+        )
         raise DerivativeError(
             "", f"no derivative, as the solution is not strongly regular, {several}"
         )
-    with imports:
-        from lcpcli.solving.call import run
-    found = run(
+    if not regular:  # S may be singular, and then its rounding may decide
+        _move_together(at, dz, change)
+        return None
+    y = _solution(
         Problem(D[:, np.newaxis] * S * D, D * R[K] * (product(M, dz) + change)[K])
     )
+    dz[K] += D * C[K] * y
+    dz[B] -= through @ (D * y)
+    return regular
+
+
+def _move_together(at: Linearization, dz: Vector, change: Vector) -> None:
+    """Change dz to a one-sided one by the mixed problem for B and K at once; raise
+    DerivativeError if there is none.
+
+    Of equations w_B = 0 that follow from others, which may keep kinks at their bounds,
+    rounding would make further ones: they are left out, with their variables. If u has
+    (u_B)'M_BP = 0 for P, the union of B and K, then u'M_PP u = 0, and if M is monotone
+    also (M_PP + M_PP')u = 0: so M_PP u = 0, and z + u is as good as z.
+    """
+    problem, B = at.problem, at.basic
+    left_out = B[:0] if at.block is None else at.dependent_equations()
+    dz[B] = 0.0
+    is_free, is_moved = np.zeros((2, problem.n), dtype=bool)
+    is_free[B] = is_moved[B] = is_moved[at.kinks] = True
+    is_moved[left_out] = False
+    P = np.flatnonzero(is_moved)
+    is_free = is_free[P]
+    R, C = (D[P] for D in problem.units.diagonals())
+    D = np.where(at.upper[P] & ~is_free, -1.0, 1.0)
+    rows = (product(problem.M, dz) + change)[P]
+    lower = np.where(is_free, -np.inf, 0.0)
+    M = scaled(problem.M[P][:, P], D * R, D * C)
+    dz[P] += D * C * _solution(Problem(M, D * R * rows, lower=lower))
+    left = np.abs(product(problem.M, dz) + change)
+    terms = absolute_product(problem.M, np.abs(dz)) + np.abs(change)
+    if (left > SMALL_CHANGE * terms)[left_out].any():
+        raise contradiction()
+
+
+def _solution(problem: Problem) -> Vector:
+    """Return the solution of a problem in changes; raise DerivativeError if none is
+    found."""
+    with imports:
+        from lcpcli.solving.call import run
+    found = run(problem)
     if not found.solved:
         raise DerivativeError(
             "", f"no derivative was found in this direction: {found.message}"
         )
-    dz[K] += D * C[K] * found.z
-    dz[B] -= through @ (D * found.z)
-    return regular
+    return found.z
 
 
 def _rounding(at: Linearization, columns: Vector, through: Vector) -> Vector:
@@ -321,6 +374,14 @@ def linearization(result: Result, or_singular: bool) -> Linearization:
         found = Linearization(result.problem, result.z, or_singular)
     result.linearizations.append(found)
     return found
+
+
+def contradiction() -> DerivativeError:
+    fault = "M, q and the bounds change so that equations w = 0 contradict each other"
+    return DerivativeError(
+        "",
+        f"no derivative in this direction: {fault}, and one of them has to give way",
+    )
 
 
 class Linearization:
@@ -401,7 +462,7 @@ class Linearization:
         change = self._factors(w[B])
         z[B] -= change
         if self.block is None:
-            moves = self._factors(signs(B.size, 1)[:, 0])
+            moves = self._factors(generic(B.size))
             full = np.zeros((2, z.size))
             full[:, B] = np.abs((change, moves))
             spare = room(problem.box, z, w, basic)
@@ -432,17 +493,8 @@ class Linearization:
             * signs(z.size)
         )
         if B.size and self.block is None:
-            block = M[B][:, B]
-            known = 1 / column_maxima(block)
-            natural = (
-                ROW_ROUNDING
-                * absolute_product(block, known)[:, np.newaxis]
-                * signs(B.size)
-            )
-            if (
-                not np.abs(self._factors(natural) / known[:, np.newaxis]).max()
-                < LEAST_DIGITS
-            ):
+            growth = largest_growth(M[B][:, B], self._factors)
+            if not growth * ROW_ROUNDING < LEAST_DIGITS:
                 raise SingularMatrix
         if B.size:
             moved = self._factors(changes[B])
@@ -495,20 +547,47 @@ class Linearization:
             else block.determines(dense(J[:, S]))
         )
 
+    def dependent_equations(self) -> Indices:
+        """Return those of B whose equations w_i = 0 follow from others, up to rounding,
+        when the variables of B and of kinks change."""
+        with imports:
+            from scipy.linalg import qr
+        B, P = self.basic, distinct(np.concatenate((self.basic, self.kinks)))
+        R, C = self.problem.units.diagonals()
+        rows = dense(scaled(self.problem.M[B][:, P], R[B], C[P]))
+        T, order = qr(np.asarray(rows).T, mode="r", pivoting=True)
+        pivots = np.abs(T.diagonal())
+        rank = np.count_nonzero(pivots > LEAST_SINGULAR_VALUE * pivots[0])
+        return np.asarray(B[order[rank:]])
+
+    def has_one_image(self, J: Any) -> bool:
+        """Return whether J z, for J of shape (k, n), is known to be the same for all
+        solutions near z of any problem near this one with the same M.
+
+        (z - z')'M(z - z') <= 0 for any two solutions z and z'. If M is monotone, (M +
+        M')(z - z') = 0 then: Cottle, Pang, Stone, theorem 3.1.7. So the x of a program
+        is one if Q is definite, whatever its multipliers are.
+        """
+        with imports:
+            from lcpcli.inspection.classes import definiteness
+            from lcpcli.inspection.verdict import YES
+        P = distinct(np.concatenate((self.basic, self.kinks)))
+        M = self.problem.M[P][:, P]
+        S = M + M.T
+        if P.size > MOST_DENSE or definiteness(S).semidefinite != YES:
+            return False
+        try:
+            block = PseudoInverse(np.asarray(dense(S)))
+        except SingularMatrix:
+            return False
+        return bool(block.determines(dense(J[:, P])).all())
+
     def refuse_contradiction(self, change: Vector, terms: Vector) -> None:
         """Raise DerivativeError unless w = 0 can be solved for these changes, which are
         sums of these terms."""
         for P, block in ((self.basic, self.block), self._active):
             if block is not None and not block.is_consistent(change[P], terms[P]):
-                fault = (
-                    "M, q and the bounds change so that equations w = 0 contradict "
-                    "each other"
-                )
-                raise DerivativeError(
-                    "",
-                    f"no derivative in this direction: {fault}, and one of them "
-                    "has to give way",
-                )
+                raise contradiction()
 
 
 def are_clear(
@@ -525,8 +604,9 @@ def are_clear(
     shape (n, m).
 
     change : how far z has been changed since w, and what is to spare, were computed.
-    moves : |M_BB^-1 v| for some v of signs. Both 0 where not basic. largest, largest_q
-    : the largest |M_ij| and |q_i|.
+    moves : |M_BB^-1 v| for a generic v: one of signs may be orthogonal to the null
+    vectors of a singular M_BB', and then shows nothing of it. Both 0 where not basic.
+    largest, largest_q : the largest |M_ij| and |q_i|.
     """
     z, crude = np.abs(z), CLEAR * ROW_ROUNDING
     largest_z, total = z.max(axis=0, initial=0.0), largest * moves.sum(axis=0)
@@ -557,9 +637,7 @@ class Linearizations:
         self.inverse = principal_inverses(stack.M, self.basic)
         change = each_product(self.inverse, w)
         moves = np.abs(
-            each_product(
-                self.inverse, np.broadcast_to(signs(stack.n, 1)[:, 0], z.shape)
-            )
+            each_product(self.inverse, np.broadcast_to(generic(stack.n), z.shape))
         )
         self.z = z - change
         rows = (

@@ -20,7 +20,7 @@ from numpy.random import Generator
 from scipy import sparse
 
 from lcpcli.gallery import families
-from lcpcli.inspection.classes import semidefinite_rank
+from lcpcli.inspection.classes import definiteness, semidefinite_rank
 from lcpcli.inspection.verdict import (
     CLASSES,
     NO,
@@ -186,6 +186,25 @@ def test_rounding_decides_nothing_about_definiteness(
     assert classify(transform(M - lower))["positive_definite"].word == (
         YES if k == n else NO
     )
+
+
+@pytest.mark.parametrize("transform", [np.array, sparse.csr_array])
+@pytest.mark.parametrize("seed", range(20))
+def test_a_matrix_that_is_indefinite_by_more_than_rounding_is_called_so(
+    seed: int, transform: Callable[[Any], Any]
+) -> None:
+    """In the units of its diagonal, by 1e-8 to 1e-3, at sizes at which no time for
+    exact arithmetic is left."""
+    random = np.random.default_rng(seed)
+    n = int(random.integers(30, 60))
+    B = random.standard_normal((n, int(random.integers(1, n))))
+    S = B @ B.T
+    S /= np.sqrt(np.outer(np.diag(S), np.diag(S)))
+    v = np.linalg.eigh(S)[1][:, 0]
+    D = 10 ** random.uniform(-5, 5, n)
+    S = D[:, np.newaxis] * (S - 10 ** random.uniform(-8, -3) * np.outer(v, v)) * D
+    found = definiteness(transform((S + S.T) / 2))
+    assert found == (NO, NO, None)
 
 
 def spd(random: Generator, n: int) -> Any:

@@ -227,15 +227,16 @@ def test_kinks_do_not_depend_on_units(scaled: bool) -> None:
     assert np.abs(found.z * C - other.z).max() <= 1e-9 * np.abs(other.z).max()
 
 
-@pytest.mark.parametrize(("far", "is_proved"), [(4e-16, None), (1e-13, True)])
-def test_a_complement_that_may_be_rounding_proves_no_regularity(
-    far: float, is_proved: bool | None
-) -> None:
-    result = lcpcli.run(
-        Problem([[0.1, 0.3], [1, 3 * (1 + far)]], [-0.1, -1]), z0=[1, 0]
+def test_a_complement_that_may_be_rounding_gives_no_direction() -> None:
+    """1e-13 is far above rounding, 4e-16 is not: 1 over it is no derivative."""
+    nearly, singular = (
+        lcpcli.run(Problem([[0.1, 0.3], [1, 3 * (1 + far)]], [-0.1, -1]), z0=[1, 0])
+        for far in (1e-13, 4e-16)
     )
-    found = result.derivative(dq=[0, -1], one_sided=True)
-    assert (found.kinks, found.strongly_regular) == ([1], is_proved)
+    found = nearly.derivative(dq=[0, -1], one_sided=True)
+    assert (found.kinks, found.strongly_regular) == ([1], True)
+    with pytest.raises(DerivativeError, match="no derivative was found in this"):
+        singular.derivative(dq=[0, -1], one_sided=True)
 
 
 @pytest.mark.parametrize("power", [-12, -6])
@@ -565,3 +566,75 @@ def test_a_kink_beside_an_equation_stated_twice_has_one_sided_derivatives() -> N
         assert found.kinks == [2]
     found = result.derivative(dq=[0, 0, -1, 0, 0], one_sided=True, J=J)
     assert found.z == pytest.approx((-1 / 3, -1 / 3, 2 / 3), abs=1e-12)
+
+
+@pytest.mark.parametrize("factor", [-1, 1, 2])
+def test_an_equation_stated_twice_is_noticed_whatever_its_place_and_sign(
+    factor: int,
+) -> None:
+    """Only the multipliers of the two have no derivatives; the whole solution has none,
+    also in a batch."""
+    for seed in range(25):
+        random = np.random.default_rng(seed)
+        n = int(random.integers(3, 7))
+        B, A = random.integers(-5, 6, (n, n)), random.integers(-5, 6, (n - 2, n))
+        first, second = int(random.integers(n - 2)), int(random.integers(n - 1))
+        A = np.insert(A, second, factor * A[first], axis=0)
+        twice = [n + second, n + first + (second <= first)]
+        b = A @ random.integers(-5, 6, n)
+        problem = lcpcli.from_qp(
+            B.T @ B + np.eye(n), np.ones(n), A, row_lower=b, row_upper=b, lower=None
+        )
+        result = lcpcli.run(problem)
+        assert result.solved
+        for i, J in enumerate(np.eye(problem.n)[:, np.newaxis]):
+            if i in twice:
+                with pytest.raises(DerivativeError, match="which differ in J z"):
+                    result.gradient([1.0], J=J)
+            else:
+                result.gradient([1.0], J=J)
+        g = np.ones(problem.n)
+        with pytest.raises(DerivativeError, match="is singular"):
+            result.gradient(g)
+        M, q = problem.M[np.newaxis], problem.q[np.newaxis]
+        batch = lcpcli.solve_many(M, q, lower=-np.inf, upper=np.inf)
+        assert np.isnan(batch.gradient(g, unsolved="nan").q).all()
+
+
+def at_a_vertex(random: np.random.Generator) -> tuple[Any, Any, Any]:
+    """Q, A and c of min x'Qx / 2 + c'x with its minimum at x = 0. The first three rows
+    are A_i x = 0, the others A_i x >= 0; some follow from others."""
+    n = int(random.integers(3, 6))
+    A = random.normal(size=(2, n))
+    A = np.vstack((A, A[0] - A[1], 2 * A[0], random.integers(-2, 3, (n - 1, n))))
+    A = np.vstack((A, A[4] + A[5]))
+    B = random.normal(size=(n, n))
+    y = np.concatenate((random.normal(size=3), random.integers(0, 2, len(A) - 3)))
+    return B @ B.T + np.eye(n), A, A.T @ y
+
+
+@pytest.mark.parametrize("seed", range(25))
+def test_x_has_one_sided_derivatives_where_several_multipliers_are_at_a_kink(
+    seed: int,
+) -> None:
+    """At a vertex in which more rows meet than determine it, for changes of c. The
+    derivative is the solution of the program on the critical cone (J. F. Bonnans, A.
+    Shapiro, Perturbation Analysis of Optimization Problems, 2000, chapter 5): here one
+    with the same rows, and c'd = 0 added."""
+    random = np.random.default_rng(seed)
+    Q, A, c = at_a_vertex(random)
+    n, m = len(c), len(A)
+    high = np.where(np.arange(m) < 3, 0.0, np.inf)
+    program = {"row_lower": np.zeros(m), "row_upper": high, "lower": None}
+    result = lcpcli.run(lcpcli.from_qp(Q, c, A, **program))
+    assert np.abs(result.z[:n]).max() <= 1e-12
+    change = random.normal(size=n)
+    found = result.derivative(
+        dq=np.append(change, np.zeros(result.problem.n - n)),
+        one_sided=True,
+        J=np.eye(n, result.problem.n),
+    )
+    sides = {"row_lower": np.zeros(m + 1), "row_upper": np.append(high, 0)}
+    cone = lcpcli.from_qp(Q, change, np.vstack((A, c)), **sides, lower=None)
+    d = lcpcli.run(cone).z[:n]
+    assert found.z == pytest.approx(d, abs=1e-9)
