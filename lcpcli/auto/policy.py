@@ -29,7 +29,6 @@ from lcpcli.linalg import factors
 from lcpcli.linalg.doubles import SMALL_DISTANCE, is_finite
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.methods import stages
-from lcpcli.methods.final_states import MOST_DECIDED, confirmed, is_doubtful
 from lcpcli.methods.newton import from_start
 from lcpcli.methods.stages import (
     Ending,
@@ -49,7 +48,8 @@ from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import rounded, rounded_direction
 from lcpcli.rational.tree import solution_search
 from lcpcli.typing import Vector
-from lcpcli.verify import certificate, measure
+from lcpcli.verify import measure
+from lcpcli.verify.acceptance import AS_IT_IS, PROVED, Extent, accepted
 from lcpcli.verify.certificate import (
     EXHAUSTION_EFFORT,
     Certificate,
@@ -57,8 +57,9 @@ from lcpcli.verify.certificate import (
     is_clear,
     proves_infeasible,
 )
-from lcpcli.verify.exact_solution import from_point, is_rounded_solution, refined
+from lcpcli.verify.exact_solution import from_point, refined
 from lcpcli.verify.farkas import farkas_vector
+from lcpcli.verify.final_states import MOST_DECIDED, is_doubtful
 from lcpcli.verify.point import Criterion, Point
 
 REFINED = "refined"
@@ -77,6 +78,10 @@ LOST_BY_ROUNDING = (
     "there is a solution, but its nearest doubles do not solve the problem"
 )
 UNDECIDED_IN_TIME = "exact arithmetic did not decide the problem in time"
+# What is asked of a point that a search may end at: whether a solution near it is
+# proved; the run asks whether anything speaks against it. And of one whose rows may
+# hide terms: whether exact arithmetic confirms it.
+IF_PROVED, EXACT = Extent(PROVED), Extent(AS_IT_IS, is_exact=True)
 NOTHING = list[Fraction]()  # after all nodes of a tree without a solution
 # Of the tree, in counted work: what it does at first, in which it decides nearly all
 # problems; after turns of other methods it goes on, each time with twice that or the
@@ -156,13 +161,10 @@ def _searched(problem: Problem, x0: Vector, milp: bool = True, **how: Any) -> St
     search: Search = partial(_search, milp=milp, **how)
     ending = yield from turns.take("", stages.from_reference(problem, x0, search))
     if isinstance(ending, Finished) and problem.reference_z is not None:
-        point = Point(Criterion(problem), problem.box.z_of(turns.last.x))
-        if point.solution() is None:
-            doubt = certificate.settled(problem, point.z, point.criterion.tol)
-            if doubt is None or doubt.fault:
-                ending = yield from turns.take(
-                    "", search(problem, Turns(x0), tried=None)
-                )
+        z = problem.box.z_of(turns.last.x)
+        found = accepted(problem, [z], Criterion(problem).tol, IF_PROVED)
+        if found is None or not found.solved:
+            ending = yield from turns.take("", search(problem, Turns(x0), tried=None))
     if milp and isinstance(ending, stages.Undecided):
         return (
             yield from turns.take("milp", stages.begin("milp", problem, turns.last.x))
@@ -254,14 +256,17 @@ def _improved(
     if problem.n <= measure.FEW_UNKNOWNS:
         return isinstance((yield from exactly(problem, turns)), Finished)
     box = problem.box
-    z, fault = certificate.enclosed(problem, box.z_of(turns.last.x), tol)
-    if not fault:
-        x = box.x_within(z, problem.w(z), box.basis_at(z))
-        turns.last = turns.last._replace(x=x, F=None, step=REFINED, signs_final=True)
-        yield turns.last
-        return True
-    # Which refinement in doubles might move.
-    if is_rounded_solution(problem, box.z_of(turns.last.x)):
+    z = box.z_of(turns.last.x)
+    found = accepted(problem, [z], tol, IF_PROVED)
+    if found is not None and found.solved:
+        if found.point.z is not z:
+            # Which refinement in doubles might move.
+            z = found.point.z
+            x = box.x_within(z, problem.w(z), box.basis_at(z))
+            turns.last = turns.last._replace(
+                x=x, F=None, step=REFINED, signs_final=True
+            )
+            yield turns.last
         return True
     for _ in range(MOST_REFINEMENTS):
         before, basis = turns.last.x, box.basis_of(turns.last.x)
@@ -272,7 +277,8 @@ def _improved(
         yield turns.last
         if np.array_equal(x, before):
             break
-    return is_rounded_solution(problem, problem.box.z_of(turns.last.x))
+    found = accepted(problem, [box.z_of(turns.last.x)], tol, IF_PROVED)
+    return found is not None and found.solved
 
 
 # Of all rows: with no more than one entry, from which on presolve may help the best
@@ -462,23 +468,20 @@ def _without_doubt(
     while isinstance(step := advance(stage), Iterate):
         turns.last = step = step._replace(evaluations=done + step.evaluations)
         z = problem.box.z_of(step.x)
-        if (
-            step.signs_final
-            and is_doubtful(problem, z)
-            and Point(Criterion(problem), z).solves()
-        ):
-            found = confirmed(problem, z, step.basis)
-            if found is not None and found.z is not z:
-                x = problem.box.x_of(found.z, problem.w(found.z))
-                yield Iterate(
-                    x, None, "exact", step.evaluations, "exact", basis=found.basis
-                )
-            elif found is None:
-                ending = yield from exactly(
-                    problem, Turns(step.x, step.evaluations), tree
-                )
-                if not isinstance(ending, Stalled):
-                    return ending
+        found = None
+        if step.signs_final and is_doubtful(problem, z):
+            point = Point(Criterion(problem), z)
+            found = accepted(problem, [point], point.criterion.tol, EXACT, step.basis)
+        if found is not None and not found.solved:
+            ending = yield from exactly(problem, Turns(step.x, step.evaluations), tree)
+            if not isinstance(ending, Stalled):
+                return ending
+        elif found is not None and found.point is not point:
+            z = found.point.z
+            x = problem.box.x_of(z, problem.w(z))
+            yield Iterate(
+                x, None, "exact", step.evaluations, "exact", basis=found.basis
+            )
         yield step
     return step
 
@@ -546,9 +549,8 @@ def _exact(problem: Problem, z: Vector, tree: Tree | None) -> Stage:
         x = problem.box.x_of(exact_z, exact_w)
         yield Iterate(x, None, "exact", 1)
         near = problem.box.z_of(x)
-        if Point(Criterion(problem), near).solves() or is_rounded_solution(
-            problem, near
-        ):
+        found = accepted(problem, [near], Criterion(problem).tol, IF_PROVED)
+        if found is not None and found.solved:
             return Finished()
         reason = LOST_BY_ROUNDING
     if tree is None or not tree.is_decided or tree.solution is not None:

@@ -26,7 +26,11 @@ from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import ROUNDED_ZERO, ROW_ROUNDING, row_sizes
 from lcpcli.linalg.factors import each_product, principal_inverses
 from lcpcli.linalg.matrices import TINY_TERMS, is_narrow, is_sparse, row_errors
-from lcpcli.methods.final_states import (
+from lcpcli.model.box import BASIC, Box
+from lcpcli.model.problem import Problem
+from lcpcli.model.program import Program
+from lcpcli.typing import Indices, Mask, Matrix, States, Vector
+from lcpcli.verify.final_states import (
     HIDDEN_TERM,
     LONG_NUMBER,
     confirmed,
@@ -34,10 +38,6 @@ from lcpcli.methods.final_states import (
     is_doubtful,
     without_rounding,
 )
-from lcpcli.model.box import BASIC, Box
-from lcpcli.model.problem import Problem
-from lcpcli.model.program import Program
-from lcpcli.typing import Indices, Mask, Matrix, States, Vector
 from lcpcli.verify.measure import FEW_UNKNOWNS
 
 MOST_UNKNOWNS = 100

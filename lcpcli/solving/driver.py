@@ -33,7 +33,8 @@ from lcpcli.solving import direct_run
 from lcpcli.solving.direct_run import Session
 from lcpcli.solving.result import Result, Status
 from lcpcli.typing import Vector, VectorLike
-from lcpcli.verify.point import Criterion, Point
+from lcpcli.verify.acceptance import Extent, accepted
+from lcpcli.verify.point import Criterion
 
 if TYPE_CHECKING:
     from lcpcli.methods.stages import Iterate, Stage
@@ -316,27 +317,13 @@ def _stage(
 
 @np.errstate(all="ignore")
 def verified(result: Result) -> Result:
-    """Return the result with `verified` set, by the relative residual of z, recomputed,
-    or else by exact arithmetic."""
+    """Return the result with `verified` set: whether z, measured again, is accepted as
+    it is."""
     if not result.solved:
         return result
-    with imports:
-        from lcpcli.verify.certificate import enclosed
-        from lcpcli.verify.exact_solution import (
-            is_rounded_difference,
-            is_rounded_solution,
-        )
-    own = problem, z, tol = result.problem, result.z, result.tol
-    holds = (
-        Point(Criterion(problem, tol), z, is_admissible=False).solution() is not None
-    )
-    holds = (
-        holds
-        or is_rounded_difference(*own)
-        or not enclosed(*own)[1]
-        or is_rounded_solution(problem, z)
-    )
-    return replace(result, verified=holds)
+    extent = Extent(as_given=True)
+    found = accepted(result.problem, [result.z], result.tol, extent)
+    return replace(result, verified=found is not None and found.solved)
 
 
 def with_bound(result: Result) -> Result:

@@ -223,6 +223,7 @@ class NonlinearPoint(Point):
     """A z with its measures; w : F(z). noise : of each row of F, 0 as long as it is not
     needed."""
 
+    is_linear = False
     slopes: Slopes | None
 
     def __init__(
@@ -386,6 +387,14 @@ class NonlinearPoint(Point):
             self.given, z, rounding(problem.values, problem.box, z, MOST_NOISE)
         )
         return other if other.solves() else None
+
+    def alternatives(self) -> Generator[Point, None, None]:
+        """Yield points that may be accepted in place of this one: itself up to the
+        noise of F, and points without what rounding leaves of zeros."""
+        own = self.solution()
+        if own is not None:
+            yield own
+        yield from self.cleaned()
 
     @each_step(all="ignore")
     def cleaned(self) -> Generator[NonlinearPoint, None, None]:

@@ -89,7 +89,7 @@ class Criterion:
     default there is none.
     """
 
-    is_linear = True  # whether exact arithmetic may decide
+    is_linear = True  # whether the problem of its points is
 
     def __init__(
         self,
@@ -207,6 +207,7 @@ class Point:
         (see above).
     """
 
+    is_linear = True  # so that exact arithmetic may decide
     _product: Vector | None = None
     negligible: Sequence[int] = ()
 
@@ -327,16 +328,16 @@ class Point:
     def counted_as_0(self) -> str:
         """Return which entries of q count as 0, as a clause for the user; "" if there
         are none."""
+        if not self.negligible:
+            return ""
         named = [
             f"q{i + 1} = {self.criterion.problem.q[i]:.1e}"
             for i in self.negligible[:MOST_NAMED]
         ]
         more = len(self.negligible) - len(named)
-        return (
-            f"counting {listed([*named, *[f'{more} more of q'] * (more > 0)])} as 0"
-            if named
-            else ""
-        )
+        if more:
+            named.append(f"{more} more of q")
+        return f"counting {listed(named)} as 0"
 
     @property
     @np.errstate(all="ignore")

@@ -17,8 +17,8 @@ from lcpcli import Problem, Status, check, from_qp, run
 from lcpcli.gallery import families
 from lcpcli.model.right_hand_sides import Columns
 from lcpcli.typing import Vector
-from lcpcli.verify.certificate import is_run_off
 from lcpcli.verify.measure import NEGLIGIBLE_ROUNDING, Measure
+from lcpcli.verify.nearby_solutions import is_run_off
 from lcpcli.verify.point import Criterion, Point
 
 from .. import exact_measure, mixed_problems
