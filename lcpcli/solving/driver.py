@@ -151,6 +151,7 @@ def run(
             session.callback or callback,
         )
         loop.interrupted = session.interrupted
+        loop.finishes = method == "auto" or finish
         return _of(original, ended(loop, stage, in_force | additions), compiled)
 
 

@@ -69,7 +69,9 @@ NEAR_THE_CRITERION = Extent(WITHOUT_ROUNDING)
 class Loop:
     """The state of one run. The residual bound of an iterate is a bound on its relative
     residual that F gives at no cost, or else the residual. kept : the trace and the
-    curve. interrupted : whether Ctrl-C has come, also before."""
+    curve. interrupted : whether Ctrl-C has come, also before. finishes : whether a
+    solution with other small entries is answered in place of an iterate, as by
+    `auto`."""
 
     criterion: Criterion
     method: str
@@ -80,6 +82,7 @@ class Loop:
     last: Vector
     callback: Callback | None = None
     interrupted: bool = False
+    finishes: bool = False
     k: int = -1
     evaluations: int = 0
     extra: int = 0
@@ -373,7 +376,12 @@ class Loop:
             seconds = self.limits.time_limit - self.stopwatch.elapsed()
             found = self._accepted(
                 [last, best],
-                Extent(first=PROVED, seconds=seconds, refutation=refutation),
+                Extent(
+                    first=PROVED,
+                    keeps=not self.finishes,
+                    seconds=seconds,
+                    refutation=refutation,
+                ),
             )
         if found is not None and found.verdict != "doubt":
             self.certificate = found.certificate or self.certificate

@@ -58,6 +58,8 @@ class Extent(NamedTuple):
     """How far `accepted` goes.
 
     first, last : the decisions with which it begins and ends.
+    keeps : whether a point itself is answered where a solution beside it has other
+        small entries, as for a method by name.
     as_given : whether a point itself is to be judged, which may differ from a solution
         by no more than the tolerance; else what it leads to may be answered in its
         place.
@@ -70,6 +72,7 @@ class Extent(NamedTuple):
     last: int = UNREFUTED
     first: int = AS_IT_IS
     as_given: bool = False
+    keeps: bool = False
     is_exact: bool = False
     seconds: float = math.inf
     refutation: Certificate | None = None
@@ -103,7 +106,9 @@ def accepted(
     4. An exact solution is proved to exist near it: it is the sum of a reference point
        and a distance that has more digits than doubles hold; or it violates no row by
        its own terms, and the basic solution of its states is enclosed; or it is the
-       exact solution up to its last digits (`nearby_solutions`).
+       exact solution up to its last digits (`nearby_solutions`); or it differs from
+       that solution by no more than tol of its largest entry, where it decays
+       (`small_entries`).
     5. And nothing speaks against that solution: where it might not exist for entries of
        M that differ by their rounding, a proof that the problem is infeasible up to
        rounding is sought. If there is one, the problem is ill-posed.
@@ -244,7 +249,29 @@ def _near(point: Point, points: Sequence[Point], extent: Extent) -> Acceptance |
             if largest <= tol or is_rounding:
                 return Acceptance(point, DIFFERS.format(largest))
             doubt = Acceptance(point, DIFFERS.format(largest) + UNEXPLAINED, "doubt")
-    return doubt
+    return _beside(point, points, extent) or doubt
+
+
+def _beside(point: Point, points: Sequence[Point], extent: Extent) -> Acceptance | None:
+    """Return what an exact solution says of a point that differs from it in small
+    entries."""
+    with imports:
+        from lcpcli.verify.certificate import proof_near
+        from lcpcli.verify.small_entries import solution_beside
+    found = solution_beside(point)
+    if found is None:
+        return None
+    if not found.is_stable and extent.last >= UNREFUTED:
+        refutation = proof_near(point.criterion.problem, found.z)
+        if refutation is not None:
+            return _ill_posed(points, refutation)
+    at = Point(point.criterion, found.z)
+    if extent.as_given or extent.keeps:
+        return Acceptance(point, found.statement)
+    if at.solves():
+        return Acceptance(at)
+    again = solution_beside(at)
+    return Acceptance(at, found.statement if again is None else again.statement)
 
 
 def _ill_posed(points: Sequence[Point], refutation: Certificate) -> Acceptance | None:

@@ -5,7 +5,8 @@ given.
 A method leaves a z_j of 1e-17 where 0 is meant, and a row whose terms are all of that
 kind is violated by its own terms, however small these are beside the numbers of the
 problem. So points are tried in which such z_j are at their bounds or at the reference
-point; each of them is then measured as any other.
+point, and multipliers of rows that are not active at 0; each of them is then measured
+as any other.
 
 The q of large problems from other sources has entries like 2e-16 beside 1 that are
 rounding of 0, as they were computed as sums that cancel. An entry counts as 0 if its
@@ -452,6 +453,11 @@ class Point:
             ):
                 break
         for point in points[:]:
+            freed = without_idle_multipliers(measure, point._inside, point._plain.w)
+            if freed is not None:
+                points.append(Point(criterion, criterion.original(freed)))
+                yield points[-1]
+        for point in points[:]:
             used = columns_of(measure, point._rows_of_noise)
             moved = point._inside.copy()
             moved[used] = measure.reference[used]
@@ -531,6 +537,35 @@ def without_small_distances(measure: Measure, z: Vector) -> Vector:
         if not violated.any():
             return cleaned
         is_solved[units.row_part[violated]] = False
+
+
+def without_idle_multipliers(measure: Measure, z: Vector, w: Vector) -> Vector | None:
+    """Return z with 0 in place of those z_j that alone make up the w_i of a z_i between
+    its bounds; None if there are none.
+
+    In a program, z_j is the multiplier of a row between two sides, and z_i = s_i its
+    value. Of the two, one is at its end: s_i at a side, if it is closer to that than
+    z_j to 0 in the units of M, which `on_bounds` has seen to, or else z_j is 0. The row
+    has no other term, so that it is violated completely by the smallest z_j."""
+    data, box = measure.data, measure.data.box
+    low, high = box.vectors(z.size)
+    is_between = (low < z) & (z < high) & (data.q == 0) & (w != 0)
+    if not is_between.any():
+        return None
+    rows = is_between.nonzero()[0]
+    M = data.M[rows]
+    number = (
+        np.bincount(M.nonzero()[0], minlength=rows.size)
+        if is_sparse(M)
+        else np.count_nonzero(M, axis=1)
+    )
+    columns = columns_of(measure, rows[np.equal(number, 1)])
+    columns = columns[(low[columns] <= 0) & (high[columns] >= 0)]
+    if not columns.size:
+        return None
+    freed: Vector = z.copy()
+    freed[columns] = 0.0
+    return freed
 
 
 def columns_of(measure: Measure, rows: Indices) -> Indices:
