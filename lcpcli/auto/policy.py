@@ -14,6 +14,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import suppress
+from dataclasses import replace
 from fractions import Fraction
 from functools import cache, cached_property, partial
 from itertools import chain
@@ -27,7 +28,7 @@ from lcpcli.clock import imports
 from lcpcli.interrupts import TimeIsUp, check, remaining, within
 from lcpcli.linalg import factors
 from lcpcli.linalg.doubles import SMALL_DISTANCE, is_finite
-from lcpcli.linalg.matrices import is_sparse
+from lcpcli.linalg.matrices import accurate_residual, dense, is_sparse
 from lcpcli.methods import stages
 from lcpcli.methods.newton import from_start
 from lcpcli.methods.stages import (
@@ -42,12 +43,14 @@ from lcpcli.methods.stages import (
     advance,
     changed,
 )
+from lcpcli.model.box import BASIC
+from lcpcli.model.changes import Change
 from lcpcli.model.problem import Problem
 from lcpcli.rational.elimination import Effort
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import rounded, rounded_direction
 from lcpcli.rational.tree import solution_search
-from lcpcli.typing import Vector
+from lcpcli.typing import States, Vector
 from lcpcli.verify import measure
 from lcpcli.verify.acceptance import AS_IT_IS, PROVED, Extent, accepted
 from lcpcli.verify.certificate import (
@@ -83,6 +86,9 @@ UNDECIDED_IN_TIME = "exact arithmetic did not decide the problem in time"
 # hide terms: whether exact arithmetic confirms it.
 IF_PROVED, EXACT = Extent(PROVED), Extent(AS_IT_IS, is_exact=True)
 NOTHING = list[Fraction]()  # after all nodes of a tree without a solution
+MOST_PIVOTED_EXACTLY = 100  # unknowns, from states that are nearly right
+# Of a problem with far sides: each leaves fewer of them out.
+MOST_RELAXATIONS = 8
 # Of the tree, in counted work: what it does at first, in which it decides nearly all
 # problems; after turns of other methods it goes on, each time with twice that or the
 # largest share, up to the most in all.
@@ -131,7 +137,7 @@ def auto(
                 change, x0, partial(auto, presolve=presolve, states=states, near=near)
             )
     search = partial(_searched, presolve=presolve, near=near)
-    if problem.may_have_far_bounds:
+    if problem.has_far_sides:
         return _relaxed_first(problem, x0, search, states)
     # Iterates would be in other variables; but piqp has ended.
     if tried and problem.reference_z is not None:
@@ -140,17 +146,82 @@ def auto(
 
 
 def _relaxed_first(problem: Problem, x0: Vector, search: Search, states: bool) -> Stage:
-    """Solve the problem without its far bounds, if it has any, by all methods but milp,
-    and then as given."""
+    """Solve the problem without its far sides by all methods but milp. Those that the
+    answer is beyond, or that keep a proof from holding with them, count the next time:
+    a relaxation without a solution proves nothing. They are first moved nearer, as
+    their size leaves no digits for anything beside them; the states are most often the
+    same. In the end the problem is solved as given.
+
+    A solution within the far sides is one of the problem, which ends the run."""
     with imports:
-        from lcpcli.model.changes import relaxed
-    change, turns = relaxed(problem), Turns(x0)
-    if not change.is_identity:
-        first = partial(small, search=partial(search, milp=False), states=states)
-        ending = yield from turns.take("", changed(change, x0, first))
-        if _is_proof(ending):
-            return ending
+        from lcpcli.model.changes import Relaxed, relaxed
+    turns, first = Turns(x0), partial(small, search=partial(search, milp=False))
+    change = relaxed(problem)
+    for _ in range(MOST_RELAXATIONS):
+        if not isinstance(change, Relaxed):
+            break
+        stage = first(change.problem, change.start(x0), states=states)
+        ending = yield from turns.take("", stages.moved_back(change, stage))
+        if isinstance(ending, Finished) and change.moved.number:
+            yield _with_states_of(turns, relaxed(problem, change.sides, is_moved=False))
+        if not change.sides.number:
+            break
+        met = change.met(turns.last.x)
+        if isinstance(ending, NoSolution):
+            y = ending.certificate.vector
+            if y is not None and proves_infeasible(problem, y):
+                return replace(ending, certificate=infeasible(problem, y))
+            met = change.met(turns.last.x) if y is None else change.needed(y)
+        # If it is not known which of them count, all do.
+        is_known = isinstance(ending, (Finished, NoSolution)) and met.number > 0
+        left = change.sides.without(met if is_known else change.sides)
+        change = relaxed(problem, left)
     return (yield from turns.take("", small(problem, x0, search, states)))
+
+
+def _with_states_of(turns: Turns, change: Change) -> Iterate:
+    """Return the last iterate with the basic solution of its states in the problem of a
+    change."""
+    problem, box = change.problem, change.problem.box
+    basis = turns.last.basis
+    if basis is None:
+        basis = change.original.box.basis_of(turns.last.x)
+    with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+        near = box.z_of(change.start(turns.last.x))
+        z = refined(problem, near, basis)
+        if z is near:
+            # The system is singular, as at a face of minimizers. Where sides have
+            # moved, most often only values of rows change with them.
+            z = _with_values_of_rows(problem, near, basis)
+        if (
+            problem.n <= MOST_PIVOTED_EXACTLY
+            and not Point(
+                Criterion(change.original), change.original.box.project(z)
+            ).solves()
+        ):
+            data = ExactProblem.of_floats(change.original)
+            exact = from_point(data, z, Effort(EXHAUSTION_EFFORT))
+            if exact is not None:
+                z = rounded(exact)
+        x = change.back(box.x_within(z, problem.w(z), basis))
+    turns.last = turns.last._replace(x=x, F=None, step=REFINED, signs_final=True)
+    return turns.last
+
+
+def _with_values_of_rows(problem: Problem, z: Vector, basis: States) -> Vector:
+    """Return z with those basic z_j changed that occur in one row, of a basic z_i,
+    alone, so that w_i = 0 there."""
+    M, z = problem.M, np.where(basis == BASIC, z, problem.box.nonbasic(basis))
+    rows, columns = M.nonzero()
+    number = np.bincount(columns, minlength=z.size)
+    is_alone = (
+        (number[columns] == 1) & (basis[columns] == BASIC) & (basis[rows] == BASIC)
+    )
+    rows, first = np.unique(rows[is_alone], return_index=True)
+    columns = columns[is_alone][first]
+    w = -accurate_residual(M[rows], z, -problem.q[rows])
+    z[columns] -= w / dense(M[rows])[np.arange(rows.size), columns]
+    return z
 
 
 def _searched(problem: Problem, x0: Vector, milp: bool = True, **how: Any) -> Stage:

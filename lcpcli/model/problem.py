@@ -27,10 +27,11 @@ from lcpcli.model.arrays import (
     as_vector,
     own_matrix,
 )
-from lcpcli.model.box import NO_BOUND, ORTHANT, Box, Reference, bounds_of, reference
+from lcpcli.model.box import LEAST_FAR, ORTHANT, Box, Reference, bounds_of, reference
 from lcpcli.typing import BoundLike, Matrix, Vector, VectorLike
 
 if TYPE_CHECKING:
+    from lcpcli.model.far_sides import FarSides
     from lcpcli.model.origins import Origin
     from lcpcli.model.program import Conditions, Program
 
@@ -298,12 +299,24 @@ class Problem:
         return np.zeros(self.n) if self.x0 is None else self.x0
 
     @property
-    def may_have_far_bounds(self) -> bool:
-        """Return whether `changes` has to look for bounds that may stand for infinite
-        ones."""
-        return self.box.is_far or (
-            self.origin is not None and self.sizes_of_q[1] >= NO_BOUND
-        )  # a far side of a row
+    def has_far_sides(self) -> bool:
+        """Return whether some sides most likely stand for infinite ones."""
+        is_far = self.box.is_far
+        if not is_far and self.origin is not None:  # a far side of a row
+            is_far = self.sizes_of_q[1] >= LEAST_FAR
+        return is_far and self.far_sides is not None
+
+    @cached_property
+    def far_sides(self) -> tuple[FarSides, float, float] | None:
+        """Return those sides, and the sizes of the smallest of them and of the largest
+        one that is not far; None if there are none."""
+        with imports:
+            from lcpcli.model.far_sides import far_sides
+        _, q, low, high = conditions_of(self)
+        program, y = self.program_origin, None
+        if program is not None:
+            y = slice(program.variables, self.n - program.ranges)
+        return far_sides(q, low, high, y)
 
     @property
     def has_small_integers(self) -> bool:

@@ -122,9 +122,9 @@ def applies(problem: Problem, is_compiled: bool = False) -> bool:
         return False
     if is_compiled and problem.is_mixed:  # the kernels look for far bounds
         return problem.n <= MOST_COMPILED and (
-            problem.origin is None or not problem.may_have_far_bounds
+            problem.origin is None or not problem.has_far_sides
         )
-    return problem.n <= MOST_PIVOTED and not problem.may_have_far_bounds
+    return problem.n <= MOST_PIVOTED and not problem.has_far_sides
 
 
 @dataclass(eq=False, repr=False)
@@ -275,7 +275,7 @@ def solved_directly(session: Session) -> Result | None:
         answer = fast.mixed(problem, session.limits.tol)
         if answer is not None:
             return session.of_answer(answer)
-    if problem.n > MOST_PIVOTED or problem.may_have_far_bounds:
+    if problem.n > MOST_PIVOTED or problem.has_far_sides:
         return None
     is_kept = not is_sparse(problem.M) or (
         fast is None and direct.is_full_band(problem.M)

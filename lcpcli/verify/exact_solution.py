@@ -228,6 +228,7 @@ def _at_vertex(
 # With residuals in twice the precision: a digit or more each, unless M_BB is singular
 # in doubles.
 REFINEMENTS = 10
+SMALL_REFINEMENTS = 3  # of values that are small beside the largest one
 
 
 @np.errstate(all="ignore")
@@ -253,10 +254,14 @@ def refined(problem: Problem, z: Vector, basis: States | None = None) -> Vector:
     try:
         solve = solver.factorized(block)
         values = solve(b)
-        for _ in range(REFINEMENTS):
+        for step in range(REFINEMENTS):
             change = solve(accurate_residual(block, values, b))
             values += change
-            if not np.abs(change).max() > EPS * np.abs(values).max():
+            # Beside a value of 1e16, those of 1 are right after further steps.
+            if not np.abs(change).max() > EPS * np.abs(values).max() and (
+                step >= SMALL_REFINEMENTS
+                or (np.abs(change) <= EPS * np.abs(values)).all()
+            ):
                 break
     except (SingularMatrix, OverflowError, ValueError):
         return z

@@ -68,6 +68,7 @@ ROUGH = 1e-3
 # Digits that are attributed to a z: whole numbers are meant exactly, others may be
 # singles.
 FEWEST_GIVEN_DIGITS, MOST_GIVEN_DIGITS = 4, 7
+MOST_CLEANINGS = 4  # of a point, one after another
 MOST_NAMED = 3  # entries of q that a message names
 LARGEST_ROUNDED = 2.0**900  # terms of a row from which its sum may overflow
 # Of the least of the larger entries of q: an entry that may be rounding of 0.
@@ -453,17 +454,9 @@ class Point:
             ):
                 break
         for point in points[:]:
-            freed = without_idle_multipliers(measure, point._inside, point._plain.w)
-            if freed is not None:
-                points.append(Point(criterion, criterion.original(freed)))
-                yield points[-1]
-        for point in points[:]:
-            used = columns_of(measure, point._rows_of_noise)
-            moved = point._inside.copy()
-            moved[used] = measure.reference[used]
-            if used.size and not np.array_equal(moved, point._inside):
-                points.append(Point(criterion, criterion.original(moved)))
-                yield points[-1]
+            for cleaned_point in point._without_noise():
+                points.append(cleaned_point)
+                yield cleaned_point
         if criterion.problem.reference_z is not None:
             yield from (
                 Point(criterion, z)
@@ -481,6 +474,32 @@ class Point:
                 other = Point(criterion, point.z, negligible=negligible.tolist())
                 other._plain = point._plain
                 yield other
+
+    def _without_noise(self) -> Iterator[Point]:
+        """Yield points without idle multipliers and, in turn, with the reference point
+        in the rows that noise alone violates, as what is removed from some rows may
+        leave noise in others."""
+        point, measure = self, self.criterion.measure
+        for _ in range(MOST_CLEANINGS):
+            before = point
+            z = without_idle_multipliers(measure, point._inside, point._plain.w)
+            if not np.array_equal(z, point._inside):
+                point = Point(self.criterion, self.criterion.original(z))
+                yield point
+            z = point._at_reference_in_noise
+            if not np.array_equal(z, point._inside):
+                point = Point(self.criterion, self.criterion.original(z))
+                yield point
+            if point is before:
+                return
+
+    @property
+    def _at_reference_in_noise(self) -> Vector:
+        """Return z with the reference point in the rows that noise alone violates."""
+        measure, moved = self.criterion.measure, np.array(self._inside)
+        used = columns_of(measure, self._rows_of_noise)
+        moved[used] = measure.reference[used]
+        return moved
 
     @cached_property
     def _rows_of_noise(self) -> Indices:
@@ -539,9 +558,9 @@ def without_small_distances(measure: Measure, z: Vector) -> Vector:
         is_solved[units.row_part[violated]] = False
 
 
-def without_idle_multipliers(measure: Measure, z: Vector, w: Vector) -> Vector | None:
+def without_idle_multipliers(measure: Measure, z: Vector, w: Vector) -> Vector:
     """Return z with 0 in place of those z_j that alone make up the w_i of a z_i between
-    its bounds; None if there are none.
+    its bounds.
 
     In a program, z_j is the multiplier of a row between two sides, and z_i = s_i its
     value. Of the two, one is at its end: s_i at a side, if it is closer to that than
@@ -551,7 +570,7 @@ def without_idle_multipliers(measure: Measure, z: Vector, w: Vector) -> Vector |
     low, high = box.vectors(z.size)
     is_between = (low < z) & (z < high) & (data.q == 0) & (w != 0)
     if not is_between.any():
-        return None
+        return z
     rows = is_between.nonzero()[0]
     M = data.M[rows]
     number = (
@@ -561,9 +580,7 @@ def without_idle_multipliers(measure: Measure, z: Vector, w: Vector) -> Vector |
     )
     columns = columns_of(measure, rows[np.equal(number, 1)])
     columns = columns[(low[columns] <= 0) & (high[columns] >= 0)]
-    if not columns.size:
-        return None
-    freed: Vector = z.copy()
+    freed: Vector = np.array(z)
     freed[columns] = 0.0
     return freed
 

@@ -164,8 +164,14 @@ def test_proofs_are_of_the_program_with_its_far_bounds(size: float) -> None:
 
 def test_only_far_bounds_are_left_out_at_first() -> None:
     assert relaxed(Problem([[1.0]], [1e30])).is_identity
-    assert relaxed(Problem([[1.0]], [1.0], lower=-9.9e19, upper=INF)).is_identity
-    assert relaxed(from_qp(None, [1.0], [[1.0]], row_lower=[-9e19])).is_identity
+    assert relaxed(Problem([[1.0]], [1.0], lower=-9e12, upper=INF)).is_identity
+    assert relaxed(from_qp(None, [1.0], [[1.0]], row_lower=[-9e12])).is_identity
+    assert relaxed(Problem([[1.0]], [1.0], lower=-2e16, upper=-1e16)).is_identity
+    beside = {"lower": [-9e12, -1e18], "upper": INF}
+    assert relaxed(Problem(np.eye(2), [1.0, 1.0], **beside)).is_identity
+    beside = {"lower": [-9e7, -1e18], "upper": INF}
+    assert not relaxed(Problem(np.eye(2), [1.0, 1.0], **beside)).is_identity
+    assert not relaxed(from_qp(None, [1.0], [[1.0]], row_lower=[-9e19])).is_identity
     assert not relaxed(from_qp(None, [1.0], [[1.0]], row_upper=[1e20])).is_identity
     change = relaxed(from_qp(**FAR))
     assert not change.is_identity
