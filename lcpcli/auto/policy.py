@@ -219,6 +219,8 @@ def _with_values_of_rows(problem: Problem, z: Vector, basis: States) -> Vector:
     )
     rows, first = np.unique(rows[is_alone], return_index=True)
     columns = columns[is_alone][first]
+    if not np.isfinite(z).all():
+        return z
     w = -accurate_residual(M[rows], z, -problem.q[rows])
     z[columns] -= w / dense(M[rows])[np.arange(rows.size), columns]
     return z

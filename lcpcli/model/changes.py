@@ -447,6 +447,7 @@ class Relaxed(Change):
     def start(self, x: Vector) -> Vector:
         return np.where(self.sides.rows, 0.0, x)
 
+    @np.errstate(invalid="ignore")  # of infinite bounds, which have not moved
     def back(self, x: Vector) -> Vector:
         own, box = self.problem, self.original.box
         states = own.box.basis_of(x)

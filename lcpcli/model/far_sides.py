@@ -40,11 +40,11 @@ class FarSides(NamedTuple):
 
 
 def far_sides(
-    q: Vector, lower: Vector, upper: Vector, y: slice | None
+    q: Vector, lower: Vector, upper: Vector, y: slice | None, reach: float = 0.0
 ) -> tuple[FarSides, float, float] | None:
     """Return the far sides of a problem, the size of the smallest one, and that of the
     largest one that is not far; None if there are none. y : which unknowns are
-    multipliers of a program."""
+    multipliers of a program. reach : a size beside which no side is far."""
     is_row, of_rows = np.zeros(q.size, dtype=bool), np.zeros(q.size)
     if y is not None:
         is_lower = (lower == 0) & (upper == np.inf)
@@ -52,7 +52,7 @@ def far_sides(
         is_row[y] = (is_lower | is_upper)[y]
         of_rows[y] = np.abs(q)[y]
     all_sizes = np.concatenate((np.abs(lower), np.abs(upper), of_rows))
-    reach = all_sizes[all_sizes < LEAST_FAR].max(initial=0.0)
+    reach = float(all_sizes[all_sizes < LEAST_FAR].max(initial=reach))
     least = max(LEAST_FAR, FAR_BEYOND * reach)
     sizes = np.abs(lower), np.abs(upper), np.where(is_row, of_rows, 0.0)
     far = [(each >= least) & (each < np.inf) for each in sizes]

@@ -313,10 +313,14 @@ class Problem:
         with imports:
             from lcpcli.model.far_sides import far_sides
         _, q, low, high = conditions_of(self)
-        program, y = self.program_origin, None
+        program = self.program_origin
         if program is not None:
             y = slice(program.variables, self.n - program.ranges)
-        return far_sides(q, low, high, y)
+            return far_sides(q, low, high, y)
+        # How large z is without bounds.
+        is_used = self.row_maxima > 0
+        size_of_z = np.abs(q[is_used]) / self.row_maxima[is_used]
+        return far_sides(q, low, high, None, float(size_of_z.max(initial=0.0)))
 
     @property
     def has_small_integers(self) -> bool:
