@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from lcpcli.model.far_sides import FarSides
     from lcpcli.model.origins import Origin
     from lcpcli.model.program import Conditions, Program
+    from lcpcli.model.rounded_rows import RoundedRows
 
 # Fields that are no data.
 REMARKS = ("name", "solutions", "verdict", "source", "note", "reference", "origin")
@@ -321,6 +322,17 @@ class Problem:
         is_used = self.row_maxima > 0
         size_of_z = np.abs(q[is_used]) / self.row_maxima[is_used]
         return far_sides(q, low, high, None, float(size_of_z.max(initial=0.0)))
+
+    @cached_property
+    def rounded_rows(self) -> RoundedRows | None:
+        """Return the rows without entries whose sides are rounding of 0, so that there
+        is no solution as the numbers stand; None if there are none."""
+        has_ranges = self.program_origin is not None and self.program_origin.ranges
+        if not has_ranges and np.count_nonzero(self.row_maxima) == self.n:
+            return None
+        with imports:
+            from lcpcli.model.rounded_rows import rounded_rows
+        return rounded_rows(self)
 
     @property
     def has_small_integers(self) -> bool:

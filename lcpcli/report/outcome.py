@@ -29,7 +29,7 @@ from lcpcli.report.wording import (
     residual,
     short,
 )
-from lcpcli.solving.result import Result
+from lcpcli.solving.result import SAID_OF_SOLVED, Result
 from lcpcli.solving.trace import Trace
 from lcpcli.verify.digits import fewest
 
@@ -126,11 +126,20 @@ def verdict(result: Result) -> str:
             if result.exactly_solvable is False
             else OTHERS_CLAUSES[result.others]
         )
-        return f"{result.status.word} {_work(result)}{objective}{others}"
+        return f"{result.status.word} {_work(result)}{objective}{others}{_why(result)}"
     if result.status.word in PROBLEM_STATUSES:
         return result.message
     by = f" (by {', '.join(result.route)})" * (result.route != (result.method,))
     return f"{name(result)}{by} {result.message}"
+
+
+def _why(result: Result) -> str:
+    """Return why z counts as a solution although its residual does not say so, and what
+    does not hold of it, as a clause; "" if there is nothing to say, or if a proof says
+    it."""
+    before, _, reason = result.message.partition(": ")
+    is_said = before != SAID_OF_SOLVED or result.exact is not None
+    return "" if is_said or not reason else f"; {reason}"
 
 
 def _work(result: Result, with_route: bool = True) -> str:

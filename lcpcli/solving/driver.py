@@ -34,7 +34,7 @@ from lcpcli.solving.direct_run import Session
 from lcpcli.solving.result import Result, Status
 from lcpcli.typing import Vector, VectorLike
 from lcpcli.verify.acceptance import Extent, accepted
-from lcpcli.verify.point import Criterion
+from lcpcli.verify.point import Criterion, Point
 
 if TYPE_CHECKING:
     from lcpcli.methods.stages import Iterate, Stage
@@ -116,6 +116,10 @@ def run(
         result = _without_loop(session, (trace, curve), callback, observe)
         if result is not None:
             return _of(original, result, compiled)
+    literal, rounded = problem, problem.rounded_rows
+    if rounded is not None:
+        # What has been tried is of the other problem.
+        problem, session.tried, session.replay = rounded.problem, {}, None
     with imports:
         from lcpcli.solving.loop import Loop
     with np.errstate(all="ignore"):  # overflow counts as infinite
@@ -152,7 +156,10 @@ def run(
         )
         loop.interrupted = session.interrupted
         loop.finishes = method == "auto" or finish
-        return _of(original, ended(loop, stage, in_force | additions), compiled)
+        result = ended(loop, stage, in_force | additions)
+        if rounded is not None:
+            result = _of_literal(literal, result)
+        return _of(original, result, compiled)
 
 
 def _without_loop(
@@ -200,6 +207,45 @@ def _without_loop(
         )
     except KeyboardInterrupt:
         return replace(result, interrupted=True)
+
+
+def _of_literal(problem: Problem, result: Result) -> Result:
+    """Return a result of a problem with sides of 0 in place of those that are rounding
+    of it, as one of the problem as its numbers stand: that has a solution only where
+    such rows count as satisfied, or none."""
+    rounded, vectors = problem.rounded_rows, list[Vector]()
+    assert rounded is not None
+    # A solution of one is one of the other but for these rows.
+    negligible = [*result.point.negligible, *rounded.rows.tolist()]
+    z = problem.box.project(result.z)
+    point = Point(Criterion(problem, result.tol), z, negligible=negligible)
+    if result.solved:
+        # What `accepted` has said of the other problem, and what holds of this one.
+        reasons = result.message.partition(": ")[2], rounded.statement
+        reason = "; ".join(filter(None, reasons))
+        return _with_status(result, point, Status.SOLVED, reason)
+    if not result.status.has_no_solution:
+        return replace(result, problem=problem, point=point)
+    with imports:
+        from lcpcli.verify.certificate import confirm, infeasible
+    if result.certificate is not None and result.certificate.vector is not None:
+        # That of the other rows, if they have no solution either.
+        vectors.append(np.array(result.certificate.vector))
+        vectors[0][rounded.rows] = 0.0
+    unit = np.zeros(problem.n)
+    unit[rounded.rows[0]] = np.sign(rounded.sides[0])
+    for y in (*vectors, unit):
+        certificate = confirm(problem, infeasible(problem, y), False)
+        if certificate is not None:
+            status, reason = Status.INFEASIBLE, certificate.statement
+            result = replace(result, certificate=certificate)
+            return _with_status(result, point, status, reason)
+    return _with_status(result, point, Status.STALLED, "")
+
+
+def _with_status(result: Result, point: Point, status: Status, reason: str) -> Result:
+    problem, message = point.criterion.problem, status.sentence(reason)
+    return replace(result, problem=problem, point=point, status=status, message=message)
 
 
 def _of(problem: Problem, result: Result, compiled: bool) -> Result:

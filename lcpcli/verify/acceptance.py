@@ -102,7 +102,8 @@ def accepted(
     1. Its relative residual is at most tol.
     2. That of the point is, once components are put on bounds that they are close to,
        or freed from rounding (`Point.alternatives`).
-    3. It is so with entries of q counted as 0, as they are rounding of it.
+    3. It is so with entries of q counted as 0, as they are rounding of it, or sides of
+       rows without entries, although no z satisfies these as the numbers stand.
     4. An exact solution is proved to exist near it: it is the sum of a reference point
        and a distance that has more digits than doubles hold; or it violates no row by
        its own terms, and the basic solution of its states is enclosed; or it is the
@@ -158,13 +159,13 @@ def _by_criterion(
     if extent.is_exact and point.criterion.problem.n <= FEW_UNKNOWNS:
         return _exactly(point, extent, basis)
     if point.solves():
-        return Acceptance(point, point.counted_as_0, basis=basis)
+        return Acceptance(point, point.remark, basis=basis)
     near = next((o for o in alternatives(point, extent) if o.solves()), None)
     # Of a point that is given only the first one counts: the more a point is changed,
     # the less it says about the given one, whatever the distance.
     if near is None or (extent.as_given and not near.is_near(point)):
         return None
-    return Acceptance(near, near.counted_as_0, basis=basis)
+    return Acceptance(near, near.remark, basis=basis)
 
 
 def alternatives(point: Point, extent: Extent) -> Iterator[Point]:

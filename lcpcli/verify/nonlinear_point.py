@@ -367,6 +367,10 @@ class NonlinearPoint(Point):
     def counted_as_0(self) -> str:
         return "up to the noise of F" if np.count_nonzero(self.noise) else ""
 
+    @property
+    def remark(self) -> str:
+        return self.counted_as_0
+
     def solution(self) -> Point | None:
         """Return this point if it solves the problem, if need be up to the noise of F;
         else None."""

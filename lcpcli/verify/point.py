@@ -23,7 +23,8 @@ row is violated, and
   q as it is.
 
 For up to FEW_UNKNOWNS exact arithmetic decides. Entries of M and bounds never count as
-0.
+0. Sides of rows without entries may, for any number of unknowns, as nothing else can be
+meant by them (`model.rounded_rows`).
 """
 
 from __future__ import annotations
@@ -33,7 +34,7 @@ from contextlib import suppress
 from dataclasses import replace
 from functools import cached_property
 from itertools import islice, product
-from typing import TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
@@ -62,6 +63,9 @@ from lcpcli.verify.measure import (
     quotients,
     rounded_once,
 )
+
+if TYPE_CHECKING:
+    from lcpcli.model.rounded_rows import RoundedRows
 
 # The relative residual up to which z counts as a rounded solution, whatever its digits.
 ROUGH = 1e-3
@@ -330,16 +334,35 @@ class Point:
     def counted_as_0(self) -> str:
         """Return which entries of q count as 0, as a clause for the user; "" if there
         are none."""
-        if not self.negligible:
-            return ""
-        named = [
-            f"q{i + 1} = {self.criterion.problem.q[i]:.1e}"
-            for i in self.negligible[:MOST_NAMED]
-        ]
-        more = len(self.negligible) - len(named)
-        if more:
-            named.append(f"{more} more of q")
-        return f"counting {listed(named)} as 0"
+        named = self._entries
+        if self.rounded_rows is not None:
+            named.append("sides of empty rows")
+        return f"counting {listed(named)} as 0" if named else ""
+
+    @property
+    def remark(self) -> str:
+        """Return which entries of q count as 0, and which rows do not hold as the
+        numbers stand, as a clause for the user; "" if there are none."""
+        said = [f"counting {listed(self._entries)} as 0"] if self._entries else []
+        if self.rounded_rows is not None:
+            said.append(self.rounded_rows.statement)
+        return "; ".join(said)
+
+    @property
+    def rounded_rows(self) -> RoundedRows | None:
+        """Return the rows without entries that count as satisfied, if any do."""
+        return self.criterion.problem.rounded_rows if self.negligible else None
+
+    @property
+    def _entries(self) -> list[str]:
+        """Return the entries of q that count as 0, other than those of such rows."""
+        rounded = self.rounded_rows
+        rows = [] if rounded is None else rounded.rows.tolist()
+        entries = [i for i in self.negligible if i not in rows]
+        q = self.criterion.problem.q
+        named = [f"q{i + 1} = {q[i]:.1e}" for i in entries[:MOST_NAMED]]
+        more = len(entries) - len(named)
+        return [*named, f"{more} more of q"] if more else named
 
     @property
     @np.errstate(all="ignore")
@@ -441,13 +464,19 @@ class Point:
         tolerance leave of zeros (see above): first points with other components, and
         then those for which entries of q count as 0."""
         criterion, measure, z = self.criterion, self.criterion.measure, self._inside
+        if not self.negligible and (rounded := criterion.problem.rounded_rows):
+            satisfied = Point(criterion, self.z, negligible=rounded.rows.tolist())
+            satisfied._plain = self._plain
+            yield satisfied
+            yield from satisfied.alternatives()
+            return
         points, start = [self], z
         while True:
             cleaned = on_bounds(
                 measure, start, (self._plain if start is z else measure.rows(start)).w
             )
             if not np.array_equal(cleaned, z):
-                points.append(Point(criterion, criterion.original(cleaned)))
+                points.append(self._at(criterion.original(cleaned)))
                 yield points[-1]
             if start is not z or np.array_equal(
                 start := without_small_distances(measure, z), z
@@ -458,22 +487,22 @@ class Point:
                 points.append(cleaned_point)
                 yield cleaned_point
         if criterion.problem.reference_z is not None:
-            yield from (
-                Point(criterion, z)
-                for z in with_small_components(criterion.problem, self.z)
-            )
+            yield from map(self._at, with_small_components(criterion.problem, self.z))
         for point in points:
             negligible = negligible_q(
                 measure, criterion.problem.q, point._inside, point._rows_of_noise
             )
             if negligible.size:
                 basis = criterion.problem.box.basis_at(point.z)
-                yield from (
-                    Point(criterion, z) for z in pivoted(criterion.problem, basis)
-                )
-                other = Point(criterion, point.z, negligible=negligible.tolist())
+                yield from map(self._at, pivoted(criterion.problem, basis))
+                counted = [*self.negligible, *negligible.tolist()]
+                other = Point(criterion, point.z, negligible=counted)
                 other._plain = point._plain
                 yield other
+
+    def _at(self, z: Vector) -> Point:
+        """Return another point, for which the same entries count as 0."""
+        return Point(self.criterion, z, negligible=self.negligible)
 
     def _without_noise(self) -> Iterator[Point]:
         """Yield points without idle multipliers and, in turn, with the reference point
@@ -484,11 +513,11 @@ class Point:
             before = point
             z = without_idle_multipliers(measure, point._inside, point._plain.w)
             if not np.array_equal(z, point._inside):
-                point = Point(self.criterion, self.criterion.original(z))
+                point = self._at(self.criterion.original(z))
                 yield point
             z = point._at_reference_in_noise
             if not np.array_equal(z, point._inside):
-                point = Point(self.criterion, self.criterion.original(z))
+                point = self._at(self.criterion.original(z))
                 yield point
             if point is before:
                 return
@@ -508,6 +537,7 @@ class Point:
         measure, z, rows = self.criterion.measure, self._inside, self._plain
         caps = measure.caps(z)
         small = (rows.full_terms <= ROW_ROUNDING * caps) & (caps < np.inf)
+        small[list(self.negligible)] = False
         return (
             small
             & (

@@ -202,7 +202,9 @@ def _way_to(nearby: Point, point: Point) -> str:
     ways = [nearby.counted_as_0] if nearby.counted_as_0 else []
     if not np.array_equal(nearby.z, point.z):
         ways.insert(0, "with components put on their bounds")
-    return f", but {' and '.join(ways)} it is {nearby.relative_residual:.1e}"
+    said = f", but {' and '.join(ways)} it is {nearby.relative_residual:.1e}"
+    rounded = nearby.rounded_rows
+    return said if rounded is None else f"{said}; {rounded.statement}"
 
 
 @np.errstate(all="ignore")
