@@ -327,12 +327,13 @@ class Problem:
     def rounded_rows(self) -> RoundedRows | None:
         """Return the rows without entries whose sides are rounding of 0, so that there
         is no solution as the numbers stand; None if there are none."""
-        has_ranges = self.program_origin is not None and self.program_origin.ranges
+        program = self.program_origin
+        has_ranges = program is not None and program.ranges > 0
         if not has_ranges and np.count_nonzero(self.row_maxima) == self.n:
             return None
         with imports:
             from lcpcli.model.rounded_rows import rounded_rows
-        return rounded_rows(self)
+        return rounded_rows(conditions_of(self), self.row_maxima, program, self.names)
 
     @property
     def has_small_integers(self) -> bool:

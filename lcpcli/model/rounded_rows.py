@@ -13,13 +13,14 @@ program, only rows of A are meant: a cost of 1e-17 is no side.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from lcpcli.errors import listed
 from lcpcli.linalg.matrices import dense
-from lcpcli.model.problem import Problem, conditions_of
+from lcpcli.model.program import Conditions, Program
 from lcpcli.typing import Indices, Mask, Vector
 
 # Relative to the median of the sides of other rows.
@@ -32,13 +33,13 @@ class RoundedRows(NamedTuple):
     """Rows without entries, whose sides are rounding of 0.
 
     rows : their indices in q. sides : what each asks for instead of 0. names : what the
-        user calls them. problem : the one with sides of 0 there.
+        user calls them. conditions : the problem with sides of 0 there.
     """
 
     rows: Indices
     sides: Vector
     names: list[str]
-    problem: Problem
+    conditions: Conditions
 
     @property
     def statement(self) -> str:
@@ -65,10 +66,12 @@ class _Rows(NamedTuple):
     ranges: Indices
 
 
-def rounded_rows(problem: Problem) -> RoundedRows | None:
+def rounded_rows(
+    data: Conditions, maxima: Vector, program: Program | None, names: Sequence[str]
+) -> RoundedRows | None:
     """Return the rows without entries whose sides are rounding of 0; None if there are
-    none."""
-    own = _rows(problem)
+    none. maxima : the largest |M_ij| of each row. names : of the unknowns."""
+    own = _rows(data, maxima, program)
     sides = np.where(own.lower > 0, own.lower, np.where(own.upper < 0, own.upper, 0.0))
     is_rounded = own.is_empty & (sides != 0)
     for is_kind in (own.is_equation, ~own.is_equation):
@@ -77,17 +80,14 @@ def rounded_rows(problem: Problem) -> RoundedRows | None:
             is_rounded &= ~is_kind | (np.abs(sides) <= limit)
     if not is_rounded.any():
         return None
-    rows = own.indices[is_rounded]
-    M, q, low, high = conditions_of(problem)
-    q, low, high = q.copy(), low.copy(), high.copy()
+    rows, values = own.indices[is_rounded], own.ranges[is_rounded & (own.ranges >= 0)]
+    q, low, high = data.q.copy(), data.lower.copy(), data.upper.copy()
     q[rows] = 0.0
-    values = own.ranges[is_rounded & (own.ranges >= 0)]
     low[values], high[values] = np.minimum(low[values], 0), np.maximum(high[values], 0)
-    changed = Problem(M, q, lower=low, upper=high, origin=problem.origin)
-    program = problem.program_origin
-    first = 0 if program is None else program.variables
-    names = [f"row {problem.names[i] or i - first + 1}" for i in rows.tolist()]
-    return RoundedRows(rows, sides[is_rounded], names, changed)
+    first = own.indices[0]
+    named = [f"row {names[i] or i - first + 1}" for i in rows.tolist()]
+    changed = Conditions(data.M, q, low, high)
+    return RoundedRows(rows, sides[is_rounded], named, changed)
 
 
 def _size(own: _Rows, others: Mask) -> float:
@@ -100,30 +100,29 @@ def _size(own: _Rows, others: Mask) -> float:
     return float(sizes[(sizes.size - 1) // 2]) if sizes.size else 0.0
 
 
-def _rows(problem: Problem) -> _Rows:
-    _, q, low, high = conditions_of(problem)
-    program = problem.program_origin
-    first, end = 0, problem.n
+def _rows(data: Conditions, maxima: Vector, program: Program | None) -> _Rows:
+    M, q, low, high = data
+    first, end = 0, q.size
     if program is not None:
-        first, end = program.variables, problem.n - program.ranges
+        first, end = program.variables, q.size - program.ranges
     indices = np.arange(first, end)
     is_equation = (low == -np.inf) & (high == np.inf)
     # Of w = M z + q: where z_i may be as large as it likes, and as small.
     lower = np.where(high == np.inf, -q, -np.inf)[indices]
     upper = np.where(low == -np.inf, -q, np.inf)[indices]
     is_empty, is_equation = (
-        (problem.row_maxima == 0)[indices],
+        (maxima == 0)[indices],
         is_equation[indices],
     )
     ranges = np.full(indices.size, -1)
-    if end < problem.n:
-        values = np.arange(end, problem.n)
+    if end < q.size:
+        values = np.arange(end, q.size)
         # Each value occurs in its row alone.
-        of_value = problem.M[values].nonzero()[1] - first
+        of_value = M[values].nonzero()[1] - first
         lower[of_value], upper[of_value] = low[values], high[values]
         is_equation[of_value], ranges[of_value] = False, values
         may_be = (lower > 0) | (upper < 0)
         some = of_value[may_be[of_value]]
-        entries = dense(abs(problem.M[first + some][:, :first])).max(axis=1, initial=0)
+        entries = dense(abs(M[first + some][:, :first])).max(axis=1, initial=0)
         is_empty[some] = entries == 0
     return _Rows(indices, lower, upper, is_empty, is_equation, ranges)

@@ -119,7 +119,9 @@ def run(
     literal, rounded = problem, problem.rounded_rows
     if rounded is not None:
         # What has been tried is of the other problem.
-        problem, session.tried, session.replay = rounded.problem, {}, None
+        M, q, lower, upper = rounded.conditions
+        problem = Problem(M, q, lower=lower, upper=upper, origin=problem.origin)
+        session.tried, session.replay = {}, None
     with imports:
         from lcpcli.solving.loop import Loop
     with np.errstate(all="ignore"):  # overflow counts as infinite
