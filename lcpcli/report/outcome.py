@@ -120,7 +120,8 @@ def verdict(result: Result) -> str:
     """Return a line on how the run ended, and by which methods, unless it is on the
     problem alone."""
     if result.solved:
-        objective = "".join(f"; {words}" for words in wording.objective(result))
+        said = [*wording.objective(result), *_about_objective(result)]
+        objective = "".join(f"; {words}" for words in said)
         others = (
             UNSOLVABLE
             if result.exactly_solvable is False
@@ -131,6 +132,15 @@ def verdict(result: Result) -> str:
         return result.message
     by = f" (by {', '.join(result.route)})" * (result.route != (result.method,))
     return f"{name(result)}{by} {result.message}"
+
+
+def _about_objective(result: Result) -> list[str]:
+    """Return how many digits of a program's objective are known, if that is few."""
+    if not (error := result.objective_error):
+        return []
+    from lcpcli.verify.objective import statement
+
+    return list(filter(None, [statement(error)]))
 
 
 def _why(result: Result) -> str:

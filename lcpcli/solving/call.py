@@ -33,6 +33,7 @@ class SolverOptions(TypedDict, total=False):
     tol: float | None
     max_iterations: int | None
     time_limit: float | None
+    gap: float | None
     threads: int | None
 
 
@@ -118,6 +119,8 @@ def solve(
         default.
     max_iterations, time_limit : the iterations and seconds after which to give up, by
         default 10000 and no limit.
+    gap : of a program: the largest error of the objective, relative to its size, at
+        which it counts as solved; by default any (see `Result.objective_error`).
     trace : whether the result keeps all iterates; a `Trace` selects which ones, and
         receives them.
     callback : called after each iteration with its `TraceRow`; a true value, or

@@ -19,6 +19,7 @@ from lcpcli.interrupts import TimeIsUp, within
 from lcpcli.linalg.threads import with_limited_threads
 from lcpcli.methods import registry as methods
 from lcpcli.methods.direct import (
+    FEWEST_FOR_PIQP,
     MOST_NARROW_AS_DENSE,
     as_sparse,
     may_be_program,
@@ -108,6 +109,7 @@ def run(
         if has_start
         else None
     )
+    finishes = method == "auto" or finish
     session = Session(
         problem, limits, {}, stopwatch, compiled, given, {} if given is None else None
     )
@@ -115,7 +117,7 @@ def run(
         session.options = methods.options_in_force(method, problem, chosen)
         result = _without_loop(session, (trace, curve), callback, observe)
         if result is not None:
-            return _of(original, result, compiled)
+            return _of(original, result, compiled, finishes)
     literal, rounded = problem, problem.rounded_rows
     if rounded is not None:
         # What has been tried is of the other problem.
@@ -157,11 +159,11 @@ def run(
             session.callback or callback,
         )
         loop.interrupted = session.interrupted
-        loop.finishes = method == "auto" or finish
+        loop.finishes = finishes
         result = ended(loop, stage, in_force | additions)
         if rounded is not None:
             result = _of_literal(literal, result)
-        return _of(original, result, compiled)
+        return _of(original, result, compiled, finishes)
 
 
 def _without_loop(
@@ -250,20 +252,26 @@ def _with_status(result: Result, point: Point, status: Status, reason: str) -> R
     return replace(result, problem=problem, point=point, status=status, message=message)
 
 
-def _of(problem: Problem, result: Result, compiled: bool) -> Result:
+def _of(problem: Problem, result: Result, compiled: bool, finishes: bool) -> Result:
     """Return the result as that of the given problem, whose M `auto` may have stored in
     another form; of a game, it is solved only if its strategies stand the check by best
-    responses."""
+    responses. finishes : whether all methods may take part, for a program whose
+    objective is known to few digits."""
     result = result if result.problem is problem else replace(result, problem=problem)
     if compiled:
         result.options["compiled"] = True
-    if problem.origin is None or not (
-        result.solved and hasattr(problem.origin, "exact_conditions")
-    ):
+    if problem.origin is None or not result.solved:
+        return result
+    if hasattr(problem.origin, "exact_conditions"):
+        with imports:
+            from lcpcli.solving.minimum import checked
+        return checked(result)
+    is_large = finishes and problem.n >= FEWEST_FOR_PIQP
+    if problem.program_origin is None or not (is_large or result.limits.gap < math.inf):
         return result
     with imports:
-        from lcpcli.solving.minimum import checked
-    return checked(result)
+        from lcpcli.solving.objective import with_objective
+    return with_objective(result, finishes)
 
 
 def _refuse_other(
