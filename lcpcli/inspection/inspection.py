@@ -27,7 +27,7 @@ from lcpcli.inspection import theory
 from lcpcli.inspection.verdict import NO, YES, Verdict, classify, weak_row
 from lcpcli.interrupts import TimeIsUp, check, within
 from lcpcli.linalg import matrices
-from lcpcli.linalg.doubles import EPS, generator, size
+from lcpcli.linalg.doubles import generator, size
 from lcpcli.linalg.patterns import affordable
 from lcpcli.linalg.units import equilibrate
 from lcpcli.model import changes, views
@@ -39,6 +39,7 @@ from lcpcli.options import INSPECTION_SECONDS
 from lcpcli.presolve.presolve import Presolved, presolved
 from lcpcli.presolve.system import Refuted
 from lcpcli.typing import Matrix, Vector
+from lcpcli.verify.error_theorems import semidefinite_by_rounding
 from lcpcli.verify.measure import FEW_UNKNOWNS
 
 
@@ -281,7 +282,7 @@ def _obvious(problem: Problem, classes: dict[str, Verdict]) -> str:
 
 def _hints(own: Inspection) -> list[str]:
     """Return hints at likely mistakes in the data, each with evidence and advice."""
-    found, condition, ends = [], own.equilibrated_condition, own.spectrum
+    found, condition = [], own.equilibrated_condition
     before, after = map(max, (own.spread, own.equilibrated_spread))
     if before > theory.BAD_SPREAD and after < before - 1:
         found.append(
@@ -296,14 +297,10 @@ def _hints(own: Inspection) -> list[str]:
             f"ill-conditioned, even after equilibration: about {digits} digits "
             "of z may be lost"
         )
-    rounding = (
-        ends is not None
-        and abs(ends.smallest) <= 4 * own.problem.n * EPS * ends.largest
-    )
-    if rounding and own.classes["positive_semidefinite"].word == NO:
+    if semidefinite_by_rounding(own.problem.M) is not None:
         found.append(
-            "M fails to be positive semidefinite only by rounding errors: "
-            "perhaps it was meant to be"
+            "M is positive semidefinite up to the rounding of its entries: if it is "
+            "that of a program, minimizers are said to be so up to rounding"
         )
     M = own.problem.M
     if own.classes["symmetric"].word != NO:
