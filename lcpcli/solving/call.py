@@ -33,7 +33,6 @@ class SolverOptions(TypedDict, total=False):
     tol: float | None
     max_iterations: int | None
     time_limit: float | None
-    gap: float | None
     threads: int | None
 
 
@@ -53,6 +52,7 @@ class RunOptions(CallOptions, total=False):
     x0: VectorLike | None
     z0: VectorLike | None
     basis: Sequence[str] | None
+    gap: float | None
     scale: bool
     finish: bool
     presolve: bool | None
@@ -83,6 +83,7 @@ class NonlinearOptions(CallOptions, total=False):
 COMMON_OPTIONS = (
     *methods.START_OPTIONS,
     *CallOptions.__annotations__,
+    "gap",
     *methods.ADDITIONS,
 )
 OF_PROBLEMS = ("name", "names", "solutions", "lower", "upper", "infinity")

@@ -80,10 +80,6 @@ class Extent(NamedTuple):
 
 AT_ONCE, IN_FULL = Extent(AS_IT_IS), Extent()
 HIDDEN = "rounding hides a term of a row, and no exact solution was found near it"
-DOUBT = (
-    "z satisfies each row by its own terms but is too large to be a solution beyond "
-    "doubt, and {}"
-)
 DIFFERS = "it differs by {:.1e} from an exact solution with its states"
 UNEXPLAINED = ", which is more than rounding in a system with these states explains"
 
@@ -242,7 +238,7 @@ def _near(point: Point, points: Sequence[Point], extent: Extent) -> Acceptance |
         if refutation is not None:
             return Acceptance(at, refutation.statement, "infeasible", refutation)
         if near.fault:
-            doubt = Acceptance(at, DOUBT.format(near.fault), "doubt")
+            doubt = Acceptance(at, near.reason.format(near.fault), "doubt")
         elif near.z is z or not extent.as_given:
             return Acceptance(at, near.reason.format(at.relative_residual))
         else:

@@ -22,7 +22,7 @@ import numpy as np
 
 from lcpcli.basis.exchanges import BasicSolutions
 from lcpcli.linalg import matrices
-from lcpcli.linalg.doubles import EPS, ROUNDING, distinct
+from lcpcli.linalg.doubles import EPS, ROUNDING, SMALLEST_NORMAL, distinct
 from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix
 from lcpcli.linalg.matrices import accurate_residual
 from lcpcli.linalg.programs import minimized
@@ -284,28 +284,47 @@ def refined(problem: Problem, z: Vector, basis: States | None = None) -> Vector:
     return better if (gaps <= ROUNDING * terms).all() else z
 
 
-def is_rounded_solution(problem: Problem, z: Vector) -> bool:
+def is_rounded_solution(
+    problem: Problem, z: Vector, effort: Effort | None = None
+) -> bool | None:
     """Return whether z, of shape (n,), is a solution up to its last digits, by rational
     arithmetic: the exact basic solution of its states solves the problem, and no
     component of z differs from it by more than ROUNDING of itself. So the answer is
-    never true where there is no solution; false if more than `farkas.most_exact()` are
-    basic."""
+    never true where there is no solution; None if more than `farkas.most_exact()` are
+    basic, or solving would take more than an effort."""
+    if not (np.isfinite(z).all() and _may_be_rounded(problem, z)):
+        return False
     basis = problem.box.basis_at(z)
-    if (
-        np.count_nonzero(basis == BASIC) > farkas.most_exact()
-        or not np.isfinite(z).all()
-    ):
-        return False
-    if not Point(Criterion(problem), z).nearly_solves():
-        return False
-    found = exact_basis(ExactProblem.of_basis(problem, basis), basis)
-    if found is None or not (found.unique and found.solves):
+    if np.count_nonzero(basis == BASIC) > farkas.most_exact():
+        return None
+    effort = Effort() if effort is None else effort
+    spent = effort.spent
+    found = exact_basis(ExactProblem.of_basis(problem, basis), basis, effort)
+    if found is None:  # there is none if it has been sought
+        return False if effort.spent > spent else None
+    if not (found.unique and found.solves):
         return False
     last_digits = Fraction(ROUNDING)
     return all(
         abs(Fraction(a) - b) <= last_digits * abs(b)
         for a, b in zip(z.tolist(), found.z, strict=True)
     )
+
+
+@np.errstate(all="ignore")
+def _may_be_rounded(problem: Problem, z: Vector) -> bool:
+    """Return whether a solution may differ from z by ROUNDING of itself: that changes w
+    by no more than ROUNDING |M| |z|, and so much may have a wrong sign. This takes a
+    product, where solving a system of hundreds of unknowns exactly takes minutes."""
+    if not Point(Criterion(problem), z).nearly_solves():
+        return False
+    if not problem.is_moderate:
+        return True
+    measure = Measure(problem)
+    rows = measure.rows(problem.box.project(z))
+    moved = ROUNDING * matrices.absolute_product(problem.M, np.abs(z))
+    possible = (1 + 8 * ROUNDING) * moved + rows.error + SMALLEST_NORMAL
+    return bool((measure.violations(z, rows.w) <= possible).all())
 
 
 @np.errstate(all="ignore")

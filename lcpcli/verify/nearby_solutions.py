@@ -60,6 +60,15 @@ RUN_OFF = (
 # 9.4).
 ELIMINATION = 3 * EPS / 2
 EFFORT = 2.0  # of an exact solution, by the seconds that it usually takes
+DOUBT = (
+    "z satisfies each row by its own terms but is too large to be a solution beyond "
+    "doubt, and {}"
+)
+UNDECIDED = (
+    "whether it is a solution up to its last digits {}, which takes long in exact "
+    "arithmetic"
+)
+NOT_TRIED = "is not decided"
 
 
 class Nearby(NamedTuple):
@@ -68,7 +77,7 @@ class Nearby(NamedTuple):
     z : that solution, rounded, shape (n,), or a point that tends to infinity.
     fault : why no solution is shown to exist; "" if one is.
     reason : how one is shown, as a clause for the user with a place for the relative
-        residual of z.
+        residual of z, or for the fault.
     is_stable : whether one exists for all entries that differ by their rounding.
     """
 
@@ -94,9 +103,12 @@ def nearby(problem: Problem, z: Vector, tol: float) -> Nearby | None:
             # to n EPS.
             other = enclosure.fault(problem, near, math.inf, problem.n * EPS)
             return Nearby(near, reason=ENCLOSED, is_stable=not other)
-    if is_rounded_solution(problem, z):
+    is_rounded = is_rounded_solution(problem, z, Effort(EFFORT))
+    if is_rounded:
         return Nearby(z)
-    return Nearby(z, fault) if fault else None
+    if fault:
+        return Nearby(z, fault, reason=DOUBT)
+    return Nearby(z, NOT_TRIED, reason=UNDECIDED) if is_rounded is None else None
 
 
 def distance(problem: Problem, z: Vector, near: Vector) -> tuple[float, bool]:

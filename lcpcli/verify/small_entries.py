@@ -62,6 +62,7 @@ from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix
 from lcpcli.linalg.matrices import absolute_product, is_sparse
 from lcpcli.model.box import BASIC, LOWER, UPPER
 from lcpcli.model.problem import Problem
+from lcpcli.rational.elimination import Effort
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import rounded
 from lcpcli.typing import States, Vector
@@ -70,6 +71,7 @@ from lcpcli.verify.exact_solution import exact_basis
 from lcpcli.verify.measure import Measure, quotients
 from lcpcli.verify.point import Point
 
+EFFORT = 2.0  # of an exact solution, by the seconds that it usually takes
 # Basic solutions from the states of z: a few where these are nearly right.
 MAX_STEPS = 12
 # By how much u may vary in a part in which entries are compared as they are given.
@@ -238,7 +240,8 @@ def _proved(
     basis = problem.box.basis_at(near)
     if np.count_nonzero(basis == BASIC) > farkas.most_exact():
         return None
-    exact = exact_basis(ExactProblem.of_basis(problem, basis), basis)
+    data = ExactProblem.of_basis(problem, basis)
+    exact = exact_basis(data, basis, Effort(EFFORT))
     if exact is None or not (exact.unique and exact.solves):
         return None
     near = rounded(exact.z)

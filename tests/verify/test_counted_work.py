@@ -1,0 +1,74 @@
+"""What is decided of a point in exact arithmetic is worth the time that it takes."""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import lcpcli
+from lcpcli import Problem, from_qp
+from lcpcli.linalg.doubles import ROUNDING
+from lcpcli.rational import elimination
+from lcpcli.rational.elimination import Effort
+from lcpcli.verify.exact_solution import is_rounded_solution
+
+
+def linear_program(m: int, n: int) -> Problem:
+    generator = np.random.default_rng(0)
+    A = generator.standard_normal((m, n))
+    x = np.where(generator.random(n) < m / n / 2, generator.random(n), 0.0)
+    y = np.where(generator.random(m) < 0.5, generator.random(m), 0.0)
+    b = A @ x - np.where(y > 0, 0, generator.random(m))
+    c = A.T @ y + np.where(x > 0, 0, generator.random(n))
+    return from_qp(None, c, A, row_lower=b, lower=0)
+
+
+@pytest.fixture
+def sizes(monkeypatch: pytest.MonkeyPatch) -> list[int]:
+    """The sizes of the systems that are solved exactly."""
+    found: list[int] = []
+    real: Callable[..., Any] = elimination.solve
+
+    def solve(A: list[Any], right: list[Any]) -> Any:
+        found.append(len(A))
+        return real(A, right)
+
+    monkeypatch.setattr(elimination, "solve", solve)
+    return found
+
+
+def test_no_system_is_solved_exactly_for_a_wrong_point(sizes: list[int]) -> None:
+    """Hundreds of unknowns took up to minutes: 12 s for a program of 300 rows."""
+    problem = linear_program(100, 150)
+    z = lcpcli.run(problem).z
+    z *= 1 + 1e-9 * np.random.default_rng(1).standard_normal(z.size)
+    assert not lcpcli.check(problem, z).accepted
+    assert sizes == []
+
+
+def test_what_would_take_long_is_undecided_and_not_refused() -> None:
+    M = np.array([[3.0, 1.0], [1.0, 7.0]])
+    problem = Problem(M, [-1.0, -1.0])
+    z = lcpcli.solve(problem.M, problem.q).z
+    assert is_rounded_solution(problem, z)
+    assert is_rounded_solution(problem, z, Effort(0.0)) is None
+    assert is_rounded_solution(problem, 2 * z, Effort(0.0)) is False
+
+
+@given(seed=st.integers(0, 2**32 - 1), n=st.integers(1, 12), ulps=st.integers(0, 2))
+def test_rounded_solutions_are_recognized(seed: int, n: int, ulps: int) -> None:
+    """M = L L' with small integers, and an integer solution moved by units in the last
+    place: the test by a product rules none out."""
+    generator = np.random.default_rng(seed)
+    L = np.tril(generator.integers(-3, 4, (n, n)), -1) + np.eye(n)
+    z = np.where(generator.random(n) < 0.7, generator.integers(1, 9, n), 0.0)
+    z[0] = max(z[0], 1.0)
+    M, w = L @ L.T, np.where(z > 0, 0, generator.integers(1, 9, n))
+    problem = Problem(M, w - M @ z)
+    moved = z * (1 + ulps * 2.0**-52)
+    assert ulps * 2.0**-52 <= ROUNDING
+    assert is_rounded_solution(problem, moved)
+    assert not is_rounded_solution(problem, z * (1 + 8 * ROUNDING))
