@@ -106,6 +106,10 @@ def finitely_rounded(z: Sequence[Fraction]) -> Vector | None:
     return near if np.isfinite(near := rounded(z)).all() else None
 
 
+# Unknowns, up to which connected parts of M are solved exactly, each for itself.
+MOST_IN_PARTS = 10_000
+
+
 class ExactBasis(NamedTuple):
     """A solution of M_BB z_B = -(q + M z_N)_B, with z_N at its bounds; whether it is
     the only one, and by how much each component violates the problem: z_i beyond its
@@ -295,11 +299,29 @@ def is_rounded_solution(
     if not (np.isfinite(z).all() and _may_be_rounded(problem, z)):
         return False
     basis = problem.box.basis_at(z)
-    if np.count_nonzero(basis == BASIC) > farkas.most_exact():
+    is_large = np.count_nonzero(basis == BASIC) > farkas.most_exact()
+    if is_large and problem.n > MOST_IN_PARTS:
         return None
+    data = ExactProblem.of_basis(problem, basis)
     effort = Effort() if effort is None else effort
+    if not is_large:
+        return _is_rounded(data, z, basis, effort)
+    # Too many at once: each connected part for itself.
+    for part in map(np.array, data.blocks):
+        own = data.part(part.tolist()), z[part], basis[part]
+        is_small = np.count_nonzero(own[2] == BASIC) <= farkas.most_exact()
+        if not (is_rounded := _is_rounded(*own, effort) if is_small else None):
+            return is_rounded
+    return True
+
+
+def _is_rounded(
+    data: ExactProblem, z: Vector, basis: States, effort: Effort
+) -> bool | None:
+    """Return whether z is the exact basic solution of a basis, but for ROUNDING, and
+    that solves the problem; None if solving would take more than an effort."""
     spent = effort.spent
-    found = exact_basis(ExactProblem.of_basis(problem, basis), basis, effort)
+    found = exact_basis(data, basis, effort)
     if found is None:  # there is none if it has been sought
         return False if effort.spent > spent else None
     if not (found.unique and found.solves):

@@ -5,14 +5,16 @@ from typing import Any
 
 import numpy as np
 import pytest
+import scipy.sparse as sp
 from hypothesis import given
 from hypothesis import strategies as st
 
 import lcpcli
-from lcpcli import Problem, from_qp
+from lcpcli import Problem, Status, from_qp
 from lcpcli.linalg.doubles import ROUNDING
 from lcpcli.rational import elimination
 from lcpcli.rational.elimination import Effort
+from lcpcli.verify import farkas
 from lcpcli.verify.exact_solution import is_rounded_solution
 
 
@@ -72,3 +74,52 @@ def test_rounded_solutions_are_recognized(seed: int, n: int, ulps: int) -> None:
     assert ulps * 2.0**-52 <= ROUNDING
     assert is_rounded_solution(problem, moved)
     assert not is_rounded_solution(problem, z * (1 + 8 * ROUNDING))
+
+
+def random_without_solution() -> Problem:
+    """The first random problem of 11 unknowns that is feasible and has no solution."""
+    for seed in range(1000):
+        generator = np.random.default_rng(seed)
+        problem = Problem(
+            generator.integers(-9, 10, (11, 11)), generator.integers(-9, 10, 11)
+        )
+        if lcpcli.run(problem).status is Status.UNSOLVABLE:
+            return problem
+    raise AssertionError
+
+
+def blocks_of(number: int, seed: int) -> Problem:
+    """A positive definite matrix with blocks of 4 unknowns."""
+    generator = np.random.default_rng(seed)
+    parts = []
+    for _ in range(number):
+        M = generator.integers(-5, 6, (4, 4)).astype(float)
+        parts.append(M @ M.T + np.eye(4))
+    return Problem(sp.block_diag(parts).tocsr(), generator.integers(-9, 10, 4 * number))
+
+
+def test_connected_parts_are_decided_apart() -> None:
+    """800 unknowns are basic, twice as many as are solved at once, in parts of 4."""
+    problem = blocks_of(300, 0)
+    z = lcpcli.run(problem).z
+    assert np.count_nonzero(z) > farkas.most_exact()
+    exact = lcpcli.exact(problem).exact
+    assert exact.status is Status.SOLVED
+    rounded = np.array([float(value) for value in exact.z])
+    assert is_rounded_solution(problem, rounded)
+    wrong = rounded.copy()
+    wrong[wrong.argmax()] *= 1 + 1e-9
+    assert not is_rounded_solution(problem, wrong)
+
+
+def test_a_part_without_a_solution_decides_the_whole() -> None:
+    """Parts of 9 unknowns each with a solution, and one of 11 that is feasible and has
+    none: the states of 47 would take too long."""
+    hard = random_without_solution()
+    generator, parts = np.random.default_rng(1), [hard.M]
+    for _ in range(4):
+        L = generator.integers(-5, 6, (9, 9)).astype(float)
+        parts.append(L @ L.T + np.eye(9))
+    q = np.concatenate((hard.q, generator.integers(-9, 10, 36)))
+    found = lcpcli.exact(Problem(sp.block_diag(parts).toarray(), q))
+    assert found.exact.status is Status.UNSOLVABLE
