@@ -1,6 +1,7 @@
 """What is decided of a point in exact arithmetic is worth the time that it takes."""
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,8 @@ from lcpcli import Problem, Status, from_qp
 from lcpcli.linalg.doubles import ROUNDING
 from lcpcli.rational import elimination
 from lcpcli.rational.elimination import Effort
+from lcpcli.rational.exact_problem import ExactProblem
+from lcpcli.solving.proof import prove
 from lcpcli.verify import farkas
 from lcpcli.verify.exact_solution import is_rounded_solution
 
@@ -113,13 +116,14 @@ def test_connected_parts_are_decided_apart() -> None:
 
 
 def test_a_part_without_a_solution_decides_the_whole() -> None:
-    """Parts of 9 unknowns each with a solution, and one of 11 that is feasible and has
-    none: the states of 47 would take too long."""
+    """One of 11 unknowns that is feasible and has none, after 30 that have two
+    solutions each."""
     hard = random_without_solution()
-    generator, parts = np.random.default_rng(1), [hard.M]
-    for _ in range(4):
-        L = generator.integers(-5, 6, (9, 9)).astype(float)
-        parts.append(L @ L.T + np.eye(9))
-    q = np.concatenate((hard.q, generator.integers(-9, 10, 36)))
-    found = lcpcli.exact(Problem(sp.block_diag(parts).toarray(), q))
+    problem = Problem(
+        sp.block_diag((-np.eye(30), hard.M)).toarray(),
+        np.concatenate((np.ones(30), hard.q)),
+    )
+    # Which shows nothing.
+    run = lcpcli.run(problem, "newton", max_iterations=1)
+    found = prove(partial(ExactProblem.of_floats, problem), run)
     assert found.exact.status is Status.UNSOLVABLE
