@@ -7,7 +7,7 @@ import math
 import numbers
 import os
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cache
 from typing import Any, NamedTuple
 
@@ -137,7 +137,11 @@ TIME_LIMIT = Option(
     *("time_limit", float, math.inf, "seconds > 0", lambda seconds: seconds > 0),
     "Stop after this many seconds, set-up included.",
 )
-LIMITS = (TOL, MAX_ITERATIONS, TIME_LIMIT)
+GAP = Option(
+    *("gap", float, math.inf, "error > 0", lambda error: error > 0),
+    "Of a program: accepted error of the objective, relative to its size.",
+)
+LIMITS = (TOL, MAX_ITERATIONS, TIME_LIMIT, GAP)
 MAX_BREAKPOINTS = Option(
     "max_breakpoints",
     int,
@@ -183,7 +187,8 @@ EVERY = Option(
 @dataclass(frozen=True)
 class Limits:
     """The limits of a run: it stops at a relative residual of tol, after
-    max_iterations, or after time_limit seconds.
+    max_iterations, or after time_limit seconds. A program is solved only if the error
+    of its objective, relative to its size, is at most gap.
 
     Raises OptionError if a limit is out of range.
 
@@ -194,13 +199,14 @@ class Limits:
     tol: float = TOL.value
     max_iterations: int = int(MAX_ITERATIONS.value)
     time_limit: float = TIME_LIMIT.value
+    gap: float = field(default=GAP.value, repr=False)
 
     @classmethod
     def taken_from(cls, options: dict[str, Any]) -> Limits:
         """Return the limits among some options, which are then without them."""
         own = {
             name: options.pop(name)
-            for name in ("tol", "max_iterations", "time_limit")
+            for name in ("tol", "max_iterations", "time_limit", "gap")
             if name in options
         }
         return cls(**own) if own else DEFAULTS

@@ -34,7 +34,7 @@ LONG = {
     "lcpcli.files.mps_format._Reader.program",
     "lcpcli.kernels.measure_kernels._judgement",
     "lcpcli.linalg.units._sparse",
-    "lcpcli.methods.final_states.confirmed",
+    "lcpcli.verify.final_states.confirmed",
     "lcpcli.model.problem.Problem.__init__",
     "lcpcli.model.reductions.from_qp",
     "lcpcli.presolve.rules.rows_that_are_bounds",

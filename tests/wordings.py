@@ -296,7 +296,7 @@ WRITE_Z = "write z1 to z{}, or a name"
 DID_YOU_MEAN = "did you mean {}?"
 IT_HAS = (
     "it has {}, x0, z0, basis, tol, max_iterations, time_limit, threads, "
-    "trace, callback, interrupts, compiled, scale, finish"
+    "trace, callback, interrupts, compiled, gap, scale, finish"
 )
 IT_MUST_BE = "it must be: {}"
 WITH_RHO = "with rho = {} it must be: rho < sigma < 1"

@@ -440,7 +440,7 @@ FIRST = (
         *(
             "newton",
             "from w = 0 where q <= 0",
-            "no entry off the diagonal is positive, and some of q are 0",
+            "some of q are 0, and rows with q <= 0 are positive on the diagonal alone",
         ),
         lambda s: s.basic_zeros is not None,
         _from_basic_zeros,

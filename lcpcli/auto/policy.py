@@ -14,6 +14,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import suppress
+from dataclasses import replace
 from fractions import Fraction
 from functools import cache, cached_property, partial
 from itertools import chain
@@ -27,9 +28,8 @@ from lcpcli.clock import imports
 from lcpcli.interrupts import TimeIsUp, check, remaining, within
 from lcpcli.linalg import factors
 from lcpcli.linalg.doubles import SMALL_DISTANCE, is_finite
-from lcpcli.linalg.matrices import is_sparse
+from lcpcli.linalg.matrices import accurate_residual, dense, is_sparse
 from lcpcli.methods import stages
-from lcpcli.methods.final_states import MOST_DECIDED, confirmed, is_doubtful
 from lcpcli.methods.newton import from_start
 from lcpcli.methods.stages import (
     Ending,
@@ -43,13 +43,16 @@ from lcpcli.methods.stages import (
     advance,
     changed,
 )
+from lcpcli.model.box import BASIC
+from lcpcli.model.changes import Change
 from lcpcli.model.problem import Problem
 from lcpcli.rational.elimination import Effort
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import rounded, rounded_direction
 from lcpcli.rational.tree import solution_search
-from lcpcli.typing import Vector
-from lcpcli.verify import certificate, measure
+from lcpcli.typing import States, Vector
+from lcpcli.verify import measure
+from lcpcli.verify.acceptance import AS_IT_IS, PROVED, Extent, accepted
 from lcpcli.verify.certificate import (
     EXHAUSTION_EFFORT,
     Certificate,
@@ -57,8 +60,9 @@ from lcpcli.verify.certificate import (
     is_clear,
     proves_infeasible,
 )
-from lcpcli.verify.exact_solution import from_point, is_rounded_solution, refined
+from lcpcli.verify.exact_solution import from_point, refined
 from lcpcli.verify.farkas import farkas_vector
+from lcpcli.verify.final_states import MOST_DECIDED, is_doubtful
 from lcpcli.verify.point import Criterion, Point
 
 REFINED = "refined"
@@ -77,7 +81,14 @@ LOST_BY_ROUNDING = (
     "there is a solution, but its nearest doubles do not solve the problem"
 )
 UNDECIDED_IN_TIME = "exact arithmetic did not decide the problem in time"
+# What is asked of a point that a search may end at: whether a solution near it is
+# proved; the run asks whether anything speaks against it. And of one whose rows may
+# hide terms: whether exact arithmetic confirms it.
+IF_PROVED, EXACT = Extent(PROVED), Extent(AS_IT_IS, is_exact=True)
 NOTHING = list[Fraction]()  # after all nodes of a tree without a solution
+MOST_PIVOTED_EXACTLY = 100  # unknowns, from states that are nearly right
+# Of a problem with far sides: each leaves fewer of them out.
+MOST_RELAXATIONS = 8
 # Of the tree, in counted work: what it does at first, in which it decides nearly all
 # problems; after turns of other methods it goes on, each time with twice that or the
 # largest share, up to the most in all.
@@ -126,7 +137,7 @@ def auto(
                 change, x0, partial(auto, presolve=presolve, states=states, near=near)
             )
     search = partial(_searched, presolve=presolve, near=near)
-    if problem.may_have_far_bounds:
+    if problem.has_far_sides:
         return _relaxed_first(problem, x0, search, states)
     # Iterates would be in other variables; but piqp has ended.
     if tried and problem.reference_z is not None:
@@ -135,17 +146,84 @@ def auto(
 
 
 def _relaxed_first(problem: Problem, x0: Vector, search: Search, states: bool) -> Stage:
-    """Solve the problem without its far bounds, if it has any, by all methods but milp,
-    and then as given."""
+    """Solve the problem without its far sides by all methods but milp. Those that the
+    answer is beyond, or that keep a proof from holding with them, count the next time:
+    a relaxation without a solution proves nothing. They are first moved nearer, as
+    their size leaves no digits for anything beside them; the states are most often the
+    same. In the end the problem is solved as given.
+
+    A solution within the far sides is one of the problem, which ends the run."""
     with imports:
-        from lcpcli.model.changes import relaxed
-    change, turns = relaxed(problem), Turns(x0)
-    if not change.is_identity:
-        first = partial(small, search=partial(search, milp=False), states=states)
-        ending = yield from turns.take("", changed(change, x0, first))
-        if _is_proof(ending):
-            return ending
+        from lcpcli.model.changes import Relaxed, relaxed
+    turns, first = Turns(x0), partial(small, search=partial(search, milp=False))
+    change = relaxed(problem)
+    for _ in range(MOST_RELAXATIONS):
+        if not isinstance(change, Relaxed):
+            break
+        stage = first(change.problem, change.start(x0), states=states)
+        ending = yield from turns.take("", stages.moved_back(change, stage))
+        if isinstance(ending, Finished) and change.moved.number:
+            yield _with_states_of(turns, relaxed(problem, change.sides, is_moved=False))
+        if not change.sides.number:
+            break
+        met = change.met(turns.last.x)
+        if isinstance(ending, NoSolution):
+            y = ending.certificate.vector
+            if y is not None and proves_infeasible(problem, y):
+                return replace(ending, certificate=infeasible(problem, y))
+            met = change.met(turns.last.x) if y is None else change.needed(y)
+        # If it is not known which of them count, all do.
+        is_known = isinstance(ending, (Finished, NoSolution)) and met.number > 0
+        left = change.sides.without(met if is_known else change.sides)
+        change = relaxed(problem, left)
     return (yield from turns.take("", small(problem, x0, search, states)))
+
+
+def _with_states_of(turns: Turns, change: Change) -> Iterate:
+    """Return the last iterate with the basic solution of its states in the problem of a
+    change."""
+    problem, box = change.problem, change.problem.box
+    basis = turns.last.basis
+    if basis is None:
+        basis = change.original.box.basis_of(turns.last.x)
+    with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+        near = box.z_of(change.start(turns.last.x))
+        z = refined(problem, near, basis)
+        if z is near:
+            # The system is singular, as at a face of minimizers. Where sides have
+            # moved, most often only values of rows change with them.
+            z = _with_values_of_rows(problem, near, basis)
+        if (
+            problem.n <= MOST_PIVOTED_EXACTLY
+            and not Point(
+                Criterion(change.original), change.original.box.project(z)
+            ).solves()
+        ):
+            data = ExactProblem.of_floats(change.original)
+            exact = from_point(data, z, Effort(EXHAUSTION_EFFORT))
+            if exact is not None:
+                z = rounded(exact)
+        x = change.back(box.x_within(z, problem.w(z), basis))
+    turns.last = turns.last._replace(x=x, F=None, step=REFINED, signs_final=True)
+    return turns.last
+
+
+def _with_values_of_rows(problem: Problem, z: Vector, basis: States) -> Vector:
+    """Return z with those basic z_j changed that occur in one row, of a basic z_i,
+    alone, so that w_i = 0 there."""
+    M, z = problem.M, np.where(basis == BASIC, z, problem.box.nonbasic(basis))
+    rows, columns = M.nonzero()
+    number = np.bincount(columns, minlength=z.size)
+    is_alone = (
+        (number[columns] == 1) & (basis[columns] == BASIC) & (basis[rows] == BASIC)
+    )
+    rows, first = np.unique(rows[is_alone], return_index=True)
+    columns = columns[is_alone][first]
+    if not np.isfinite(z).all():
+        return z
+    w = -accurate_residual(M[rows], z, -problem.q[rows])
+    z[columns] -= w / dense(M[rows])[np.arange(rows.size), columns]
+    return z
 
 
 def _searched(problem: Problem, x0: Vector, milp: bool = True, **how: Any) -> Stage:
@@ -156,13 +234,10 @@ def _searched(problem: Problem, x0: Vector, milp: bool = True, **how: Any) -> St
     search: Search = partial(_search, milp=milp, **how)
     ending = yield from turns.take("", stages.from_reference(problem, x0, search))
     if isinstance(ending, Finished) and problem.reference_z is not None:
-        point = Point(Criterion(problem), problem.box.z_of(turns.last.x))
-        if point.solution() is None:
-            doubt = certificate.settled(problem, point.z, point.criterion.tol)
-            if doubt is None or doubt.fault:
-                ending = yield from turns.take(
-                    "", search(problem, Turns(x0), tried=None)
-                )
+        z = problem.box.z_of(turns.last.x)
+        found = accepted(problem, [z], Criterion(problem).tol, IF_PROVED)
+        if found is None or not found.solved:
+            ending = yield from turns.take("", search(problem, Turns(x0), tried=None))
     if milp and isinstance(ending, stages.Undecided):
         return (
             yield from turns.take("milp", stages.begin("milp", problem, turns.last.x))
@@ -254,14 +329,17 @@ def _improved(
     if problem.n <= measure.FEW_UNKNOWNS:
         return isinstance((yield from exactly(problem, turns)), Finished)
     box = problem.box
-    z, fault = certificate.enclosed(problem, box.z_of(turns.last.x), tol)
-    if not fault:
-        x = box.x_within(z, problem.w(z), box.basis_at(z))
-        turns.last = turns.last._replace(x=x, F=None, step=REFINED, signs_final=True)
-        yield turns.last
-        return True
-    # Which refinement in doubles might move.
-    if is_rounded_solution(problem, box.z_of(turns.last.x)):
+    z = box.z_of(turns.last.x)
+    found = accepted(problem, [z], tol, IF_PROVED)
+    if found is not None and found.solved:
+        if found.point.z is not z:
+            # Which refinement in doubles might move.
+            z = found.point.z
+            x = box.x_within(z, problem.w(z), box.basis_at(z))
+            turns.last = turns.last._replace(
+                x=x, F=None, step=REFINED, signs_final=True
+            )
+            yield turns.last
         return True
     for _ in range(MOST_REFINEMENTS):
         before, basis = turns.last.x, box.basis_of(turns.last.x)
@@ -272,7 +350,8 @@ def _improved(
         yield turns.last
         if np.array_equal(x, before):
             break
-    return is_rounded_solution(problem, problem.box.z_of(turns.last.x))
+    found = accepted(problem, [box.z_of(turns.last.x)], tol, IF_PROVED)
+    return found is not None and found.solved
 
 
 # Of all rows: with no more than one entry, from which on presolve may help the best
@@ -462,23 +541,20 @@ def _without_doubt(
     while isinstance(step := advance(stage), Iterate):
         turns.last = step = step._replace(evaluations=done + step.evaluations)
         z = problem.box.z_of(step.x)
-        if (
-            step.signs_final
-            and is_doubtful(problem, z)
-            and Point(Criterion(problem), z).solves()
-        ):
-            found = confirmed(problem, z, step.basis)
-            if found is not None and found.z is not z:
-                x = problem.box.x_of(found.z, problem.w(found.z))
-                yield Iterate(
-                    x, None, "exact", step.evaluations, "exact", basis=found.basis
-                )
-            elif found is None:
-                ending = yield from exactly(
-                    problem, Turns(step.x, step.evaluations), tree
-                )
-                if not isinstance(ending, Stalled):
-                    return ending
+        found = None
+        if step.signs_final and is_doubtful(problem, z):
+            point = Point(Criterion(problem), z)
+            found = accepted(problem, [point], point.criterion.tol, EXACT, step.basis)
+        if found is not None and not found.solved:
+            ending = yield from exactly(problem, Turns(step.x, step.evaluations), tree)
+            if not isinstance(ending, Stalled):
+                return ending
+        elif found is not None and found.point is not point:
+            z = found.point.z
+            x = problem.box.x_of(z, problem.w(z))
+            yield Iterate(
+                x, None, "exact", step.evaluations, "exact", basis=found.basis
+            )
         yield step
     return step
 
@@ -546,9 +622,8 @@ def _exact(problem: Problem, z: Vector, tree: Tree | None) -> Stage:
         x = problem.box.x_of(exact_z, exact_w)
         yield Iterate(x, None, "exact", 1)
         near = problem.box.z_of(x)
-        if Point(Criterion(problem), near).solves() or is_rounded_solution(
-            problem, near
-        ):
+        found = accepted(problem, [near], Criterion(problem).tol, IF_PROVED)
+        if found is not None and found.solved:
             return Finished()
         reason = LOST_BY_ROUNDING
     if tree is None or not tree.is_decided or tree.solution is not None:

@@ -306,7 +306,7 @@ class Inputs(NamedTuple):
         problem, remarks = without_wrong_solutions(changed, work.paths[0])
         # On what has been read.
         notes = [problem.note] if work.paths[0].casefold().endswith(".nl") else []
-        if problem.may_have_far_bounds and self.infinity is None:
+        if problem.has_far_sides and self.infinity is None:
             from lcpcli.model import changes
 
             notes.append(changes.remark(problem))

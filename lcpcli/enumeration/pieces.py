@@ -27,7 +27,6 @@ from lcpcli.interrupts import TimeIsUp, remaining
 from lcpcli.linalg import matrices
 from lcpcli.model.box import BASIC, LOWER, UPPER, WORDS
 from lcpcli.model.origins import Game
-from lcpcli.model.problem import Problem
 from lcpcli.rational import elimination
 from lcpcli.rational.dictionary import Direction, Point, generators
 from lcpcli.rational.exact_problem import ExactProblem, fractions_of
@@ -191,29 +190,6 @@ def _elided(parts: list[str]) -> list[str]:
         parts
         if len(parts) <= SHOWN_PARTS
         else [*parts[: SHOWN_PARTS - 1], "...", parts[-1]]
-    )
-
-
-def restricted(data: ExactProblem, indices: Sequence[int]) -> ExactProblem:
-    place = {i: k for k, i in enumerate(indices)}
-    rows = [
-        {place[j]: Fraction(a, data.scales[i]) for j, a in data.rows[i].items()}
-        for i in indices
-    ]
-    q = [Fraction(data.constants[i], data.scales[i]) for i in indices]
-    whole = data.problem
-    lower, upper = (
-        np.broadcast_to(bound, whole.n)[indices] for bound in (whole.lower, whole.upper)
-    )
-    part = Problem(
-        whole.M[indices][:, indices], whole.q[indices], lower=lower, upper=upper
-    )
-    return ExactProblem(
-        part,
-        rows,
-        q,
-        [data.lower[i] for i in indices],
-        [data.upper[i] for i in indices],
     )
 
 

@@ -23,15 +23,16 @@ import numpy as np
 
 from lcpcli import clock, options
 from lcpcli.clock import imports
-from lcpcli.enumeration.pieces import Piece, combined, pieces, restricted
+from lcpcli.enumeration.pieces import Piece, combined, pieces
 from lcpcli.errors import ProblemError, count
 from lcpcli.interrupts import TimeIsUp, check, within
 from lcpcli.linalg import matrices
+from lcpcli.linalg.patterns import connected
 from lcpcli.model.origins import Game
 from lcpcli.model.problem import Problem, as_problem
 from lcpcli.model.program import Program
 from lcpcli.rational import elimination
-from lcpcli.rational.dictionary import Point, Vertex, connected
+from lcpcli.rational.dictionary import Point, Vertex
 from lcpcli.rational.elimination import Effort
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import over_one_denominator
@@ -164,9 +165,7 @@ class Solutions(Iterator[Piece]):
         if isinstance(origin, Game):
             self.problem = ExactProblem.of_decimals(problem.problem)
             self._players = Players(self.problem, origin)
-        edges = ((i, j) for i, row in enumerate(self.problem.rows) for j in row)
-        # Of M, the small ones first.
-        self._blocks = sorted(connected(self.problem.n, edges), key=len)
+        self._blocks = self.problem.blocks
         self.pieces: list[Piece] = []
         self.others: bool | None = None
         self._time_limit, self._most, self._deadline = time_limit, most, math.inf
@@ -260,7 +259,7 @@ class Solutions(Iterator[Piece]):
         searches = []
         for indices in parts:
             self._check()
-            part = restricted(data, indices) if len(parts) > 1 else data
+            part = data.part(indices) if len(parts) > 1 else data
             searches.append(tee(pieces(part, self._check), 1)[0])
         if all(next(copy(search), None) is not None for search in searches):
             for chosen in _combinations(searches):

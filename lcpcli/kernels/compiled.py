@@ -15,12 +15,13 @@ from lcpcli.kernels.loading import load
 from lcpcli.linalg.matrices import dense, is_sparse
 from lcpcli.linalg.units import Units
 from lcpcli.methods.direct import CERTAIN, MOST_COMPILED, DirectAnswer
-from lcpcli.methods.final_states import Confirmed, confirmed
 from lcpcli.methods.lemke import LEAST_REFRESHED, seeded_cover
 from lcpcli.model.box import of_masks
 from lcpcli.model.problem import Problem, conditions_of
 from lcpcli.typing import Indices, Mask, States, Vector
+from lcpcli.verify.acceptance import AS_IT_IS, Acceptance, Extent, accepted
 from lcpcli.verify.measure import Rows
+from lcpcli.verify.point import Criterion, Point
 
 Vectors = tuple[Vector, ...]
 # In the systems that are solved before Ctrl-C can take effect.
@@ -31,6 +32,8 @@ COVER = seeded_cover(0, 2 * MOST_COMPILED)
 LOWEST, HIGHEST = np.zeros(MOST_COMPILED), np.full(MOST_COMPILED, np.inf)
 # Of a sparse M: for more, Ctrl-C would have to wait for the end of the judgement.
 MOST_JUDGED_ENTRIES = 1_000_000
+# What is asked of a point that meets the criterion, by a kernel.
+EXACT = Extent(AS_IT_IS, is_exact=True)
 
 load("kernels", "measure_kernels", "pivoting_kernels")
 from lcpcli.kernels.kernels import (  # noqa: E402
@@ -124,9 +127,9 @@ def mixed(problem: Problem, tol: float) -> DirectAnswer | None:
     if is_solution and surely_solves(*rows, q, lower, upper, tol, reference):
         return DirectAnswer(reference, True, 0)
     steps, z = pivot_blocks(*rows, q, lower, upper, t)
-    found = judged(problem, rows, box, z, tol) if z.size else None
+    found = _accepted(problem, rows, box, z, tol) if z.size else None
     if found is not None:
-        return DirectAnswer(found.z, True, steps)
+        return DirectAnswer(found.point.z, True, steps)
     M = np.ascontiguousarray(dense(problem.M))
     own = kernels.kept(M, lower, upper)
     try:
@@ -164,12 +167,11 @@ def _at(
     """Return the basic solution of these states, after `made` others, if it is a
     solution beyond doubt."""
     z = basic_solution(M, problem.q, *box, states)
-    found = judged(problem, rows_of(problem), box, z, tol, states)
-    return (
-        None
-        if found is None
-        else DirectAnswer(found.z, True, 1 + made, method, evaluations, found.basis)
-    )
+    found = _accepted(problem, rows_of(problem), box, z, tol, states)
+    if found is None:
+        return None
+    z, end = found.point.z, found.basis
+    return DirectAnswer(z, True, 1 + made, method, evaluations, end)
 
 
 def rows_of(problem: Problem) -> Vectors:
@@ -180,29 +182,24 @@ def rows_of(problem: Problem) -> Vectors:
     return begin, columns, values
 
 
-def judged(
+def _accepted(
     problem: Problem,
     rows: Vectors,
     box: Vectors,
     z: Vector,
     tol: float,
     states: States | None = None,
-) -> Confirmed | None:
-    """Return a z within the box, or the exact solution near it, if it is a solution
-    beyond doubt, or if it is one but for numbers and distances from bounds that may be
-    rounding of 0; else None. rows : those of M."""
+) -> Acceptance | None:
+    """Return what a z within the box is worth if it is a solution beyond doubt, or if
+    it is one but for distances from bounds that may be rounding of 0; else None. rows :
+    those of M."""
     if not surely_solves(*rows, problem.q, *box, tol, z):
         z = on_bounds(*box, z)
         if not surely_solves(*rows, problem.q, *box, tol, z):
             return None
-    found = confirmed(problem, z, states)
-    return (
-        found
-        if found is None
-        or found.z is z
-        or surely_solves(*rows, problem.q, *box, tol, found.z)
-        else None
-    )
+    point = Point.of_solution(Criterion(problem, tol), z)
+    found = accepted(problem, [point], tol, EXACT, states)
+    return found if found is not None and found.solved else None
 
 
 def solves(problem: Problem, z: Vector, tol: float) -> bool:

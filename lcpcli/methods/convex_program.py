@@ -48,9 +48,10 @@ MOST_LINEAR_STEPS = 40
 MOST_OPERATIONS = 6e7
 
 
-def convex_program(problem: Problem) -> Stage:
+def convex_program(problem: Problem, most_steps: int | None = None) -> Stage:
     """Yield PIQP's point, if only rounding keeps it from solving the problem, then the
-    basic solutions of its states, and those after exchanges of wrong signs.
+    basic solutions of its states, and those after exchanges of wrong signs. most_steps
+    : of PIQP, by default MOST_STEPS, or MOST_LINEAR_STEPS.
 
     Finished : one of them violates no sign beyond rounding. Breakdown : the problem is
     not that of a convex program, or too large for PIQP, or PIQP finds no minimum.
@@ -71,7 +72,7 @@ def convex_program(problem: Problem) -> Stage:
             return Breakdown("a factorization takes long")
     except (ProblemError, SingularMatrix):
         return Breakdown("no factorization succeeded")
-    found = _minimizer(problem, S)
+    found = _minimizer(problem, S, most_steps)
     if found is None:
         return Breakdown("PIQP found no minimum")
     z, is_accurate = found
@@ -128,7 +129,9 @@ def _has_others(problem: Problem, is_row: Mask) -> bool:
     )
 
 
-def _minimizer(problem: Problem, S: Vector) -> tuple[Vector, bool] | None:
+def _minimizer(
+    problem: Problem, S: Vector, most_steps: int | None
+) -> tuple[Vector, bool] | None:
     """Return the minimizer and the multipliers, both approximate, and whether PIQP
     reached its tolerance; None if there are none, or M has more entries than that of a
     program, or PIQP would take a bound for none."""
@@ -161,7 +164,8 @@ def _minimizer(problem: Problem, S: Vector) -> tuple[Vector, bool] | None:
     ):
         Q, A, G = (each.toarray() for each in (Q, A, G))
     of_rows, is_linear = (G, low[rows], high[rows]), not parts[0][1].size
-    limits = TOLERANCE, MOST_LINEAR_STEPS if is_linear else MOST_STEPS, MOST_GAP
+    usual = MOST_LINEAR_STEPS if is_linear else MOST_STEPS
+    limits = TOLERANCE, usual if most_steps is None else most_steps, MOST_GAP
     ended = convex_minimum(
         Q, q[x], (A, -q[equations]), of_rows, (lower[x], upper[x]), *limits
     )

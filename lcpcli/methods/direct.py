@@ -26,7 +26,11 @@ from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import ROUNDED_ZERO, ROW_ROUNDING, row_sizes
 from lcpcli.linalg.factors import each_product, principal_inverses
 from lcpcli.linalg.matrices import TINY_TERMS, is_narrow, is_sparse, row_errors
-from lcpcli.methods.final_states import (
+from lcpcli.model.box import BASIC, Box
+from lcpcli.model.problem import Problem
+from lcpcli.model.program import Program
+from lcpcli.typing import Indices, Mask, Matrix, States, Vector
+from lcpcli.verify.final_states import (
     HIDDEN_TERM,
     LONG_NUMBER,
     confirmed,
@@ -34,10 +38,6 @@ from lcpcli.methods.final_states import (
     is_doubtful,
     without_rounding,
 )
-from lcpcli.model.box import BASIC, Box
-from lcpcli.model.problem import Problem
-from lcpcli.model.program import Program
-from lcpcli.typing import Indices, Mask, Matrix, States, Vector
 from lcpcli.verify.measure import FEW_UNKNOWNS
 
 MOST_UNKNOWNS = 100
@@ -242,15 +242,23 @@ def applies(problem: Problem) -> bool:
 
 
 def basic_zeros(problem: Problem) -> Mask | None:
-    """Return q <= 0 as the first basic variables if some q_i are 0 and M is a Z-matrix
-    with a positive diagonal: then w_i <= q_i for z_i = 0, and from q < 0 exchanges find
-    one unknown after another along chains and trees of zeros. Else None."""
+    """Return q <= 0 as the first basic variables if some q_i are 0, and their rows of M
+    have no positive entry but on the diagonal: then w_i <= q_i for z_i = 0, and from q
+    < 0 exchanges find one unknown after another along chains and trees of zeros. Else
+    None."""
     M, q = problem.M, problem.q
     if np.count_nonzero(q) == q.size or not np.count_nonzero(q < 0):
         return None
-    if not (problem.box.is_orthant and matrices.has_no_positive_links(M)):
+    if not problem.box.is_orthant or not M.diagonal().min(initial=1.0) > 0:
         return None
-    return np.asarray(q <= 0) if M.diagonal().min(initial=1.0) > 0 else None
+    basic = np.asarray(q <= 0)
+    # As in the first row of most others, before rows are copied.
+    if not is_sparse(M) and np.count_nonzero(M[int(basic.argmax())] > 0) > 1:
+        return None
+    rows = M if basic.all() else M[basic]
+    entries = rows.data if is_sparse(rows) else rows
+    has_others = np.count_nonzero(entries > 0) > np.count_nonzero(basic)
+    return None if has_others else basic
 
 
 @np.errstate(all="ignore")

@@ -356,7 +356,7 @@ def moved_back(
                     found = polishing.at(polishing.box.basis_of(x))
                     if is_finite(found.w) and not polishing.violated(found).any():
                         x = polishing.box.x_within(found.z, found.w, found.basis)
-        yield step._replace(x=x, F=F, basis=None)
+        yield step._replace(x=x, F=F, basis=step.basis if change.keeps_states else None)
     return step
 
 

@@ -41,6 +41,8 @@ from lcpcli.typing import Indices, Mask, Matrix, States, Vector
 CANCELLATION = 1000
 # A bound of this size or more means none, by the convention of MPS files and of OSQP.
 NO_BOUND = 1e20
+# A bound of this size or more may mean none (see `far_sides`).
+LEAST_FAR = 1e13
 LARGEST_X = LARGEST_DOUBLE / 2  # up to this |x|, z and w are finite
 # states: z_i = l_i and w_i >= 0, w_i = 0, z_i = u_i and w_i <= 0.
 LOWER, BASIC, UPPER = -1, 0, 1
@@ -134,10 +136,10 @@ class Box:
     @cached_property
     def is_far(self) -> bool:
         """Return whether a finite bound is so large that it may stand for an infinite
-        one."""
+        one (see `far_sides`)."""
         sizes = (np.abs(ends) for ends in (self.lower, self.upper))
         return any(
-            np.count_nonzero(own >= NO_BOUND) > np.count_nonzero(np.isinf(own))
+            np.count_nonzero(own >= LEAST_FAR) > np.count_nonzero(np.isinf(own))
             for own in sizes
         )
 

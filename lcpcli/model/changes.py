@@ -6,29 +6,42 @@ one common extra column, z_F = p - t e (which keeps M positive semidefinite if i
 and a box gets its upper bound as a row, with a multiplier v: [M I; -I 0]. Fixed
 variables are left out.
 
-Bounds so far from 0 that they most likely stand for infinite ones, as 1e20 and 1e30 do,
-become infinite if the user says so. Otherwise they count, but their size leaves no
-digits for anything beside them: a method does better if it first solves the problem
-`relaxed`, whose solutions within the bounds are also solutions of the problem.
+Sides so far from 0 that they most likely stand for infinite ones, as 1e20 and 1e30 do,
+become infinite if the user says so. Otherwise they count, but a method does better if
+it first solves the problem `relaxed` (see `far_sides`).
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
 from lcpcli.errors import count
 from lcpcli.linalg import matrices
-from lcpcli.linalg.doubles import are_moderate, in_range
-from lcpcli.linalg.matrices import is_sparse, unit_columns
+from lcpcli.linalg.doubles import ROW_ROUNDING, are_moderate, in_range
+from lcpcli.linalg.matrices import is_sparse, product, unit_columns
 from lcpcli.linalg.units import LARGEST_POWER, equilibrate
-from lcpcli.model.box import LARGEST_X, NO_BOUND, Box, as_intervals, moved
+from lcpcli.model.box import (
+    BASIC,
+    LARGEST_X,
+    LOWER,
+    NO_BOUND,
+    UPPER,
+    Box,
+    as_intervals,
+    moved,
+)
+from lcpcli.model.far_sides import FarSides
 from lcpcli.model.problem import Problem, conditions_of
 from lcpcli.typing import Indices, Mask, Vector
 
+# Times the reach of others: a far side that counts, in a problem with the same states.
+NEARER = 1e5
+COMPRESSED = 0.25  # the power of the ratio of two of them that is left
 MODERATE_POWER = 300  # the power of two up to which R q is usually left unchanged
 
 
@@ -41,6 +54,8 @@ class Change:
 
     problem: Problem
     original: Problem
+    # Whether a basis of one problem stands for the same states in the other.
+    keeps_states: ClassVar[bool] = False
 
     @property
     def is_identity(self) -> bool:
@@ -213,6 +228,8 @@ def is_far_from_one(problem: Problem) -> bool:
 class Shifted(Change):
     """The problem of M, M z + q and l - z <= z' <= u - z for the reference point z,
     with the way back."""
+
+    keeps_states = True
 
     def start(self, x: Vector) -> Vector:
         return x - self.original.reference_point / 2
@@ -399,61 +416,114 @@ def with_infinity(problem: Problem, infinity: float) -> Problem:
 
 
 def remark(problem: Problem) -> str:
-    """Return how many bounds of 1e20 or more there are and what to do if they stand for
-    infinite ones; "" if none."""
-    if (sides := _far_sides(problem)) is None:
+    """Return how many far sides there are and what to do if they stand for infinite
+    ones; "" if none."""
+    if not problem.has_far_sides:
         return ""
-    number = sum(int(np.count_nonzero(side)) for side in sides)
+    assert problem.far_sides is not None
+    sides, smallest, _ = problem.far_sides
+    power = min(math.floor(math.log10(smallest)), math.floor(math.log10(NO_BOUND)))
     return (
-        f"{count(number, 'bound')} of 1e20 or more; --infinity 1e20 makes them infinite"
+        f"{count(sides.number, 'bound')} of 1e{power} or more; --infinity 1e{power} "
+        "makes them infinite"
     )
-
-
-def _far_sides(problem: Problem) -> tuple[Mask, Mask, Mask] | None:
-    """Return where z has a far lower bound, where it has a far upper bound, and where
-    it is the multiplier of a row whose only bound is far; None if there are no far
-    bounds."""
-    if not problem.may_have_far_bounds:
-        return None
-    (_, q, low, high), rows = conditions_of(problem), np.zeros(problem.n, dtype=bool)
-    if (origin := problem.program_origin) is not None:
-        y = slice(origin.variables, problem.n - origin.ranges)
-        from_below, from_above = (
-            (low == 0) & (high == np.inf),
-            (low == -np.inf) & (high == 0),
-        )
-        rows[y] = ((from_below & (q >= NO_BOUND)) | (from_above & (q <= -NO_BOUND)))[y]
-    sides = (
-        (low <= -NO_BOUND) & (low > -np.inf),
-        (high >= NO_BOUND) & (high < np.inf),
-        rows,
-    )
-    return sides if any(side.any() for side in sides) else None
 
 
 @dataclass(eq=False, repr=False)
 class Relaxed(Change):
-    """A problem without far bounds, in the variables of the original one, where the
-    multipliers of `rows` without any other bound are fixed at 0. The two problems share
-    only the solutions within the bounds."""
+    """A problem without far sides, in the variables of the original one, where the
+    multipliers of rows without any other side are fixed at 0. The two problems share
+    only the solutions within the sides.
 
-    rows: Mask
+    sides : those that are left out. moved : far sides that count, but nearer; then the
+        two problems share only the states of their solutions, if these do not depend on
+        how far such a side is.
+    """
+
+    sides: FarSides
+    moved: FarSides
+    keeps_states = True
 
     def start(self, x: Vector) -> Vector:
-        return np.where(self.rows, 0.0, x)
+        return np.where(self.sides.rows, 0.0, x)
 
+    @np.errstate(invalid="ignore")  # of infinite bounds, which have not moved
     def back(self, x: Vector) -> Vector:
-        return np.where(self.rows, x - self.original.q / 2, x)
+        own, box = self.problem, self.original.box
+        states = own.box.basis_of(x)
+        lower, upper = box.vectors(x.size)
+        x = np.where(states == BASIC, x, x - (self.original.q - own.q) / 2)
+        at_lower = self.moved.lower & (states == LOWER)
+        at_upper = self.moved.upper & (states == UPPER)
+        x = np.where(at_lower, x + (lower - own.lower) / 2, x)
+        return np.where(at_upper, x + (upper - own.upper) / 2, x)
+
+    def met(self, x: Vector) -> FarSides:
+        """Return the sides that the z and w of an x are beyond."""
+        z, (lower, upper) = self.problem.box.z_of(x), self.original.box.vectors(x.size)
+        w, sides = self.original.w(z), self.sides
+        has_wrong_sign = np.where(upper == np.inf, w < 0, w > 0)
+        return sides._replace(
+            lower=sides.lower & (z < lower),
+            upper=sides.upper & (z > upper),
+            rows=sides.rows & has_wrong_sign,
+        )
+
+    @np.errstate(all="ignore")
+    def needed(self, y: Vector) -> FarSides:
+        """Return those sides without which a y proves that there is no z, and with
+        which it may not.
+
+        In a program that is unbounded without them, y is a direction in which it is.
+        Only those sides are returned that are met first, of unknowns whose own costs
+        fall in that direction, if there are any: others come along at no cost."""
+        columns, sides = product(self.original.M.T, y), self.sides
+        terms = matrices.absolute_product(self.original.M.T, np.abs(y))
+        lower, upper = self.original.box.vectors(y.size)
+        columns = np.where(np.abs(columns) > ROW_ROUNDING * terms, columns, 0.0)
+        steps = sides._replace(
+            lower=np.where(sides.lower & (y < 0), lower / y, np.inf),
+            upper=np.where(sides.upper & (y > 0), upper / y, np.inf),
+            rows=np.where(sides.rows, np.abs(self.original.q / columns), np.inf),
+        )
+        falls = self.original.q * y < 0
+        own = steps._replace(
+            lower=np.where(falls, steps.lower, np.inf),
+            upper=np.where(falls, steps.upper, np.inf),
+        )
+        for each in (own, steps):
+            first = min(float(ends.min(initial=np.inf)) for ends in each)
+            if first < np.inf:
+                return FarSides(*(ends == first for ends in each))
+        return FarSides(*(ends < 0 for ends in steps))
 
 
-def relaxed(problem: Problem) -> Change:
-    """Return the problem without far bounds. Where it has none, nothing changes."""
-    if (sides := _far_sides(problem)) is None:
+def relaxed(
+    problem: Problem, sides: FarSides | None = None, is_moved: bool = True
+) -> Change:
+    """Return the problem without far sides, or without these, and the other ones of
+    them nearer, if they are moved. Where there are none, nothing changes."""
+    if not problem.has_far_sides:
         return Change(problem, problem)
+    assert problem.far_sides is not None
+    far, smallest, reach = problem.far_sides
+    sides = far if sides is None else sides
+    counted = far.without(sides)
     _, q, low, high = conditions_of(problem)
-    lower, upper, rows = sides
-    low[lower], high[upper] = -np.inf, np.inf
-    low[rows], high[rows] = 0.0, 0.0
-    return Relaxed(
-        Problem(problem.M, np.where(rows, 0.0, q), lower=low, upper=high), problem, rows
-    )
+    if is_moved:
+        ends = zip((low, high, q), counted, strict=True)
+        low, high, q = (
+            np.where(own, _nearer(each, smallest, reach), each) for each, own in ends
+        )
+    low[sides.lower], high[sides.upper] = -np.inf, np.inf
+    low[sides.rows], high[sides.rows] = 0.0, 0.0
+    q = np.where(sides.rows, 0.0, q)
+    changed = Problem(problem.M, q, lower=low, upper=high)
+    return Relaxed(changed, problem, sides, counted)
+
+
+def _nearer(ends: Vector, smallest: float, reach: float) -> Vector:
+    """Return far sides that are nearer, in the same order."""
+    with np.errstate(invalid="ignore"):
+        sizes = NEARER * (reach or 1.0) * (np.abs(ends) / smallest) ** COMPRESSED
+        return np.where(np.isfinite(ends), np.copysign(sizes, ends), ends)

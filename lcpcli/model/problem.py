@@ -27,12 +27,14 @@ from lcpcli.model.arrays import (
     as_vector,
     own_matrix,
 )
-from lcpcli.model.box import NO_BOUND, ORTHANT, Box, Reference, bounds_of, reference
+from lcpcli.model.box import LEAST_FAR, ORTHANT, Box, Reference, bounds_of, reference
 from lcpcli.typing import BoundLike, Matrix, Vector, VectorLike
 
 if TYPE_CHECKING:
+    from lcpcli.model.far_sides import FarSides
     from lcpcli.model.origins import Origin
     from lcpcli.model.program import Conditions, Program
+    from lcpcli.model.rounded_rows import RoundedRows
 
 # Fields that are no data.
 REMARKS = ("name", "solutions", "verdict", "source", "note", "reference", "origin")
@@ -300,12 +302,40 @@ class Problem:
         return np.zeros(self.n) if self.x0 is None else self.x0
 
     @property
-    def may_have_far_bounds(self) -> bool:
-        """Return whether `changes` has to look for bounds that may stand for infinite
-        ones."""
-        return self.box.is_far or (
-            self.origin is not None and self.sizes_of_q[1] >= NO_BOUND
-        )  # a far side of a row
+    def has_far_sides(self) -> bool:
+        """Return whether some sides most likely stand for infinite ones."""
+        is_far = self.box.is_far
+        if not is_far and self.origin is not None:  # a far side of a row
+            is_far = self.sizes_of_q[1] >= LEAST_FAR
+        return is_far and self.far_sides is not None
+
+    @cached_property
+    def far_sides(self) -> tuple[FarSides, float, float] | None:
+        """Return those sides, and the sizes of the smallest of them and of the largest
+        one that is not far; None if there are none."""
+        with imports:
+            from lcpcli.model.far_sides import far_sides
+        _, q, low, high = conditions_of(self)
+        program = self.program_origin
+        if program is not None:
+            y = slice(program.variables, self.n - program.ranges)
+            return far_sides(q, low, high, y)
+        # How large z is without bounds.
+        is_used = self.row_maxima > 0
+        size_of_z = np.abs(q[is_used]) / self.row_maxima[is_used]
+        return far_sides(q, low, high, None, float(size_of_z.max(initial=0.0)))
+
+    @cached_property
+    def rounded_rows(self) -> RoundedRows | None:
+        """Return the rows without entries whose sides are rounding of 0, so that there
+        is no solution as the numbers stand; None if there are none."""
+        program = self.program_origin
+        has_ranges = program is not None and program.ranges > 0
+        if not has_ranges and np.count_nonzero(self.row_maxima) == self.n:
+            return None
+        with imports:
+            from lcpcli.model.rounded_rows import rounded_rows
+        return rounded_rows(conditions_of(self), self.row_maxima, program, self.names)
 
     @property
     def has_small_integers(self) -> bool:

@@ -28,6 +28,7 @@ from fractions import Fraction
 from itertools import product
 
 from lcpcli.interrupts import in_time
+from lcpcli.linalg.patterns import connected
 from lcpcli.rational.elimination import clear, library
 from lcpcli.rational.numbers import primitive
 
@@ -484,21 +485,3 @@ def _without_lines(start: Dictionary, forms: Sequence[int]) -> list[Direction]:
         else:
             start.pivot(leaving, k)
     return lines
-
-
-def connected(n: int, edges: Iterable[tuple[int, int]]) -> list[list[int]]:
-    """Return the connected parts of the graph with the nodes 0, ..., n - 1, each in
-    order, by their least nodes."""
-    part = list(range(n))
-
-    def root(i: int) -> int:
-        while part[i] != i:
-            part[i] = i = part[part[i]]
-        return i
-
-    for i, j in edges:
-        part[root(j)] = root(i)
-    found: dict[int, list[int]] = {}
-    for i in range(n):
-        found.setdefault(root(i), []).append(i)
-    return list(found.values())

@@ -19,6 +19,7 @@ import numpy as np
 from lcpcli.clock import imports
 from lcpcli.interrupts import in_time
 from lcpcli.linalg.matrices import is_sparse, scaled
+from lcpcli.linalg.patterns import connected
 from lcpcli.model.box import BASIC
 from lcpcli.model.problem import Problem
 from lcpcli.rational.numbers import (
@@ -78,6 +79,32 @@ class ExactProblem:
             for value in (c, *row.values())
         )
         return max((value.bit_length() for value in numbers), default=0)
+
+    @cached_property
+    def blocks(self) -> list[list[int]]:
+        """Return the connected parts of M, the small ones first: i is connected with j
+        where M_ij is not 0. Each is a problem of its own."""
+        edges = ((i, j) for i, row in enumerate(self.rows) for j in row)
+        return sorted(connected(self.n, edges), key=len)
+
+    def part(self, indices: Sequence[int]) -> ExactProblem:
+        """Return the problem of some unknowns and their rows, such as a connected part
+        of M."""
+        place = {i: k for k, i in enumerate(indices)}
+        rows = [
+            {place[j]: Fraction(a, self.scales[i]) for j, a in self.rows[i].items()}
+            for i in indices
+        ]
+        q = [Fraction(self.constants[i], self.scales[i]) for i in indices]
+        whole = self.problem
+        lower, upper = (
+            np.broadcast_to(bound, whole.n)[indices]
+            for bound in (whole.lower, whole.upper)
+        )
+        M = whole.M[indices][:, indices]
+        problem = Problem(M, whole.q[indices], lower=lower, upper=upper)
+        bounds = ([own[i] for i in indices] for own in (self.lower, self.upper))
+        return ExactProblem(problem, rows, q, *bounds)
 
     @classmethod
     def of_floats(cls, problem: Problem) -> ExactProblem:

@@ -30,7 +30,7 @@ from lcpcli.report.wording import (
     residual,
     short,
 )
-from lcpcli.solving.result import Result
+from lcpcli.solving.result import SAID_OF_SOLVED, Result
 from lcpcli.solving.trace import Trace
 from lcpcli.verify.digits import fewest
 
@@ -122,17 +122,36 @@ def verdict(result: Result) -> str:
     """Return a line on how the run ended, and by which methods, unless it is on the
     problem alone."""
     if result.solved:
-        objective = "".join(f"; {words}" for words in wording.objective(result))
+        said = [*wording.objective(result), *_about_objective(result)]
+        objective = "".join(f"; {words}" for words in said)
         others = (
             UNSOLVABLE
             if result.exactly_solvable is False
             else OTHERS_CLAUSES[result.others]
         )
-        return f"{result.status.word} {_work(result)}{objective}{others}"
+        return f"{result.status.word} {_work(result)}{objective}{others}{_why(result)}"
     if result.status.word in PROBLEM_STATUSES:
         return result.message
     by = f" (by {', '.join(result.route)})" * (result.route != (result.method,))
     return f"{name(result)}{by} {result.message}"
+
+
+def _about_objective(result: Result) -> list[str]:
+    """Return how many digits of a program's objective are known, if that is few."""
+    if not (error := result.objective_error):
+        return []
+    from lcpcli.verify.objective import statement
+
+    return list(filter(None, [statement(error)]))
+
+
+def _why(result: Result) -> str:
+    """Return why z counts as a solution although its residual does not say so, and what
+    does not hold of it, as a clause; "" if there is nothing to say, or if a proof says
+    it."""
+    before, _, reason = result.message.partition(": ")
+    is_said = before != SAID_OF_SOLVED or result.exact is not None
+    return "" if is_said or not reason else f"; {reason}"
 
 
 def _work(result: Result, with_route: bool = True) -> str:

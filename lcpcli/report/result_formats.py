@@ -248,6 +248,7 @@ KEYS = (
     "version file item problem n names method package label route status "
     "message advice solved verified z w basis "
     "iterations evaluations residual relative_residual negligible_q error "
+    "objective_error "
     "digits not_unique error_bound error_bound_source "
     "reference milestones setup_seconds solve_seconds verify_seconds seconds "
     "conclusion_seconds spread "

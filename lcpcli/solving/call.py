@@ -52,6 +52,7 @@ class RunOptions(CallOptions, total=False):
     x0: VectorLike | None
     z0: VectorLike | None
     basis: Sequence[str] | None
+    gap: float | None
     scale: bool
     finish: bool
     presolve: bool | None
@@ -82,6 +83,7 @@ class NonlinearOptions(CallOptions, total=False):
 COMMON_OPTIONS = (
     *methods.START_OPTIONS,
     *CallOptions.__annotations__,
+    "gap",
     *methods.ADDITIONS,
 )
 OF_PROBLEMS = ("name", "names", "solutions", "lower", "upper", "infinity")
@@ -118,6 +120,8 @@ def solve(
         default.
     max_iterations, time_limit : the iterations and seconds after which to give up, by
         default 10000 and no limit.
+    gap : of a program: the largest error of the objective, relative to its size, at
+        which it counts as solved; by default any (see `Result.objective_error`).
     trace : whether the result keeps all iterates; a `Trace` selects which ones, and
         receives them.
     callback : called after each iteration with its `TraceRow`; a true value, or

@@ -20,12 +20,19 @@ from lcpcli.interrupts import TimeIsUp, hides_interrupt, within
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.methods import direct
 from lcpcli.methods.direct import MOST_COMPILED, MOST_PIVOTED, DirectAnswer, Made
-from lcpcli.methods.final_states import MOST_DECIDED, accepted, without_rounding
 from lcpcli.model.box import BASIC
 from lcpcli.model.problem import Problem
 from lcpcli.options import KERNELS, MISSING, Limits, has_numba, wants_kernels
 from lcpcli.solving.result import Result
 from lcpcli.typing import States, Vector
+from lcpcli.verify.acceptance import (
+    AT_ONCE,
+    CLEANED,
+    WITHOUT_ROUNDING,
+    Extent,
+    accepted,
+)
+from lcpcli.verify.final_states import MOST_DECIDED, without_rounding
 from lcpcli.verify.measure import FEW_UNKNOWNS, Rows
 from lcpcli.verify.point import Criterion, Point
 
@@ -45,6 +52,9 @@ ELIMINATED_ZERO = 2.0**-53
 # Of the tolerance: the relative residual of a point that a basic solution need not
 # replace.
 EARLY = 0.1
+# What is asked of the points of a convex program, and of those of the first stages of
+# `auto`, which leave entries of q that count as 0 to others that may do without.
+BY_CRITERION, FIRST_STAGES = Extent(WITHOUT_ROUNDING), Extent(CLEANED, is_exact=True)
 # Of the largest |q_i|: the natural residual of a z that may solve the problem.
 NEARLY_SOLVED = 1e-6
 
@@ -114,9 +124,9 @@ def applies(problem: Problem, is_compiled: bool = False) -> bool:
         return False
     if is_compiled and problem.is_mixed:  # the kernels look for far bounds
         return problem.n <= MOST_COMPILED and (
-            problem.origin is None or not problem.may_have_far_bounds
+            problem.origin is None or not problem.has_far_sides
         )
-    return problem.n <= MOST_PIVOTED and not problem.may_have_far_bounds
+    return problem.n <= MOST_PIVOTED and not problem.has_far_sides
 
 
 @dataclass(eq=False, repr=False)
@@ -167,16 +177,15 @@ class Session:
     ) -> Result | None:
         """Return the result at a point at which an attempt ended, if it solves the
         problem within the limits."""
-        solves = (
-            point is not None and steps <= self.limits.max_iterations and point.solves()
-        )
+        found = None
+        if point is not None and steps <= self.limits.max_iterations:
+            found = accepted(self.problem, [point], self.limits.tol, AT_ONCE)
         self.stopwatch.count("verify")
-        if point is None or not solves or not self.is_in_time:
+        if found is None or not self.is_in_time:
             return None
         of_run = self.limits, self.options, self.stopwatch.parts, evaluations, end
-        reason = point.counted_as_0 if point.negligible else ""
         return Result.of_solution(
-            route, steps, *of_run, reason, problem=self.problem, point=point
+            route, steps, *of_run, found.reason, problem=self.problem, point=point
         )
 
     def of_answer(self, answer: DirectAnswer | None) -> Result | None:
@@ -230,16 +239,19 @@ def solved_as_program(session: Session) -> Result | None:
                     z, np.exp2(-session.problem.units.columns), ELIMINATED_ZERO
                 )
                 points = [session.point(each) for each in (box.project(rounded), z)]
+                found = None
                 if step.signs_final:
-                    point, points = _first_solution(points), []
-                elif (
-                    early := Point(
-                        Criterion(session.problem, EARLY * limits.tol), points[0].z
-                    )
-                ).solves():
-                    point = early
+                    found = accepted(session.problem, points, limits.tol, BY_CRITERION)
+                    points = []
+                else:
+                    tol = EARLY * limits.tol
+                    early = Point(Criterion(session.problem, tol), points[0].z)
+                    found = accepted(session.problem, [early], tol, AT_ONCE)
+                point = None if found is None else found.point
                 stopwatch.count("verify")
-            point = _first_solution(points) if point is None else point
+            if point is None and points:
+                found = accepted(session.problem, points, limits.tol, BY_CRITERION)
+                point = None if found is None else found.point
     except TimeIsUp:
         return None
     except FAULTS:
@@ -248,12 +260,6 @@ def solved_as_program(session: Session) -> Result | None:
         # It is not tried again.
         session.tried["piqp"] = [ended(Breakdown("PIQP does not lead to a solution"))]
     return session.judged(point, steps, ("piqp",))
-
-
-def _first_solution(points: Sequence[Point]) -> Point | None:
-    return next(
-        (found for each in points if (found := each.solution()) is not None), None
-    )
 
 
 def solved_directly(session: Session) -> Result | None:
@@ -271,7 +277,7 @@ def solved_directly(session: Session) -> Result | None:
         answer = fast.mixed(problem, session.limits.tol)
         if answer is not None:
             return session.of_answer(answer)
-    if problem.n > MOST_PIVOTED or problem.may_have_far_bounds:
+    if problem.n > MOST_PIVOTED or problem.has_far_sides:
         return None
     is_kept = not is_sparse(problem.M) or (
         fast is None and direct.is_full_band(problem.M)
@@ -409,11 +415,14 @@ def _by_first_stages(
         if not isinstance(step, Finished):
             continue
         session.stopwatch.count("solve")
-        point, end = accepted(
-            session.point(dense.box.z_of(turns.last.x), dense), turns.last.basis
-        )
+        last = turns.last
+        point = session.point(dense.box.z_of(last.x), dense)
+        found = accepted(dense, [point], session.limits.tol, FIRST_STAGES, last.basis)
+        if found is None or not found.solved:
+            return session.judged(None, 0, ())
+        steps, methods = len(route), tuple(dict.fromkeys(route))
         return session.judged(
-            point, len(route), tuple(dict.fromkeys(route)), turns.last.evaluations, end
+            found.point, steps, methods, last.evaluations, found.basis
         )
     return None
 

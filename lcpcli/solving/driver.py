@@ -19,6 +19,7 @@ from lcpcli.interrupts import TimeIsUp, within
 from lcpcli.linalg.threads import with_limited_threads
 from lcpcli.methods import registry as methods
 from lcpcli.methods.direct import (
+    FEWEST_FOR_PIQP,
     MOST_NARROW_AS_DENSE,
     as_sparse,
     may_be_program,
@@ -33,6 +34,7 @@ from lcpcli.solving import direct_run
 from lcpcli.solving.direct_run import Session
 from lcpcli.solving.result import Result, Status
 from lcpcli.typing import Vector, VectorLike
+from lcpcli.verify.acceptance import Extent, accepted
 from lcpcli.verify.point import Criterion, Point
 
 if TYPE_CHECKING:
@@ -107,6 +109,7 @@ def run(
         if has_start
         else None
     )
+    finishes = method == "auto" or finish
     session = Session(
         problem, limits, {}, stopwatch, compiled, given, {} if given is None else None
     )
@@ -114,7 +117,13 @@ def run(
         session.options = methods.options_in_force(method, problem, chosen)
         result = _without_loop(session, (trace, curve), callback, observe)
         if result is not None:
-            return _of(original, result, compiled)
+            return _of(original, result, compiled, finishes)
+    literal, rounded = problem, problem.rounded_rows
+    if rounded is not None:
+        # What has been tried is of the other problem.
+        M, q, lower, upper = rounded.conditions
+        problem = Problem(M, q, lower=lower, upper=upper, origin=problem.origin)
+        session.tried, session.replay = {}, None
     with imports:
         from lcpcli.solving.loop import Loop
     with np.errstate(all="ignore"):  # overflow counts as infinite
@@ -150,7 +159,11 @@ def run(
             session.callback or callback,
         )
         loop.interrupted = session.interrupted
-        return _of(original, ended(loop, stage, in_force | additions), compiled)
+        loop.finishes = finishes
+        result = ended(loop, stage, in_force | additions)
+        if rounded is not None:
+            result = _of_literal(literal, result)
+        return _of(original, result, compiled, finishes)
 
 
 def _without_loop(
@@ -200,20 +213,65 @@ def _without_loop(
         return replace(result, interrupted=True)
 
 
-def _of(problem: Problem, result: Result, compiled: bool) -> Result:
+def _of_literal(problem: Problem, result: Result) -> Result:
+    """Return a result of a problem with sides of 0 in place of those that are rounding
+    of it, as one of the problem as its numbers stand: that has a solution only where
+    such rows count as satisfied, or none."""
+    rounded, vectors = problem.rounded_rows, list[Vector]()
+    assert rounded is not None
+    # A solution of one is one of the other but for these rows.
+    negligible = [*result.point.negligible, *rounded.rows.tolist()]
+    z = problem.box.project(result.z)
+    point = Point(Criterion(problem, result.tol), z, negligible=negligible)
+    if result.solved:
+        # What `accepted` has said of the other problem, and what holds of this one.
+        reasons = result.message.partition(": ")[2], rounded.statement
+        reason = "; ".join(filter(None, reasons))
+        return _with_status(result, point, Status.SOLVED, reason)
+    if not result.status.has_no_solution:
+        return replace(result, problem=problem, point=point)
+    with imports:
+        from lcpcli.verify.certificate import confirm, infeasible
+    if result.certificate is not None and result.certificate.vector is not None:
+        # That of the other rows, if they have no solution either.
+        vectors.append(np.array(result.certificate.vector))
+        vectors[0][rounded.rows] = 0.0
+    unit = np.zeros(problem.n)
+    unit[rounded.rows[0]] = np.sign(rounded.sides[0])
+    for y in (*vectors, unit):
+        certificate = confirm(problem, infeasible(problem, y), False)
+        if certificate is not None:
+            status, reason = Status.INFEASIBLE, certificate.statement
+            result = replace(result, certificate=certificate)
+            return _with_status(result, point, status, reason)
+    return _with_status(result, point, Status.STALLED, "")
+
+
+def _with_status(result: Result, point: Point, status: Status, reason: str) -> Result:
+    problem, message = point.criterion.problem, status.sentence(reason)
+    return replace(result, problem=problem, point=point, status=status, message=message)
+
+
+def _of(problem: Problem, result: Result, compiled: bool, finishes: bool) -> Result:
     """Return the result as that of the given problem, whose M `auto` may have stored in
     another form; of a game, it is solved only if its strategies stand the check by best
-    responses."""
+    responses. finishes : whether all methods may take part, for a program whose
+    objective is known to few digits."""
     result = result if result.problem is problem else replace(result, problem=problem)
     if compiled:
         result.options["compiled"] = True
-    if problem.origin is None or not (
-        result.solved and hasattr(problem.origin, "exact_conditions")
-    ):
+    if problem.origin is None or not result.solved:
+        return result
+    if hasattr(problem.origin, "exact_conditions"):
+        with imports:
+            from lcpcli.solving.minimum import checked
+        return checked(result)
+    is_large = finishes and problem.n >= FEWEST_FOR_PIQP
+    if problem.program_origin is None or not (is_large or result.limits.gap < math.inf):
         return result
     with imports:
-        from lcpcli.solving.minimum import checked
-    return checked(result)
+        from lcpcli.solving.objective import with_objective
+    return with_objective(result, finishes)
 
 
 def _refuse_other(
@@ -314,27 +372,13 @@ def _stage(
 
 @np.errstate(all="ignore")
 def verified(result: Result) -> Result:
-    """Return the result with `verified` set, by the relative residual of z, recomputed,
-    or else by exact arithmetic."""
+    """Return the result with `verified` set: whether z, measured again, is accepted as
+    it is."""
     if not result.solved:
         return result
-    with imports:
-        from lcpcli.verify.certificate import enclosed
-        from lcpcli.verify.exact_solution import (
-            is_rounded_difference,
-            is_rounded_solution,
-        )
-    own = problem, z, tol = result.problem, result.z, result.tol
-    holds = (
-        Point(Criterion(problem, tol), z, is_admissible=False).solution() is not None
-    )
-    holds = (
-        holds
-        or is_rounded_difference(*own)
-        or not enclosed(*own)[1]
-        or is_rounded_solution(problem, z)
-    )
-    return replace(result, verified=holds)
+    extent = Extent(as_given=True)
+    found = accepted(result.problem, [result.z], result.tol, extent)
+    return replace(result, verified=found is not None and found.solved)
 
 
 def with_bound(result: Result) -> Result:

@@ -6,7 +6,6 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable
-from contextlib import suppress
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -14,7 +13,7 @@ import numpy as np
 
 from lcpcli.clock import Stopwatch, imports
 from lcpcli.errors import count
-from lcpcli.interrupts import TimeIsUp, remaining, within
+from lcpcli.interrupts import TimeIsUp, remaining
 from lcpcli.methods import stages
 from lcpcli.methods.registry import declared
 from lcpcli.methods.stages import Ending, Iterate, Stage
@@ -22,14 +21,15 @@ from lcpcli.model.box import LARGEST_X, in_range
 from lcpcli.options import Limits
 from lcpcli.solving.result import Result, Status
 from lcpcli.typing import States, Vector
-from lcpcli.verify.certificate import (
-    UNVERIFIED,
-    Certificate,
-    confirm,
-    large_solution,
-    settled,
+from lcpcli.verify.acceptance import (
+    AT_ONCE,
+    PROVED,
+    WITHOUT_ROUNDING,
+    Acceptance,
+    Extent,
+    accepted,
 )
-from lcpcli.verify.exact_solution import is_rounded_difference
+from lcpcli.verify.certificate import UNVERIFIED, Certificate, confirm
 from lcpcli.verify.measure import FEW_UNKNOWNS
 from lcpcli.verify.point import Criterion, Point
 
@@ -55,30 +55,27 @@ FINISHED = (
     "the equation of the method is solved up to rounding, but z does not solve the "
     "problem"
 )
-ROUNDED = (
-    "z is the exact solution up to rounding of its last digits, which leaves a "
-    "relative residual of {:.1e}"
-)
-ENCLOSED = (
-    "an exact solution is proved to have the states of z, which is large beside q: "
-    "its relative residual is {:.1e}"
-)
-DOUBT = (
-    "z satisfies each row by its own terms but is too large to be a solution beyond "
-    "doubt, and {}"
-)
 STATUS_OF_CERTIFICATE = {
     "farkas": Status.INFEASIBLE,
     "exhaustion": Status.UNSOLVABLE,
     "ray": Status.RAY,
 }
+STATUS_OF_VERDICT = {
+    "solved": Status.SOLVED,
+    "ill_posed": Status.ILL_POSED,
+    "infeasible": Status.INFEASIBLE,
+    "doubt": Status.STALLED,
+}
+NEAR_THE_CRITERION = Extent(WITHOUT_ROUNDING)
 
 
 @dataclass(eq=False, repr=False)
 class Loop:
     """The state of one run. The residual bound of an iterate is a bound on its relative
     residual that F gives at no cost, or else the residual. kept : the trace and the
-    curve. interrupted : whether Ctrl-C has come, also before."""
+    curve. interrupted : whether Ctrl-C has come, also before. finishes : whether a
+    solution with other small entries is answered in place of an iterate, as by
+    `auto`."""
 
     criterion: Criterion
     method: str
@@ -89,6 +86,7 @@ class Loop:
     last: Vector
     callback: Callback | None = None
     interrupted: bool = False
+    finishes: bool = False
     k: int = -1
     evaluations: int = 0
     extra: int = 0
@@ -181,11 +179,12 @@ class Loop:
         # on.
         if point is not None:
             is_last = iterate.F is None and self.k > 0 and self.problem.n > FEW_UNKNOWNS
-            solution = (
-                point.solution() if is_last else point if point.solves() else None
+            solution = self._accepted(
+                [point], NEAR_THE_CRITERION if is_last else AT_ONCE
             )
         if solution is not None:
-            self.best, self.solution, self.end = iterate.x, solution, iterate.basis
+            self.best, self.end = iterate.x, iterate.basis
+            self.solution = solution.point
             self.extra += 1
             if iterate.signs_final or self.extra > EXTRA_ITERATIONS:
                 return Status.SOLVED, ""
@@ -358,40 +357,50 @@ class Loop:
         )
 
     def _verified(self, status: Status, reason: str) -> tuple[Point, str, Status]:
-        """Return the point to report, with the reason and the status that its residual
-        justifies. A proof that there is no solution, which is exact, counts more than a
-        small residual."""
+        """Return the point to report, with the reason and the status that it justifies.
+        A proof that there is no solution, which is exact, counts more than a small
+        residual."""
         last, best = self._at(self.last), self._at(self.best)
-        rounded = (
-            self.certificate
-            if self.certificate is not None and self.certificate.is_rounded
-            else None
-        )
-        if status.has_no_solution and rounded is None:
+        refutation = self.certificate
+        if refutation is not None and not refutation.is_rounded:
+            refutation = None
+        if status.has_no_solution and refutation is None:
             return last, reason, status
-        solution = last.solution() or self.solution or best.solution()
-        if solution is not None:
-            return solution, solution.counted_as_0, Status.SOLVED
-        if (
-            self.criterion.is_linear
-            and not self.interrupted
-            and status is not Status.TIME_LIMIT
-        ):
-            with (
-                suppress(TimeIsUp),
-                within(self.limits.time_limit - self.stopwatch.elapsed()),
-            ):
-                found = self._conclusion(last, best, rounded)
-                if found is not None and found[2] is not Status.STALLED:
-                    return found
-                reason = (
-                    reason
-                    if found is None or status is not Status.STALLED
-                    else found[1]
-                )
-        if rounded is not None:
+        points = [last, best]
+        if self.solution is not None:
+            points.insert(1, self.solution)
+        found = self._accepted(points, NEAR_THE_CRITERION)
+        if found is not None:
+            return found.point, found.reason, Status.SOLVED
+        if not self.interrupted and status is not Status.TIME_LIMIT:
+            seconds = self.limits.time_limit - self.stopwatch.elapsed()
+            found = self._accepted(
+                [last, best],
+                Extent(
+                    first=PROVED,
+                    keeps=not self.finishes,
+                    seconds=seconds,
+                    refutation=refutation,
+                ),
+            )
+        if found is not None and found.verdict != "doubt":
+            self.certificate = found.certificate or self.certificate
+            return found.point, found.reason, STATUS_OF_VERDICT[found.verdict]
+        if refutation is not None:
             return last, reason, status
-        best = min(
+        if found is not None and status is Status.STALLED:
+            reason = found.reason
+        return self._nearest(last, best, reason, status)
+
+    def _accepted(self, points: list[Point], extent: Extent) -> Acceptance | None:
+        criterion = self.criterion
+        return accepted(criterion.problem, points, criterion.tol, extent)
+
+    def _nearest(
+        self, last: Point, best: Point, reason: str, status: Status
+    ) -> tuple[Point, str, Status]:
+        """Return that point which is nearer to a solution, of two that are none."""
+        nearest = min(
             (last, best),
             key=lambda point: (
                 not point.nearly_solves(),
@@ -399,44 +408,9 @@ class Loop:
                 point.residual,
             ),
         )
-        if best is not last:
+        if nearest is not last:
             self.last_by = self.best_by
-            reason = (
-                f"{reason}; " * bool(reason)
-                + "the best iterate is reported, not the last"
-            )
-        return best, reason, status
-
-    def _conclusion(
-        self, last: Point, best: Point, rounded: Certificate | None
-    ) -> tuple[Point, str, Status] | None:
-        """Return what the last and the best iterate justify, neither of which meets the
-        criterion: the problem is ill-posed if one of them leads to a solution beyond
-        it, and there is a proof but for rounding. None if neither is a solution up to
-        rounding or a run-off; STALLED with the reason if a run-off stays in doubt.
-        rounded : a proof but for rounding, if one is known; without one, a solution up
-        to rounding is a solution."""
-        problem, tol = self.problem, self.criterion.tol
-        if rounded is None:
-            if is_rounded_difference(problem, last.z, tol):
-                return last, ROUNDED.format(last.relative_residual), Status.SOLVED
-            doubt = settled(problem, last.z, tol) or settled(problem, best.z, tol)
-            if doubt is None:
-                return None
-            rounded, point = doubt.certificate, Point(self.criterion, doubt.z)
-            if rounded is None and doubt.fault:
-                return point, DOUBT.format(doubt.fault), Status.STALLED
-            if rounded is None:
-                return point, ENCLOSED.format(point.relative_residual), Status.SOLVED
-            if not rounded.is_rounded:
-                self.certificate = rounded
-                return point, rounded.statement, Status.INFEASIBLE
-        large = large_solution(problem, [last.z, best.z], rounded, tol)
-        if large is None:
-            return None
-        self.certificate, point = rounded, Point(self.criterion, large[0])
-        return (
-            (point, "", Status.SOLVED)
-            if point.solves()
-            else (point, large[1], Status.ILL_POSED)
-        )
+            if reason:
+                reason = f"{reason}; "
+            reason += "the best iterate is reported, not the last"
+        return nearest, reason, status

@@ -43,6 +43,7 @@ from lcpcli.solving.call import COMMON_OPTIONS, RunOptions, SolverOptions, chose
 from lcpcli.solving.result import Result
 from lcpcli.solving.solver import Solver
 from lcpcli.typing import BoundLike, Mask, Vector
+from lcpcli.verify.acceptance import AT_ONCE, accepted
 from lcpcli.verify.measure import Measure
 from lcpcli.verify.point import Criterion, Point
 
@@ -488,9 +489,12 @@ class BlockAnswers:
         if self.kinds[i] == CERTAIN:
             return _RowResult.of_solution(*solved, _row=(self.block, i, self.Z))
         problem = self.block.problem(i)
-        point = Point(Criterion(problem, self.limits.tol), self.Z[i])
-        if self.kinds[i] == CANDIDATE and point.solves():
-            return Result.of_solution(*solved, problem=problem, point=point)
+        if self.kinds[i] == CANDIDATE:
+            tol = self.limits.tol
+            point = Point(Criterion(problem, tol), self.Z[i])
+            found = accepted(problem, [point], tol, AT_ONCE)
+            if found is not None:
+                return Result.of_solution(*solved, problem=problem, point=found.point)
         result = run(problem, **given)
         return replace(
             result,

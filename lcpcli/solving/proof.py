@@ -186,8 +186,10 @@ def _exact(data: ExactProblem, run: Result, is_exact: bool) -> Exact | None:
 
 
 def _searched(data: ExactProblem) -> Exact | None:
-    """Return what a search decides in the remaining time, Lemke's method in half of it;
-    TimeIsUp if that is nothing."""
+    """Return what a search decides in the remaining time, Lemke's method in half of it,
+    of each connected part of M for itself; TimeIsUp if that is nothing."""
+    if len(data.blocks) > 1:
+        return _by_parts(data)
     z = y = None
     if (
         not data.problem.is_mixed
@@ -207,6 +209,30 @@ def _searched(data: ExactProblem) -> Exact | None:
         if z is None and y is None
         else _verified(data, z, y and simplified(data, y))
     )
+
+
+def _by_parts(data: ExactProblem) -> Exact | None:
+    """Return what a search decides of the parts: that one of them has no solution, or
+    the solutions of all; None if one is undecided."""
+    z, is_undecided = [Fraction(0)] * data.n, False
+    for indices in data.blocks:
+        check()
+        found: Exact | None = None
+        with suppress(TimeIsUp):
+            found = _searched(data.part(indices))
+        if found is None:
+            is_undecided = True
+        elif found.z is not None:
+            for i, value in zip(indices, found.z, strict=True):
+                z[i] = value
+        elif found.y is not None:
+            y = [Fraction(0)] * data.n
+            for i, value in zip(indices, found.y, strict=True):
+                y[i] = Fraction(value)
+            return _verified(data, y=y)
+        else:
+            return EXCLUDED
+    return None if is_undecided else _verified(data, z)
 
 
 def _verified(

@@ -54,6 +54,8 @@ class Result:
     negligible_q : the indices, from 0, of the entries of q that had to be treated as 0:
         in a large problem they may be rounding errors (see `verify.point`). The
         relative residual leaves them out, the residual does not.
+    objective_error : of a program that is solved, by how much its objective may differ
+        from the minimum, relative to its size (see `verify.objective`); else None.
     iterations, evaluations : the number of iterations, and of evaluations of F, or of
         its smoothed form, in them.
     seconds : the time from the problem in memory (for `solve`, from its arrays) to the
@@ -204,6 +206,17 @@ class Result:
         """Draw the iterates in a `Picture`, as `lcpcli.plot` does; the run must have
         kept them, with trace=True."""
         return views.plotting.plot(self, file)
+
+    @property
+    def objective_error(self) -> float | None:
+        if not self.solved or self.problem.program_origin is None:
+            return None
+        with imports:
+            from lcpcli.verify.objective import NEGLIGIBLE, objective_error
+        error = objective_error(self.problem, self.z)
+        if error > NEGLIGIBLE:  # what rounding of w may be is left out
+            error = objective_error(self.problem, self.z, self.w)
+        return error
 
     @cached_property
     def linearizations(self) -> list[Any]:

@@ -1,30 +1,20 @@
 """Proofs that a problem has no solution, each checked against the original M and q
 before it is accepted.
-
-Ill-posed problems: with a solution of their doubles, and infeasible but for the
-rounding of M.
-
-The solution is exact, but so large that rounding of its digits leaves more than the
-criterion allows, as its cap keeps out points that tend to infinity; or, where exact
-arithmetic takes too long, it is such a point. The proof is one of
-`farkas.cancellation`. Which of the two holds for the data before they were rounded, the
-doubles do not tell.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Generator, Iterable, Iterator, Sequence
+from collections.abc import Generator, Iterable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import chain
-from typing import Literal, NamedTuple
+from typing import Literal
 
 import numpy as np
 
 from lcpcli.basis.dual_simplex import MOST_DENSE
-from lcpcli.basis.exchanges import BasicSolutions
 from lcpcli.clock import imports
 from lcpcli.interrupts import TimeIsUp
 from lcpcli.linalg import matrices
@@ -39,13 +29,7 @@ from lcpcli.rational.exact_problem import ExactProblem, fractions_of
 from lcpcli.rational.numbers import rounded_direction
 from lcpcli.rational.tree import first_solution
 from lcpcli.typing import Vector
-from lcpcli.verify import enclosure, farkas
-from lcpcli.verify.exact_solution import (
-    finitely_rounded,
-    from_point,
-    is_rounded_solution,
-    refined,
-)
+from lcpcli.verify import farkas
 from lcpcli.verify.measure import FEW_UNKNOWNS, Measure
 
 # For a search of all complementary sets: mostly milliseconds, half a second for some
@@ -303,113 +287,7 @@ def in_range_if_proof(problem: Problem, y: Vector) -> Vector | None:
     return y if proves_infeasible(problem, y) else None
 
 
-# Of an exact solution, and of LPs for a proof, by the seconds that they usually take.
-EFFORT = 2.0
-EXACT = "z is an exact solution of size {size} up to its last digits, but {proof}"
-NO_RUN_OFF = "a row is violated by its own terms"
-RUN_OFF = (
-    "z of size {size} violates no row by more than {tol:g} of its terms, but {proof}"
-)
-
-
-@np.errstate(all="ignore")
-def is_run_off(problem: Problem, z: Vector, tol: float) -> bool:
-    """Return whether no row is violated by more than the measure allows by its own
-    terms, whatever its cap."""
-    if not (
-        problem.is_moderate
-        and np.isfinite(z).all()
-        and (z == problem.box.project(z)).all()
-    ):
-        return False
-    measure = Measure(problem)
-    rows = measure.rows(z)
-    return bool(
-        (measure.violations(z, rows.w) <= measure.allowed(rows, np.inf, tol)).all()
-    )
-
-
-class Settled(NamedTuple):
-    """What became of a doubt about a point. z : the basic solution of its states, shape
-    (n,), if a solution is shown to exist near that; else the point. fault : why no
-    solution is shown to exist; "" if one is. certificate : a proof that the problem is
-    infeasible, up to the rounding of M; None if none was found."""
-
-    z: Vector
-    fault: str
-    certificate: Certificate | None
-
-
-@np.errstate(all="ignore")
-def settled(problem: Problem, z: Vector, tol: float) -> Settled | None:
-    """Settle whether a z is a solution that is a run-off, or that is exact but for its
-    last digits; None if it is neither. One system with the states of z is solved, with
-    bounds on its rounding or else exactly; then a proof that the problem is infeasible
-    but for rounding is sought."""
-    near, fault = enclosed(problem, z, tol)
-    # A proof but for rounding would be one for other entries that differ by up to n
-    # EPS.
-    if not fault:
-        is_stable = not enclosure.fault(problem, near, math.inf, problem.n * EPS)
-        return Settled(near, "", None if is_stable else proof_near(problem, near))
-    if is_rounded_solution(problem, z):
-        return Settled(z, "", proof_near(problem, z))
-    return Settled(z, fault, proof_near(problem, near)) if fault != NO_RUN_OFF else None
-
-
-@np.errstate(all="ignore")
-def enclosed(problem: Problem, z: Vector, tol: float) -> tuple[Vector, str]:
-    """Return the basic solution of a run-off, and why none is shown to exist near it,
-    "" if one is; or z itself."""
-    if not is_run_off(problem, z, tol):
-        return z, NO_RUN_OFF
-    near = refined(problem, z, problem.box.basis_at(z))
-    return near, enclosure.fault(problem, near, tol)
-
-
-def large_solution(
-    problem: Problem, points: Sequence[Vector], proof: Certificate, tol: float
-) -> tuple[Vector, str] | None:
-    """Return a solution beyond the criterion, with why the problem is ill-posed then,
-    as a clause for the user: the exact solution of the basis of one of the points, or
-    of a basis near it, rounded; else a run-off: one of the points, or a basic solution
-    in doubles, whose sign rounding decides, of a point or of the proof. None if there
-    is neither."""
-    points = [z for z in points if np.isfinite(z).all()]
-    large, sentence = (
-        next((z for z in points if is_rounded_solution(problem, z)), None),
-        EXACT,
-    )
-    if large is None:
-        with suppress(TimeIsUp):
-            data, effort = ExactProblem.of_floats(problem), Effort(EFFORT)
-            found = (from_point(data, z, effort, farkas.most_exact()) for z in points)
-            large = next((finitely_rounded(z) for z in found if z is not None), None)
-    if large is None:
-        assert proof.vector is not None
-        basic = (
-            z
-            for point in (*points, proof.vector)
-            for z in _basic_solutions(problem, point)
-        )
-        large, sentence = (
-            next(
-                (z for z in chain(points, basic) if is_run_off(problem, z, tol)), None
-            ),
-            RUN_OFF,
-        )
-    if large is None:
-        return None
-    size = f"{np.abs(large).max():.0e}".replace("e+", "e")
-    return large, sentence.format(size=size, tol=tol, proof=proof.statement)
-
-
-def _basic_solutions(problem: Problem, point: Vector) -> Iterator[Vector]:
-    """Yield the basic solution of the states of a point, and its opposite with respect
-    to the reference point."""
-    with suppress(SingularMatrix):
-        z = BasicSolutions(problem).at(problem.box.basis_at(point)).z
-        yield from map(problem.box.project, (z, 2 * problem.reference_point - z))
+EFFORT = 2.0  # of LPs for a proof, by the seconds that they usually take
 
 
 def proof_near(problem: Problem, z: Vector) -> Certificate | None:

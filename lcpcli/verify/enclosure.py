@@ -120,9 +120,28 @@ def fault(problem: Problem, z: Vector, tol: float, rounding: float = 0.0) -> str
     """Return why no solution is shown to exist that has the states of an admissible z,
     shape (n,), and differs from it by at most tol in each component, relative to z_i
     and to its distance from the reference point; "" if one is.
+
+    rounding : as in `distances`."""
+    distance = np.minimum(np.abs(z), np.abs(problem.from_reference(z)))
+    return distances(problem, z, rounding, tol * distance)[1]
+
+
+@np.errstate(all="ignore")
+def distances(
+    problem: Problem,
+    z: Vector,
+    rounding: float = 0.0,
+    largest: Vector | float = np.inf,
+) -> tuple[Vector, str]:
+    """Return bounds on the distances of an admissible z, shape (n,), from the basic
+    solution of its states, and why that is not shown to be a solution, or not to be so
+    near; "" if it is.
+
     rounding : of the entries of M and q, relative: one is shown to exist for all
-    problems whose entries differ by so much; if it is not 0, only for an M_BB without
-    positive entries off its diagonal."""
+        problems whose entries differ by so much; if it is not 0, only for an M_BB
+        without positive entries off its diagonal.
+    largest : how large the distances may be.
+    """
     basis, M = problem.box.basis_at(z), problem.M
     B, change = (basis == BASIC).nonzero()[0], np.zeros(problem.n)
     w = -accurate_residual(M, z, -problem.q)
@@ -138,7 +157,7 @@ def fault(problem: Problem, z: Vector, tol: float, rounding: float = 0.0) -> str
         try:
             correction = solver.factorized(block)(-w[B])
         except (SingularMatrix, OverflowError, ValueError):
-            return SINGULAR
+            return change + np.inf, SINGULAR
         left, sizes = (
             w[B] + product(block, correction),
             np.abs(w[B]) + absolute_product(block, np.abs(correction)),
@@ -153,10 +172,10 @@ def fault(problem: Problem, z: Vector, tol: float, rounding: float = 0.0) -> str
             block, terms[B], np.abs(z[B]), bound, rounding
         )
         if not np.isfinite(change).all():
-            return SINGULAR if B.size <= LARGEST_ENCLOSED else TOO_LARGE.format(B.size)
-    distance = np.minimum(np.abs(z), np.abs(problem.from_reference(z)))
-    if (change > tol * distance).any():
-        return WIDE
+            is_tried = B.size <= LARGEST_ENCLOSED
+            return change, SINGULAR if is_tried else TOO_LARGE.format(B.size)
+    if (change > largest).any():
+        return change, WIDE
     low, high = problem.box.vectors(problem.n)
     error += 2 * absolute_product(M, change) + _underflow(M, change)
     wrong = np.where(basis == LOWER, w < error, (basis == UPPER) & (-w < error)) & (
@@ -168,8 +187,8 @@ def fault(problem: Problem, z: Vector, tol: float, rounding: float = 0.0) -> str
         and not wrong[B].any()
         and _repeat(problem, z, wrong, B)
     ):
-        return ""
-    return SIGNS.format(int(wrong.argmax()) + 1)
+        return change, ""
+    return change, SIGNS.format(int(wrong.argmax()) + 1)
 
 
 def _repeat(problem: Problem, z: Vector, rows: Mask, others: Indices) -> bool:

@@ -375,6 +375,9 @@ def _direction(lu: Any, n: int) -> Vector | None:
     )
 
 
+Distances: TypeAlias = Callable[[Vector, Vector], Vector]
+"""Bounds on each |z - z*|_i, from z and w."""
+
 Theorem = Callable[..., float]
 """An upper bound on |z - z*|_inf, possibly infinite, from z in range and w = M z + q
 with relative errors up to EPS; where M is definite also from bounds on other errors of
@@ -417,6 +420,20 @@ def residual(problem: Problem, z: Vector) -> Vector | None:
 def h_plus_theorem(problem: Problem) -> Theorem | None:
     """Return a bound on |z - z*|_inf, for M in range with positive diagonal; None if M
     is not recognized as H+."""
+    distances = h_plus_distances(problem)
+    if distances is None:
+        return None
+
+    def bound(z: Vector, w: Vector) -> float:
+        value = float(distances(z, w).max(initial=0.0))
+        return value * (1 + 8 * EPS) + SMALLEST_NORMAL if value else 0.0
+
+    return bound
+
+
+def h_plus_distances(problem: Problem) -> Distances | None:
+    """Return bounds for z and w as in a `Theorem`, for M in range with positive
+    diagonal; None if M is not recognized as H+."""
     M, diagonal = problem.M, problem.M.diagonal()
     units = scale(problem)
     within = units.problem.M
@@ -427,10 +444,10 @@ def h_plus_theorem(problem: Problem) -> Theorem | None:
     if not (u.min() > SMALLEST_NORMAL and gain.min() > 0 and np.isfinite(gain).all()):
         return None
 
-    def bound(z: Vector, w: Vector) -> float:
+    def distances(z: Vector, w: Vector) -> Vector:
         s = np.abs(problem.box.gaps(z, w, diagonal)) * (1 + 4 * EPS)
         if not s.any():
-            return 0.0
+            return s
         if solve is None:
             t = (s / gain).max() * u
             for _ in range(JACOBI_STEPS):  # from above down to nearly <M>^-1 s
@@ -441,9 +458,9 @@ def h_plus_theorem(problem: Problem) -> Theorem | None:
             t = np.abs(units.z_outside(solve(units.w_inside(s))))
         missing = np.maximum(s - lower_image(M, diagonal, t), 0.0)
         multiple = (missing / gain).max() * (1 + 8 * EPS) + SMALLEST_NORMAL
-        return float((t + multiple * u).max()) * (1 + 8 * EPS) + SMALLEST_NORMAL
+        return np.asarray(t + multiple * u)
 
-    return bound
+    return distances
 
 
 def _scaling(M: Matrix) -> tuple[Vector, Solve | None] | None:
@@ -604,6 +621,17 @@ UNPROVED_IN_TIME = Bound(math.inf, "the time limit was reached before one was pr
 NO_BOUND = Bound(math.inf, "M is not known to be H+ or positive definite")
 
 
+def takes(problem: Problem) -> bool:
+    """Return whether the theorems apply to a problem with such numbers: its diagonal is
+    positive, and no product of M with distances from the bounds underflows."""
+    bounds = np.concatenate(problem.box.vectors(problem.n))
+    return bool(
+        in_range(problem.M, SMALLEST_ENTRY)
+        and problem.M.diagonal().min(initial=np.inf) > 0
+        and sizes(bounds)[0] >= SMALLEST_ENTRY
+    )
+
+
 @np.errstate(all="ignore")
 def error_bound(problem: Problem, z: VectorLike) -> Bound | None:
     """Return the smallest proved bound on |z - z*|_inf for this M, z* being the unique
@@ -632,14 +660,8 @@ def error_bound(problem: Problem, z: VectorLike) -> Bound | None:
     given = as_vector("z", z, problem.n)
     if not problem.n:
         return Bound(0.0, "M has no entries")
-    if (
-        not in_range(problem.M, SMALLEST_ENTRY)
-        or not in_range(given)
-        or not problem.M.diagonal().min() > 0
-    ):
+    if not (takes(problem) and in_range(given)):
         return None
-    if sizes(np.concatenate(problem.box.vectors(problem.n)))[0] < SMALLEST_ENTRY:
-        return None  # products with distances from the bounds may underflow
     h_plus = h_plus_theorem(problem)
     known = definite_theorems(problem, h_plus is not None) | (
         {} if h_plus is None else {H_PLUS: h_plus}

@@ -22,7 +22,7 @@ import numpy as np
 
 from lcpcli.basis.exchanges import BasicSolutions
 from lcpcli.linalg import matrices
-from lcpcli.linalg.doubles import EPS, ROUNDING, distinct
+from lcpcli.linalg.doubles import EPS, ROUNDING, SMALLEST_NORMAL, distinct
 from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix
 from lcpcli.linalg.matrices import accurate_residual
 from lcpcli.linalg.programs import minimized
@@ -104,6 +104,10 @@ def _by_pivoting(
 def finitely_rounded(z: Sequence[Fraction]) -> Vector | None:
     """Return an exact solution in doubles; None if it is beyond their range."""
     return near if np.isfinite(near := rounded(z)).all() else None
+
+
+# Unknowns, up to which connected parts of M are solved exactly, each for itself.
+MOST_IN_PARTS = 10_000
 
 
 class ExactBasis(NamedTuple):
@@ -228,6 +232,7 @@ def _at_vertex(
 # With residuals in twice the precision: a digit or more each, unless M_BB is singular
 # in doubles.
 REFINEMENTS = 10
+SMALL_REFINEMENTS = 3  # of values that are small beside the largest one
 
 
 @np.errstate(all="ignore")
@@ -253,10 +258,14 @@ def refined(problem: Problem, z: Vector, basis: States | None = None) -> Vector:
     try:
         solve = solver.factorized(block)
         values = solve(b)
-        for _ in range(REFINEMENTS):
+        for step in range(REFINEMENTS):
             change = solve(accurate_residual(block, values, b))
             values += change
-            if not np.abs(change).max() > EPS * np.abs(values).max():
+            # Beside a value of 1e16, those of 1 are right after further steps.
+            if not np.abs(change).max() > EPS * np.abs(values).max() and (
+                step >= SMALL_REFINEMENTS
+                or (np.abs(change) <= EPS * np.abs(values)).all()
+            ):
                 break
     except (SingularMatrix, OverflowError, ValueError):
         return z
@@ -279,28 +288,65 @@ def refined(problem: Problem, z: Vector, basis: States | None = None) -> Vector:
     return better if (gaps <= ROUNDING * terms).all() else z
 
 
-def is_rounded_solution(problem: Problem, z: Vector) -> bool:
+def is_rounded_solution(
+    problem: Problem, z: Vector, effort: Effort | None = None
+) -> bool | None:
     """Return whether z, of shape (n,), is a solution up to its last digits, by rational
     arithmetic: the exact basic solution of its states solves the problem, and no
     component of z differs from it by more than ROUNDING of itself. So the answer is
-    never true where there is no solution; false if more than `farkas.most_exact()` are
-    basic."""
+    never true where there is no solution; None if more than `farkas.most_exact()` are
+    basic, or solving would take more than an effort."""
+    if not (np.isfinite(z).all() and _may_be_rounded(problem, z)):
+        return False
     basis = problem.box.basis_at(z)
-    if (
-        np.count_nonzero(basis == BASIC) > farkas.most_exact()
-        or not np.isfinite(z).all()
-    ):
-        return False
-    if not Point(Criterion(problem), z).nearly_solves():
-        return False
-    found = exact_basis(ExactProblem.of_basis(problem, basis), basis)
-    if found is None or not (found.unique and found.solves):
+    is_large = np.count_nonzero(basis == BASIC) > farkas.most_exact()
+    if is_large and problem.n > MOST_IN_PARTS:
+        return None
+    data = ExactProblem.of_basis(problem, basis)
+    effort = Effort() if effort is None else effort
+    if not is_large:
+        return _is_rounded(data, z, basis, effort)
+    # Too many at once: each connected part for itself.
+    for part in map(np.array, data.blocks):
+        own = data.part(part.tolist()), z[part], basis[part]
+        is_small = np.count_nonzero(own[2] == BASIC) <= farkas.most_exact()
+        if not (is_rounded := _is_rounded(*own, effort) if is_small else None):
+            return is_rounded
+    return True
+
+
+def _is_rounded(
+    data: ExactProblem, z: Vector, basis: States, effort: Effort
+) -> bool | None:
+    """Return whether z is the exact basic solution of a basis, but for ROUNDING, and
+    that solves the problem; None if solving would take more than an effort."""
+    spent = effort.spent
+    found = exact_basis(data, basis, effort)
+    if found is None:  # there is none if it has been sought
+        return False if effort.spent > spent else None
+    if not (found.unique and found.solves):
         return False
     last_digits = Fraction(ROUNDING)
     return all(
         abs(Fraction(a) - b) <= last_digits * abs(b)
         for a, b in zip(z.tolist(), found.z, strict=True)
     )
+
+
+@np.errstate(all="ignore")
+def _may_be_rounded(problem: Problem, z: Vector) -> bool:
+    """Return whether a solution may differ from z by ROUNDING of itself: that changes w
+    by no more than ROUNDING |M| |z|, and so much may have a wrong sign. This takes a
+    product, where solving a system of hundreds of unknowns exactly takes minutes."""
+    if not Point(Criterion(problem), z).nearly_solves():
+        return False
+    if not problem.is_moderate:
+        return True
+    measure = Measure(problem)
+    rows = measure.rows(problem.box.project(z))
+    moved = ROUNDING * matrices.absolute_product(problem.M, np.abs(z))
+    possible = (1 + 8 * ROUNDING) * moved + rows.error + SMALLEST_NORMAL
+    return bool((measure.violations(z, rows.w) <= possible).all())
 
 
 @np.errstate(all="ignore")

@@ -223,6 +223,7 @@ class NonlinearPoint(Point):
     """A z with its measures; w : F(z). noise : of each row of F, 0 as long as it is not
     needed."""
 
+    is_linear = False
     slopes: Slopes | None
 
     def __init__(
@@ -366,6 +367,10 @@ class NonlinearPoint(Point):
     def counted_as_0(self) -> str:
         return "up to the noise of F" if np.count_nonzero(self.noise) else ""
 
+    @property
+    def remark(self) -> str:
+        return self.counted_as_0
+
     def solution(self) -> Point | None:
         """Return this point if it solves the problem, if need be up to the noise of F;
         else None."""
@@ -386,6 +391,14 @@ class NonlinearPoint(Point):
             self.given, z, rounding(problem.values, problem.box, z, MOST_NOISE)
         )
         return other if other.solves() else None
+
+    def alternatives(self) -> Generator[Point, None, None]:
+        """Yield points that may be accepted in place of this one: itself up to the
+        noise of F, and points without what rounding leaves of zeros."""
+        own = self.solution()
+        if own is not None:
+            yield own
+        yield from self.cleaned()
 
     @each_step(all="ignore")
     def cleaned(self) -> Generator[NonlinearPoint, None, None]:

@@ -5,7 +5,8 @@ given.
 A method leaves a z_j of 1e-17 where 0 is meant, and a row whose terms are all of that
 kind is violated by its own terms, however small these are beside the numbers of the
 problem. So points are tried in which such z_j are at their bounds or at the reference
-point; each of them is then measured as any other.
+point, and multipliers of rows that are not active at 0; each of them is then measured
+as any other.
 
 The q of large problems from other sources has entries like 2e-16 beside 1 that are
 rounding of 0, as they were computed as sums that cancel. An entry counts as 0 if its
@@ -22,7 +23,8 @@ row is violated, and
   q as it is.
 
 For up to FEW_UNKNOWNS exact arithmetic decides. Entries of M and bounds never count as
-0.
+0. Sides of rows without entries may, for any number of unknowns, as nothing else can be
+meant by them (`model.rounded_rows`).
 """
 
 from __future__ import annotations
@@ -32,7 +34,7 @@ from contextlib import suppress
 from dataclasses import replace
 from functools import cached_property
 from itertools import islice, product
-from typing import TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
@@ -62,11 +64,15 @@ from lcpcli.verify.measure import (
     rounded_once,
 )
 
+if TYPE_CHECKING:
+    from lcpcli.model.rounded_rows import RoundedRows
+
 # The relative residual up to which z counts as a rounded solution, whatever its digits.
 ROUGH = 1e-3
 # Digits that are attributed to a z: whole numbers are meant exactly, others may be
 # singles.
 FEWEST_GIVEN_DIGITS, MOST_GIVEN_DIGITS = 4, 7
+MOST_CLEANINGS = 4  # of a point, one after another
 MOST_NAMED = 3  # entries of q that a message names
 LARGEST_ROUNDED = 2.0**900  # terms of a row from which its sum may overflow
 # Of the least of the larger entries of q: an entry that may be rounding of 0.
@@ -89,7 +95,7 @@ class Criterion:
     default there is none.
     """
 
-    is_linear = True  # whether exact arithmetic may decide
+    is_linear = True  # whether the problem of its points is
 
     def __init__(
         self,
@@ -207,6 +213,7 @@ class Point:
         (see above).
     """
 
+    is_linear = True  # so that exact arithmetic may decide
     _product: Vector | None = None
     negligible: Sequence[int] = ()
 
@@ -327,16 +334,35 @@ class Point:
     def counted_as_0(self) -> str:
         """Return which entries of q count as 0, as a clause for the user; "" if there
         are none."""
-        named = [
-            f"q{i + 1} = {self.criterion.problem.q[i]:.1e}"
-            for i in self.negligible[:MOST_NAMED]
-        ]
-        more = len(self.negligible) - len(named)
-        return (
-            f"counting {listed([*named, *[f'{more} more of q'] * (more > 0)])} as 0"
-            if named
-            else ""
-        )
+        named = self._entries
+        if self.rounded_rows is not None:
+            named.append("sides of empty rows")
+        return f"counting {listed(named)} as 0" if named else ""
+
+    @property
+    def remark(self) -> str:
+        """Return which entries of q count as 0, and which rows do not hold as the
+        numbers stand, as a clause for the user; "" if there are none."""
+        said = [f"counting {listed(self._entries)} as 0"] if self._entries else []
+        if self.rounded_rows is not None:
+            said.append(self.rounded_rows.statement)
+        return "; ".join(said)
+
+    @property
+    def rounded_rows(self) -> RoundedRows | None:
+        """Return the rows without entries that count as satisfied, if any do."""
+        return self.criterion.problem.rounded_rows if self.negligible else None
+
+    @property
+    def _entries(self) -> list[str]:
+        """Return the entries of q that count as 0, other than those of such rows."""
+        rounded = self.rounded_rows
+        rows = [] if rounded is None else rounded.rows.tolist()
+        entries = [i for i in self.negligible if i not in rows]
+        q = self.criterion.problem.q
+        named = [f"q{i + 1} = {q[i]:.1e}" for i in entries[:MOST_NAMED]]
+        more = len(entries) - len(named)
+        return [*named, f"{more} more of q"] if more else named
 
     @property
     @np.errstate(all="ignore")
@@ -438,42 +464,71 @@ class Point:
         tolerance leave of zeros (see above): first points with other components, and
         then those for which entries of q count as 0."""
         criterion, measure, z = self.criterion, self.criterion.measure, self._inside
+        if not self.negligible and (rounded := criterion.problem.rounded_rows):
+            satisfied = Point(criterion, self.z, negligible=rounded.rows.tolist())
+            satisfied._plain = self._plain
+            yield satisfied
+            yield from satisfied.alternatives()
+            return
         points, start = [self], z
         while True:
             cleaned = on_bounds(
                 measure, start, (self._plain if start is z else measure.rows(start)).w
             )
             if not np.array_equal(cleaned, z):
-                points.append(Point(criterion, criterion.original(cleaned)))
+                points.append(self._at(criterion.original(cleaned)))
                 yield points[-1]
             if start is not z or np.array_equal(
                 start := without_small_distances(measure, z), z
             ):
                 break
         for point in points[:]:
-            used = columns_of(measure, point._rows_of_noise)
-            moved = point._inside.copy()
-            moved[used] = measure.reference[used]
-            if used.size and not np.array_equal(moved, point._inside):
-                points.append(Point(criterion, criterion.original(moved)))
-                yield points[-1]
+            for cleaned_point in point._without_noise():
+                points.append(cleaned_point)
+                yield cleaned_point
         if criterion.problem.reference_z is not None:
-            yield from (
-                Point(criterion, z)
-                for z in with_small_components(criterion.problem, self.z)
-            )
+            yield from map(self._at, with_small_components(criterion.problem, self.z))
         for point in points:
             negligible = negligible_q(
                 measure, criterion.problem.q, point._inside, point._rows_of_noise
             )
             if negligible.size:
                 basis = criterion.problem.box.basis_at(point.z)
-                yield from (
-                    Point(criterion, z) for z in pivoted(criterion.problem, basis)
-                )
-                other = Point(criterion, point.z, negligible=negligible.tolist())
+                yield from map(self._at, pivoted(criterion.problem, basis))
+                counted = [*self.negligible, *negligible.tolist()]
+                other = Point(criterion, point.z, negligible=counted)
                 other._plain = point._plain
                 yield other
+
+    def _at(self, z: Vector) -> Point:
+        """Return another point, for which the same entries count as 0."""
+        return Point(self.criterion, z, negligible=self.negligible)
+
+    def _without_noise(self) -> Iterator[Point]:
+        """Yield points without idle multipliers and, in turn, with the reference point
+        in the rows that noise alone violates, as what is removed from some rows may
+        leave noise in others."""
+        point, measure = self, self.criterion.measure
+        for _ in range(MOST_CLEANINGS):
+            before = point
+            z = without_idle_multipliers(measure, point._inside, point._plain.w)
+            if not np.array_equal(z, point._inside):
+                point = self._at(self.criterion.original(z))
+                yield point
+            z = point._at_reference_in_noise
+            if not np.array_equal(z, point._inside):
+                point = self._at(self.criterion.original(z))
+                yield point
+            if point is before:
+                return
+
+    @property
+    def _at_reference_in_noise(self) -> Vector:
+        """Return z with the reference point in the rows that noise alone violates."""
+        measure, moved = self.criterion.measure, np.array(self._inside)
+        used = columns_of(measure, self._rows_of_noise)
+        moved[used] = measure.reference[used]
+        return moved
 
     @cached_property
     def _rows_of_noise(self) -> Indices:
@@ -482,6 +537,7 @@ class Point:
         measure, z, rows = self.criterion.measure, self._inside, self._plain
         caps = measure.caps(z)
         small = (rows.full_terms <= ROW_ROUNDING * caps) & (caps < np.inf)
+        small[list(self.negligible)] = False
         return (
             small
             & (
@@ -530,6 +586,33 @@ def without_small_distances(measure: Measure, z: Vector) -> Vector:
         if not violated.any():
             return cleaned
         is_solved[units.row_part[violated]] = False
+
+
+def without_idle_multipliers(measure: Measure, z: Vector, w: Vector) -> Vector:
+    """Return z with 0 in place of those z_j that alone make up the w_i of a z_i between
+    its bounds.
+
+    In a program, z_j is the multiplier of a row between two sides, and z_i = s_i its
+    value. Of the two, one is at its end: s_i at a side, if it is closer to that than
+    z_j to 0 in the units of M, which `on_bounds` has seen to, or else z_j is 0. The row
+    has no other term, so that it is violated completely by the smallest z_j."""
+    data, box = measure.data, measure.data.box
+    low, high = box.vectors(z.size)
+    is_between = (low < z) & (z < high) & (data.q == 0) & (w != 0)
+    if not is_between.any():
+        return z
+    rows = is_between.nonzero()[0]
+    M = data.M[rows]
+    number = (
+        np.bincount(M.nonzero()[0], minlength=rows.size)
+        if is_sparse(M)
+        else np.count_nonzero(M, axis=1)
+    )
+    columns = columns_of(measure, rows[np.equal(number, 1)])
+    columns = columns[(low[columns] <= 0) & (high[columns] >= 0)]
+    freed: Vector = np.array(z)
+    freed[columns] = 0.0
+    return freed
 
 
 def columns_of(measure: Measure, rows: Indices) -> Indices:

@@ -16,10 +16,9 @@ information sets, and z has their plans.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from itertools import chain
 from typing import TYPE_CHECKING, Any, Generic, Literal, NamedTuple, TypeVar
 
 import numpy as np
@@ -28,7 +27,7 @@ from lcpcli.clock import imports
 from lcpcli.errors import MAKE_AGREE, SCALE_PAYOFFS, ProblemError, count
 from lcpcli.games.behavior import Behavior, Strategies, point_of
 from lcpcli.linalg import matrices
-from lcpcli.linalg.doubles import EPS, ROW_ROUNDING
+from lcpcli.linalg.doubles import ROW_ROUNDING
 from lcpcli.model import views
 from lcpcli.model.arrays import FROM_1
 from lcpcli.model.extensive import ExtensiveGame
@@ -37,15 +36,10 @@ from lcpcli.model.problem import Problem
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import approximate, brief, rounded
 from lcpcli.typing import Vector
-from lcpcli.verify.certificate import (
-    is_run_off,
-    proves_infeasible,
-    rounded_proof,
-    settled,
-)
+from lcpcli.verify.acceptance import Extent, accepted
+from lcpcli.verify.certificate import proves_infeasible, rounded_proof
 from lcpcli.verify.error_theorems import Bound, error_bound
 from lcpcli.verify.farkas import exact_proof
-from lcpcli.verify.measure import quotients
 from lcpcli.verify.point import Criterion, Point
 
 if TYPE_CHECKING:
@@ -57,10 +51,6 @@ MOST_BOUNDED = 300
 # reported.
 SMALL_CHANGE = 1e-4
 MOST_LISTED = 10  # violations that a verification lists
-# Of the terms of a row, for each unknown: what Gaussian elimination leaves of it (N. J.
-# Higham, Accuracy and Stability of Numerical Algorithms, 2nd ed., SIAM 2002, theorem
-# 9.4).
-ELIMINATION = 3 * EPS / 2
 
 Number = TypeVar("Number", float, Fraction)
 
@@ -128,13 +118,12 @@ class Verification:
 
 @np.errstate(all="ignore")  # overflow counts as infinite
 def verify(problem: Problem, z: Vector, tol: float) -> Verification:
-    """Verify z, finite and of shape (n,), in doubles: it is accepted if its relative
-    residual is at most tol, or if moving components that are within tol of their bounds
-    onto these makes it so. Violations are those components whose own relative residual
-    is above tol, the largest first."""
+    """Verify z, finite and of shape (n,), in doubles, as `acceptance.accepted` judges a
+    point as it is given. Violations are those components whose own relative residual is
+    above tol, the largest first."""
     point = Point(Criterion(problem, tol), z, is_admissible=False)
     bound = error_bound(problem, z) if problem.n <= MOST_BOUNDED else None
-    return _verified(point, point.alternatives(), tol, bound, is_linear=True)
+    return _verified(point, bound)
 
 
 @np.errstate(all="ignore")
@@ -161,58 +150,39 @@ def verify_nonlinear(problem: NonlinearProblem, z: Vector, tol: float) -> Verifi
             accepted=False,
             message=message,
         )
-    found = _verified(
-        point,
-        chain(filter(None, [point.solution()]), point.cleaned()),
-        tol,
-        None,
-        is_linear=False,
-    )
+    found = _verified(point, None)
     return replace(found, message="; ".join([found.message, *point.remarks()]))
 
 
-def _verified(
-    point: Point,
-    others: Iterable[Point],
-    tol: float,
-    bound: Bound | None,
-    is_linear: bool,
-) -> Verification:
-    """Return the verification of a point. others : those that may solve the problem in
-    place of it. is_linear : whether an exact solution with the states of the point
-    would solve the problem: not of a linearization."""
-    problem, z = point.criterion.problem, point.z
+def _verified(point: Point, bound: Bound | None) -> Verification:
+    """Return the verification of a point, in doubles."""
+    problem, z, tol = point.criterion.problem, point.z, point.criterion.tol
     each, relative = point.relative_residuals, point.relative_residual
+    found = accepted(problem, [point], tol, Extent(as_given=True))
+    is_accepted = found is not None and found.solved
     message = _measured(point, tol)
-    accepted = point.solves()
-    if not accepted:
-        nearby = next((other for other in others if other.solves()), None)
+    if found is None:
+        nearby = next((other for other in point.alternatives() if other.solves()), None)
         if nearby is not None and nearby.is_near(point, max(tol, SMALL_CHANGE)):
-            accepted = nearby.is_near(point)
-            moved = (
-                ""
-                if np.array_equal(nearby.z, z)
-                else "with components put on their bounds"
-            )
-            ways = " and ".join(filter(None, (moved, nearby.counted_as_0)))
-            size = f"{nearby.relative_residual:.1e}"
-            it = "it" if relative < np.inf else "its relative residual"
-            message = f"{message}, but {ways} {it} is {size}"
-        elif nearby is None and is_linear:
-            accepted, settlement = _settled(point, tol)
-            message += settlement
+            message += _way_to(nearby, point)
+    elif found.reason and found.certificate is None and not found.point.solves():
+        message += f"{', but' if is_accepted else ';'} {found.reason}"
+    elif found.certificate is not None:
+        message += f", and {found.certificate.statement}"
+    elif found.point is not point:
+        message += _way_to(found.point, point)
     violating = [
         i
         for i in np.argsort(-each, kind="stable").tolist()
-        if not each[i] <= tol and not accepted
+        if not each[i] <= tol and not is_accepted
     ]
     return Verification(
         problem,
         "solution",
         exact=False,
-        accepted=accepted,
+        accepted=is_accepted,
         message=(
-            f"z {'solves' if accepted else 'does not solve'} the problem: {message}"
+            f"z {'solves' if is_accepted else 'does not solve'} the problem: {message}"
         ),
         residual=point.residual,
         relative_residual=relative,
@@ -246,49 +216,15 @@ def _measured(point: Point, tol: float) -> str:
     return f"{name} is {abs(beyond[i]):.2g} {side} bound {bound[i]:.7g}"
 
 
-def _settled(point: Point, tol: float) -> tuple[bool, str]:
-    """Return whether a point beyond the criterion is a solution all the same, and why
-    or why not, as a clause."""
-    problem = point.criterion.problem
-    points = (
-        point,
-        *(
-            other
-            for other in point.alternatives()
-            if not other.negligible and other.is_near(point)
-        ),
-    )
-    admissible = (
-        other.z
-        for other in points
-        if np.array_equal(problem.box.project(other.z), other.z)
-    )
-    pair = next(
-        (
-            (z, found)
-            for z in admissible
-            if (found := settled(problem, z, tol)) is not None
-        ),
-        None,
-    )
-    if pair is None:
-        return False, ""
-    z, found = pair
-    if found.certificate is not None:
-        return False, f", and {found.certificate.statement}"
-    if found.fault:
-        return False, f"; it satisfies each row by its own terms, but {found.fault}"
-    change = float(quotients(np.abs(z - found.z), np.abs(found.z)).max(initial=0.0))
-    differs = f"it differs by {change:.1e} from an exact solution with its states"
-    if change <= tol or is_run_off(
-        problem, z, max(ROW_ROUNDING, ELIMINATION * problem.n)
-    ):
-        return True, f", but {differs}"
-    return (
-        False,
-        f"; {differs}, which is more than rounding in a system with these "
-        "states explains",
-    )
+def _way_to(nearby: Point, point: Point) -> str:
+    """Return how a point that meets the criterion differs from one, as a clause."""
+    ways = [nearby.counted_as_0] if nearby.counted_as_0 else []
+    if not np.array_equal(nearby.z, point.z):
+        ways.insert(0, "with components put on their bounds")
+    it = "it" if point.relative_residual < np.inf else "its relative residual"
+    said = f", but {' and '.join(ways)} {it} is {nearby.relative_residual:.1e}"
+    rounded = nearby.rounded_rows
+    return said if rounded is None else f"{said}; {rounded.statement}"
 
 
 @np.errstate(all="ignore")

@@ -31,7 +31,6 @@ from lcpcli.files import atomic_write, contents, reading, writing
 from lcpcli.linalg.factors import SingularMatrix
 from lcpcli.parametric import following
 from lcpcli.solving import loop
-from lcpcli.verify.point import Point
 
 from ..conftest import Outcome
 from .conftest import EXAMPLE, MAIN, Lcp, interrupt, python, record, records
@@ -448,8 +447,8 @@ LINEAR = {"Q": None, "c": [1, 1], "A": [[1, 1]], "row_lower": [1]}
 def test_ctrl_c_after_the_iteration_raises_with_the_best_iterate(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    once, real = iter([interrupt]), Point.solution
-    monkeypatch.setattr(Point, "solution", lambda *given: next(once, real)(*given))
+    once, real = iter([interrupt]), loop.Loop.result
+    monkeypatch.setattr(loop.Loop, "result", lambda *given: next(once, real)(*given))
     problem = lcpcli.from_qp(**LINEAR)
     with pytest.raises(lcpcli.Interrupted) as ending:
         lcpcli.run(problem, "interior", trace=True)

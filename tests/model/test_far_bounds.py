@@ -24,6 +24,7 @@ from lcpcli.model.changes import (
     with_infinity,
 )
 from lcpcli.solving.minimum import Minimum
+from lcpcli.typing import Vector
 from lcpcli.verify.certificate import proves_infeasible
 
 from ..far_bounds import FAR, lists, random_program, with_far_bounds
@@ -164,8 +165,14 @@ def test_proofs_are_of_the_program_with_its_far_bounds(size: float) -> None:
 
 def test_only_far_bounds_are_left_out_at_first() -> None:
     assert relaxed(Problem([[1.0]], [1e30])).is_identity
-    assert relaxed(Problem([[1.0]], [1.0], lower=-9.9e19, upper=INF)).is_identity
-    assert relaxed(from_qp(None, [1.0], [[1.0]], row_lower=[-9e19])).is_identity
+    assert relaxed(Problem([[1.0]], [1.0], lower=-9e12, upper=INF)).is_identity
+    assert relaxed(from_qp(None, [1.0], [[1.0]], row_lower=[-9e12])).is_identity
+    assert relaxed(Problem([[1.0]], [1.0], lower=-2e16, upper=-1e16)).is_identity
+    beside = {"lower": [-9e12, -1e18], "upper": INF}
+    assert relaxed(Problem(np.eye(2), [1.0, 1.0], **beside)).is_identity
+    beside = {"lower": [-9e7, -1e18], "upper": INF}
+    assert not relaxed(Problem(np.eye(2), [1.0, 1.0], **beside)).is_identity
+    assert not relaxed(from_qp(None, [1.0], [[1.0]], row_lower=[-9e19])).is_identity
     assert not relaxed(from_qp(None, [1.0], [[1.0]], row_upper=[1e20])).is_identity
     change = relaxed(from_qp(**FAR))
     assert not change.is_identity
@@ -217,3 +224,47 @@ def test_a_proof_comes_out_of_several_changes() -> None:
     y = np.array([1.0, 0])
     assert proves_infeasible(change.problem, y)
     assert proves_infeasible(problem, change.multipliers(y))
+
+
+@pytest.mark.parametrize("seed", range(12))
+@pytest.mark.parametrize("kind", ["linear", "convex"])
+def test_sides_that_nothing_reaches_change_no_answer(kind: str, seed: int) -> None:
+    """A planted minimizer, and sides from 1e13 to 1e22 where others have none."""
+    generator = np.random.default_rng([seed, kind == "convex"])
+    n, m = int(generator.integers(5, 20)), int(generator.integers(3, 12))
+
+    def far(size: int) -> Vector:
+        conventions = generator.choice([1e15, 1e18, 1e19, 9.99e19, 1e20], size)
+        others = 10.0 ** generator.uniform(13, 22, size)
+        return np.where(generator.random(size) < 0.5, conventions, others)
+
+    A = np.where(generator.random((m, n)) < 0.5, generator.standard_normal((m, n)), 0)
+    x = np.where(generator.random(n) < 0.5, generator.uniform(0, 5, n), 0.0)
+    y = np.where(generator.random(m) < 0.6, generator.uniform(0.1, 5, m), 0.0)
+    y *= generator.choice([-1, 1], m)
+    Q = np.zeros((n, n))
+    if kind == "convex":
+        F = generator.standard_normal((n, 3))
+        Q = F @ F.T
+    c = A.T @ y - Q @ x + np.where(x > 0, 0.0, generator.uniform(0, 3, n))
+    low = np.where(y > 0, A @ x, -far(m))
+    high = np.where(y < 0, A @ x, far(m))
+    bounds = {"row_lower": low, "row_upper": high, "lower": 0.0, "upper": far(n)}
+    problem = from_qp(Q, c, A, **bounds)
+    assert problem.has_far_sides
+    result = lcpcli.run(problem)
+    assert result.solved
+    assert lcpcli.check(problem, result.z).accepted
+    least = x @ Q @ x / 2 + c @ x
+    assert abs(result.answer.objective - least) <= 1e-9 * (1 + np.abs(c) @ x)
+
+
+def test_a_far_bound_that_is_met_counts() -> None:
+    """Without its bound, x1 would be infinite; 1e19 is what the problem says."""
+    A, sides = [[-1.0, 1.0, 0.0], [0.0, 1.0, 1.0]], {"row_lower": [-INF, 1.0]}
+    upper = [1e19, 1e20, 1e20]
+    costs = [-1.0, 1.0, 2.0]
+    problem = from_qp(None, costs, A, row_upper=[3.0, INF], upper=upper, **sides)
+    result = lcpcli.run(problem)
+    assert result.solved
+    assert result.z[:3].tolist() == [1e19, 1.0, 0.0]

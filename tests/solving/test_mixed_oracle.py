@@ -28,7 +28,8 @@ from lcpcli import Problem, Result, Status, from_qp
 from lcpcli.gallery.families import make
 from lcpcli.rational import elimination
 from lcpcli.typing import Vector
-from lcpcli.verify.certificate import is_run_off, proves_infeasible, rounded_proof
+from lcpcli.verify.certificate import proves_infeasible, rounded_proof
+from lcpcli.verify.nearby_solutions import is_run_off
 from lcpcli.verify.point import Criterion, Point
 
 from .. import exact, exact_measure

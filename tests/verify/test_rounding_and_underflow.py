@@ -16,11 +16,11 @@ from scipy.sparse import csr_array
 import lcpcli
 from lcpcli import Problem, check, run, solve_many
 from lcpcli.linalg.matrices import may_underflow, row_errors
-from lcpcli.methods.final_states import confirmed, is_doubtful
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.solving import direct_run
 from lcpcli.typing import Vector
 from lcpcli.verify import exact_solution
+from lcpcli.verify.final_states import confirmed, is_doubtful
 from lcpcli.verify.measure import FEW_UNKNOWNS
 from lcpcli.verify.point import Criterion, Point
 

@@ -29,7 +29,6 @@ from lcpcli.model.box import BASIC
 from lcpcli.model.problem import Problem
 from lcpcli.typing import States, Vector
 from lcpcli.verify.measure import FEW_UNKNOWNS, Measure
-from lcpcli.verify.point import Point
 
 MOST_DECIDED = 10  # unknowns for which all states can be searched in milliseconds
 # A number from which on units in the last place are no longer small fractions of one.
@@ -160,20 +159,3 @@ def confirmed(
         worst[max(found.gaps, key=found.gaps.__getitem__)] = True
         basis = problem.box.exchanged(basis, worst, near)
     return None
-
-
-def accepted(point: Point, basis: States | None) -> tuple[Point | None, States | None]:
-    """Return the point that `auto` would accept, or the exact one near it, and the
-    basis; None if it is in doubt."""
-    problem = point.criterion.problem
-    if problem.n > FEW_UNKNOWNS:
-        found = point.solution()
-        return None if found is None or found.negligible else found, basis
-    # A row may be filled by rounding alone.
-    if not point.solves() and point.nearly_solves():
-        point = Point(point.criterion, problem.box.project(without_rounding(point.z)))
-    settled = confirmed(problem, point.z, basis) if point.solves() else None
-    if settled is None:
-        return None, basis
-    found = point if settled.z is point.z else Point(point.criterion, settled.z)
-    return found if found.solves() else None, settled.basis

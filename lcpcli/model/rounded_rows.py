@@ -1,0 +1,128 @@
+"""Rows without entries, whose sides are rounding of 0.
+
+A row that is computed may lose all its entries, and what should be 0 on its other side
+is the rounding of sums that cancel: 0 x <= -7e-18 beside rows with sides of 1. As the
+numbers stand, no x satisfies it, which is seldom what is meant.
+
+A side counts as rounding of 0 only if its row has no entry, so that it alone decides;
+and if it is at most ROUNDING_OF_SIDES of the median of the sides, those of 0 left out,
+of the rows of the same kind with entries. These have to be FEW at least, or all rows of
+this kind with entries. Equations are of one kind, and inequalities of the other. In a
+program, only rows of A are meant: a cost of 1e-17 is no side.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from lcpcli.errors import listed
+from lcpcli.linalg.matrices import dense
+from lcpcli.model.program import Conditions, Program
+from lcpcli.typing import Indices, Mask, Vector
+
+# Relative to the median of the sides of other rows.
+ROUNDING_OF_SIDES = 1e-15
+FEW = 3  # sides with a median
+MOST_NAMED = 3
+
+
+class RoundedRows(NamedTuple):
+    """Rows without entries, whose sides are rounding of 0.
+
+    rows : their indices in q. sides : what each asks for instead of 0. names : what the
+        user calls them. conditions : the problem with sides of 0 there.
+    """
+
+    rows: Indices
+    sides: Vector
+    names: list[str]
+    conditions: Conditions
+
+    @property
+    def statement(self) -> str:
+        """Return that these rows have no solution, as a clause."""
+        pairs = zip(self.names, self.sides.tolist(), strict=True)
+        named = [f"{name} (empty, side {side:.0e})" for name, side in pairs]
+        more = len(named) - MOST_NAMED
+        named[MOST_NAMED:] = [f"{more} more"] if more > 0 else []
+        have = "has" if self.rows.size == 1 else "have"
+        return f"as the numbers stand, {listed(named)} {have} no solution"
+
+
+class _Rows(NamedTuple):
+    """The rows of a problem that have sides. indices : in q. lower, upper : the sides.
+    is_empty, is_equation : whether each has no entry, and is an equation. ranges : the
+    index of the variable that stands for the value of a row between two sides, of that
+    row; else -1."""
+
+    indices: Indices
+    lower: Vector
+    upper: Vector
+    is_empty: Mask
+    is_equation: Mask
+    ranges: Indices
+
+
+def rounded_rows(
+    data: Conditions, maxima: Vector, program: Program | None, names: Sequence[str]
+) -> RoundedRows | None:
+    """Return the rows without entries whose sides are rounding of 0; None if there are
+    none. maxima : the largest |M_ij| of each row. names : of the unknowns."""
+    own = _rows(data, maxima, program)
+    sides = np.where(own.lower > 0, own.lower, np.where(own.upper < 0, own.upper, 0.0))
+    is_rounded = own.is_empty & (sides != 0)
+    for is_kind in (own.is_equation, ~own.is_equation):
+        if (is_rounded & is_kind).any():
+            limit = ROUNDING_OF_SIDES * _size(own, is_kind & ~own.is_empty)
+            is_rounded &= ~is_kind | (np.abs(sides) <= limit)
+    if not is_rounded.any():
+        return None
+    rows, values = own.indices[is_rounded], own.ranges[is_rounded & (own.ranges >= 0)]
+    q, low, high = data.q.copy(), data.lower.copy(), data.upper.copy()
+    q[rows] = 0.0
+    low[values], high[values] = np.minimum(low[values], 0), np.maximum(high[values], 0)
+    first = own.indices[0]
+    named = [f"row {names[i] or i - first + 1}" for i in rows.tolist()]
+    changed = Conditions(data.M, q, low, high)
+    return RoundedRows(rows, sides[is_rounded], named, changed)
+
+
+def _size(own: _Rows, others: Mask) -> float:
+    """Return the size of the sides of other rows; 0 if there are too few of them."""
+    each = np.abs(np.stack((own.lower[others], own.upper[others])))
+    largest = np.where(each < np.inf, each, 0.0).max(axis=0, initial=0.0)
+    sizes = np.sort(largest[largest > 0])
+    if sizes.size < FEW and sizes.size < largest.size:
+        return 0.0
+    return float(sizes[(sizes.size - 1) // 2]) if sizes.size else 0.0
+
+
+def _rows(data: Conditions, maxima: Vector, program: Program | None) -> _Rows:
+    M, q, low, high = data
+    first, end = 0, q.size
+    if program is not None:
+        first, end = program.variables, q.size - program.ranges
+    indices = np.arange(first, end)
+    is_equation = (low == -np.inf) & (high == np.inf)
+    # Of w = M z + q: where z_i may be as large as it likes, and as small.
+    lower = np.where(high == np.inf, -q, -np.inf)[indices]
+    upper = np.where(low == -np.inf, -q, np.inf)[indices]
+    is_empty, is_equation = (
+        (maxima == 0)[indices],
+        is_equation[indices],
+    )
+    ranges = np.full(indices.size, -1)
+    if end < q.size:
+        values = np.arange(end, q.size)
+        # Each value occurs in its row alone.
+        of_value = M[values].nonzero()[1] - first
+        lower[of_value], upper[of_value] = low[values], high[values]
+        is_equation[of_value], ranges[of_value] = False, values
+        may_be = (lower > 0) | (upper < 0)
+        some = of_value[may_be[of_value]]
+        entries = dense(abs(M[first + some][:, :first])).max(axis=1, initial=0)
+        is_empty[some] = entries == 0
+    return _Rows(indices, lower, upper, is_empty, is_equation, ranges)

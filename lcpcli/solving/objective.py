@@ -1,0 +1,106 @@
+"""What becomes of a solved program whose objective is known to few digits, although its
+conditions hold to the tolerance (see `verify.objective`).
+
+Where all methods may take part, the run goes on: by proximal steps on the active set,
+and by more steps of PIQP, whose duality gap falls on after its residuals. The point
+with the least error of its objective counts, if it is accepted as any other.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from contextlib import suppress
+from dataclasses import replace
+
+import numpy as np
+
+from lcpcli.clock import imports, seconds
+from lcpcli.interrupts import TimeIsUp, within
+from lcpcli.methods.direct import may_be_program
+from lcpcli.methods.stages import FAULTS, Iterate, advance
+from lcpcli.solving.result import Result, Status
+from lcpcli.solving.trace import TraceRow
+from lcpcli.verify.acceptance import WITHOUT_ROUNDING, Extent, accepted
+from lcpcli.verify.objective import objective_error, statement
+
+# Relative to the objective: errors from which on the run goes on.
+MOST_ERROR = 1e-6
+# Of PIQP: where its gap falls slowly, as multipliers are huge.
+MOST_STEPS = 500
+
+
+def with_objective(result: Result, finishes: bool) -> Result:
+    """Return the result of a solved program, with a better objective if its error is
+    large and the run may go on; not solved if the error is larger than is allowed.
+
+    finishes : whether all methods may take part."""
+    gap = result.limits.gap
+    if finishes and may_be_program(result.problem):
+        error = result.objective_error
+        if error is not None and error > min(MOST_ERROR, gap):
+            result = _improved(result, error)
+    if gap == math.inf or not (result.objective_error or 0.0) > gap:
+        return result
+    reason = (
+        f"{statement(result.objective_error or 0.0)}, and gap = {gap:g} asks for more"
+    )
+    message = Status.STALLED.sentence(reason)
+    return replace(result, status=Status.STALLED, message=message, end=None)
+
+
+@np.errstate(all="ignore")
+def _improved(result: Result, error: float) -> Result:
+    """Return the result at the point with the least error of its objective."""
+    problem, limits, began = result.problem, result.limits, seconds()
+    best, steps, method, extra = result.point, 0, "", Extent(WITHOUT_ROUNDING)
+    with (
+        suppress(TimeIsUp, *FAULTS),
+        within(limits.time_limit - result.seconds),
+    ):
+        for k, (name, step) in enumerate(_finish(result), 1):
+            z = problem.box.z_of(step.x)
+            found = accepted(problem, [problem.box.project(z)], limits.tol, extra)
+            if found is None:
+                continue
+            own = objective_error(problem, found.point.z, found.point.w)
+            if own < error:
+                best, error, steps, method = found.point, own, k, name
+            if error <= MOST_ERROR:
+                break
+    parts = dict(result.parts)
+    parts["solve"] += seconds() - began
+    if not steps:
+        return replace(result, parts=parts)
+    iterations = result.iterations + steps
+    for trace in filter(None, (result.trace, result.curve)):
+        at, x = sum(parts.values()), problem.box.x_of(best.z, best.w)
+        row = TraceRow(iterations, best.z, None, None, at, "finish", method, x=x)
+        trace.add(row, best.criterion)
+        trace.close(best.criterion)
+    return replace(
+        result,
+        point=best,
+        message=Status.SOLVED.sentence(best.remark),
+        iterations=iterations,
+        parts=parts,
+        route=tuple(dict.fromkeys((*result.route, method))),
+        nearest=method,
+        end=None,
+    )
+
+
+def _finish(result: Result) -> Iterator[tuple[str, Iterate]]:
+    """Yield iterates that may have a better objective, with their methods."""
+    with imports:
+        from lcpcli.methods.convex_program import convex_program
+        from lcpcli.methods.interior import at_point
+    problem = result.problem
+    x = problem.box.x_of(result.z, result.w)
+    stages = (
+        ("interior", at_point(problem, x)),
+        ("piqp", convex_program(problem, MOST_STEPS)),
+    )
+    for name, stage in stages:
+        while isinstance(step := advance(stage), Iterate):
+            yield name, step

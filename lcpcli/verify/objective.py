@@ -1,0 +1,78 @@
+"""How far the objective of a program may be from its minimum, at a solution of its
+first-order conditions.
+
+The residual measures each row of the conditions by its own terms. With multipliers of
+1e11 it does not see that a violation of 1e-14 costs 1e-3 of the objective. The duality
+gap does: for min x'Qx / 2 + c'x with multipliers y, it is the sum of z_i w_i, or (z_i -
+b_i) w_i for the bound b_i that the sign of w_i asks for, over x, y and s (see
+`model.program`). Positive terms say by how much the objective may exceed the minimum,
+negative ones, of violated rows, by how much it may be below it: W. S. Dorn, Duality in
+quadratic programming, Quarterly of Applied Mathematics 18 (1960) 155-162.
+
+Where there is no such bound, or one so far off that it stands for none, the gap is
+infinite as soon as w_i is not exactly 0. The term is then z_i w_i: what rounding of w_i
+costs if the minimizer has a z_i of this size.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from lcpcli.errors import count
+from lcpcli.linalg.matrices import absolute_product
+from lcpcli.model.box import LEAST_FAR
+from lcpcli.model.problem import Problem, conditions_of
+from lcpcli.model.program import SENSES, Program
+from lcpcli.typing import Vector
+
+# Of the terms of the objective: what it is at least compared with, as it may cancel.
+CANCELLED = 1e-6
+NEGLIGIBLE = 1e-9  # of the objective: an error that nobody is told of
+
+
+@np.errstate(all="ignore")
+def objective_error(problem: Problem, z: Vector, w: Vector | None = None) -> float:
+    """Return by how much the objective at z may differ from the minimum, relative to
+    its size, for the problem of a convex program. w : M z + q, by default by one
+    product."""
+    program = problem.program_origin
+    assert program is not None
+    own = problem.w(z) if w is None else w
+    low, high = problem.box.vectors(z.size)
+    side = np.where(own > 0, low, high)
+    is_met = (np.abs(side) < LEAST_FAR) | (side == z)
+    terms = own * (z - np.where(is_met, side, 0.0))
+    total, size = float(terms.sum()), float(np.abs(terms).sum())
+    error = (size + abs(total)) / 2
+    objective = abs(_objective(program, problem.q, z, own))
+    if not error > NEGLIGIBLE * objective:
+        return error / objective if objective else 0.0
+    data = program.program(conditions_of(problem))
+    if data is None or not math.isfinite(error):
+        return math.inf
+    x = np.abs(z[: program.variables])
+    of_x = float(np.abs(data.c) @ x + x @ absolute_product(data.Q, x) / 2)
+    whole = max(objective, CANCELLED * (of_x + abs(program.constant)))
+    if not (whole or data.c.any()):
+        return 0.0  # the objective is 0 everywhere, or without linear terms
+    return error / whole if whole else math.inf
+
+
+def statement(error: float) -> str:
+    """Return how many digits of the objective such a relative error leaves, as a
+    clause; "" if that is most of them."""
+    if not error > NEGLIGIBLE:
+        return ""
+    digits = max(0, math.floor(-math.log10(error))) if error < math.inf else 0
+    return f"objective known to {count(digits, 'digit') if digits else 'no digit'}"
+
+
+def _objective(program: Program, q: Vector, z: Vector, w: Vector) -> float:
+    """Return the objective to be minimized, without products, as w has them: Qx + c -
+    A'y in the rows of x, Ax - b or Ax - s in those of y, and y in those of s."""
+    k, end = program.variables, z.size - program.ranges
+    of_x, of_y = z[:k] @ (w[:k] + q[:k]), z[k:end] @ (w[k:end] - q[k:end])
+    constant = SENSES[program.sense] * program.constant
+    return float(of_x + of_y + z[end:] @ w[end:]) / 2 + constant
