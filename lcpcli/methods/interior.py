@@ -185,7 +185,7 @@ class Run:
     def __init__(self, problem: Problem, by_units: bool = False) -> None:
         self._given, self.within, self._count = (
             problem,
-            slack_form(problem, by_units),
+            slack_form(problem, "units" if by_units else "ruiz"),
             0,
         )
         self._is_solved = False  # by the last basic solution

@@ -21,6 +21,7 @@ z*_B and w*_N are right within these bounds, z* solves the problem.
 from __future__ import annotations
 
 from contextlib import suppress
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -35,10 +36,14 @@ from lcpcli.linalg.matrices import (
     is_sparse,
     product,
 )
+from lcpcli.linalg.stiffness import may_be_stiff
 from lcpcli.model.box import BASIC, LOWER, UPPER
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Mask, Matrix, Vector
 from lcpcli.verify.measure import FEW_UNKNOWNS
+
+if TYPE_CHECKING:
+    from lcpcli.verify.definite_enclosure import Enclosed
 
 # Equations, and their square times the unknowns: a second or so.
 LARGEST_ENCLOSED, MOST_WORK = 1000, 2e9
@@ -123,6 +128,14 @@ def fault(problem: Problem, z: Vector, tol: float, rounding: float = 0.0) -> str
     rounding : of the entries of M and q, relative: one is shown to exist for all
     problems whose entries differ by so much; if it is not 0, only for an M_BB without
     positive entries off its diagonal."""
+    if may_be_stiff(problem.M):
+        with imports:
+            from lcpcli.verify.definite_enclosure import enclosed, is_definite
+        if rounding:
+            return "" if is_definite(problem, rounding) else SINGULAR
+        found = enclosed(problem, problem.box.basis_at(z))
+        if found is not None:
+            return _fault_of(problem, z, tol, found)
     basis, M = problem.box.basis_at(z), problem.M
     B, change = (basis == BASIC).nonzero()[0], np.zeros(problem.n)
     w = -accurate_residual(M, z, -problem.q)
@@ -170,6 +183,26 @@ def fault(problem: Problem, z: Vector, tol: float, rounding: float = 0.0) -> str
     ):
         return ""
     return SIGNS.format(int(wrong.argmax()) + 1)
+
+
+def _fault_of(problem: Problem, z: Vector, tol: float, found: Enclosed) -> str:
+    """Return what `fault` does, for the enclosed basic solution of the states of z."""
+    box, basis = problem.box, problem.box.basis_at(z)
+    distance = np.minimum(np.abs(z), np.abs(problem.from_reference(z)))
+    moved = np.abs((found.z - z).high) * (1 + EPS) + found.z_error
+    if (moved > tol * distance).any():
+        return WIDE
+    low, high = (np.where(np.isfinite(v), v, 0.0) for v in box.vectors(problem.n))
+    has_low, has_high = (np.isfinite(v) for v in box.vectors(problem.n))
+    basic = basis == BASIC
+    wrong = np.where(basis == LOWER, found.w < found.w_error, False)
+    wrong |= (basis == UPPER) & (-found.w < found.w_error)
+    wrong &= ~box.fixed
+    # Of sums of two doubles
+    error = 2 * found.z_error + EPS**1.9 * np.abs(z)
+    wrong |= basic & has_low & ~((found.z - low).high > error)
+    wrong |= basic & has_high & ~((found.z - high).high < -error)
+    return SIGNS.format(int(wrong.argmax()) + 1) if wrong.any() else ""
 
 
 def _repeat(problem: Problem, z: Vector, rows: Mask, others: Indices) -> bool:
