@@ -44,10 +44,11 @@ class Banded:
     the band.
     """
 
-    def __init__(self, M: Matrix) -> None:
+    def __init__(self, M: Matrix, symmetric: bool | None = None) -> None:
+        """symmetric : whether M is; None if that is not known."""
         n = M.shape[0]
         self.n, self.order, self.width = n, *narrow_order(M)
-        self.is_symmetric = is_symmetric(M)
+        self.is_symmetric = is_symmetric(M) if symmetric is None else symmetric
         self._M = M
 
     @property

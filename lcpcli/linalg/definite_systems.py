@@ -18,7 +18,7 @@ from lcpcli.linalg.banded import Banded
 from lcpcli.linalg.double_double import AccurateProduct, DoubleDouble
 from lcpcli.linalg.doubles import EPS, ROUNDING
 from lcpcli.linalg.factors import SingularMatrix, Solve
-from lcpcli.linalg.matrices import norm_inf, principal
+from lcpcli.linalg.matrices import absolute_product, principal
 from lcpcli.linalg.shifted_systems import systems
 from lcpcli.typing import Mask, Matrix, Vector
 
@@ -30,8 +30,9 @@ MOST_REFINEMENTS = 12
 # Relative to the right-hand side: what a solution may leave that refinement does not
 # improve.
 USELESS = 1e-2
-# Of a basic solution: a change relative to the largest component that is not refined.
-SETTLED = EPS**1.25
+# Of a basic solution: a change that is not refined, relative to the largest component,
+# and of every component, relative to itself.
+SETTLED, LAST_DIGIT = EPS**1.6, EPS / 8
 # In scaled units: rounding of the entries of a definite M takes its eigenvalues no
 # further below 0.
 SHIFT = 4 * EPS
@@ -47,8 +48,8 @@ class DefiniteSystems:
 
     def __init__(self, M: Matrix, S: Vector | None) -> None:
         self._M, self._S, self.product = M, S, AccurateProduct(M)
-        self._row_sum = norm_inf(M)
-        band = Banded(M)
+        self._row_sum = float(absolute_product(M, np.ones(M.shape[0])).max())
+        band = Banded(M, None if S is None else bool((S > 0).all()))
         self._band = band if band.is_affordable else None
         self._sparse: Any = None if self._band else systems(M, S)
         self.extended, self.is_definite = 0, True
@@ -135,7 +136,11 @@ class DefiniteSystems:
                 return None
             z, last = z + change, size
             w = self.product(z, q)
-            if size <= SETTLED * float(np.abs(z.high).max()):
+            sizes = np.abs(z.high)
+            if (
+                size <= SETTLED * float(sizes.max())
+                or (np.abs(change) <= LAST_DIGIT * sizes).all()
+            ):
                 return z, np.where(basic, 0.0, w)
         return None
 

@@ -29,6 +29,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from lcpcli.errors import ProblemError
+from lcpcli.linalg.banded import Banded
 from lcpcli.linalg.definite_systems import DefiniteSystems
 from lcpcli.linalg.double_double import DoubleDouble
 from lcpcli.linalg.doubles import EPS, each_step
@@ -42,16 +43,16 @@ from lcpcli.methods.interior_steps import (
 from lcpcli.methods.stages import Breakdown, Finished, Iterate, Stage, Stalled
 from lcpcli.model.box import BASIC, LOWER, of_masks
 from lcpcli.model.problem import Problem
-from lcpcli.typing import Mask, States, Vector
+from lcpcli.typing import Mask, Matrix, States, Vector
 
 FINISH = "finish"
 MOST_STEPS = 120  # where 15 to 40 are usual
 # Between the two indicators of a variable that tell its state; so many of them may be
 # closer, or such a part.
 CLEAR, FEW_UNCLEAR, UNCLEAR_SHARE = 0.3, 2, 0.01
-# At one look: exchanges that do not leave fewer wrong signs, of single ones, and the
-# part of the states that may be wrong.
-MOST_SINGLE, MOST_WRONG = 3, 0.2
+# At one look: exchanges that do not leave fewer wrong signs, and the part of the states
+# that may be wrong.
+MOST_STAGNANT, MOST_WRONG = 3, 0.2
 VANISHED_MU = 1e-80
 # Relative to the largest z, and to the terms of a row: what double-double leaves of 0.
 ZERO_Z, ZERO_W = EPS**1.2, 8 * EPS**2
@@ -62,7 +63,7 @@ NOT_DEFINITE = "M is not positive definite, or only by rounding of its entries"
 STALLED = "its steps no longer reduce the residual"
 
 
-def definite(problem: Problem) -> Stage:
+def definite(problem: Problem, start_slack: float = 1.0) -> Stage:
     """Follow the central path of a problem with M + M' positive definite to the basic
     solution of its active set.
 
@@ -70,15 +71,28 @@ def definite(problem: Problem) -> Stage:
     tried, with step "finish". Finished : the last one violates no sign. Breakdown : M
     is not positive definite, or rounding is too large. Stalled : no basic solution
     without wrong signs was found.
+
+    M must be sparse, with a positive diagonal. start_slack : times the size of the z
+    with w = 0, the slacks at the start.
     """
     try:
         within = slack_form(problem, "diagonal")
     except ProblemError:
         return Breakdown("numbers overflow in scaled units")
     try:
-        return (yield from _Run(within).steps())
+        if within.S is None:
+            _refuse_indefinite(within.problem.M)
+        return (yield from _Run(within).steps(start_slack))
     except SingularMatrix:
         return Breakdown(NOT_DEFINITE)
+
+
+def _refuse_indefinite(M: Matrix) -> None:
+    """Raise SingularMatrix if M + M', of a nonsymmetric M, is not positive definite, as
+    far as that takes little time: factors of M itself do not show it."""
+    band = Banded((M + M.T) * 0.5, symmetric=True)
+    if band.is_affordable:
+        band.factorize(np.full(band.n, SHIFT))
 
 
 class _AccurateSteps(Steps):
@@ -94,8 +108,8 @@ class _AccurateSteps(Steps):
 
     @np.errstate(all="ignore")
     def start(self, slack: float) -> PrimalDualPoint:
-        """Return a point with slacks of the size of the z that has w = 0, at least
-        `slack`.
+        """Return a point with slacks of the size of the z that has w = 0, at least 1,
+        times `slack`.
 
         Slacks that are too small make short steps as long as they grow, by a factor
         each: of soft springs z may be 1e6 in units of q. With M + d I, d = 1 / size, z
@@ -103,7 +117,7 @@ class _AccurateSteps(Steps):
         """
         p, index = self.problem, self._index
         free = self._solution(np.full(p.n, SHIFT))
-        size = max(float(np.abs(free).max(initial=0.0)), slack)
+        size = slack * max(float(np.abs(free).max(initial=0.0)), 1.0)
         D = np.zeros(p.n)
         D[index] = 1.0 / size
         z = self._solution(D)
@@ -149,9 +163,9 @@ class _Run:
         self._exchanges = Exchanges(within)
 
     @each_step(all="ignore")
-    def steps(self) -> Stage:
+    def steps(self, start_slack: float) -> Stage:
         steps = _AccurateSteps(self._within, self._exchanges.systems)
-        at, looked = steps.start(1.0), b""
+        at, looked = steps.start(start_slack), b""
         for _ in range(MOST_STEPS):
             before = at
             at, length, _ = steps.next(at)
@@ -206,8 +220,8 @@ class Exchanges:
 
     def from_states(self, states: States) -> Iterator[Iterate]:
         """Yield the basic solutions from these states on, while few signs are wrong."""
-        box, fewest, single = self.problem.box, self.problem.n + 1, 0
-        while single <= MOST_SINGLE:
+        box, fewest, stagnant = self.problem.box, self.problem.n + 1, 0
+        while stagnant <= MOST_STAGNANT:
             basic = states == BASIC
             z, w = self.systems.basic(self.problem.q, box.nonbasic(states), basic)
             violations = self._violations(z, w, states)
@@ -218,8 +232,8 @@ class Exchanges:
             yield self._finished(z.high, states)
             if not count or count > MOST_WRONG * self.problem.n:
                 return
-            if count >= fewest:
-                single += 1
+            stagnant += count >= fewest
+            if count > fewest:
                 wrong = np.arange(wrong.size) == violations.argmax()
             fewest = min(count, fewest)
             states = box.exchanged(states, wrong, z.high)
@@ -251,7 +265,10 @@ class Exchanges:
         whole[within.kept] = self.problem.box.project(z) * within.units
         basis[within.kept] = states
         x = given.box.x_within(whole, given.w(whole), basis)
-        return Iterate(x, None, FINISH, self.count, signs_final=self.is_solved)
+        final = basis if self.is_solved else None
+        return Iterate(
+            x, None, FINISH, self.count, signs_final=self.is_solved, basis=final
+        )
 
     def shown(self, z: Vector, step: str) -> Iterate:
         x = self.within.back(z / 2)
