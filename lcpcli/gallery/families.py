@@ -132,7 +132,7 @@ RANGES = """
 0 <= entries <= 1000; 0 < most <= 1
 0 <= target <= 1; 0 <= weight <= 1e6; 0 <= penalty <= 2; 1 <= samples <= 1e5
 1 <= masses <= 100; 0 < strength <= 1e6
-1 <= contrast <= 1e9; 0 <= mass <= 1e12
+1 <= contrast <= 1e9; 0 <= mass <= 1e30
 """  # of the parameters of these names, in all families
 RANGE_OF = {
     text.split()[2]: text for text in RANGES.strip().replace("\n", "; ").split("; ")

@@ -85,7 +85,7 @@ def beam(
     contrast : of the stiffness of every other eighth of the beam to that of the rest,
         a whole number.
     load : 1 bends the beam, with a stiffness of 1 and without the obstacle, by 2.5
-        times its least distance from that.
+        times its least distance from that; with a mass, its inertia does so besides.
     """
     held, n = _support(support), max(n, FEWEST_NODES)
     h, factor = 1 / (n + 1), float(np.rint(contrast))
@@ -95,7 +95,8 @@ def beam(
     M = plus_diagonal(M, springs + mass * h**4)
     humps = _humps(_places(np.arange(1, n + 1), n + 1))
     obstacle = (humps * DEPTH + np.full(n, GAP)) * -held.deflection
-    q = AccurateProduct(M)(obstacle, np.full(n, load * h**4))
+    force = load * h**4 * (1 + mass * held.deflection)
+    q = AccurateProduct(M)(obstacle, np.full(n, force))
     inertia = f", mass {mass:g}" if mass else ""
     return Problem(
         M,

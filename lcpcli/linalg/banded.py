@@ -2,10 +2,11 @@
 LAPACK's factors of bands.
 
 Cholesky's method for symmetric positive definite matrices (pbtrf) keeps to the band,
-and works in blocks: of a plate with 100 x 100 unknowns it takes 64 ms, where factors
-with the least fill take 120 ms (QDLDL) and 165 ms (SuperLU), and of a beam with 500
-unknowns 30 microseconds. Other matrices have LU factors with partial pivoting (gbtrf).
-The order is the given one, or the reverse Cuthill-McKee order if that is narrower.
+and works in blocks: of a beam with 500 unknowns it takes 30 microseconds, of a plate
+with 100 x 100 unknowns 25 ms, where factors with little fill take 50 (SuperLU); from
+150 x 150 on these take less time, and a fifth of the memory. Other matrices have LU
+factors with partial pivoting (gbtrf). The order is the given one, or the reverse
+Cuthill-McKee order if that is narrower.
 """
 
 from __future__ import annotations
@@ -17,7 +18,6 @@ from typing import Any
 import numpy as np
 
 from lcpcli.clock import imports
-from lcpcli.interrupts import interruptibly
 from lcpcli.linalg.double_double import DoubleDouble
 from lcpcli.linalg.factors import SingularMatrix
 from lcpcli.linalg.fixed_point import FixedPointFactors
@@ -25,13 +25,10 @@ from lcpcli.linalg.matrices import is_symmetric
 from lcpcli.linalg.patterns import narrow_order
 from lcpcli.typing import Mask, Matrix, Vector
 
-# Operations of a factorization that take about a tenth of a second: more may be
-# interrupted.
-LONG_OPERATIONS = 5e8
-# Of a factorization, and numbers of its factors: seconds, and a few hundred megabytes.
-MOST_OPERATIONS, MOST_NUMBERS = 1e11, 6e7
-# Of the entries of M: numbers of the band up to which it takes less time than factors
-# with little fill, which also pass through memory at random.
+# Operations of a factorization up to which it takes no longer than one with little
+# fill, and up to which it takes no time at all, however little fill there is.
+MOST_OPERATIONS, FEW_OPERATIONS = 6e8, 1e7
+# Of the entries of M: numbers of the band, unless its operations are few.
 MOST_OF_ENTRIES = 64
 # Of a factorization in fixed-point numbers, each 0.1 microseconds.
 MOST_FIXED_POINT = 1e7
@@ -58,11 +55,9 @@ class Banded:
     @property
     def is_affordable(self) -> bool:
         """Return whether factors in the band take little more time than sparse ones."""
-        numbers = float(self.n) * (self.width + 1)
-        return (
-            numbers <= min(MOST_OF_ENTRIES * self._M.nnz, MOST_NUMBERS)
-            and self.operations <= MOST_OPERATIONS
-        )
+        if self.n * (self.width + 1) > MOST_OF_ENTRIES * self._M.nnz:
+            return self.operations <= FEW_OPERATIONS
+        return self.operations <= MOST_OPERATIONS
 
     @property
     def has_fixed_point(self) -> bool:
@@ -131,8 +126,7 @@ class Banded:
             whole = np.zeros((3 * w + 1, self.n), order="F")
             whole[w:] = band
             call = partial(factorize, whole, w, w, overwrite_ab=True)
-        is_long = self.operations > LONG_OPERATIONS
-        factor, *pivots, info = interruptibly(call) if is_long else call()
+        factor, *pivots, info = call()
         if info:
             raise SingularMatrix
         self._solve: Callable[[Vector], Any] = (

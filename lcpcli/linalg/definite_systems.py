@@ -10,7 +10,7 @@ does not, a narrow band has factors in fixed-point numbers instead.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 
@@ -18,18 +18,23 @@ from lcpcli.linalg.banded import Banded
 from lcpcli.linalg.double_double import AccurateProduct, DoubleDouble
 from lcpcli.linalg.doubles import EPS, ROUNDING
 from lcpcli.linalg.factors import SingularMatrix, Solve
-from lcpcli.linalg.matrices import absolute_product, principal
-from lcpcli.linalg.shifted_systems import systems
-from lcpcli.typing import Mask, Matrix, Vector
+from lcpcli.linalg.krylov import conjugate_gradients, gmres
+from lcpcli.linalg.matrices import (
+    absolute_product,
+    is_symmetric,
+    principal,
+    with_data,
+)
+from lcpcli.linalg.shifted_systems import Bordered, SuperLU, dense_places
+from lcpcli.typing import Indices, Mask, Matrix, Vector
 
 # Relative to the right-hand side: more accuracy of a direction gains nothing.
 LEAST_ACCURACY = 1e-12
 # Of the residual, by a step of refinement: a larger factor ends it.
 SLOW_REFINEMENT = 0.5
 MOST_REFINEMENTS = 12
-# Relative to the right-hand side: what a solution may leave that refinement does not
-# improve.
-USELESS = 1e-2
+# Of a Krylov method in the place of a solve: at most, and of the residual.
+KRYLOV_STEPS, KRYLOV_REDUCTION = 30, 1e-3
 # Of a basic solution: a change that is not refined, relative to the largest component,
 # and of every component, relative to itself.
 SETTLED, LAST_DIGIT = EPS**1.6, EPS / 8
@@ -47,58 +52,83 @@ class DefiniteSystems:
     """
 
     def __init__(self, M: Matrix, S: Vector | None) -> None:
-        self._M, self._S, self.product = M, S, AccurateProduct(M)
+        self.product = AccurateProduct(M)
         self._row_sum = float(absolute_product(M, np.ones(M.shape[0])).max())
-        band = Banded(M, None if S is None else bool((S > 0).all()))
+        self._symmetric = bool(is_symmetric(M) if S is None else (S > 0).all())
+        band = Banded(M, self._symmetric)
         self._band = band if band.is_affordable else None
-        self._sparse: Any = None if self._band else systems(M, S)
-        self.extended, self.is_definite = 0, True
-        self._in_doubles: Solve | None = None
+        self._own: Banded | _Sparse = self._band or _Sparse(M)
+        self.extended, self._shift = 0, 0.0
         self._exact: Accurate | None = None
 
     def factorize(self, D: Vector) -> None:
-        """Factorize M + diag(D), or with SHIFT added where rounding of the entries of M
-        has made that indefinite; raise SingularMatrix if that is indefinite too."""
+        """Factorize M + diag(D); raise SingularMatrix if that is not definite by more
+        than rounding."""
+        self._D, self._exact = D + self._shift if self._shift else D, None
+        self._weights = 1.0 / (1.0 + D)
         try:
-            self._factorize(D)
+            self._own.factorize(self._D)
         except SingularMatrix:
-            self._factorize(D + SHIFT)
-
-    def _factorize(self, D: Vector) -> None:
-        self._D, self._weights, self._exact = D, 1.0 / (1.0 + D), None
-        try:
-            own = self._band or self._sparse
-            own.factorize(D)
-            self._in_doubles = own.solve
-        except SingularMatrix:
-            self._in_doubles = None
-            self._exact = self._in_fixed_point(D, None)
+            self._own.factorize(D + SHIFT)
 
     def solve(self, b: Vector, target: float = 0.0) -> tuple[DoubleDouble, Vector]:
         """Return x and b - (M + D) x, of a weighted norm up to the target or
         LEAST_ACCURACY |b|; raise SingularMatrix if that is out of reach."""
+        if self._exact is not None:
+            return self._exact(b), np.zeros(b.size)
         size = self._norm(b)
         goal = max(LEAST_ACCURACY * size, target)
-        if self._in_doubles is not None and self._exact is None:
-            x = DoubleDouble.of(self._in_doubles(b))
-            # The backward error of Cholesky's method is a small multiple of this.
-            if ROUNDING * self._row_sum * float(np.abs(x.high).max()) <= goal:
-                return x, np.zeros(b.size)
-            r, last = self._residual(x, b), np.inf
-            for _ in range(MOST_REFINEMENTS):
-                left = self._norm(r)
-                if left <= goal:
-                    return x, r
-                if not left <= SLOW_REFINEMENT * last:
-                    break
-                last = left
-                x = x + self._in_doubles(r)
-                r = self._residual(x, b)
-            if not self._can_extend and left <= USELESS * size:
+        x = DoubleDouble.of(self._own.solve(b))
+        # The backward error of Cholesky's method is a small multiple of this.
+        if ROUNDING * self._row_sum * float(np.abs(x.high).max()) <= goal:
+            return x, np.zeros(b.size)
+        for improve in (self._own.solve, self._accelerated):
+            x, r, left = self._refined(x, b, goal, improve)
+            if left <= goal:
                 return x, r
+        try:
             self._exact = self._in_fixed_point(self._D, None)
-        assert self._exact is not None
+        except SingularMatrix:
+            # Of what is left, only directions of negative or no curvature are large.
+            self._shift = SHIFT
+            return x, r
         return self._exact(b), np.zeros(b.size)
+
+    def _refined(
+        self, x: DoubleDouble, b: Vector, goal: float, improve: Solve
+    ) -> tuple[DoubleDouble, Vector, float]:
+        """Return x, its residual and the norm of that after refinement, while that is
+        fast."""
+        r = self._residual(x, b)
+        left, last = self._norm(r), np.inf
+        for _ in range(MOST_REFINEMENTS):
+            if left <= goal or not left <= SLOW_REFINEMENT * last:
+                break
+            better = x + improve(r)
+            r_of_better = self._residual(better, b)
+            last, size = left, self._norm(r_of_better)
+            if not size < left:
+                break
+            x, r, left = better, r_of_better, size
+        return x, r, left
+
+    def _accelerated(self, b: Vector) -> Vector:
+        """Return an approximate solution by a Krylov method whose preconditioner are
+        the factors: these are wrong in the few directions whose eigenvalues are no
+        larger than rounding, for each of which it takes a step or two."""
+        nothing = np.zeros(b.size)
+
+        def product(v: Vector) -> Vector:
+            image = self.product(DoubleDouble(v, nothing), nothing)
+            image += self._D * v
+            return image
+
+        if not self._symmetric:
+            return gmres(product, b, KRYLOV_STEPS, self._own.solve)
+        target = KRYLOV_REDUCTION * self._norm(b)
+        return conjugate_gradients(
+            product, b, nothing, target, KRYLOV_STEPS, self._own.solve, self._norm
+        )[0]
 
     def basic(self, q: Vector, z: Vector, basic: Mask) -> tuple[DoubleDouble, Vector]:
         """Return z with z_B such that w_B = (M z + q)_B = 0, for z elsewhere as it is
@@ -113,8 +143,7 @@ class DefiniteSystems:
             if refined is not None:
                 return refined
         except SingularMatrix:
-            if not self._can_extend:
-                raise
+            pass
         exact = self._in_fixed_point(None, basic)
         change = exact(np.where(basic, -w, 0.0))
         found = start + change
@@ -128,7 +157,8 @@ class DefiniteSystems:
     ) -> tuple[DoubleDouble, Vector] | None:
         """Return what `basic` does, by factors in doubles; None if refinement does not
         converge."""
-        solve, last = self._basis_solver(basic), np.inf
+        self._own.factorize(None, basic)
+        solve, last = self._own.solve, np.inf
         for _ in range(MOST_REFINEMENTS):
             change = solve(np.where(basic, -w, 0.0))
             size = float(np.abs(change).max())
@@ -144,35 +174,13 @@ class DefiniteSystems:
                 return z, np.where(basic, 0.0, w)
         return None
 
-    def _basis_solver(self, basic: Mask) -> Solve:
-        if self._band:
-            self._band.factorize(None, basic)
-            return self._band.solve
-        B = basic.nonzero()[0]
-        own = systems(
-            principal(self._M, B), None if self._S is None else self._S[B], once=True
-        )
-        own.factorize(np.zeros(B.size))
-
-        def solve(b: Vector) -> Vector:
-            x = np.zeros(b.size)
-            x[B] = own.solve(b[B])
-            return x
-
-        return solve
-
-    @property
-    def _can_extend(self) -> bool:
-        return self._band is not None and self._band.has_fixed_point
-
     def _in_fixed_point(self, D: Vector | None, basic: Mask | None) -> Accurate:
-        if self._band is None or not self._can_extend:
+        if self._band is None or not self._band.has_fixed_point:
             raise SingularMatrix
         self.extended += 1
         solve, is_definite = self._band.fixed_point(D, basic)
         if D is not None and not is_definite:
             raise SingularMatrix
-        self.is_definite &= is_definite
         accurate: Accurate = solve
         return accurate
 
@@ -182,3 +190,44 @@ class DefiniteSystems:
 
     def _norm(self, v: Vector) -> float:
         return float(np.abs(self._weights * v).max(initial=0.0))
+
+
+class _Sparse:
+    """Systems of one M as `Banded` has them, by factors with little fill."""
+
+    def __init__(self, M: Matrix) -> None:
+        self._M = M
+        self._dense = dense_places(M)
+        self._whole = _factors(M, self._dense)
+        self.solve: Solve = self._whole.solve
+
+    def factorize(self, d: Vector | None, basic: Mask | None = None) -> None:
+        n = self._M.shape[0]
+        if basic is None:
+            self._whole.factorize(np.zeros(n) if d is None else d)
+            self.solve = self._whole.solve
+        elif isinstance(self._whole, SuperLU):
+            # In the same order, for which no other is searched
+            both = np.repeat(basic, np.diff(self._M.indptr)) & basic[self._M.indices]
+            masked = with_data(self._M, np.where(both, self._M.data, 0.0))
+            own = SuperLU(masked, self._whole.order)
+            own.factorize(np.where(basic, 0.0, 1.0))
+            self.solve = own.solve
+        else:
+            self._factorize_basis(basic.nonzero()[0])
+
+    def _factorize_basis(self, B: Indices) -> None:
+        block = principal(self._M, B)
+        own = _factors(block, dense_places(block))
+        own.factorize(np.zeros(B.size))
+
+        def solve(b: Vector) -> Vector:
+            x = np.zeros(b.size)
+            x[B] = own.solve(b[B])
+            return x
+
+        self.solve = solve
+
+
+def _factors(M: Matrix, dense: Indices) -> SuperLU | Bordered:
+    return Bordered(M, dense) if dense.size else SuperLU(M)

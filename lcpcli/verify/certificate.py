@@ -350,7 +350,9 @@ def settled(problem: Problem, z: Vector, tol: float) -> Settled | None:
     # A proof but for rounding would be one for other entries that differ by up to n
     # EPS.
     if not fault:
-        is_stable = not enclosure.fault(problem, near, math.inf, problem.n * EPS)
+        is_stable = enclosure.is_surely_definite(problem) or not enclosure.fault(
+            problem, near, math.inf, problem.n * EPS
+        )
         return Settled(near, "", None if is_stable else proof_near(problem, near))
     if is_rounded_solution(problem, z):
         return Settled(z, "", proof_near(problem, z))

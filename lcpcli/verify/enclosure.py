@@ -128,11 +128,9 @@ def fault(problem: Problem, z: Vector, tol: float, rounding: float = 0.0) -> str
     rounding : of the entries of M and q, relative: one is shown to exist for all
     problems whose entries differ by so much; if it is not 0, only for an M_BB without
     positive entries off its diagonal."""
-    if may_be_stiff(problem.M):
+    if may_be_stiff(problem.M) and not rounding:
         with imports:
-            from lcpcli.verify.definite_enclosure import enclosed, is_definite
-        if rounding:
-            return "" if is_definite(problem, rounding) else SINGULAR
+            from lcpcli.verify.definite_enclosure import enclosed
         found = enclosed(problem, problem.box.basis_at(z))
         if found is not None:
             return _fault_of(problem, z, tol, found)
@@ -183,6 +181,17 @@ def fault(problem: Problem, z: Vector, tol: float, rounding: float = 0.0) -> str
     ):
         return ""
     return SIGNS.format(int(wrong.argmax()) + 1)
+
+
+def is_surely_definite(problem: Problem) -> bool:
+    """Return whether M + M' of a narrow band is shown to be positive definite, also for
+    other entries that are rounded to those of M: then there is a solution for all of
+    them."""
+    if not may_be_stiff(problem.M):
+        return False
+    with imports:
+        from lcpcli.verify.definite_enclosure import is_definite
+    return is_definite(problem, EPS)
 
 
 def _fault_of(problem: Problem, z: Vector, tol: float, found: Enclosed) -> str:
