@@ -135,14 +135,17 @@ class Structure:
     @cached_property
     def is_stiff(self) -> bool:
         """Return whether M is sparse, and of so many unknowns that its sparse factors
-        cost less, and may be positive definite and ill-conditioned without being an
-        M-matrix, and factors of it are affordable."""
+        cost less, and positive definite, up to rounding of its entries, but no
+        M-matrix, so that it may be ill-conditioned without properties that other
+        methods need; and factors of it are affordable. One tells."""
         M = self.given.M
-        return (
-            self.given.n > MOST_UNFILLED
-            and may_be_stiff(M)
-            and (is_narrow(M) or affordable(M))
-        )
+        if not (self.given.n > MOST_UNFILLED and may_be_stiff(M)):
+            return False
+        if not (is_narrow(M) or affordable(M)):
+            return False
+        with imports:
+            from lcpcli.linalg.definite_systems import is_nearly_definite
+        return is_nearly_definite(M)
 
     @cached_property
     def program(self) -> str:
@@ -471,19 +474,19 @@ FIRST = (
             "M is large and sparse, of no convex program",
         ),
         lambda s: (
-            s.is_large_and_sparse and not (s.program or (s.is_stiff and s.is_narrow))
+            s.is_large_and_sparse and not (s.program or (s.is_narrow and s.is_stiff))
         ),
-        by("active_set.sparse_route", lambda s: (s.problem, s.x0, s.is_stiff)),
+        by("active_set.sparse_route", lambda s: (s.problem, s.x0, lambda: s.is_stiff)),
     ),
     Row(
         *(
             "interior",
             "for definite M",
-            "M + M' may be positive definite, and stiff: its positive entries off the "
-            "diagonal are not small",
+            "M + M' is positive definite and may be stiff: its positive entries off "
+            "the diagonal are not small",
         ),
         lambda s: s.is_stiff,
-        by("definite.definite", lambda s: (s.given,)),
+        by("definite.definite_or_none", lambda s: (s.given,)),
     ),
     Row(
         *(

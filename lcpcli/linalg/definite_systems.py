@@ -9,6 +9,7 @@ does not, a narrow band has factors in fixed-point numbers instead.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import TypeAlias
 
@@ -17,12 +18,14 @@ import numpy as np
 from lcpcli.linalg.banded import Banded
 from lcpcli.linalg.double_double import AccurateProduct, DoubleDouble
 from lcpcli.linalg.doubles import EPS, ROUNDING
-from lcpcli.linalg.factors import SingularMatrix, Solve
-from lcpcli.linalg.krylov import conjugate_gradients, gmres
+from lcpcli.linalg.factors import SingularMatrix, Solve, positive_pivots, sparse_lu
+from lcpcli.linalg.krylov import conjugate_gradients, ends, gmres
 from lcpcli.linalg.matrices import (
     absolute_product,
     is_symmetric,
+    plus_diagonal,
     principal,
+    scaled,
     with_data,
 )
 from lcpcli.linalg.shifted_systems import Bordered, SuperLU, dense_places
@@ -44,11 +47,50 @@ SHIFT = 4 * EPS
 Accurate: TypeAlias = Callable[[Vector], DoubleDouble]
 
 
+def is_nearly_definite(M: Matrix) -> bool:
+    """Return whether M + M', of a sparse M with a positive diagonal, is positive
+    definite, up to rounding of its entries, by one factorization in scaled units."""
+    S = _symmetric_part(M)
+    band, shift = Banded(S, symmetric=True), np.full(M.shape[0], SHIFT)
+    try:
+        if band.is_affordable:
+            band.factorize(shift)
+            return True
+        lu = sparse_lu(symmetric=True)(plus_diagonal(S, shift))
+    except SingularMatrix:
+        return False
+    return positive_pivots(lu)
+
+
+def condition(M: Matrix) -> float:
+    """Return an estimate of the condition number of M + M', of a sparse M with a
+    positive diagonal, in units of the diagonal, to within a factor of two or so; it is
+    infinite where M + M' is not positive definite in doubles."""
+    found = ends(_symmetric_part(M))
+    return math.inf if found is None else found[1] / found[0]
+
+
+def _symmetric_part(M: Matrix) -> Matrix:
+    """Return (M + M') / 2 in units of its diagonal."""
+    D = diagonal_units(M)
+    S = scaled(M, D, D)
+    return S if is_symmetric(M) else (S + S.T) * 0.5
+
+
+def diagonal_units(M: Matrix) -> Vector:
+    """Return D, powers of two, for which the diagonal of D M D is about 1: where M + M'
+    is positive definite, no other D makes its condition number much smaller (A. van der
+    Sluis, Condition numbers and equilibration of matrices, Numerische Mathematik 14
+    (1969) 14-23)."""
+    return np.asarray(np.exp2(np.rint(-0.5 * np.log2(M.diagonal()))))
+
+
 class DefiniteSystems:
     """Systems of one M, with one diagonal or one basis after another.
 
     product : M z + q for z in double-double. extended : how many factorizations were in
-    fixed-point numbers.
+    fixed-point numbers. is_definite : whether no system has shown that M + diag(D) is
+    not.
     """
 
     def __init__(self, M: Matrix, S: Vector | None) -> None:
@@ -58,7 +100,7 @@ class DefiniteSystems:
         band = Banded(M, self._symmetric)
         self._band = band if band.is_affordable else None
         self._own: Banded | _Sparse = self._band or _Sparse(M)
-        self.extended, self._shift = 0, 0.0
+        self.extended, self.is_definite, self._shift = 0, True, 0.0
         self._exact: Accurate | None = None
 
     def factorize(self, D: Vector) -> None:
@@ -90,7 +132,7 @@ class DefiniteSystems:
             self._exact = self._in_fixed_point(self._D, None)
         except SingularMatrix:
             # Of what is left, only directions of negative or no curvature are large.
-            self._shift = SHIFT
+            self.is_definite, self._shift = False, SHIFT
             return x, r
         return self._exact(b), np.zeros(b.size)
 

@@ -340,7 +340,9 @@ WEAK_DOMINANCE = 0.02
 STIFF = "conjugate gradients converge slowly, and M is no M-matrix"
 
 
-def sparse_route(problem: Problem, x0: Vector, is_stiff: bool = False) -> Stage:
+def sparse_route(
+    problem: Problem, x0: Vector, is_stiff: Callable[[], bool] = lambda: False
+) -> Stage:
     """Solve the problem in units in which M has diagonal 1: by pivoting with inexact
     solves.
 
@@ -355,9 +357,10 @@ def sparse_route(problem: Problem, x0: Vector, is_stiff: bool = False) -> Stage:
     It is meant for sparse positive definite and H-matrices; it may fail for other M,
     and ends as its last part does.
 
-    is_stiff : whether `methods.definite` follows, which is made for M that are no
-        M-matrices: then `krylov` alone is tried, which solves them while they are well
-        conditioned, and gives up after some 60 products, 1 % of the time that follows.
+    is_stiff : returns whether `methods.definite` follows, which is made for M that are
+        no M-matrices: then `krylov` alone is tried, which solves them while they are
+        well-conditioned, and gives up after some 60 products, 1 % of the time that
+        follows.
     """
     diagonal = problem.M.diagonal()
     if not diagonal.min() > 0:
@@ -369,7 +372,9 @@ def sparse_route(problem: Problem, x0: Vector, is_stiff: bool = False) -> Stage:
     return (yield from stages.changed(units, x0, parts))
 
 
-def _parts(problem: Problem, x: Vector, symmetric: bool, is_stiff: bool) -> Stage:
+def _parts(
+    problem: Problem, x: Vector, symmetric: bool, is_stiff: Callable[[], bool]
+) -> Stage:
     turns, M = Turns(x), problem.M
     # No positive entry off the diagonal, which is 1.
     is_z_matrix = np.count_nonzero(M.data > 0) == M.shape[0]
@@ -377,7 +382,7 @@ def _parts(problem: Problem, x: Vector, symmetric: bool, is_stiff: bool) -> Stag
         ending = yield from turns.take("krylov", krylov(problem, x, symmetric))
         if isinstance(ending, Stalled | Finished):
             return ending
-        if is_stiff:
+        if is_stiff():
             return Breakdown(STIFF)
     ending = yield from turns.take("multilevel", multilevel(problem, symmetric))
     if isinstance(ending, Breakdown):

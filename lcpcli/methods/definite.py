@@ -29,21 +29,28 @@ from collections.abc import Iterator
 import numpy as np
 
 from lcpcli.errors import ProblemError
-from lcpcli.linalg.banded import Banded
-from lcpcli.linalg.definite_systems import DefiniteSystems
+from lcpcli.linalg.definite_systems import DefiniteSystems, is_nearly_definite
 from lcpcli.linalg.double_double import DoubleDouble
 from lcpcli.linalg.doubles import EPS, each_step
 from lcpcli.linalg.factors import SingularMatrix
+from lcpcli.methods.direct import MOST_AS_DENSE
 from lcpcli.methods.interior_steps import (
     PrimalDualPoint,
     SlackForm,
     Steps,
     slack_form,
 )
-from lcpcli.methods.stages import Breakdown, Finished, Iterate, Stage, Stalled
+from lcpcli.methods.stages import (
+    Breakdown,
+    Finished,
+    GivenUp,
+    Iterate,
+    Stage,
+    Stalled,
+)
 from lcpcli.model.box import BASIC, LOWER, of_masks
 from lcpcli.model.problem import Problem
-from lcpcli.typing import Mask, Matrix, States, Vector
+from lcpcli.typing import Mask, States, Vector
 
 FINISH = "finish"
 MOST_STEPS = 120  # where 15 to 40 are usual
@@ -59,7 +66,11 @@ ZERO_Z, ZERO_W = EPS**1.2, 8 * EPS**2
 # In scaled units, of the system that tells the size of z: rounding of M does not make
 # that indefinite.
 SHIFT = 1e-13
-NOT_DEFINITE = "M is not positive definite, or only by rounding of its entries"
+NOT_DEFINITE = "M is not positive definite"
+ROUNDING_DECIDES = (
+    "M is positive definite only up to rounding of its entries, which decides whether "
+    "there is a solution"
+)
 STALLED = "its steps no longer reduce the residual"
 
 
@@ -79,20 +90,20 @@ def definite(problem: Problem, start_slack: float = 1.0) -> Stage:
         within = slack_form(problem, "diagonal")
     except ProblemError:
         return Breakdown("numbers overflow in scaled units")
+    if not is_nearly_definite(within.problem.M):
+        return Breakdown(NOT_DEFINITE)
     try:
-        if within.S is None:
-            _refuse_indefinite(within.problem.M)
         return (yield from _Run(within).steps(start_slack))
     except SingularMatrix:
-        return Breakdown(NOT_DEFINITE)
+        return Breakdown(ROUNDING_DECIDES)
 
 
-def _refuse_indefinite(M: Matrix) -> None:
-    """Raise SingularMatrix if M + M', of a nonsymmetric M, is not positive definite, as
-    far as that takes little time: factors of M itself do not show it."""
-    band = Banded((M + M.T) * 0.5, symmetric=True)
-    if band.is_affordable:
-        band.factorize(np.full(band.n, SHIFT))
+def definite_or_none(problem: Problem) -> Stage:
+    """Run `definite`; if it fails although M is positive definite up to rounding, no
+    other method does better on a large problem, and all take long."""
+    ending = yield from definite(problem)
+    is_over = isinstance(ending, Stalled | Breakdown) and problem.n > MOST_AS_DENSE
+    return GivenUp(ending.reason) if is_over else ending
 
 
 class _AccurateSteps(Steps):
@@ -180,7 +191,8 @@ class _Run:
                     return Finished()
             if mu < VANISHED_MU:
                 break
-        return Stalled(STALLED)
+        is_definite = self._exchanges.systems.is_definite
+        return Stalled(STALLED if is_definite else ROUNDING_DECIDES)
 
     def _states(
         self, at: PrimalDualPoint, before: PrimalDualPoint

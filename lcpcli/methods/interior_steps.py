@@ -23,6 +23,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from lcpcli.clock import imports
 from lcpcli.linalg import matrices
 from lcpcli.linalg.factors import SingularMatrix, Solve
 from lcpcli.linalg.krylov import gmres
@@ -90,10 +91,7 @@ def slack_form(
 
     scaling : "units" for the D by which solutions are verified, which takes no time of
         its own; for S M symmetric, where they are the same for rows and columns.
-        "diagonal" for a D M D whose diagonal, which is positive, is about 1: where M +
-        M' is positive definite, no other D makes its condition number much smaller (A.
-        van der Sluis, Condition numbers and equilibration of matrices, Numerische
-        Mathematik 14 (1969) 14-23).
+        "diagonal" for a D M D whose diagonal, which is positive, is about 1.
     """
     given = conditions_of(problem)
     kept = np.flatnonzero(given.lower < given.upper)
@@ -103,7 +101,9 @@ def slack_form(
         q, M = (problem.q + M @ fixed)[kept], matrices.principal(M, kept)
         lower, upper = lower[kept], upper[kept]
     if scaling == "diagonal":
-        d = np.exp2(np.rint(-0.5 * np.log2(M.diagonal())))
+        with imports:
+            from lcpcli.linalg.definite_systems import diagonal_units
+        d = diagonal_units(M)
     elif scaling == "units" and problem.signs is not None:
         d = problem.units.diagonals()[0][kept]
     else:

@@ -23,7 +23,7 @@ from typing import NamedTuple
 import numpy as np
 
 from lcpcli.linalg.banded import Banded
-from lcpcli.linalg.definite_systems import DefiniteSystems
+from lcpcli.linalg.definite_systems import DefiniteSystems, diagonal_units
 from lcpcli.linalg.double_double import DoubleDouble
 from lcpcli.linalg.factors import SingularMatrix
 from lcpcli.linalg.fixed_point import BITS, doubled, fixed
@@ -53,7 +53,7 @@ def units_of(problem: Problem) -> Vector | None:
     M = problem.M
     if not is_sparse(M) or not M.diagonal().min(initial=1.0) > 0:
         return None
-    return np.asarray(np.exp2(np.rint(-0.5 * np.log2(M.diagonal()))))
+    return diagonal_units(M)
 
 
 def is_definite(problem: Problem, rounding: float = 0.0) -> bool:
