@@ -29,10 +29,16 @@ from collections.abc import Iterator
 import numpy as np
 
 from lcpcli.errors import ProblemError
-from lcpcli.linalg.definite_systems import DefiniteSystems, is_nearly_definite
+from lcpcli.linalg.definite_systems import (
+    DefiniteSystems,
+    condition,
+    is_nearly_definite,
+)
 from lcpcli.linalg.double_double import DoubleDouble
 from lcpcli.linalg.doubles import EPS, each_step
 from lcpcli.linalg.factors import SingularMatrix
+from lcpcli.linalg.patterns import affordable
+from lcpcli.linalg.stiffness import may_be_stiff
 from lcpcli.methods.direct import MOST_AS_DENSE
 from lcpcli.methods.interior_steps import (
     PrimalDualPoint,
@@ -50,8 +56,12 @@ from lcpcli.methods.stages import (
 )
 from lcpcli.model.box import BASIC, LOWER, of_masks
 from lcpcli.model.problem import Problem
-from lcpcli.typing import Mask, States, Vector
+from lcpcli.typing import Mask, Matrix, States, Vector
 
+MADE_FOR_IT = "interior"  # the method that begins with this one
+# A condition number from which on methods without factors need hundreds of iterations
+# for a digit; and one beyond which doubles do not tell it.
+STIFF, MOST_TOLD = 1e4, 1e16
 FINISH = "finish"
 MOST_STEPS = 120  # where 15 to 40 are usual
 # Between the two indicators of a variable that tell its state; so many of them may be
@@ -72,6 +82,21 @@ ROUNDING_DECIDES = (
     "there is a solution"
 )
 STALLED = "its steps no longer reduce the residual"
+
+
+def stiffness(M: Matrix) -> float | None:
+    """Return the estimated condition number of M + M' in units of the diagonal, if M is
+    stiff: sparse, with an affordable factorization, positive definite up to rounding,
+    but no M-matrix, and ill-conditioned; else None."""
+    if not (may_be_stiff(M) and affordable(M) and is_nearly_definite(M)):
+        return None
+    size = condition(M)
+    return size if size >= STIFF else None
+
+
+def in_words(size: float) -> str:
+    """Return a condition number as it is told."""
+    return f"about {size:.0e}" if size <= MOST_TOLD else f"above {MOST_TOLD:.0e}"
 
 
 def definite(problem: Problem, start_slack: float = 1.0) -> Stage:
@@ -102,8 +127,9 @@ def definite_or_none(problem: Problem) -> Stage:
     """Run `definite`; if it fails although M is positive definite up to rounding, no
     other method does better on a large problem, and all take long."""
     ending = yield from definite(problem)
-    is_over = isinstance(ending, Stalled | Breakdown) and problem.n > MOST_AS_DENSE
-    return GivenUp(ending.reason) if is_over else ending
+    if isinstance(ending, Stalled | Breakdown) and problem.n > MOST_AS_DENSE:
+        return GivenUp(ending.reason)
+    return ending
 
 
 class _AccurateSteps(Steps):

@@ -6,15 +6,9 @@ from __future__ import annotations
 import math
 
 from lcpcli.interrupts import TimeIsUp
-from lcpcli.linalg.definite_systems import condition, is_nearly_definite
-from lcpcli.linalg.patterns import affordable
-from lcpcli.linalg.stiffness import may_be_stiff
+from lcpcli.methods.definite import MADE_FOR_IT, MOST_TOLD, in_words, stiffness
 from lcpcli.model.problem import Problem
 
-MADE_FOR_IT = "interior"
-# A condition number from which on methods without factors need hundreds of iterations
-# for a digit.
-STIFF = 1e4
 # Methods that fail, with why: in terms of the root of the condition number.
 REASONS = {
     "newton": "exchanges of wrong signs advance by a few unknowns or cycle",
@@ -27,20 +21,16 @@ REASONS = {
 def explanation(problem: Problem, method: str) -> str:
     """Return why a method has failed on a stiff problem, as a clause for the user; ""
     if it is not stiff, or that takes a long time to tell."""
-    M = problem.M
-    if method not in REASONS or not (may_be_stiff(M) and affordable(M)):
+    if method not in REASONS:
         return ""
     try:
-        if not is_nearly_definite(M):
-            return ""
-        size = condition(M)
+        condition = stiffness(problem.M)
     except TimeIsUp:
         return ""
-    if size < STIFF:
+    if condition is None:
         return ""
-    root = math.sqrt(min(size, 1e16))
-    number = "above 1e+16" if size > 1e16 else f"about {size:.0e}"
+    reason = REASONS[method].format(math.sqrt(min(condition, MOST_TOLD)))
     return (
-        f"M is stiff: its condition number is {number} in units of its diagonal, and "
-        f"{REASONS[method].format(root)}; {MADE_FOR_IT} is made for such M"
+        f"M is stiff: its condition number is {in_words(condition)} in units of its "
+        f"diagonal, and {reason}; {MADE_FOR_IT} is made for such M"
     )
