@@ -486,7 +486,7 @@ FIRST = (
             "the diagonal are not small",
         ),
         lambda s: s.is_stiff,
-        by("definite.definite_or_none", lambda s: (s.given,)),
+        by("interior.of_stiff", lambda s: (s.given,)),
     ),
     Row(
         *(

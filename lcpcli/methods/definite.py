@@ -39,7 +39,6 @@ from lcpcli.linalg.doubles import EPS, each_step
 from lcpcli.linalg.factors import SingularMatrix
 from lcpcli.linalg.patterns import affordable
 from lcpcli.linalg.stiffness import may_be_stiff
-from lcpcli.methods.direct import MOST_AS_DENSE
 from lcpcli.methods.interior_steps import (
     PrimalDualPoint,
     SlackForm,
@@ -49,7 +48,6 @@ from lcpcli.methods.interior_steps import (
 from lcpcli.methods.stages import (
     Breakdown,
     Finished,
-    GivenUp,
     Iterate,
     Stage,
     Stalled,
@@ -121,15 +119,6 @@ def definite(problem: Problem, start_slack: float = 1.0) -> Stage:
         return (yield from _Run(within).steps(start_slack))
     except SingularMatrix:
         return Breakdown(ROUNDING_DECIDES)
-
-
-def definite_or_none(problem: Problem) -> Stage:
-    """Run `definite`; if it fails although M is positive definite up to rounding, no
-    other method does better on a large problem, and all take long."""
-    ending = yield from definite(problem)
-    if isinstance(ending, Stalled | Breakdown) and problem.n > MOST_AS_DENSE:
-        return GivenUp(ending.reason)
-    return ending
 
 
 class _AccurateSteps(Steps):
