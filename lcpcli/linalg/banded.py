@@ -142,15 +142,16 @@ class Banded:
     def fixed_point_factors(
         self, d: Vector | None, basic: Mask | None = None
     ) -> FixedPointFactors:
-        """Return the factors, as `factorize` makes them, in fixed-point numbers; raise
-        SingularMatrix where a pivot is 0."""
-        band, w = self._changed(d, basic), self.width
+        """Return the factors, as `factorize` makes them, in fixed-point numbers, to
+        which d is added without rounding; raise SingularMatrix where a pivot is 0."""
+        band, w = self._changed(None, basic), self.width
+        added = None if d is None else self._ordered(d)
         if self.is_symmetric:
-            return FixedPointFactors(band)
+            return FixedPointFactors(band, added=added)
         upper = np.zeros((w + 1, self.n))
         for k in range(w + 1):
             upper[k, : self.n - k] = band[w - k, k:]
-        return FixedPointFactors(band[w:], upper)
+        return FixedPointFactors(band[w:], upper, added)
 
     def fixed_point(
         self, d: Vector | None, basic: Mask | None = None

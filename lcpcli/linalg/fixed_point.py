@@ -52,7 +52,7 @@ def doubled(numbers: list[int], exponent: int) -> DoubleDouble:
 
 class FixedPointFactors:
     """The factors L U of a band A of shape (n, n), or with A symmetric those of L D L',
-    where U = D L'.
+    where U = D L'; or of A + diag(added).
 
     lower, upper : shape (width + 1, n), with lower[k, j] = A[j + k, j] and upper[k, j]
         = A[j, j + k], and zeros beyond the end; upper is None if A is symmetric. Raises
@@ -61,7 +61,9 @@ class FixedPointFactors:
         definite.
     """
 
-    def __init__(self, lower: Vector, upper: Vector | None = None) -> None:
+    def __init__(
+        self, lower: Vector, upper: Vector | None = None, added: Vector | None = None
+    ) -> None:
         self.is_definite = True
         self._width, self._n = lower.shape[0] - 1, lower.shape[1]
         # Row j of U, from its pivot on.
@@ -69,6 +71,9 @@ class FixedPointFactors:
         # Column j of L below its diagonal, at first of A.
         self._columns = None if upper is None else _by_rows(lower[1:])
         self._multipliers = list[list[int]]()
+        if added is not None:
+            for row, number in zip(self._rows, fixed(added), strict=True):
+                row[0] += number
         self._eliminate()
 
     def _eliminate(self) -> None:
