@@ -13,7 +13,28 @@ UMLAUTS = {
     for letter, ascii in {"ä": "ae", "ö": "oe", "ü": "ue", "é": "e", "ú": "u"}.items()
 }
 SHORTEST_WORD = 5  # letters of a word that is sought in meanings
+# Faults and hints that several modules have in the same words.
+NO_SUCH_FILE = "no such file"
+IS_DIRECTORY = "is a directory"
+IS_MISSING = "is missing"
+IS_EMPTY = "is empty"
+ENDS_TOO_EARLY = "ends too early"
+CUT_OFF = "is it cut off?"
+LEAVE_OUT = "leave it out"
+LEAVE_ONE_OUT = "leave one out"
+KEEP_ONE = "keep one"
+CORRECT_THERE = "correct it there"
+MAKE_AGREE = "make them agree"
+NAME_FILE = "name a file"
+OTHER_OUTPUT = "choose another file for the output"
+GIVE_NUMBER = "give a number"
+GIVE_FINITE = "give a finite number"
+GIVE_TEXT = "give a text"
+ONE_ROW = "give one row or one column"
+ROW_OF_NUMBERS = "give one row or one column of numbers"
+ONE_VARIABLE = "give a program with at least one variable"
 REAL = "give real numbers; lcp solves real problems only"
+SCALE_PAYOFFS = "scale the payoffs"
 # What a terminal obeys, what ends a line or turns its direction, and what no text has:
 # half characters, noncharacters
 _LAST = "".join(
@@ -29,6 +50,8 @@ _LAST = "".join(
 UNSEEN = re.compile(
     f"[\0-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069\ud800-\udfff\ufdd0-\ufdef{_LAST}]"
 )
+# The distributions of modules that have other names.
+DISTRIBUTIONS = {"flint": "python-flint"}
 # The likeness of words that differ by a letter or two, more telling than a common
 # beginning.
 VERY_CLOSE = 0.85
@@ -55,6 +78,23 @@ def visible_json(text: str) -> str:
 def quoted(text: str) -> str:
     """Return a text in quotes for a message: on one line, truncated if it is long."""
     return repr(text if len(text) <= LONGEST_QUOTE else text[:LONGEST_QUOTE] + "...")
+
+
+def unknown(given: object) -> str:
+    """Return the fault of a word, or of another value, that is none of those that may
+    stand there."""
+    return f"{quoted(given) if isinstance(given, str) else repr(given)} is unknown"
+
+
+def out_of_range(value: object) -> str:
+    """Return the fault of a value that is not in its range."""
+    return f"{value} is out of range"
+
+
+def numbers_for(n: int, noun: str, m: int, other: str) -> str:
+    """Return the fault of n things where m others need one each: "has 1 entry for 2
+    unknowns"."""
+    return f"has {count(n, noun)} for {count(m, other)}"
 
 
 def likely(given: str, known: Iterable[str], otherwise: str = "") -> str:
@@ -173,6 +213,11 @@ class OptionError(LCPError):
     request."""
 
 
+class ResourceError(LCPError):
+    """The machine has no room, processes or open files left for the work, which is
+    sound: it may succeed elsewhere or later."""
+
+
 class ParameterError(OptionError):
     """An OptionError whose `where` is a name as in Python; the command line shows it as
     its flag."""
@@ -207,6 +252,14 @@ def kind(value: Any) -> str:
         float: "a number",
     }
     return names.get(type(value), f"of type {type(value).__name__}")
+
+
+def missing(*modules: str) -> tuple[str, str]:
+    """Return the fault and the hint where modules are not installed. The hint names
+    packages of the index, not an extra of this one, which is on none."""
+    packages = dict.fromkeys(module.partition(".")[0] for module in modules)
+    names = [DISTRIBUTIONS.get(package, package) for package in packages]
+    return f"needs {listed(names)}", f"pip install {' '.join(names)}"
 
 
 def raised(error: BaseException) -> str:

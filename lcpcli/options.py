@@ -12,7 +12,7 @@ from functools import cache
 from typing import Any, NamedTuple
 
 from lcpcli.clock import imports
-from lcpcli.errors import OptionError, ParameterError, quoted
+from lcpcli.errors import OptionError, ParameterError, missing, out_of_range, quoted
 
 # After which an inspection starts no further step by default: a short wait.
 INSPECTION_SECONDS = 2.0
@@ -20,7 +20,7 @@ AUTO = "auto"  # the value of an option that is to be derived from the problem
 # The environment variable with which all calls of a process use the compiled kernels.
 KERNELS = "LCPCLI_KERNELS"
 NUMBA = "numba"  # the package that compiles them
-MISSING = f"needs {NUMBA}", "pip install 'linear-complementarity[fast]'"
+MISSING = missing(NUMBA)
 
 
 class Option(NamedTuple):
@@ -73,23 +73,24 @@ class Option(NamedTuple):
             ]
         )
 
+    @property
+    def hint(self) -> str:
+        return f"it must be: {self.range}"
+
     def check(self, value: float | str) -> None:
         """Raise ParameterError unless the value is of this option's kind and in its
         range."""
         if isinstance(value, str) and value in self.words:
             return
-        hint, is_number = (
-            f"it must be: {self.range}",
-            isinstance(value, numbers.Real) and not isinstance(value, bool),
-        )
+        is_number = isinstance(value, numbers.Real) and not isinstance(value, bool)
         try:
             number = float(value) if is_number else math.nan
         except OverflowError:
-            raise ParameterError(self.name, "is too large", hint) from None
+            raise ParameterError(self.name, "is too large", self.hint) from None
         if not (
             number.is_integer() if self.kind is int else not math.isnan(number)
         ) or not self.admits(number):
-            raise ParameterError(self.name, f"{value} is out of range", hint)
+            raise ParameterError(self.name, out_of_range(value), self.hint)
 
 
 def check(options: Iterable[Option], given: Mapping[str, Any]) -> None:
@@ -103,11 +104,8 @@ def check(options: Iterable[Option], given: Mapping[str, Any]) -> None:
         values[name] = option.default if given.get(name) is None else given[name]
     for name, option in declared.items():
         if option.above and not float(values[option.above]) < float(values[name]):
-            hint = (
-                f"with {option.above} = {values[option.above]} it must be: "
-                f"{option.range}"
-            )
-            raise ParameterError(name, f"{values[name]} is out of range", hint)
+            hint = f"with {option.above} = {values[option.above]} {option.hint}"
+            raise ParameterError(name, out_of_range(values[name]), hint)
 
 
 NATURAL: tuple[str, Callable[[float], bool]] = (

@@ -3,13 +3,18 @@ process."""
 
 from __future__ import annotations
 
+import io
 import math
 import os
+import re
+import shlex
 import signal
 import sys
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from itertools import count
 from pathlib import Path
+from typing import Any
 
 import pytest
 from hypothesis import settings
@@ -23,6 +28,11 @@ from lcpcli.files.reading import contents_of
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.options import KERNELS, wants_kernels
 from lcpcli.rational.exact_problem import ExactProblem
+from lcpcli.solving import driver
+from lcpcli.solving.result import Result
+
+from .documents import Typed, assert_as_before, printf, shown, typed_in
+from .refusals import Files
 
 # the same examples every time, so that a change is what makes a test fail;
 # HYPOTHESIS_PROFILE=searching tries new ones
@@ -45,6 +55,26 @@ def pytest_xdist_setupnodes() -> None:
     otherwise: they share the processors, and threads that wait for each other take two
     thirds as much time again."""
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+
+MISSING_PACKAGE = re.compile(r"could not import '(\w+)|Skipped: (\w+) is not installed")
+A_TEST = re.compile(r"^def test_", re.MULTILINE)
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_terminal_summary(terminalreporter: Any) -> None:
+    """Count what is skipped for want of a package under its name in the last line; all
+    tests of a file that is skipped as a whole, parametrized ones once."""
+    counted: dict[str, list[Any]] = {}
+    for report in terminalreporter.stats.pop("skipped", []):
+        path, _, reason = report.longrepr
+        found = MISSING_PACKAGE.search(reason)
+        kind = f"without {found[1] or found[2]}" if found else "skipped"
+        number = 1
+        if report.nodeid.endswith(".py"):
+            number = len(A_TEST.findall(Path(path).read_text(encoding="utf-8")))
+        counted.setdefault(kind, []).extend([report] * number)
+    terminalreporter.stats |= counted
 
 
 @dataclass(frozen=True)
@@ -92,6 +122,133 @@ def in_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 @pytest.fixture
+def still(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A clock that stands still."""
+    monkeypatch.setattr("time.perf_counter", lambda: 0.0)
+    monkeypatch.setattr("lcpcli.solving.driver.MOST_REPETITIONS", 0)
+
+
+@pytest.fixture
+def document(
+    lcp: Callable[..., Outcome],
+    in_folder: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    still: None,  # noqa: ARG001
+) -> Callable[[str], None]:
+    """Type what is typed in a document, in an empty folder, and compare what is printed
+    with the document."""
+
+    def printed(typed: Typed) -> str:
+        (program, *words), *parts = typed.parts
+        out, err, code = b"", "", 0
+        if program == "mkdir":
+            Path(words[0]).mkdir()
+        elif program == "cat":
+            out = Path(words[0]).read_bytes()
+        elif program == "printf":
+            out = printf(words[1])
+        if program == "lcp" or (parts and parts[0][0] == "lcp"):
+            stdin = io.TextIOWrapper(io.BytesIO(out))
+            monkeypatch.setattr(sys, "stdin", stdin)
+            if program != "lcp":
+                (_, *words), *parts = parts
+            outcome = lcp(*(word.replace("FOLDER", str(in_folder)) for word in words))
+            out, err, code = outcome.out.encode(), outcome.err, outcome.code
+        if typed.signs[-1:] == [">"]:
+            ((name,),) = parts
+            Path(name).write_bytes(out)
+            return ""
+        text = out.decode()
+        if typed.joined:
+            text, err = text + err, ""
+        for part in parts:
+            text = shown(text, *part)
+        return text + err + (f"exit code {code}\n" if code else "")
+
+    def compare(name: str) -> None:
+        text = "".join(f"{typed.line}\n{printed(typed)}" for typed in typed_in(name))
+        assert_as_before(name, text.replace(str(in_folder), "FOLDER"))
+
+    return compare
+
+
+LONGEST_LINE = 1000
+# Of the libraries that read a file, which users do not see; and functions that a hint
+# may name.
+FOREIGN_WORDS = [
+    "numpy",
+    "scipy",
+    "Traceback",
+    "dtype",
+    "ufunc",
+    "broadcast",
+    "Expecting",
+    "invalid literal",
+    "could not convert",
+]
+OURS = re.compile(r"numpy\.savez|numpy\.save|scipy\.sparse\.save_npz")
+
+
+def entries_of(folder: Path) -> dict[Path, bytes | None]:
+    return {
+        path: path.read_bytes() if path.is_file() else None
+        for path in folder.rglob("*")
+    }
+
+
+FOLDERS = count()
+
+
+@pytest.fixture
+def refused(
+    lcp: Callable[..., Outcome],
+    tmp_path_factory: pytest.TempPathFactory,
+    monkeypatch: pytest.MonkeyPatch,
+) -> Callable[[str, Files], str]:
+    """Run a command line in a folder of files and return the line with which it is
+    refused: all that is printed, readable and in words of this program. Nothing is
+    written, and nothing solved in vain."""
+
+    def run(command: str, files: Files) -> str:
+        # Without what tmp_path does for each of a thousand tests.
+        (folder := tmp_path_factory.getbasetemp() / f"refused-{next(FOLDERS)}").mkdir()
+        for name, content in files.items():
+            (folder / name).parent.mkdir(exist_ok=True)
+            if content is None:
+                (folder / name).mkdir()
+            elif isinstance(content, Path):
+                (folder / name).symlink_to(content)
+            elif name != "-":
+                (folder / name).write_bytes(as_bytes(content))
+        monkeypatch.chdir(folder)
+        stdin = io.BytesIO(as_bytes(files.get("-", "")))
+        monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(stdin))
+        solved: list[Result] = []
+        run = driver.run
+        monkeypatch.setattr(
+            driver,
+            "run",
+            lambda *given, **named: solved.append(run(*given, **named)) or solved[-1],
+        )
+        before = entries_of(folder)
+        outcome = lcp(*shlex.split(command))
+        line = outcome.err.removesuffix("\n")
+        assert (outcome.code, outcome.out, outcome.err) == (2, "", f"{line}\n")
+        assert line.isprintable()
+        assert len(line) <= LONGEST_LINE
+        own_words = OURS.sub("", line)
+        assert [word for word in FOREIGN_WORDS if word in own_words] == [], line
+        assert (entries_of(folder), solved) == (before, [])
+        return line.removeprefix("lcp: ").replace(str(folder), "FOLDER")
+
+    return run
+
+
+def as_bytes(content: Any) -> bytes:
+    return content if isinstance(content, bytes) else str(content).encode()
+
+
+@pytest.fixture
 def kernels_by_default(
     monkeypatch: pytest.MonkeyPatch,
 ) -> Iterator[Callable[[str], None]]:
@@ -123,6 +280,8 @@ def paper_example(request: pytest.FixtureRequest) -> Problem:
     return read(contents.shipped_path(f"paper-example-{request.param}.json"))
 
 
+# Whose solutions with few digits are none in doubles.
+FACE = '{"M": [[3, 3, 0], [1, -2, 3], [1, 0, 0]], "q": [-10, -3.3333333333333335, 0]}'
 M = [[2.0, -1.0], [-0.5, 2.0]]
 Q = [-1.0, 0.25]
 JSON = '{"M": [[2, -1], [-0.5, 2]], "q": [-1, 0.25]}'

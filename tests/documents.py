@@ -1,8 +1,9 @@
-"""Documents that are kept in a folder: what a test prints has to be the same text.
+"""Documents in a folder: what is typed, and what is printed has to be the same text.
 
 A change that is meant to change them writes them again: LCP_WRITE_DOCUMENTS=1 pytest
-FILE. What was typed stands in lines that begin with $: commands of lcp, printf of a
-text into a file or into a command, and cat of a file.
+FILE. What is typed stands in lines that begin with $, as in a shell: commands of lcp,
+mkdir, cat of a file, and printf of a text into a file or into a command. `| head -N`,
+`| tail -N` and `| grep [-o] [-v] PATTERN` show a part, `2>&1` of the messages too.
 """
 
 from __future__ import annotations
@@ -20,36 +21,62 @@ FOLDER = Path(__file__).with_name("documents")
 
 
 class Typed(NamedTuple):
-    """A line that is typed: the arguments of lcp with its input, or a file with its
-    content, None to show it."""
+    """A line that is typed: its words between the signs | and >, without 2>&1."""
 
     line: str
-    arguments: list[str]
-    content: bytes | None = b""
-    file: str = ""
+    parts: list[list[str]]
+    signs: list[str]
+    joined: bool
 
 
 def typed_in(name: str) -> Iterator[Typed]:
     for line in (FOLDER / f"{name}.txt").read_text(encoding="utf-8").split("\n"):
         if line.startswith("$ "):
-            program, *words = shlex.split(line[2:])
-            if program == "lcp":
-                yield Typed(line, words)
-            elif program == "cat":
-                yield Typed(line, [], None, words[0])
-            else:
-                # Printf %b TEXT > FILE, or | lcp ARGUMENTS.
-                _, text, sign, last, *arguments = words
-                content = text.encode().decode("unicode_escape").encode("latin-1")
-                yield Typed(line, arguments, content, last if sign == ">" else "")
+            typed = Typed(line, [[]], [], " 2>&1" in line)
+            for word in shlex.split(line[2:].replace(" 2>&1", "")):
+                if word in ("|", ">"):
+                    typed.signs.append(word)
+                    typed.parts.append([])
+                else:
+                    typed.parts[-1].append(word)
+            yield typed
+
+
+def printf(text: str) -> bytes:
+    """What printf %b prints."""
+    return re.sub(
+        r"(?:\\[nrt\\]|\\x[0-9a-f]{2})+",
+        lambda escapes: escapes[0].encode().decode("unicode_escape"),
+        text,
+    ).encode()
+
+
+def shown(text: str, command: str, *arguments: str) -> str:
+    """The part of a text that head, tail or grep shows."""
+    lines = text.splitlines(keepends=True)
+    if command == "head":
+        (number,) = arguments
+        return "".join(lines[: -int(number)])
+    if command == "tail":
+        (number,) = arguments
+        return "".join(lines[int(number) :])
+    assert command == "grep", command
+    *options, pattern = arguments
+    # Alternatives and groups of basic patterns have a backslash.
+    pattern = re.sub(
+        r"\\([|()])|([(){}])", lambda sign: sign[1] or rf"\{sign[2]}", pattern
+    )
+    if options == ["-o"]:
+        return "".join(f"{match[0]}\n" for match in re.finditer(pattern, text))
+    without = options == ["-v"]
+    return "".join(line for line in lines if bool(re.search(pattern, line)) != without)
 
 
 def assert_as_before(name: str, text: str) -> None:
     """Compare a text with the document of this name, but for the version and the last
     digits of numbers."""
     lines = (
-        line if line.startswith(("$ ", ">>> ")) else _kept(line)
-        for line in text.split("\n")
+        line if line.startswith("$ ") else _kept(line) for line in text.split("\n")
     )
     text, document = "\n".join(lines), FOLDER / f"{name}.txt"
     if os.environ.get("LCP_WRITE_DOCUMENTS"):

@@ -26,7 +26,7 @@ def solution(problem: Problem, first: Sequence[str] = ()) -> Row | None:
 
     The states of the unknowns ("lower", "basic", "upper" or "fixed") are enumerated,
     beginning with `first`."""
-    M, q = _rational(problem)
+    M, q = rational(problem)
     bounds = [bound.tolist() for bound in _bounds(problem)]
     candidates = product(*map(_possible_states, *bounds))
     for states in chain([tuple(first)] if first else [], candidates):
@@ -53,7 +53,7 @@ def states_of(problem: Problem, z: Sequence[float]) -> list[str]:
 
 
 def solves(problem: Problem, z: Row) -> bool:
-    M, q = _rational(problem)
+    M, q = rational(problem)
     w = [_dot(row, z) + value for row, value in zip(M, q, strict=True)]
     if problem.is_mixed:
         lower, upper = (bound.tolist() for bound in _bounds(problem))
@@ -66,7 +66,7 @@ def solves(problem: Problem, z: Row) -> bool:
 
 def feasible(problem: Problem) -> bool:
     """Whether some z >= 0 has M z + q >= 0."""
-    M, q = _rational(problem)
+    M, q = rational(problem)
     return (
         nonnegative(
             [[*row, *_unit(i, len(q), -1)] for i, row in enumerate(M)],
@@ -84,7 +84,7 @@ def refutes(problem: Problem, y: Row, as_written: bool = False) -> bool:
     as_written : whether the data are the shortest decimals of the floats rather than
         the floats themselves."""
     number = written if as_written else Fraction
-    M, q = _rational(problem, number)
+    M, q = rational(problem, number)
     bounds = [
         [number(v) if abs(v) < np.inf else v for v in b.tolist()]
         for b in _bounds(problem)
@@ -162,7 +162,7 @@ def of_states(
         for s, v, u in zip(states, lower, upper, strict=True)
     ]
     w = [_dot(row, z) + value for row, value in zip(M, q, strict=True)]
-    found = _regular([[M[i][j] for j in basic] for i in basic], [-w[i] for i in basic])
+    found = regular([[M[i][j] for j in basic] for i in basic], [-w[i] for i in basic])
     if found is None:
         found = _of_singular_states(M, w, lower, upper, states)
         if found is None:
@@ -210,7 +210,7 @@ def _possible_states(lower: float, upper: float) -> list[str]:
     return [*["lower"] * (lower > -np.inf), "basic", *["upper"] * (upper < np.inf)]
 
 
-def _regular(A: list[Row], b: Row) -> Row | None:
+def regular(A: list[Row], b: Row) -> Row | None:
     """The solution of A x = b for a regular A, None for a singular one."""
     n = len(b)
     rows = [[*row, value] for row, value in zip(A, b, strict=True)]
@@ -244,7 +244,7 @@ def determinant(rows: list[Row]) -> Fraction:
     return sum(minors, Fraction(0))
 
 
-def _rational(
+def rational(
     problem: Problem, number: Callable[[float], Fraction] = Fraction
 ) -> tuple[list[Row], Row]:
     M = problem.M if isinstance(problem.M, np.ndarray) else problem.M.toarray()

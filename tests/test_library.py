@@ -9,7 +9,6 @@ import copy
 import doctest
 import gc
 import inspect
-import io
 import json
 import pickle
 import pydoc
@@ -17,7 +16,6 @@ import re
 import subprocess
 import sys
 from collections.abc import Callable
-from contextlib import redirect_stdout
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -34,7 +32,6 @@ from lcpcli.gallery import families
 from lcpcli.report import html_page
 
 from .conftest import Outcome
-from .documents import FOLDER, assert_as_before
 
 EXAMPLE = contents.shipped_path("paper-example-2.json")
 M, Q = [[2.0, 1.0], [1.0, 2.0]], [-5.0, -6.0]
@@ -82,21 +79,6 @@ def test_check_reports_what_the_command_does_and_verifies_proofs(
     assert not lcpcli.check(lcpcli.Problem(M, Q), y=[1.0, 1.0]).accepted
     # Without a name.
     assert str(lcpcli.check(lcpcli.Problem(M, Q), [4 / 3, 7 / 3])).startswith("n = 2\n")
-
-
-def test_what_cannot_be_used_is_refused_as_before() -> None:
-    said, names = list[str](), dict[str, Any](__name__="session")
-    for line in (
-        (FOLDER / "refused-in-python.txt").read_text(encoding="utf-8").split("\n")
-    ):
-        if line.startswith(">>> "):
-            with redirect_stdout(io.StringIO()) as output:
-                try:
-                    exec(compile(line[4:], line, "single"), names)
-                except Exception as error:
-                    print(f"{type(error).__name__}: {error}")
-            said += [line, *output.getvalue().splitlines()]
-    assert_as_before("refused-in-python", "\n".join([*said, ""]))
 
 
 @pytest.mark.slow("draws a figure in every form")
@@ -289,6 +271,8 @@ def test_a_set_of_solutions_has_what_was_found_and_ends_with_it(
     assert len(list(search)) == 3
 
 
+# By the examples in the module.
+NEEDED = {"lcpcli.report.plotting": "matplotlib", "lcpcli.solving.direct_run": "numba"}
 HOMES = [
     "lcpcli",
     *sorted({getattr(lcpcli, name).__module__ for name in lcpcli.__all__}),
@@ -300,6 +284,8 @@ HOMES = [
 def test_examples_run(
     module: str,
 ) -> None:
+    if module in NEEDED:
+        pytest.importorskip(NEEDED[module])
     found = doctest.testmod(import_module(module), optionflags=doctest.ELLIPSIS)
     assert found.attempted
     assert not found.failed

@@ -14,10 +14,12 @@ from dataclasses import replace
 from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
+from shutil import which
 from typing import Any
 
 import pytest
 
+import lcpcli
 from lcpcli.bench import suites
 from lcpcli.bench.timing import run_method
 from lcpcli.cli import command as group
@@ -35,6 +37,8 @@ from lcpcli.solving import result
 from .benchmarks.accuracy import ladders, rate_of_fixed_point
 
 ROOT = Path(__file__).parent.parent
+# Where the package is imported from: the checkout, or where it is installed.
+PACKAGE = str(Path(lcpcli.__file__).parent.parent)
 FILES = {
     "README": ROOT / "README.md",
     "development": ROOT / OF_THE_SOURCE["development"],
@@ -46,6 +50,7 @@ BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", flags=re.MULTILINE | re.DOTALL)
 BLOCKS: dict[str, list[tuple[str, str]]] = {
     page: BLOCK.findall(text) for page, text in PAGES.items()
 }
+SCRIPT = "esac\n"  # a block that has it is one command
 DISTURBED = "x between repeats"
 WRITING = re.compile("-o|--(plot|paths|trace)")  # options that name a file to write
 # Of what goes to a file.
@@ -62,24 +67,23 @@ Lcp = Callable[..., Any]
 
 @pytest.fixture(scope="module")
 def folders(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Path]:
-    """Where a reader of a page works, with the shipped problems."""
-
-    @cache
-    def folder(page: str) -> Path:
-        place = tmp_path_factory.mktemp(page)
-        (place / "problems").symlink_to(ROOT / "problems")
-        return place
-
-    return folder
+    """Where a reader of a page works: an empty folder, away from the checkout."""
+    return cache(tmp_path_factory.mktemp)
 
 
 def shell(command: str, folder: Path, code: int | None = None) -> str:
-    """What a command prints in a shell in which lcp is this program; `code` is how it
+    """What a command prints in a shell that finds this program as lcp; `code` is how it
     must end, if that matters."""
-    own = f'lcp() {{ {shlex.quote(sys.executable)} -m lcpcli "$@"; }}; '
-    environment = {**os.environ, "PYTHONPATH": str(ROOT), "NO_COLOR": "1"}
+    programs = folder.with_name(f"{folder.name}-bin")
+    programs.mkdir(exist_ok=True)
+    program = programs / "lcp"
+    python = shlex.quote(sys.executable)
+    program.write_text(f'#!/bin/sh\nexec {python} -m lcpcli "$@"\n')
+    program.chmod(0o755)
+    environment = {**os.environ, "PYTHONPATH": PACKAGE, "NO_COLOR": "1"}
+    environment["PATH"] = f"{programs}{os.pathsep}{os.environ['PATH']}"
     done = subprocess.run(
-        ["bash", "-c", own + command],
+        ["bash", "-c", command],
         capture_output=True,
         text=True,
         check=False,
@@ -141,7 +145,7 @@ def test_commands_and_snippets_print_what_is_shown(
             for command, shown in sessions(text):
                 assert comparable(shell(command, folder)) == comparable(shown), command
         elif language == "python":
-            own = os.environ | {"PYTHONPATH": str(ROOT)}
+            own = os.environ | {"PYTHONPATH": PACKAGE}
             subprocess.run(
                 [sys.executable, "-c", text], check=True, cwd=folder, env=own
             )
@@ -178,9 +182,14 @@ def test_snippets_pass_mypy_in_its_strict_mode(tmp_path: Path) -> None:
     assert (done.returncode, done.stderr) == (0, ""), done.stdout
 
 
+def joined(text: str) -> str:
+    """A text in which lines that end in a backslash are one with the next."""
+    return text.replace("\\\n", " ")
+
+
 def lines_of_shell(benches: bool) -> list[tuple[str, str]]:
-    """The commands of lcp in blocks that show no output, each with its page; of a
-    bench, or others."""
+    """The commands in blocks that show no output, each with its page; of a bench, or
+    others. Those that install the program are run by CI."""
     blocks = [
         (page, text)
         for page, own in BLOCKS.items()
@@ -190,19 +199,39 @@ def lines_of_shell(benches: bool) -> list[tuple[str, str]]:
     lines = [
         (page, line)
         for page, text in blocks
-        for line in text.replace("\\\n", " ").splitlines()
+        for line in ([text] if SCRIPT in text else joined(text).splitlines())
     ]
     return [
         (page, line)
         for page, line in lines
-        if line.startswith("lcp ") and line.startswith("lcp bench") == benches
+        if line.startswith("lcp bench") == benches
+        and not line.startswith("python -m pip install")
     ]
 
 
 @pytest.mark.slow("all commands of the pages, each in a process of its own")
 @pytest.mark.parametrize(("page", "line"), lines_of_shell(benches=False))
 def test_command_runs(page: str, line: str, folders: Callable[[str], Path]) -> None:
-    shell(f"set -o pipefail; {line} > /dev/null", folders(page), code=0)
+    if "jq" in line and which("jq") is None:
+        pytest.skip("jq is not installed")
+    shell(f"set -o pipefail; {{ {line}\n}} > /dev/null", folders(page), code=0)
+
+
+@pytest.mark.slow("all commands of the pages, each in a process of its own")
+@pytest.mark.parametrize(
+    "job", [text for language, text in BLOCKS["ci"] if language == "yaml"]
+)
+def test_commands_of_a_job_of_ci_run(job: str, tmp_path: Path) -> None:
+    if find_spec("yaml") is not None:
+        import yaml
+
+        assert "lcp" in str(yaml.safe_load(job))
+    commands = re.findall(r"^ +(?:- )?(lcp .*)$", job, re.MULTILINE)
+    assert [command.split()[1] for command in commands] == ["make", "solve", "check"]
+    for command in commands:
+        shell(f"{command} > out.txt", tmp_path, code=0)
+    assert json.loads((tmp_path / "result.json").read_text())["solved"]
+    assert "z solves the problem" in (tmp_path / "out.txt").read_text()
 
 
 @pytest.mark.slow("benches with other solvers and figures")
@@ -220,9 +249,7 @@ def test_benchmark_runs_on_one_small_problem_in_place_of_its_suite(
     }
     monkeypatch.setattr(suites, "SUITES", held)
     monkeypatch.chdir(folders(page))
-    words = shlex.split(
-        line.replace("problems/*.json", "problems/paper-example-1.json")
-    )
+    words = shlex.split(line)
     assert lcp(*words[1:]).code == 0
 
 
@@ -236,10 +263,17 @@ def test_commands_and_options_named_in_the_text_exist(page: str) -> None:
             for param in its.params
             for flag in (*param.opts, *param.secondary_opts)
         }
-    flags["help"] |= {*TOPICS, *METHODS, *flags, "TOPIC", "METHOD"}
+    flags["help"] |= {*TOPICS, *METHODS, *flags, "TOPIC", "METHOD", "WORDS"}
     text = BLOCK.sub("", PAGES[page])
     for name, rest in re.findall(r"`lcp\s+([a-z]\w*)([^`]*)`", text):
         assert name in flags, name
+        topic, _, section = rest.strip().partition(" ")
+        if (
+            name == "help" and section and topic in PAGES
+        ):  # of the sections with this word
+            headings = re.findall(r"^##.*", PAGES[topic], re.MULTILINE)
+            assert section in " ".join(headings).casefold(), rest
+            continue
         assert {
             word for word in rest.split() if word.startswith("--") or name == "help"
         } <= flags[name], rest

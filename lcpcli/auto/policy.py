@@ -324,7 +324,7 @@ def all_stages(
     yield from given
     if change.kept.size <= MUCH_SMALLER * problem.n:
         milp = stages.changed(change, x0, partial(stages.begin, "milp"))
-        yield "milp", _for_half_of_the_time(milp)
+        yield "milp", for_half_of_the_time(milp)
 
 
 def may_gain_by_presolve(structure: Structure) -> bool:
@@ -345,7 +345,7 @@ def may_gain_by_presolve(structure: Structure) -> bool:
     return not structure.is_semidefinite
 
 
-def _for_half_of_the_time(stage: Stage) -> Stage:
+def for_half_of_the_time(stage: Stage) -> Stage:
     """Pass on the stage, for at most half of the time that is left. No context stays
     open while it is suspended."""
     end = clock.seconds() + remaining() / 2

@@ -17,6 +17,7 @@ from typing import Any, NamedTuple
 from lcpcli.bench import record
 from lcpcli.errors import OptionError, count
 from lcpcli.files.contents import content_of, decode, place, within
+from lcpcli.files.json_format import objects_in
 from lcpcli.report import document, result_formats, wording
 from lcpcli.solving.result import Status
 
@@ -189,10 +190,8 @@ def runs_in(path: str) -> dict[Key, Ending]:
             if not row.excluded
         }
     found: dict[Key, Ending] = {}
-    lines = text.split("\n")
+    lines = objects_in(text)
     for number, line in enumerate(lines, 1):
-        if not line.strip():
-            continue
         try:
             (name, method), ending = _of_result(json.loads(line))
         except (ValueError, KeyError, TypeError, RecursionError):

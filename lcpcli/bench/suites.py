@@ -13,7 +13,14 @@ from itertools import chain, product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from lcpcli.errors import OptionError, ParameterError, ProblemError, likely
+from lcpcli.errors import (
+    LEAVE_OUT,
+    NAME_FILE,
+    OptionError,
+    ParameterError,
+    ProblemError,
+    likely,
+)
 from lcpcli.files import contents
 from lcpcli.files.contents import content_of, files_in
 
@@ -301,7 +308,7 @@ def _files(asked: Sequence[str], tell: Tell, infinity: float | None) -> Sequence
     path, known = asked[0], (*SUITES, ALL)
     if path == "-":
         raise OptionError(
-            "standard input", "cannot be read again for a resumed bench", "name a file"
+            "standard input", "cannot be read again for a resumed bench", NAME_FILE
         )
     # Reading reports what is wrong with it.
     is_file = os.path.lexists(path) or os.sep in path or Path(path).suffix
@@ -316,7 +323,7 @@ def _files(asked: Sequence[str], tell: Tell, infinity: float | None) -> Sequence
     if nonlinear_in(path, content_of(path, reading.WHOLE)) is not None:
         if infinity is not None:
             raise ParameterError(
-                "infinity", "has no effect on a nonlinear model", "leave it out"
+                "infinity", "has no effect on a nonlinear model", LEAVE_OUT
             )
         return asked[:1]
     problem, files = reading.read_next(asked, infinity or math.inf)

@@ -13,11 +13,13 @@ from lcpcli import clock, interrupts
 from lcpcli.cli.main import INTERRUPTED, NO_SOLUTION, NOT_SOLVED, SOLVED
 from lcpcli.cli.output import Output
 from lcpcli.cli.problems import InputProblem, Request
+from lcpcli.cli.terminal import Line, shows_progress
 from lcpcli.enumeration import optimum as search
 from lcpcli.enumeration import search as sets
-from lcpcli.errors import ProblemError
+from lcpcli.errors import ProblemError, count
 from lcpcli.files.contents import content_of, within
 from lcpcli.interrupts import TimeIsUp, stopping
+from lcpcli.model.origins import Game
 from lcpcli.rational import exact_problem, numbers
 from lcpcli.report import plotting, solutions, wording
 
@@ -55,15 +57,16 @@ def outcome(
     wording.require(problem.problem, request.names)
     within(where, sets.refuse_large, problem.problem)
     best = (
-        None
-        if objective is None
-        else _best(problem, where, objective, sense, request.limits.time_limit)
+        None if objective is None else _best(request, problem, where, objective, sense)
     )
-    found: Any = best or _search(request, problem, where)
-    report = solutions.report(found, work.sources[0], request.exact, request.names)
+    found: Any
+    found, prepared = (best, None) if best else _search(request, problem, where, output)
+    report = solutions.report(
+        found, work.sources[0], request.exact, request.names, prepared
+    )
     output.show(
         report.render,
-        f"{where}: {found.message(numbers.approximate) if best else found.message}",
+        f"{where}: {best.message(numbers.approximate) if best else found.message}",
     )
     output.add(
         request.plot, lambda path: plotting.cones(found).content(plotting.form_of(path))
@@ -71,9 +74,11 @@ def outcome(
     return CODES.get(found.status, SOLVED)
 
 
-def _search(request: Request, problem: InputProblem, where: str) -> sets.SolutionSet:
+def _search(
+    request: Request, problem: InputProblem, where: str, output: Output
+) -> tuple[sets.SolutionSet, solutions.Prepared | None]:
     """Search until the list is complete, a signal comes or the time is up, in which the
-    numbers are also made exact."""
+    numbers are also made exact; return what was found, and its texts."""
     began, most = clock.seconds(), request.max_solutions
     try:
         with interrupts.within(request.limits.time_limit):
@@ -93,9 +98,17 @@ def _search(request: Request, problem: InputProblem, where: str) -> sets.Solutio
     )
     if left <= 0:
         search.stop()
-    with stopping() as signals:
-        for _ in search:
-            continue
+    prepared = None
+    is_game = isinstance(problem.problem.origin, Game)
+    if not output.silent and output.form in ("json", *["csv"] * (not is_game)):
+        how = request.exact, request.names
+        prepared = solutions.Prepared(search, output.form, *how)
+    shown = shows_progress(request.quiet)
+    with stopping() as signals, Line("searching", is_shown=shown) as line:
+        for piece in search:
+            line.doing = f"searching: {count(len(search.pieces), 'piece')} found"
+            if prepared is not None:
+                prepared.take(piece)
         is_interrupted = bool(signals)
     ended = (
         sets.INTERRUPTED
@@ -104,7 +117,8 @@ def _search(request: Request, problem: InputProblem, where: str) -> sets.Solutio
         if len(search.pieces) == most
         else sets.TIME_LIMIT
     )
-    return sets.SolutionSet(search, ended, clock.seconds() - began)
+    seconds = clock.seconds() - began - (prepared.seconds if prepared else 0.0)
+    return sets.SolutionSet(search, ended, seconds), prepared
 
 
 def objective_in(path: str) -> LinearObjective | None:
@@ -120,15 +134,16 @@ def objective_in(path: str) -> LinearObjective | None:
 
 
 def _best(
+    request: Request,
     problem: InputProblem,
     where: str,
     objective: str | LinearObjective,
     sense: str,
-    limit: float,
 ) -> search.Optimum:
     began, data = clock.seconds(), problem.exactly()
-    left = max(limit - (clock.seconds() - began), 1e-6)
-    with stopping() as signals:
+    left = max(request.limits.time_limit - (clock.seconds() - began), 1e-6)
+    shown = shows_progress(request.quiet)
+    with stopping() as signals, Line("searching", is_shown=shown):
         if isinstance(objective, str):
             try:
                 found = search.optimum(data, objective, sense=sense, time_limit=left)

@@ -15,10 +15,11 @@ from typing import Any
 
 import numpy as np
 
-from lcpcli.errors import OptionError, count, likely, quoted, visible
+from lcpcli.errors import LEAVE_OUT, OptionError, count, likely, quoted, visible
 from lcpcli.files import atomic_write, contents, nl_format
 from lcpcli.methods.registry import RESTARTS
 from lcpcli.model.nonlinear import NonlinearProblem
+from lcpcli.model.program import Program
 from lcpcli.options import LIMITS, THREADS, Limits, check
 from lcpcli.rational.numbers import approximate, rounded
 from lcpcli.solving import driver, solve_mcp
@@ -40,6 +41,13 @@ NUMBERS = {
 }
 # With an objective.
 OPTIMA = {"optimal": 0, "unsolvable": 201, "unbounded": 300, "time_limit": 401}
+# Of programs, by the words for their answers.
+OF_PROGRAMS = {
+    "stationary": 100,
+    "infeasible": 200,
+    "no_optimum": 201,
+    "unbounded": 300,
+}
 # Of a run without a finite point, unless it proves that there is no solution.
 NO_POINT = 500
 
@@ -64,11 +72,21 @@ def run(stub: str, words: Sequence[str]) -> int:
     print(message)
     has_values = z is not None and bool(np.isfinite(z).all())
     number = number if has_values or 200 <= number < 400 else NO_POINT
-    values = model.model.values(z) if z is not None and has_values else np.empty(0)
-    atomic_write.write_whole(
-        written, nl_format.solution_text(model.model.header, message, values, number)
-    )
+    values = duals = np.empty(0)
+    if z is not None and has_values:
+        values, duals = model.model.values(z), _duals(model, z)
+    text = nl_format.solution_text(model.model.header, message, values, number, duals)
+    atomic_write.write_whole(written, text)
     return 0
+
+
+def _duals(model: nl_format.Model, z: Vector) -> Vector:
+    """Return the multipliers of the rows of a program, the derivatives of the optimal
+    value by their sides as AMPL has them; none of another model."""
+    program = getattr(model.problem, "origin", None)
+    if not isinstance(program, Program):
+        return np.empty(0)
+    return np.array(program.own_parts(z.tolist())[1])
 
 
 def _options(words: Sequence[str]) -> dict[str, Any]:
@@ -87,9 +105,7 @@ def _options(words: Sequence[str]) -> dict[str, Any]:
         try:
             given[name] = OPTIONS[name].kind(text)
         except ValueError:
-            raise OptionError(
-                name, f"is {quoted(text)}", f"it must be: {OPTIONS[name].range}"
-            ) from None
+            raise OptionError(name, f"is {quoted(text)}", OPTIONS[name].hint) from None
     check(OPTIONS.values(), given)
     return given
 
@@ -106,9 +122,7 @@ def _answer(
             model.problem, limits=limits, interrupts="return", **others
         )
     elif RESTARTS.name in others:
-        raise OptionError(
-            RESTARTS.name, "has no effect on a linear model", "leave it out"
-        )
+        raise OptionError(RESTARTS.name, "has no effect on a linear model", LEAVE_OUT)
     elif (objective := model.objective) is not None:
         from lcpcli.enumeration.optimum import best
 
@@ -124,8 +138,10 @@ def _answer(
         f"{result.message}; {count(result.iterations, 'iteration')}, residual "
         f"{result.residual:.3g}"
     )
-    return (
-        "; ".join(filter(None, [words, result.advice])),
-        NUMBERS[result.status],
-        result.z,
-    )
+    number, statement = NUMBERS[result.status], ""
+    if isinstance(result.problem.origin, Program):
+        assert result.answer is not None
+        statement = result.answer.statement
+        number = OF_PROGRAMS.get(str(result.answer.proved), number)
+    told = "; ".join(filter(None, [words, statement, result.advice]))
+    return told, number, result.z

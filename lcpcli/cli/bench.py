@@ -16,10 +16,10 @@ from lcpcli.cli.declarations import argument, option, refuse, refuse_beside
 from lcpcli.cli.main import BAD_INPUT, INTERRUPTED, NOT_SOLVED, SOLVED, say
 from lcpcli.cli.problems import Inputs, Request, same_file, settle_threads, taken, tell
 from lcpcli.cli.terminal import Line, shows_progress
-from lcpcli.errors import OptionError, count, listed
+from lcpcli.errors import OTHER_OUTPUT, OptionError, count, listed, missing
 from lcpcli.methods.registry import Variant, meanings
 from lcpcli.options import ACCEPT, BUDGET, INFINITY, THREADS, TIME_LIMIT, TOL, Option
-from lcpcli.peers.registry import PEERS
+from lcpcli.peers.registry import PEERS, load
 from lcpcli.report.document import MEANINGS as MEANINGS_OF_FORMATS
 
 if TYPE_CHECKING:
@@ -87,7 +87,7 @@ MEASURING = (TOL, OF_EACH_RUN, ACCEPT, BUDGET)
             f"As for lcp compare, but not standard input. {declarations.OTHERS}"
         ),
     },
-    declarations.FILES._replace(words=MEANINGS),
+    declarations.PROBLEM_FILES._replace(words=MEANINGS),
 )
 @option("Problems", INFINITY)
 @declarations.several_methods("Solvers", "measure", DEFAULT_METHODS)
@@ -176,7 +176,7 @@ def _run(request: Request, destination: output.Destination) -> int:
             holds,
             str(destination.path),
             "holds the record to resume",
-            "choose another file for the output",
+            OTHER_OUTPUT,
         )
         saved[:0] = [request.resume] * bool(record.pending())
     files = [file for case in record.cases for file in (case.file, case.q_file) if file]
@@ -186,7 +186,8 @@ def _run(request: Request, destination: output.Destination) -> int:
     if not record.cases:
         return BAD_INPUT
     if record.missing and not request.quiet:
-        say(f"lcp bench: not installed, left out: {', '.join(record.missing)}")
+        _, hint = missing(*(load(name).module for name in record.missing))
+        say(f"lcp bench: not installed, left out: {', '.join(record.missing)}; {hint}")
     rows, left = (
         record.measurements,
         sum(len(solvers) for _, solvers in record.pending()),
@@ -200,11 +201,10 @@ def _run(request: Request, destination: output.Destination) -> int:
 
     # Between measurements, whose times it would disturb.
     def starting(case: Case, solver: str) -> None:
-        if shows_progress(request.quiet):
-            line.show(f"{len(rows) - before}/{left}  {case.name}: {solver}")
+        line.show(f"{case.name}: {solver}", len(rows) - before)
 
     save()
-    with Line() as line:
+    with Line(total=left, is_shown=shows_progress(request.quiet)) as line:
         try:
             for _ in timing.run(record, starting):
                 save()

@@ -9,15 +9,16 @@ from typing import TYPE_CHECKING, Any
 from lcpcli.cli import declarations, main, output
 from lcpcli.cli.command import command
 from lcpcli.cli.declarations import (
-    FILES,
     OTHERS,
+    PROBLEM_FILES,
     argument,
     option,
     refuse,
     refuse_beside,
     reporting,
 )
-from lcpcli.cli.problems import Inputs
+from lcpcli.cli.problems import InputProblem, Inputs
+from lcpcli.cli.terminal import Line, shows_progress
 from lcpcli.errors import OptionError
 from lcpcli.files import contents
 from lcpcli.files.contents import place
@@ -64,7 +65,7 @@ OF_INSPECTION = TIME_LIMIT._replace(
     },
     metavar="FILE [Q_FILE] SOLUTION",
     nargs=-1,
-    shell_complete=FILES,
+    shell_complete=PROBLEM_FILES,
 )
 @declarations.with_bounds
 @option("Verification", TOL, "--exact  Verify in exact fractions; 0.1 means 1/10.")
@@ -86,7 +87,9 @@ def check(paths: tuple[str, ...], tol: float | None, exact: bool, **given: Any) 
         Inputs.of(paths[:-1], others=paths[-1:], **given),
     )
     inputs.prepare({"--output": destination.path})
-    verifications = _verifications(inputs, paths[-1], tol, exact)
+    read = inputs.read(takes_models=True)
+    with Line("verifying", is_shown=shows_progress(destination.quiet)):
+        verifications = _verifications(read, inputs, paths[-1], tol, exact)
     accepted = sum(verification.accepted for verification in verifications)
     told = (
         verifications[0].message
@@ -103,9 +106,8 @@ def check(paths: tuple[str, ...], tol: float | None, exact: bool, **given: Any) 
 
 
 def _verifications(
-    inputs: Inputs, solution: str, tol: float | None, exact: bool
+    read: InputProblem, inputs: Inputs, solution: str, tol: float | None, exact: bool
 ) -> list[Verification]:
-    read = inputs.read(takes_models=True)
     from lcpcli.files import beside
     from lcpcli.model.problem import Problem
     from lcpcli.rational.numbers import rounded
@@ -217,7 +219,7 @@ def inspect(
     else:
         from lcpcli.files.nl_format import Model
 
-        model = Model(None, file).model
+        model = Model(None, file).conditions
         found = inspect_nonlinear(
             problem, model.operators, model.header.common, len(model.fixed), seconds
         )

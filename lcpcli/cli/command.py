@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
-from lcpcli.errors import OptionError, likely, nearest, quoted
+from lcpcli.errors import IS_MISSING, OptionError, likely, nearest, quoted, unknown
 from lcpcli.options import NUMBA, wants_kernels
 from lcpcli.version import VERSION
 
@@ -99,8 +99,12 @@ class Command(click.Command):
             ):
                 raise OptionError(word, unknown, f"did you mean -{word}?")
         if ctx.allow_interspersed_args:  # otherwise the words belong to another command
-            # With a blank, a number is no option.
-            args = [" " * bool(NEGATIVE.match(word)) + word for word in args]
+            # With a blank, a number is no option, until `_as_typed` takes it away.
+            end = args.index("--") if "--" in args else len(args)
+            args = [
+                " " * bool(at < end and NEGATIVE.match(word)) + word
+                for at, word in enumerate(args)
+            ]
         try:
             for param, times in Counter(
                 self.make_parser(ctx).parse_args(list(args))[2]
@@ -122,7 +126,7 @@ class Command(click.Command):
                     f"{OPTIONAL} has taken {quoted(given[given.index(OPTIONAL) + 1])}"
                 )
             name, _, _ = getattr(error.param, "human_readable_name", "").partition(" ")
-            raise OptionError(name, "is missing", hint) from None
+            raise OptionError(name, IS_MISSING, hint) from None
         except click.BadOptionUsage as error:
             fault = error.message.removeprefix(f"Option {error.option_name!r} ").rstrip(
                 "."
@@ -136,6 +140,10 @@ class Command(click.Command):
             )
             name = name.partition("=")[0]
             raise OptionError(name, unknown, self._suggest(ctx, name) or hint) from None
+
+    def invoke(self, ctx: click.Context) -> Any:
+        ctx.params = {name: _as_typed(value) for name, value in ctx.params.items()}
+        return super().invoke(ctx)
 
     def _suggest(self, ctx: click.Context, given: str) -> str:
         """Return the hint for an unknown option, which may be a value of another
@@ -242,6 +250,15 @@ class Command(click.Command):
         return {**tables, HELP: helps, **lists}
 
 
+def _as_typed(value: Any) -> Any:
+    """Return the value of a parameter without the blank that `Command.parse_args` has
+    put before a negative number, or a name of a file that begins like one."""
+    if isinstance(value, tuple) and type(value) is tuple:
+        return tuple(map(_as_typed, value))
+    is_marked = isinstance(value, str) and NEGATIVE.match(value[1:])
+    return value[1:] if is_marked and value.startswith(" ") else value
+
+
 def _brief(meaning: str) -> str:
     """Return the first clause of what an option means, with its default if that is a
     single word."""
@@ -256,20 +273,26 @@ command = partial(click.command, cls=Command)
 
 
 class Candidates(NamedTuple):
-    """The completions of a word that shells offer: these words with their meanings, and
-    names of files if `files`."""
+    """The completions of a word that shells offer: these words with their meanings,
+    names of files if `files`, and those of shipped problems if `problems`."""
 
     words: Mapping[str, str] = {}
     files: bool = False
+    problems: bool = False
 
     def __call__(
         self, _: click.Context, __: click.Parameter, incomplete: str
     ) -> list[CompletionItem]:
         from click.shell_completion import CompletionItem
 
+        known = dict(self.words)
+        if self.problems:
+            from lcpcli.files.contents import shipped_problems
+
+            known |= dict.fromkeys(shipped_problems(), "A shipped problem.")
         words = [
             CompletionItem(word, help=text)
-            for word, text in self.words.items()
+            for word, text in known.items()
             if word.startswith(incomplete)
         ]
         # Bash forgets words before files.
@@ -358,7 +381,7 @@ class Group(Command, click.Group):
                 if is_problem
                 else likely(args[0], self.commands)
             )
-            raise OptionError("COMMAND", f"{quoted(args[0])} is unknown", hint)
+            raise OptionError("COMMAND", unknown(args[0]), hint)
         return super().resolve_command(ctx, args)
 
 
@@ -372,7 +395,34 @@ def _show_version(context: click.Context, _: click.Parameter, is_asked: bool) ->
 
         kernels = f", with kernels compiled by numba {version(NUMBA)}"
     click.echo(f"lcp, version {VERSION}{kernels}")
+    for remark in _other_packages():
+        click.echo(f"lcp: {remark}", err=True)
     context.exit()
+
+
+def _other_packages() -> list[str]:
+    """Return remarks on other packages of the name lcpcli that Python might import:
+    another version of this one, and a program of others that an index has."""
+    import os
+    import sys
+    from importlib.metadata import distributions
+
+    package = os.path.realpath(os.path.join(os.path.dirname(__file__), ".."))
+    name = os.path.basename(package)
+    folders = dict.fromkeys(os.path.realpath(os.path.join(p, name)) for p in sys.path)
+    others = [
+        folder
+        for folder in folders
+        if folder != package and os.path.isfile(os.path.join(folder, "__init__.py"))
+    ]
+    remarks = [f"another package {name} is in {folder}" for folder in others]
+    # Which is installed into the same folder: each overwrites files of the other.
+    remarks += [
+        f"{name} {other.version} is another program, whose files have the same names: "
+        f"pip uninstall {name}, and install this one again"
+        for other in distributions(name=name)
+    ]
+    return [f"this is {package}", *remarks] if remarks else []
 
 
 @click.group(

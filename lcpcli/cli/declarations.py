@@ -11,7 +11,7 @@ import click
 
 from lcpcli.cli.command import Candidates, Choice
 from lcpcli.cli.terminal import ITERATES, NAMES_OF_OUTPUT
-from lcpcli.errors import OptionError, likely, listed, quoted
+from lcpcli.errors import LEAVE_ONE_OUT, LEAVE_OUT, OptionError, listed
 from lcpcli.files.fields import BOUNDS
 from lcpcli.files.formats import WRITTEN
 from lcpcli.methods import registry
@@ -26,8 +26,9 @@ from lcpcli.methods.registry import (
     options_of,
 )
 from lcpcli.options import EVERY, INFINITY, LIMITS, THREADS, Option
+from lcpcli.report.columns import OF_EVERY_METHOD
 from lcpcli.report.document import MEANINGS
-from lcpcli.report.wording import CHOICES, flag
+from lcpcli.report.wording import flag
 
 STARTS = {
     "x0": (
@@ -48,7 +49,7 @@ STARTS = {
 
 # The options of methods, by name.
 OF_METHODS = (*OPTIONS, *STARTS, *ADDITIONS, *SWITCHES)
-SWEEP = "--sweep"
+SWEEP, VARY = "--sweep", "--vary"
 # Options of a command that solves which its help shows on one screen: the paper's,
 # limits and output.
 COMMON = (
@@ -71,6 +72,7 @@ Declaration = Callable[[Any], Any]
 
 
 FILES = Candidates(files=True)
+PROBLEM_FILES = FILES._replace(problems=True)
 FLAGS: dict[str, str] = {}  # of all options that are declared, by name
 
 
@@ -217,12 +219,21 @@ def several_methods(heading: str, purpose: str, default: Sequence[str]) -> Decla
     )
 
 
+vary_option = option(
+    "Method",
+    f"{VARY} OPTION=VALUE,...  Show the error at the end and the time against this "
+    "option, the others as they are; with --plot draw them; repeatable, one option at "
+    "a time.  [default: none]",
+    multiple=True,
+)
+
+
 def files_argument(
     heading: str,
     name: str,
     metavar: str,
     words: Mapping[str, str],
-    offered: Candidates = FILES,
+    offered: Candidates = PROBLEM_FILES,
     **attributes: Any,
 ) -> Declaration:
     words = {**words, "FOLDER": "All files in it that hold one problem, by name."}
@@ -237,7 +248,7 @@ def files_argument(
     )
 
 
-def refuse(is_wrong: bool, where: str, fault: str, hint: str = "leave it out") -> None:
+def refuse(is_wrong: bool, where: str, fault: str, hint: str = LEAVE_OUT) -> None:
     if is_wrong:
         raise OptionError(where, fault, hint)
 
@@ -247,29 +258,21 @@ def chosen_variants(
     axes: Sequence[str],
     default: Sequence[str],
     given: Collection[str] = (),
+    varied: Sequence[str] = (),
 ) -> list[Variant]:
-    """Return the requested methods, or the default ones, for all values of --sweep,
-    which may set no given option."""
-    for axis in axes:
+    """Return the requested methods, or the default ones, for all values of --sweep or
+    of --vary, which may set no given option."""
+    for axis in (*axes, *varied):
         name = axis.partition("=")[0].strip().replace("-", "_")
-        refuse(
-            name in given, SWEEP, f"{flag(name)} is given beside it", "leave one out"
-        )
-    return registry.sweep(list(dict.fromkeys(chosen or map(Variant, default))), axes)
+        where = VARY if varied else SWEEP
+        refuse(name in given, where, f"{flag(name)} is given beside it", LEAVE_ONE_OUT)
+    variants = list(dict.fromkeys(chosen or map(Variant, default)))
+    return registry.vary(variants, varied) if varied else registry.sweep(variants, axes)
 
 
-def _columns(
-    _: click.Context, __: click.Parameter, text: str | None
-) -> tuple[str, ...]:
-    names = tuple(name.strip() for name in text.split(",")) if text is not None else ()
-    for name in names:
-        refuse(
-            name not in CHOICES,
-            "--columns",
-            f"{quoted(name)} is not a column",
-            likely(name, CHOICES),
-        )
-    return names
+def _names(_: click.Context, __: click.Parameter, text: str | None) -> tuple[str, ...]:
+    """Return the names in a text; those of columns depend on the methods."""
+    return tuple(name.strip() for name in text.split(",")) if text is not None else ()
 
 
 BOUND = "a number, none, a list or a file.  [default: the problem's]"
@@ -301,7 +304,7 @@ problem_file = declared(
         "Problem",
         "file",
         {"FILE": f"{M_AND_Q}. {OTHERS} {BESIDES_FILES}"},
-        shell_complete=FILES,
+        shell_complete=PROBLEM_FILES,
     ),
     argument(
         "Problem",
@@ -395,9 +398,10 @@ solving = declared(
         option(
             "Output",
             "--columns NAME,...  Show only these columns of the iterates, and "
-            f"no summary: {', '.join(CHOICES)}."
-            "  [default: all]",
-            callback=_columns,
+            f"no summary: {', '.join(OF_EVERY_METHOD)}, those of the method's steps, "
+            "such as x, which lcp help METHOD lists, or all; JSON has "
+            "the others anyway.  [default: those of every method]",
+            callback=_names,
         ),
         option(
             "Output",
@@ -435,22 +439,22 @@ BENCH = (
     "--accept",
     "--budget",
 )
-COMPARE, ONE_LEFT_OUT = "leave it out, or use lcp compare", "leave one out"
+COMPARE = "leave it out, or use lcp compare"
 
 
 class Refusal(NamedTuple):
     options: Collection[str]
     fault: str = "has no effect with {mode}"
-    hint: str = "leave it out"
+    hint: str = LEAVE_OUT
 
 
 OF_SEARCH = Refusal(
     ONE_SOLUTION, "has no effect with {mode}, which has a method of its own"
 )
 TABLE = {  # by what is asked for
-    "--all": [Refusal(("--minimize", "--maximize"), hint=ONE_LEFT_OUT), OF_SEARCH],
+    "--all": [Refusal(("--minimize", "--maximize"), hint=LEAVE_ONE_OUT), OF_SEARCH],
     "--minimize": [
-        Refusal(("--maximize",), hint=ONE_LEFT_OUT),
+        Refusal(("--maximize",), hint=LEAVE_ONE_OUT),
         OF_SEARCH,
         Refusal(("--plot",)),
     ],
@@ -477,6 +481,13 @@ TABLE = {  # by what is asked for
             "states of the last one",
         )
     ],
+    VARY: [
+        Refusal((SWEEP,), hint=LEAVE_ONE_OUT),
+        Refusal(
+            (*OF_ITERATES[1:], "--paths", "--show"),
+            "has no effect with {mode}, which shows the ends of runs",
+        ),
+    ],
     "--resume": [
         Refusal(
             ("--output", "--format"),
@@ -487,8 +498,9 @@ TABLE = {  # by what is asked for
         Refusal(("--jobs",), "has no effect with {mode}, which has workers of its own")
     ],
     "--quiet": [Refusal(("--trace", "--bound"))],
-    "json": [
-        Refusal(("--columns", "--show"), "has no effect on {mode}, which has all")
+    "json": [Refusal(("--show",), "has no effect on {mode}, which has all")],
+    "the iterates in json": [
+        Refusal(("--columns",), "has no effect on {mode}, which have these anyway")
     ],
     "csv": [
         Refusal(
@@ -513,10 +525,10 @@ TABLE = {  # by what is asked for
         )
     ],
     "--list": [
-        Refusal((*FAMILY, "--from-qp", "--from-game", "--output"), hint=ONE_LEFT_OUT)
+        Refusal((*FAMILY, "--from-qp", "--from-game", "--output"), hint=LEAVE_ONE_OUT)
     ],
-    "--from-qp": [Refusal((*FAMILY, "--from-game"), hint=ONE_LEFT_OUT)],
-    "--from-game": [Refusal(FAMILY, hint=ONE_LEFT_OUT)],
+    "--from-qp": [Refusal((*FAMILY, "--from-game"), hint=LEAVE_ONE_OUT)],
+    "--from-game": [Refusal(FAMILY, hint=LEAVE_ONE_OUT)],
 }
 
 

@@ -5,7 +5,10 @@ from __future__ import annotations
 
 import itertools
 import re
+from collections.abc import Sequence
+from functools import cache
 from pathlib import Path
+from typing import NamedTuple
 
 import click
 from click.shell_completion import shell_complete
@@ -22,7 +25,7 @@ from lcpcli.cli.command import (
 )
 from lcpcli.cli.declarations import argument, option, refuse
 from lcpcli.cli.terminal import Line, emit, shows_progress, terminal
-from lcpcli.errors import OptionError, count, folded, quoted
+from lcpcli.errors import LEAVE_OUT, OptionError, count, folded, quoted, unknown
 from lcpcli.methods.registry import (
     METHODS,
     NONLINEAR,
@@ -31,6 +34,7 @@ from lcpcli.methods.registry import (
     suggestion,
 )
 from lcpcli.options import MISSING, has_numba
+from lcpcli.report import columns
 
 # One page per topic, in Markdown; its title is shown as its meaning.
 FOLDER = Path(__file__).parent.parent / "topics"
@@ -44,7 +48,8 @@ TOPICS = {
 OF_THE_SOURCE = {"development": "lcpcli/development.md"}  # pages that are not installed
 OTHER_WORDS = {  # for topics
     **dict.fromkeys(METHODS, "methods"),
-    **dict.fromkeys(("exit", "exit-code", "exit-codes", "ci", "scripts"), "statuses"),
+    **dict.fromkeys(("exit", "exit-code", "exit-codes"), "statuses"),
+    **dict.fromkeys(("scripts", "github", "gitlab"), "ci"),
     **dict.fromkeys(("jobs", "jsonl", "logs", "resume"), "many"),
     **dict.fromkeys(("files", "csv", "mtx", "npz", "npy", "mat", "gz"), "formats"),
     **dict.fromkeys(("citing", "citation", "bibtex"), "cite"),
@@ -63,6 +68,19 @@ LAST = ("changes", "sources")  # of the pages that have a word: those that expla
 MOST_HEADINGS = 4  # of a page that has a word in many sections
 
 
+GLOSSARY = "words"  # the page with a table of words, what they are here, and pages
+ROW = re.compile(r"^\| (.+?) \| (.+) \| (`.+`) \|$", re.MULTILINE)
+
+
+class Entry(NamedTuple):
+    """A row of the glossary: words that mean the same or nearly so, what they are here,
+    and what to give to lcp help to read on."""
+
+    words: str
+    meaning: str
+    pages: list[str]
+
+
 @command(
     short_help=f"Explain a topic: {', '.join(TOPICS)}.",
     examples=(
@@ -70,10 +88,10 @@ MOST_HEADINGS = 4  # of a page that has a word in many sections
         "lcp help methods",
         "lcp help lemke",
         "lcp help solve --all",
-        "lcp help degenerate",
+        "lcp help shadow price",
     ),
     lists={"Topics": TOPICS},
-    exits={0: "shown", 2: "the word is on no page (one-line message)"},
+    exits={0: "shown", 2: "the words are on no page (one-line message)"},
 )
 @argument(
     "Topic",
@@ -89,20 +107,26 @@ MOST_HEADINGS = 4  # of a page that has a word in many sections
 )
 @argument(
     "Topic",
-    "section",
-    {"SECTION": "Only the sections of a page whose headings have this word."},
-    required=False,
+    "words",
+    {
+        "WORDS": (
+            "After a page, only its sections whose headings have these words; else "
+            "further words to search for."
+        )
+    },
+    nargs=-1,
 )
 @option(
     "Topic", "--all whole  Show all options of a command, and all names that they take."
 )
 @click.pass_context
 def help(
-    context: click.Context, topic: str | None, section: str | None, whole: bool
+    context: click.Context, topic: str | None, words: Sequence[str], whole: bool
 ) -> None:
     """Show the page on TOPIC, or the sections on a word that has some, formatted on a
-    terminal and as Markdown in a pipe; or list the pages that have a word."""
-    commands = lcp.commands
+    terminal and as Markdown in a pipe; or say what words of the field are here, and
+    list the pages that have them."""
+    commands, rest = lcp.commands, " ".join(words)
     refuse(
         whole and topic not in commands,
         "--all",
@@ -110,71 +134,128 @@ def help(
         "name one: lcp help solve --all",
     )
     refuse(
-        section is not None and topic not in PAGES,
-        "SECTION",
+        bool(rest) and topic in commands,
+        "WORDS",
         f"{quoted(topic or '')} is no page",
-        "leave it out",
+        LEAVE_OUT,
     )
     if topic is None:
-        meanings = [
-            row for row in lcp.meanings().items() if row[0] != context.info_name
-        ]
-        formatter = context.make_formatter()
-        tabulate(formatter, {"Topics": list(TOPICS.items()), "Commands": meanings})
-        click.echo(
-            f"Usage: {context.command_path} TOPIC\n\n{formatter.getvalue()}", nl=False
-        )
+        _list(context)
     elif topic in commands:
         named = click.Context(commands[topic], context.find_root(), topic)
         if whole:
             named.meta[WHOLE] = True
         click.echo(named.command.get_help(named))
-    elif (page := PAGES.get(topic, PAGES.get(OTHER_WORDS.get(topic, "")))) is not None:
-        # The sections, without the title, whose headings have the word.
-        if topic not in PAGES or section is not None:
-            has_word, (_, _, *parts) = _pattern(section or topic), SECTIONS.split(page)
-            own = [
-                part
-                for part in parts
-                if has_word.search(folded(part.partition("\n")[0]))
-            ]
-            page = "\n".join(part.strip("\n") + "\n" for part in own) or page
-        width, color = terminal()
-        if width is not None:
-            from lcpcli.report.terminal import page as formatted
-
-            page = formatted(page, min(width, WIDEST), color)
-        emit(page, color)
-        if topic not in PAGES and (topic in METHODS or topic in NONLINEAR):
-            params = (
-                param
-                for param in commands["solve"].params
-                if param.name in known_options(topic)
-            )
-            formatter, rows = (
-                context.make_formatter(),
-                [param.get_help_record(context) for param in params],
-            )
-            tabulate(
-                formatter,
-                {f"Options of lcp solve for {topic}": list(filter(None, rows))}
-                if rows
-                else {},
-            )
-            emit(formatter.getvalue(), False)
-    elif topic in OF_THE_SOURCE:
+    elif topic in PAGES:
+        _show(_sections(topic, rest) if rest else PAGES[topic])
+    elif topic in OTHER_WORDS and not rest:
+        _show(_sections(OTHER_WORDS[topic], topic))
+        if topic in METHODS or topic in NONLINEAR:
+            emit(_lists_of(topic, commands["solve"], context), False)
+    elif topic in OF_THE_SOURCE and not rest:
         click.echo(f"{topic}: {OF_THE_SOURCE[topic]} of the source is this page")
-    elif topic.casefold() not in OTHER_NAMES and (found := _places(topic)):
-        formatter = context.make_formatter()
-        tabulate(formatter, {f"Pages with {quoted(topic)}, and their sections": found})
-        click.echo(formatter.getvalue().lstrip("\n"), nl=False)
     else:
-        hint = suggestion(topic, [*TOPICS, *commands], "lcp help lists the topics")
-        raise OptionError("TOPIC", f"{quoted(topic)} is unknown", hint)
+        _search(context, f"{topic} {rest}".strip())
+
+
+def _list(context: click.Context) -> None:
+    meanings = [row for row in lcp.meanings().items() if row[0] != context.info_name]
+    formatter = context.make_formatter()
+    tabulate(formatter, {"Topics": list(TOPICS.items()), "Commands": meanings})
+    click.echo(
+        f"Usage: {context.command_path} TOPIC\n\n{formatter.getvalue()}", nl=False
+    )
+
+
+def _sections(name: str, words: str) -> str:
+    """Return the sections of a page, without its title, whose headings have the words;
+    the page if none has."""
+    has_words, (_, _, *parts) = _pattern(words), SECTIONS.split(PAGES[name])
+    sections = [
+        part.strip("\n") + "\n"
+        for part in parts
+        if has_words.search(folded(part.partition("\n")[0]))
+    ]
+    return "\n".join(sections) or PAGES[name]
+
+
+def _show(page: str) -> None:
+    width, color = terminal()
+    if width is not None:
+        from lcpcli.report.terminal import page as formatted
+
+        page = formatted(page, min(width, WIDEST), color)
+    emit(page, color)
+
+
+def _lists_of(method: str, solve: click.Command, context: click.Context) -> str:
+    """Return the options and the columns of a method as lists for help."""
+    records = [
+        param.get_help_record(context)
+        for param in solve.params
+        if param.name in known_options(method)
+    ]
+    lists = {
+        f"Options of lcp solve for {method}": list(filter(None, records)),
+        f"Columns of the iterates of {method}": columns.meanings(method),
+    }
+    formatter = context.make_formatter()
+    tabulate(formatter, {title: rows for title, rows in lists.items() if rows})
+    return str(formatter.getvalue())
+
+
+def _search(context: click.Context, words: str) -> None:
+    """Show what words are here, by the glossary, and the pages that have them; raise
+    OptionError if nothing has."""
+    formatter, entries = context.make_formatter(), glossary()
+    about = [entry for entry in entries if _is_about(entry, words)]
+    for entry in about:
+        formatter.write_text(f"{entry.words}: {entry.meaning}.")
+        rows = [(f"lcp help {page}", _title(*page.split(" "))) for page in entry.pages]
+        formatter.write_dl(rows)
+        formatter.write("\n")
+    is_other_name = words.casefold() in OTHER_NAMES
+    if not about and not is_other_name and (places := _places(words)):
+        heading = f"Pages with {quoted(words)}, and their sections"
+        tabulate(formatter, {heading: places})
+    if shown := formatter.getvalue().strip("\n"):
+        click.echo(shown)
+        return
+    known = [word for entry in entries for word in entry.words.casefold().split(", ")]
+    hint = suggestion(
+        words, [*TOPICS, *lcp.commands, *known], "lcp help lists the topics"
+    )
+    raise OptionError("TOPIC", unknown(words), hint)
+
+
+@cache
+def glossary() -> list[Entry]:
+    return [
+        Entry(words, meaning.replace("`", ""), re.findall("`(.+?)`", pages))
+        for words, meaning, pages in ROW.findall(PAGES[GLOSSARY])
+    ]
+
+
+def _is_about(entry: Entry, words: str) -> bool:
+    """Return whether the words have those of an entry among them."""
+    known = map(_plain, entry.words.split(", "))
+    return any(re.search(rf"\b{re.escape(word)}\b", _plain(words)) for word in known)
+
+
+def _plain(words: str) -> str:
+    """Return words in small letters, without hyphens and the s of a plural."""
+    return re.sub(r"(?<=\w{3})s\b", "", folded(words).replace("-", " "))
+
+
+def _title(name: str, word: str = "") -> str:
+    """Return the title of a page, or that of its first section with a word."""
+    page = _sections(name, word) if word else PAGES[name]
+    return page.partition("\n")[0].strip("# ")
 
 
 def _pattern(word: str) -> re.Pattern[str]:
-    return re.compile(rf"(?<!\w){re.escape(folded(word))}(?!\w)")
+    parts = map(re.escape, re.split(r"[-\s]+", folded(word)))
+    return re.compile(r"(?<!\w)" + r"[-\s]+".join(parts) + r"(?!\w)")
 
 
 def _places(word: str) -> list[tuple[str, str]]:
@@ -243,21 +324,15 @@ def kernels() -> None:
     """Compile the kernels of the extra fast that numba does not have in its cache, and
     say where that is."""
     refuse(not has_numba(), "kernels", *MISSING)
-    try:
-        from lcpcli.kernels.announcement import KERNELS, compile_all
+    from lcpcli.kernels.loading import KERNELS, compile_all
 
-        begun, shown = itertools.count(1), shows_progress(False)
-        with Line() as line:
+    begun = itertools.count(1)
+    with Line(total=KERNELS, is_shown=shows_progress(False)) as line:
 
-            def tell(name: str) -> None:
-                if shown:
-                    line.show(f"{next(begun)}/{KERNELS}  {name}")
+        def tell(name: str) -> None:
+            line.show(name, next(begun))
 
-            now, before, folder = compile_all(tell)
-    except RuntimeError as error:  # the cache has no place
-        raise OptionError(
-            "numba", str(error), "set NUMBA_CACHE_DIR to a folder that can be written"
-        ) from None
+        now, before, folder = compile_all(tell)
     refuse(
         not folder,
         "NUMBA_DISABLE_JIT",

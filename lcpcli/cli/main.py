@@ -10,12 +10,13 @@ from __future__ import annotations
 import atexit
 import contextlib
 import gc
+import io
 import os
 import signal
 import sys
 import threading
 from collections.abc import Iterable, Iterator
-from typing import TYPE_CHECKING, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn
 
 if TYPE_CHECKING:
     from lcpcli.errors import LCPError
@@ -34,6 +35,8 @@ MOST_UNCOLLECTED = 100_000
 # A run of several problems has the first.
 BY_PRECEDENCE = (INTERRUPTED, BAD_INPUT, NOT_SOLVED, NO_SOLUTION, SOLVED)
 
+OUTPUT = "standard output"
+NO_THREAD = "can't start new thread"  # the message of a RuntimeError
 # Behind the name of a model: the program is called as AMPL calls solvers.
 AMPL = "-AMPL"
 
@@ -80,6 +83,7 @@ def of_several(codes: Iterable[int]) -> int:
 
 def main() -> None:
     gc.set_threshold(MOST_UNCOLLECTED)
+    _occupy()
     code, received = INTERRUPTED, list[int]()
     with contextlib.suppress(KeyboardInterrupt):
         try:
@@ -95,10 +99,7 @@ def main() -> None:
                 from lcpcli.cli.command import lcp as lcp
         except (ImportError, MemoryError) as error:
             sys.exit(_complain_of_loading(error))
-        # Closed by the caller: what is written to a file that is only read raises an
-        # error.
-        if sys.stdout is None:
-            os.dup2(os.open(os.devnull, os.O_RDONLY), 1)
+        if sys.stdout is None:  # closed by the caller
             unread = open(1, "w")  # noqa: SIM115
             sys.stdout = sys.__stdout__ = unread  # type: ignore[misc]
         for stream in (sys.stdout, sys.stderr):
@@ -113,6 +114,28 @@ def main() -> None:
     leave(TERMINATED if code == INTERRUPTED and signal.SIGTERM in received else code)
 
 
+def _occupy() -> None:
+    """Open the null device under the number of each standard stream that the caller has
+    closed: the next file would get it, as would then what compiled code prints. To
+    read from the input, or write to the output, stays an error."""
+    for number, mode in enumerate((os.O_WRONLY, os.O_RDONLY, os.O_RDWR)):
+        try:
+            os.fstat(number)
+        except OSError:
+            os.open(os.devnull, mode)  # which gets the least number that is free
+
+
+class _Output(io.FileIO):
+    """Standard output, whose errors have its name."""
+
+    def write(self, data: Any) -> int:
+        try:
+            return super().write(data)
+        except OSError as error:
+            error.filename = OUTPUT
+            raise
+
+
 @contextlib.contextmanager
 def _output_alone() -> Iterator[None]:
     """Open a context in which compiled code cannot print to standard output, as HiGHS
@@ -122,10 +145,14 @@ def _output_alone() -> Iterator[None]:
 
     usual, own = sys.stdout, sys.__stdout__
     with interrupts.silent() as copy:
-        if copy is not None and own is not None and own is usual and own.fileno() == 1:
-            buffering = 1 if own.line_buffering else -1
-            stream = open(  # noqa: SIM115
-                copy, "w", buffering, own.encoding, own.errors, closefd=False
+        if own is not None and own is usual and own.fileno() == 1:
+            stream = io.TextIOWrapper(
+                io.BufferedWriter(
+                    _Output(1 if copy is None else copy, "w", closefd=False)
+                ),
+                own.encoding,
+                own.errors,
+                line_buffering=own.line_buffering,
             )
             sys.stdout = sys.__stdout__ = stream  # type: ignore[misc]
         try:
@@ -169,7 +196,7 @@ def _run() -> int:
     import click
 
     from lcpcli.cli.command import VARIABLE, lcp
-    from lcpcli.errors import LCPError
+    from lcpcli.errors import LCPError, ResourceError
     from lcpcli.interrupts import hides_interrupt
 
     output = sys.stdout
@@ -199,6 +226,8 @@ def _run() -> int:
         return say(f"lcp: {name}: {_one_line(error.message)}")
     except click.ClickException as error:
         return say(f"lcp: {_one_line(error.format_message())}")
+    except ResourceError as error:
+        return say(f"lcp: {error}", NOT_SOLVED)
     except LCPError as error:
         return say(f"lcp: {as_written(error)}")
     except (click.Abort, KeyboardInterrupt):
@@ -208,6 +237,8 @@ def _run() -> int:
     except (ImportError, SystemError, RuntimeError) as error:
         if hides_interrupt(error):
             return INTERRUPTED
+        if str(error) == NO_THREAD:
+            return say("lcp: the system refused a further thread", NOT_SOLVED)
         if isinstance(error, RuntimeError):
             raise
         return _complain_of_loading(error)
@@ -216,13 +247,25 @@ def _run() -> int:
             raise
         return CLOSED_PIPE  # detected by click, which then wraps the stream
     except OSError as error:  # errors of files have become an LCPError
-        if error.filename is not None:
-            return say(f"lcp: {error.filename}: {error.strerror}")
+        return _complain_of_system(error)
+
+
+def _complain_of_system(error: OSError) -> int:
+    """Report what the system has refused. Only an error with its name is one of
+    standard output."""
+    from lcpcli.files.contents import GONE, is_folder_gone
+
+    if error.filename == OUTPUT:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return say(
-            f"lcp: standard output cannot be written ({error.strerror}); write "
-            "to a file with -o"
+            f"lcp: {OUTPUT} cannot be written ({error.strerror}); write to a file "
+            "with -o"
         )
+    if error.filename is not None:
+        return say(f"lcp: {error.filename}: {error.strerror}")
+    if is_folder_gone():
+        return say(f"lcp: {GONE}")
+    return say(f"lcp: the system refused: {error.strerror or error}", NOT_SOLVED)
 
 
 def as_written(error: LCPError) -> LCPError:

@@ -20,7 +20,14 @@ from lcpcli.cli.declarations import (
 from lcpcli.cli.output import Destination
 from lcpcli.cli.problems import Inputs, tell, without_wrong_solutions
 from lcpcli.cli.terminal import emit
-from lcpcli.errors import OptionError, count, quoted
+from lcpcli.errors import (
+    IS_MISSING,
+    LEAVE_ONE_OUT,
+    NO_SUCH_FILE,
+    OptionError,
+    count,
+    quoted,
+)
 from lcpcli.files.formats import ALL, COMPLETE, FORMATS, PROGRAM_SUFFIXES
 from lcpcli.gallery import families as gallery
 from lcpcli.report.document import Document, Section, Table, typeset
@@ -129,7 +136,7 @@ def make(
             return 0
     if family is None:
         raise OptionError(
-            "FAMILY", "is missing", "name a family; lcp make --list shows them"
+            "FAMILY", IS_MISSING, "name a family; lcp make --list shows them"
         )
     parameters = _parameters(family, settings)
     without_effect = seed is not None and not gallery.is_random(family)
@@ -172,7 +179,7 @@ def _parameters(family: str, settings: tuple[str, ...]) -> dict[str, Any]:
         refuse(
             not equals, "--set", f"{quoted(setting)} has no value", "write NAME=VALUE"
         )
-        refuse(name in values, "--set", f"{name} is set twice", "leave one out")
+        refuse(name in values, "--set", f"{name} is set twice", LEAVE_ONE_OUT)
         try:
             gallery.refuse_unknown(family, name)
         except OptionError as error:
@@ -213,7 +220,7 @@ def convert(file: str, q_file: str | None, output: str | None, **given: Any) -> 
     """Write the problem in FILE in another format."""
     inputs = Inputs.of(list(filter(None, [file, q_file])), **given)
     if q_file is not None and output is None and not Path(q_file).exists():
-        raise OptionError(q_file, "no such file", f"to write it, give -o {q_file}")
+        raise OptionError(q_file, NO_SUCH_FILE, f"to write it, give -o {q_file}")
     prepare(inputs, output)
     from lcpcli.files import reading, writing
     from lcpcli.files.writing import exact_endings, is_rounded, kind_of
@@ -246,7 +253,7 @@ def convert(file: str, q_file: str | None, output: str | None, **given: Any) -> 
                 inputs.quiet,
             )
     if is_rounded(written, output):
-        endings = " or ".join(exact_endings(written.rounded))
+        endings = " or ".join(exact_endings(written))
         change = (
             "some numbers have more digits than doubles and were rounded; "
             f"{endings} would keep them all"
@@ -274,7 +281,7 @@ def read_written(inputs: Inputs) -> Written[Problem]:
             doubles,
         )
 
-    with inputs.hint_at_game():
+    with inputs.hint_at_game(), inputs.reading():
         texts = reading.contents_of(inputs.files)
         found = written(parse)
     rounded, remarks = without_wrong_solutions(found.rounded, inputs.files[0])

@@ -11,7 +11,9 @@ from typing import TYPE_CHECKING, Any
 from lcpcli.cli.declarations import refuse, refuse_beside
 from lcpcli.cli.problems import AnyProblem, Request, tell
 from lcpcli.cli.terminal import ITERATES, emit, size, terminal
+from lcpcli.methods.registry import ALL
 from lcpcli.options import EVERY
+from lcpcli.report import columns
 from lcpcli.report.document import FORMATS, SUFFIXES, TABLES
 
 if TYPE_CHECKING:
@@ -61,6 +63,12 @@ class Destination:
         -o are taken away."""
         return cls(given.pop("form"), given.pop("output"), given["quiet"])
 
+    @property
+    def is_json_file(self) -> bool:
+        """Return whether the output is a .json file, which has one JSON text, and not
+        an object in each line."""
+        return self.form == "json" and (self.path or "").casefold().endswith(".json")
+
     def show(
         self, render: Callable[[str, int | None, bool], str], verdict: str = ""
     ) -> None:
@@ -68,7 +76,12 @@ class Destination:
         colours; where it goes to a file, say the verdict in a line on standard
         error."""
         if not self.silent:
-            show(render(self.form, self.width, self.color), self.path, self.color)
+            text = render(self.form, self.width, self.color)
+            if self.is_json_file:
+                from lcpcli.report.result_formats import as_list
+
+                text = as_list(text)
+            show(text, self.path, self.color)
         if verdict and self.path is not None:
             tell(verdict, self.quiet)
 
@@ -95,17 +108,24 @@ class Output(Destination):
             bool(request.every or request.columns) and self.trace_path is None
         )
         self.with_iterates = asks and not self.silent
-        in_table = self.form in TABLES and not (request.sweep and self.form != "html")
+        in_table = self.form in TABLES and not (
+            request.vary or (request.sweep and self.form != "html")
+        )
         self._keeps_iterates = (
             self.with_iterates
             or self.trace_path is not None
             or (in_table and not self.silent)
         )
+        self.columns = request.columns or ()
+        columns.require(self.columns, [each.method for each in request.variants])
+        self._of_traces = columns.of_traces(self.columns)
+        is_json = self.form == "json" and not self.silent
         modes = {
             "--quiet": self.silent,
             "no iterates": not self._keeps_iterates,
-            "json": self.form == "json" and not self.silent,
-            "no unknowns": bool(request.sweep)
+            "json": is_json,
+            "the iterates in json": is_json and not self._of_traces,
+            "no unknowns": bool(request.sweep or request.vary)
             and self.form == "csv"
             and not self.with_iterates,
             "csv": self.form == "csv",
@@ -139,7 +159,7 @@ class Output(Destination):
         """Return an empty trace for iterates that are shown or written, and an empty
         curve for the figure and for the levels; each keeps only what is needed."""
         request, levels = self.request, self.request.levels if problem.solutions else ()
-        draws = (
+        draws = not request.vary and (
             request.plot is not None or request.paths is not None or self.form == "html"
         )
         has_curve = draws or bool(levels)
@@ -153,9 +173,14 @@ class Output(Destination):
         if self._keeps_iterates and (
             self.form not in TABLES or self.trace_path is not None
         ):
-            trace = Trace(request.every or 1)
+            trace = Trace(request.every or 1, columns=self._of_traces)
         elif self._keeps_iterates:
-            trace = Trace(*self._selection(problem), residuals=not problem.solutions)
+            trace = Trace(
+                *self._selection(problem),
+                residuals=not problem.solutions
+                or not {"residual", ALL}.isdisjoint(self.columns),
+                columns=self._of_traces,
+            )
         if has_curve:
             every, most = (1, MOST_POINTS) if draws else (sys.maxsize, None)
             residuals = draws and not problem.solutions
@@ -186,6 +211,12 @@ class Output(Destination):
         from lcpcli.report import plotting
 
         form_of = plotting.form_of
+        if self.request.vary:
+            from lcpcli.report.variations import variations
+
+            picture = plotting.variations(variations(runs), runs)
+            self.add(plot, lambda path: picture.content(form_of(path)))
+            return
         self.add(
             paths,
             lambda path: plotting.paths(plotting.panels(runs)).content(

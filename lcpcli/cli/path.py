@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 from lcpcli.cli import declarations, main
 from lcpcli.cli.command import EXITS, command
-from lcpcli.cli.declarations import FILES, argument, option, refuse, reporting
+from lcpcli.cli.declarations import PROBLEM_FILES, argument, option, refuse, reporting
 from lcpcli.cli.output import Destination, require_plot
 from lcpcli.cli.problems import InputProblem, Inputs
+from lcpcli.cli.terminal import Line, shows_progress
 from lcpcli.errors import OptionError, ProblemError
 from lcpcli.files import contents, fields
 from lcpcli.options import MAX_BREAKPOINTS, TIME_LIMIT, TOL
@@ -79,7 +80,7 @@ OF_POINTS = TOL._replace(
     },
     metavar="FROM [TO]",
     nargs=-1,
-    shell_complete=FILES,
+    shell_complete=PROBLEM_FILES,
 )
 @declarations.q_option
 @option(
@@ -181,7 +182,8 @@ def path(
 
         # Refuses a name of none.
         wording.places(Ends(*(each.problem for each in ends)).names(), names)
-    found, code = _followed(ends, file, span, **given)
+    with Line("following the path", is_shown=shows_progress(how["quiet"])):
+        found, code = _followed(ends, file, span, **given)
     from lcpcli.report import path_formats, plotting
 
     if direction is not None and found.end == REACHED:  # there is no second problem
@@ -279,16 +281,14 @@ def _followed(
 ) -> tuple[Path, int]:
     """Follow the path; return it with the exit code. file : of the last problem."""
     from lcpcli.parametric.following import follow
-    from lcpcli.parametric.path import INFEASIBLE, INTERRUPTED, Family
+    from lcpcli.parametric.path import INFEASIBLE, INTERRUPTED, OTHER_M, Family
 
     first, last = ends
 
     def data() -> tuple[ExactProblem, ExactProblem]:
         own, other = first.exactly(), last.exactly()
         if own.M != other.M:
-            raise ProblemError(
-                "M", "differs between the two problems", "give two problems with one M"
-            )
+            raise ProblemError("M", *OTHER_M)
         return own, other
 
     try:

@@ -10,19 +10,20 @@ import sys
 import threading
 import time
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import (
     BrokenExecutor,
     CancelledError,
     Future,
     ProcessPoolExecutor,
+    TimeoutError,
 )
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from multiprocessing import active_children, get_context, parent_process
 from typing import Any, TypeAlias
 
 from lcpcli.cli.problems import tell
-from lcpcli.errors import OptionError
+from lcpcli.errors import OptionError, ResourceError, missing
 from lcpcli.interrupts import REQUESTS, deferring_signals
 
 TASKS = "/proc/self/task"  # on Linux, the threads of this process
@@ -36,20 +37,29 @@ SECONDS_BETWEEN_COUNTS = 4.0
 SECONDS_ALONE = 9.0
 
 
+# What says that there is no room for a process: no file, no memory, no semaphores, no
+# thread, or that a new one has ended.
+NO_PROCESS = (OSError, NotImplementedError, RuntimeError, TimeoutError, BrokenExecutor)
+SECONDS_TO_START = 60.0  # a process, on a machine that is very busy
+
+
 class Local:
     """Processes on this machine. They are copies of this one, which start at once,
     where that is safe: on Linux, beside no other threads, be it of linear algebra, and
     unless they are very many.
 
     size : their number. most : inputs that are handed over to a process at once.
-    kill_error : of a future whose process was killed. end_errors, end : errors that
-    mean that no process is left, and the error to report then.
+    kill_error : of a future whose process was killed. end_errors, end : errors of
+    futures that mean that no process is left, and the error to report then.
+
+    `submit` raises ResourceError if a process cannot be started, or not again after
+    one has ended: those that are left then end too, and nothing waits for them.
     """
 
     most: int = sys.maxsize
     kill_error: type[BaseException] = BrokenExecutor
-    end_errors: tuple[type[Exception], ...] = (OSError,)
-    end = OptionError("--jobs", "no process could be started", "leave it out")
+    end_errors: tuple[type[Exception], ...] = ()
+    end = ResourceError("--jobs", "no process is left")
 
     def __init__(self, size: int) -> None:
         are_safe = (
@@ -57,28 +67,51 @@ class Local:
         )
         # As Windows waits for no more.
         self.size = min(size, 61) if sys.platform == "win32" else size
-        try:
+        with self._or_refused(), deferring_signals():
             self._executor = self._started("fork" if are_safe else "spawn")
-            self.submit(int)
-        except (OSError, NotImplementedError):  # there may be no semaphores
-            raise self.end from None
+            self._executor.submit(int)
 
     def _started(self, how: str) -> ProcessPoolExecutor:
-        return ProcessPoolExecutor(
-            self.size, get_context(how), _leave_signals_to_parent
-        )
+        context = get_context(how)
+        return ProcessPoolExecutor(self.size, context, _begin, (context.Semaphore(1),))
 
     def submit(self, function: Callable[..., Any], *arguments: Any) -> Future[Any]:
-        with deferring_signals():  # until a new process is ready for them
-            try:
-                return self._executor.submit(function, *arguments)
-            except BrokenExecutor:
-                self._executor = self._started("spawn")
-                return self._executor.submit(function, *arguments)
+        with self._or_refused(), deferring_signals():  # until new ones are ready
+            return self._submitted(function, *arguments)
+
+    @contextmanager
+    def _or_refused(self) -> Iterator[None]:
+        try:
+            yield
+        except NO_PROCESS as error:
+            for each in active_children():
+                each.kill()  # else the interpreter would wait for them
+            reason = getattr(error, "strerror", None)
+            raise ResourceError(
+                "--jobs",
+                f"a process cannot be started{f' ({reason})' if reason else ''}",
+                "give fewer, or leave it out; --resume continues a log that -o "
+                "FILE.jsonl has begun",
+            ) from None
+
+    def _submitted(self, function: Callable[..., Any], *arguments: Any) -> Future[Any]:
+        try:
+            return self._executor.submit(function, *arguments)
+        except BrokenExecutor:
+            self._executor = self._started("spawn")
+            # One that ends at once would end again with each problem.
+            self._executor.submit(int).result(SECONDS_TO_START)
+            return self._executor.submit(function, *arguments)
 
     def look(self) -> None:
         """End all processes if one was killed, as the executor does unless it waits for
-        the rest of a result."""
+        the rest of a result. Raises ResourceError if its thread has ended, without
+        which no result arrives."""
+        executor: Any = self._executor
+        thread = executor._executor_manager_thread
+        if thread is not None and not thread.is_alive() and not executor._broken:
+            with self._or_refused():
+                raise BrokenExecutor
         if not all(
             each.is_alive() for each in list(self._executor._processes.values())
         ):
@@ -97,8 +130,17 @@ class Local:
         results._writer.close()
 
 
-def _leave_signals_to_parent() -> None:
-    """Leave Ctrl-C to the parent, and end with it, however it ends."""
+def _begin(speaks: Any) -> None:
+    """Leave Ctrl-C to the parent, and end with it, however it ends. Of messages that
+    each process would repeat, one of them says all: the one with the semaphore."""
+
+    def is_first(_: logging.LogRecord) -> bool:
+        if not speaking:
+            speaking.append(speaks.acquire(block=False))
+        return speaking[0]
+
+    speaking = list[bool]()
+    logging.getLogger("lcpcli").addFilter(is_first)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     if sys.platform != "win32":
@@ -131,8 +173,7 @@ class Cluster:
             from distributed.scheduler import KilledWorker
             from distributed.security import Security
         except ImportError:
-            hint = "pip install 'linear-complementarity[cluster]'"
-            raise OptionError("--cluster", "needs distributed", hint) from None
+            raise OptionError("--cluster", *missing("distributed")) from None
         if (
             address.startswith("tls:")
             and Security().get_connection_args("client").get("ssl_context") is None
@@ -161,7 +202,7 @@ class Cluster:
             "start the scheduler again; --resume continues a log that -o FILE.jsonl "
             "has begun"
         )
-        self.end = OptionError(
+        self.end = ResourceError(
             "--cluster", f"the scheduler at {address} no longer answers", hint
         )
         self.size, self._address = 1, address

@@ -25,7 +25,16 @@ from lcpcli.cli.declarations import FLAGS, OF_METHODS, STARTS, refuse, refuse_be
 from lcpcli.cli.main import say
 from lcpcli.cli.terminal import STANDARD, Line, shows_progress
 from lcpcli.clock import seconds
-from lcpcli.errors import OptionError, ProblemError, count, listed
+from lcpcli.errors import (
+    LEAVE_ONE_OUT,
+    LEAVE_OUT,
+    NAME_FILE,
+    OTHER_OUTPUT,
+    OptionError,
+    ProblemError,
+    count,
+    listed,
+)
 from lcpcli.files import contents, fields, formats
 from lcpcli.files.contents import files_in, place
 from lcpcli.interrupts import within
@@ -126,7 +135,7 @@ class Inputs(NamedTuple):
             self.paths.count(STANDARD) > 1,
             "standard input",
             "can be read only once",
-            "name a file",
+            NAME_FILE,
         )
         self.refuse(outputs)
 
@@ -145,7 +154,7 @@ class Inputs(NamedTuple):
                     if source in self.others
                     else "holds the problem"
                 )
-                raise OptionError(output, fault, "choose another file for the output")
+                raise OptionError(output, fault, OTHER_OUTPUT)
             earlier = written.setdefault(os.path.abspath(output), option)
             refuse(
                 earlier != option,
@@ -166,7 +175,7 @@ class Inputs(NamedTuple):
         from lcpcli.files.games import game_in
         from lcpcli.files.inputs import Input
 
-        with self.hint_at_game():
+        with self.hint_at_game(), self.reading():
             paths = tuple(self.files)
             work = (
                 game_in(self.files)
@@ -177,6 +186,12 @@ class Inputs(NamedTuple):
         self.tell(found.remarks)
         self.hint_at_option(self.files)
         return found
+
+    def reading(self) -> Line:
+        """Return a context in which files are read, which may take long."""
+        names = listed(map(place, self.files[:2])) if self.files else ""
+        more = ", ..." if len(self.files) > 2 else ""
+        return Line(f"reading {names}{more}", is_shown=shows_progress(self.quiet))
 
     def hint_at_option(self, paths: Sequence[str]) -> None:
         """Say how a file of q is named, if it stands behind -q."""
@@ -367,7 +382,7 @@ def settle_threads(files: Iterable[str], threads: int | None = None) -> None:
         os.environ.update({name: os.environ.get(name) or "1" for name in VARIABLES})
 
 
-_methods: set[str] = set()  # the methods that this process has run
+methods_run: set[str] = set()  # by this process
 Values = dict[str, Any]  # options of a method, by name
 AnyProblem: TypeAlias = "Problem | NonlinearProblem"
 Traces = Callable[[AnyProblem], "tuple[Trace | None, Trace | None]"]
@@ -484,7 +499,7 @@ class Request(SimpleNamespace):
                     "proof": self.bound,
                 }
                 return run_nonlinear(begun, interrupts="return", **own)
-            with Line() as line:
+            with Line(is_shown=watched) as line:
                 own |= {
                     "compiled": compiled and method == "auto",
                     "observe": line.tell if watched else None,
@@ -497,8 +512,8 @@ class Request(SimpleNamespace):
         for variant, label, values in zip(
             self.variants, labels(self.variants), chosen, strict=True
         ):
-            is_first = variant.method not in _methods
-            _methods.add(variant.method)
+            is_first = variant.method not in methods_run
+            methods_run.add(variant.method)
             for result in driver.repeated(
                 partial(once, variant.method, values), compared, is_first
             ):
@@ -546,7 +561,7 @@ class Request(SimpleNamespace):
             raise OptionError(
                 flag(others[0]),
                 f"gives the starting point, and so does {flag(first)}",
-                "leave one out",
+                LEAVE_ONE_OUT,
             )
         known = [
             known_options(variant.method) - set(variant.options)
@@ -569,7 +584,7 @@ class Request(SimpleNamespace):
         fault = f"has no effect with {' and '.join(map(str, self.variants))}"
         if name in START_OPTIONS:
             fault += f", which use{'s' * (len(self.variants) == 1)} no starting point"
-            raise OptionError(flag(name), fault, "leave it out")
+            raise OptionError(flag(name), fault, LEAVE_OUT)
         owners = [method for method in METHODS if name in known_options(method)]
         if not owners:
             raise OptionError(

@@ -19,9 +19,9 @@ from lcpcli.cli.problems import (
     tell,
     with_references,
 )
-from lcpcli.cli.terminal import STANDARD
+from lcpcli.cli.terminal import STANDARD, Line, shows_progress
 from lcpcli.enumeration import others
-from lcpcli.errors import LCPError, OptionError, ProblemError
+from lcpcli.errors import OTHER_OUTPUT, LCPError, OptionError, ProblemError
 from lcpcli.files import contents, formats
 from lcpcli.files.inputs import Work
 from lcpcli.options import AUTO
@@ -50,7 +50,7 @@ def run(
         raise OptionError(
             "standard output",
             "goes to a file of problems",
-            "choose another file for the output",
+            OTHER_OUTPUT,
         )
     are_many = request.output is not None and request.output.casefold().endswith(
         formats.LINES
@@ -58,7 +58,8 @@ def run(
     are_many |= request.sequence or any(
         value is not None for value in (request.jobs, request.cluster, request.resume)
     )
-    works, several = inputs.works(are_many and takes_many)
+    with inputs.reading():
+        works, several = inputs.works(are_many and takes_many)
     if several:
         from lcpcli.files import games
 
@@ -91,12 +92,16 @@ def _run(request: Request, works: Iterator[Work], output: Output) -> int:
             sources[: len(shown)],  # the others were not reached
             faults,
             compared=bool(request.levels),
-            swept=bool(request.sweep),
+            swept=bool(request.sweep or request.vary),
             whole=output.path is not None,
             iterates=output.with_iterates,
             columns=request.columns,
             names=request.names,
         )
+        if request.vary and shown:
+            from lcpcli.report import variations
+
+            report = report._replace(document=lambda *_: variations.document(shown))
         return (
             report.render(output.form, output.width, output.color)
             if shown or output.form == "json"
@@ -114,12 +119,15 @@ def _run(request: Request, works: Iterator[Work], output: Output) -> int:
     )
     results, interrupted = _results(request, problems, sources, output)
     if output.trace_path is not None:
-        from lcpcli.report import result_csv
+        from lcpcli.report import columns, result_csv
 
+        chosen = output.columns
         runs = list(chain.from_iterable(results))
         output.add(
             output.trace_path,
-            lambda _: result_formats.written(*result_csv.iterates(runs)),
+            lambda _: result_formats.written(
+                *result_csv.iterates(runs, columns.with_those_of_every_method(chosen))
+            ),
         )
     text = verdict = ""
     if not output.silent:
@@ -180,7 +188,8 @@ def _read(
     faults: Faults = []
     for work in works:
         try:
-            own = list(inputs.problems(work, takes_models=True))
+            with inputs.reading():
+                own = list(inputs.problems(work, takes_models=True))
         except LCPError as error:
             if len(works) == 1:
                 raise
@@ -217,7 +226,9 @@ def _results(
 
         if request.paths is not None:
             plotting.require_plane(problems, plotting.PATHS)
-        if request.plot is not None:
+        if request.plot is not None and request.vary:
+            plotting.require_numbers(request.vary)
+        elif request.plot is not None:
             plotting.require_room(len(problems))
     for problem in problems if request.names else []:
         wording.require(problem, request.names)
@@ -235,9 +246,11 @@ def _results(
                         return results, True
             except ProblemError as fault:  # where F is undefined at the start
                 raise fault.inside(str(source)) from None
-        for made, exactly in zip(results, data, strict=True):
-            for k, result in enumerate(made):
-                made[k] = request.prove(result, exactly)
+        doing = "proving" if request.exact or request.bound else ""
+        with Line(doing, is_shown=shows_progress(request.quiet)):
+            for made, exactly in zip(results, data, strict=True):
+                for k, result in enumerate(made):
+                    made[k] = request.prove(result, exactly)
     except KeyboardInterrupt:
         if not any(results):
             raise

@@ -109,6 +109,7 @@ def solve(
         "lcp compare tridiagonal-100 --every 10",
         "lcp compare --method newton --method lemke --method shi",
         "lcp compare --method shi --sweep k-star=1,5,20,100 --plot sweep.svg",
+        "lcp compare --method shi --vary p=1,1e2,1e4,1e8 --plot p.svg",
         "lcp compare --method shi --k-star 1 --format csv",
         "lcp compare paper-example-1 --plot errors.svg",
     ),
@@ -133,13 +134,21 @@ def solve(
 )
 @declarations.with_bounds
 @declarations.several_methods("Method", "compare", AS_PUBLISHED)
+@declarations.vary_option
 @declarations.solving
 def compare(
-    files: Sequence[str], methods: Sequence[Variant], sweep: Sequence[str], **given: Any
+    files: Sequence[str],
+    methods: Sequence[Variant],
+    sweep: Sequence[str],
+    vary: Sequence[str],
+    **given: Any,
 ) -> int:
     """Run methods side by side on the problem in each FILE."""
     examples = [contents.shipped_path(name) for name in contents.PAPER_EXAMPLES]
-    request = Request.of(files, examples, levels=LEVELS, sweep=sweep, **given)
+    request = Request.of(
+        files, examples, levels=LEVELS, sweep=sweep, vary=vary, **given
+    )
+    refuse_beside({declarations.VARY: bool(vary)}, request.given)
     from lcpcli.cli.session import run
 
     default, files = AS_PUBLISHED, request.inputs.files
@@ -149,7 +158,7 @@ def compare(
         if all(nonlinear_in(file, contents.content_of(file, "")) for file in files):
             default = tuple(NONLINEAR)
     request.variants = declarations.chosen_variants(
-        methods, sweep, default, request.own
+        methods, sweep, default, request.own, vary
     )
-    request.adds_auto = not (methods or sweep or request.own)
+    request.adds_auto = not (methods or sweep or vary or request.own)
     return run(request)

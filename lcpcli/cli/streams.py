@@ -8,20 +8,20 @@ that kills its process again has no result.
 
 from __future__ import annotations
 
-import os.path
+import os
 import time
 from collections import Counter, deque
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import Future, wait
-from contextlib import ExitStack, closing
+from contextlib import ExitStack, closing, contextmanager
 from dataclasses import replace
 from functools import partial
-from itertools import chain, groupby, takewhile
+from itertools import chain, repeat, takewhile
 from pathlib import Path
 from threading import Event, Semaphore, Thread
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias, cast
 
-from lcpcli.cli.declarations import COMPARE, STARTS, refuse, refuse_beside
+from lcpcli.cli.declarations import COMPARE, refuse, refuse_beside
 from lcpcli.cli.main import (
     BAD_INPUT,
     INTERRUPTED,
@@ -30,21 +30,21 @@ from lcpcli.cli.main import (
     as_written,
     of_result,
     of_several,
-    of_status,
     reading,
 )
 from lcpcli.cli.output import Output
-from lcpcli.cli.problems import Request, tell
+from lcpcli.cli.problems import Inputs, Request, tell
+from lcpcli.cli.resuming import Kind, Past
 from lcpcli.cli.terminal import Line, emit, shows_progress
 from lcpcli.errors import LCPError, OptionError, count
+from lcpcli.files import formats
 from lcpcli.files.atomic_write import gradual_writing, open_log, refuse_unwritable
 from lcpcli.files.contents import Source, place
-from lcpcli.files.fields import BOUND_OPTIONS
 from lcpcli.files.formats import LINES
-from lcpcli.files.inputs import QColumns, Work, digest
+from lcpcli.files.inputs import QColumns, Work
 from lcpcli.report import result_formats, wording
+from lcpcli.report.columns import of_traces
 from lcpcli.report.result_formats import Layout
-from lcpcli.solving import result as results
 from lcpcli.solving.trace import Trace
 
 if TYPE_CHECKING:
@@ -53,7 +53,6 @@ if TYPE_CHECKING:
     from lcpcli.solving.solver import Solver
 
 Write = Callable[[str], object]
-Kind = tuple[str, int]  # how a run ended: a word and an exit code
 
 
 def run(works: Iterator[Work], output: Output, request: Request) -> int:
@@ -100,7 +99,7 @@ def run(works: Iterator[Work], output: Output, request: Request) -> int:
         task = task._replace(
             steps=Solver.of(None, {**request.numbers, "interrupts": "return"})
         )
-    past_ends = Counter[Kind]()  # of problems with records, by the thread that reads
+    past: Past | None = None
     with ExitStack() as stack:
         pool: Pool | None = None
         # Processes would keep files that are open.
@@ -120,23 +119,29 @@ def run(works: Iterator[Work], output: Output, request: Request) -> int:
         # Each record as soon as it is known, but for problems that have one.
         if log_path is not None:
             book = stack.enter_context(open_log(log_path, anew=not request.resume))
-            given, write = options_of(request), book.add
-            past = (
-                dict(_known(record, given) for record in book.records())
-                if request.resume
-                else {}
-            )
-            left = missing(left, given, past, past_ends)
+            write = book.add
+            past = Past(book.records() if request.resume else (), request)
+            left = past.missing(works)
         elif output.path is not None and not output.silent:
             write = stack.enter_context(gradual_writing(output.path))
+            if output.is_json_file:
+                write = stack.enter_context(_in_list(write))
         records = all_records(task, left, pool, in_order=log_path is None)
         if log_path is None:
             write(result_formats.heading(task.form, task.layout))
         is_to_file = log_path is not None or output.path is not None
         ends, is_interrupted = _written(
-            records, write, shows_progress(request.quiet) and is_to_file
+            records,
+            write,
+            Line(
+                total=_total(request.inputs),
+                is_shown=shows_progress(request.quiet) and is_to_file,
+            ),
         )
-    ends = past_ends + ends
+    if past is not None:
+        ends = past.ends + ends  # counted by the thread that reads
+        for remark in [] if is_interrupted else past.remarks():
+            tell(remark, request.quiet)
     words = Counter(word for word, _ in ends.elements())
     numbers = ", ".join(
         f"{number} {word.replace('_', ' ')}" for word, number in words.most_common()
@@ -155,141 +160,51 @@ def run(works: Iterator[Work], output: Output, request: Request) -> int:
     )
 
 
+def _total(inputs: Inputs) -> int | None:
+    """Return the number of problems in files that hold one each; None where it is known
+    only once all have been read, as of lines, or of M and q."""
+    forms = (formats.kind_with(os.path.splitext(path)[1]) for path in inputs.files)
+    keeping = (formats.ALL, formats.PROGRAM, "")
+    are_whole = all(form is not None and form.keeps in keeping for form in forms)
+    return len(inputs.files) if are_whole else None
+
+
+@contextmanager
+def _in_list(write: Write) -> Iterator[Write]:
+    """Open a context with a function that writes lines of JSON as the elements of one
+    list."""
+    beginnings = chain(["[\n"], repeat(",\n"))
+
+    def add(line: str) -> None:
+        if line:  # there is no heading
+            write(next(beginnings) + line.removesuffix("\n"))
+
+    try:
+        yield add
+    finally:
+        is_empty = next(beginnings).startswith("[")
+        write("[]\n" if is_empty else "\n]\n")
+
+
 def _written(
-    records: Iterator[TaskRecord], write: Write, with_progress: bool
+    records: Iterator[TaskRecord], write: Write, progress: Line
 ) -> tuple[Counter[Kind], bool]:
     """Write all records; return how many problems ended how, and whether Ctrl-C ended
-    that. with_progress : whether their number is shown meanwhile."""
+    that. progress : where their number is shown meanwhile."""
     ends = Counter[Kind]()
-    with Line() as line:
+    with progress as line:
         try:
             for record in records:
                 write(record.text)
                 ends[record.word, record.exit_code] += 1
                 for complaint in record.complaints:
-                    tell(complaint)
-                if with_progress:
-                    line.tell_number(ends.total())
+                    line.note(f"lcp: {complaint}")
+                line.tell_number(ends.total())
                 if record.interrupted:
                     return ends, True
         except KeyboardInterrupt:
             return ends, True
     return ends, False
-
-
-# Options on which records depend.
-OF_RUN = (*BOUND_OPTIONS, "game", "exact", "bound", "sequence", "trace", "every")
-# q of one M whose marks are made at once: many, to share the cost; few, not to delay
-# the first.
-MARKED_TOGETHER = 4096
-HINT = "give the same files, delete its line to solve it again, or begin a new log"
-
-# By the number of a problem, its digest, how its run ended, and its place.
-Past = dict[int, tuple[str, Kind, Source]]
-
-
-def options_of(request: Request) -> dict[str, str]:
-    """Return the options on which records depend, as texts, with digests of the files
-    that they name."""
-    given = {**request.inputs._asdict(), **vars(request)}
-    given = {name: given[name] for name in OF_RUN if given[name] not in (None, False)}
-    given |= {"method": request.variants[0], **request.own, **vars(request.limits)}
-    texts = {name: str(value) for name, value in given.items()}
-    for name in {*STARTS, *BOUND_OPTIONS} & texts.keys():
-        if os.path.isfile(text := texts[name]):
-            texts[name] = f"{text} (digest {digest(Path(text).read_bytes())})"
-    return texts
-
-
-def missing(
-    works: Iterator[Work], given: Mapping[str, str], past: Past, ends: Counter[Kind]
-) -> Iterator[Work]:
-    """Yield the inputs that a log lacks, with the marks of their records; raise
-    OptionError if it is not a log of them.
-
-    given : the options. past : what the log has. ends : counts how the runs of these
-        problems ended.
-    """
-    number, places = 0, {source for _, _, source in past.values()}
-    for whole in works:
-        for work in (
-            whole.parts(MARKED_TOGETHER) if isinstance(whole, QColumns) else [whole]
-        ):
-            marks: list[dict[str, Any]]
-            marks = [
-                {"number": i, "digest": own, "given": given}
-                for i, own in enumerate(work.digests, number + 1)
-            ]
-            are_new = [mark["number"] not in past for mark in marks]
-            for source, mark in zip(work.sources, marks, strict=True):
-                number = mark["number"]
-                is_elsewhere = (
-                    number not in past and source._replace(mark=None) in places
-                )
-                own, kind, _ = past.pop(number, (mark["digest"], None, source))
-                if is_elsewhere:
-                    raise OptionError(
-                        "--resume",
-                        f"has {source} under another number than {number}",
-                        HINT,
-                    )
-                if own != mark["digest"]:
-                    raise OptionError(
-                        "--resume",
-                        f"has a problem other than {source} as number {number}",
-                        HINT,
-                    )
-                ends.update([kind] if kind else [])
-            marked = work._replace(marks=marks)
-            if isinstance(marked, QColumns):
-                stretches = [
-                    list(own)
-                    for is_new, own in groupby(range(len(marks)), are_new.__getitem__)
-                    if is_new
-                ]
-                yield from (marked.part(own[0], own[-1] + 1) for own in stretches)
-            elif are_new[0]:
-                yield marked
-    if past:
-        fault = (
-            f"has a result of problem {max(past)}, but the last problem is number "
-            f"{number}"
-        )
-        raise OptionError("--resume", fault, HINT)
-
-
-def _known(
-    record: Mapping[str, Any], given: Mapping[str, str]
-) -> tuple[int, tuple[str, Kind, Source]]:
-    """Return the number of the problem of a record, its digest, how its run ended, and
-    its place; raise OptionError if the record was written with other options."""
-    number, word, exact = record["number"], record["status"], record["exact"]
-    source = Source(record.get("file"), record.get("item"))
-    try:
-        then = {**dict.fromkeys(given, "none"), **record["given"]}
-        now = {**dict.fromkeys(then, "none"), **given}
-        if other := next((name for name in now if then[name] != now[name]), None):
-            fault = (
-                f"was written with {other.replace('_', ' ')} {then[other]}, but "
-                f"here it is {now[other]}"
-            )
-            raise OptionError(
-                "--resume", fault, "give the same options, or begin a new log"
-            )
-        if number < 1:
-            raise TypeError
-        code = BAD_INPUT
-        if word != result_formats.BAD_INPUT:
-            code = (
-                of_status(results.Status[word.upper()])
-                if exact is None or exact["status"]
-                else NOT_SOLVED
-            )
-            word = results.word_of(word, (record["answer"] or {}).get("proved"))
-        return number, (record["digest"], (word, code), source)
-    except (KeyError, TypeError, AttributeError):
-        fault = f"has a record of {source} that is damaged"
-        raise OptionError("--resume", fault, "begin a new log") from None
 
 
 # Of work that is handed over: long against the milliseconds that this costs, short for
@@ -407,7 +322,8 @@ class Task(NamedTuple):
         )
 
         def traces(_: Any) -> tuple[Trace | None, None]:
-            return Trace(self.every) if self.every else None, None
+            columns = of_traces(self.request.columns or ())
+            return Trace(self.every, columns=columns) if self.every else None, None
 
         for read in inputs.problems(work, takes_models=self.steps is None):
             if self.steps is not None:
@@ -456,9 +372,8 @@ MOST_IN_A_PIECE = 256
 # Pieces that each process has or finds next, so that none waits for the reader.
 PIECES_EACH = 3
 RECORD_BYTES = 500  # of a record besides its text, about, as the interpreter stores it
-# Looks at the processes while no record comes: only a cluster without workers waits so
-# long.
-SECONDS_BETWEEN = 5.0
+# Between looks at the processes while no record comes.
+SECONDS_BETWEEN = 1.0
 KILLED = "the process that solved this problem was killed twice"
 
 

@@ -6,13 +6,18 @@ from __future__ import annotations
 import math
 import os
 import sys
+import threading
 import time
 from contextlib import suppress
+from typing import TYPE_CHECKING
 
 import click
 
-from lcpcli.cli.main import CLOSED_PIPE
+from lcpcli.cli.main import CLOSED_PIPE, say
 from lcpcli.errors import visible
+
+if TYPE_CHECKING:
+    from lcpcli.report.progress import Display
 
 STANDARD = "-"  # as a file: standard output, or standard input where it is read
 # As only `sys.stdout` writes there.
@@ -23,7 +28,6 @@ DIGITS = 4  # of the width of a terminal that are read: more than any table need
 PATIENCE = 1.0
 # Seconds between two numbers of problems, which could not be read faster.
 INTERVAL = 0.2
-ERASE = "\r\x1b[K"  # the control sequence that empties the line of a terminal
 
 
 def terminal() -> tuple[int | None, bool]:
@@ -71,38 +75,75 @@ def shows_progress(quiet: bool) -> bool:
 
 
 class Line:
-    """The progress of a run: one line, rewritten in place and erased at the end. It
-    shows iterations, or the number of problems, only after the first second."""
+    """A context with the progress of a run: a line on standard error, shown after the
+    first second and erased at the end.
 
-    def __init__(self) -> None:
-        self._drawn, self._next = False, time.monotonic() + PATIENCE
+    doing : what is being done, which a thread shows with the time so far; "" for no
+        such thread, which takes a little of the time that a run measures.
+    total : of what `show` and `tell_number` count, if it is known.
+    is_shown : whether anything is shown at all, as `shows_progress` returns.
+    """
+
+    def __init__(
+        self, doing: str = "", total: int | None = None, is_shown: bool = True
+    ) -> None:
+        self._began = time.monotonic()
+        self._next, self._total = self._began + PATIENCE, total
+        self._display: Display | None = None
+        self.doing, self._is_shown = doing, is_shown
+        self._ends, self._lock = threading.Event(), threading.Lock()
+        self._thread: threading.Thread | None = None
 
     def __enter__(self) -> Line:
+        if self.doing and self._is_shown:
+            self._thread = threading.Thread(target=self._move, daemon=True)
+            with suppress(RuntimeError):  # there is no memory for a thread
+                self._thread.start()
         return self
 
     def __exit__(self, *error: object) -> None:
-        if self._drawn:
-            self._write(ERASE)
+        self._ends.set()
+        if self._thread is not None and self._thread.is_alive():
+            self._thread.join()
+        if self._display is not None:
+            self._display.erase()
+
+    def _move(self) -> None:
+        wait = PATIENCE
+        while not self._ends.wait(wait):
+            self._draw(self.doing)
+            wait = INTERVAL
 
     def tell(self, method: str, k: int, bound: float, seconds: float) -> None:
-        """Show the method, its iteration, the approximate relative residual, and the
-        time so far."""
-        size = f"relative residual about {bound:.1e}  " if bound < math.inf else ""
+        """Show the method, its iteration, and the approximate relative residual."""
+        size = f"  relative residual about {bound:.1e}" if bound < math.inf else ""
         if seconds >= PATIENCE:
-            self.show(f"{method}  k = {k}  {size}{seconds:.1f} s")
+            self._draw(f"{method}  k = {k}{size}")
 
     def tell_number(self, solved: int) -> None:
         """Show the number of solved problems, at most a few times a second."""
         now = time.monotonic()
         if now > self._next:
             self._next = now + INTERVAL
-            self.show(f"{solved} problems")
+            self._draw("solved" if self._total else f"{solved} problems", solved)
 
-    def show(self, text: str) -> None:
-        self._drawn = True
-        self._write(ERASE + visible(text)[: size().columns - 1])
+    def note(self, line: str) -> None:
+        """Print a line on standard error, above the progress if that is shown."""
+        if self._display is None:
+            say(line)
+        else:
+            self._display.note(visible(line))
 
-    def _write(self, text: str) -> None:
-        with suppress(OSError):
-            sys.stderr.write(text)
-            sys.stderr.flush()
+    def show(self, text: str, done: float) -> None:
+        """Show what is being done now, and how much of the total is done."""
+        if time.monotonic() - self._began >= PATIENCE:
+            self._draw(text, done)
+
+    def _draw(self, text: str, done: float = 0) -> None:
+        if self._is_shown:
+            with self._lock:
+                if self._display is None:
+                    from lcpcli.report.progress import Display
+
+                    self._display = Display(sys.stderr, self._began, self._total)
+                self._display.show(text, done)

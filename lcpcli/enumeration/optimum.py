@@ -299,7 +299,7 @@ def optimum(
         )
         searched, objective, constant = in_costs(data, own)
     began = clock.seconds()
-    search = _Search(
+    search = Search(
         searched, [sign * cost for cost in _costs(searched.problem, objective)]
     )
     try:
@@ -392,7 +392,7 @@ class _Open(NamedTuple):
     violated: dict[int, int]
 
 
-class _Search:
+class Search:
     """The search for the least objective: the number of nodes of its tree, the queue of
     those that are to be branched on, the last one first, or once there is a solution
     that with the least bound, and the best solution found."""

@@ -85,7 +85,10 @@ def search_others(
     if not pieces:
         return Findings(solvable=False if search.complete else None)
     with imports:
+        from lcpcli.enumeration.search import hangs_on_rounding
         from lcpcli.rational.numbers import rounded
+    if hangs_on_rounding(search.problem):
+        return Findings(solvable=True)  # rounding alone may have left no others
     exact = rounded(pieces[0].vertices[0])
     # When they are printed.
     agree = size(exact - z) <= AGREEMENT * max(size(exact), size(z))

@@ -11,10 +11,11 @@ Stengel, Enumeration of Nash equilibria for two-player games, Economic Theory 42
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from copy import copy
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from functools import cached_property
 from itertools import tee
 from typing import Any
 
@@ -34,6 +35,7 @@ from lcpcli.rational.dictionary import Point, Vertex, connected
 from lcpcli.rational.elimination import Effort
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import over_one_denominator
+from lcpcli.verify.error_theorems import semidefinite_by_rounding
 
 # That depend on each other: the search among more would practically never end.
 MOST_BLOCK_UNKNOWNS = 500
@@ -47,6 +49,11 @@ UNLISTED = {
     TIME_LIMIT: " by the time limit",
     INTERRUPTED: " before the search was interrupted",
 }
+# Added to what is proved, where it hangs on the rounding of entries of M.
+ROUNDED = (
+    " for the numbers as they stand, which are rounded: up to that, M is positive "
+    "semidefinite"
+)
 OTHERS_WORDING = {True: "there are others", None: "there may be others"}
 # To look for one more piece than were asked for, if these took fewer.
 LEAST_FURTHER_STEPS = 1000
@@ -226,9 +233,7 @@ class Solutions(Iterator[Piece]):
     @property
     def points(self) -> list[Point]:
         """Return each isolated solution, and each vertex of a piece, once."""
-        return list(
-            dict.fromkeys(vertex for piece in self.pieces for vertex in piece.vertices)
-        )
+        return _vertices(self.pieces)
 
     @property
     def equilibria(self) -> Equilibria | None:
@@ -236,11 +241,18 @@ class Solutions(Iterator[Piece]):
         problems."""
         return self.arranged()[2]
 
-    def arranged(self) -> tuple[Sequence[Piece], list[Point], Equilibria | None]:
+    def equilibrium(self, z: Point) -> ExactEquilibrium | None:
+        """Return the equilibrium of a game that a vertex of a piece stands for; None
+        for other problems."""
+        return None if self._players is None else self._players.of(z)
+
+    def arranged(
+        self,
+    ) -> tuple[Sequence[Piece], Sequence[Point] | None, Equilibria | None]:
         """Return pieces and points in the order of the equilibria of a game, and these;
-        else as they were found."""
+        else the pieces as they were found."""
         if self._players is None:
-            return tuple(self.pieces), self.points, None
+            return tuple(self.pieces), None, None
         return self._players.arranged(self.pieces, self.complete)
 
     def _started(self) -> Iterator[Piece]:
@@ -270,6 +282,10 @@ class Solutions(Iterator[Piece]):
         self._spend()
         if self._steps > self._last or clock.seconds() > self._deadline:
             raise TimeIsUp
+
+
+def _vertices(pieces: Iterable[Piece]) -> list[Point]:
+    return list(dict.fromkeys(vertex for piece in pieces for vertex in piece.vertices))
 
 
 def _combinations(searches: Sequence[Iterator[Piece]]) -> Iterator[tuple[Piece, ...]]:
@@ -360,6 +376,10 @@ class Players:
             if z not in self._found:
                 check()
                 self._found[z] = self.equilibrium(z)
+
+    def of(self, z: Point) -> ExactEquilibrium:
+        """Return the equilibrium of a solution that `take` has received."""
+        return self._found[z]
 
     def arranged(
         self, pieces: Sequence[Piece], complete: bool
@@ -460,12 +480,18 @@ class SolutionSet:
             search.others,
             seconds,
         )
-        self.pieces, self.points, self.equilibria = search.arranged()
+        self.pieces, self._points, self.equilibria = search.arranged()
         self.status = (
             (COMPLETE if self.pieces else UNSOLVABLE) if self.complete else ended
         )
         origin = self.data.problem.origin
         self.game = origin if isinstance(origin, Game) else None
+
+    @cached_property
+    def points(self) -> Sequence[Point]:
+        """Each isolated solution, and each vertex of a piece, once, of which a table
+        needs none."""
+        return _vertices(self.pieces) if self._points is None else self._points
 
     @property
     def count(self) -> str:
@@ -514,9 +540,17 @@ class SolutionSet:
                 f"{others}"
             )
         isolated = all(piece.is_point for piece in self.pieces)
+        rounded = ROUNDED if hangs_on_rounding(self.data) else ""
         if isolated and len(self.pieces) == 1:
-            return f"{self.count}, proved to be the only one"
-        return f"{self.count}{', all isolated' * isolated}, proved to be all"
+            return f"{self.count}, proved to be the only one{rounded}"
+        return f"{self.count}{', all isolated' * isolated}, proved to be all{rounded}"
+
+
+def hangs_on_rounding(data: ExactProblem) -> bool:
+    """Return whether the data are rounded numbers on whose rounding it depends whether
+    M is positive definite, so that what is proved for them may not be what is meant."""
+    by_rounding = semidefinite_by_rounding(data.problem.M) is not None
+    return by_rounding and data.are_doubles()
 
 
 def objective(data: ExactProblem, program: Program, z: Sequence[Fraction]) -> Fraction:

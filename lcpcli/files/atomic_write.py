@@ -20,8 +20,10 @@ from io import BytesIO
 from pathlib import Path
 from typing import IO, Any, TypeAlias
 
-from lcpcli.errors import OptionError
+from lcpcli.errors import IS_DIRECTORY, NAME_FILE, OptionError
+from lcpcli.files.contents import GONE, is_folder_gone
 from lcpcli.interrupts import deferring_signals
+from lcpcli.locks import lock
 
 Content: TypeAlias = "str | bytes | IO[bytes]"
 
@@ -33,11 +35,11 @@ def refuse_unwritable(path: str) -> None:
     from tempfile import TemporaryFile
 
     if not path:
-        raise OptionError("", "the name of the output is empty", "name a file")
+        raise OptionError("", "the name of the output is empty", NAME_FILE)
     with naming(path):
         target = _target(path)
         if target.is_dir():
-            raise OptionError(path, "is a directory", "name a file")
+            raise OptionError(path, IS_DIRECTORY, NAME_FILE)
         if not target.parent.is_dir():
             raise OptionError(
                 path, f"there is no folder {target.parent}", "create it first"
@@ -115,6 +117,7 @@ def naming(
     try:
         yield
     except OSError as error:
+        hint = GONE if is_folder_gone(path) else hint
         raise OptionError(path, f"cannot be {what} ({error.strerror})", hint) from None
 
 
@@ -186,9 +189,12 @@ def reserve(paths: Iterable[str]) -> Iterator[None]:
     another run writes one of them. As each file is replaced as a whole, the locks are
     on files beside them."""
     with ExitStack() as locks:
-        for target, path in {
-            Path(path).resolve(): path for path in paths if not _is_special(path)
-        }.items():
+        targets = dict[Path, str]()
+        for path in paths:
+            with naming(path):
+                if not _is_special(path):
+                    targets[Path(path).resolve()] = path
+        for target, path in targets.items():
             beside = target.with_name(f".{target.name}.lock")
             # A folder that cannot be written, where nothing is going to be replaced.
             with suppress(OSError):
@@ -200,18 +206,12 @@ def reserve(paths: Iterable[str]) -> Iterator[None]:
 
 
 def _lock(file: IO[bytes], name: str) -> None:
-    try:
-        import fcntl
-
-        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
+    if not lock(file):
         raise OptionError(
             name,
             "is being written by another run",
             "wait until it ends, or name another file",
-        ) from None
-    except (ImportError, OSError):  # a system or a file system without locks
-        return
+        )
 
 
 OPENING = b'{"version":'

@@ -15,7 +15,7 @@ import json
 import math
 import os
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from fractions import Fraction
@@ -25,7 +25,18 @@ from typing import Any, Literal, NamedTuple, cast
 
 import numpy as np
 
-from lcpcli.errors import ParameterError, ProblemError, count, kind, listed, quoted
+from lcpcli.errors import (
+    IS_EMPTY,
+    IS_MISSING,
+    LEAVE_OUT,
+    MAKE_AGREE,
+    ParameterError,
+    ProblemError,
+    count,
+    kind,
+    listed,
+    quoted,
+)
 from lcpcli.files.contents import (
     STANDARD_INPUT,
     Fetch,
@@ -39,6 +50,7 @@ from lcpcli.files.csv_format import grid_of, is_number
 from lcpcli.files.fields import BOUNDS
 from lcpcli.files.formats import form_of, kind_in, load, refuse
 from lcpcli.files.json_format import load as load_json
+from lcpcli.files.json_format import numbers_in, objects_in
 from lcpcli.files.reading import LINE, Names, require_order, vector_in
 from lcpcli.model.arrays import FROM_0, as_vector
 from lcpcli.model.box import WORDS, Box, in_words
@@ -58,7 +70,7 @@ STATES_HINT = (
 # Of bounds for a problem made from a program or a game: what this is, and the hint.
 REFUSALS = {
     "qp": ("a program", "give the bounds of its variables in the file"),
-    "game": ("a game", "leave it out"),
+    "game": ("a game", LEAVE_OUT),
 }
 
 
@@ -220,7 +232,7 @@ def read_start(
     def parse(content: bytes) -> Vector:
         form = form_of(path, content)
         if form != "csv_format" and not (
-            form == "json_format" and content.lstrip().startswith(b"{")
+            form == "json_format" and re.match(rb"\s*(\[\s*)?\{", content)
         ):
             return vector_in(field, path, content, n, names=names)
         require_order(path, content, names)
@@ -304,7 +316,7 @@ def _states_in(path: str, content: bytes, problem: Problem) -> list[str]:
         refuse(
             not is_result,
             "basis",
-            "is missing" if states is None else f"is {kind(states)}",
+            IS_MISSING if states is None else f"is {kind(states)}",
             STATES_HINT,
         )
     z, w = _result_in(form, content, problem.n)
@@ -332,7 +344,7 @@ def _result_in(
             "is an object without z and w",
             EXPECTED_RESULT,
         )
-        both = [data["z"], data["w"]]
+        both = [numbers_in(data["z"]), numbers_in(data["w"])]
     z, w = (
         None if own is None else as_vector(f"{before}{key}", own, n)
         for key, own in zip("zw", both, strict=True)
@@ -344,8 +356,9 @@ def _first_in(content: bytes) -> Any:
     """Return the content of a JSON text: of several objects, one per line, that of the
     first problem."""
     text = decode(content)
-    are_several = text.strip().partition("\n")[2].lstrip().startswith("{")
-    return load_json(first_of(text.strip()) if are_several else text)
+    several = objects_in(text)
+    are_objects = all(part.lstrip().startswith("{") for part in several[:2])
+    return load_json(first_of(several) if several and are_objects else text)
 
 
 EXPECTED_RESULT = "give a list of numbers, or what lcp solve --format json prints"
@@ -384,12 +397,14 @@ Sought = tuple[str, str]  # the file and the name of the problem whose result is
 
 
 def record_of(text: str, problem: Sought) -> tuple[str, str]:
-    """Return one of several results, one per line: that of the problem by its file,
-    else the name of its file or its own name; if none is, `first_of` them, with a
+    """Return one of several results, in lines or in a list: that of the problem by its
+    file, else the name of its file or its own name; if none is, `first_of` them, with a
     remark. Raise ProblemError if several are, or if none is in a log. Return any other
     text as it is, without a remark."""
-    lines = [line for line in text.split("\n") if line.strip()]
-    if len(lines) < 2 or not all(line.lstrip().startswith("{") for line in lines[:2]):
+    lines = objects_in(text)
+    if len(lines) == 1:
+        return lines[0], ""
+    if not lines or not all(line.lstrip().startswith("{") for line in lines[:2]):
         return text, ""
     file, name = problem
     records = [_object(line) for line in lines]
@@ -412,15 +427,13 @@ def record_of(text: str, problem: Sought) -> tuple[str, str]:
     ):
         fault = f"has {len(own) if any(best) else 'no'} results for {name}"
         raise ProblemError("", fault, "give the line of one as a file of its own")
-    first = first_of("\n".join(lines))
+    first = first_of(lines)
     which = f"for {_object(first).get('problem') or 'a problem'}: none is for {name}"
     return first, f"the first of {len(lines)} results is checked, {which}"
 
 
-def first_of(text: str) -> str:
-    """Return the result with the least number from results with one in each line; else
-    the first line."""
-    lines = text.split("\n")
+def first_of(lines: Sequence[str]) -> str:
+    """Return the result with the smallest number; without numbers the first one."""
     given = [_object(line).get("number") for line in lines]
     numbers = [own if isinstance(own, int) else at for at, own in enumerate(given, 1)]
     return lines[numbers.index(min(numbers))]
@@ -442,17 +455,35 @@ def of_json(content: bytes, lengths: Lengths, problem: Sought) -> list[Candidate
     solutions = (
         data.get("solutions") if isinstance(data, dict) and "z" not in data else None
     )
+    if isinstance(data, list) and data and all(isinstance(x, list) for x in data):
+        pair = _pair(data, lengths)
+        solutions = data if pair is None else solutions
+        data = data if pair is None else pair
     if not isinstance(solutions, list):
         return [_candidate(data, lengths)._replace(remark=remark)]
-    refuse(not solutions, "solutions", "is empty", "give a solution to check")
+    field = "solutions" if isinstance(data, dict) else ""
+    refuse(not solutions, field, IS_EMPTY, "give a solution to check")
     own = (
         (each.get("equilibrium") or each) if isinstance(each, dict) else each
         for each in solutions
     )
     return [
-        within(f"solutions[{i}]", _candidate, each, lengths)
-        for i, each in enumerate(own)
+        within(f"{field}[{i}]", _candidate, each, lengths) for i, each in enumerate(own)
     ]
+
+
+def _pair(lists: list[list[Any]], lengths: Lengths) -> dict[str, list[Any]] | None:
+    """Return the object for two lists that are the strategies of a game, or the x and y
+    of a program, by their lengths; None for other lists, each of which is a
+    solution."""
+    n, *others = lengths
+    sizes = [len(part) for part in lists]
+    if len(sizes) != 2 or n in sizes:
+        return None
+    if sum(sizes) in lengths and "x" in lengths.values() and sizes[0] == others[-1]:
+        return dict(zip("xy", lists, strict=True))
+    is_game = sum(sizes) == n and "strategies" in lengths[n]
+    return dict(zip(("row", "column"), lists, strict=True)) if is_game else None
 
 
 def _candidate(data: Any, lengths: Lengths) -> Candidate:
@@ -544,7 +575,7 @@ def of_length(field: str, values: list[Fraction], lengths: Lengths) -> list[Frac
         f"has {count(len(values), 'entry')} for "
         f"{own if own.endswith('strategies') else count(n, 'unknown')}"
     )
-    refuse(len(lengths) == 1, field, fault, "make them agree")
+    refuse(len(lengths) == 1, field, fault, MAKE_AGREE)
     choices = (f"{size} for {what}" for size, what in sorted(lengths.items()))
     raise ProblemError(field, fault, f"give {listed(choices, 'or')}")
 

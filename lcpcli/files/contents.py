@@ -11,13 +11,21 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from typing import IO, TYPE_CHECKING, Any, NamedTuple, TypeVar
 
-from lcpcli.errors import ProblemError, count
+from lcpcli.errors import (
+    IS_DIRECTORY,
+    IS_EMPTY,
+    NAME_FILE,
+    NO_SUCH_FILE,
+    ProblemError,
+    count,
+)
 from lcpcli.files.formats import COMPRESSIBLE, GZIP, HEAD, PROBLEMS, is_result, refuse
 
 if TYPE_CHECKING:
     from pathlib import Path
 
 STANDARD_INPUT = "-"
+GONE = "the working folder has been removed: change to another one"
 PAPER_EXAMPLES = ("paper-example-1.json", "paper-example-2.json")
 # Numbers that are not given: always allowed, and for each one that is given.
 FEW_ABSENT, MOST_ABSENT = 2**22, 1000
@@ -175,7 +183,7 @@ def checked(path: str, content: bytes, expected: str) -> bytes:
         content = within(place(path), unpacked, content)
     content = without_mark(content)
     hint = "write the model again" if path.endswith(".nl") else expected
-    refuse(not content or content.isspace(), place(path), "is empty", hint)
+    refuse(not content or content.isspace(), place(path), IS_EMPTY, hint)
     return content
 
 
@@ -185,10 +193,8 @@ def open_file(path: str) -> Iterator[IO[bytes]]:
     file may be the name of a shipped problem. Raises ProblemError if the file cannot be
     read."""
     name = place(path)
-    refuse(not path, "", "the name of a file is empty", "name a file")
-    refuse(
-        path == STANDARD_INPUT and sys.stdin is None, name, "is closed", "name a file"
-    )
+    refuse(not path, "", "the name of a file is empty", NAME_FILE)
+    refuse(path == STANDARD_INPUT and sys.stdin is None, name, "is closed", NAME_FILE)
     try:
         if path == STANDARD_INPUT:
             yield sys.stdin.buffer
@@ -196,13 +202,24 @@ def open_file(path: str) -> Iterator[IO[bytes]]:
             with open(shipped_file(path) or path, "rb") as file:
                 yield file
     except FileNotFoundError:
-        raise ProblemError(name, "no such file", _likely_file(path)) from None
+        hint = GONE if is_folder_gone(path) else _likely_file(path)
+        raise ProblemError(name, NO_SUCH_FILE, hint) from None
     except IsADirectoryError:
-        raise ProblemError(name, "is a directory", "name a file in it") from None
+        raise ProblemError(name, IS_DIRECTORY, "name a file in it") from None
     except OSError as error:
         raise ProblemError(
             name, f"cannot be read ({error.strerror})", "make it readable"
         ) from None
+
+
+def is_folder_gone(path: str = "") -> bool:
+    """Return whether a path is relative to a working folder that has been removed."""
+    try:
+        if not os.path.isabs(path):
+            os.getcwd()
+    except FileNotFoundError:
+        return True
+    return False
 
 
 def _likely_file(path: str) -> str:

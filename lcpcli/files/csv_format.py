@@ -19,14 +19,27 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from lcpcli.errors import REAL, ProblemError, count, quoted
+from lcpcli.errors import (
+    CORRECT_THERE,
+    GIVE_NUMBER,
+    IS_EMPTY,
+    KEEP_ONE,
+    ONE_ROW,
+    REAL,
+    ROW_OF_NUMBERS,
+    ProblemError,
+    count,
+    numbers_for,
+    quoted,
+)
 from lcpcli.files.contents import decode
 from lcpcli.files.fields import BOUNDS, OTHER_NAMES, of_table
 from lcpcli.files.formats import HEAD, Exact, Number, refuse
 from lcpcli.interrupts import in_time
 from lcpcli.linalg import matrices
 from lcpcli.model.problem import Problem
-from lcpcli.rational.numbers import RATIO, decimal
+from lcpcli.rational.numbers import RATIO, decimal, double, places
+from lcpcli.rational.numbers import text as ratio_text
 
 # Begins like a number, so it is not a name in a header.
 NUMERIC = re.compile(r"\s*[-+]?\.?\d")
@@ -144,12 +157,10 @@ def values(field: str, content: bytes, number: Number = float) -> list[Any]:
         headed,
         "",
         f"has columns headed {headed}",
-        "give one row or one column of numbers",
+        ROW_OF_NUMBERS,
     )
     shape = f"has {len(rows)} rows and {len(rows[0])} columns"
-    refuse(
-        len(rows) > 1 and len(rows[0]) > 1, field, shape, "give one row or one column"
-    )
+    refuse(len(rows) > 1 and len(rows[0]) > 1, field, shape, ONE_ROW)
     return [x for row in rows for x in row]
 
 
@@ -181,7 +192,10 @@ def render(fields: Mapping[str, Any], exact: Exact) -> dict[str, bytes]:
     )
 
     def text(x: float) -> str:
-        return decimal(exact[x]) if x in exact else "" if math.isinf(x) else repr(x)
+        if x in exact:
+            value = exact[x]
+            return ratio_text(value) if places(value) is None else decimal(value)
+        return "" if math.isinf(x) else repr(x)
 
     rows = [list(map(text, row)) for row in table.tolist()]
     names = fields.get("names", ())
@@ -389,7 +403,7 @@ def _places(line: int, names: list[str]) -> dict[str, int]:
             names.count(name) > 1,
             f"line {line}",
             f"heads {names.count(name)} columns {name}",
-            "keep one",
+            KEEP_ONE,
         )
     refuse(
         "q" not in columns,
@@ -454,7 +468,7 @@ def refuse_other_order(labels: Sequence[str], names: Sequence[str]) -> None:
         and set(own) & set(names) - {""}
         and len(set(names)) == len(names)
     ):
-        fault = f"has {count(len(own), 'label')} for {count(len(names), 'unknown')}"
+        fault = numbers_for(len(own), "label", len(names), "unknown")
         if len(own) == len(names):
             label, name = next(
                 pair for pair in zip(own, names, strict=True) if pair[0] != pair[1]
@@ -478,7 +492,7 @@ def cells_of(number: int, line: str, delimiter: str) -> list[str]:
         fault = (
             "is not CSV (its quotation marks do not match, or an entry is very long)"
         )
-        raise ProblemError(f"line {number}", fault, "correct it there") from None
+        raise ProblemError(f"line {number}", fault, CORRECT_THERE) from None
 
 
 def is_name(entry: str) -> bool:
@@ -514,9 +528,9 @@ def value_of(
         return None
     if is_bound and entry.strip().casefold().lstrip("+-") in ("inf", "infinity"):
         return float(entry)
-    is_ratio = number_of is str and RATIO.fullmatch(entry.strip())
+    is_ratio = RATIO.fullmatch(entry.strip())
     if is_ratio and entry.rpartition("/")[2].strip(" \t0"):
-        return entry.strip()
+        return (double if number_of is float else number_of)(entry.strip())
     number, is_mixed = (
         entry.replace(",", ".", 1) if commas else entry,
         commas and "." in entry,
@@ -526,8 +540,8 @@ def value_of(
     text = quoted(entry.strip())
     if is_ratio or not entry.strip():
         fault, hint = (
-            f"is {text}, a division by 0" if is_ratio else "is empty",
-            "give a number",
+            f"is {text}, a division by 0" if is_ratio else IS_EMPTY,
+            GIVE_NUMBER,
         )
     elif is_mixed:
         fault, hint = (
@@ -541,9 +555,5 @@ def value_of(
             f"is {quoted(entry)}, not a number",
             "write the minus sign as -" if "\u2212" in entry else REAL,
         )
-        hint = (
-            "write the fraction as a decimal"
-            if RATIO.fullmatch(entry.strip())
-            else hint
-        )
+        hint = "write whole numbers, as in 15/29" if "/" in entry else hint
     raise ProblemError(f"line {line}, column {column}", fault, hint)

@@ -13,7 +13,7 @@ from itertools import combinations, product
 from typing import TYPE_CHECKING, Any
 
 from lcpcli import errors
-from lcpcli.errors import ProblemError
+from lcpcli.errors import IS_MISSING, ProblemError
 from lcpcli.files.formats import refuse
 from lcpcli.options import INFINITY
 
@@ -39,6 +39,7 @@ NONLINEAR = {
     "equations",
     "jacobian",
 }
+A_RESULT = ("is a result, not a problem", "name the file of the problem")
 THREE_PLAYERS = (
     "is a game of more than two players",
     "its equilibria are not the solutions of an LCP",
@@ -136,12 +137,7 @@ def refuse_unknown(
         "is a nonlinear problem",
         hint,
     )
-    refuse(
-        {"version", "status", "z"} <= keys,
-        "",
-        "is a result, not a problem",
-        "name the file of the problem",
-    )
+    refuse({"version", "status", "z"} <= keys, "", *A_RESULT)
     others, bounds = (
         [key for key in given if key not in known],
         PAIRS_OF_BOUNDS if "lower" in known else set[str](),
@@ -186,6 +182,16 @@ def is_whole(fields: Collection[str]) -> bool:
     return "q" in fields or bool(kind_of(fields))
 
 
+def without_nulls(fields: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the fields without those that are null, as if they were left out, but for
+    bounds, where null means none."""
+    return {
+        key: value
+        for key, value in fields.items()
+        if value is not None or key in BOUNDS
+    }
+
+
 def made(fields: Mapping[str, Any]) -> Problem | Matrix:
     """Return the problem with these fields, or of the program or game with these
     fields, or M alone if there is no q; a ProblemError names the field.
@@ -202,7 +208,7 @@ def made(fields: Mapping[str, Any]) -> Problem | Matrix:
     if "q" not in fields:
         if any(key in fields for key in KEYS if key not in ("M", *TEXTS)):
             raise ProblemError(
-                "q", "is missing", "add q, or name the file of q after this one"
+                "q", IS_MISSING, "add q, or name the file of q after this one"
             )
         return (
             as_matrix("M", fields["M"])
@@ -251,15 +257,17 @@ def _program(data: Mapping[str, Any]) -> Problem:
         )
     keys, vector, matrix = FORMS[maker]
     refuse_unknown("", data, keys, "a program")
-    refuse(vector not in data, vector, "is missing", f"add the objective, {vector}'x")
+    hint = f"add the objective, {vector}'x"
+    refuse(data.get(vector) is None, vector, IS_MISSING, hint)
     hint = (
         "add it, all zeros for a linear program; the matrix of a complementarity "
         "problem is called M"
     )
-    refuse(keys is OSQP and "P" not in data, "P", "is missing", hint)
+    refuse(keys is OSQP and "P" not in data, "P", IS_MISSING, hint)
     from lcpcli.model import reductions
 
-    problem: Problem = getattr(reductions, maker)(**{matrix: None} | dict(data))
+    arguments = {matrix: None} | without_nulls(data)
+    problem: Problem = getattr(reductions, maker)(**arguments)
     return problem
 
 
@@ -271,11 +279,12 @@ def _game(data: Mapping[str, Any]) -> Problem:
             "its unknowns are probabilities; leave it out",
         )
     refuse_unknown("", data, GAME, "a game")
+    data = without_nulls(data)
     for key in ("A", "B"):
         refuse(
             key not in data,
             key,
-            "is missing",
+            IS_MISSING,
             f"add the key {key}{', -A in a zero-sum game' * (key == 'B')}",
         )
     refuse(any(_depth(data[key]) > 2 for key in ("A", "B")), "", *THREE_PLAYERS)
@@ -288,7 +297,8 @@ def _tree(data: Mapping[str, Any]) -> Problem:
     refuse_unknown("", data, ("efg", *TEXTS), "a game tree")
     from lcpcli.games.problems import from_efg
 
-    return from_efg(data["efg"], **{key: data[key] for key in TEXTS if key in data})
+    texts = without_nulls({key: data.get(key) for key in TEXTS})
+    return from_efg(data["efg"], **texts)
 
 
 def _depth(payoffs: Any) -> int:

@@ -38,6 +38,8 @@ class Kind(NamedTuple):
     keeps: str
     # Whether numbers are written with any number of digits, rather than as doubles.
     in_decimals: bool = False
+    # Whether numbers that are no decimals are written too, as fractions.
+    has_fractions: bool = False
     # Whether numbers are read as arrays of any type, not as texts.
     has_arrays: bool = False
     is_packed: bool = False  # whether a file with .gz after the suffix is read too
@@ -54,8 +56,12 @@ MPS_FILE = Kind(
     has_no_vector="is a program",
 )
 FORMATS = {
-    ".json": Kind("json_format", ALL, in_decimals=True, is_packed=True),
-    ".csv": Kind("csv_format", BOUNDS, in_decimals=True, is_packed=True),
+    ".json": Kind(
+        "json_format", ALL, in_decimals=True, has_fractions=True, is_packed=True
+    ),
+    ".csv": Kind(
+        "csv_format", BOUNDS, in_decimals=True, has_fractions=True, is_packed=True
+    ),
     ".mtx": Kind("matrix_market_format", M_AND_Q, in_decimals=True, is_packed=True),
     ".npz": Kind("npz_format", ALL, has_arrays=True),
     ".npy": Kind("npy_format", M_AND_Q, has_arrays=True, beginning=b"\x93NUMPY"),
@@ -207,7 +213,7 @@ FOREIGN: tuple[tuple[str, str, str, tuple[bytes, ...]], ...] = (
 # comments before.
 HEAD = 4096
 RESULT = re.compile(  # of this program, in JSON or CSV
-    rb'\s*\{"version": "|\s*\{"problem": .{0,999}?, "n": \d+, '
+    rb'\s*(?:\[\s*)?\{"version": "|\s*(?:\[\s*)?\{"problem": .{0,999}?, "n": \d+, '
     rb'"(?:kind|bounds)": |\{\s*"suite": \[|'
     rb"(?:#[^\n]*\n)*(?:(?:problem,(?:method,)?)?component,z,w\b|"
     rb"piece,kind,number,component|equilibrium,player,strategy|problem,method,k,)"

@@ -18,7 +18,15 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
-from lcpcli.errors import LCPError, ParameterError, ProblemError, count, quoted
+from lcpcli.errors import (
+    CUT_OFF,
+    ENDS_TOO_EARLY,
+    LCPError,
+    ParameterError,
+    ProblemError,
+    count,
+    quoted,
+)
 from lcpcli.files.contents import decode, parsed, place
 from lcpcli.files.fields import BOUNDS, THREE_PLAYERS
 from lcpcli.files.formats import Number, form_of, refuse
@@ -63,7 +71,7 @@ def fields(content: bytes, number: Number = float) -> dict[str, Any]:  # noqa: A
     refuse(not m * k, "", "has a player without strategies", "give each at least one")
     # A text here is a comment.
     pairs = _pairs([cell for cell in cells if cell and not _is_text(cell)])
-    refuse(len(pairs) < m * k, "", "ends too early", "is it cut off?")
+    refuse(len(pairs) < m * k, "", ENDS_TOO_EARLY, CUT_OFF)
     refuse(
         len(pairs) > m * k,
         "",
@@ -103,9 +111,7 @@ def _nested(text: str) -> list[Any]:
     try:
         found: list[Any] = json.loads(f"[{''.join(parts)}]".replace(",\n]", "]"))
     except (ValueError, RecursionError):
-        raise ProblemError(
-            "", "has braces that do not match", "is it cut off?"
-        ) from None
+        raise ProblemError("", "has braces that do not match", CUT_OFF) from None
     return found
 
 

@@ -15,7 +15,7 @@ from typing import IO, TYPE_CHECKING, Any, NamedTuple, TypeAlias, cast
 
 import numpy as np
 
-from lcpcli.errors import ProblemError
+from lcpcli.errors import IS_MISSING, ProblemError
 from lcpcli.files import contents, json_format, reading
 from lcpcli.files.contents import (
     STANDARD_INPUT,
@@ -67,7 +67,7 @@ class Input(NamedTuple):
         try:
             problem = made(json_format.fields(self.contents[0]))
             if not isinstance(problem, Problem):
-                raise ProblemError("q", "is missing", "add the key q")
+                raise ProblemError("q", IS_MISSING, "add the key q")
         except ProblemError as error:
             error.where = error.where.removeprefix("line 1, ")
             raise error.inside(f"{place(self.paths[0])}: line {self.line}") from None

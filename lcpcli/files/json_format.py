@@ -3,7 +3,7 @@ formats`), or a program or a game.
 
 M is a list of rows, or {"format": "coo", "shape": [n, n], "rows": [...], "cols": [...],
 "values": [...]} with indices from 0. origin is as in `lcpcli.model.reductions`. Numbers
-are decimals; each key occurs only once.
+are decimals, or texts such as "1/3", "1e-3" and "inf"; each key occurs only once.
 """
 
 from __future__ import annotations
@@ -18,9 +18,29 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lcpcli.errors import ProblemError, count, kind, quoted, visible_json
+from lcpcli.errors import (
+    CORRECT_THERE,
+    ENDS_TOO_EARLY,
+    IS_MISSING,
+    KEEP_ONE,
+    MAKE_AGREE,
+    ProblemError,
+    count,
+    kind,
+    quoted,
+    visible_json,
+)
 from lcpcli.files.contents import decode, refuse_mostly_absent
-from lcpcli.files.fields import BOUNDS, KEYS, MATRICES, STARTS, kind_of, refuse_unknown
+from lcpcli.files.fields import (
+    BOUNDS,
+    KEYS,
+    MATRICES,
+    STARTS,
+    TEXTS,
+    kind_of,
+    refuse_unknown,
+    without_nulls,
+)
 from lcpcli.files.formats import Exact, Number, refuse
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.arrays import as_vector
@@ -29,9 +49,13 @@ from lcpcli.typing import Matrix, Vector
 if TYPE_CHECKING:
     from fractions import Fraction
 
+# The keys whose values have no numbers, or are read by themselves.
+WITHOUT_NUMBERS = {*TEXTS, "rows", "columns", "players", "names", "sense", "verdict"}
+WITHOUT_NUMBERS |= {"origin", "efg"}
 OF_COORDINATES = ("format", "shape", "rows", "cols", "values")
 # Decimals with so few digits are always the shortest decimals of their doubles.
 DIGITS = 15
+SHOWN = 12  # characters of what is not JSON
 SEVERAL = (
     "lcp solve takes a problem in each line; give other commands one line, as by "
     "sed -n 1p FILE | lcp inspect -"
@@ -49,14 +73,18 @@ def fields(content: bytes, number: Number = float) -> dict[str, Any]:
             "give an object with the keys M and q, or one in each line",
         )
     if of := kind_of(data):
+        data = _with_numbers(data, number)
         data |= {
             key: _sparse(key, data[key])
             for key in MATRICES
             if isinstance(data.get(key), dict)
         }
-        return data | (_payoffs(load(decode(content), payoff)) if of == "game" else {})
+        if of != "game":
+            return data
+        return data | _payoffs(_with_numbers(load(decode(content), payoff), payoff))
     refuse_unknown("", data, KEYS)
-    refuse("M" not in data, "M", "is missing", "add the key M")
+    data = without_nulls(_with_numbers(data, number))
+    refuse("M" not in data, "M", IS_MISSING, "add the key M")
     data |= {key: as_vector(key, data[key]) for key in STARTS if key in data}
     if isinstance(data["M"], dict):
         data["M"] = _sparse(
@@ -76,22 +104,57 @@ def values(field: str, content: bytes, number: Number = float) -> Any:
     """Return the numbers in a JSON list, or in the list of an object with this field
     alone."""
     data = load(decode(content), number)
-    return data[field] if isinstance(data, dict) and list(data) == [field] else data
+    is_field = isinstance(data, dict) and list(data) == [field]
+    return numbers_in(data[field] if is_field else data, number)
+
+
+def numbers_in(value: Any, number: Callable[[str], Any] = float) -> Any:
+    """Return a value with numbers in place of the texts that stand for one, such as
+    "1/3"; other texts stay, and are refused where numbers are needed."""
+    if isinstance(value, dict):
+        return {key: numbers_in(part, number) for key, part in value.items()}
+    if isinstance(value, list):
+        # Rows of numbers, as lists usually are, stay as they are.
+        has_others = not {str, list}.isdisjoint(map(type, value))
+        return [numbers_in(part, number) for part in value] if has_others else value
+    if not isinstance(value, str):
+        return value
+    from lcpcli.rational import numbers
+
+    to_double = numbers.double if number is float else number
+    return to_double(value.strip()) if numbers.NUMBER.fullmatch(value) else value
+
+
+def _with_numbers(
+    data: Mapping[str, Any], number: Callable[[str], Any]
+) -> dict[str, Any]:
+    return {
+        key: value if key in WITHOUT_NUMBERS else numbers_in(value, number)
+        for key, value in data.items()
+    }
 
 
 def payoff(text: str) -> float | Fraction:
     """Return a payoff as written: the nearest double, or a fraction if the shortest
     decimal of the double differs."""
+    if "/" in text:
+        from lcpcli.rational.numbers import ratio
+
+        return _payoff_of_moderate_size(ratio(text), text)
     double = float(text)
     if (len(text) <= DIGITS and "e" not in text.casefold()) or not math.isfinite(
         double
     ):
         return double
-    from fractions import Fraction
-
     from lcpcli.rational.numbers import fraction
 
-    exact = payoff_of(fraction(text))
+    return _payoff_of_moderate_size(fraction(text), text)
+
+
+def _payoff_of_moderate_size(value: Fraction, text: str) -> float | Fraction:
+    from fractions import Fraction
+
+    exact = payoff_of(value)
     if (
         isinstance(exact, Fraction)
         and max(abs(exact.numerator), exact.denominator) >= 10**1000
@@ -153,29 +216,55 @@ def load(text: str, number: Callable[[str], Any] = float) -> Any:
                 "has another object below the first one",
                 SEVERAL,
             ) from None
-        place = f"line {error.lineno}, column {error.colno}"
-        if text[error.pos :].strip() in ("", "-") or error.msg.startswith(
-            "Unterminated string"
-        ):
-            raise ProblemError(
-                place, "ends too early", "is the file cut off?"
-            ) from None
-        raise ProblemError(
-            place,
-            f"is not JSON ({error.msg[0].lower()}{error.msg[1:]})",
-            "correct it there",
-        ) from None
+        raise _fault(text, error) from None
     except RecursionError:
         raise ProblemError(
             "", "is nested too deeply", "M needs two levels of brackets"
         ) from None
 
 
+def _fault(text: str, error: json.JSONDecodeError) -> ProblemError:
+    """Return what is wrong where json has stopped. Its words, and the place of a comma
+    too many, differ between versions of Python."""
+    place = f"line {error.lineno}, column {error.colno}"
+    rest = text[error.pos :].lstrip()
+    if rest in ("", "-") or error.msg.startswith("Unterminated string"):
+        return ProblemError(place, ENDS_TOO_EARLY, "is the file cut off?")
+    # From Python 3.13 on it stops at the comma, earlier behind it.
+    at = error.pos if rest[0] == "," else len(text[: error.pos].rstrip()) - 1
+    bracket = text[at + 1 :].lstrip()[:1]
+    if text[at : at + 1] == "," and bracket in ("]", "}"):
+        column = at - text.rfind("\n", 0, at)
+        place = f"line {text.count(chr(10), 0, at) + 1}, column {column}"
+        return ProblemError(place, f"has a comma before {bracket}", "remove it")
+    seen = quoted(text[error.pos : error.pos + SHOWN])
+    return ProblemError(place, f"is not JSON from {seen} on", CORRECT_THERE)
+
+
+def objects_in(text: str) -> list[str]:
+    """Return the texts of the objects in a JSON list, as several results are in a .json
+    file; else the lines of a text that are not blank, as in JSON lines."""
+    whole, objects = text.strip(), list[str]()
+    decode, end = json.JSONDecoder().raw_decode, 1
+    with suppress(ValueError, RecursionError):
+        while whole.startswith("[") and whole.endswith("]"):
+            while whole[end] in " \t\r\n,":
+                end += 1
+            if end == len(whole) - 1 and objects:
+                return objects
+            begin = end
+            value, end = decode(whole, begin)
+            if not isinstance(value, dict):
+                break
+            objects.append(whole[begin:end])
+    return [line for line in text.split("\n") if line.strip()]
+
+
 def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     data = dict(pairs)
     if len(data) < len(pairs):
         twice = Counter(name for name, _ in pairs).most_common(1)[0][0]
-        raise ProblemError(twice, "occurs twice", "keep one")
+        raise ProblemError(twice, "occurs twice", KEEP_ONE)
     return data
 
 
@@ -186,7 +275,7 @@ def _sparse(field: str, given: dict[str, Any], n: int | None = None) -> Matrix:
 
     refuse_unknown(field, given, OF_COORDINATES)
     for key in OF_COORDINATES:
-        refuse(key not in given, f"{field}.{key}", "is missing", f"add the key {key}")
+        refuse(key not in given, f"{field}.{key}", IS_MISSING, f"add the key {key}")
     refuse(
         given["format"] != "coo",
         f"{field}.format",
@@ -209,7 +298,7 @@ def _sparse(field: str, given: dict[str, Any], n: int | None = None) -> Matrix:
         is_other,
         where,
         f"is {declared} but q has {count(n or 0, 'entry')}",
-        "make them agree",
+        MAKE_AGREE,
     )
     refuse(
         shape.size != 2 or outside(shape, 2**31 - 1).size,
@@ -295,18 +384,22 @@ def _text(value: Any, number: Callable[[float], str]) -> str:
         return "[\n    " + ",\n    ".join(_text(row, number) for row in value) + "\n  ]"
     if value.dtype != object:
         return "[" + ", ".join(map(number, value.tolist())) + "]"
+    return f"[{', '.join(map(_exact_text, value))}]"
+
+
+def _exact_text(value: Fraction) -> str:
+    """Return a rational number in JSON, a text such as "1/3" if it is no decimal."""
     from lcpcli.rational.numbers import decimal, places, text
 
-    # A text if it is no decimal.
-    payoffs = (json.dumps(text(x)) if places(x) is None else decimal(x) for x in value)
-    return f"[{', '.join(payoffs)}]"
+    return json.dumps(text(value)) if places(value) is None else decimal(value)
 
 
-def number_text(exact: Exact, x: float) -> str:
+def number_text(
+    exact: Exact, x: float, exactly: Callable[[Fraction], str] = _exact_text
+) -> str:
+    """Return a number as a text. exactly : writes one for which the double stands."""
     if x in exact:
-        from lcpcli.rational.numbers import decimal
-
-        return decimal(exact[x])
+        return exactly(exact[x])
     return (
         "null"
         if math.isinf(x)

@@ -23,7 +23,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from lcpcli.errors import ProblemError
+from lcpcli.errors import IS_MISSING, ProblemError
 from lcpcli.files.contents import (
     refuse_beyond_memory,
     refuse_mostly_absent,
@@ -56,7 +56,7 @@ def fields(content: bytes, number: Number = float) -> dict[str, Any]:  # noqa: A
     refuse(
         "M" not in variables,
         "M",
-        "is missing",
+        IS_MISSING,
         f"call the matrix M and the vector q; the file holds {shown}",
     )
     n = math.prod(variables["q"].shape) if "q" in variables else variables["M"].shape[0]

@@ -14,13 +14,21 @@ from typing import Any
 
 import numpy as np
 
-from lcpcli.errors import REAL, ProblemError, count, quoted
+from lcpcli.errors import (
+    CUT_OFF,
+    MAKE_AGREE,
+    ONE_ROW,
+    REAL,
+    ProblemError,
+    count,
+    quoted,
+)
 from lcpcli.files.contents import refuse_beyond_memory, refuse_mostly_absent
 from lcpcli.files.formats import Exact, Number, refuse
 from lcpcli.files.json_format import of_coordinates
 from lcpcli.files.npy_format import written
 from lcpcli.linalg.matrices import is_sparse
-from lcpcli.rational.numbers import decimal
+from lcpcli.rational.numbers import in_decimals
 from lcpcli.typing import Matrix, Vector
 
 BANNER = (
@@ -46,7 +54,7 @@ def values(field: str, content: bytes, number: Number = float) -> Any:
         is_table,
         field,
         f"has {rows} rows and {columns} columns",
-        "give one row or one column",
+        ONE_ROW,
     )
     if is_sparse(matrix):
         refuse_beyond_memory(field, (rows, columns))
@@ -73,9 +81,8 @@ def _text(matrix: Matrix, exact: Exact) -> bytes:
     for words in lines[
         next(i for i, line in enumerate(lines, 1) if not line[0].startswith("%")) :
     ]:
-        words[-1] = (
-            decimal(exact[float(words[-1])]) if float(words[-1]) in exact else words[-1]
-        )
+        double = float(words[-1])
+        words[-1] = in_decimals(exact[double]) if double in exact else words[-1]
     return "".join(f"{' '.join(words)}\n" for words in lines).encode()
 
 
@@ -87,14 +94,14 @@ def _matrix(field: str, content: bytes, number: Number) -> Any:
     if form == "array":
         refuse_beyond_memory(field, shape)
     fault = f"is declared with {count(entries, 'entry')}, more than the file holds"
-    refuse(entries * 2 * width > len(content) - end + 1, field, fault, "is it cut off?")
+    refuse(entries * 2 * width > len(content) - end + 1, field, fault, CUT_OFF)
     _refuse_other_lines(form, kind, content, end)
     words = content[end:].split()
     fault = (
         f"is declared with {count(entries, 'entry')} but has "
         f"{count(len(words) // width, 'entry')}"
     )
-    refuse(len(words) != entries * width, field, fault, "make them agree")
+    refuse(len(words) != entries * width, field, fault, MAKE_AGREE)
     texts = words[width - 1 :: width]
     doubles = (
         map(float, texts)

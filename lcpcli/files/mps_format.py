@@ -23,17 +23,28 @@ from typing import Any
 
 import numpy as np
 
-from lcpcli.errors import ProblemError, quoted, visible
+from lcpcli.errors import (
+    CUT_OFF,
+    GIVE_NUMBER,
+    KEEP_ONE,
+    ONE_VARIABLE,
+    ProblemError,
+    missing,
+    quoted,
+    visible,
+)
 from lcpcli.files.fields import LARGEST_DENSE
 from lcpcli.files.formats import Exact, Number, refuse
 from lcpcli.files.json_format import number_text
+from lcpcli.linalg.matrices import largest_asymmetry
 from lcpcli.linalg.programs import solver
 from lcpcli.model.box import NO_BOUND
 from lcpcli.model.problem import Problem
+from lcpcli.model.program import symmetrized
 from lcpcli.rational.numbers import (
     Doubles,
-    decimal,
     fraction,
+    in_decimals,
     rounded,
     shortest_decimal,
 )
@@ -86,7 +97,7 @@ def fields(content: bytes, number: Number = float) -> dict[str, Any]:
             return fields(as_mps(content), number)
         except ProblemError as error:  # in a line of another text file
             raise ProblemError("", error.fault, error.hint) from None
-    refuse(not END.search(content), "", "has no ENDATA", "is it cut off?")
+    refuse(not END.search(content), "", "has no ENDATA", CUT_OFF)
     return _Reader(number).program(content.decode("utf-8", "replace"))
 
 
@@ -211,7 +222,7 @@ class _Reader:
         for row, value in pairs:
             if row in self._columns[name]:
                 raise self._error(
-                    f"gives {quoted(name)} a second entry in {quoted(row)}", "keep one"
+                    f"gives {quoted(name)} a second entry in {quoted(row)}", KEEP_ONE
                 )
             self._columns[name][row] = self._number(value)
 
@@ -219,7 +230,7 @@ class _Reader:
         sides = self._sides[self._section]
         for row, value in self._pairs(words[len(words) % 2 :], self._kinds, "ROWS"):
             self._require(
-                row not in sides, f"has {quoted(row)} a second time", "keep one"
+                row not in sides, f"has {quoted(row)} a second time", KEEP_ONE
             )
             is_ranged = self._section != "RANGES" or self._kinds[row] != "N"
             self._require(
@@ -250,7 +261,7 @@ class _Reader:
             self._require(
                 (column, end) not in self._bounds,
                 f"has {quoted(column)} a second time",
-                "keep one",
+                KEEP_ONE,
             )
             self._bounds[column, end] = (
                 self._end(self._number(value)) if value else (-math.inf, math.inf)[end]
@@ -275,7 +286,7 @@ class _Reader:
             if (words[0], name) in self._curvature:
                 raise self._error(
                     f"gives {quoted(words[0])} a second entry in {quoted(name)}",
-                    "keep one",
+                    KEEP_ONE,
                 )
             both = [(words[0], name), (name, words[0])][
                 : 1 if self._section == "QMATRIX" else 2
@@ -303,9 +314,7 @@ class _Reader:
 
     def _require_number(self, text: str, is_infinite: bool = False) -> None:
         if not (is_infinite or NUMBER.fullmatch(text)):
-            raise self._error(
-                f"has {quoted(text)} in place of a number", "give a number"
-            )
+            raise self._error(f"has {quoted(text)} in place of a number", GIVE_NUMBER)
 
     def _objective(self) -> str:
         return next((row for row, kind in self._kinds.items() if kind == "N"), "")
@@ -319,7 +328,7 @@ class _Reader:
             not self._columns,
             "",
             "has no columns",
-            "give a program with at least one variable",
+            ONE_VARIABLE,
         )
         columns, rows = (
             list(self._columns),
@@ -352,13 +361,14 @@ class _Reader:
             ).T
         if any(self._curvature.values()):
             found["Q"] = _matrix(self._curvature, columns, columns, is_dense)
-            hint = "give both entries, or one of them in QUADOBJ"
-            refuse(
-                (found["Q"] != found["Q"].T).sum(),
-                "",
-                "has a QMATRIX that is not symmetric",
-                hint,
-            )
+            if symmetrized(found["Q"]) is None:
+                _, i, j = largest_asymmetry(found["Q"])
+                fault = (
+                    "has a QMATRIX that is not symmetric at "
+                    f"{quoted(columns[i])} and {quoted(columns[j])}"
+                )
+                hint = "give both entries, or one of them in QUADOBJ"
+                raise ProblemError("", fault, hint)
         return found
 
     def _ends_of(self, column: str) -> tuple[float, float]:
@@ -469,7 +479,7 @@ WORDS = (
 def render(fields: Mapping[str, Any], exact: Exact) -> dict[str, bytes]:
     """Return the program in free MPS; raise ProblemError for finite bounds that MPS
     takes for infinite ones."""
-    number = partial(number_text, exact)
+    number = partial(number_text, exact, exactly=in_decimals)
     k, m = fields["c"].size, fields["row_lower"].size if "A" in fields else 0
     low, high = (
         fields.get("lower", np.zeros(k)),
@@ -592,9 +602,8 @@ def _side(exact: Exact, low: float, high: float) -> tuple[str, float, str]:
     ends = [
         exact[end] if end in exact else shortest_decimal(end) for end in (low, high)
     ]
-    return *(("L", high) if abs(low) >= abs(high) else ("G", low)), decimal(
-        ends[1] - ends[0]
-    )
+    kind, side = ("L", high) if abs(low) >= abs(high) else ("G", low)
+    return kind, side, in_decimals(ends[1] - ends[0])
 
 
 def _bounds(
@@ -647,10 +656,9 @@ def as_mps(text: bytes) -> bytes:
     try:
         import highspy
     except ModuleNotFoundError:
-        hint = "pip install 'linear-complementarity[mps]'"
-        raise ProblemError(
-            "", "is read by highspy, which is not installed", hint
-        ) from None
+        fault, hint = missing("highspy")
+        fault = f"is in the LP format, which {fault}"
+        raise ProblemError("", fault, hint) from None
     # By default, sides of 1e20 or more would be lost.
     options = {"log_to_console": False, "infinite_bound": math.inf}
     highs, events = solver(highspy, options), list[str]()

@@ -24,6 +24,7 @@ from lcpcli.files.contents import content_of, decode, parsed, place, within
 from lcpcli.files.fields import LARGEST_DENSE, made
 from lcpcli.files.formats import Number, refuse
 from lcpcli.files.nl_model import NlModel
+from lcpcli.files.nl_program import NlProgram, is_program
 from lcpcli.files.nl_segments import (
     Header,
     in_names,
@@ -31,6 +32,7 @@ from lcpcli.files.nl_segments import (
     names_beside,
     segments_in,
     whole,
+    with_names,
 )
 from lcpcli.files.reading import WHOLE, exact_parts_in, name_of
 from lcpcli.model.nonlinear import Enclosure, NonlinearProblem
@@ -48,11 +50,14 @@ LEFT_OUT = "its objective counts only in lcp solve, for a single model"
 
 
 def fields(content: bytes, number: Number = float) -> dict[str, Any]:
-    """Return M, q, the bounds and as names the variables of a linear model; raise
-    ProblemError for another one."""
+    """Return M, q, the bounds and as names the variables of a linear model, or the
+    fields of a program; raise ProblemError for another one."""
     from scipy.sparse import csr_array
 
     model = _model(content, isinstance(number, Doubles))
+    of = number.of if isinstance(number, Doubles) else float
+    if isinstance(model, NlProgram):
+        return model.fields(of)
     refuse(
         not model.is_linear,
         "",
@@ -63,7 +68,6 @@ def fields(content: bytes, number: Number = float) -> dict[str, Any]:
     remarks = filter(None, [model.remark, LEFT_OUT if model.objective else ""])
     n, rows = model.graph.n, [model.graph.parts(model.rows[place]) for place in order]
     entries = [(i, *term) for i, row in enumerate(rows) for term in row.terms]
-    of = number.of if isinstance(number, Doubles) else float
     i, j, values = zip(*entries, strict=True) if entries else ((), (), ())
     M = csr_array(
         (np.array([of(value) for value in values], float), (i, j)), shape=(n, n)
@@ -79,11 +83,12 @@ def fields(content: bytes, number: Number = float) -> dict[str, Any]:
     return {**parts, "names": model.names, "note": "; ".join(remarks)}
 
 
-def _model(content: bytes, is_exact: bool = False) -> NlModel:
+def _model(content: bytes, is_exact: bool = False) -> NlModel | NlProgram:
     def decimal(text: str) -> Any:
         return fraction(text) if isfinite(double := float(text)) else double
 
-    return NlModel(segments_in(content, decimal if is_exact else float), is_exact)
+    segments = segments_in(content, decimal if is_exact else float)
+    return NlProgram(segments) if is_program(segments) else NlModel(segments, is_exact)
 
 
 def read_nl(path: str | os.PathLike[str]) -> NonlinearProblem:
@@ -133,7 +138,8 @@ class Model:
             self.model = _model(content)
         except ProblemError as error:
             raise named(path, error) from None
-        self.name, self.names = name_of(path), names_beside(path, self.model.names)
+        self._path, self.name = path, name_of(path)
+        self.names = names_beside(path, self.model.names)
         self.remark = in_names(path, self.model.remark)
 
     def solution_in(self, path: str) -> list[Fraction]:
@@ -169,9 +175,9 @@ class Model:
     def problem(self) -> Problem | NonlinearProblem:
         if not self.model.is_linear:
             return self.nonlinear
-        linear = made(
-            fields(self._content) | {"names": self.names, "note": self.remark}
-        )
+        parts = fields(self._content)
+        parts |= {"note": self.model.remark} if "note" in parts else {}
+        linear = made(with_names(self._path, parts))
         assert isinstance(linear, Problem)
         return linear.named(self.name)
 
@@ -182,6 +188,7 @@ class Model:
         if self.model.objective is None:
             return None
         exact = _model(self._content, is_exact=True)
+        assert isinstance(exact, NlModel)
         assert exact.objective is not None
         sense, node = exact.objective
         terms, constant = exact.graph.parts(node)
@@ -199,8 +206,17 @@ class Model:
         assert isinstance(self.problem, Problem)
         return ExactProblem(self.problem, *exact_parts_in("nl_format", self._content))
 
+    @property
+    def conditions(self) -> NlModel:
+        """Return what is in the file, which is known to be no program."""
+        assert isinstance(self.model, NlModel)
+        return self.model
+
     @cached_property
     def nonlinear(self) -> NonlinearProblem:
+        if not isinstance(self.model, NlModel):
+            fault, hint = "is a program", "read it by lcpcli.read, and solve it by run"
+            raise ProblemError("", fault, hint)
         refuse(
             self.model.objective is not None,
             "",
@@ -225,13 +241,13 @@ class Model:
 
     @cached_property
     def _functions(self) -> Functions:
-        return Functions(self.model, Arithmetic())
+        return Functions(self.conditions, Arithmetic())
 
     @cached_property
     def _intervals(self) -> Functions:
-        return Functions(
-            _model(self._content, is_exact=True), Intervals(), self._functions.order
-        )
+        exact = _model(self._content, is_exact=True)
+        assert isinstance(exact, NlModel)
+        return Functions(exact, Intervals(), self._functions.order)
 
 
 class Functions:
@@ -336,9 +352,11 @@ def paired(n: int, rows: Indices, columns: Indices, values: Vector) -> Indices:
 WITH_TOLERANCE = "3"  # as the second option: a tolerance stands behind the options
 
 
-def solution_text(header: Header, message: str, values: Vector, number: int) -> str:
-    """Return the file with the values of all variables, and none of multipliers. number
-    : the solve_result_num."""
+def solution_text(
+    header: Header, message: str, values: Vector, number: int, duals: Vector
+) -> str:
+    """Return the file with the values of all variables, and the multipliers of all rows
+    or of none. number : the solve_result_num."""
     size, *own = header.options
     # Which counts two more if a tolerance follows.
     size = str(int(size) + 2 * (own[1:2] == [WITH_TOLERANCE]))
@@ -349,8 +367,9 @@ def solution_text(header: Header, message: str, values: Vector, number: int) -> 
         size,
         *own,
         header.rows,
-        0,
+        len(duals),
         header.variables,
         len(values),
     ]
-    return "\n".join(map(str, [*lines, *values.tolist(), f"objno 0 {number}", ""]))
+    numbers = [*duals.tolist(), *values.tolist()]
+    return "\n".join(map(str, [*lines, *numbers, f"objno 0 {number}", ""]))

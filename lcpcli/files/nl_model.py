@@ -20,7 +20,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from lcpcli.errors import ProblemError, count
+from lcpcli.errors import KEEP_ONE, ProblemError, count
 from lcpcli.expressions.graph import Arithmetic, Graph
 from lcpcli.expressions.tape import SUM, Tape
 from lcpcli.files.contents import within
@@ -59,6 +59,11 @@ UNCOMPLEMENTED = (
     "lcp needs for each inequality the variable that complements it, as in 0 <= z "
     "complements F(z) >= 0"
 )
+LEADER = (
+    "lcp finds the best of all solutions of a square model; for a leader's variables "
+    "and rows write M and q and give --minimize, as in lcp help solutions bilevel"
+)
+MAX_NAMED = 3  # variables that a message names
 LOST = (
     "a variable with two bounds but no row may have lost it, as by inequality() "
     "in Pyomo: "
@@ -89,7 +94,9 @@ class NlModel:
             if low == high and i not in segments.complements
         }
         self.fixed = {variable: float(value) for variable, value in fixed.items()}
-        self.unknowns = [i for i in range(len(bounds)) if i not in fixed]
+        # Those that stand for expressions come last.
+        unknowns = (i for i in range(len(bounds)) if i not in fixed)
+        self.unknowns = sorted(unknowns, key=segments.auxiliary.__contains__)
         self.graph = graph = Graph(len(self.unknowns), is_exact)
         place = {variable: i for i, variable in enumerate(self.unknowns)}
         self._nodes = {
@@ -113,7 +120,7 @@ class NlModel:
                     low != high,
                     f"C{row}",
                     "is an inequality that complements no variable",
-                    UNCOMPLEMENTED,
+                    LEADER if segments.has_objective else UNCOMPLEMENTED,
                 )
                 self.equations.append(within(f"C{row}", self._node, *parts, -low))
         stated = {
@@ -125,6 +132,10 @@ class NlModel:
             [ends[k] for ends in conditions.bounds] for k in (0, 1)
         )
         self.free = [i for i in range(graph.n) if i not in self.complements]
+        if segments.has_objective:
+            auxiliary = segments.auxiliary
+            declared = [i for i in self.free if self.unknowns[i] not in auxiliary]
+            conditions.refuse_leaders(self.free, declared)
         conditions.refuse_others(self.free)
         self.start = np.array(
             [float(segments.start.get(variable, 0)) for variable in self.unknowns]
@@ -172,7 +183,7 @@ class NlModel:
             for number, (is_maximized, terms) in segments.objectives.items()
         ]
         found = [each for each in found if self.graph.value(each[1]) is None]
-        refuse(len(found) > 1, "", f"has {len(found)} objectives", "keep one")
+        refuse(len(found) > 1, "", f"has {len(found)} objectives", KEEP_ONE)
         return found[0] if found else None
 
     def _node(self, linear: Linear, terms: Sequence[Term], constant: Any) -> int:
@@ -359,6 +370,20 @@ class Conditions:
                 self._refuse_lost(x)
             if low < high and kind not in (own, BOTH):
                 self._settle(x, kind, own)
+
+    def refuse_leaders(self, free: Sequence[int], declared: Sequence[int]) -> None:
+        """Raise ProblemError if unknowns without a row are more than the equations, so
+        that the objective chooses them too. declared : those
+        that stand for no expression."""
+        excess = len(free) - len(self.equations)
+        if excess > 0:
+            names = ", ".join(self.names[i] for i in declared[:MAX_NAMED])
+            which = f": {names}" if len(declared) == excess <= MAX_NAMED else ""
+            fault = (
+                f"leaves {count(excess, 'variable')} without a row to its objective, "
+                f"as those of a leader{which}"
+            )
+            raise ProblemError("", fault, LEADER)
 
     def refuse_others(self, free: Sequence[int]) -> None:
         """Raise ProblemError unless there are as many equations as unknowns without a

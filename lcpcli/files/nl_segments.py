@@ -8,18 +8,18 @@ from __future__ import annotations
 import os
 import re
 import struct
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from math import inf
 from typing import Any, NamedTuple, TypeAlias
 
-from lcpcli.errors import ProblemError, count, quoted
+from lcpcli.errors import CUT_OFF, ENDS_TOO_EARLY, KEEP_ONE, ProblemError, count, quoted
 from lcpcli.files.contents import STANDARD_INPUT, content_of, decode, within
 from lcpcli.files.formats import refuse
 
 Constant = Callable[[str], Any]  # returns the number that a text stands for
 HEADER_LINES = 10
-CUT_OFF, COUNTS = "is it cut off?", "are the counts before it right?"
+COUNTS = "are the counts before it right?"
 WHOLE = re.compile(r"[-+]?[0-9]{1,18}")
 # The numbers in a binary file: doubles, and integers of two or four bytes.
 STORED = {"n": "d", "s": "h", "l": "i"}
@@ -67,7 +67,7 @@ class TextTokens:
             self._rest = ""
             return word
         if self._next == len(self._words):
-            raise self.error(ENDS, CUT_OFF)
+            raise self.error(ENDS_TOO_EARLY, CUT_OFF)
         self._next += 1
         return self._words[self._next - 1]
 
@@ -110,7 +110,7 @@ class BinaryTokens:
         begin, end = self._next, self._next + struct.calcsize(self._order + form)
         self._next = min(end, len(self._content))
         if self._next < end:
-            raise self.error(ENDS, CUT_OFF)
+            raise self.error(ENDS_TOO_EARLY, CUT_OFF)
         return struct.unpack_from(self._order + form, self._content, begin)[0]
 
     def code(self) -> str:
@@ -188,6 +188,18 @@ def names_beside(path: str, variables: Sequence[str]) -> Sequence[str]:
     return [names[number] for number in numbers] if names else variables
 
 
+def with_names(path: str, fields: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the fields of the model in a file with the names that stand beside it."""
+    if "columns" not in fields:
+        names = names_beside(path, fields["names"])
+        return {**fields, "names": names, "note": in_names(path, fields["note"])}
+    named = {"columns": list(names_beside(path, fields["columns"]))}
+    rows, names = fields.get("rows", []), _names(path, ".row")
+    if rows and len(names) >= len(rows):  # the objective's follow
+        named["rows"] = names[: len(rows)]
+    return {**fields, **named}
+
+
 def named(path: str, error: ProblemError) -> ProblemError:
     return ProblemError(
         in_names(path, error.where), in_names(path, error.fault), error.hint
@@ -227,7 +239,6 @@ OPTIONS = re.compile(r"[gb](\d+)((?:\s+-?\d+)*)(?:\s+([-+.\deE]+))?\s*$")
 FEWEST = (5, 2, 2, 3, 3, 3, 2, 2, 5)
 # The bounds in the file, by their kind.
 SIDES = {"0": (1, 1), "1": (0, 1), "2": (1, 0), "3": (0, 0), "4": (1, 0)}
-ENDS = "ends too early"
 
 
 class Header(NamedTuple):
@@ -313,6 +324,32 @@ class Segments:
             self._read(code)
         self._refuse_incomplete()
 
+    @property
+    def has_objective(self) -> bool:
+        """Return whether there is an objective that is not constant."""
+        expressions = [terms for _, terms in self.objectives.values()]
+        return any(self.slopes.values()) or any(
+            letter == "v" for terms in expressions for letter, *_ in terms
+        )
+
+    @property
+    def auxiliary(self) -> set[int]:
+        """Return the variables without bounds and without a row that are alone the
+        function of a row that complements another one, such as Pyomo's .bv, which
+        stand for the expression of a condition."""
+        rows = (row for row, _ in self.complements.values())
+        sets = (
+            set(self.linear.get(row, {}))
+            for row in rows
+            if all(letter != "v" for letter, *_ in self.rows[row])
+        )
+        single = {variable for each in sets if len(each) == 1 for variable in each}
+        return {
+            variable
+            for variable in single - self.complements.keys()
+            if self.bounds[variable] == (None, None)
+        }
+
     def _read(self, code: str) -> None:
         tokens, header, integer = self._tokens, self.header, self._tokens.integer
         if code == "C":
@@ -368,7 +405,7 @@ class Segments:
             number = self._index(self.header.variables, "variable")
             if number in found:
                 raise tokens.error(
-                    f"gives variable {number} a second coefficient here", "keep one"
+                    f"gives variable {number} a second coefficient here", KEEP_ONE
                 )
             found[number] = tokens.number()
         return found
@@ -434,9 +471,8 @@ class Segments:
 
     def _constant(self, letter: str, what: str = "a number") -> Any:
         if letter not in STORED:
-            raise self._tokens.error(
-                f"has {quoted(letter)} in place of {what}" if letter else ENDS, CUT_OFF
-            )
+            fault = f"has {quoted(letter)} in place of {what}"
+            raise self._tokens.error(fault if letter else ENDS_TOO_EARLY, CUT_OFF)
         return self._tokens.number(letter)
 
     def _arguments(self, operator: int) -> int:

@@ -5,6 +5,7 @@ named arrays, as in NPZ and MAT. Nothing is ever unpickled.
 from __future__ import annotations
 
 import io
+import re
 import warnings
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
@@ -13,14 +14,27 @@ from typing import IO, Any
 import numpy as np
 from numpy.lib import format as npy
 
-from lcpcli.errors import ProblemError
+from lcpcli.errors import GIVE_TEXT, IS_MISSING, ProblemError
 from lcpcli.files.contents import within
-from lcpcli.files.fields import BOUNDS, KEYS, MATRICES, TEXTS, kind_of, of_table
+from lcpcli.files.fields import (
+    BOUNDS,
+    KEYS,
+    MATRICES,
+    TEXTS,
+    kind_of,
+    of_table,
+    without_nulls,
+)
 from lcpcli.files.formats import Exact, Number, refuse
 from lcpcli.linalg import matrices
 from lcpcli.linalg.matrices import is_sparse
 
 UNREAD = "of numbers or texts, or is damaged"
+# The end of the pickle that numpy writes for an array of objects of shape (): its last
+# list, that of its elements, holds None alone (opcodes ], N, a, t, b, with those that
+# number objects between them). Reading these bytes runs nothing.
+PICKLE_OF_NONE = re.compile(rb"(?s)\](?:\x94|q.|r.{4})?Nat(?:\x94|q.|r.{4})?b\.\Z")
+LONGEST_END = 20  # bytes of it
 NAME_FIELDS = ("rows", "columns", "names")
 
 
@@ -58,11 +72,15 @@ def flat(array: Any) -> Any:
 
 
 def array_in(file: IO[bytes]) -> Any:
-    """Return the array in a file. One that declares more than the file holds takes no
-    memory before it is refused."""
+    """Return the array in a file; None for `numpy.array(None)`, by which qpsolvers
+    writes what a program does not have. Other arrays of objects are refused. An array
+    that declares more than the file holds takes no memory before it is refused."""
     with warnings.catch_warnings():
         # About files written by Python 2, which are fine.
         warnings.simplefilter("ignore", UserWarning)
+        if (content := _single_object(file)) is not None:
+            _refuse_objects(content)
+            return None
         array = npy.read_array(file, allow_pickle=False)
     # As no memory is needed for any number of empty texts.
     if file.read(1) or (array.size > 1 and not array.itemsize):
@@ -70,6 +88,26 @@ def array_in(file: IO[bytes]) -> Any:
     if array.dtype.kind == "U":
         array.tolist()  # which raises ValueError for characters that do not exist
     return array
+
+
+def _single_object(file: IO[bytes]) -> bytes | None:
+    """Return the pickle in a file with an array of objects of shape (), not
+    interpreted; None for any other array, which is then still to be read."""
+    begin = file.tell()
+    if npy.read_magic(file) == (1, 0):  # as numpy writes a short header
+        shape, _, dtype = npy.read_array_header_1_0(file)
+        if dtype.kind == "O" and shape == ():
+            return file.read()
+    file.seek(begin)
+    return None
+
+
+def _refuse_objects(content: bytes) -> None:
+    """Raise an error unless the pickle of an array of shape () is that of None."""
+    fault = "is a sparse matrix as a pickle, which may run any code when it is read"
+    refuse(b"scipy.sparse" in content, "", fault, "save it dense, as by toarray()")
+    if not PICKLE_OF_NONE.search(content[-LONGEST_END:]):
+        raise ValueError
 
 
 @contextmanager
@@ -90,7 +128,10 @@ def _array(content: bytes) -> Any:
         f"is not an NPY file {UNREAD}",
         "save it again with numpy.save, and not as objects",
     ):
-        return array_in(io.BytesIO(content))
+        array = array_in(io.BytesIO(content))
+        if array is None:
+            raise ValueError
+        return array
 
 
 def of_arrays(arrays: Mapping[str, Any]) -> dict[str, Any]:
@@ -100,7 +141,9 @@ def of_arrays(arrays: Mapping[str, Any]) -> dict[str, Any]:
     if kind_of(arrays):
         return {key: _plain(key, array) for key, array in arrays.items()}
     keys = KEYS if "q" in arrays else ("M", *BOUNDS, "names")
-    fields = {key: _plain(key, arrays[key]) for key in keys if key in arrays}
+    fields = without_nulls(
+        {key: _plain(key, arrays[key]) for key in keys if key in arrays}
+    )
     if "solution" in fields:
         fields["solution"] = (
             list(arrays["solution"])
@@ -117,13 +160,17 @@ def named(field: str, arrays: Mapping[str, Any]) -> Any:
     refuse(
         name not in arrays and len(arrays) != 1,
         name,
-        "is missing",
+        IS_MISSING,
         f"add the key {name}, or keep a single array",
     )
-    return _plain(name, arrays.get(name, next(iter(arrays.values()))))
+    array = arrays.get(name, next(iter(arrays.values())))
+    refuse(array is None and name not in BOUNDS, name, "is None", "give numbers")
+    return _plain(name, array)
 
 
 def _plain(key: str, array: Any) -> Any:
+    if array is None:
+        return None
     if key in (*TEXTS, "verdict", "sense"):
         return text(key, array)
     if key == "origin":
@@ -168,6 +215,6 @@ def text(key: str, array: Any) -> str:
     if not array.size and array.dtype.kind in "US":
         return ""
     is_other = array.ndim > 1 or array.size != 1 or array.dtype.kind not in "US"
-    refuse(is_other, key, f"is an array of {array.dtype.name}", "give a text")
+    refuse(is_other, key, f"is an array of {array.dtype.name}", GIVE_TEXT)
     item = array.item()
     return item.decode("utf-8", "replace") if isinstance(item, bytes) else str(item)

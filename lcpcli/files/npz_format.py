@@ -4,7 +4,8 @@ in JSON.
 A sparse M is stored in parts, as scipy.sparse.save_npz writes them: data, indices,
 indptr and shape (compressed sparse rows), or the parts of another form, with its name
 as format; or called M.data etc., as for programs A.data etc. solution is one z or has
-one z per row. origin is a JSON string. Nothing is ever unpickled.
+one z per row. origin is a JSON string. `numpy.array(None)`, as qpsolvers writes it,
+stands for what is not given. Nothing is ever unpickled.
 """
 
 from __future__ import annotations
@@ -16,9 +17,15 @@ from typing import Any
 
 import numpy as np
 
-from lcpcli.errors import ProblemError, quoted
+from lcpcli.errors import IS_MISSING, KEEP_ONE, ProblemError, unknown
 from lcpcli.files.contents import refuse_beyond_memory, refuse_mostly_absent, within
-from lcpcli.files.fields import KEYS, MATRICES, kind_of, refuse_unknown
+from lcpcli.files.fields import (
+    KEYS,
+    MATRICES,
+    kind_of,
+    refuse_unknown,
+    without_nulls,
+)
 from lcpcli.files.formats import Exact, Number, refuse
 from lcpcli.files.npy_format import (
     UNREAD,
@@ -64,7 +71,8 @@ def fields(content: bytes, number: Number = float) -> dict[str, Any]:  # noqa: A
             data[key] = within(key, _matrix, parts)
     if not kind_of(data):
         refuse_unknown("", data, (*KEYS, *SPARSE_FIELDS))
-        data = {**data, "M": _matrix(data)}
+        data = without_nulls(data)
+        data["M"] = _matrix(data)
     elif "data" in data:
         hint = "call the parts of A A.data, A.indices, A.indptr and A.shape"
         raise ProblemError("data", "is part of a sparse matrix that has no name", hint)
@@ -104,13 +112,13 @@ def _arrays(content: bytes) -> dict[str, Any]:
     ):
         for member in archive.infolist():
             name = member.filename.removesuffix(".npy")
-            refuse(name in arrays, name, "occurs twice", "keep one")
+            refuse(name in arrays, name, "occurs twice", KEEP_ONE)
             refuse_beyond_memory(name, (member.file_size,), 1)
             with (
                 unless_damaged(name, f"is not an array {UNREAD}", hint),
                 archive.open(member) as file,
             ):
-                arrays[name] = array_in(file)
+                arrays[name] = within(name, array_in, file)
     return arrays
 
 
@@ -127,14 +135,14 @@ def _matrix(arrays: dict[str, Any]) -> Matrix:
     refuse(
         not stored,
         "M",
-        "is missing",
+        IS_MISSING,
         "add the key M, or data, indices, indptr and shape of a sparse M",
     )
     form = text("format", arrays["format"]) if "format" in arrays else "csr"
     refuse(
         form not in PARTS,
         "format",
-        f"{quoted(form)} is unknown",
+        unknown(form),
         f"use one of {', '.join(PARTS)}",
     )
     from scipy import sparse

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
-from lcpcli.errors import LCPError, ProblemError, raised
+from lcpcli.errors import ROW_OF_NUMBERS, LCPError, ProblemError, raised
 from lcpcli.files.contents import STANDARD_INPUT, content_of, place, within
-from lcpcli.files.fields import BOUNDS, is_whole, kind_of, made
+from lcpcli.files.fields import A_RESULT, BOUNDS, is_whole, kind_of, made
 from lcpcli.files.formats import (
     Number,
     form_of,
@@ -38,7 +38,7 @@ NOT_SECOND = (
     "help formats"
 )
 # Hints for an empty file.
-WHOLE, LINE = "give M and q, as JSON or CSV", "give one row or one column of numbers"
+WHOLE, LINE = "give M and q, as JSON or CSV", ROW_OF_NUMBERS
 
 
 def read(
@@ -133,21 +133,13 @@ def problem_of(
 
 
 def fields_in(path: str, content: bytes, number: Number = float) -> dict[str, Any]:
-    refuse(
-        is_result(content),
-        place(path),
-        "is a result, not a problem",
-        "name the file of the problem",
-    )
+    refuse(is_result(content), place(path), *A_RESULT)
     form = within(place(path), form_of, path, content)
     fields = within(place(path), _called, form, "fields", content, number)
     if form == "nl_format":
-        from lcpcli.files.nl_segments import in_names, names_beside
+        from lcpcli.files.nl_segments import with_names
 
-        fields |= {
-            "names": names_beside(path, fields["names"]),
-            "note": in_names(path, fields["note"]),
-        }
+        fields = with_names(path, fields)
     if isinstance(fields, dict) and (kind_of(fields) or "M" in fields):
         return fields
     raise ProblemError(

@@ -199,7 +199,8 @@ def is_rounded(found: Written[Problem], path: str) -> bool:
     if isinstance(game, ExtensiveGame):
         return game.is_rounded and kind.keeps != formats.ALL
     if kind.in_decimals:
-        return isinstance(game, Game) and kind.keeps != formats.ALL
+        is_lost = not kind.has_fractions and not _are_decimals(found)
+        return is_lost or (isinstance(game, Game) and kind.keeps != formats.ALL)
     return bool(found.exact) or (isinstance(game, Game) and game.written is not None)
 
 
@@ -207,15 +208,26 @@ def kind_of(problem: Problem) -> str:
     return "" if problem.origin is None else str(problem.origin.data()["kind"])
 
 
-def exact_endings(problem: Problem) -> list[str]:
+def _are_decimals(found: Written[Problem]) -> bool:
+    return all(places(value) is not None for value in found.exact.values())
+
+
+def exact_endings(found: Written[Problem]) -> list[str]:
+    """Return the suffixes of the formats that keep all numbers of a problem."""
+    problem = found.rounded
     of_origin = {
         "qp": [".json", *formats.PROGRAM_SUFFIXES],
         "game": [".json"],
         "efg": [".json"],
     }
     holding = formats.WITH_BOUNDS if problem.bounds else formats.GENERAL_SUFFIXES
-    return of_origin.get(kind_of(problem)) or [
+    endings = of_origin.get(kind_of(problem)) or [
         ending for ending in holding if formats.FORMATS[ending].in_decimals
+    ]
+    return [
+        ending
+        for ending in endings
+        if formats.FORMATS[ending].has_fractions or _are_decimals(found)
     ]
 
 

@@ -15,7 +15,16 @@ from importlib import import_module
 from operator import le, lt
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from lcpcli.errors import LONGEST_QUOTE, OptionError, ParameterError, likely, quoted
+from lcpcli.errors import (
+    LEAVE_OUT,
+    LONGEST_QUOTE,
+    OptionError,
+    ParameterError,
+    likely,
+    out_of_range,
+    quoted,
+    unknown,
+)
 
 if TYPE_CHECKING:
     from lcpcli.model.problem import Problem
@@ -167,7 +176,7 @@ def load(name: str) -> Callable[..., Problem]:
 def entry(name: str) -> Entry:
     if name not in REGISTRY:
         hint = likely(name, FAMILIES, "lcp make --list shows the families")
-        raise OptionError("family", f"{quoted(name)} is unknown", hint)
+        raise OptionError("family", unknown(name), hint)
     return REGISTRY[name]
 
 
@@ -206,9 +215,7 @@ def make(name: str, n: int | None = None, seed: int = 0, **parameters: Any) -> P
             "n", "is out of range", f"give a whole number from 1 to {LARGEST_SIZE}"
         )
     if size and n != size:
-        raise ParameterError(
-            "n", f"is {n}, and {name} has {size} unknowns", "leave it out"
-        )
+        raise ParameterError("n", f"is {n}, and {name} has {size} unknowns", LEAVE_OUT)
     if seed < 0:
         raise ParameterError("seed", "is negative", "give a whole number >= 0")
     problem = load(name)(n, seed, **parameters)
@@ -220,7 +227,7 @@ def make(name: str, n: int | None = None, seed: int = 0, **parameters: Any) -> P
 def refuse_unknown(name: str, parameter: str) -> None:
     known = parameters_of(name)
     if parameter not in known:
-        hint = likely(parameter, known) if known else "leave it out"
+        hint = likely(parameter, known) if known else LEAVE_OUT
         raise OptionError(
             "parameters", f"{quoted(parameter)} is not a parameter of {name}", hint
         )
@@ -232,6 +239,6 @@ def require(parameter: str, value: float, fits: bool, admissible: str) -> None:
     if not fits:
         raise OptionError(
             parameter,
-            f"{str(value)[:LONGEST_QUOTE]} is out of range",
+            out_of_range(str(value)[:LONGEST_QUOTE]),
             f"it must be: {admissible}",
         )

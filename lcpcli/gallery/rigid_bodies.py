@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from lcpcli.errors import OptionError, count, likely, quoted
+from lcpcli.errors import OptionError, count, likely, unknown
 from lcpcli.gallery import families, systems
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Vector
@@ -238,7 +238,7 @@ def contact_in_time(
     6
     """
     if kind not in KINDS:
-        raise OptionError("kind", f"{quoted(kind)} is unknown", likely(kind, KINDS))
+        raise OptionError("kind", unknown(kind), likely(kind, KINDS))
     families.require("boxes", boxes, boxes >= 1, "boxes >= 1")
     families.require("friction", friction, 0 <= friction <= 10, "0 <= friction <= 10")
     random, (width, height) = (

@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from lcpcli.errors import ProblemError, quoted
+from lcpcli.errors import IS_MISSING, ProblemError, quoted
 from lcpcli.model.arrays import by_label, texts
 from lcpcli.model.extensive import ExtensiveGame
 from lcpcli.model.origins import Game
@@ -50,7 +50,7 @@ def from_game(
     if B is None:
         raise ProblemError(
             "B",
-            "is missing",
+            IS_MISSING,
             "give the payoffs of the column player; in a zero-sum game B = -A",
         )
     if hasattr(A, "columns"):

@@ -28,7 +28,8 @@ M')v / 2.
 
 Small matrices are decided by exact elimination, larger ones by factors of S = M + M'
 (see `verify.error_theorems`). A factorization that fails gives a v, and v'Mv is
-determined exactly.
+determined exactly. Entries that are rounded have rounded the zeros among the
+eigenvalues to either sign: then none of these decides.
 
 Copositive matrices: v'Mv >= 0 for all v >= 0, strictly if > 0 for v != 0;
 copositive-plus if (M + M')v = 0 wherever v >= 0 and v'Mv = 0. Small matrices are
@@ -47,6 +48,7 @@ from __future__ import annotations
 
 from contextlib import suppress
 from fractions import Fraction
+from typing import NamedTuple
 
 import numpy as np
 
@@ -64,9 +66,16 @@ from lcpcli.inspection.verdict import (
 )
 from lcpcli.linalg import matrices
 from lcpcli.linalg.patterns import affordable
+from lcpcli.linalg.units import half_power
 from lcpcli.rational import elimination, numbers
+from lcpcli.rational.rank import has_rank
 from lcpcli.typing import Matrix, Vector
-from lcpcli.verify.error_theorems import proof_of_definiteness, scaling
+from lcpcli.verify.error_theorems import (
+    proof_of_definiteness,
+    scaling,
+    semidefinite_by_rounding,
+    semidefinite_within,
+)
 
 # n up to which the leading minors of C are computed exactly, in about a second.
 EXACT_MINORS = 64
@@ -80,7 +89,10 @@ ZERO = 1e-9
 def h_plus(context: Context) -> Verdict:
     """Decide whether M_ii > 0, and M_ii d_i > sum of |M_ij| d_j, j != i, in every row
     for some d > 0."""
-    return context.low_diagonal() or scaled_dominance(context.M, context.check)
+    found = context.low_diagonal() or scaled_dominance(context.M, context.check)
+    if found.word == YES and context.yes("symmetric"):  # then M is positive definite
+        return context.by_rounding() or found
+    return found
 
 
 def m_matrix(context: Context) -> Verdict:
@@ -191,11 +203,9 @@ def p0_matrix(context: Context) -> Verdict:
 def _by_symmetry(context: Context, name: str) -> Verdict | None:
     """Decide for symmetric M, which is P if and only if it is definite, and P0 if and
     only if it is semidefinite."""
-    return (
-        context.excluded(name, "it is symmetric and not")
-        if context.yes("symmetric")
-        else None
-    )
+    if not context.yes("symmetric"):
+        return None
+    return context.excluded(name, "it is symmetric and not") or context.by_rounding()
 
 
 def _by_minors(context: Context, strict: bool) -> Verdict:
@@ -353,7 +363,8 @@ RANK_TOLERANCE = 1e-10
 
 def positive_definite(context: Context) -> Verdict:
     """Decide whether v'Mv > 0 for every v != 0."""
-    if (found := _by_diagonal(context, strict=True)) is not None:
+    found = _by_diagonal(context, strict=True) or context.by_rounding()
+    if found is not None:
         return found
     if context.n > EXACT_FIRST:
         found = _by_rounded_arithmetic(context)
@@ -369,6 +380,8 @@ def positive_semidefinite(context: Context) -> Verdict:
     """Decide whether v'Mv >= 0 for every v."""
     if context.yes("skew_symmetric"):
         return Verdict(YES, "v'Mv = 0 for every v, as M' = -M")
+    if (rounded := context.by_rounding()) is not None:
+        return rounded
     witness = context.verdicts["positive_definite"]
     found = context.implied("positive_definite") or _by_vector(
         context, witness.vector, False, witness.indices
@@ -403,10 +416,7 @@ def _by_diagonal(context: Context, strict: bool) -> Verdict | None:
     i = int(context.diagonal.argmin())
     if context.diagonal[i] > 0 or (context.diagonal[i] == 0 and not strict):
         return None
-    found = (
-        f"v'Mv = {entry(i, i)} = {context.diagonal[i]:.6g} for the unit vector v of "
-        f"index {i + 1}"
-    )
+    found = f"v'Mv = {context.shown(i, i)} for the unit vector v of index {i + 1}"
     return Verdict(NO, found, (i,), context.vector((i,), (1,)))
 
 
@@ -532,13 +542,50 @@ def _by_index_set(context: Context, indices: tuple[int, ...], strict: bool) -> V
     return _by_vector(context, v, strict, indices) or Verdict(NO, minor, indices)
 
 
+# Pivots of exact elimination, and other steps, that may decide whether S is
+# semidefinite, times n^3, and at least.
+DEFINITENESS_STEPS, LEAST_DEFINITENESS_STEPS = 1.5e7, 20.0
+# Up to which semidefiniteness is tested in floats, if it is not decided: a second.
+MOST_FLOAT_ROWS = 2000
+
+
+class Definiteness(NamedTuple):
+    """Whether a symmetric S is positive definite, and whether it is semidefinite, as
+    words of `verdict`. within : if neither is decided, by how much, relatively, the
+    diagonal of S has to change for S to be semidefinite; None if that is not known."""
+
+    definite: str
+    semidefinite: str
+    within: float | None = None
+
+
+def definiteness(S: Matrix) -> Definiteness:
+    """Decide whether a symmetric S of shape (n, n) is definite or semidefinite: by
+    floating point, if by more than rounding, or else, unless its entries are rounded,
+    by all that is known of classes of matrices, fractions included."""
+    n, rank = S.shape[0], semidefinite_rank(S)
+    if rank is not None:
+        return Definiteness(YES if rank == n else NO, YES)
+    if (within := semidefinite_by_rounding(S)) is not None:
+        return Definiteness(UNDECIDED, UNDECIDED, within)
+    steps = LEAST_DEFINITENESS_STEPS + DEFINITENESS_STEPS / n**3
+    found = verdict.classify(S, "positive_semidefinite", steps)
+    words = (
+        found[name].word for name in ("positive_definite", "positive_semidefinite")
+    )
+    definite, semidefinite = words
+    if semidefinite == UNDECIDED and n <= MOST_FLOAT_ROWS:
+        within = semidefinite_within(S)
+    return Definiteness(definite, semidefinite, within)
+
+
 @np.errstate(all="ignore")
 def semidefinite_rank(S: Matrix) -> int | None:
     """Return the rank of a symmetric S of shape (n, n) if floating point proves that S
     is positive semidefinite, else None: n if a factorization does. A singular S is
     semidefinite if some S_PP is definite and the columns outside of P are combinations
-    of those in P, for which a guess is rounded to multiples of 1 / DENOMINATOR and
-    checked exactly.
+    of those in P: by a guess that is rounded to multiples of 1 / DENOMINATOR and
+    checked exactly, or by the rank.
     """
     P = np.flatnonzero(matrices.row_maxima(S))
     S = S[P][:, P]
@@ -546,23 +593,28 @@ def semidefinite_rank(S: Matrix) -> int | None:
         return None
     if (is_definite := proof_of_definiteness(S)[0]) or P.size > MOST_SINGULAR:
         return P.size if is_definite else None
+    A = matrices.dense(S)
+    whole, _ = numbers.as_written(A)
+    if not np.array_equal(whole, np.rint(whole)):
+        return None  # of which rounding has left no exact combinations
     with imports:
         from scipy.linalg import get_lapack_funcs, solve_triangular
-    A = matrices.dense(S)
     (pstrf,) = get_lapack_funcs(("pstrf",), (A,))
-    R, order, rank, is_singular = pstrf(A, tol=RANK_TOLERANCE * A.diagonal().max())
+    D = np.exp2(-half_power(A.diagonal()))
+    R, order, rank, is_singular = pstrf(matrices.scaled(A, D, D), tol=RANK_TOLERANCE)
     if not is_singular:
         return None
-    order -= 1
-    whole = np.rint(DENOMINATOR * solve_triangular(R[:rank, :rank], R[:rank, rank:]))
-    null_space = np.vstack((whole, -DENOMINATOR * np.eye(P.size - rank)))
-    A = A[order][:, order]
-    if (
-        not verdict.sums_exactly(A, float((np.abs(A) @ np.abs(null_space)).max()))
-        or (A @ null_space).any()
-    ):
+    first, others = order[:rank] - 1, order[rank:] - 1
+    if not proof_of_definiteness(A[first][:, first])[0]:
         return None
-    return int(rank) if proof_of_definiteness(A[:rank, :rank])[0] else None
+    combined = solve_triangular(R[:rank, :rank], R[:rank, rank:])
+    guess = np.rint(DENOMINATOR * D[first, np.newaxis] * combined / D[others])
+    null_space = np.vstack((guess, -DENOMINATOR * np.eye(others.size)))
+    whole = whole[:, order - 1]
+    largest = float((np.abs(whole) @ np.abs(null_space)).max())
+    if verdict.sums_exactly(whole, largest) and not (whole @ null_space).any():
+        return int(rank)
+    return int(rank) if has_rank(whole, first, np.arange(rank)) else None
 
 
 # n up to which all 2^n - 1 index sets are examined, each by a linear system in exact

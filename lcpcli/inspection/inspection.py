@@ -28,7 +28,7 @@ from lcpcli.inspection import theory
 from lcpcli.inspection.verdict import NO, YES, Verdict, classify, weak_row
 from lcpcli.interrupts import TimeIsUp, check, within
 from lcpcli.linalg import matrices
-from lcpcli.linalg.doubles import EPS, generator, size
+from lcpcli.linalg.doubles import generator, size
 from lcpcli.linalg.patterns import affordable
 from lcpcli.linalg.units import equilibrate
 from lcpcli.methods.definite import MADE_FOR_IT, MOST_TOLD, in_words, stiffness
@@ -42,6 +42,7 @@ from lcpcli.presolve.presolve import Presolved, presolved
 from lcpcli.presolve.system import Refuted
 from lcpcli.typing import Matrix, Vector
 from lcpcli.verify.digits import DOUBLE_DIGITS
+from lcpcli.verify.error_theorems import semidefinite_by_rounding
 from lcpcli.verify.measure import FEW_UNKNOWNS
 
 
@@ -290,7 +291,7 @@ def _obvious(problem: Problem, classes: dict[str, Verdict]) -> str:
 
 def _hints(own: Inspection) -> list[str]:
     """Return hints at likely mistakes in the data, each with evidence and advice."""
-    found, condition, ends = [], own.equilibrated_condition, own.spectrum
+    found, condition = [], own.equilibrated_condition
     before, after = map(max, (own.spread, own.equilibrated_spread))
     if before > theory.BAD_SPREAD and after < before - 1:
         found.append(
@@ -307,14 +308,10 @@ def _hints(own: Inspection) -> list[str]:
             f"ill-conditioned, even after equilibration: about {digits} digits "
             "of z may be lost"
         )
-    rounding = (
-        ends is not None
-        and abs(ends.smallest) <= 4 * own.problem.n * EPS * ends.largest
-    )
-    if rounding and own.classes["positive_semidefinite"].word == NO:
+    if semidefinite_by_rounding(own.problem.M) is not None:
         found.append(
-            "M fails to be positive semidefinite only by rounding errors: "
-            "perhaps it was meant to be"
+            "M is positive semidefinite up to the rounding of its entries: if it is "
+            "that of a program, minimizers are said to be so up to rounding"
         )
     M = own.problem.M
     if own.classes["symmetric"].word != NO:
@@ -341,14 +338,14 @@ def _on_stiffness(condition: float) -> str:
     """Return what follows from a condition number in units of the diagonal."""
     digits = math.floor(DOUBLE_DIGITS - math.log10(min(condition, MOST_TOLD)))
     left = (
-        f"rounding of M and q leaves z about {count(digits, 'digit')} at least"
+        f"rounding of M and q leaves at least about {count(digits, 'digit')} of z"
         if digits > 0
         else "rounding of M and q may leave z no digit"
     )
     return (
         f"stiff: the condition number is {in_words(condition)} in units of the "
-        f"diagonal, and positive entries off it are not small; {left}, and "
-        f"{MADE_FOR_IT} is made for it, which auto uses"
+        f"diagonal, and positive entries off it are not small; {left}; "
+        f"{MADE_FOR_IT}, which auto uses, is made for such M"
     )
 
 

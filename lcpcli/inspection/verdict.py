@@ -1,9 +1,12 @@
 """Verdicts on classes of matrices, with their evidence; the table of all classes, and
 those that the entries decide.
 
-The entries of M are taken as exact numbers, and no "yes" or "no" depends on rounding:
-what is found in double precision is either guaranteed by an error bound or decided in
-exact arithmetic, or else it is "not decided".
+The entries of M are taken as exact numbers, if all have up to 14 digits as the decimals
+as which they are written, and no "yes" or "no" depends on rounding: what is found in
+double precision is either guaranteed by an error bound or decided in exact arithmetic,
+or else it is "not decided". Entries with more digits are rounded numbers, as those of a
+covariance are: whether M is definite is not decided where that is a matter of how they
+were rounded.
 """
 
 from __future__ import annotations
@@ -114,11 +117,26 @@ def blocks(
 
 class Context:
     """The matrix to classify, dense or sparse of shape (n, n), with the verdicts so far
-    and a check of the time."""
+    and a check of the time.
+
+    M : a multiple of the matrix, with decimals as whole numbers. unit : the factor.
+    """
 
     def __init__(self, M: Matrix, check: Check) -> None:
-        self.M, self.n, self.check = M, int(M.shape[0]), check
+        self.n, self.check = int(M.shape[0]), check
+        self.M, self.unit = M, 1.0
+        if matrices.is_sparse(M):
+            data, self.unit = numbers.as_written(M.data)
+            if self.unit > 1:
+                self.M = M.copy()
+                self.M.data = data
+        else:
+            self.M, self.unit = numbers.as_written(M)
         self.verdicts: dict[str, Verdict] = {}
+
+    def shown(self, i: int, j: int) -> str:
+        """Return an entry, with its name, for a sentence."""
+        return f"{entry(i, j)} = {self.M[i, j] / self.unit:.6g}"
 
     def yes(self, *names: str) -> bool:
         """Return whether M is known to belong to all of these classes."""
@@ -148,7 +166,7 @@ class Context:
         if not low.size:
             return None
         i, size = int(low[0]), "not positive" if strict else "negative"
-        return Verdict(NO, f"{entry(i, i)} = {self.diagonal[i]:.6g} is {size}", (i,))
+        return Verdict(NO, f"{self.shown(i, i)} is {size}", (i,))
 
     @cached_property
     def diagonal(self) -> Vector:
@@ -161,8 +179,28 @@ class Context:
         total = self.M + self.M.T
         return total.tocsr() if matrices.is_sparse(self.M) else total
 
+    @cached_property
+    def rounding(self) -> float | None:
+        """Return by how much, relatively, the diagonal of M has to change for M to be
+        positive semidefinite, where the rounding of its entries decides whether it is
+        definite, semidefinite or neither; else None."""
+        with imports:
+            from lcpcli.verify.error_theorems import semidefinite_by_rounding
+        return semidefinite_by_rounding(self.M)
+
+    def by_rounding(self) -> Verdict | None:
+        """Return UNDECIDED if the rounding of entries decides whether M is definite."""
+        if self.rounding is None:
+            return None
+        change = numbers.approximate(Fraction(self.rounding), 1, 1)
+        evidence = (
+            "its entries are rounded: with changes of its diagonal by at most "
+            f"{change}, relatively, it is positive semidefinite"
+        )
+        return Verdict(UNDECIDED, evidence)
+
     def whole(self) -> elimination.Rows:
-        """Return a small M as integers, multiplied by a power of two."""
+        """Return a positive multiple of a small M in integers."""
         return numbers.integers(matrices.dense(self.M))
 
     @cached_property
@@ -260,9 +298,7 @@ def _nonzero_entry(context: Context, difference: Matrix) -> Verdict | None:
     if (place := _first(difference)) is None:
         return None
     i, j = place
-    own, other = (
-        f"{entry(*pair)} = {context.M[pair]:.6g}" for pair in ((i, j), (j, i))
-    )
+    own, other = context.shown(i, j), context.shown(j, i)
     return (
         Verdict(NO, f"{own} is not 0", (i,))
         if i == j
@@ -274,7 +310,7 @@ def z_matrix(context: Context) -> Verdict:
     """Decide whether no entry off the diagonal is positive."""
     if (place := _first(matrices.comparison(context.M) < context.M)) is None:
         return Verdict(YES, "no entry off the diagonal is positive")
-    return Verdict(NO, f"{entry(*place)} = {context.M[place]:.6g} is positive", place)
+    return Verdict(NO, f"{context.shown(*place)} is positive", place)
 
 
 def _first(A: Matrix) -> tuple[int, int] | None:

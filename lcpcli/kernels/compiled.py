@@ -10,7 +10,8 @@ import numpy as np
 
 from lcpcli.basis import free_variables, tableau
 from lcpcli.clock import imports
-from lcpcli.kernels.announcement import announced
+from lcpcli.errors import OptionError
+from lcpcli.kernels.loading import load
 from lcpcli.linalg.matrices import dense, is_sparse
 from lcpcli.linalg.units import Units
 from lcpcli.methods.direct import CERTAIN, MOST_COMPILED, DirectAnswer
@@ -31,19 +32,29 @@ LOWEST, HIGHEST = np.zeros(MOST_COMPILED), np.full(MOST_COMPILED, np.inf)
 # Of a sparse M: for more, Ctrl-C would have to wait for the end of the judgement.
 MOST_JUDGED_ENTRIES = 1_000_000
 
-with announced():
-    from lcpcli.kernels.kernels import pivot_blocks, solve_one, solve_rows
-    from lcpcli.kernels.measure_kernels import (
-        FAILS,
-        SOLVES,
-        compressed,
-        judgement,
-        on_bounds,
-        reference_of,
-    )
-    from lcpcli.kernels.measure_kernels import surely_solves as surely_solves
-    from lcpcli.kernels.pivoting_kernels import basic_solution, exponents, path
-    from lcpcli.kernels.pivoting_kernels import follow as follow
+load("kernels", "measure_kernels", "pivoting_kernels")
+from lcpcli.kernels.kernels import (  # noqa: E402
+    pivot_blocks,
+    solve_one,
+    solve_rows,
+)
+from lcpcli.kernels.measure_kernels import (  # noqa: E402
+    FAILS,
+    SOLVES,
+    compressed,
+    judgement,
+    on_bounds,
+    reference_of,
+)
+from lcpcli.kernels.measure_kernels import (  # noqa: E402
+    surely_solves as surely_solves,
+)
+from lcpcli.kernels.pivoting_kernels import (  # noqa: E402
+    basic_solution,
+    exponents,
+    path,
+)
+from lcpcli.kernels.pivoting_kernels import follow as follow  # noqa: E402
 
 
 def direct(
@@ -85,10 +96,15 @@ def lemke(
 
 
 @cache
-def _of_mixed() -> ModuleType:
-    """Return the module of the kernels that LCPs do not need."""
-    with imports, announced():
-        from lcpcli.kernels import mixed_kernels
+def _of_mixed() -> ModuleType | None:
+    """Return the module of the kernels that LCPs do not need; None if it cannot be
+    loaded."""
+    with imports:
+        try:
+            load("mixed_kernels")
+            from lcpcli.kernels import mixed_kernels
+        except (ImportError, OptionError):
+            return None
     return mixed_kernels
 
 
@@ -96,6 +112,8 @@ def mixed(problem: Problem, tol: float) -> DirectAnswer | None:
     """Return the solution of a mixed problem of few unknowns at which newton or Lemke's
     path ends; None where neither is one beyond doubt, or a bound is far from 0."""
     rows, q, kernels = rows_of(problem), problem.q, _of_mixed()
+    if kernels is None:
+        return None
     box = lower, upper = (
         np.ascontiguousarray(problem.lower),
         np.ascontiguousarray(problem.upper),

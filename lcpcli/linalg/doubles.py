@@ -145,6 +145,13 @@ def generator(seed: int) -> Generator:
     return default_rng(seed)
 
 
+def generic(n: int) -> Vector:
+    """Return numbers of either sign that look random, with sizes between 1/2 and 3/2,
+    shape (n,): no sum of a few of them with whole coefficients is nearly 0."""
+    waves = np.sin((np.arange(n) + 1.0) ** 2 * 1.234)
+    return np.asarray(np.sign(waves) * (1.0 + 0.5 * np.cos(np.arange(n) * 2.718 + 0.3)))
+
+
 def distinct(indices: Indices) -> Indices:
     """Return the different indices in increasing order; np.unique would load the masked
     arrays of numpy."""

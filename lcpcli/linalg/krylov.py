@@ -53,6 +53,12 @@ def norm(v: Vector) -> float:
     return float(np.sqrt(dot(v, v)))
 
 
+def safe_norm(v: Vector) -> float:
+    """Return |v|_2 without overflow or underflow, by one thread alone."""
+    largest = float(np.abs(v).max(initial=0.0))
+    return largest * norm(v / largest) if 0 < largest < np.inf else largest
+
+
 def gmres(
     A: Operator,
     b: Vector,

@@ -301,6 +301,30 @@ def is_symmetric(M: Matrix) -> bool:
     return pair is not None and np.array_equal(pair[0].data, pair[1])
 
 
+@np.errstate(over="ignore", invalid="ignore")
+def largest_asymmetry(M: Matrix) -> tuple[float, int, int]:
+    """Return the largest |M_ij - M_ji| and its place, with i < j."""
+    difference = abs(M - M.T)
+    if is_sparse(M):
+        coo = difference.tocoo()
+        at = int(coo.data.argmax())
+        i, j = sorted((int(coo.row[at]), int(coo.col[at])))
+        return float(coo.data[at]), i, j
+    i, j = divmod(int(difference.argmax()), len(M))  # the first, which has i < j
+    return float(difference[i, j]), i, j
+
+
+def symmetric_part(M: Matrix) -> Matrix:
+    """Return (M + M') / 2, of which the upper triangle is computed and mirrored."""
+    if is_sparse(M):
+        with imports:
+            from scipy.sparse import triu
+    else:
+        triu = np.triu
+    upper = triu(M + (M.T - M) / 2)  # leaves what is symmetric as it is
+    return upper + triu(upper, 1).T
+
+
 def mirrored(M: Matrix) -> tuple[Matrix, Vector] | None:
     """Return a sparse M without stored zeros, and M_ji for each entry M_ij; None if
     some M_ij has none."""

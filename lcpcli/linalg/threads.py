@@ -23,7 +23,7 @@ from typing import Any, TypeVar, cast
 
 from lcpcli import options
 from lcpcli.clock import imports
-from lcpcli.errors import ParameterError
+from lcpcli.errors import ParameterError, missing
 
 GENERAL = "OMP_NUM_THREADS"  # what a library goes by if its own variable is not set
 VARIABLES = (
@@ -84,8 +84,7 @@ def _number(problem: Any, asked: int | None) -> int | None:
     if asked is not None:
         options.check((options.THREADS,), {options.THREADS.name: asked})
         if _libraries() is None:
-            hint = "pip install 'linear-complementarity[threads]'"
-            raise ParameterError(options.THREADS.name, "needs threadpoolctl", hint)
+            raise ParameterError(options.THREADS.name, *missing("threadpoolctl"))
         return int(asked)
     M = getattr(problem, "M", None)
     rows = problem.n if M is not None else 2 * problem.n

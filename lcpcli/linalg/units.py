@@ -33,11 +33,13 @@ import numpy as np
 
 from lcpcli.clock import imports
 from lcpcli.linalg import matrices
-from lcpcli.linalg.doubles import FAR_FROM_ONE, ROW_ROUNDING, largest
+from lcpcli.linalg.doubles import FAR_FROM_ONE, ROW_ROUNDING, generic, largest
 from lcpcli.linalg.factors import finite
 from lcpcli.linalg.krylov import Operator, conjugate_gradients, identity, norm
 from lcpcli.linalg.matrices import (
     Shape,
+    absolute_product,
+    column_maxima,
     compressed_multiplier,
     is_sparse,
     row_parts,
@@ -622,46 +624,96 @@ LEAST_DIGITS = 1e-3
 LEAST_SINGULAR_VALUE = ROW_ROUNDING / LEAST_DIGITS
 
 
+def largest_growth(A: Matrix, solve: Callable[[Vector], Vector]) -> float:
+    """Return the largest relative change of a solution, in the units of the columns of
+    A, if each row changes by its natural size; a lower bound on the condition that does
+    not depend on units. Nan if A has a column of zeros. solve : solves A x = b."""
+    known = 1 / column_maxima(A)
+    changes = absolute_product(A, known) * generic(known.size)
+    return float(np.abs(solve(changes) / known).max())
+
+
 class PseudoInverse:
     """A generalized inverse of a dense matrix A of shape (k, k), and bases of the null
-    spaces of A and of A': G = C (R A C)^+ R in the units R, C that A suggests, so that
-    A G A = A and G A G = G.
+    spaces of A and of A', so that A G A = A and G A G = G.
+
+    In the units R and C that A suggests, a factorization R A C P = Q T with column
+    pivoting (G. H. Golub and C. F. Van Loan, Matrix Computations, 4th ed., Johns
+    Hopkins 2013, section 5.4) shows the rank r, the number of pivots that are no
+    rounding. With T = (T_11, T_12) in its first r rows, and Q_1 the first r columns of
+    Q,
+
+        G = C P (T_11^-1 Q_1', 0) R,
+
+    A x = 0 for x = C v, v = P (-T_11^-1 T_12, I), and A'y = 0 for y = R u, u the other
+    columns of Q.
+
+    Rounding makes of a v_i = 0 what is small beside the largest |v_i|. So a_i'v is 0 up
+    to rounding if it is small beside |a|_1 max|v|; beside |a|'|v|, which is as small
+    where v_i = 0 wherever a_i is not, it never is.
+
+    least : a pivot counts as 0 if it is below this, relative to the largest.
     """
 
-    def __init__(self, A: Vector) -> None:
+    def __init__(self, A: Vector, least: float = LEAST_SINGULAR_VALUE) -> None:
+        with imports:
+            from scipy.linalg import qr, solve_triangular
         R, C = units(A).diagonals()
-        left, sizes, right = np.linalg.svd(finite(R[:, np.newaxis] * A * C))
-        rank = int(np.count_nonzero(sizes > LEAST_SINGULAR_VALUE * sizes[0]))
-        self._inverse = (C[:, np.newaxis] * right[:rank].T / sizes[:rank]) @ (
-            left[:, :rank].T * R
-        )
-        self._null, self._left_null = (
-            C[:, np.newaxis] * right[rank:].T,
-            left[:, rank:].T * R,
-        )
+        Q, T, order = qr(finite(R[:, np.newaxis] * A * C), pivoting=True)
+        pivots = np.abs(T.diagonal())
+        rank = int(np.count_nonzero(pivots > least * pivots[:1]))
+        self._C, self._R = C, R
+        inverse, self._null = np.zeros(A.shape), np.zeros((len(A), len(A) - rank))
+        inverse[order[:rank]] = solve_triangular(T[:rank, :rank], Q[:, :rank].T)
+        self._inverse = C[:, np.newaxis] * inverse * R
+        self._null[order[:rank]] = -solve_triangular(T[:rank, :rank], T[:rank, rank:])
+        self._null[order[rank:]] = np.eye(len(A) - rank)
+        self._left_null = Q[:, rank:]
         self.is_singular = rank < len(A)
-        self._rounding = (
-            len(A) * ROW_ROUNDING * (sizes[0] / sizes[rank - 1] if rank else 1.0)
-        )  # of the null spaces
+        # The first pivot that counts as 0, relative to the last one that does not.
+        self.gap = float(pivots[rank] / pivots[rank - 1]) if 0 < rank < len(A) else 0.0
+        # Of the null spaces.
+        condition = pivots[0] / pivots[rank - 1] if rank else 1.0
+        self._rounding = len(A) * ROW_ROUNDING * condition
 
     def __call__(self, b: Vector, transposed: bool = False) -> Vector:
         """Return G b or G'b."""
         return np.asarray((self._inverse.T if transposed else self._inverse) @ b)
 
     def determines(self, J: Vector) -> Mask:
-        """Return for which rows of J, shape (m, k), J x is the same for all solutions
-        x, up to rounding."""
-        sizes = np.abs(J) @ np.abs(self._null)
-        return np.asarray(
-            (np.abs(J @ self._null) <= self._rounding * sizes).all(axis=1)
-        )
+        """Return for which rows of J, shape (m, k), J x is the same for all solutions x
+        of A x = b, up to rounding."""
+        return self._vanish(J * self._C, self._null)
 
     def is_consistent(self, b: Vector, terms: Vector) -> bool:
         """Return whether A x = b has a solution, up to rounding of the terms that b is
         the sum of."""
-        return bool(
-            (
-                np.abs(self._left_null @ b)
-                <= self._rounding * (np.abs(self._left_null) @ terms)
-            ).all()
-        )
+        sizes = self._R * terms
+        return bool(self._vanish(self._R * b, self._left_null, sizes).all())
+
+    def contradictions(self, b: Vector) -> Vector:
+        """Return by how much A x = b contradicts itself, for columns b of shape (k, m):
+        the products with the null vectors of A', shape (j, m), relative to the terms;
+        0 where they are rounding."""
+        scaled = self._R[:, np.newaxis] * b
+        sizes = np.abs(scaled).sum(axis=0)
+        found = self._left_null.T @ scaled / np.where(sizes > 0, sizes, 1.0)
+        return np.asarray(np.where(np.abs(found) <= self._rounding, 0.0, found))
+
+    def free(self, rows: Vector) -> Mask:
+        """Return which components differ among the solutions of A x = b that have the
+        same rows x, for rows of shape (m, k)."""
+        scaled = rows * self._C
+        sizes = np.abs(scaled).sum(axis=1, keepdims=True)
+        shares = scaled @ self._null / np.where(sizes > 0, sizes, 1.0)
+        _, values, right = np.linalg.svd(finite(shares))
+        fixed = np.count_nonzero(values > self._rounding)
+        return ~self._vanish(np.diag(self._C), self._null @ right[fixed:].T)
+
+    def _vanish(self, a: Vector, vectors: Vector, sizes: Vector | None = None) -> Mask:
+        """Return for which a, of shape (k,) or (m, k), a'v is 0 up to rounding for each
+        of the vectors v, the columns. sizes : of the terms of a, by default |a|."""
+        terms = np.abs(a if sizes is None else sizes).sum(axis=-1)
+        largest = np.abs(vectors).max(axis=0, initial=0.0)
+        limit = self._rounding * np.multiply.outer(terms, largest)
+        return np.asarray((np.abs(a @ vectors) <= limit).all(axis=-1))

@@ -12,11 +12,12 @@ from __future__ import annotations
 
 import math
 from collections import deque
+from functools import cached_property, partial
 
 import numpy as np
 
 from lcpcli.linalg import factors, matrices
-from lcpcli.linalg.krylov import ends, norm
+from lcpcli.linalg.krylov import ends, norm, safe_norm
 from lcpcli.methods.registry import ANDERSON, OMEGA
 from lcpcli.methods.stages import Breakdown, Iterate, Stage, Stalled, ended
 from lcpcli.model.problem import Problem
@@ -80,18 +81,59 @@ def _iterates(
 ) -> Stage:
     M, q, box, evaluations = problem.M, problem.q, problem.box, 1
     image = _image(M, omega, box.reflected(x))
+    before: Vector | Start = Start(problem, x, omega, image)
     while True:
         base, base_image = x, image
         x = solve(base_image - q)
         image = _image(M, omega, box.reflected(x))
         evaluations += 1
-        yield Iterate(x, base_image - image, "", evaluations)
+        F = base_image - image
+        step = partial(Residual, F, before, omega)
+        yield Iterate(x, F, "", evaluations, quantities=step)
+        before = F
         if np.array_equal(x, base):
             return Stalled("the iterates have stopped changing in double precision")
         if accelerator is not None:
             combined = accelerator.next(base, x)
             if combined is not x:
                 x, image = combined, _image(M, omega, box.reflected(combined))
+
+
+class Start:
+    """The quantities of the start, whose F costs a product with M that the iteration
+    itself does not need."""
+
+    def __init__(
+        self, problem: Problem, x: Vector, omega: float, image: Vector
+    ) -> None:
+        self._problem, self._x, self.omega, self._image = problem, x, omega, image
+
+    @cached_property
+    def F(self) -> float:
+        x, of_x = self._x, matrices.product(self._problem.M, self._x)
+        return safe_norm(self.omega * x + of_x - self._image + self._problem.q)
+
+
+class Residual:
+    """The quantities of an iterate. F, before : F(x) there and at the previous iterate,
+    or the start."""
+
+    def __init__(self, F: Vector, before: Vector | Start, omega: float) -> None:
+        self._F, self._before, self.omega = F, before, omega
+
+    @property
+    def of_start(self) -> Start | None:
+        return self._before if isinstance(self._before, Start) else None
+
+    @cached_property
+    def F(self) -> float:
+        return safe_norm(self._F)
+
+    @property
+    def factor(self) -> float | None:
+        before = self._before
+        size = before.F if isinstance(before, Start) else safe_norm(before)
+        return self.F / size if size else None
 
 
 def _image(M: Matrix, omega: float, distance: Vector) -> Vector:

@@ -17,6 +17,7 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import islice
+from typing import NamedTuple
 
 import numpy as np
 
@@ -104,6 +105,16 @@ class InteriorAttempt:
     rho: tuple[float, float, float] = (1.0, 1e-5, 1e1)
     shift: float = 0.0
     gives_up: bool = False
+
+
+class PathStep(NamedTuple):
+    """The quantities of a step along the central path. mu : the mean product of slacks
+    and multipliers after it. length : the fraction of the full step that was taken. rho
+    : what is added to the diagonal of the factors."""
+
+    mu: float
+    length: float
+    rho: float
 
 
 FIRST_ATTEMPTS = (
@@ -259,7 +270,10 @@ class Run:
             if lengths:
                 step = f"mu {mu:.0e}, {lengths[-1]:.2f}, rho {own.rho:.0e}"
                 # Else the next ones are better.
-                yield self._shown(at.z, step)._replace(signs_final=mu < SMALL_MU)
+                yield self._shown(at.z, step)._replace(
+                    signs_final=mu < SMALL_MU,
+                    quantities=partial(PathStep, mu, lengths[-1], own.rho),
+                )
             due = k % PROOF_EVERY == PROOF_EVERY - 1 and merit > CLOSE_MERIT
             if due and (proof := proof_of(self._given, self.within, (at.z, along.z))):
                 return NoSolution(proof)

@@ -20,9 +20,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from contextlib import suppress
-from functools import lru_cache
+from functools import lru_cache, partial
 from itertools import islice
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -137,7 +137,9 @@ def pivoted(
     """
     path = path_to_end(problem, follow, reduction or reduced(problem), is_sure)
     if path.end == SOLVED:
-        return (yield from _last(problem, path))
+        x, basis = _end_of(problem, path)
+        yield Iterate(x, None, "", path.pivots, basis=basis)
+        return Finished()
     if path.end == RAY:
         certificate = _certificate(problem, *path.ray(), False)
         if certificate.vector is not None and is_clear(problem, certificate.vector):
@@ -165,16 +167,12 @@ def path_to_end(
     return path
 
 
-def _last(
-    problem: Problem, path: LemkePath, step: str = "", z0: float | None = None
-) -> Stage:
-    """Yield the solution at which the path ends."""
+def _end_of(problem: Problem, path: LemkePath) -> tuple[Vector, States]:
+    """Return x and the basis of the solution at which the path ends."""
     near, _, basis = path.point()
     z, is_settled = solution_at(problem, path.reduction.M, near, basis)
     z = z if is_settled else settled(problem, z, path.follow)
-    x = problem.box.x_within(z, problem.w(z), problem.box.basis_at(z))
-    yield Iterate(x, None, step, path.pivots, basis=basis, z0=z0)
-    return Finished()
+    return problem.box.x_within(z, problem.w(z), problem.box.basis_at(z)), basis
 
 
 def _integer_path(problem: Problem) -> Stage:
@@ -188,10 +186,10 @@ def _integer_path(problem: Problem) -> Stage:
     integers = IntegerTableau(M, list(map(int, problem.q.tolist())))
     for pivots, pivot in enumerate(integers.path(), 1):
         cover = float(integers.value_of(integers.parameter))
-        step = _pivot_of(
+        variables = _variables(
             n, *(form - n if form >= n else form + n for form in pivot[:2])
         )
-        yield Iterate(integers.x(), np.full(n, -cover), step, pivots, z0=cover)
+        yield _iterate(integers.x(), np.full(n, -cover), variables, pivots, cover)
     if integers.ray is not None:
         return NoSolution(
             _certificate(problem, integers.direction(), integers.multipliers(), True)
@@ -203,15 +201,15 @@ def _along(problem: Problem, path: LemkePath, is_published: bool) -> Stage:
     """Follow the path by one pivot after another."""
     n, basic = problem.n, path.tableau.basic
     is_named = n == path.k.size  # the bounded variables are those of the problem
-    step = _pivot_of(n, 2 * n, path.row) if is_named else ""
+    variables = _variables(n, 2 * n, path.row) if is_named else UNNAMED
     while path.end == PAUSED:
         z, w, _ = path.point()
-        yield Iterate(
+        yield _iterate(
             problem.box.x_of(z, w),
             problem.w(z) - w,
-            step,
+            variables,
             path.pivots,
-            z0=path.cover_value,
+            path.cover_value,
         )
         before = basic.copy()
         try:
@@ -221,24 +219,55 @@ def _along(problem: Problem, path: LemkePath, is_published: bool) -> Stage:
         if not np.isfinite(path.tableau.values).all():
             return Breakdown("the basic solution has overflowed")
         rows = (before != basic).nonzero()[0]
-        step = (
-            _pivot_of(n, int(basic[rows[0]]), int(before[rows[0]]))
+        variables = (
+            _variables(n, int(basic[rows[0]]), int(before[rows[0]]))
             if is_named and rows.size
-            else ""
+            else UNNAMED
         )
     if path.end == RAY:
         return NoSolution(_certificate(problem, *path.ray(), is_published))
-    return (yield from _last(problem, path, step, 0.0))
+    x, at_end = _end_of(problem, path)
+    yield _iterate(x, None, variables, path.pivots, 0.0, at_end)
+    return Finished()
 
 
-def _pivot_of(n: int, entering: int, leaving: int) -> str:
-    """Return which variable enters the basis for which one, by their numbers in
-    `tableau`."""
-    enters, leaves = (
-        f"w{k + 1}" if k < n else f"z{(k - n + 1) % (n + 1)}"
-        for k in (entering, leaving)
+class Pivot(NamedTuple):
+    """The quantities of a pivot: the names of the variables that enter and leave the
+    basis, None where free variables have been eliminated, and the value of z_0."""
+
+    entering: str | None
+    leaving: str | None
+    z0: float
+
+
+UNNAMED = None, None
+
+
+def _variables(n: int, *numbers: int) -> tuple[str | None, ...]:
+    """Return the names of variables by their numbers in `tableau`."""
+    return tuple(f"w{k + 1}" if k < n else f"z{(k - n + 1) % (n + 1)}" for k in numbers)
+
+
+def _iterate(
+    x: Vector,
+    F: Vector | None,
+    variables: tuple[str | None, ...],
+    pivots: int,
+    z0: float,
+    basis: States | None = None,
+) -> Iterate:
+    """Return the iterate after a pivot, whose step names the variables that enter and
+    leave the basis."""
+    entering, leaving = variables
+    return Iterate(
+        x,
+        F,
+        "" if entering is None else f"{entering} for {leaving}",
+        pivots,
+        basis=basis,
+        z0=z0,
+        quantities=partial(Pivot, entering, leaving, z0),
     )
-    return f"{enters} for {leaves}"
 
 
 def _certificate(

@@ -21,6 +21,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Iterator
+from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -73,6 +74,17 @@ DENSE_PRODUCTS = 0.03
 MAX_CHANGE = 0.004
 
 
+class Exchange(NamedTuple):
+    """The quantities of a basic solution. infeasibilities : the number of violated
+    signs, of which all or the least index are exchanged next."""
+
+    infeasibilities: int
+
+
+def _exchange_at(z: Vector, w: Vector) -> Exchange:
+    return Exchange(int(np.count_nonzero(np.minimum(z, w) < 0)))
+
+
 def newton(
     problem: Problem | System,
     x0: Vector,
@@ -99,10 +111,15 @@ def newton(
         for evaluations, found in enumerate(
             system.exchanging(system.box.basis_of(x0)), 1
         ):
-            yield Iterate(
-                found.x, None, step, evaluations, signs_final=found.is_solution
-            )
             infeasible = int(np.count_nonzero(found.wrong))
+            yield Iterate(
+                found.x,
+                None,
+                step,
+                evaluations,
+                signs_final=found.is_solution,
+                quantities=partial(Exchange, 0 if found.is_solution else infeasible),
+            )
             if not infeasible:
                 break
             if growing and not found.wrong[found.basis == BASIC].any():
@@ -145,8 +162,15 @@ def iterates_of(made: Iterable[Made]) -> Iterator[Iterate]:
     """Yield the basic solutions that block pivoting has made in another place as
     iterates of newton."""
     for evaluations, (z, w, single) in enumerate(made, 1):
-        step = LEAST_INDEX if single else "block"
-        yield Iterate((z - w) / 2, None, step, evaluations, "newton", signs_final=False)
+        yield Iterate(
+            (z - w) / 2,
+            None,
+            LEAST_INDEX if single else "block",
+            evaluations,
+            "newton",
+            signs_final=False,
+            quantities=partial(_exchange_at, z, w),
+        )
 
 
 def dense_route(
@@ -199,9 +223,17 @@ def from_states(
                     None,
                     "block",
                     evaluations,
+                    quantities=partial(Exchange, 0),
                 )
                 return Finished()
-            yield Iterate(found.x, None, "block", evaluations, signs_final=False)
+            yield Iterate(
+                found.x,
+                None,
+                "block",
+                evaluations,
+                signs_final=False,
+                quantities=partial(Exchange, violations),
+            )
             slow, before = slow - (violations > FAST_STEP * before), violations
             if not slow:
                 break

@@ -123,7 +123,7 @@ def _walk(
         return Breakdown("M is zero, or overflows")
     for relative in itertools.cycle(SCALES):
         factor = relative / size
-        iteration = _Iteration(factor * M, factor * problem.q, problem.box, walkers)
+        iteration = Iteration(factor * M, factor * problem.q, problem.box, walkers)
         X = random.standard_normal((2 * n, walkers)).astype(np.float32)
         for _ in range((ROUND_STEPS + ROUND_STEPS_PER_UNKNOWN * n) // CHECK):
             for _ in range(CHECK):
@@ -156,7 +156,7 @@ def _walk(
     return Stalled()
 
 
-class _Iteration:
+class Iteration:
     """The map x -> P_A(2 P_B x - x) - P_B x in single precision, for A of w = G z + g
     and each column of X = [z; w]."""
 

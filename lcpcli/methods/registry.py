@@ -22,6 +22,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from lcpcli import options
 from lcpcli.clock import imports
 from lcpcli.errors import (
+    LEAVE_ONE_OUT,
+    LEAVE_OUT,
     OptionError,
     ParameterError,
     likely,
@@ -29,7 +31,10 @@ from lcpcli.errors import (
     meant,
     quoted,
     raised,
+    unknown,
 )
+from lcpcli.methods import quantities as of
+from lcpcli.methods.quantities import Quantity
 from lcpcli.options import AUTO, Option
 
 if TYPE_CHECKING:
@@ -51,7 +56,7 @@ ANY = "any matrix"  # in place of a class
 P = Option(
     *("p", float, None, "0 < p < infinity", lambda p: 0 < p < math.inf),
     "Smoothing parameter; by default so large that the smoothing error is below "
-    "rounding.",
+    "rounding, so that nothing is smoothed.",
     derived="default_p",
 )
 K_STAR = Option(
@@ -158,6 +163,7 @@ class Method(NamedTuple):
     guaranteed : the classes of M, keys of `inspection.verdict.CLASSES` or ANY, for
         which, in exact arithmetic, it ends at a solution or with a proof that there is
         none, each with what it does; the first class that has M counts.
+    quantities : what its iterates have for columns; two methods may share a quantity.
     location : the module, in lcpcli.methods or by its full name, and the function, if
         they are not named after the method.
     package : the name and version of the other package that provides it, set when the
@@ -174,6 +180,7 @@ class Method(NamedTuple):
     excludes_exactly: bool = False
     max_unknowns: int | None = None
     guaranteed: Mapping[str, str] = {}
+    quantities: tuple[Quantity, ...] = ()
     location: tuple[str, str] | None = None
     package: str | None = None
 
@@ -191,6 +198,7 @@ METHODS = {
                 "in n at worst"
             )
         },
+        quantities=(of.X, of.INFEASIBILITIES, of.MU, of.LENGTH, of.RHO),
         location=("lcpcli.auto.policy", "auto"),
     ),
     "shi": Method(
@@ -208,6 +216,10 @@ METHODS = {
         guaranteed={
             "p_matrix": "steepest descent finds the solution, unless rounding stalls it"
         },
+        quantities=(
+            *(of.X, of.MERIT, of.SIZE, of.DESCENT, of.XI1, of.XI2, of.U, of.V),
+            *(of.ALPHA, of.DIRECTION, of.SLOPE, of.LENGTH, of.TRIALS),
+        ),
     ),
     "fixed-point": Method(
         "modulus iteration (Schäfer 2004)",
@@ -219,6 +231,7 @@ METHODS = {
             "positive_definite": "each step reduces the error, for every omega",
             "h_plus": "",
         },
+        quantities=(of.X, of.SIZE, of.FACTOR, of.OMEGA),
     ),
     "newton": Method(
         "generalized Newton, safeguarded block principal pivoting (Kostreva "
@@ -226,6 +239,7 @@ METHODS = {
         uses_start=True,
         takes_bounds=True,
         guaranteed={"p_matrix": "it finds the solution, usually in a handful of steps"},
+        quantities=(of.X, of.INFEASIBILITIES),
     ),
     "interior": Method(
         "interior point method (Mehrotra 1992; Gondzio 1996)",
@@ -236,6 +250,7 @@ METHODS = {
                 "it follows the central path to the solution, unless rounding stalls it"
             )
         },
+        quantities=(of.MU, of.LENGTH, of.RHO),
     ),
     "lemke": Method(
         "complementary pivoting (Lemke 1965; Sargent 1978)",
@@ -252,6 +267,7 @@ METHODS = {
                 "it finds a solution, or a ray that proves that there is none"
             ),
         },
+        quantities=(of.X, of.ENTERING, of.LEAVING, of.Z0),
     ),
     "reflections": Method(
         "relaxed reflections of random points (Elser, Rankenburg and Thibault "
@@ -259,12 +275,14 @@ METHODS = {
         options=(BETA, WALKERS, SEED),
         takes_bounds=True,
         max_unknowns=2000,  # since a matrix of order 2n then takes 64 MB
+        quantities=(of.X,),
     ),
     "milp": Method(
         "mixed-integer program (Pardalos and Rosen 1988)",
         takes_bounds=True,
         excludes_exactly=True,
         guaranteed={ANY: "it needs no property of M; exponential in n at worst"},
+        quantities=(of.X,),
     ),
 }
 
@@ -323,6 +341,9 @@ def options_of(methods: Mapping[str, Method]) -> dict[str, Option]:
 
 
 OPTIONS = options_of({**METHODS, **NONLINEAR})
+ALL = "all"  # in place of the names of quantities
+# In the order in which tables have them.
+QUANTITIES = {own.name: own for own in vars(of).values() if isinstance(own, Quantity)}
 
 
 def meanings() -> dict[str, str]:
@@ -347,13 +368,48 @@ def declared(name: str) -> Method:
                     if option.name not in OPTIONS
                 }
             )
+            QUANTITIES.update(
+                {own.name: QUANTITIES.get(own.name, own) for own in method.quantities}
+            )
             return METHODS[name]
         raise ParameterError(
             "method",
-            f"{name!r} is unknown",
+            unknown(name),
             suggestion(str(name), [*METHODS, *names("methods")]),
         )
     return METHODS.get(name) or NONLINEAR[name]
+
+
+def quantities_of(methods: Iterable[str]) -> dict[str, Quantity]:
+    """Return the quantities that some of these methods have, by name."""
+    return {
+        quantity.name: quantity
+        for name in methods
+        for quantity in declared(name).quantities
+    }
+
+
+def owners_of(quantity: str) -> list[str]:
+    """Return the names of the methods that have a quantity."""
+    return [
+        name
+        for name, method in METHODS.items()
+        if quantity in (own.name for own in method.quantities)
+    ]
+
+
+def require_quantities(
+    names: Iterable[str], methods: Sequence[str], where: str = "columns"
+) -> None:
+    """Raise ParameterError for the name of a quantity that none of the methods has."""
+    known, asked = quantities_of(methods), list(dict.fromkeys(methods))
+    for name in names:
+        if name in QUANTITIES and name not in known:
+            verb = "have" if len(asked) > 1 else "has"
+            owners = listed(owners_of(name))
+            raise ParameterError(
+                where, f"{listed(asked)} {verb} no {name}", f"it belongs to {owners}"
+            )
 
 
 def load(name: str) -> Any:
@@ -411,7 +467,7 @@ def check(name: str, chosen: Mapping[str, Any]) -> None:
             )
         if given not in known:
             raise ParameterError(
-                given, f"has no effect with the method {name}", "leave it out"
+                given, f"has no effect with the method {name}", LEAVE_OUT
             )
         if given in method.switches and not isinstance(value, bool):
             raise ParameterError(
@@ -484,12 +540,26 @@ def parse(text: str) -> Variant:
     )
 
 
-def sweep(variants: Sequence[Variant], axes: Sequence[str]) -> list[Variant]:
+def vary(variants: Sequence[Variant], axes: Sequence[str]) -> list[Variant]:
+    """Return each variant that has the option once for every value, as `sweep` takes
+    them, one option at a time."""
+    found = list[Variant]()
+    for axis in axes:
+        name = axis.partition("=")[0].strip().replace("-", "_")
+        made = sweep(variants, [axis], "vary")
+        found += [variant for variant in made if name in dict(variant.settings)]
+    return list(dict.fromkeys(found))
+
+
+def sweep(
+    variants: Sequence[Variant], axes: Sequence[str], where: str = "sweep"
+) -> list[Variant]:
     """Return each variant once for every value, written OPTION=VALUE,VALUE,...; several
     options make a grid.
 
     A variant of a method without the option remains as it is. Raises OptionError for an
-    option that no variant has, and for one that a variant sets already.
+    option that no variant has, and for one that a variant sets already. where : the
+    option of the command that has the axes.
     """
     for axis in axes:
         name, _, text = axis.partition("=")
@@ -499,26 +569,26 @@ def sweep(variants: Sequence[Variant], axes: Sequence[str]) -> list[Variant]:
         )
         if not all(values):
             hint = "write OPTION=VALUE,VALUE,..., as in p=1,10,100"
-            raise ParameterError("sweep", f"{quoted(axis)} lacks a value", hint)
+            raise ParameterError(where, f"{quoted(axis)} lacks a value", hint)
         if not any(name in _known(variant.method) for variant in variants):
             if owners := _owners(name):
                 fault = (
                     f"{_dashed(name)} has no effect with "
                     f"{' and '.join(dict.fromkeys(v.method for v in variants))}"
                 )
-                raise ParameterError("sweep", fault, f"add --method {owners[0]}")
+                raise ParameterError(where, fault, f"add --method {owners[0]}")
             fault, words = (
                 f"{quoted(_dashed(name))} is not an option of any method",
                 map(_dashed, (*OPTIONS, *FLAGS)),
             )
-            raise ParameterError("sweep", fault, likely(_dashed(name), [*words]))
+            raise ParameterError(where, fault, likely(_dashed(name), [*words]))
         swept = list[Variant]()
         for variant in variants:
             if name in dict(variant.settings):
                 raise ParameterError(
-                    "sweep",
+                    where,
                     f"{_dashed(name)} is also set by {variant}",
-                    "leave one out",
+                    LEAVE_ONE_OUT,
                 )
             more = (
                 [((name, value),) for value in values]
@@ -528,7 +598,7 @@ def sweep(variants: Sequence[Variant], axes: Sequence[str]) -> list[Variant]:
             swept += [
                 Variant(variant.method, variant.settings + setting) for setting in more
             ]
-        variants = [_checked(variant, "sweep") for variant in swept]
+        variants = [_checked(variant, where) for variant in swept]
     return list(dict.fromkeys(variants))
 
 
@@ -600,7 +670,7 @@ def _checked(variant: Variant, where: str) -> Variant:
             )
         if name in dict(variant.settings[:i]):
             raise ParameterError(
-                "method", f"{_dashed(name)} is set twice in {variant}", "leave one out"
+                "method", f"{_dashed(name)} is set twice in {variant}", LEAVE_ONE_OUT
             )
     try:
         options.check(declared(variant.method).options, variant.options)
@@ -629,7 +699,7 @@ def _value(name: str, text: str) -> Any:
         number = float(text)
     except ValueError:
         fault = f"{quoted(text)} is not a number"
-        raise ParameterError(name, fault, f"it must be: {option.range}") from None
+        raise ParameterError(name, fault, option.hint) from None
     return int(number) if option.kind is int and number.is_integer() else number
 
 

@@ -27,11 +27,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property, partial
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
 from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import EPS
+from lcpcli.linalg.krylov import safe_norm
 from lcpcli.methods.registry import K_STAR, RHO, SIGMA, P
 from lcpcli.methods.stages import Breakdown, Finished, Iterate, Stage, Stalled
 from lcpcli.model.box import BASIC
@@ -84,19 +87,22 @@ def shi(
     """
     p, k_star = default_p(problem) if p is None else p, int(k_star)
     smoothed = Smoothed(problem, p)
+    before: SmoothedPoint | None = None
     here = smoothed.at(x0)
     evaluations = 1
     if x1 is None:
         k, g = 0, smoothed.gradient(here)
-        step, s = SELECTED, -g
+        way = Direction(SELECTED, -g)
     else:
-        k, last, here = 1, here, smoothed.at(x1)
+        k, before, here = 1, here, smoothed.at(x1)
         evaluations += 1
-        yield Iterate(here.x, here.F, SELECTED, evaluations)
+        selected = partial(Selected, here, before)
+        yield Iterate(here.x, here.F, SELECTED, evaluations, quantities=selected)
         g = smoothed.gradient(here)
-        step, s = _select(k, k_star, here.F, x1 - x0, here.F - last.F, g)
+        way = _select(k, k_star, here.F, x1 - x0, here.F - before.F, g)
+    failed_trials = 0
     while here.f > 0:
-        slope = float(g @ s)
+        slope = float(g @ way.s)
         if not (math.isfinite(here.f) and math.isfinite(slope)):
             return Breakdown("|F~|^2 overflows; divide q and the start by their size")
         if slope == 0:
@@ -104,23 +110,26 @@ def shi(
                 "f = |F~|^2 / 2 is stationary at a point that is not a zero of "
                 "F~: J is singular there"
             )
-        last = here
         # Where a parabola with that slope has its minimum 0.
         first_trial = -2 * here.f / slope
-        result = search(smoothed, here, s, slope, first_trial, rho, sigma)
-        if isinstance(result, int):
-            if step in DESCENT:
+        found = search(smoothed, here, way.s, slope, first_trial, rho, sigma)
+        if isinstance(found, int):
+            if way.step in DESCENT:
                 reason = "no step decreases |F~| any further in double precision"
                 return _smoothed_solution(problem, p, here.F) or Stalled(reason)
-            evaluations += result
+            evaluations += found
+            failed_trials += found
             # F rises along s, by a kink or rounding: only d is left.
-            step, s = STEEPEST, -g
+            way = way._replace(step=STEEPEST, s=-g, alpha=None, multiple=None)
             continue
-        here, g, trials = result
+        there, gamma, gradient, trials = found
         evaluations += trials
+        own = slope, gamma, trials + failed_trials
+        step = partial(Step, way, (before, here, there), g, *own)
+        before, here, g, failed_trials = here, there, gradient, 0
         k += 1
-        yield Iterate(here.x, here.F, step, evaluations)
-        step, s = _select(k, k_star, here.F, s, here.F - last.F, g)
+        yield Iterate(here.x, here.F, way.step, evaluations, quantities=step)
+        way = _select(k, k_star, here.F, way.s, here.F - before.F, g)
     if here.F.any():
         return Breakdown(
             "|F~|^2 underflows; multiply q and the start by the same large number"
@@ -145,23 +154,44 @@ def _smoothed_solution(problem: Problem, p: float, F: Vector) -> Stalled | None:
     return Stalled(f"{SMOOTHING}, in F at most {at_most}")
 
 
+class Direction(NamedTuple):
+    """The direction in which a step goes.
+
+    step : the number of the step of the paper's algorithm that sets it.
+    s : shape (n,); a positive multiple of the paper's s.
+    alpha : that of step 2.4, +-infinity where s = +-(u - v), and nan where s = +-F~, as
+        xi_1 is infinite, or F~ and v are parallel; None elsewhere.
+    multiple : s = multiple / |u| times the paper's s, or 1 / |F~| times it if alpha is
+        nan; None where s is the paper's.
+    cosines : cos(dx, y) and cos(y, F~) of step 2.3, which decide the signs of xi_1 and
+        xi_2; None where they are not computed.
+    """
+
+    step: str
+    s: Vector
+    alpha: float | None = None
+    multiple: float | None = None
+    cosines: tuple[float, float] | None = None
+
+
 def _select(
     k: int, k_star: int, F: Vector, v: Vector, y: Vector, g: Vector
-) -> tuple[str, Vector]:
-    return (STEEPEST_AT_MULTIPLE, -g) if k % k_star == 0 else direction(F, v, y, g)
+) -> Direction:
+    if k % k_star == 0:
+        return Direction(STEEPEST_AT_MULTIPLE, -g)
+    return direction(F, v, y, g)
 
 
-def direction(F: Vector, v: Vector, y: Vector, g: Vector) -> tuple[str, Vector]:
-    """Take steps 2.3 to 2.6: return the step that applies and its direction s, with <s,
-    g> < 0 unless g = 0.
+def direction(F: Vector, v: Vector, y: Vector, g: Vector) -> Direction:
+    """Take steps 2.3 to 2.6: return the direction s, with <s, g> < 0 unless g = 0.
 
     Each of shape (n,): F = F~(x_k), v = x_k - x_(k-1) or a positive multiple of it, y =
     F~(x_k) - F~(x_(k-1)) and g = grad f(x_k) = -d. v and y are overwritten.
 
     Step 2.3 takes u = xi_1 F and xi_2 v with xi_1 = -|v|^2 / <v, y> and xi_2 = -<y, F>
     / |y|^2. As the line search makes the length of s irrelevant, both may be divided by
-    the same positive number, so that neither can overflow: up to this, they are mu F /
-    |F| and nu v / |v| with mu = -sign <v, y> and nu = -cos(y, F) |cos(v, y)|.
+    the same positive number, |u|, so that neither can overflow: up to this, they are mu
+    F / |F| and nu v / |v| with mu = -sign <v, y> and nu = -cos(y, F) |cos(v, y)|.
     """
     size_F, size_v, size_y = (
         math.sqrt(float(F @ F)),
@@ -169,44 +199,190 @@ def direction(F: Vector, v: Vector, y: Vector, g: Vector) -> tuple[str, Vector]:
         math.sqrt(float(y @ y)),
     )
     if 0 in (size_F, size_v, size_y):
-        return STEEPEST, -g
-    cos_vy, cos_yF = float(v @ y) / size_v / size_y, float(y @ F) / size_y / size_F
+        return Direction(STEEPEST, -g)
+    cosines = cos_vy, cos_yF = (
+        float(v @ y) / size_v / size_y,
+        float(y @ F) / size_y / size_F,
+    )
     mu, nu = -math.copysign(1.0, cos_vy), -cos_yF * abs(cos_vy)
     cos_Fv = float(F @ v) / size_F / size_v
-    step, a, b = combine(mu, nu, cos_Fv, -float(F @ g) / size_F, -float(v @ g) / size_v)
+    step, a, b, alpha, multiple = combine(
+        mu, nu, cos_Fv, -float(F @ g) / size_F, -float(v @ g) / size_v
+    )
     if step == STEEPEST:
-        return STEEPEST, -g
+        return Direction(STEEPEST, -g, cosines=cosines)
     s = np.multiply(F, a / size_F, out=y)
     v *= b / size_v
     s += v
-    return (step, s) if float(s @ g) < 0 else (STEEPEST, -g)
+    if not float(s @ g) < 0:
+        return Direction(STEEPEST, -g, cosines=cosines)
+    return Direction(step, s, alpha if cos_vy else math.nan, multiple, cosines)
 
 
-def combine(
-    mu: float, nu: float, cosine: float, F_d: float, v_d: float
-) -> tuple[str, float, float]:
+Combination: TypeAlias = tuple[str, float, float, float | None, float]
+
+
+def combine(mu: float, nu: float, cosine: float, F_d: float, v_d: float) -> Combination:
     """Take steps 2.4 to 2.6 for unit vectors F and v with that cosine: return the step,
-    and a, b of s = a F + b v.
+    a, b of s = a F + b v, and alpha and `multiple` as in `Direction`.
 
-    u = mu F and nu v span the candidates alpha u + (1 - alpha) nu v; F_d and v_d are
-    <F, d> and <v, d>. The projection of d onto the plane of F and v has the largest
-    cosine with d; it is a candidate up to scaling if its coordinates along u and nu v
-    have a positive sum. Otherwise the cosine approaches its supremum as alpha ->
-    +-infinity, along sign <u - nu v, d> (u - nu v). (The printed bound on alpha is the
-    descent condition for <u - nu v, d> > 0; for < 0 the inequality is reversed.) If F
-    and v are parallel, all descent candidates have the same cosine.
+    u = mu F and nu v, both divided by |u|, span the candidates alpha u + (1 - alpha) nu
+    v; F_d and v_d are <F, d> and <v, d>. The projection of d onto the plane of F and v
+    has the largest cosine with d; it is a candidate up to scaling if its coordinates
+    along u and nu v have a positive sum. Otherwise the cosine approaches its supremum
+    as alpha -> +-infinity, along sign <u - nu v, d> (u - nu v). (The printed bound on
+    alpha is the descent condition for <u - nu v, d> > 0; for < 0 the inequality is
+    reversed.) If F and v are parallel, all descent candidates have the same cosine:
+    alpha is 1 if u is one of them.
     """
     u_d, w_d = mu * F_d, nu * v_d
     if abs(u_d - w_d) <= 8 * EPS * (abs(u_d) + abs(w_d)):
-        return (AVERAGE, mu, nu) if w_d > 0 else (STEEPEST, 0.0, 0.0)
+        if w_d > 0:  # (u + nu v) / 2 is half of this
+            return AVERAGE, mu, nu, None, 2.0
+        return STEEPEST, 0.0, 0.0, None, 1.0
     squared_sine = (1 - cosine) * (1 + cosine)
     if squared_sine <= 8 * EPS:
-        return PLANE, math.copysign(1.0, F_d), 0.0
+        alpha = 1.0 if u_d > 0 else math.nan
+        return PLANE, math.copysign(1.0, F_d), 0.0, alpha, 1.0
     a, b = (F_d - cosine * v_d) / squared_sine, (v_d - cosine * F_d) / squared_sine
-    if nu == 0 or a / mu + b / nu <= 0:
-        turn = math.copysign(1.0, u_d - w_d)
-        return PLANE, turn * mu, -turn * nu
-    return PLANE, a, b
+    turn = math.copysign(1.0, u_d - w_d)
+    if nu == 0:  # v = 0, and all candidates that descend have the direction of +-u
+        return PLANE, turn * mu, -turn * nu, 1.0 if turn > 0 else -math.inf, 1.0
+    along_u, along_v = a / mu, b / nu
+    both = along_u + along_v
+    if both <= 0:
+        return PLANE, turn * mu, -turn * nu, turn * math.inf, 1.0
+    return PLANE, a, b, along_u / both, both
+
+
+class Selected:
+    """The quantities of a point that no line search has found. before : the point
+    before it."""
+
+    def __init__(
+        self, point: SmoothedPoint, before: SmoothedPoint | None = None
+    ) -> None:
+        self._point, self._from = point, before
+
+    @property
+    def of_start(self) -> Selected | None:
+        return None if self._from is None else Selected(self._from)
+
+    @property
+    def f(self) -> float:
+        return self._point.f
+
+    @property
+    def F(self) -> float:
+        return safe_norm(self._point.F)
+
+
+class Step(Selected):
+    """The quantities of a step in the paper's terms: those of `direction` without its
+    normalization; None where they are not defined.
+
+    points : x_(k-1), or None for the first step, x_k, where the step starts, and
+        x_(k+1). g : grad f(x_k). slope, gamma : <g, s> and the accepted length, for the
+        normalized s. trials : the lengths that have been tried, also along a direction
+        that was given up.
+    """
+
+    _from: SmoothedPoint
+
+    def __init__(
+        self,
+        way: Direction,
+        points: tuple[SmoothedPoint | None, SmoothedPoint, SmoothedPoint],
+        g: Vector,
+        slope: float,
+        gamma: float,
+        trials: int,
+    ) -> None:
+        super().__init__(points[2], points[1])
+        self._before, self._from, _ = points
+        # Without its s, which the next step overwrites.
+        self.step, _, self._alpha, self._multiple, self._cosines = way
+        self._g, self._slope, self._gamma, self.trials = g, slope, gamma, trials
+
+    @cached_property
+    def _sizes(self) -> tuple[float, float, float]:
+        """Return |dx|, |y| and |F~| of step 2.3."""
+        assert self._before is not None
+        dx, y = self._from.x - self._before.x, self._from.F - self._before.F
+        return safe_norm(dx), safe_norm(y), safe_norm(self._from.F)
+
+    @cached_property
+    def xi1(self) -> float | None:
+        """-|dx|^2 / <dx, y>, by the cosine that the step has taken: its sign may be
+        that of rounding."""
+        if self._cosines is None or not self._cosines[0]:
+            return None
+        size_dx, size_y, _ = self._sizes
+        value = -size_dx / size_y / self._cosines[0]
+        return value if 0 < abs(value) < math.inf else None
+
+    @cached_property
+    def xi2(self) -> float | None:
+        """-<y, F~> / |y|^2, likewise."""
+        if self._cosines is None:
+            return None
+        _, size_y, size_F = self._sizes
+        return -self._cosines[1] * size_F / size_y
+
+    @property
+    def _is_along_F(self) -> bool:
+        alpha = self._alpha
+        return self.xi1 is None or (alpha is not None and math.isnan(alpha))
+
+    @property
+    def alpha(self) -> float | None:
+        alpha = self._alpha
+        return alpha if alpha is not None and math.isfinite(alpha) else None
+
+    @property
+    def d(self) -> Vector:
+        return -self._g
+
+    @property
+    def u(self) -> Vector | None:
+        return None if self.xi1 is None else self.xi1 * self._from.F
+
+    @property
+    def v(self) -> Vector | None:
+        if self._before is None or self.xi2 is None:
+            return None
+        return self.xi2 * (self._from.x - self._before.x)
+
+    @property
+    def s(self) -> Vector:
+        if self._multiple is None:
+            return self.d
+        u, v, alpha = self.u, self.v, self._alpha
+        if self._is_along_F or u is None or v is None:
+            return math.copysign(1.0, -float(self._from.F @ self._g)) * self._from.F
+        if alpha is None:
+            return (u + v) / 2
+        if math.isinf(alpha):
+            return math.copysign(1.0, alpha) * (u - v)
+        return alpha * u + (1 - alpha) * v
+
+    @cached_property
+    def _factor(self) -> float:
+        """Return the normalized s as a multiple of the paper's."""
+        if self._multiple is None:
+            return 1.0
+        size = safe_norm(self._from.F)
+        if self._is_along_F or self.xi1 is None:
+            return 1.0 / size
+        return self._multiple / abs(self.xi1) / size
+
+    @property
+    def slope(self) -> float:
+        return self._slope / self._factor
+
+    @property
+    def length(self) -> float:
+        return self._gamma * self._factor
 
 
 NO_INDICES = np.empty(0, dtype=np.intp)
@@ -327,11 +503,11 @@ def search(
     gamma: float,
     rho: float,
     sigma: float,
-) -> tuple[SmoothedPoint, Vector, int] | int:
+) -> tuple[SmoothedPoint, float, Vector, int] | int:
     """Return the end of the step from start along s, where f has the slope <grad f, s>
-    < 0, with first trial length gamma > 0, the gradient of f there, and the number of
-    lengths tried; only that number if they become too short to change x: the decrease
-    is below rounding.
+    < 0, with first trial length gamma > 0; its length, the gradient of f there, and the
+    number of lengths tried; only that number if they become too short to change x: the
+    decrease is below rounding.
 
     The end satisfies the two conditions of step 2.7, the weak Wolfe conditions
 
@@ -366,7 +542,7 @@ def search(
             g = smoothed.gradient(point)
             slope_here = float(g @ s)
             if slope_here >= sigma * slope:
-                return point, g, trial
+                return point, gamma, g, trial
             halve = gamma - low < 0.5 * (high - low)
             low, f_low, slope_low = gamma, point.f, slope_here
         if high == math.inf:

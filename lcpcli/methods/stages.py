@@ -46,6 +46,10 @@ class Iterate(NamedTuple):
         variables may be at bounds; or None.
     z0 : on the path of Lemke's method, the value of the artificial variable z_0; or
         None.
+    quantities : returns an object that has the quantities that the method declares as
+        attributes, each None where it is not defined. It is called only if they are
+        asked for, which may be some iterates later. If the object of the first iterate
+        has an attribute `of_start`, that has those of the start.
     """
 
     x: Vector
@@ -56,6 +60,7 @@ class Iterate(NamedTuple):
     signs_final: bool = True
     basis: States | None = None
     z0: float | None = None
+    quantities: Callable[[], object] | None = None
 
 
 @dataclass(eq=False, repr=False)

@@ -16,7 +16,16 @@ from typing import Any
 import numpy as np
 
 from lcpcli.clock import imports
-from lcpcli.errors import REAL, ProblemError, count, kind
+from lcpcli.errors import (
+    GIVE_FINITE,
+    IS_EMPTY,
+    MAKE_AGREE,
+    REAL,
+    ProblemError,
+    count,
+    kind,
+    numbers_for,
+)
 from lcpcli.linalg.doubles import (
     FAR_FROM_ONE,
     MOST_LOOPED_ENTRIES,
@@ -28,6 +37,7 @@ from lcpcli.linalg.matrices import is_sparse, row_maxima
 from lcpcli.typing import Matrix, Vector
 
 FROM_0 = "(indices count from 0)"  # what the index of a field in a message is
+FROM_1 = "(counted from 1)"  # what the number of a component or row in a sentence is
 NUMBERS, ROWS, ROW = (
     "a list of numbers",
     "a list of rows of numbers",
@@ -36,7 +46,7 @@ NUMBERS, ROWS, ROW = (
 SOLUTIONS = "a list of solutions, each a list of numbers"
 NOT_FINITE = (
     "is not a finite number in double precision",
-    f"give a finite number {FROM_0}",
+    f"{GIVE_FINITE} {FROM_0}",
 )
 DENSE_HINT = "give a dense array, as by toarray()"
 UNLABELLED = "give them the same labels, or arrays, as by to_numpy()"
@@ -126,9 +136,7 @@ def as_flat(
             f"give {either}a flat list of numbers",
         )
     if n is not None and v.size != n:
-        raise ProblemError(
-            field, f"has {count(v.size, 'entry')} for {count(n, of)}", "make them agree"
-        )
+        raise ProblemError(field, numbers_for(v.size, "entry", n, of), MAKE_AGREE)
     return v
 
 
@@ -189,9 +197,7 @@ def as_square(
     if M.shape != (n, n):
         shape, is_square = f"is {M.shape[0]} x {M.shape[1]}", M.shape[0] == M.shape[1]
         fault = f"{shape} but {other} has {count(n, 'entry')}" if is_square else shape
-        raise ProblemError(
-            field, fault, "make them agree" if is_square else "make it square"
-        )
+        raise ProblemError(field, fault, MAKE_AGREE if is_square else "make it square")
     return _as_finite(field, M)
 
 
@@ -199,7 +205,7 @@ def as_matrix(field: str, values: Any) -> Matrix:
     """Return values as a float64 matrix, dense or in compressed sparse rows, or raise
     ProblemError."""
     M = _as_rows(field, values)
-    for size, fault in zip(M.shape, ("is empty", "has empty rows"), strict=True):
+    for size, fault in zip(M.shape, (IS_EMPTY, "has empty rows"), strict=True):
         if not size:
             raise ProblemError(field, fault, f"give {ROWS}")
     return _as_finite(field, M)[0]

@@ -32,7 +32,16 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 
 from lcpcli.clock import imports
-from lcpcli.errors import ProblemError, count, kind, quoted, refuse_unknown
+from lcpcli.errors import (
+    CUT_OFF,
+    ENDS_TOO_EARLY,
+    SCALE_PAYOFFS,
+    ProblemError,
+    count,
+    kind,
+    quoted,
+    refuse_unknown,
+)
 from lcpcli.linalg.doubles import EPS
 from lcpcli.linalg.matrices import compressed
 from lcpcli.model.program import Conditions
@@ -184,7 +193,7 @@ class _Reading:
         read."""
         at = max(self.place - 1, 0) if place is None else place
         if (found := next(islice(TOKEN.finditer(self.text), at, None), None)) is None:
-            return ProblemError("", "ends too early", "is it cut off?")
+            return ProblemError("", ENDS_TOO_EARLY, CUT_OFF)
         return ProblemError(
             f"line {self.text.count(chr(10), 0, found.start()) + 1}", fault, hint
         )
@@ -220,7 +229,7 @@ class _Reading:
         )
         if abs(value) > LARGEST:
             raise self.fault(
-                f"has {quoted(word)}, too large for doubles", "scale the payoffs"
+                f"has {quoted(word)}, too large for doubles", SCALE_PAYOFFS
             )
         return value
 

@@ -11,7 +11,7 @@ from typing import Any, ClassVar, NamedTuple, TypeAlias
 import numpy as np
 
 from lcpcli.clock import imports
-from lcpcli.errors import ProblemError, count, kind
+from lcpcli.errors import MAKE_AGREE, ProblemError, count, kind, numbers_for
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.arrays import as_solutions, as_vector, own
 from lcpcli.model.box import Box, as_intervals
@@ -110,8 +110,8 @@ class NonlinearProblem:
         )
         self.lower, self.upper = self.box.lower, self.box.upper
         if len(names) not in (0, n):
-            fault = f"has {count(len(names), 'entry')} for {count(n, 'unknown')}"
-            raise ProblemError("names", fault, "make them agree")
+            fault = numbers_for(len(names), "entry", n, "unknown")
+            raise ProblemError("names", fault, MAKE_AGREE)
         self.names = tuple(map(str, names)) or ("",) * n
         self.x0 = own(
             self.box.project(np.zeros(n) if x0 is None else as_vector("x0", x0, n))

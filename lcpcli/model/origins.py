@@ -18,7 +18,16 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 
 from lcpcli.clock import imports
-from lcpcli.errors import ProblemError, kind, quoted, refuse_unknown
+from lcpcli.errors import (
+    IS_MISSING,
+    LEAVE_ONE_OUT,
+    MAKE_AGREE,
+    SCALE_PAYOFFS,
+    ProblemError,
+    kind,
+    quoted,
+    refuse_unknown,
+)
 from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import EPS
 from lcpcli.model.arrays import as_matrix, own
@@ -29,7 +38,11 @@ if TYPE_CHECKING:
     from lcpcli.model.extensive import ExtensiveGame
 
 GAME_KEYS = ("kind", "A", "B", "rows", "columns", "players")
-PAYOFF_RATIO = re.compile(r"\s*[-+]?[0-9]{1,1000}(/0*[1-9][0-9]{0,999})?\s*")
+# A payoff as a text: a decimal or a ratio, of a size that costs little.
+PAYOFF = re.compile(
+    r"\s*[-+]?(?:[0-9]{1,1000}/0*[1-9][0-9]{0,999}"
+    r"|(?:[0-9]{1,1000}\.?[0-9]{0,1000}|\.[0-9]{1,1000})(?:[eE][-+]?[0-9]{1,3})?)\s*"
+)
 
 # digits: enough for sums and differences of any doubles, which have 650 at most.
 EXACT_CONTEXT = Context(prec=1000)
@@ -61,7 +74,7 @@ class Game:
         refuse_unknown("", data, GAME_KEYS)
         for key in ("A", "B"):
             if key not in data:
-                raise ProblemError(key, "is missing", f"add the key {key}")
+                raise ProblemError(key, IS_MISSING, f"add the key {key}")
         return cls.of(
             data["A"],
             data["B"],
@@ -77,9 +90,7 @@ class Game:
         (one, exact_one), (other, exact_other) = _payoffs("A", A), _payoffs("B", B)
         if one.shape != other.shape:
             shapes = [" x ".join(map(str, each.shape)) for each in (other, one)]
-            raise ProblemError(
-                "B", f"is {shapes[0]} but A is {shapes[1]}", "make them agree"
-            )
+            raise ProblemError("B", f"is {shapes[0]} but A is {shapes[1]}", MAKE_AGREE)
         m, k = one.shape
         names = (
             names_of("rows", rows, m, "strategy"),
@@ -184,7 +195,7 @@ def _costs(field: str, payoffs: Any) -> Vector:
         )
         if np.isfinite(costs).all():
             return costs
-    raise ProblemError(field, "exceeds the double-precision range", "scale the payoffs")
+    raise ProblemError(field, "exceeds the double-precision range", SCALE_PAYOFFS)
 
 
 def _constant(payoffs: Any) -> Any:
@@ -201,9 +212,9 @@ def _payoffs(field: str, values: Any) -> tuple[Vector, Payoffs | None]:
     if isinstance(values, (list, tuple)) and all(
         isinstance(row, (list, tuple)) for row in values
     ):
-        ratio = PAYOFF_RATIO.fullmatch
+        is_number = PAYOFF.fullmatch
         values = rows = [
-            [Fraction(v) if isinstance(v, str) and ratio(v) else v for v in row]
+            [Fraction(v) if isinstance(v, str) and is_number(v) else v for v in row]
             for row in values
         ]
     rounded = own(matrices.dense(as_matrix(field, values)))
@@ -277,7 +288,7 @@ def origin_of(given: Any, names: Sequence[str], problem: Conditions) -> Origin:
         )
     if len(names):
         raise ProblemError(
-            "names", "is given beside origin, which has names", "leave one out"
+            "names", "is given beside origin, which has names", LEAVE_ONE_OUT
         )
     return origin
 
@@ -289,7 +300,7 @@ def _parsed(given: Any) -> Program | Game | ExtensiveGame:
         )
     if "kind" not in given:
         raise ProblemError(
-            "origin.kind", "is missing", f"add one of {', '.join(ORIGIN_KINDS)}"
+            "origin.kind", IS_MISSING, f"add one of {', '.join(ORIGIN_KINDS)}"
         )
     name = given["kind"]
     if not isinstance(name, str) or name not in ORIGIN_KINDS:

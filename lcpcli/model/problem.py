@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lcpcli.clock import imports
-from lcpcli.errors import ProblemError, kind, quoted
+from lcpcli.errors import GIVE_TEXT, ProblemError, kind, unknown
 from lcpcli.linalg.doubles import FAR_FROM_ONE, are_moderate, size
 from lcpcli.linalg.factors import Latest
 from lcpcli.linalg.matrices import is_sparse, product, row_maxima
@@ -164,7 +164,7 @@ class Problem:
         are_texts = type(name) is type(verdict) is type(source) is type(note) is str
         for field, text in () if are_texts else texts_of.items():
             if not isinstance(text, str):
-                raise ProblemError(field, f"is {kind(text)}", "give a text")
+                raise ProblemError(field, f"is {kind(text)}", GIVE_TEXT)
         bounds = bounds_of(lower, upper, n, infinity)
         x0 = None if x0 is None else as_vector("x0", x0, n)
         x1 = None if x1 is None else as_vector("x1", x1, n)
@@ -208,10 +208,12 @@ class Problem:
             with imports:
                 from lcpcli.model.origins import origin_of
             self.knowing(origin=origin_of(origin, names, conditions_of(self)))
+            if self.program_origin is not None:
+                fields["M"] = own_matrix(self.program_origin.symmetric(matrix))
         if verdict and verdict not in VERDICTS:
             raise ProblemError(
                 "verdict",
-                f"{quoted(verdict)} is unknown",
+                unknown(verdict),
                 f"use one of {', '.join(VERDICTS)}",
             )
 

@@ -14,15 +14,45 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from lcpcli.clock import imports
-from lcpcli.errors import ProblemError, count, kind, quoted, refuse_unknown
+from lcpcli.errors import (
+    GIVE_FINITE,
+    GIVE_NUMBER,
+    MAKE_AGREE,
+    ProblemError,
+    kind,
+    numbers_for,
+    quoted,
+    refuse_unknown,
+)
 from lcpcli.linalg import matrices
-from lcpcli.linalg.matrices import are_equal, is_sparse
+from lcpcli.linalg.doubles import EPS
+from lcpcli.linalg.matrices import (
+    are_equal,
+    is_sparse,
+    is_symmetric,
+    largest_asymmetry,
+    symmetric_part,
+)
 from lcpcli.model.arrays import FROM_0
 from lcpcli.model.box import as_intervals
 from lcpcli.typing import Mask, Matrix, Vector
 
 PROGRAM_KEYS = ("kind", "variables", "ranges", "sense", "constant", "rows", "columns")
 SENSES = {"min": 1.0, "max": -1.0}
+
+
+def symmetrized(Q: Matrix, eps: float = EPS) -> Matrix | None:
+    """Return Q if it is symmetric, (Q + Q') / 2 if it is up to rounding, else None.
+
+    Rounding: |Q_ij - Q_ji| <= k eps max|Q|, as the errors of Q = B'B, or of another
+    product with sums of k terms, may be. eps : from 1 to the next number of the type
+    in which Q has been computed.
+    """
+    if is_symmetric(Q):
+        return Q
+    entries = Q.data if is_sparse(Q) else Q
+    bound = Q.shape[0] * eps * float(np.abs(entries).max())
+    return symmetric_part(Q) if largest_asymmetry(Q)[0] <= bound else None
 
 
 class Conditions(NamedTuple):
@@ -163,7 +193,7 @@ class Program:
         if (
             found is None
             or int(found.ranges.sum()) != self.ranges
-            or not are_equal(found.Q, found.Q.T)
+            or symmetrized(found.Q) is None
         ):
             return False
         made = found.conditions()
@@ -191,6 +221,19 @@ class Program:
         return ProgramData(
             M[:k, :k], q[:k], M[rows, :k], low, high, given.lower[:k], given.upper[:k]
         )
+
+    def symmetric(self, M: Matrix) -> Matrix:
+        """Return the M of conditions that `fits` has accepted, with Q symmetric where
+        it was so only up to rounding."""
+        k = self.variables
+        Q = M[:k, :k]
+        if (symmetric := symmetrized(Q)) is Q or symmetric is None:
+            return M
+        with imports:
+            from scipy.sparse import lil_array
+        other = lil_array(M) if is_sparse(M) else M.copy()
+        other[:k, :k] = symmetric
+        return other.tocsr() if is_sparse(M) else other
 
     def signs(self, n: int) -> Vector:
         """Return S of shape (n,), for which S M is symmetric: 1 for variables, -1 for
@@ -296,8 +339,8 @@ def names_of(
     if given and size is not None and len(given) != size:
         raise ProblemError(
             field,
-            f"has {count(len(given), 'name')} for {count(size, of)}",
-            "make them agree",
+            numbers_for(len(given), "name", size, of),
+            MAKE_AGREE,
         )
     return tuple(given)
 
@@ -316,9 +359,9 @@ def constant_of(given: Any) -> float:
     if isinstance(given, (bool, np.bool_)) or not isinstance(
         given, (int, float, np.integer, np.floating)
     ):
-        raise ProblemError("constant", f"is {kind(given)}", "give a number")
+        raise ProblemError("constant", f"is {kind(given)}", GIVE_NUMBER)
     if not math.isfinite(given):
-        raise ProblemError("constant", "is not a finite number", "give a finite number")
+        raise ProblemError("constant", "is not a finite number", GIVE_FINITE)
     return float(given)
 
 

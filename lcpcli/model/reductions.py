@@ -9,13 +9,35 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from lcpcli.clock import imports
-from lcpcli.errors import ProblemError, count, kind
-from lcpcli.linalg.doubles import distinct
-from lcpcli.linalg.matrices import compressed, is_sparse, is_symmetric, stack
+from lcpcli.errors import (
+    IS_EMPTY,
+    IS_MISSING,
+    KEEP_ONE,
+    LEAVE_ONE_OUT,
+    MAKE_AGREE,
+    ONE_VARIABLE,
+    ProblemError,
+    kind,
+    numbers_for,
+)
+from lcpcli.linalg.doubles import EPS, distinct
+from lcpcli.linalg.matrices import (
+    compressed,
+    is_sparse,
+    largest_asymmetry,
+    stack,
+)
 from lcpcli.model.arrays import FROM_0, as_matrix, as_square, as_vector, by_label
 from lcpcli.model.box import NO_BOUND, as_intervals
 from lcpcli.model.problem import Problem
-from lcpcli.model.program import Program, ProgramData, constant_of, names_of, sense_of
+from lcpcli.model.program import (
+    Program,
+    ProgramData,
+    constant_of,
+    names_of,
+    sense_of,
+    symmetrized,
+)
 from lcpcli.typing import BoundLike, Matrix, Vector, VectorLike
 
 Interval: TypeAlias = tuple[Vector, Vector]
@@ -45,7 +67,8 @@ def from_qp(
     """Return the conditions of min x'Qx / 2 + c'x + constant, row_lower <= Ax <=
     row_upper and lower <= x <= upper.
 
-    Q : shape (k, k), symmetric; dense, nested sequences or scipy sparse; None for a
+    Q : shape (k, k), symmetric, also only up to k eps max|Q| as rounding leaves it, for
+        which (Q + Q') / 2 is taken; dense, nested sequences or scipy sparse; None for a
         linear program. If Q is positive semidefinite, the solutions of the conditions
         are the minimizers, else they are the stationary points.
     c : shape (k,).
@@ -100,11 +123,11 @@ def from_qp(
                 f"indices are whole numbers from 0 to {k - 1}",
             )
         if distinct(indices.astype(np.intp)).size < indices.size:
-            raise ProblemError("free", "names an index twice", "keep one")
+            raise ProblemError("free", "names an index twice", KEEP_ONE)
         low[indices.astype(np.intp)] = -np.inf
     if b is not None and row_lower is not None:
         raise ProblemError(
-            "b", "is short for row_lower, which is given too", "leave one out"
+            "b", "is short for row_lower, which is given too", LEAVE_ONE_OUT
         )
     field, row_low = ("row_lower", row_lower) if b is None else ("b", b)
     matrix = _rows("A", A, k, {field: row_low, "row_upper": row_upper})
@@ -143,8 +166,8 @@ def from_qpsolvers(
     """Return the conditions of min x'Px / 2 + q'x, Gx <= h, Ax = b and lb <= x <= ub,
     in the notation of qpsolvers.
 
-    P : shape (k, k), symmetric; dense, nested sequences or scipy sparse; None for a
-        linear program.
+    P : shape (k, k), symmetric, up to rounding as Q of `from_qp` is; dense, nested
+        sequences or scipy sparse; None for a linear program.
     q : shape (k,).
     G, h : shapes (m, k) and (m,), or both None; A, b : shapes (p, k) and (p,), or both
         None.
@@ -191,8 +214,8 @@ def from_osqp(
     """Return the conditions of min x'Px / 2 + q'x and l <= Ax <= u, in the notation of
     OSQP.
 
-    P : shape (k, k), symmetric, or its upper triangle; dense, nested sequences or scipy
-        sparse; None for a linear program.
+    P : shape (k, k), symmetric, up to rounding as Q of `from_qp` is, or its upper
+        triangle; dense, nested sequences or scipy sparse; None for a linear program.
     q : shape (k,).
     A : shape (m, k), or None if there are no rows. Bounds on x are given as rows;
         otherwise x is free.
@@ -231,29 +254,41 @@ def _objective(
     may_be_triangle : whether an upper triangle stands for a symmetric matrix."""
     vector = as_vector(other, linear)
     if not vector.size:
-        raise ProblemError(
-            other, "is empty", "give a program with at least one variable"
-        )
+        raise ProblemError(other, IS_EMPTY, ONE_VARIABLE)
     if quadratic is None:
         return None, vector
     matrix, _ = as_square(field, quadratic, vector.size, other)
     if may_be_triangle:
-        if is_sparse(matrix):
-            with imports:
-                from scipy.sparse import triu
-        else:
-            triu = np.triu
-        if not (triu(matrix.T, 1) != 0).sum():
-            matrix = matrix + triu(matrix, 1).T
-    if not is_symmetric(matrix):
-        rows, columns = (matrix != matrix.T).nonzero()
-        place = f"{field}[{rows[0]}][{columns[0]}]"
-        hint = (
-            f"give ({field} + {field}') / 2 for a minimum; write a variational "
-            f"inequality as M and q {FROM_0}"
+        matrix = _mirrored_triangle(matrix)
+    dtype = np.dtype(getattr(quadratic, "dtype", float))
+    eps = float(np.finfo(dtype).eps) if dtype.kind == "f" else EPS
+    symmetric = symmetrized(matrix, max(eps, EPS))
+    if symmetric is None:
+        _, i, j = largest_asymmetry(matrix)
+        fault = (
+            f"is {matrix[i, j]:.15g} and {field}[{j}][{i}] is {matrix[j, i]:.15g}, so "
+            f"that {field} is not symmetric"
         )
-        raise ProblemError(place, f"makes {field} unsymmetric", hint)
-    return matrix, vector
+        hint = (
+            f"for a minimum give ({field} + {field}') / 2; for a variational "
+            f"inequality M = {field}, in Python solve({field}, {other}, lower=l, "
+            f"upper=u): see lcp help mixed {FROM_0}"
+        )
+        raise ProblemError(f"{field}[{i}][{j}]", fault, hint)
+    return symmetric, vector
+
+
+def _mirrored_triangle(matrix: Matrix) -> Matrix:
+    """Return the symmetric matrix whose upper triangle a matrix is; a matrix with
+    entries below the diagonal as it is."""
+    if is_sparse(matrix):
+        with imports:
+            from scipy.sparse import triu
+    else:
+        triu = np.triu
+    if (triu(matrix.T, 1) != 0).sum():
+        return matrix
+    return matrix + triu(matrix, 1).T
 
 
 def _rows(field: str, given: Any, k: int, bounds: Mapping[str, Any]) -> Matrix:
@@ -264,11 +299,11 @@ def _rows(field: str, given: Any, k: int, bounds: Mapping[str, Any]) -> Matrix:
         return np.zeros((0, k))
     if given is None:
         raise ProblemError(
-            field, "is missing", f"give it with {present[0]}, or leave both out"
+            field, IS_MISSING, f"give it with {present[0]}, or leave both out"
         )
     if not present:
         raise ProblemError(
-            next(iter(bounds)), "is missing", f"give it with {field}, or leave both out"
+            next(iter(bounds)), IS_MISSING, f"give it with {field}, or leave both out"
         )
     is_array = isinstance(given, np.ndarray) and given.ndim == 1 and given.size > 0
     is_row = is_array or (
@@ -276,8 +311,8 @@ def _rows(field: str, given: Any, k: int, bounds: Mapping[str, Any]) -> Matrix:
     )
     matrix = as_matrix(field, [given] if is_row else given)
     if matrix.shape[1] != k:
-        fault = f"has {count(matrix.shape[1], 'column')} for {count(k, 'variable')}"
-        raise ProblemError(field, fault, "make them agree")
+        fault = numbers_for(matrix.shape[1], "column", k, "variable")
+        raise ProblemError(field, fault, MAKE_AGREE)
     return matrix
 
 

@@ -12,7 +12,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lcpcli.clock import imports
-from lcpcli.errors import ParameterError, ProblemError, count, kind, likely, quoted
+from lcpcli.errors import (
+    LEAVE_ONE_OUT,
+    MAKE_AGREE,
+    ParameterError,
+    ProblemError,
+    kind,
+    likely,
+    numbers_for,
+    quoted,
+)
 from lcpcli.linalg.doubles import size
 from lcpcli.model.arrays import FROM_0, as_vector, by_names, refuse_infinite
 from lcpcli.model.box import BASIC, UPPER, WORDS
@@ -105,7 +114,7 @@ def start_at(
         raise ParameterError(
             given[0],
             f"gives the starting point, and so does {given[-1]}",
-            "leave one out",
+            LEAVE_ONE_OUT,
         )
     if basis is not None:
         return Start(problem, basis_of_words(problem, basis))
@@ -127,8 +136,8 @@ def basis_of_words(problem: Problem, basis: Sequence[str]) -> States:
     if len(basis) != n:
         raise ProblemError(
             "basis",
-            f"has {count(len(basis), 'entry')} for {count(n, 'unknown')}",
-            "make them agree",
+            numbers_for(len(basis), "entry", n, "unknown"),
+            MAKE_AGREE,
         )
     numbers = [_STATES.get(word) if isinstance(word, str) else None for word in basis]
     if None in numbers:

@@ -49,7 +49,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from lcpcli.clock import imports
-from lcpcli.errors import DerivativeError, ParameterError, ProblemError
+from lcpcli.errors import DerivativeError, ParameterError, ProblemError, unknown
 from lcpcli.linalg.doubles import EPS, ROW_ROUNDING, distinct
 from lcpcli.linalg.factors import (
     SingularMatrix,
@@ -673,9 +673,7 @@ def _completed(
     """Put into the arrays of these names what `one` returns for the problems that are
     not clear, None or nan where it raises DerivativeError and `unsolved` is "nan"."""
     if unsolved not in UNSOLVED:
-        raise ParameterError(
-            "unsolved", f"{unsolved!r} is unknown", 'give "raise" or "nan"'
-        )
+        raise ParameterError("unsolved", unknown(unsolved), 'give "raise" or "nan"')
     for i in (~clear).nonzero()[0].tolist():
         own = None
         try:

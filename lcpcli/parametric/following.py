@@ -115,8 +115,10 @@ def _null_vector(M: Matrix, states: States) -> Vector | None:
     return v
 
 
-# Numbers of z, and breakpoints, from which on these are verified.
-AT_ONCE, LEAST_AT_ONCE = 500_000, 4
+# Numbers of z, and breakpoints, from which on these are verified: so many that they
+# share the cost, so few that the rest is verified within a second after Ctrl-C. In
+# fractions nothing is shared.
+AT_ONCE, LEAST_AT_ONCE, MOST_AT_ONCE, EXACT_AT_ONCE = 500_000, 4, 1000, 16
 
 
 class _Point(NamedTuple):
@@ -401,8 +403,9 @@ class _Following:
         if there are many."""
         points = self.points
         points.append(self.point(s, z, states))
-        new = len(points) - self._done
-        if new >= LEAST_AT_ONCE and new * self.family.problem.n >= AT_ONCE:
+        new, n = len(points) - self._done, self.family.problem.n
+        most = MOST_AT_ONCE if self.exact is None else EXACT_AT_ONCE
+        if new >= LEAST_AT_ONCE and (new * n >= AT_ONCE or new >= most):
             each = range(len(points) - 1, self._done, -1)
             # The others have the last t.
             self._verify(next((k for k in each if points[k].t != points[k - 1].t), 0))

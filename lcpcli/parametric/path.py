@@ -33,6 +33,7 @@ BREAKPOINT_LIMIT, TIME_LIMIT, INTERRUPTED, BREAKDOWN = (
     "breakdown",
 )
 UNSOLVED, INFEASIBLE = "unsolved", "infeasible"
+OTHER_M = ("differs between the two problems", "give two problems with one M")
 ENDS = {
     REACHED: "the path reaches the second problem",
     RETURNED: "the path returns to the first problem, at another solution of it",
@@ -304,9 +305,7 @@ def _refuse_different(problem: Problem, to: Problem) -> None:
             "give two problems with the same unknowns",
         )
     if not are_equal(problem.M, to.M):
-        raise ProblemError(
-            "M", "differs between the two problems", "give two problems with one M"
-        )
+        raise ProblemError("M", *OTHER_M)
     first, last = conditions_of(problem), conditions_of(to)
     for field in ("lower", "upper"):
         differs = np.isfinite(getattr(first, field)) != np.isfinite(

@@ -28,7 +28,7 @@ import numpy as np
 
 from lcpcli import clock
 from lcpcli.clock import imports
-from lcpcli.errors import ParameterError
+from lcpcli.errors import ParameterError, missing
 from lcpcli.linalg import krylov
 from lcpcli.linalg.matrices import is_sparse, is_symmetric
 from lcpcli.linalg.programs import convex_minimum, highs_with
@@ -151,10 +151,7 @@ class PackageSolver:
         except ModuleNotFoundError as error:
             if error.name != self.module.partition(".")[0]:
                 raise
-            hint = "pip install 'linear-complementarity[peers]'"
-            raise ParameterError(
-                "peer", f"{error.name} is not installed", hint
-            ) from None
+            raise ParameterError("peer", *missing(str(error.name))) from None
         prepared = self.prepare(problem)
         self.compile(module)
         began = clock.seconds()
@@ -228,7 +225,7 @@ def clarabel(
     cones = [clarabel.ZeroConeT(int(equal.sum()))] if equal.any() else []
     cones.append(clarabel.NonnegativeConeT(b.size - int(equal.sum())))
     solution = clarabel.DefaultSolver(
-        columns(triu(program.Q)), program.c.copy(), A, b, cones, settings
+        columns(triu(columns(program.Q))), program.c.copy(), A, b, cones, settings
     ).solve()
     y, dual = (
         np.zeros(equal.size),
@@ -325,7 +322,7 @@ def highs(
         "kkt_tolerance": max(tol, 1e-10),
         "qp_regularization_value": 0.0,
     }
-    triangle = tril(program.Q) if (program.Q != 0).sum() else None
+    triangle = tril(columns(program.Q)) if (program.Q != 0).sum() else None
     highs = highs_with(highspy, program.c, rows, ends, bounds, options, triangle)
     if highs is None:
         return None, None, False, "refused the model"
@@ -357,7 +354,7 @@ def osqp(
         solver, known = osqp.OSQP(), osqp.SolverStatus
     # the integers of the settings have 32 bits; its own limit of time is 1e10 s
     limits = {"max_iter": 2 * 10**9, "time_limit": min(time_limit, 1e10)}
-    P, q = columns(triu(program.Q)), program.c.copy()
+    P, q = columns(triu(columns(program.Q))), program.c.copy()
     A = columns(program.A, eye(q.size))
     lower = np.concatenate((program.row_lower, program.lower))
     upper = np.concatenate((program.row_upper, program.upper))

@@ -37,6 +37,7 @@ import numpy as np
 from scipy.sparse import csc_array
 
 from lcpcli import clock
+from lcpcli.errors import missing
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.evaluations import Evaluations
 from lcpcli.model.nonlinear import NonlinearProblem
@@ -116,7 +117,7 @@ def _prepared(problem: Problem | NonlinearProblem) -> tuple[NonlinearProblem, Ma
 
 def _unlicensed(problem: Problem | NonlinearProblem) -> str:
     if path_start.version() is None:
-        return f"needs {path_start.module}, which is not installed"
+        return "; ".join(missing(path_start.module))
     made, J = _prepared(problem)
     licence = (
         f"licence: without one, up to {MOST_UNKNOWNS} unknowns and {MOST_ENTRIES} "

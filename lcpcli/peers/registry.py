@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from lcpcli.errors import OptionError, ParameterError, likely, quoted
+from lcpcli.errors import OptionError, ParameterError, likely, unknown
 
 if TYPE_CHECKING:
     from lcpcli.typing import Vector
@@ -91,4 +91,4 @@ def select(names: Iterable[str]) -> list[str]:
 
 
 def _unknown(name: str) -> OptionError:
-    return ParameterError("peer", f"{quoted(name)} is unknown", likely(name, REGISTRY))
+    return ParameterError("peer", unknown(name), likely(name, REGISTRY))

@@ -29,7 +29,7 @@ from itertools import combinations
 from typing import Any, NamedTuple
 
 from lcpcli.clock import imports
-from lcpcli.errors import ParameterError
+from lcpcli.errors import ParameterError, missing
 from lcpcli.interrupts import TimeIsUp, check, remaining
 from lcpcli.rational.exact_problem import ExactProblem
 
@@ -54,9 +54,7 @@ def require() -> Any:
     it."""
     flint = library()
     if flint is None:
-        raise ParameterError(
-            "exact", "needs python-flint", "pip install 'linear-complementarity[exact]'"
-        )
+        raise ParameterError("exact", *missing("flint"))
     return flint
 
 

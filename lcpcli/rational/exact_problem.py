@@ -189,9 +189,17 @@ class ExactProblem:
         # Denominators of doubles are powers of two.
         if any(scale & (scale - 1) for scale in self.scales):
             return False
-        own, rounded = vars(self), vars(self.of_floats(self.problem))
+        return self._equal(self.of_floats(self.problem))
+
+    def are_doubles(self) -> bool:
+        """Return whether the data are the doubles of `problem`, or the decimals as
+        which these are written."""
+        return self.are_floats() or self._equal(self.of_decimals(self.problem))
+
+    def _equal(self, other: ExactProblem) -> bool:
+        own, others = vars(self), vars(other)
         return all(
-            own[name] == rounded[name]
+            own[name] == others[name]
             for name in ("rows", "constants", "scales", "lower", "upper")
         )
 

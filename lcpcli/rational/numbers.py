@@ -20,10 +20,10 @@ from typing import Any, Generic, TypeVar
 
 import numpy as np
 
-from lcpcli.errors import ProblemError, quoted
+from lcpcli.errors import GIVE_FINITE, GIVE_NUMBER, ProblemError, quoted
 from lcpcli.interrupts import check, in_time
 from lcpcli.linalg.doubles import LARGEST_DOUBLE, SMALLEST_NORMAL, WIDEST
-from lcpcli.typing import Vector
+from lcpcli.typing import Mask, Vector
 
 # Up to here every integer is exactly representable in double precision.
 LARGEST_INTEGER = 2**53
@@ -34,7 +34,14 @@ MOST_SHOWN_DIGITS = 25  # of a fraction in a line of text
 MANTISSA = 53  # binary digits of a double
 SUBNORMAL = 1074  # the smallest positive double is 2 to the minus this
 RATIO = re.compile(r"[-+]?[0-9]+/[0-9]+")
+# A number as users write it where a format has texts: a decimal, a ratio, infinity.
+NUMBER = re.compile(
+    r"\s*[-+]?(?:(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?"
+    r"|[0-9]+/0*[1-9][0-9]*|(?i:inf(?:inity)?))\s*"
+)
 SURE_DIGITS = 15  # decimal ones that every double has
+LARGEST_POWER = 22  # of ten that a double represents
+FEW_NUMBERS = 1000  # of a matrix that are looked at first
 
 T = TypeVar("T")
 
@@ -49,12 +56,10 @@ def fraction(text: str) -> Fraction:
         value = Decimal(text.strip())
     except InvalidOperation:
         raise ProblemError(
-            "", f"has {quoted(text)}, not a number", "give a number"
+            "", f"has {quoted(text)}, not a number", GIVE_NUMBER
         ) from None
     if not value.is_finite():
-        raise ProblemError(
-            "", f"has {quoted(text)}, which is not finite", "give a finite number"
-        )
+        raise ProblemError("", f"has {quoted(text)}, which is not finite", GIVE_FINITE)
     if not value:
         return Fraction(0)
     if abs(value.adjusted()) > LARGEST_EXPONENT + len(text):
@@ -74,6 +79,11 @@ def ratio(text: str) -> Fraction:
             "", f"has {quoted(text)}, not a fraction", "give whole numbers, as in 15/29"
         )
     return Fraction(int(Decimal(numerator)), int(Decimal(denominator)))
+
+
+def double(text: str) -> float:
+    """Return the double nearest to the number in a text, as `NUMBER` has them."""
+    return _rounded(ratio(text)) if "/" in text else float(text)
 
 
 def text(value: Fraction) -> str:
@@ -108,6 +118,12 @@ def decimal(value: Fraction) -> str:
         )
     digits = Decimal(value.numerator * 10**count // value.denominator).as_tuple()
     return str(Decimal((digits.sign, digits.digits, -count)))
+
+
+def in_decimals(value: Fraction) -> str:
+    """Return a rational number with all its decimals if it has finitely many, else
+    those of the nearest double."""
+    return decimal(value) if places(value) is not None else repr(_rounded(value))
 
 
 def brief(value: Fraction, toward: int = 0) -> str:
@@ -244,6 +260,46 @@ def shortest_decimal(value: float) -> Fraction:
     return Fraction(repr(value))
 
 
+@np.errstate(all="ignore")
+def are_rounded(values: Vector) -> Mask:
+    """Return which finite doubles stand for rounded numbers, as computed ones do: those
+    that are not whole, and whose shortest decimal has SURE_DIGITS digits or more.
+
+    A quotient m / 10^k of a whole m up to 2^53 and a power that doubles represent is
+    rounded once: it is the value if and only if m / 10^k is a decimal of it.
+    """
+    sizes = np.abs(values)
+    power = SURE_DIGITS - 2 - np.floor(np.log10(sizes))
+    # A logarithm just below a whole number may be rounded to it.
+    power -= np.rint(sizes * 10.0**power) >= 10.0 ** (SURE_DIGITS - 1)
+    whole = np.rint(sizes * 10.0**power)
+    above, below = 10.0 ** np.maximum(power, 0.0), 10.0 ** np.maximum(-power, 0.0)
+    found = (whole / above * below != sizes) & (sizes != np.rint(sizes))
+    far = np.flatnonzero((np.abs(power) > LARGEST_POWER) & (sizes != 0))
+    for i in far.tolist():
+        digits = Decimal(repr(float(sizes.flat[i]))).normalize().as_tuple().digits
+        is_whole = sizes.flat[i] == np.rint(sizes.flat[i])
+        found.flat[i] = len(digits) >= SURE_DIGITS and not is_whole
+    return np.asarray(found)
+
+
+@np.errstate(all="ignore")
+def as_written(values: Vector) -> tuple[Vector, float]:
+    """Return the shortest decimals of finite doubles times the least power of ten with
+    which all are whole, and this power; the doubles, and 1, if some are rounded, or
+    doubles do not represent all of these."""
+    few = values.ravel()[:FEW_NUMBERS]  # which tell most computed numbers
+    if are_rounded(few).any() or are_rounded(values).any():
+        return values, 1.0
+    for power in range(LARGEST_POWER + 1):
+        whole = np.rint(values * 10.0**power)
+        if np.abs(whole).max(initial=0.0) > LARGEST_INTEGER:
+            break
+        if np.array_equal(whole / 10.0**power, values):
+            return (np.asarray(whole), 10.0**power) if power else (values, 1.0)
+    return values, 1.0
+
+
 @dataclass(frozen=True)
 class Written(Generic[T]):
     """The content of a text. rounded : with the nearest doubles. own : with a different
@@ -272,9 +328,11 @@ class Doubles:
         self._places: dict[Fraction, float] | None = None
 
     def __call__(self, text: str) -> float:
-        """Return the double for a decimal text; infinities and NaN remain unchanged.
-        May raise TimeIsUp."""
+        """Return the double for a text, as `NUMBER` has them; infinities and NaN remain
+        unchanged. May raise TimeIsUp."""
         check()
+        if "/" in text:
+            return self.of(ratio(text))
         double = float(text)
         is_short = len(text) <= SURE_DIGITS and "e" not in text.casefold()
         return self._of(

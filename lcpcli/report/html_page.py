@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from html import escape
 from importlib.util import find_spec
 
+from lcpcli.errors import missing
 from lcpcli.report.document import Document, Section, Table
 
 STYLE = """
@@ -86,7 +87,7 @@ def _section(section: Section) -> list[str]:
     if section.figure is not None and find_spec("matplotlib") is None:
         notes.insert(
             0,
-            "The figure needs matplotlib: pip install 'linear-complementarity[plot]'.",
+            f"The figure {': '.join(missing('matplotlib'))}.",
         )
     elif section.figure is not None:
         data = f"data:image/svg+xml;base64,{b64encode(section.figure()).decode()}"

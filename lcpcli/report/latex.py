@@ -124,11 +124,20 @@ def _row(cells: list[str]) -> str:
     return " & ".join(cells) + r" \\"
 
 
+GREEK = {name: f"\\{name}" for name in ("alpha", "xi")}
+# Headings that are symbols, and the beginnings of those with an index; names of options
+# stay words.
+SYMBOLS = {"k": "k", "f": "f", "F": "F", **GREEK}
+INDEXED = {**{letter: letter for letter in "zwxyduvs"}, **GREEK}
+SYMBOL_WITH_INDEX = re.compile(r"([a-z]+)(\d+)")
+
+
 def _heading(name: str) -> str:
-    if name[:1] in tuple("zwxy") and name[1:].isdigit():
-        return f"${name[0]}_{{{name[1:]}}}$"
-    if name == "k":
-        return f"${name}$"
+    if name in SYMBOLS:
+        return f"${SYMBOLS[name]}$"
+    found = SYMBOL_WITH_INDEX.fullmatch(name)
+    if found and found[1] in INDEXED:
+        return f"${INDEXED[found[1]]}_{{{found[2]}}}$"
     return (
         _cell(name)
         if name.startswith(("time/", "to ")) or name == ELLIPSIS

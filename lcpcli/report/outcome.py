@@ -11,9 +11,10 @@ from typing import Any
 
 import numpy as np
 
-from lcpcli.errors import ParameterError, count, visible
+from lcpcli.errors import ParameterError, count, missing, visible
 from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import ROW_ROUNDING
+from lcpcli.methods.registry import declared
 from lcpcli.model.box import WORDS
 from lcpcli.model.problem import Problem
 from lcpcli.model.words import in_own_sense
@@ -101,6 +102,7 @@ DIGITS = 7  # of z at most, as in the paper's tables
 # Of z: a line warns if the data determine fewer, as some printed digits then mean
 # nothing.
 ENOUGH_DIGITS = 6
+MOST_NAMED = 4  # components in a line on those that are not unique
 OTHERS_CLAUSES = {
     None: "",
     False: "; the only solution",
@@ -181,6 +183,8 @@ def facts(
             f"the data determine {digits} of z{i + 1}: rounding the data once "
             "changes the others"
         )
+    if result.not_unique and result.others is not False:  # which exact arithmetic saw
+        lines.append(_not_unique(result.not_unique))
     lines += _vector(result, width or PIPE_WIDTH, whole, names)
     if names or not result.problem.bounds:
         return lines
@@ -191,6 +195,17 @@ def facts(
         )
         basis = f"basis: {', '.join(of_states)}"
     return [*lines, basis]
+
+
+def _not_unique(indices: list[int]) -> str:
+    """Return a line on components that are not unique, some of which it names."""
+    named = [f"z{i + 1}" for i in indices[:MOST_NAMED]]
+    if len(indices) > MOST_NAMED:
+        named.append(count(len(indices) - MOST_NAMED, "other"))
+    *first, last = named
+    names = f"{', '.join(first)} and {last}" if first else last
+    are = "are" if first else "is"
+    return f"{names} {are} not unique: to working precision, other values solve it too"
 
 
 def short_vector(result: Result, width: int) -> str:
@@ -273,6 +288,37 @@ def doubt(result: Result) -> str:
     )
 
 
+def why_unsolved(results: Sequence[Result]) -> str:
+    """Return a sentence on why no run of an iteration on x among compared runs has
+    solved the problem, and what does; "" if one has, or if nothing is known."""
+    from lcpcli.inspection.failure import explanation
+
+    runs = [result for result in results if declared(result.method).iterates]
+    if not runs or any(result.solved or result.interrupted for result in runs):
+        return ""
+    names = list(dict.fromkeys(result.method for result in runs))
+    subject = (
+        f"neither {' nor '.join(names)} solves the problem"
+        if len(names) > 1
+        else f"{names[0]} does not solve the problem"
+    )
+    others = [result for result in results if result not in runs]
+    if any(result.status.word in SETTLED for result in others):
+        return f"{subject}, as it has no solution"
+    found = explanation(results[0].problem, names)
+    solver = next((result for result in others if result.solved), None)
+    way = found.guarantee
+    if solver is not None:
+        by = f" by {', '.join(solver.route)}" * (solver.route != (solver.method,))
+        way = f"{name(solver)} solves it{by}"
+    if not found.causes:
+        return ""
+    remedies = ", and ".join(filter(None, [found.need, way]))
+    return "; ".join(
+        filter(None, [f"{subject}: {', and '.join(found.causes)}", remedies])
+    )
+
+
 def spread(results: Sequence[Result]) -> str:
     """Return a warning if times of runs, even the least of their repetitions, may be
     unreliable; else ""."""
@@ -342,7 +388,7 @@ def frame(result: Result) -> Any:
     try:
         import pandas
     except ModuleNotFoundError:
-        raise ParameterError("to_frame", "needs pandas", "pip install pandas") from None
+        raise ParameterError("to_frame", *missing("pandas")) from None
     labels = [name or f"z{i}" for i, name in enumerate(result.names, 1)]
     return pandas.DataFrame(
         {"z": result.z, "w": result.w, "state": result.basis}, index=labels

@@ -18,7 +18,7 @@ from importlib.util import find_spec
 from pathlib import PurePath
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from lcpcli.errors import ParameterError, count
+from lcpcli.errors import LEAVE_ONE_OUT, LEAVE_OUT, ParameterError, count, missing
 from lcpcli.files.atomic_write import write_whole
 from lcpcli.report import wording
 
@@ -42,6 +42,7 @@ KINDS = {  # the functions that draw the figures, and the titles of the files
     "response": ("run_figures.draw", "Path of solutions"),
     "cones": ("plane_figures.draw", "Complementary cones"),
     "paths": ("plane_figures.draw_paths", "Trajectories of iterates"),
+    "variations": ("run_figures.draw_variations", "Error and time against options"),
 }
 
 
@@ -115,6 +116,31 @@ class Profile(NamedTuple):
     in_seconds: bool = False
 
 
+THEORY = "ln 3 / p"  # of p: by how much |x| is smoothed where x_i = 0
+
+
+class Line(NamedTuple):
+    """The runs of a method on a problem, one for each value of an option. errors :
+    where the runs have ended, or residuals if no solution is known."""
+
+    label: str
+    values: Sequence[str]
+    errors: Sequence[float]
+    seconds: Sequence[float]
+    solved: Sequence[bool]
+
+
+class Variation(NamedTuple):
+    """The runs in which one option varies. theory : for each value the error that
+    theory expects where z_i = w_i = 0; empty if it says nothing on the option."""
+
+    option: str
+    values: Sequence[str]
+    lines: Sequence[Line]
+    measure: str
+    theory: Sequence[float]
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class Picture:
     """A figure, drawn when it is written; a notebook shows it.
@@ -176,6 +202,16 @@ def paths(panels: Sequence[Panel]) -> Picture:
     return Picture("paths", [panels], [panel.provenance for panel in panels])
 
 
+def variations(drawn: Sequence[Variation], runs: Sequence[Sequence[Result]]) -> Picture:
+    """Return a picture with one row per option: the error at the end of the runs, and
+    their time, against its values."""
+    told = [
+        f"{wording.title_and_size(own[0].problem)}: {wording.made_by(own)}"
+        for own in runs
+    ]
+    return Picture("variations", [drawn], told)
+
+
 def form_of(path: str, option: str = PLOT) -> str:
     """Return the form of the picture that an option asks for, by the suffix of the
     path."""
@@ -195,6 +231,24 @@ def require_room(problems: int, option: str = PLOT, most: int = MOST_PANELS) -> 
         raise ParameterError(option, fault, "draw fewer at a time")
 
 
+def require_numbers(axes: Sequence[str]) -> None:
+    """Refuse words among the values of options, written OPTION=VALUE,VALUE,..."""
+    for axis in axes:
+        name, _, values = axis.partition("=")
+        for value in values.split(","):
+            if not is_number(value):
+                fault = f"draws numbers, and {name}={value} is none"
+                raise ParameterError(PLOT, fault, LEAVE_ONE_OUT)
+
+
+def is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
+
+
 def is_plane(problem: Problem) -> bool:
     return not problem.is_mixed and problem.n == 2
 
@@ -208,16 +262,14 @@ def require_plane(problems: Sequence[Problem], option: str = PLOT) -> None:
             fault = (
                 f"draws LCPs with two unknowns, not one with {wording.size(problem)}"
             )
-            raise ParameterError(option, fault, "leave it out")
+            raise ParameterError(option, fault, LEAVE_OUT)
 
 
 def require(option: str = PLOT) -> None:
     """Raise ParameterError, before any work, if matplotlib is missing, which the option
     needs."""
     if find_spec("matplotlib") is None:
-        raise ParameterError(
-            option, "needs matplotlib", "pip install 'linear-complementarity[plot]'"
-        )
+        raise ParameterError(option, *missing("matplotlib"))
 
 
 def plot_path(

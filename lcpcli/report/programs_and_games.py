@@ -41,6 +41,8 @@ def lines(result: Result, compared: bool) -> list[str]:
         multipliers = (
             [f"y = {named(answer.y.tolist(), origin.rows)}"] if answer.y.size else []
         )
+        if answer.unique_multipliers is False:
+            multipliers = [f"{own}, one of several" for own in multipliers]
         point = (
             f"{'' if result.solved else 'best '}x = "
             f"{named(answer.x.tolist(), origin.columns)}"
@@ -147,14 +149,19 @@ def tables(answer: Any, origin: Any, whole: bool = True) -> list[Table]:
     )
     rows = wording.short_names(origin.rows or [""] * len(y), math.inf, "r")
     columns = wording.short_names(origin.columns or [""] * len(x), math.inf, "x")
-    of_rows = zip(rows, own.activities.tolist(), own.slacks.tolist(), y, strict=True)
-    of_columns = zip(columns, x, own.bound_multipliers.tolist(), strict=True)
+    of_rows = [own.activities, own.slacks, *_multipliers(own)]
+    of_columns = [answer.x, *_multipliers(own, "bound_multipliers")]
     cell = wording.plain_number
     groups = [
-        [[name, *map(cell, numbers)] for name, *numbers in islice(of_rows, most)],
         [
-            [name, cell(value), "", cell(cost)]
-            for name, value, cost in islice(of_columns, most)
+            [name, *map(cell, numbers)]
+            for name, *numbers in islice(zip(rows, *of_rows, strict=True), most)
+        ],
+        [
+            [name, cell(value), "", *map(cell, numbers)]
+            for name, value, *numbers in islice(
+                zip(columns, *of_columns, strict=True), most
+            )
         ],
     ]
     left_out = (
@@ -162,7 +169,26 @@ def tables(answer: Any, origin: Any, whole: bool = True) -> list[Table]:
         f"{count(len(x), 'variable')}; --format csv has all"
     )
     notes = [left_out] * (max(len(x), len(y)) > most)
-    return [Table(["", "value", "slack", "multiplier"], groups, (0,), notes=notes)]
+    header = ["", "value", "slack", "multiplier"]
+    if len(of_columns) > 2:
+        header += ["falls", "rises"]
+        extreme = "minimum" if origin.sense == "min" else "maximum"
+        notes.append(
+            "multipliers are not unique: the last columns are the derivatives of the "
+            f"{extreme} as a bound falls and as it rises"
+        )
+    elif own.unique_multipliers is False:
+        notes.append("these are one choice of several multipliers")
+    return [Table(header, groups, (0,), notes=notes)]
+
+
+def _multipliers(own: Minimum, name: str = "y") -> list[Any]:
+    """Return the multipliers of rows, or of bounds, and where they are not unique, the
+    derivatives to both sides, if they are known."""
+    known = [getattr(own, name)]
+    if own.unique_multipliers is False and own.y_down is not None:
+        known += [getattr(own, f"{name}_down"), getattr(own, f"{name}_up")]
+    return known
 
 
 def no_optimum(answer: Any, origin: Any) -> list[str]:

@@ -13,7 +13,7 @@ from lcpcli.games.behavior import Strategies
 from lcpcli.model.extensive import ExtensiveGame
 from lcpcli.model.origins import Game
 from lcpcli.model.program import Program
-from lcpcli.report import programs_and_games, wording
+from lcpcli.report import columns, programs_and_games, wording
 from lcpcli.report.tables import reached
 from lcpcli.solving.result import Result
 
@@ -77,42 +77,28 @@ def part(result: Result, source: str) -> Rows:
 def iterates(
     results: Sequence[Result], chosen: Sequence[str] = (), names: Sequence[str] = ()
 ) -> Rows:
-    """Return the iterates: problem, method, k, z1 ... zn, residual, error, seconds (as
-    in the figures), step, and in the last row of a run its status. chosen : as for
-    `tables.build`. names : of the unknowns that have a column, by the first problem, as
-    for `wording.places`; empty for all."""
+    """Return the iterates: problem, method, the columns, and in the last row of a run
+    its status. chosen : the names of the columns, as for `columns.chosen`; empty for
+    those of every method. names : of the unknowns that have a column, by the first
+    problem, as for `wording.places`; empty for all."""
     n = max(result.problem.n for result in results)
     kept = (
         wording.places(wording.labels_of(results[0].problem), names)
         if names
         else range(n)
     )
-    heads = {"k": ["k"], "z": [f"z{i + 1}" for i in kept], "time": ["seconds"]}
-    shown = chosen or wording.CHOICES
-    lines: list[Cells] = [
-        [
-            "problem",
-            "method",
-            *chain(*(heads.get(name, [name]) for name in shown)),
-            "status",
-        ]
-    ]
+    own = columns.chosen(
+        chosen or columns.OF_EVERY_METHOD, [result.method for result in results]
+    )
+    heads = chain.from_iterable(column.keys(kept) for column in own)
+    lines: list[Cells] = [["problem", "method", *heads, "status"]]
     for result in results:
-        start, blanks = (
-            [result.problem.name, wording.name(result)],
-            [""] * (n - result.problem.n),
-        )
+        start = [result.problem.name, wording.name(result)]
         rows = result.trace.rows if result.trace else []
         for row in rows:
-            whole, own = (
-                [*row.z.tolist(), *blanks],
-                {name: [value] for name, value in wording.values_of(row).items()},
-            )
-            own |= {"k": [row.k], "z": [whole[i] for i in kept], "time": own["seconds"]}
-            cells = (cell for name in shown for cell in own[name])
-            lines.append(
-                [*start, *cells, result.status.word if row is rows[-1] else ""]
-            )
+            cells = chain.from_iterable(column.values(row, kept) for column in own)
+            status = result.status.word if row is rows[-1] else ""
+            lines.append([*start, *cells, status])
     return lines, [
         ITERATES + line if k == 0 else line
         for k, line in enumerate(wording.provenance(results))

@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import fields, is_dataclass
 from io import StringIO
 from itertools import chain
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from lcpcli.errors import visible, visible_json
@@ -17,7 +18,7 @@ from lcpcli.files.contents import NO_SOURCE, Source
 from lcpcli.methods.registry import declared
 from lcpcli.model.problem import Problem
 from lcpcli.options import DEFAULTS
-from lcpcli.report import wording
+from lcpcli.report import columns, wording
 from lcpcli.report.document import Document, typeset
 from lcpcli.version import VERSION
 
@@ -92,18 +93,22 @@ class Report(NamedTuple):
         there is none.
     records : returns objects of plain values. rows : returns rows of cells, and lines
     of comments above them; None if CSV has the keys and values of the records. pipe :
-    the width where there is no terminal; None for no limit.
+    the width where there is no terminal; None for no limit. ready : functions that
+    return the text of a format of which most was made before.
     """
 
     document: Callable[[str, int | None], Document]
     records: Callable[[], Iterable[Mapping[str, Any]]]
     rows: Callable[[], tuple[Iterable[Sequence[Any]], Iterable[str]]] | None = None
     pipe: int | None = None
+    ready: Mapping[str, Callable[[], str]] = MappingProxyType({})
 
     def render(
         self, form: str = "table", width: int | None = None, color: bool = False
     ) -> str:
         """Return the report as text in a format. width, color : as for `typeset`."""
+        if form in self.ready:
+            return self.ready[form]()
         if form == "json":
             return "".join(map(line, self.records()))
         if form == "csv":
@@ -243,7 +248,7 @@ KEYS = (
     "version file item problem n names method package label route status "
     "message advice solved verified z w basis "
     "iterations evaluations residual relative_residual negligible_q error "
-    "digits error_bound error_bound_source "
+    "digits not_unique error_bound error_bound_source "
     "reference milestones setup_seconds solve_seconds verify_seconds seconds "
     "conclusion_seconds spread "
     "certificate exact "
@@ -251,9 +256,17 @@ KEYS = (
 )
 # Of a program's answer
 MINIMUM = (
-    "x y bound_multipliers activities slacks objective statement proved exact ray "
+    "x y bound_multipliers unique_multipliers y_down y_up bound_multipliers_down "
+    "bound_multipliers_up activities slacks objective statement proved exact ray "
     "certificate"
 )
+
+
+def as_list(lines: str) -> str:
+    """Return lines of JSON as one JSON text: the object in the only one, or the list of
+    several, one in each line."""
+    objects = lines.removesuffix("\n").split("\n")
+    return lines if len(objects) == 1 else "[\n" + ",\n".join(objects) + "\n]\n"
 
 
 def line(record: Mapping[str, Any]) -> str:
@@ -314,11 +327,7 @@ def data(result: Result, source: Source = NO_SOURCE) -> dict[str, Any]:
             for name, value in result.options.items()
             if name not in wording.VECTORS
         },
-        "trace": trace
-        and [
-            {"k": r.k, "z": r.z, **wording.values_of(r), "method": r.method}
-            for r in trace.rows
-        ],
+        "trace": trace and columns.records(trace),
     }
     return record(KEYS, result, own) | dict(source.mark or {})
 

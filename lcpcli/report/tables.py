@@ -5,16 +5,19 @@ each, its costs, and how it ended."""
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import partial
-from typing import TYPE_CHECKING, TypeAlias
+from itertools import chain
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lcpcli.methods.quantities import X
+from lcpcli.methods.registry import ALL
 from lcpcli.model.problem import WITHOUT_SOLUTION, Problem
 from lcpcli.model.words import in_own_sense
 from lcpcli.options import AUTO
-from lcpcli.report import html_page, outcome, wording
+from lcpcli.report import columns, html_page, outcome, wording
 from lcpcli.report.document import Document, Section, Table
 from lcpcli.solving.result import Result
 from lcpcli.typing import Indices
@@ -33,9 +36,6 @@ PIPE_COMPONENTS = 12
 MOST_EXPLAINED = 5
 PRINTED = ("latex", "html")  # the formats for readers who do not run the program
 NONE = "-"  # in place of the costs to a level that is not reached
-
-# Of a row, beside the largest component of z.
-CellsOfZ: TypeAlias = "Callable[[TraceRow, float], list[str]]"
 
 
 def shown_components(n: int, width: int | None) -> Indices | None:
@@ -80,43 +80,14 @@ def build(
 
     width : of the terminal; None if there is none. compared, whole : as for
     `result_formats.report`. chosen : the columns of the iterates, from
-    `wording.CHOICES`; then there is no summary. shown_names : of the unknowns that are
+    `columns.table`; then there is no summary. shown_names : of the unknowns that are
     shown, as for `wording.places`, and which traces have, but of a game all; empty for
     as many as fit.
     """
     first, problem = results[0], results[0].problem
     components = first.trace.components if first.trace else None
-    n, names = problem.n, wording.headings(problem, longest(form))
-    kept = (
-        [*wording.places(wording.labels_of(problem), shown_names)]
-        if shown_names
-        else with_gap(n, components)
-    )
-    signs = np.array(in_own_sense(problem, [1.0] * n))[
-        slice(None) if components is None else components
-    ]
-    traces = [result.trace.rows if result.trace else [] for result in results]
-    # The start only if there is nothing else.
-    shown = [rows[1:] if len(rows) > 1 else rows for rows in traces]
-    rows = [row for own in shown for row in own]
-    others = wording.columns_of(problem, rows)
-    header = [
-        "method",
-        "k",
-        *(wording.ELLIPSIS if i is None else names[i] for i in kept),
-        *others,
-    ]
-    places = _places(chosen, len(kept), [name.partition("/")[0] for name in others])
-
-    def cells_of_z(row: TraceRow, largest: float) -> list[str]:
-        cells = wording.components((signs * row.z + 0.0).tolist(), largest)
-        cells[-1:-1] = [wording.ELLIPSIS] * (None in kept)
-        return cells
-
-    groups = [
-        _group(result, own, cells_of_z, others, places)
-        for result, own in zip(results, shown, strict=True)
-    ]
+    n = problem.n
+    iterates = _iterates(results, chosen, shown_names, longest(form))
     facts = [] if compared else outcome.facts(first, width, whole, shown_names)
     elided = (
         False
@@ -129,10 +100,8 @@ def build(
     if solved and problem.verdict in WITHOUT_SOLUTION:
         wrong = f"the verdict of the problem, {problem.verdict}, is wrong"
         disproof = [f"{wrong}: z is a solution to the tolerance {solved[0].tol:g}"]
-    shows_times = form != "latex" and (not chosen or "time" in chosen)
-    iterates = Table(
-        [header[j] for j in places], list(filter(None, groups)), name="Iterates"
-    )
+    has_times = not chosen or not {columns.TIME, ALL}.isdisjoint(chosen)
+    shows_times = form != "latex" and has_times
     summary = [summary_of_costs(results, width if form == "table" else None)] * (
         compared and not chosen
     )
@@ -186,21 +155,6 @@ def document(runs: Sequence[Sequence[Result]], sections: Sequence[Section]) -> D
     return Document(": ".join(filter(None, (names, methods))), sections)
 
 
-def _places(chosen: Sequence[str], names: int, others: Sequence[str]) -> list[int]:
-    """Return the indices of the chosen columns, in their order, after the method; all
-    if none is chosen. names : the number of columns of z. others : the names of the
-    columns after them."""
-    of_names = {
-        "k": [1],
-        "z": list(range(2, 2 + names)),
-        **{name: [2 + names + j] for j, name in enumerate(others)},
-    }
-    return [
-        0,
-        *(place for name in chosen or of_names for place in of_names.get(name, [])),
-    ]
-
-
 def with_gap(n: int, components: Indices | None) -> list[int | None]:
     """Return these components, with None before the last one for omitted components;
     None stands for all n."""
@@ -211,30 +165,65 @@ def with_gap(n: int, components: Indices | None) -> list[int | None]:
     )
 
 
+def _iterates(
+    results: Sequence[Result],
+    chosen: Sequence[str],
+    shown_names: Sequence[str],
+    most: float,
+) -> Table:
+    """Return the table of the iterates; without x, which tells it from the next ones,
+    the start is left out unless there is nothing else. most : the length from which a
+    name is too long for a column."""
+    problem = results[0].problem
+    components = results[0].trace.components if results[0].trace else None
+    traces = [result.trace.rows if result.trace else [] for result in results]
+    has_x = not {X.name, ALL}.isdisjoint(chosen)
+    shown = [rows[len(rows) > 1 and not has_x :] for rows in traces]
+    rows = [row for own in shown for row in own]
+    own = columns.by_default(problem, rows)
+    if chosen:
+        own = columns.chosen(chosen, [result.method for result in results])
+    if ALL in chosen:
+        own = [column for column in own if columns.has_values(column, rows)]
+    kept = with_gap(problem.n, components)
+    if shown_names:
+        kept = [*wording.places(wording.labels_of(problem), shown_names)]
+    signs = np.array(in_own_sense(problem, [1.0] * problem.n))
+    frame = columns.Frame(
+        problem,
+        wording.headings(problem, most),
+        kept,
+        signs if components is None else signs[components],
+        0.0,
+        wording.unit(max((row.seconds for row in rows), default=0.0)),
+        has_x,
+    )
+    groups = [
+        _group(result, rows, own, frame)
+        for result, rows in zip(results, shown, strict=True)
+    ]
+    return Table(
+        ["method", *chain.from_iterable(column.heads(frame) for column in own)],
+        list(filter(None, groups)),
+        name="Iterates",
+    )
+
+
 def _group(
     result: Result,
     rows: Sequence[TraceRow],
-    cells_of_z: CellsOfZ,
-    others: wording.Shown,
-    places: Sequence[int],
+    own: Sequence[columns.Column],
+    frame: columns.Frame,
 ) -> list[list[str]]:
-    """Return the rows of a result in the columns at these places: the method where it
-    begins, k, the components of z, which are written beside the largest, and the
-    others."""
-    largest, earlier, group = (
-        float(np.abs(result.z).max(initial=0.0)),
-        "",
-        list[list[str]](),
-    )
+    """Return the rows of a result: the method where it begins, and these columns, of
+    which those of z are written beside its largest component."""
+    largest = float(np.abs(result.z).max(initial=0.0))
+    frame, earlier = frame._replace(largest=largest), ""
+    group = list[list[str]]()
     for row in rows:
         label = wording.name(result) if row.method == result.method else row.method
-        cells = [
-            label if label != earlier else "",
-            str(row.k),
-            *cells_of_z(row, largest),
-        ]
-        cells += (cell(row) for cell in others.values())
-        group.append([cells[j] for j in places])
+        cells = chain.from_iterable(column.shown(row, frame) for column in own)
+        group.append([label if label != earlier else "", *cells])
         earlier = label
     return group
 
@@ -259,6 +248,8 @@ def _remarks(
     if are_many and failed:
         some = f"{len(failed)} of {len(results)} runs failed"
         remarks = [f"{some}: lcp solve with the options of one of them says why"]
+    if compared:
+        remarks += filter(None, [outcome.why_unsolved(results)])
     for result in results:
         by = (
             f"by {', '.join(result.route)}"

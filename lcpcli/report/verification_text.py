@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -41,7 +42,7 @@ def _section(verification: Verification) -> Section:
     rows = [
         [measure, short(value), ""]
         for measure, value in measures.items()
-        if value is not None
+        if value is not None and value < math.inf  # beyond a bound, as the message says
     ]
     if bound := verification.bound:
         rows.append(["proved bound on the error", above(bound.value), bound.source])

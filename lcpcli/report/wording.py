@@ -1,6 +1,5 @@
 """The wording of numbers, sizes, names, advice and provenance that all formats share,
-the unknowns that a report shows, and the columns of iterates after z. Nothing heavy is
-imported, as help names them."""
+and the unknowns that a report shows. Nothing heavy is imported, as help names them."""
 
 from __future__ import annotations
 
@@ -9,7 +8,7 @@ from collections.abc import Callable, Iterable, Sequence
 from fnmatch import fnmatchcase
 from itertools import chain
 from textwrap import wrap
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any
 
 from lcpcli.errors import ParameterError, likely, quoted, visible
 from lcpcli.methods.registry import SWITCHES
@@ -20,7 +19,6 @@ if TYPE_CHECKING:
     from lcpcli.model.origins import Game
     from lcpcli.model.problem import Problem
     from lcpcli.solving.result import Options, Result
-    from lcpcli.solving.trace import TraceRow
 
 
 # Columns of text without a terminal, the width that terminals have by tradition.
@@ -49,6 +47,24 @@ def components(values: Iterable[float], largest: float) -> list[str]:
         else f"{round(v, 7) + 0.0:.7f}"
         for v in values
     ]
+
+
+def halves(values: Iterable[float], largest: float) -> list[str]:
+    """Return components of x with the digits with which those of z = |x| + x are
+    printed by `components`, and one more decimal: |x| + x and |x| - x are then z and w
+    to the last printed digit. largest : as there."""
+    cells = []
+    for v in values:
+        # Of |2 x|, which is z or w.
+        (twice,) = components([2 * abs(v)], largest)
+        _, has_exponent, exponent = twice.partition("e")
+        if not has_exponent:
+            cells.append(f"{round(v, 8) + 0.0:.8f}")
+            continue
+        # z has 6 decimals before its exponent; in [5, 10) x has another exponent.
+        own = int(f"{abs(v):.6e}".partition("e")[2])
+        cells.append(f"{v + 0.0:.{7 + own - int(exponent)}e}")
+    return cells
 
 
 def plain_number(value: float) -> str:
@@ -92,7 +108,7 @@ def short_names(names: Sequence[str], most: float, letter: str = "z") -> list[st
     """Return the names, with a name that is too long replaced by its place, as in
     z1."""
     return [
-        name if 0 < len(visible(name)) < most else f"{letter}{i}"
+        name if name and len(visible(name)) < most else f"{letter}{i}"
         for i, name in enumerate(names, 1)
     ]
 
@@ -242,20 +258,30 @@ def advice(result: Result) -> str:
     return "" if result.solved else result.suggestions.line(written)
 
 
-def made_by(results: Sequence[Result]) -> str:
+def made_by(results: Sequence[Result], one_at_a_time: bool = False) -> str:
     """Return, in one line, the version, the limits, which are the same, and the options
-    that all runs of a method share; the names of runs have the others."""
+    that all runs of a method share; the names of runs have the others. one_at_a_time :
+    whether an option counts as shared if all runs share it that do not name it."""
     parts = [f"{PROGRAM}, {_limits(results[0])}"]
     for method in dict.fromkeys(result.method for result in results):
         runs = [
-            options_of(own, whole=False).items()
+            {
+                name: value
+                for name, value in options_of(own, whole=False).items()
+                if not (one_at_a_time and f"{name}=" in own.label)
+            }
             for own in results
             if own.method == method
         ]
+        names = dict.fromkeys(chain.from_iterable(runs))
+        values = {
+            name: {run.get(name) for run in runs if name in run or not one_at_a_time}
+            for name in names
+        }
         shared = [
-            f"{name}={value}"
-            for name, value in runs[0]
-            if all((name, value) in run for run in runs)
+            f"{name}={next(iter(own))}{_note(name, results)}"
+            for name, own in values.items()
+            if len(own) == 1
         ]
         parts += [f"{method}: {', '.join(shared)}"] * bool(shared)
     return "; ".join(parts)
@@ -268,7 +294,7 @@ def provenance(results: Sequence[Result]) -> list[str]:
     for result in results:
         by = f" by {', '.join(result.route)}" * (result.route != (result.method,))
         options = "".join(
-            f", {name}={value}"
+            f", {name}={value}{_note(name, [result])}"
             for name, value in options_of(result, whole=True).items()
         )
         problem = f"{title(result.problem) or 'problem'}, {size(result.problem)}"
@@ -301,6 +327,26 @@ def options_of(result: Result, whole: bool) -> dict[str, str]:
         for name, value in shown
         if value is not (name in SWITCHES)
     }
+
+
+def _note(name: str, results: Sequence[Result]) -> str:
+    """Return what to know about the value of an option in runs: whether p is so large
+    that |x| is smoothed by less than the rounding of z or w, as by the default p.
+
+    By default (ln 3 / p) (1 + |M|) = eps |q|, and q = w - M z, so that ln 3 / p <= eps
+    max(|z|, |w|) at a solution.
+    """
+    own = [result for result in results if name == "p" and "p" in result.options]
+    if not own or any(_smooths(result) for result in own):
+        return ""
+    return " (no smoothing in double precision)"
+
+
+def _smooths(result: Result) -> bool:
+    from lcpcli.linalg.doubles import EPS
+
+    largest = max(abs(result.z).max(initial=0.0), abs(result.w).max(initial=0.0))
+    return bool(math.log(3) / result.options["p"] > EPS * largest)
 
 
 def _text(value: Any, whole: bool) -> str:
@@ -395,40 +441,3 @@ def strategy_names(game: Game, most: float) -> tuple[list[str], list[str]]:
 
 def payoff_headings(game: Game) -> list[str]:
     return [f"{player} gets" for player in game.players or ("row", "column")]
-
-
-# A heading, with the function that makes a cell of a row.
-Shown: TypeAlias = "dict[str, Callable[[TraceRow], str]]"
-
-
-# The columns of the iterates that a user may choose.
-CHOICES = ("k", "z", "residual", "error", "time", "step")
-
-
-def columns_of(problem: Problem, rows: Sequence[TraceRow]) -> Shown:
-    """Return the columns of a table of iterates after z, of which the rows may lack
-    some components."""
-    length, name = unit(max((row.seconds for row in rows), default=0.0))
-    columns: Shown = {}
-    if any(row.z0 is not None for row in rows):
-        columns["z0"] = lambda row: "" if row.z0 is None else plain_number(row.z0)
-    if any(row.step for row in rows):
-        columns["step"] = lambda row: row.step
-    if problem.solutions:
-        columns["error"] = lambda row: error(row.error, problem)
-    else:
-        columns["residual"] = lambda row: short(
-            row.residual, math.inf if row.rounding else 0.0
-        )
-    return columns | {f"time/{name}": lambda row: f"{row.seconds / length:.3f}"}
-
-
-def values_of(row: TraceRow) -> dict[str, Any]:
-    """Return the values of an iterate after z in CSV and JSON."""
-    own = {
-        "residual": row.residual,
-        "error": row.error,
-        "seconds": row.seconds,
-        "step": row.step or None,
-    }
-    return own if row.z0 is None else {**own, "z0": row.z0}

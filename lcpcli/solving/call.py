@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, TypedDict, get_args
 import numpy as np
 
 from lcpcli.clock import seconds
-from lcpcli.errors import OptionError, ParameterError, likely
+from lcpcli.errors import OptionError, ParameterError, likely, unknown
 from lcpcli.methods import registry as methods
 from lcpcli.methods.direct import stored
 from lcpcli.model.problem import Problem, as_problem
@@ -239,16 +239,20 @@ def _run(
     if options:
         given = chosen(options, COMMON_OPTIONS, method)
         interrupts = given.pop("interrupts", RAISE)
-        given["trace"] = trace_of(given.get("trace"))
+        given["trace"] = trace_of(given.get("trace"), method)
         given["limits"] = Limits.taken_from(given)
     return unless_interrupted(
         driver.run(problem, method, began=began, **given), interrupts
     )
 
 
-def trace_of(wanted: bool | Trace | None) -> Trace | None:
-    """Return the trace that a call is to fill."""
-    return wanted if isinstance(wanted, Trace) else Trace() if wanted else None
+def trace_of(wanted: bool | Trace | None, method: str) -> Trace | None:
+    """Return the trace that a call of the method is to fill, which may have no columns
+    of other methods alone."""
+    if isinstance(wanted, Trace):
+        methods.require_quantities(wanted.columns, [method])
+        return wanted
+    return Trace() if wanted else None
 
 
 def chosen(
@@ -267,7 +271,7 @@ def chosen(
     if given.get("interrupts", RAISE) not in INTERRUPTS:
         raise ParameterError(
             "interrupts",
-            f"{given['interrupts']!r} is unknown",
+            unknown(given["interrupts"]),
             'give "raise" or "return"',
         )
     for name in (name for name in options if name not in known):

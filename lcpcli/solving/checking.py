@@ -21,10 +21,10 @@ from typing import Any
 import numpy as np
 
 from lcpcli import options
-from lcpcli.errors import ParameterError, count
+from lcpcli.errors import IS_MISSING, LEAVE_ONE_OUT, LEAVE_OUT, ParameterError, count
 from lcpcli.linalg.matrices import absolute_product, product, row_maxima, scaled
 from lcpcli.linalg.programs import minimized
-from lcpcli.model.arrays import as_vector, by_names
+from lcpcli.model.arrays import FROM_1, as_vector, by_names
 from lcpcli.model.extensive import ExtensiveGame
 from lcpcli.model.nonlinear import NonlinearProblem
 from lcpcli.model.origins import Game
@@ -34,7 +34,7 @@ from lcpcli.options import TOL
 from lcpcli.rational.elimination import Effort
 from lcpcli.rational.exact_problem import ExactProblem, fractions_of
 from lcpcli.rational.numbers import approximate, rounded
-from lcpcli.solving.minimum import WORDS, data_of, kind_of_point
+from lcpcli.solving.minimum import WORDS, data_of, kind_of_solutions
 from lcpcli.solving.no_minimum import undecided, without_minimum
 from lcpcli.typing import Vector, VectorLike
 from lcpcli.verify import exact_solution
@@ -126,9 +126,9 @@ def check(
         )
     n = as_problem(problem).n
     if z is None and y is None:
-        raise ParameterError("z", "is missing", "give z, or a proof y")
+        raise ParameterError("z", IS_MISSING, "give z, or a proof y")
     if z is not None and y is not None:
-        raise ParameterError("y", "is given beside z", "leave one out")
+        raise ParameterError("y", "is given beside z", LEAVE_ONE_OUT)
     z, y = by_names(lambda: problem.names, z=z, y=y)
     if z is not None:
         values = as_vector("z", z)
@@ -138,7 +138,7 @@ def check(
             return verified_exactly(ExactProblem.of_floats(problem), exact)
         return verified(problem, values, tol or TOL.value)
     if tol is not None:
-        raise ParameterError("tol", "has no effect on a proof", "leave it out")
+        raise ParameterError("tol", "has no effect on a proof", LEAVE_OUT)
     rounded_y = as_vector("y", y, n)
     exact = _fractions(y)
     return verified_proof(
@@ -202,13 +202,27 @@ def accepting(
     would be accepted, as they may have been rounded; None if there is none, or if the
     values were accepted."""
     relative = found.relative_residual
-    if found.accepted or relative is None or not relative <= LARGEST_TOL:
+    if found.accepted or relative is None:
+        return None
+    if math.isinf(relative):  # beyond a bound
+        relative = _beyond_bounds(problem, values)
+    if not relative <= LARGEST_TOL:
         return None
     powers = [10.0**k for k in range(-9, 0)]
     tried = (tol for tol in powers if relative <= tol <= LARGEST_TOL)
     return next(
         (tol for tol in tried if verified(problem, values, tol, own).accepted), None
     )
+
+
+def _beyond_bounds(problem: Problem, values: Vector) -> float:
+    """Return how far the first of the unknowns, as many as there are values, are beyond
+    their bounds, relative to the largest, in units that M suggests."""
+    C = problem.units.diagonals()[1]
+    z = np.concatenate((values, np.zeros(problem.n)))[: problem.n]
+    beyond = np.abs(z - problem.box.project(z))[: values.size] / C[: values.size]
+    largest = np.abs(values / C[: values.size]).max()
+    return float(beyond.max() / largest) if largest else math.inf
 
 
 def verified_exactly(
@@ -368,7 +382,7 @@ class _Proposal:
             self.sign * self.with_step()[self.k : self.problem.n - self.origin.ranges]
             + 0.0
         )
-        statement = kind_of_point(self.data, self.origin).statement
+        statement = kind_of_solutions(self.problem, self.origin, self.data).statement
         return replace(
             found,
             statement=statement,
@@ -401,10 +415,8 @@ class _Proposal:
             not self.needs_multipliers
             and verify(self.problem, self.with_step(), tol).accepted
         ):
-            return (
-                f"{kind_of_point(self.data, origin).statement}, but with other "
-                "multipliers"
-            )
+            kind = kind_of_solutions(self.problem, origin, self.data)
+            return f"{kind.statement}, but with other multipliers"
         return f"{feasible}, but not shown to be a {word}"
 
 
@@ -432,7 +444,7 @@ def _violated(origin: Program, data: ProgramData, x: Vector, tol: float) -> str:
     values = np.concatenate((product(data.A, x), x))
     sizes = np.concatenate((absolute_product(data.A, np.abs(x)), np.abs(x)))
     names = [
-        f"row {name or i}"
+        f"row {name or f'{i} {FROM_1}'}"
         for i, name in enumerate(origin.rows or [""] * data.row_lower.size, 1)
     ]
     names += [

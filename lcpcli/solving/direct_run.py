@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lcpcli.clock import Stopwatch, imports
-from lcpcli.errors import ParameterError
-from lcpcli.interrupts import TimeIsUp, within
+from lcpcli.errors import OptionError, ParameterError
+from lcpcli.interrupts import TimeIsUp, hides_interrupt, within
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.methods import direct
 from lcpcli.methods.direct import MOST_COMPILED, MOST_PIVOTED, DirectAnswer, Made
@@ -53,13 +53,15 @@ NEARLY_SOLVED = 1e-6
 def compiled() -> ModuleType | None:
     """Return the module of the compiled kernels, which takes half a second to load;
     None without the extra `fast`, or if its numba fails, as with a version of numpy
-    that is too new for it."""
+    that is too new for it, or if its cache cannot be used, which a message says."""
     if not has_numba():
         return None
     with imports:
         try:
             from lcpcli.kernels import compiled
-        except (ImportError, RuntimeError):
+        except (ImportError, RuntimeError, OptionError) as error:
+            if hides_interrupt(error):
+                raise KeyboardInterrupt from None
             return None
     return compiled
 
@@ -467,7 +469,7 @@ def reported(
     x0 : the start, if there are traces."""
     with imports:
         from lcpcli.methods.stages import Finished, Iterate, ended
-        from lcpcli.solving.trace import LateRow, TraceRow
+        from lcpcli.solving.trace import LateRow, row_of
     criterion, box, last, rows = (
         Criterion(result.problem, result.tol),
         result.problem.box,
@@ -475,6 +477,8 @@ def reported(
         [],
     )
     ctrl_c: KeyboardInterrupt | None = None
+    traces = [*filter(None, (result.trace, result.curve))]
+    asks = callback is not None or any(trace.columns for trace in traces)
     # Without those of an attempt that was given up.
     steps = kept[max(0, len(kept) - last) :]
     steps = steps if x0 is None else [Iterate(x0, None, "", 0), *steps]
@@ -483,11 +487,7 @@ def reported(
             result.z if k == last else box.z_of(step.x),
             result.seconds * k / max(1, last),
         )
-        rows.append(
-            TraceRow(
-                k, z, None, None, at, step.step, step.method or result.method, x=step.x
-            )
-        )
+        rows.append(row_of(step, result.method, k, z, at, asks))
         ends = k < last
         try:
             ends &= (
@@ -504,7 +504,7 @@ def reported(
             session.replay = partial(ended, Finished(), *kept[-last:][:k])
             session.callback = partial(_repeated, k, ctrl_c)
             return False
-    for trace in filter(None, (result.trace, result.curve)):
+    for trace in traces:
         for row in rows:
             trace.add(
                 row if row.k < last else replace(row, x=box.x_of(result.z, result.w)),

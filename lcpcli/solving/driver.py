@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lcpcli.clock import Stopwatch, imports, seconds
-from lcpcli.errors import OptionError, ParameterError, kind
+from lcpcli.errors import LEAVE_OUT, OptionError, ParameterError, kind
 from lcpcli.interrupts import TimeIsUp, within
 from lcpcli.linalg.threads import with_limited_threads
 from lcpcli.methods import registry as methods
@@ -239,12 +239,10 @@ def _refuse_other(
     for name in (
         additions if additions and not methods.declared(method).iterates else ()
     ):
-        raise ParameterError(
-            name, f"has no effect with the method {method}", "leave it out"
-        )
+        raise ParameterError(name, f"has no effect with the method {method}", LEAVE_OUT)
     if compiled and method != "auto":
         raise ParameterError(
-            "compiled", f"has no effect with the method {method}", "leave it out"
+            "compiled", f"has no effect with the method {method}", LEAVE_OUT
         )
 
 
@@ -288,7 +286,7 @@ def _start(problem: Problem, method: str, given: dict[str, Any]) -> Start:
         raise ParameterError(
             name,
             f"has no effect with {method}, which uses no starting point",
-            "leave it out",
+            LEAVE_OUT,
         )
     return start_at(problem, **given)
 

@@ -41,6 +41,10 @@ if TYPE_CHECKING:
 # computed.
 MEASURED_FROM = 100
 MEASURED_EVERY = 16  # iterations, if the method gives no bound on the residual
+TOLD = 0.5  # seconds beyond the time limit that are told of
+EXCEEDED = (
+    "the last step and the verification, which are not cut short, took {:.1f} s more"
+)
 INTERVAL = 0.2  # seconds between two reports: often enough for the eye
 BY_CALLBACK = "by the callback"
 # Iterations after the tolerance is reached, if the method reports that signs are still
@@ -114,6 +118,7 @@ class Loop:
     def __post_init__(self) -> None:
         self.problem, self.route = self.criterion.problem, list[str]()
         self.traces = [trace for trace in self.kept if trace is not None]
+        self.asks_for_quantities = any(trace.columns for trace in self.traces)
         if self.problem.reference_z is not None and self.criterion.reference_solves:
             self.last = self.problem.box.x_of(
                 self.problem.reference_point, self.problem.q_ref
@@ -323,28 +328,20 @@ class Loop:
 
     def _keep(self, iterate: Iterate) -> None:
         """Add an iterate to the traces; the time that this takes does not count."""
-        row = self._row(iterate)
+        row = self._row(iterate, self.asks_for_quantities)
         for trace in self.traces:
+            if self.k == 1 and trace.columns:
+                trace.complete_start(iterate)
             trace.add(row, self.criterion)
         self.stopwatch.skip()
 
-    def _row(self, iterate: Iterate) -> TraceRow:
+    def _row(self, iterate: Iterate, asks: bool) -> TraceRow:
+        """Return the row of an iterate. asks : whether its quantities may be read."""
         with imports:
-            from lcpcli.solving.trace import TraceRow
+            from lcpcli.solving.trace import row_of
         self.stopwatch.count("verify")
         z, at = self.problem.box.z_of(iterate.x), self.stopwatch.total
-        method = iterate.method or self.method
-        return TraceRow(
-            max(self.k, 0),
-            z,
-            None,
-            None,
-            at,
-            iterate.step,
-            method,
-            x=iterate.x,
-            z0=iterate.z0,
-        )
+        return row_of(iterate, self.method, max(self.k, 0), z, at, asks)
 
     def _calls_for_the_end(self, iterate: Iterate, callback: Callback) -> bool:
         """Return whether the callback asks for the end of the run after this iterate;
@@ -353,7 +350,7 @@ class Loop:
             return False
         with imports:
             from lcpcli.solving.trace import LateRow
-        row = LateRow.of(self._row(iterate), self.criterion)
+        row = LateRow.of(self._row(iterate, True), self.criterion)
         if not self.criterion.is_linear:
             _ = row.residual  # F is called during the run, not after it
         try:
@@ -372,6 +369,9 @@ class Loop:
         if status in FAILED and may_be_stiff(self.problem.M):
             reason = "; ".join(filter(None, (reason, self._explanation())))
         self.stopwatch.count("verify")
+        late = self.stopwatch.total - self.limits.time_limit
+        if status is Status.TIME_LIMIT and late > TOLD:
+            reason = "; ".join(filter(None, (reason, EXCEEDED.format(late))))
         if self.k < 0 and self.traces:  # interrupted before anything was kept
             self._keep(self.start._replace(x=self.last))
         for trace in self.traces:

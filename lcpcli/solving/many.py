@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Literal, TypeAlias, overload
 import numpy as np
 
 from lcpcli.clock import Stopwatch, seconds
-from lcpcli.errors import ParameterError, ProblemError
+from lcpcli.errors import IS_MISSING, LEAVE_OUT, ParameterError, ProblemError
 from lcpcli.linalg.doubles import SMALL_DISTANCE
 from lcpcli.linalg.factors import LONG_LU
 from lcpcli.linalg.matrices import is_sparse
@@ -180,7 +180,7 @@ def solve_many(
         _refuse_as_problems(M, lower=lower, upper=upper, infinity=infinity)
         if sequence:
             _refuse_in_sequence(
-                method, given.keys() - {"interrupts"}, "a sequence", "leave it out"
+                method, given.keys() - {"interrupts"}, "a sequence", LEAVE_OUT
             )
             return map(Solver.of(None, given).follow, M)
         return _one_by_one(M, method, given)
@@ -247,15 +247,13 @@ def _refuse_as_problems(problems: Any, **bounds: Any) -> None:
         or is_sparse(problems)
         or isinstance(problems, np.ndarray)
     ):
-        raise ProblemError(
-            "Q", "is missing", "give M and Q, or an iterable of Problems"
-        )
+        raise ProblemError("Q", IS_MISSING, "give M and Q, or an iterable of Problems")
     for name, bound in bounds.items():
         if not np.isscalar(bound) or bound != (0.0 if name == "lower" else math.inf):
             raise ParameterError(
                 name,
                 "has no effect on Problems, which have their own bounds",
-                "leave it out",
+                LEAVE_OUT,
             )
 
 

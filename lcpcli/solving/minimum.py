@@ -1,10 +1,6 @@
 """What results mean for the linear or quadratic program, or the game, from which their
 problem was made.
 
-x and x + d are both minimizers of a convex program if x + d satisfies rows and bounds,
-Qd = 0 and c'd = 0: O. L. Mangasarian, A simple characterization of solution sets of
-convex programs, Operations Research Letters 7 (1988) 21-26.
-
 The strategies of a solved game are checked by best responses: a payoff that is far
 larger than all that are reached, as a penalty for a forbidden move, makes the residual
 of strategies small that are no equilibrium.
@@ -12,6 +8,7 @@ of strategies small that are no equilibrium.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from copy import copy
@@ -24,21 +21,20 @@ import numpy as np
 
 from lcpcli.clock import imports, seconds
 from lcpcli.games.behavior import Behavior, InformationSetStrategy
-from lcpcli.inspection.classes import semidefinite_rank
-from lcpcli.inspection.verdict import NO, YES, classify
+from lcpcli.inspection.classes import definiteness
+from lcpcli.inspection.verdict import NO, YES
 from lcpcli.interrupts import TimeIsUp, within
-from lcpcli.linalg.doubles import generator
-from lcpcli.linalg.krylov import is_semidefinite
-from lcpcli.linalg.matrices import dense, product, stack
-from lcpcli.linalg.programs import minimized
+from lcpcli.linalg.matrices import product
 from lcpcli.linalg.threads import with_limited_threads
 from lcpcli.model.extensive import ExtensiveGame
 from lcpcli.model.origins import Game
 from lcpcli.model.problem import Problem, conditions_of
 from lcpcli.model.program import SENSES, Program, ProgramData
 from lcpcli.rational import elimination
-from lcpcli.rational.exact_problem import ExactProblem, rows_of
-from lcpcli.rational.numbers import over_one_denominator, shortest_decimal
+from lcpcli.rational.exact_problem import ExactProblem
+from lcpcli.rational.numbers import (
+    approximate,
+)
 from lcpcli.rational.tree import first_solution
 from lcpcli.solving.no_minimum import (
     OPTIMUM,
@@ -49,16 +45,13 @@ from lcpcli.solving.no_minimum import (
     undecided,
     without_minimum,
 )
+from lcpcli.solving.other_minimum import has_other_minimum
 from lcpcli.solving.result import Result, Status
-from lcpcli.typing import Mask, Vector
+from lcpcli.solving.sensitivity import Sensitivities, sensitivities
+from lcpcli.typing import Vector
 from lcpcli.verify.point import Criterion, Point
 from lcpcli.verify.verification import of_solution, point_of_game
 
-# Pivots of exact elimination, and other steps, that may decide whether Q is
-# semidefinite, times n^3, and at least.
-DEFINITENESS_STEPS, LEAST_DEFINITENESS_STEPS = 1.5e7, 20.0
-# Up to which definiteness is tested in floats, if it is not decided: a second.
-MOST_FLOAT_VARIABLES = 2000
 WORDS = {"min": "minimizer", "max": "maximizer"}
 DEFINITE = {"min": "positive", "max": "negative"}
 MOST_UNKNOWNS = 60  # of a game tree for which exact arithmetic is tried
@@ -77,15 +70,23 @@ class Minimum:
     x : the point, shape (k,), or the best iterate if the conditions are not solved;
         None, like all up to the objective, if the conditions are proved to have no
         solution.
-    y, bound_multipliers : the multipliers of the m rows and of the bounds of the k
-        variables: the derivative of the optimal objective with respect to the active
-        bound, 0 where none is active.
+    y, bound_multipliers : multipliers of the m rows and of the bounds of the k
+        variables, 0 where no bound is active. Those of a convex program are derivatives
+        of the optimal objective with respect to the active bound where they are unique.
     activities, slacks : the values Ax of the rows, and their distances from the nearer
         of their bounds, negative where a row is violated.
     objective : the value at x, in the program's own sense and with its constant.
     exact : x and y as fractions if they are proved, else None.
 
-    The following are computed when one of them is first read:
+    unique_multipliers : whether there are no other multipliers; None if it takes too
+        long to see, or the program is not known to be convex.
+    y_down, y_up, bound_multipliers_down, bound_multipliers_up : the derivatives of the
+        optimal objective as the active bound falls and as it rises, of the shapes of y
+        and bound_multipliers: the same number where multipliers are unique, and
+        infinite where no such change is feasible. Equal bounds move together. None if
+        that takes too long, or the program is not known to be convex.
+
+    These are computed when one of them is first read, and so are the following:
     statement : what x is, or what the absence of a solution means.
     proved : what is proved, one of the words in PROVED; None if nothing is.
     ray : a direction of shape (k,) in which the objective improves without limit within
@@ -105,17 +106,34 @@ class Minimum:
     objective: float | None
     exact: dict[str, list[Fraction]] | None
     _conclude: Callable[[], Conclusion] = field(repr=False)
+    _vary: Callable[[], Sensitivities | None] = field(repr=False)
 
     @cached_property
     def _concluded(self) -> tuple[Conclusion, float]:
         began = seconds()
         return self._conclude(), seconds() - began
 
+    @cached_property
+    def _varied(self) -> tuple[Sensitivities | None, float]:
+        began = seconds()
+        return self._vary(), seconds() - began
+
     statement = property(lambda minimum: minimum._concluded[0].statement)
     proved = property(lambda minimum: minimum._concluded[0].proved)
     ray = property(lambda minimum: minimum._concluded[0].ray)
     certificate = property(lambda minimum: minimum._concluded[0].certificate)
-    seconds = property(lambda minimum: minimum._concluded[1])
+    unique_multipliers = property(lambda minimum: minimum._sensitivity("are_unique"))
+    y_down = property(lambda minimum: minimum._sensitivity("down"))
+    y_up = property(lambda minimum: minimum._sensitivity("up"))
+    bound_multipliers_down = property(
+        lambda minimum: minimum._sensitivity("bounds_down")
+    )
+    bound_multipliers_up = property(lambda minimum: minimum._sensitivity("bounds_up"))
+    seconds = property(lambda minimum: minimum._concluded[1] + minimum._varied[1])
+
+    def _sensitivity(self, name: str) -> Any:
+        found = self._varied[0]
+        return None if found is None else getattr(found, name)
 
 
 @dataclass(frozen=True, eq=False)
@@ -288,8 +306,9 @@ def minimum(result: Result, program: Program) -> Minimum:
     unless it is proved that there is no solution."""
     # A cycle would keep large arrays in memory.
     conclude = partial(conclusion, result.problem, copy(result), program)
+    vary = partial(variations, result.problem, copy(result), program)
     if result.status.has_no_solution:
-        return Minimum(None, None, None, None, None, None, None, conclude)
+        return Minimum(None, None, None, None, None, None, None, conclude, vary)
     sign, data = SENSES[program.sense], data_of(result.problem, program)
     x, y = program.parts(result.z)
     w = program.parts(result.w)[0]
@@ -312,6 +331,7 @@ def minimum(result: Result, program: Program) -> Minimum:
         value + 0.0,
         exact,
         conclude,
+        vary,
     )
 
 
@@ -342,145 +362,89 @@ def conclusion(problem: Problem, result: Result, program: Program) -> Conclusion
             "rounding of its data"
         )
     if not result.solved:
-        size = f"{result.relative_residual:.1e}"
+        relative = result.relative_residual
+        size = (
+            f"relative residual of {relative:.1e}"
+            if relative < math.inf
+            else f"residual of {result.residual:.1e}"
+        )
         return Conclusion(
-            "x does not solve the program: it is the best iterate, with a "
-            f"relative residual of {size}"
+            f"x does not solve the program: it is the best iterate, with a {size}"
         )
     if result.interrupted:
         return Conclusion(
             f"x satisfies the first-order conditions; whether it is a {word} "
             "was not examined"
         )
+    kind = kind_of_solutions(problem, program, data)
+    is_exact = kind.within is None
+    if kind.proved == OPTIMUM and has_other_minimum(
+        problem, program, data, result.z, result.tol, is_exact
+    ):
+        several = kind.statement.replace(f"a {word}", f"one of several {word}s")
+        proved = SEVERAL if is_exact else OPTIMUM
+        return Conclusion(several, proved, within=kind.within)
+    return kind
+
+
+@with_limited_threads
+def variations(
+    problem: Problem, result: Result, program: Program
+) -> Sensitivities | None:
+    """Return how the optimal objective of a convex program varies with its bounds; None
+    if that is not known, or Ctrl-C has ended the run."""
+    if not result.solved or result.interrupted:
+        return None
+    data = data_of(problem, program)
+    kind = kind_of_solutions(problem, program, data)
+    if kind.proved not in (UNIQUE, OPTIMUM):
+        return None
+    return sensitivities(problem, program, data, result.z, result.tol)
+
+
+def kind_of_solutions(
+    problem: Problem, program: Program, data: ProgramData
+) -> Conclusion:
+    """Return the kind of each solution of the conditions of a program, which is kept
+    with them."""
     kind: Conclusion | None = getattr(problem, KIND, None)
     if kind is None:
         kind = kind_of_point(data, program)
         problem.knowing(**{KIND: kind})
-    if kind.proved == OPTIMUM and has_other_minimum(result, program, data):
-        return Conclusion(
-            kind.statement.replace(f"a {word}", f"one of several {word}s"), SEVERAL
-        )
     return kind
 
 
 def kind_of_point(data: ProgramData, program: Program) -> Conclusion:
-    """Return the kind of a solution of the first-order conditions, from what is proved
-    about Q: whether it is definite or semidefinite, by floating point, or else by all
-    that the classes of matrices know, fractions included."""
-    word, definite, n = WORDS[program.sense], DEFINITE[program.sense], data.c.size
+    """Return the kind of a solution of the first-order conditions, from what is known
+    about Q: whether it is definite, semidefinite, or neither.
+
+    Up to rounding: if Q + d diag(Q) is semidefinite, x minimizes a program with this in
+    place of Q, and its conditions are violated by at most d of their own terms.
+    """
+    word, definite = WORDS[program.sense], DEFINITE[program.sense]
     if not (data.Q != 0).sum():
         return Conclusion(f"x is a {word} of the linear program", OPTIMUM)
-    rank = semidefinite_rank(data.Q)
-    is_definite, verdict = YES if rank == n else NO, YES
-    if rank is None:
-        steps = LEAST_DEFINITENESS_STEPS + DEFINITENESS_STEPS / n**3
-        verdicts = classify(data.Q, "positive_semidefinite", steps)
-        is_definite, verdict = (
-            verdicts["positive_definite"].word,
-            verdicts["positive_semidefinite"].word,
-        )
-    if is_definite == YES:
+    found = definiteness(data.Q)
+    if found.definite == YES:
         return Conclusion(
             f"x is the unique {word}, as Q is {definite} definite", UNIQUE
         )
-    if verdict == YES:
+    if found.semidefinite == YES:
         return Conclusion(f"x is a {word}, as Q is {definite} semidefinite", OPTIMUM)
-    if verdict == NO:
+    if found.semidefinite == NO:
         return Conclusion(
             f"x is a stationary point and need not be a {word}: Q is not "
             f"{definite} semidefinite",
             STATIONARY,
         )
-    if n <= MOST_FLOAT_VARIABLES and is_semidefinite(data.Q):
-        up_to = f"as far as Q is {definite} semidefinite, which it is up to rounding"
-        return Conclusion(f"x is a {word}, {up_to}", OPTIMUM)
+    if found.within is not None:
+        change = approximate(Fraction(found.within), 1, 1)
+        statement = (
+            f"x is a {word} up to rounding: Q differs by at most {change}, relatively, "
+            f"from a {definite} semidefinite matrix"
+        )
+        return Conclusion(statement, OPTIMUM, within=found.within)
     open_question = (
         f"whether Q is {definite} semidefinite and x a {word} is not decided"
     )
     return Conclusion(f"x satisfies the first-order conditions; {open_question}")
-
-
-MOST_LP_UNKNOWNS = 500  # an LP for more would take longer than many a solution
-# Of each of two LPs, by the seconds that so many iterations usually take.
-LP_EFFORT = 0.25
-# Relative to the largest |x_i|: how far another minimizer has to lie from x, far above
-# rounding.
-LEAST_DISTANCE = 1e-3
-# Variables that are not at a bound, for a linear system that is solved exactly in a
-# second.
-MOST_FREE = 100
-
-
-def has_other_minimum(result: Result, program: Program, data: ProgramData) -> bool:
-    """Return whether an LP finds another minimizer, which is verified as a solution of
-    the conditions as x was, and whether exact arithmetic confirms that there is more
-    than one minimizer."""
-    if result.problem.n > MOST_LP_UNKNOWNS:
-        return False
-    x, y = program.parts(result.z)
-    least = LEAST_DISTANCE * max(1.0, float(np.abs(x).max()))
-    # ±1 may be orthogonal to the minimizers.
-    along = generator(x.size).standard_normal(x.size)
-    for direction in (along, -along):
-        other = _farthest(direction, x, data)
-        if other is None or not np.abs(other - x).max() > least:
-            continue
-        z = program.z_of(other, y, data)
-        if Point(Criterion(result.problem, result.tol), z).solution() is not None:
-            return _may_move((x + other) / 2, data)
-    return False
-
-
-def _may_move(x: Vector, data: ProgramData) -> bool:
-    """Return whether Qd = 0, c'd = 0 and the active rows and bounds at x admit a d that
-    is not 0, for the decimals of the data in rational arithmetic. If not, rounding
-    alone has made x seem one of several minimizers."""
-    free = np.flatnonzero(~_active(x, data.lower, data.upper))
-    rows = np.flatnonzero(_active(data.A @ x, data.row_lower, data.row_upper))
-    if not 0 < free.size <= MOST_FREE:
-        return False
-    parts = (
-        dense(data.Q)[:, free],
-        data.c[np.newaxis, free],
-        dense(data.A[rows])[:, free],
-    )
-    system = [row for part in parts for row in rows_of(part, shortest_decimal) if row]
-    whole = [
-        over_one_denominator([row.get(j, Fraction(0)) for j in range(free.size)])[0]
-        for row in system
-    ]
-    return len(whole) < free.size or bool(elimination.solve(whole, [0] * len(whole))[1])
-
-
-def _active(values: Vector, low: Vector, high: Vector) -> Mask:
-    """Return which values are at an end of their range, to the tolerance by which two
-    points are distinguished."""
-    near = LEAST_DISTANCE**2 * np.maximum(1.0, np.abs(values))
-    active: Mask = (values - low <= near) | (high - values <= near)
-    return active
-
-
-def _farthest(objective: Vector, x: Vector, data: ProgramData) -> Vector | None:
-    """Return the minimizer with the least objective'x among those that differ from x by
-    at most about |x|."""
-    reach = 1.0 + np.abs(x).max()
-    low, high = np.maximum(data.lower - x, -reach), np.minimum(data.upper - x, reach)
-    Ax, nothing = data.A @ x, np.zeros(x.size + 1)
-    rows = stack([[data.Q], [data.c[np.newaxis]], [data.A]])
-    ends = tuple(
-        np.concatenate((nothing, end - Ax)) for end in (data.row_lower, data.row_upper)
-    )
-    bounds = np.minimum(low, 0.0), np.maximum(high, 0.0)
-    found = minimized(
-        objective,
-        rows,
-        (np.minimum(ends[0], 0.0), np.maximum(ends[1], 0.0)),
-        bounds,
-        LP_EFFORT,
-    )
-    if found is None:
-        return None
-    y = x + found.x
-    nearer = np.where(y - data.lower <= data.upper - y, data.lower, data.upper)
-    # An LP leaves zeros at 1e-12.
-    return np.where(_active(y, data.lower, data.upper), nearer, y)

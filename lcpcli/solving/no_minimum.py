@@ -53,12 +53,14 @@ EXTREMES = {"min": ("minimum", "below"), "max": ("maximum", "above")}
 
 class Conclusion(NamedTuple):
     """What is concluded about a program from a result on its conditions, with the
-    attributes of a `Minimum`."""
+    attributes of a `Minimum`. within : where that holds up to rounding, by how much Q
+    differs, relatively, from a semidefinite matrix; else None."""
 
     statement: str
     proved: str | None = None
     ray: Vector | None = None
     certificate: Vector | None = None
+    within: float | None = None
 
 
 def without_minimum(

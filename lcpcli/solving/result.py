@@ -296,20 +296,31 @@ class Result:
         it comes from neither."""
         return None if self.problem.origin is None else views.minimum.answer(self)
 
-    @cached_property
+    @property
     def digits(self) -> list[int | None] | None:
         """Return how many digits of each z_i the data determine, if their numbers are
         rounded to double precision: from 0 to 16, or None for a z_i that rounding may
-        move off its bound. Return None if the problem is not solved, is too large (also
-        for half of the time limit) or singular, or was interrupted. See
+        move off its bound, or that is not unique. Return None if the problem is not
+        solved, is too large (also for half of the time limit), or was interrupted. See
         `verify.digits`."""
+        return None if self._determined is None else self._determined[0]
+
+    @property
+    def not_unique(self) -> list[int] | None:
+        """Return the indices, from 0, of the components of z that differ, to working
+        precision, among the solutions near z, as far as their states show it; None
+        where `digits` is None."""
+        return None if self._determined is None else self._determined[1]
+
+    @cached_property
+    def _determined(self) -> tuple[list[int | None], list[int]] | None:
         if not self.solved or self.interrupted:
             return None
         with within(self.limits.time_limit / 2):
-            digits: list[int | None] | None = views.digits.whole_digits(
+            found: tuple[list[int | None], list[int]] | None = views.digits.determined(
                 self.problem, self.z, self.w
             )
-            return digits
+            return found
 
     @property
     def solved(self) -> bool:

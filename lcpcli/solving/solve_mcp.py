@@ -17,7 +17,15 @@ from lcpcli.basis.exchanges import CorrectedSolutions
 from lcpcli.basis.free_variables import WithoutFree
 from lcpcli.basis.tableau import SOLVED
 from lcpcli.clock import Stopwatch, imports, seconds
-from lcpcli.errors import LCPError, ParameterError, ProblemError, kind
+from lcpcli.errors import (
+    LEAVE_OUT,
+    LCPError,
+    ParameterError,
+    ProblemError,
+    kind,
+    missing,
+    out_of_range,
+)
 from lcpcli.linalg.doubles import EPS, is_finite, size
 from lcpcli.linalg.factors import SingularMatrix
 from lcpcli.linalg.matrices import is_sparse, product
@@ -169,13 +177,13 @@ def solve_mcp(
                 raise ParameterError(
                     name,
                     "has no effect on a NonlinearProblem, which has its own",
-                    "leave it out",
+                    LEAVE_OUT,
                 )
         problem = F if z0 is None else F.starting_at(z0)
     else:
         if x0 is not None and z0 is not None:
             raise ParameterError(
-                "x0", "is another name of z0, which is given too", "leave it out"
+                "x0", "is another name of z0, which is given too", LEAVE_OUT
             )
         x0 = x0 if z0 is None else z0
         if jax:
@@ -228,7 +236,7 @@ def run_nonlinear(
         if not 0 < difference_step < 1:
             raise ParameterError(
                 "difference_step",
-                f"{difference_step:g} is out of range",
+                out_of_range(f"{difference_step:g}"),
                 "give one between 0 and 1",
             )
     fast = kernels() if uses_kernels(compiled, 1) else None
@@ -236,7 +244,7 @@ def run_nonlinear(
         option.name: chosen.get(option.name, option.default)
         for option in methods.declared(METHOD).options
     }
-    kept = trace_of(trace)
+    kept = trace_of(trace, METHOD)
     stopwatch = Stopwatch(seconds, seconds() if began is None else began)
     evaluations = Evaluations(problem, pattern, difference_step)
     start = _start(evaluations)
@@ -314,9 +322,7 @@ def by_jax(F: Callable[[Vector], Any], J: Any) -> list[Callable[[Vector], Any]]:
         try:
             import jax
         except ModuleNotFoundError:
-            raise ParameterError(
-                "jax", "needs jax", "pip install 'linear-complementarity[jax]'"
-            ) from None
+            raise ParameterError("jax", *missing("jax")) from None
         try:
             from jax import enable_x64
         except ImportError:  # as before version 0.8

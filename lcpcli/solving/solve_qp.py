@@ -9,7 +9,8 @@ import math
 import warnings
 from typing import TYPE_CHECKING, Any
 
-from lcpcli.errors import OptionError
+from lcpcli.clock import imports
+from lcpcli.errors import OptionError, missing
 from lcpcli.linalg.krylov import is_semidefinite
 from lcpcli.model.program import Program
 from lcpcli.model.reductions import from_qpsolvers
@@ -19,6 +20,10 @@ from lcpcli.typing import BoundLike, Vector, VectorLike
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
+
+
+# Up to which fractions decide, in about as much time, what floats leave open.
+FEW_VARIABLES = 20
 
 
 def solve_qp(
@@ -58,9 +63,19 @@ def _minimizer(result: Result) -> Vector | None:
     it is only a stationary point."""
     if not result.solved:
         return None
-    assert isinstance(result.problem.origin, Program)
-    k = result.problem.origin.variables
-    if is_semidefinite(result.problem.M[:k, :k]):
+    program = result.problem.origin
+    assert isinstance(program, Program)
+    k = program.variables
+    Q = result.problem.M[:k, :k]
+    is_minimizer = is_semidefinite(Q)
+    if is_minimizer and k <= FEW_VARIABLES:
+        with imports:
+            from lcpcli.solving.minimum import data_of, kind_of_solutions
+            from lcpcli.solving.no_minimum import STATIONARY
+        data = data_of(result.problem, program)
+        kind = kind_of_solutions(result.problem, program, data)
+        is_minimizer = kind.proved != STATIONARY
+    if is_minimizer:
         return result.z[:k]
     warnings.warn(
         "P is not positive semidefinite, and only a stationary point was found",
@@ -83,9 +98,7 @@ def add_to_qpsolvers() -> None:
     try:
         from qpsolvers import solvers
     except ModuleNotFoundError:
-        raise OptionError(
-            "qpsolvers", "is not installed", "pip install qpsolvers"
-        ) from None
+        raise OptionError("add_to_qpsolvers", *missing("qpsolvers")) from None
     solvers.solve_function["lcp"] = _solve_problem
     for names in (
         solvers.available_solvers,

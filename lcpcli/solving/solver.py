@@ -4,7 +4,7 @@ previous one; and such a sequence in which M may change."""
 from __future__ import annotations
 
 import math
-from collections.abc import Sized
+from collections.abc import Mapping, Sized
 from itertools import islice
 from typing import TYPE_CHECKING, Any
 
@@ -55,6 +55,8 @@ class Solver:
     M : shape (n, n), as in `solve`; it is copied unless it is read-only.
     lower, upper, infinity : the bounds of z, as in `solve`, for all problems that have
         none of their own.
+    compiled : whether the kernels of the extra `fast` are used, by default where it is
+        installed.
     options : tol, max_iterations, time_limit and threads, as in `solve`, for every
         problem.
 
@@ -71,6 +73,8 @@ class Solver:
     # loading.
     compiled = True
     n, _infinity = -1, math.inf
+    # The bounds where they are the same for all unknowns, however many these are.
+    _ends: Mapping[str, Any] | None = None
     _last: Result | None = None
 
     def __init__(
@@ -80,14 +84,19 @@ class Solver:
         lower: BoundLike = 0.0,
         upper: BoundLike = math.inf,
         infinity: float = math.inf,
+        compiled: bool | None = None,
         **options: Unpack[SolverOptions],
     ) -> None:
-        given = chosen(options, SolverOptions.__annotations__, of="Solver")
-        self._given, self._limits, self._infinity = (
-            given,
-            Limits.taken_from({**given}),
-            infinity,
+        given = chosen(
+            options, (*SolverOptions.__annotations__, "compiled"), of="Solver"
         )
+        self._given, self._limits = given, Limits.taken_from({**given})
+        if compiled is not None:
+            self.compiled = direct_run.uses_kernels(compiled, direct_run.MANY)
+            self._given["compiled"] = compiled
+        self._infinity = infinity
+        ends: dict[str, Any] = {"lower": lower, "upper": upper}
+        self._ends = None if any(map(np.ndim, ends.values())) else ends
         self._prepare(
             Problem(M, np.zeros(_order(M)), lower=lower, upper=upper, infinity=infinity)
         )
@@ -119,9 +128,14 @@ class Solver:
 
     def update(self, M: Any) -> None:
         """Replace M and keep the bounds; the next problem still starts from the last
-        states. For LCPs, the new M may have another shape, as when contacts come and
-        go; the last states are then dropped."""
+        states, which is what this saves: M is checked and prepared anew, as by another
+        Solver. Where the bounds are two numbers, as for LCPs, the new M may have
+        another shape, as when contacts come and go; the last states are then
+        dropped."""
         box, other = self._like.box, Problem(M, np.zeros(_order(M)))
+        if other.n != self.n and self._ends is not None:
+            self._prepare(Problem(M, other.q, **self._ends, infinity=self._infinity))
+            return
         if other.n != self.n and not box.is_orthant:
             raise ProblemError(
                 "M",

@@ -3,21 +3,57 @@ progress reports."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
-from typing import Any, TypeAlias, cast
+from typing import TYPE_CHECKING, Any, TypeAlias, cast
 
 import numpy as np
 
+from lcpcli.errors import ParameterError, likely, quoted
+from lcpcli.methods.quantities import X
+from lcpcli.methods.registry import ALL, METHODS, QUANTITIES
 from lcpcli.model import views
 from lcpcli.typing import Indices, Vector
 from lcpcli.verify.point import Criterion
 
+if TYPE_CHECKING:
+    from lcpcli.methods.stages import Iterate
+
 # In iterates that are measured together, so that M is read once for all: 16 megabytes.
 MEASURED_NUMBERS = 1 << 21
 MOST_TOGETHER = 64  # iterates that are measured together at most
+
+
+class Quantities(Mapping[str, Any]):
+    """The quantities of an iterate that its method declares, by name, each computed
+    when it is read. values : has them as attributes, or returns what has them."""
+
+    def __init__(self, method: str, values: object) -> None:
+        self._names = [
+            own.name
+            for own in (METHODS[method].quantities if method in METHODS else ())
+            if own is not X
+        ]
+        self._values = values
+
+    @np.errstate(all="ignore")
+    def __getitem__(self, name: str) -> Any:
+        if name not in self._names:
+            raise KeyError(name)
+        if callable(self._values):
+            self._values = self._values()
+        return getattr(self._values, name, None)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._names)
+
+    def __len__(self) -> int:
+        return len(self._names)
+
+    def __repr__(self) -> str:
+        return repr(dict(self))
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,6 +73,9 @@ class TraceRow:
     z0 : the value of the artificial variable of Lemke's method; None for other methods.
     x : its x = (z - w) / 2, shape (n,), which z does not determine where z_i = 0; None
         if the trace does not keep it.
+    quantities : the quantities of the method's step, by name, that the trace has among
+        its columns, numbers, texts or arrays of shape (n,); None for one that is not
+        defined in this step. In a callback, all that the method has.
 
     >>> import lcpcli
     >>> kept: list[lcpcli.TraceRow] = []
@@ -55,11 +94,27 @@ class TraceRow:
     rounding: bool = False
     x: Vector | None = None
     z0: float | None = None
+    quantities: Mapping[str, Any] = field(default_factory=dict)
+
+
+def row_of(
+    iterate: Iterate, method: str, k: int, z: Vector, seconds: float, asks: bool
+) -> TraceRow:
+    """Return the row of an iterate, not yet measured. method : the one that runs, which
+    may have left the iterate to another one. asks : whether its quantities may be
+    read."""
+    method = iterate.method or method
+    return TraceRow(
+        *(k, z, None, None, seconds, iterate.step, method),
+        x=iterate.x,
+        z0=iterate.z0,
+        quantities=Quantities(method, iterate.quantities) if asks else {},
+    )
 
 
 class LateRow(TraceRow):
-    """A row whose residual is computed when it is first read, as most callbacks look at
-    other things."""
+    """A row whose residual and quantities are computed when they are first read, as
+    most callbacks look at other things."""
 
     _place: tuple[Criterion, Vector]
 
@@ -121,7 +176,10 @@ class Trace:
     residuals : whether to compute each row's residual; each costs one product with M.
     levels : errors in decreasing order, relative to the solution's largest component;
         the first iterate to reach each becomes a milestone.
-    keeps_x : whether to keep the x of each row.
+    keeps_x : whether to keep the x of each row, with all of its components.
+    columns : "x", and names of quantities of methods' steps, which `lcp help METHOD`
+        lists, or "all": what each row has besides. It is computed for the rows that
+        are kept; x and other vectors have the components of z.
     rows, milestones : what has been recorded.
 
     >>> import lcpcli
@@ -129,6 +187,10 @@ class Trace:
     >>> result = lcpcli.run(problem, "fixed-point", trace=trace)
     >>> trace.rows[0].k, trace.rows[0].z.tolist(), trace.rows[-1].k == result.iterations
     (0, [0.0, 0.0], True)
+    >>> trace = lcpcli.Trace(columns=("x", "F", "factor"))
+    >>> result = lcpcli.run(problem, "fixed-point", trace=trace)
+    >>> round(trace.rows[-1].quantities["factor"], 3), trace.rows[0].x.tolist()
+    (0.5, [0.0, 0.0])
     """
 
     every: int = 1
@@ -137,13 +199,33 @@ class Trace:
     residuals: bool = True
     levels: tuple[float, ...] = ()
     keeps_x: bool = False
+    columns: Sequence[str] = field(default=(), kw_only=True)
     rows: list[TraceRow] = field(default_factory=list)
     milestones: list[Milestone] = field(default_factory=list)
     _last: list[TraceRow] = field(default_factory=list)
     _waiting: list[TraceRow] = field(default_factory=list)
 
+    def __post_init__(self) -> None:
+        if isinstance(self.columns, str):
+            self.columns = (self.columns,)
+        known = [*QUANTITIES, ALL]
+        for name in self.columns:
+            if name not in known:
+                raise ParameterError(
+                    "columns", f"{quoted(str(name))} is unknown", likely(name, known)
+                )
+
     def __repr__(self) -> str:
         return str(views.outcome.trace_text(self))
+
+    def complete_start(self, first: Iterate) -> None:
+        """Add its quantities to the row of the start, which the method tells with its
+        first iterate."""
+        if first.quantities is None or not self._last or self._last[0].k:
+            return
+        values = getattr(first.quantities(), "of_start", None)
+        own = Quantities(self._last[0].method, values)
+        self._last[0] = replace(self._last[0], quantities=own)
 
     def add(self, row: TraceRow, criterion: Criterion) -> None:
         """Add an iterate with its whole z, not yet measured; the one that is no longer
@@ -196,6 +278,8 @@ class Trace:
             components,
             self.residuals,
             self.levels,
+            self.keeps_x,
+            columns=self.columns,
             milestones=self.milestones,
         )
         while (
@@ -205,10 +289,29 @@ class Trace:
             chosen.every *= 2
         kept = [*(row for row in rows if chosen._is_kept(row.k)), *last]
         chosen.rows = [
-            row if components is None else replace(row, z=row.z[components])
-            for row in kept
+            replace(row, z=chosen._part(row.z), **chosen._asked_of(row)) for row in kept
         ]
         return chosen
+
+    def _part(self, vector: Vector) -> Vector:
+        """Return the components of a vector that are kept."""
+        return vector if self.components is None else vector[self.components]
+
+    def _asked_of(self, row: TraceRow) -> dict[str, Any]:
+        """Return the x and the quantities that the trace keeps of a row."""
+        if not self.columns:
+            return {"x": row.x if self.keeps_x else None, "quantities": {}}
+        x, method = row.x, METHODS.get(row.method)
+        if not self.keeps_x:
+            asks = X.name in self.columns or ALL in self.columns
+            has_x = x is not None and (method is None or X in method.quantities)
+            x = self._part(x) if x is not None and asks and has_x else None
+        names = row.quantities if ALL in self.columns else self.columns
+        values = {name: row.quantities.get(name) for name in names if name != X.name}
+        for name, value in values.items():
+            if QUANTITIES[name].is_vector and value is not None:
+                values[name] = self._part(value)
+        return {"x": x, "quantities": values}
 
     def _is_kept(self, k: int) -> bool:
         return k <= 1 or k % self.every == 0
@@ -226,19 +329,14 @@ class Trace:
         for row, residual, is_rounding in zip(
             waiting, residuals, rounding, strict=True
         ):
-            kept, error = (
-                row.z if self.components is None else row.z[self.components],
-                criterion.problem.error(row.z),
-            )
-            x = row.x if self.keeps_x else None
             self.rows.append(
                 replace(
                     row,
-                    z=kept,
+                    z=self._part(row.z),
                     residual=residual,
-                    error=error,
+                    error=criterion.problem.error(row.z),
                     rounding=is_rounding,
-                    x=x,
+                    **self._asked_of(row),
                 )
             )
 

@@ -73,7 +73,13 @@ from lcpcli.linalg.factors import (
     SingularMatrix,
     Solve,
 )
-from lcpcli.linalg.krylov import bicgstab, conjugate_gradients, identity, norm
+from lcpcli.linalg.krylov import (
+    SEMIDEFINITE_ROUNDING,
+    bicgstab,
+    conjugate_gradients,
+    identity,
+    norm,
+)
 from lcpcli.linalg.matrices import accurate_residual, is_sparse, product
 from lcpcli.linalg.patterns import affordable
 from lcpcli.linalg.units import half_power
@@ -190,6 +196,53 @@ def proof_of_definiteness(S: Matrix) -> Proof:
         return False, None
     proved, v = _sparse(A, rounding) if is_sparse(A) else _dense(A)
     return proved, None if v is None else D * v
+
+
+def semidefinite_within(S: Matrix) -> float | None:
+    """Return a d, at the level of rounding, with which S + d diag(S) is proved to be
+    positive semidefinite, so that S is if its diagonal changes by as much, relatively;
+    None if there is none. S : affordable, of shape (n, n), symmetric up to rounding."""
+    rows = np.flatnonzero(matrices.row_maxima(S))
+    S = S[rows][:, rows]
+    diagonal = S.diagonal()
+    if not rows.size or not diagonal.min() > 0:
+        return None if rows.size else 0.0
+    power = -half_power(diagonal)
+    if np.abs(power).max() > LARGEST_EXPONENT:
+        return None
+    D = np.exp2(power)
+    A, shift = matrices.scaled(S, D, D), SEMIDEFINITE_ROUNDING * rows.size
+    if not is_sparse(A):
+        lost = _lost(A) if _is_factorized(A, -shift) else math.inf
+    else:
+        lost = math.inf
+        with suppress(SingularMatrix):
+            lu = factors.sparse_lu(symmetric=True)(matrices.plus_diagonal(A, shift))
+            if factors.positive_pivots(lu):
+                lost = _error(lu, rows.size) + EPS * matrices.norm_inf(A)
+    within = (shift + lost) / float(A.diagonal().min())
+    return within if within < 1 else None
+
+
+@np.errstate(all="ignore")
+def semidefinite_by_rounding(M: Matrix) -> float | None:
+    """Return the d of `semidefinite_within` for M + M', if entries of M from which it
+    has its own are rounded numbers, and M + M' is not proved to be positive definite:
+    whether M is positive definite, semidefinite, or indefinite then is a matter of
+    rounding, as of a covariance or a product A'A. None for other M."""
+    with imports:
+        from lcpcli.rational.numbers import are_rounded
+    S = M + M.T
+    S = S.tocsr() if is_sparse(S) else S
+    rows = np.flatnonzero(matrices.row_maxima(S))
+    S = S[rows][:, rows]
+    if not rows.size or not S.diagonal().min() > 0:
+        return None
+    own = M[rows][:, rows]
+    entries = own.data if is_sparse(own) else own[S != 0]
+    if not are_rounded(entries).any() or not affordable(S):
+        return None
+    return None if proof_of_definiteness(S)[0] else semidefinite_within(S)
 
 
 def _dense(A: Vector) -> Proof:

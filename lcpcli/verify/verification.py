@@ -25,11 +25,12 @@ from typing import TYPE_CHECKING, Any, Generic, Literal, NamedTuple, TypeVar
 import numpy as np
 
 from lcpcli.clock import imports
-from lcpcli.errors import ProblemError, count
+from lcpcli.errors import MAKE_AGREE, SCALE_PAYOFFS, ProblemError, count
 from lcpcli.games.behavior import Behavior, Strategies, point_of
 from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import EPS, ROW_ROUNDING
 from lcpcli.model import views
+from lcpcli.model.arrays import FROM_1
 from lcpcli.model.extensive import ExtensiveGame
 from lcpcli.model.origins import Game
 from lcpcli.model.problem import Problem
@@ -151,7 +152,7 @@ def verify_nonlinear(problem: NonlinearProblem, z: Vector, tol: float) -> Verifi
         i, value = undefined
         message = (
             f"z does not solve the problem: F is {value} there, in row "
-            f"{problem.names[i] or i + 1}"
+            f"{problem.names[i] or f'{i + 1} {FROM_1}'}"
         )
         return Verification(
             point.criterion.problem,
@@ -182,10 +183,7 @@ def _verified(
     would solve the problem: not of a linearization."""
     problem, z = point.criterion.problem, point.z
     each, relative = point.relative_residuals, point.relative_residual
-    message = (
-        f"its relative residual {relative:.1e} is "
-        f"{'at most' if point.solves() else 'above'} {tol:g}"
-    )
+    message = _measured(point, tol)
     accepted = point.solves()
     if not accepted:
         nearby = next((other for other in others if other.solves()), None)
@@ -197,7 +195,9 @@ def _verified(
                 else "with components put on their bounds"
             )
             ways = " and ".join(filter(None, (moved, nearby.counted_as_0)))
-            message = f"{message}, but {ways} it is {nearby.relative_residual:.1e}"
+            size = f"{nearby.relative_residual:.1e}"
+            it = "it" if relative < np.inf else "its relative residual"
+            message = f"{message}, but {ways} {it} is {size}"
         elif nearby is None and is_linear:
             accepted, settlement = _settled(point, tol)
             message += settlement
@@ -225,6 +225,25 @@ def _verified(
         ],
         violated=len(violating),
     )
+
+
+def _measured(point: Point, tol: float) -> str:
+    """Return by how much a point fails to be a solution, as a clause: by its relative
+    residual, or, as no change of M and q helps there, by how far it is beyond a
+    bound."""
+    problem, z, relative = point.criterion.problem, point.z, point.relative_residual
+    if relative < np.inf:
+        word = "at most" if point.solves() else "above"
+        return f"its relative residual {relative:.1e} is {word} {tol:g}"
+    beyond = z - problem.box.project(z)
+    i = int(np.argmax(np.abs(beyond)))
+    if not beyond[i]:
+        return f"its residual is {point.residual:.1e}"
+    below = beyond[i] < 0
+    bound = (problem.box.lower if below else problem.box.upper) + np.zeros(z.size)
+    side = "below its lower" if below else "above its upper"
+    name = problem.names[i] or f"z{i + 1}"
+    return f"{name} is {abs(beyond[i]):.2g} {side} bound {bound[i]:.7g}"
 
 
 def _settled(point: Point, tol: float) -> tuple[bool, str]:
@@ -291,7 +310,7 @@ def verify_exactly(
     )
     wrong = next(
         (
-            f"component {i} is {brief(own)}, not {brief(given)}"
+            f"component {i} {FROM_1} is {brief(own)}, not {brief(given)}"
             for i, own, given in different
         ),
         "",
@@ -381,7 +400,7 @@ def _failed_condition(data: ExactProblem, y: list[Fraction]) -> str:
         return f"q'y = {brief(constant)} is not negative"
     j = max(range(data.n), key=lambda j: columns[j])
     return (
-        f"component {j + 1} of M'y, {brief(columns[j])}, is positive"
+        f"component {j + 1} {FROM_1} of M'y, {brief(columns[j])}, is positive"
         if columns[j] > 0
         else ""
     )
@@ -431,7 +450,7 @@ def require_strategies(problem: Problem, values: Sequence[Any], rows: int) -> No
             raise ProblemError(
                 player,
                 f"has {count(len(part), 'entry')} for {size} strategies",
-                "make them agree",
+                MAKE_AGREE,
             )
         if not _are_probabilities(rounded(part)):
             fault = (
@@ -517,7 +536,7 @@ def of_game(
         raise ProblemError(
             "z",
             "of these strategies exceeds the double-precision range",
-            "scale the payoffs",
+            SCALE_PAYOFFS,
         )
     verification = verify_z(
         np.array(z, dtype=float) if data is None else list(map(Fraction, z))

@@ -49,6 +49,7 @@ def install(
 ) -> None:
     """Make a peer of that name, for one test."""
     peer = SimpleNamespace(
+        module=name,
         version=lambda: version,
         excludes=excludes,
         solve=lambda problem, _tol, _time_limit: solve(problem),

@@ -102,7 +102,7 @@ def test_other_solvers_may_lie_take_some_problems_or_be_missing(
     outcome, record = bench("one none", "--peer", "picky", "--peer", "absent")
     assert (outcome.code, outcome.err.splitlines()[0]) == (
         0,
-        "lcp bench: not installed, left out: absent",
+        "lcp bench: not installed, left out: absent; pip install absent",
     )
     assert (record.peers, record.missing) == (["picky"], ["absent"])
     row = record.measurements[-1]
@@ -196,6 +196,7 @@ def test_progress_is_shown_on_a_terminal_alone(
     arguments = ("bench", *files, *FAST, "--method", "auto", "--method", "lemke")
     assert lcp(*arguments).err == ""
     monkeypatch.setenv("TERM", "xterm")
+    monkeypatch.setattr("lcpcli.cli.terminal.PATIENCE", 0.0)
     monkeypatch.setattr("sys.stderr.isatty", lambda: True, raising=False)
     shown = lcp(*arguments).err
     assert [
@@ -205,38 +206,6 @@ def test_progress_is_shown_on_a_terminal_alone(
     ] == []
     quiet = lcp(*arguments, "-q")
     assert (quiet.code, quiet.out, quiet.err) == (0, "", "")
-
-
-REFUSED = {
-    "quik": "did you mean quick?",
-    "nothing-like-it": "choose one of quick",
-    "path": (
-        "path: is neither a suite nor a file; run tests/benchmarks/paths.py of the "
-        "source instead"
-    ),
-    "missing.json": "missing.json: no such file",
-    "-": "standard input",
-    "--peer quantecom": "did you mean quantecon?",
-    "--method newtom": "'newtom'",
-    "--time-limit 0": "--time-limit",
-    "--time-limit inf": "--time-limit",
-    "--accept 2": "--accept",
-    "--budget -1": "--budget",
-    "--tol nan": "--tol",
-    "-o r.xlsx": "r.xlsx",
-    "-o /nowhere/r.json": "/nowhere",
-    "--plot r.gif": "--plot",
-    "--resume r.json": "no such file",
-    "--resume r.json quick": "SUITE: has no effect with --resume",
-    "--resume r.json --method auto": "--method: has no effect with --resume",
-    "--resume r.json --budget 1": "--budget: has no effect with --resume",
-}
-
-
-@pytest.mark.parametrize("arguments", REFUSED)
-def test_bad_usage_is_told_in_a_line(arguments: str, lcp: Lcp, in_folder: Path) -> None:
-    assert_refused(lcp("bench", *arguments.split()), REFUSED[arguments])
-    assert not list(in_folder.iterdir())
 
 
 def test_a_lock_that_cannot_be_removed_stays(
@@ -288,3 +257,15 @@ def test_bench_that_another_run_writes_is_left_to_it_behind_a_link_too(
     assert lcp("bench", "--resume", str(name), "-o", str(output), "-q").code == 0
     assert len(records.read(str(output)).measurements) == len(files)
     assert not [*tmp_path.glob(".*")]
+
+
+def test_a_missing_problem_is_refused_before_a_bench_goes_on(
+    bench: Bench, lcp: Lcp, output: Path, tmp_path: Path
+) -> None:
+    bench("one none")
+    record = json.loads(output.read_text())
+    output.write_text(begun := json.dumps(record | {"measurements": []}))
+    (tmp_path / "none.json").unlink()
+    outcome = lcp("bench", "--resume", str(output))
+    assert_refused(outcome, "none.json: ")
+    assert output.read_text() == begun

@@ -7,6 +7,7 @@ import math
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from itertools import chain, cycle, repeat
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -34,6 +35,7 @@ from lcpcli.bench.timing import (
     measure,
 )
 from lcpcli.peers.registry import Claim
+from lcpcli.report import plotting
 from lcpcli.report.document import FORMATS
 
 from ..documents import assert_as_before
@@ -131,13 +133,13 @@ RECORDS: dict[str, tuple[Callable[[BenchRecord], BenchRecord], str]] = {
 
 
 @pytest.mark.parametrize("name", RECORDS)
-def test_a_bench_has_the_same_text_as_before(name: str, record: BenchRecord) -> None:
+def test_a_bench_prints_what_the_document_shows(name: str, record: BenchRecord) -> None:
     change, forms = RECORDS[name]
     text = (
         f"--format {form}\n{render(change(record), form, None, False)}"
         for form in forms.split()
     )
-    assert_as_before(f"bench-{name}", "\n".join(text))
+    assert_as_before(f"bench/{name}", "\n".join(text))
 
 
 def test_an_empty_record_can_be_shown(record: BenchRecord) -> None:
@@ -183,9 +185,17 @@ def test_picture_is_drawn(record: BenchRecord, form: str, begins: bytes) -> None
 
 
 def test_peer_is_a_point_in_the_picture_and_nothing_is_drawn_of_what_is_excluded(
-    record: BenchRecord,
+    record: BenchRecord, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    (panel,) = figure._panels(record)
+    pictures: list[plotting.Picture] = []
+
+    def noted(*given: Any) -> Any:
+        pictures.append(plotting.Picture(*given))
+        return SimpleNamespace(content=lambda _: b"")
+
+    monkeypatch.setattr(figure, "Picture", noted)
+    figure.draw_figure(record, "png")
+    _, (panel,), _ = pictures[0].data
     assert panel.title == "harker-pang 400"
     curves = {curve.name: curve for curve in panel.curves}
     assert list(curves) == ["auto", "lemke", "liar"]

@@ -19,6 +19,7 @@ from lcpcli.methods.registry import Variant, labels, parse, sweep
 
 from ..cli.conftest import Lcp, assert_refused
 from ..documents import assert_as_before
+from ..wordings import NO_RUNS
 
 FIRST, SECOND = map(contents.shipped_path, contents.PAPER_EXAMPLES)
 RESULT: dict[str, Any] = {
@@ -114,7 +115,9 @@ def test_the_exit_code_is_1_for_a_worse_run_and_for_a_slower_one_if_that_is_aske
         outcome = lcp("compare-runs", "old.json", "new.json", "--format", form)
         assert (outcome.code, outcome.err) == (0, "")
         text += outcome.out
-    assert_as_before("compare-runs", text)  # in which the table has the changes alone
+    assert_as_before(
+        "bench/compare-runs", text
+    )  # in which the table has the changes alone
     assert (
         lcp("compare-runs", "old.json", "new.json", "--slower", "1.7", "-q").code == 0
     )
@@ -178,9 +181,7 @@ def test_a_last_line_that_was_cut_off_counts_as_not_written() -> None:
     Path("new.json").write_text(Path("old.json").read_text()[:-30])
     assert verdicts() == ["as before", "gone"]
     Path("new.json").write_text(Path("old.json").read_text()[:30])
-    with pytest.raises(
-        OptionError, match=r"^new\.json: has neither a bench nor results; "
-    ):
+    with pytest.raises(OptionError, match=rf"^new\.json: {NO_RUNS}; "):
         verdicts()
 
 

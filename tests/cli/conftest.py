@@ -3,7 +3,6 @@ what an outcome tells."""
 
 from __future__ import annotations
 
-import io
 import json
 import subprocess
 import sys
@@ -16,7 +15,6 @@ import pytest
 from lcpcli.files import contents
 
 from ..conftest import Outcome
-from ..documents import assert_as_before, typed_in
 
 Lcp = Callable[..., Outcome]
 EXAMPLE = contents.shipped_path("paper-example-1.json")
@@ -44,44 +42,6 @@ def folder(in_folder: Path) -> Path:
     }.items():
         (in_folder / name).write_text(text)
     return in_folder
-
-
-@pytest.fixture
-def still(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A clock that stands still."""
-    monkeypatch.setattr("time.perf_counter", lambda: 0.0)
-    monkeypatch.setattr("lcpcli.solving.driver.MOST_REPETITIONS", 0)
-
-
-@pytest.fixture
-def session(
-    lcp: Lcp,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    still: None,  # noqa: ARG001
-) -> Callable[[str], None]:
-    """Compare what the commands of a document print one after the other with the
-    document."""
-
-    def compare(name: str) -> None:
-        text = ""
-        for typed in typed_in(name):
-            text += f"{typed.line}\n"
-            if typed.content is None:
-                text += Path(typed.file).read_text(encoding="utf-8")
-            elif typed.file:
-                Path(typed.file).write_bytes(typed.content)
-            else:
-                monkeypatch.setattr(
-                    sys, "stdin", io.TextIOWrapper(io.BytesIO(typed.content))
-                )
-                outcome = lcp(
-                    *(word.replace("FOLDER", str(tmp_path)) for word in typed.arguments)
-                )
-                text += f"{outcome.out}{outcome.err}exit code {outcome.code}\n"
-        assert_as_before(name, text.replace(str(tmp_path), "FOLDER"))
-
-    return compare
 
 
 def records(outcome: Outcome) -> list[dict[str, Any]]:

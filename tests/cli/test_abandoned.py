@@ -41,7 +41,7 @@ from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import Doubles, fraction
 from lcpcli.solving import driver
 from lcpcli.solving.driver import run
-from lcpcli.solving.loop import INTERVAL
+from lcpcli.solving.loop import INTERVAL, Loop
 from lcpcli.solving.proof import prove
 from lcpcli.typing import Vector
 from lcpcli.verify import error_theorems
@@ -441,14 +441,22 @@ def test_nothing_is_shown_in_the_first_second_and_all_is_gone_at_the_end(
     with terminal.Line() as line:
         line.tell("shi", 1234, 2.5e-5, 1.5)
         line.tell("shi", 2345, float("inf"), 2.5)
-    shown = stream.getvalue().split(terminal.ERASE)
-    assert shown == [
-        "",
-        "shi  k = 1234  relative residual about 2.5e-05  1.5 s",
-        "shi  k = 2345  2.5 s",
+    assert lines_in(stream) == [
+        "shi  k = 1234  relative residual about 2.5e-05",
+        "shi  k = 2345",
         "",
     ]
-    assert "\n" not in stream.getvalue()
+
+
+def lines_in(stream: Terminal) -> list[str]:
+    """The texts that a line of progress has shown one after the other, without the time
+    and the character that turns; "" at the end if it has been erased."""
+    text = re.sub(r"\x1b\[(?:\?25[lh]|[\d;]*m)", "", stream.getvalue())
+    shown = [
+        re.sub(r"^[-\\|/] | *\d+:\d\d:\d\d\s*$", "", part)
+        for part in re.split(r"\r\x1b\[2K|\r\x1b\[1A\x1b\[2K", text)
+    ]
+    return [text for i, text in enumerate(shown) if i == 0 or text != shown[i - 1]]
 
 
 def test_quiet_and_a_terminal_that_cannot_erase_silence_it(
@@ -484,9 +492,36 @@ def test_long_solve_shows_its_line_on_standard_error(
         "--format",
         "json",
     )
-    shown = stream.getvalue()
-    assert (outcome.out[:1], outcome.out.count("\n")) == ("{", 1)
-    assert re.search(
-        r"fixed-point  k = \d+  relative residual about \d\.\de[-+]\d+  \d\.\d s", shown
+    *shown, last = lines_in(stream)
+    assert (outcome.out[:1], outcome.out.count("\n"), last) == ("{", 1, "")
+    line = r"fixed-point  k = \d+  relative residual about \d\.\de[-+]\d+"
+    assert any(re.fullmatch(line, text) for text in shown)
+
+
+def test_what_a_run_takes_beyond_its_time_limit_is_told(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """By a clock that the verification sets forward."""
+    now, verified = [0.0], Loop._verified
+
+    def slowly(*given: Any) -> Any:
+        now[0] += 3.0
+        return verified(*given)
+
+    def stage(problem: Problem, x0: Vector, **_: object) -> Stage:
+        for k in itertools.count(1):
+            now[0] += 0.3
+            yield Iterate(x0, np.ones(problem.n), "", k)
+        return Finished()
+
+    monkeypatch.setattr(time, "perf_counter", lambda: now[0])
+    monkeypatch.setattr(Loop, "_verified", slowly)
+    monkeypatch.setattr(methods, "load", lambda name: stage)  # noqa: ARG005
+    told = run(PROBLEM, "newton", limits=Limits(time_limit=1.0)).message
+    assert told.startswith("stopped at the time limit: the last step and the verif")
+    assert re.search(r"took 3\.\d s more$", told)
+    monkeypatch.setattr(Loop, "_verified", verified)
+    assert (
+        run(PROBLEM, "newton", limits=Limits(time_limit=1.0)).message
+        == "stopped at the time limit"
     )
-    assert (shown.endswith(terminal.ERASE), "\n" in shown) == (True, False)

@@ -4,7 +4,6 @@ command that reads problems."""
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -16,9 +15,10 @@ import lcpcli
 from lcpcli import from_game, from_qp, read
 from lcpcli.errors import ProblemError
 
-from ..bad_input.kinds import archive, mat, npy
 from ..conftest import Outcome
 from ..far_bounds import FAR
+from ..files.binary import archive, mat, npy
+from ..wordings import ENDS_TOO_EARLY, OTHER_ORIGIN
 from .conftest import Lcp, assert_refused, record
 
 MIXED = (
@@ -101,11 +101,7 @@ def test_check_inspect_convert_compare_and_bench_read_the_same_problem_as_solve(
     assert lcp("bench", "--resume", "older.json", "-q") == Outcome(0, "", "")
 
 
-def test_far_and_other_bounds_are_told_and_kept_wherever_a_problem_is_read(
-    session: Callable[..., None], lcp: Lcp
-) -> None:
-    pytest.importorskip("flint")
-    session("far-bounds")
+def test_bench_and_inspect_tell_of_far_bounds_too(lcp: Lcp) -> None:
     assert lcp("bench", "far.json", "--method", "newton", "--budget", "0").err == REMARK
     assert REMARK.split(": ")[2].strip() in lcpcli.inspect(read("far.json")).hints
 
@@ -173,16 +169,14 @@ BAD = ("--from-qp", "--from-game")
 
 
 def test_bad_origins_and_options_without_effect_are_reported_in_one_line(
-    session: Callable[[str], None], lcp: Lcp, files: Path
+    lcp: Lcp, files: Path
 ) -> None:
-    session("refused-origins")
-    assert not (files / "made.json").exists()
     told = {
         "3": "is a number; give an object with the key kind",
-        "{": "line 1, column 2: ends too early",
+        "{": f"line 1, column 2: {ENDS_TOO_EARLY}",
     }
     for origin, words in (
-        told | {'{"kind": "qp", "variables": 9}': "does not yield this M and q"}
+        told | {'{"kind": "qp", "variables": 9}': OTHER_ORIGIN}
     ).items():
         np.savez(
             files / "bad.npz", M=[[2.0, 1.0], [1.0, 2.0]], q=[-1.0, -1.0], origin=origin
@@ -205,5 +199,5 @@ def test_a_changed_matrix_no_longer_fits_its_origin(
         {"q": problem.q + unit},
         {"lower": unit, "upper": np.inf},
     ):
-        with pytest.raises(ProblemError, match="origin: does not yield this M and q"):
+        with pytest.raises(ProblemError, match=f"origin: {OTHER_ORIGIN}"):
             replace(problem, **changes)

@@ -4,6 +4,7 @@ the likely one."""
 from __future__ import annotations
 
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -26,6 +27,7 @@ from lcpcli.methods.registry import METHODS
 from lcpcli.peers.registry import PEERS, select
 from lcpcli.report.document import FORMATS
 
+from ..wordings import DID_YOU_MEAN, NO_OPTION
 from .conftest import MAIN, Lcp, assert_refused, python
 
 
@@ -82,6 +84,13 @@ def test_options(name: str) -> None:
         (["help", ""], [*TOPICS, *lcp.commands]),
         (["help", "me"], ["measuring", "methods"]),
         (["bench", "sp"], ["sparse", "speed"]),
+        *(
+            ([name, "port"], ["portfolio"])
+            for name in ("solve", "compare", "inspect", "convert", "check", "path")
+        ),
+        (["solve", "a.json", "port"], ["portfolio"]),
+        (["bench", "pap"], ["paper", "paper-example-1", "paper-example-2"]),
+        (["solve", "--x0", "port"], []),
         (["solve", "--tol", ""], []),
         (["nonsense", "x"], []),
     ],
@@ -227,25 +236,23 @@ def test_a_slip_of_the_finger_is_corrected(kind: str) -> None:
         if len(set(word)) >= 4:  # --x0 is as near to --z0
             wrong = {slip for slip in misspelt(word) if slip not in known}
             assert {slip: likely(slip, known) for slip in wrong} == dict.fromkeys(
-                wrong, f"did you mean {word}?"
+                wrong, DID_YOU_MEAN.format(word)
             )
 
 
 def test_capitals_and_beginnings_are_understood() -> None:
-    assert likely("SHI", METHODS) == "did you mean shi?"
-    assert likely("har", FAMILIES) == "did you mean harker-pang?"
+    assert likely("SHI", METHODS) == DID_YOU_MEAN.format("shi")
+    assert likely("har", FAMILIES) == DID_YOU_MEAN.format("harker-pang")
     assert likely("", METHODS).startswith("choose one of auto")
     assert likely("zzz", METHODS, "look") == "look"
 
 
 def test_every_command_suggests_the_likely_option(lcp: Lcp) -> None:
     for name in group.lcp.commands:
-        assert_refused(
-            lcp(name, "--hepl"),
-            f"lcp: --hepl: is not an option of lcp {name}; did you mean --help?",
-        )
+        fault, hint = NO_OPTION.format(f"lcp {name}"), DID_YOU_MEAN.format("--help")
+        assert_refused(lcp(name, "--hepl"), f"lcp: --hepl: {fault}; {hint}")
 
 
 def test_a_longer_word_for_an_option_is_understood() -> None:
-    with pytest.raises(OptionError, match="did you mean tol"):
+    with pytest.raises(OptionError, match=re.escape(DID_YOU_MEAN.format("tol"))):
         lcpcli.solve([[2]], [-1], tolerance=1e-3)

@@ -20,6 +20,7 @@ from lcpcli.files import reading
 from lcpcli.solving import driver as driver
 
 from ..files.nl_writing import model
+from ..wordings import CANNOT_BE_WRITTEN, OTHER_PLACE
 from .conftest import EXAMPLE, MAIN, Lcp, assert_refused, python
 
 resource = pytest.importorskip("resource")
@@ -61,16 +62,19 @@ def test_file_that_cannot_be_written_leaves_the_old_one_and_nothing_else(
         pytest.importorskip("matplotlib.backends.backend_svg")
     old = Path(line.split()[-1])
     old.write_text("old")
-    told = r"lcp: out\.\w+: cannot be written \(%s\); choose another location\n"
+    fault = re.escape(CANNOT_BE_WRITTEN.format("File too large"))
+    told = rf"lcp: out\.\w+: {fault}; {OTHER_PLACE}\n"
     with no_file_larger_than(200):
         outcome = lcp(*line.split())
-    assert (outcome.code, bool(re.fullmatch(told % "File too large", outcome.err))) == (
+    assert (outcome.code, bool(re.fullmatch(told, outcome.err))) == (
         2,
         True,
     ), outcome.err
     monkeypatch.setattr("tempfile.TemporaryFile", refuse)
     monkeypatch.setattr(driver, "run", lambda *_, **__: pytest.fail("worked in vain"))
-    assert_refused(lcp(*line.split()), "cannot be written (Read-only file system); ")
+    assert_refused(
+        lcp(*line.split()), CANNOT_BE_WRITTEN.format("Read-only file system")
+    )
     assert {path.name: path.read_text() for path in in_folder.iterdir()} == {
         old.name: "old"
     }
@@ -255,6 +259,85 @@ def test_closed_standard_output_is_an_error_only_where_it_is_written(
     assert closed("solve", "paper-example-1", "-q").returncode == 0
 
 
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ("solve", "-"),
+        ("compare", "-"),
+        ("check", EXAMPLE, "-"),
+        ("solve", "-", "--jobs", "2", "-q"),
+    ],
+)
+def test_closed_standard_input_is_an_error_only_where_it_is_read(
+    arguments: tuple[str, ...],
+) -> None:
+    refused = python(MAIN, *arguments, preexec_fn=lambda: os.close(0))
+    assert (refused.returncode, refused.stdout) == (2, "")
+    assert refused.stderr == "lcp: standard input: is closed; name a file\n"
+    solved = python(MAIN, "solve", EXAMPLE, "-q", preexec_fn=lambda: os.close(0))
+    assert (solved.returncode, solved.stderr) == (0, "")
+
+
+def test_files_are_whole_though_all_standard_streams_are_closed(tmp_path: Path) -> None:
+    def close() -> None:
+        for number in range(3):
+            os.close(number)
+
+    many = tmp_path / "many.jsonl"
+    many.write_text('{"M": [[2, 1], [1, 2]], "q": [-5, -6]}\n' * 20)
+    log, one = tmp_path / "log.jsonl", tmp_path / "one.json"
+    for arguments in ((EXAMPLE, "-o", one), (many, "--jobs", "2", "-o", log)):
+        words = ("solve", *map(str, arguments))
+        assert python(MAIN, *words, preexec_fn=close).returncode == 0
+    assert json.loads(one.read_text())["solved"]
+    lines = log.read_text().splitlines()
+    assert [json.loads(line)["solved"] for line in lines] == 20 * [True]
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="keeps a folder that is used")
+def test_removed_working_folder_is_named_where_it_is_needed(tmp_path: Path) -> None:
+    def removed(*arguments: str) -> subprocess.CompletedProcess[str]:
+        folder = tmp_path / "gone"
+        folder.mkdir()
+        leaving = f"import os\nos.chdir({str(folder)!r})\nos.rmdir(os.getcwd())\n"
+        return python(f"{leaving}{MAIN}", *arguments)
+
+    gone = "the working folder has been removed: change to another one\n"
+    for words in (
+        ("solve", "good.json"),
+        ("solve", EXAMPLE, "-o", "x.json"),
+        ("solve", EXAMPLE, EXAMPLE, "-o", "x.jsonl"),
+        (*BENCH.split(), "-q", "-o", "y.json"),
+        ("make", "tridiagonal", "-n", "9", "-o", "t.json"),
+    ):
+        done = removed(*words)
+        assert (done.returncode, done.stdout, done.stderr.count("\n")) == (2, "", 1)
+        assert done.stderr.endswith(gone), done.stderr
+    out = str(tmp_path / "result.json")
+    for words in (("solve", EXAMPLE, "-q"), ("solve", EXAMPLE, "-o", out, "-q")):
+        assert (removed(*words).returncode, removed(*words).stderr) == (0, "")
+
+
+def test_stray_refusal_of_the_system_is_not_blamed_on_standard_output(
+    lcp: Lcp, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    causes: dict[BaseException, str] = {
+        OSError(24, os.strerror(24)): "lcp: the system refused: Too many open files\n",
+        RuntimeError("can't start new thread"): (
+            "lcp: the system refused a further thread\n"
+        ),
+    }
+    for cause, told in causes.items():
+
+        def refuse(*_: Any, cause: BaseException = cause) -> Any:
+            raise cause
+
+        with monkeypatch.context() as patched:
+            patched.setattr(reading, "problem_of", refuse)
+            outcome = lcp("solve", EXAMPLE)
+        assert (outcome.code, outcome.out, outcome.err) == (1, "", told)
+
+
 def test_a_refused_run_for_ampl_leaves_no_answer_of_an_earlier_one(
     lcp: Lcp, folder: Path
 ) -> None:
@@ -275,4 +358,4 @@ def test_full_device_is_reported_in_one_line(command: str) -> None:
         script, shell=True, capture_output=True, text=True, check=False
     )
     assert (done.returncode, len(done.stderr.splitlines())) == (2, 1)
-    assert "standard output cannot be written (No space left on device)" in done.stderr
+    assert CANNOT_BE_WRITTEN.format("No space left on device") in done.stderr

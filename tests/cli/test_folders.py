@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +13,7 @@ import pytest
 
 from lcpcli.solving import solver
 
+from ..wordings import HOLDS_PROBLEM, NAME_PROBLEM, OTHER_OUTPUT, RESULT
 from .conftest import Lcp, assert_refused, records
 
 ONE = '{"M": [[2]], "q": [-1]}'
@@ -39,11 +39,35 @@ def folder(in_folder: Path) -> Path:
     return inside
 
 
-def test_solve_takes_its_files_in_the_order_of_their_names(
-    folder: Path, session: Callable[..., None]
-) -> None:
-    (folder / ".hidden.json").write_text(ONE)
-    session("folder")
+def test_a_line_names_each_file_that_cannot_be_read(lcp: Lcp) -> None:
+    Path("wrong.json").write_text("{")
+    files = ("wrong.json", "inside/a.csv", "nowhere.json", "inside/deeper.json")
+    for command in ("solve", "compare"):
+        outcome = lcp(command, *files)
+        lines = [line for line in outcome.err.splitlines() if "problems" not in line]
+        assert outcome.code == 2
+        assert [line.split(": ")[1] for line in lines] == [files[0], *files[2:]]
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        "solve inside/b.json -o r.csv",
+        "solve inside/b.json -o r.json",
+        "solve inside/b.json inside/a.csv -o r.csv",
+        "solve inside/b.json --all -o r.csv",
+        "solve inside/b.json --all -o r.json",
+        "compare inside/b.json --method newton -o r.csv",
+        "solve inside/b.json --method newton --trace r.csv",
+        "check inside/b.json 0.5 -o r.json",
+        "inspect inside/b.json -o r.json",
+        "bench inside/b.json --method newton --budget 0 -o r.json",
+    ],
+)
+def test_no_result_is_taken_for_a_problem(command: str, lcp: Lcp) -> None:
+    assert lcp(*command.split(), "-q").code == 0
+    file = command.split()[-1]
+    assert_refused(lcp("solve", file), f"{file}: {RESULT}; {NAME_PROBLEM}")
 
 
 def test_bench_and_compare_take_the_same_files(lcp: Lcp) -> None:
@@ -66,10 +90,6 @@ def test_bench_and_compare_take_the_same_files(lcp: Lcp) -> None:
     ] == INSIDE
     outcome = lcp("compare", "inside", "--method", "newton", "--format", "json")
     assert [record["file"] for record in records(outcome)] == INSIDE
-    assert_refused(
-        lcp("solve", "r.json"),
-        "r.json: is a result, not a problem; name the file of the problem",
-    )
     Path("wrong.json").write_text("{")
     assert (
         lcp(
@@ -87,43 +107,6 @@ def test_bench_and_compare_take_the_same_files(lcp: Lcp) -> None:
     )
     assert lcp("bench", "wrong.json", "-o", "none.json").code == 2
     assert not Path("none.json").exists()
-
-
-def test_results_are_left_out_with_a_remark_and_empty_folders_cost_nothing(
-    session: Callable[[str], None],
-) -> None:
-    session("folder-with-results")
-
-
-BESIDE_M = {
-    "another M": "2,0\n0,2\n",
-    "another M with a header": "x,y\n2,0\n0,2\n",
-    "M and q": "2,1,-1\n1,2,-1\n",
-    "JSON": ONE,
-    "a row": "-5,-6\n",
-    "a list": "[-5, -6]",
-    "several q": "a,b,c,d\n-5,1,2,3\n-6,1,2,3\n",
-}
-
-
-@pytest.mark.parametrize("kind", BESIDE_M)
-def test_a_file_after_an_M_is_its_q_if_it_is_nothing_else(
-    kind: str, folder: Path, session: Callable[..., None]
-) -> None:
-    for name in FILES:
-        (folder / name).unlink()
-    (folder / "a.csv").write_text("2,1\n1,2\n")
-    (folder / "b.csv").write_text(BESIDE_M[kind])
-    session(f"folder-with-{kind.replace(' ', '-')}")
-
-
-def test_a_vector_after_a_problem_leaves_it_and_named_files_go_together(
-    folder: Path, session: Callable[..., None]
-) -> None:
-    (folder / "b1.csv").write_text("1\n2\n3\n")
-    for name, text in {"M": "2,1\n1,2\n", "q": "-5,-6\n-1,1\n"}.items():
-        Path(f"{name}.csv").write_text(text)
-    session("folder-with-a-vector")
 
 
 PROBLEM = '{"M": [[2, 1], [1, 2]], "q": [-5, -6]}'
@@ -147,16 +130,12 @@ def inputs(in_folder: Path) -> Path:
     return in_folder
 
 
-def test_an_output_that_is_read_is_refused(
-    session: Callable[[str], None], inputs: Path
+def test_an_output_that_is_the_input_under_another_name_is_refused(
+    lcp: Lcp, inputs: Path
 ) -> None:
     os.link(inputs / "p.json", inputs / "hard.json")
-    os.symlink("p.json", inputs / "soft.json")
-    before = {file: file.read_bytes() for file in inputs.rglob("*") if file.is_file()}
-    session("refused-outputs")
-    assert {
-        file: file.read_bytes() for file in inputs.rglob("*") if file.is_file()
-    } == before
+    assert_refused(lcp("solve", "p.json", "-o", "hard.json"), HOLDS_PROBLEM)
+    assert (inputs / "p.json").read_text() == PROBLEM
 
 
 @pytest.mark.parametrize("command", ["solve p.json", "path p.json to.json"])
@@ -165,7 +144,7 @@ def test_a_picture_that_is_read_is_refused(
 ) -> None:
     pytest.importorskip("matplotlib")
     os.link(inputs / "p.json", inputs / "picture.svg")
-    told = "lcp: picture.svg: holds the problem; choose another file for the output\n"
+    told = f"lcp: picture.svg: {HOLDS_PROBLEM}; {OTHER_OUTPUT}\n"
     assert_refused(lcp(*command.split(), "--plot", "picture.svg"), told)
     assert (inputs / "p.json").read_text() == PROBLEM
 
@@ -218,12 +197,6 @@ def test_steps_in_folders_and_columns_have_same_verdicts_in_fewer_pivots(
         ["newton"],
         ["newton"],
     ]
-
-
-def test_options_without_effect_are_refused_in_a_line(
-    session: Callable[[str], None],
-) -> None:
-    session("refused-sequences")
 
 
 def test_interrupted_sequence_goes_on_from_its_log(

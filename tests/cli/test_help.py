@@ -15,6 +15,7 @@ from typing import Any
 import click
 import pytest
 
+import lcpcli
 from lcpcli.bench import suites
 from lcpcli.cli import command as group
 from lcpcli.cli import help as command
@@ -294,9 +295,7 @@ def test_a_section_of_a_page_can_be_asked_for(lcp: Lcp) -> None:
     assert re.findall(
         "^#.*", lcp("help", "formats", "csv").out, re.MULTILINE
     ) == re.findall("^#.*", lcp("help", "csv").out, re.MULTILINE)
-    assert_refused(
-        lcp("help", "solve", "csv"), "lcp: SECTION: 'solve' is no page; leave it out"
-    )
+    assert_refused(lcp("help", "solve", "csv"), "lcp: WORDS: 'solve' is no page; ")
     assert_refused(
         lcp("help", "csv", "--all"),
         "lcp: --all: shows all options of a command; name one: lcp help solve",
@@ -388,6 +387,65 @@ def test_a_word_that_is_no_topic_is_looked_for_on_all_pages(lcp: Lcp) -> None:
     }
 
 
+WORDS = {
+    "american option": "sequences",
+    "cavitation": "measuring",
+    "cge": "nonlinear",
+    "conflict": "proofs",
+    "cournot": "nonlinear",
+    "dantzig": "methods",
+    "findex": "proofs",
+    "gauss-seidel": "methods",
+    "horizontal": "mixed",
+    "IIS": "proofs",
+    "layer": "derivatives",
+    "mpec": "solutions",
+    "pgs": "methods",
+    "psor": "methods",
+    "sensitivity": "paths",
+    "shadow prices": "programs",
+    "SVM": "programs",
+    "zero-sum": "programs",
+    "zero sum games": "programs",
+    "Zero-Sum Game": "programs",
+    "vertical lcp": "mixed",
+    "gpus": "many",
+}
+
+
+@pytest.mark.parametrize(("words", "page"), WORDS.items())
+def test_words_of_the_field_lead_to_a_page_or_to_what_comes_nearest(
+    words: str, page: str, lcp: Lcp
+) -> None:
+    """Whether the shell has passed them as one word or as several."""
+    for given in ([words], words.split()):
+        outcome = lcp("help", *given)
+        assert (outcome.code, outcome.err) == (0, "")
+        assert f"lcp help {page}" in outcome.out
+
+
+@pytest.mark.parametrize(
+    "words", ["xyzzy", "shadow xyzzy", "csv xyzzy", "quadratic sorcery", "layr"]
+)
+def test_unknown_words_are_an_error(words: str, lcp: Lcp) -> None:
+    outcome = lcp("help", *words.split())
+    assert_refused(outcome, f"lcp: TOPIC: {words!r} is unknown; ")
+    assert ("did you mean layer?" in outcome.err) == (words == "layr")
+
+
+def test_glossary_has_each_word_once_and_names_pages_and_sections_that_are_there(
+    lcp: Lcp,
+) -> None:
+    entries = command.glossary()
+    known = [word for entry in entries for word in entry.words.split(", ")]
+    assert len(entries) == source("words").count("` |\n")
+    assert len(known) == len(set(known)) > 100
+    for word in {page for entry in entries for page in entry.pages}:
+        name, _, section = word.partition(" ")
+        out = lcp("help", *word.split()).out
+        assert (out == source(name)) is (not section), word
+
+
 @pytest.mark.parametrize("topic", TOPICS)
 def test_page_fits_a_terminal_with_every_word_and_every_line_of_code_whole(
     topic: str,
@@ -414,6 +472,23 @@ def test_terminal_shows_the_page_formatted(
     assert ("```" in shown, "**" in shown, "\x1b[" in shown) == (False, False, color)
     plain = re.sub(r"\x1b\[[\d;]*m", "", shown)
     assert 80 < max(len(line.rstrip()) for line in plain.splitlines()) <= 100
+
+
+def test_version_says_which_of_two_packages_runs(
+    lcp: Lcp, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "lcpcli").mkdir()
+    (tmp_path / "lcpcli" / "__init__.py").touch()
+    metadata = tmp_path / "lcpcli-0.3.2.dist-info" / "METADATA"
+    metadata.parent.mkdir()
+    metadata.write_text("Metadata-Version: 2.1\nName: lcpcli\nVersion: 0.3.2\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    outcome = lcp("--version")
+    assert outcome.out == f"lcp, version {VERSION}\n"
+    first, *others = outcome.err.splitlines()
+    assert first == f"lcp: this is {Path(lcpcli.__file__).resolve().parent}"
+    assert f"lcp: another package lcpcli is in {tmp_path / 'lcpcli'}" in others
+    assert others[-1].startswith("lcp: lcpcli 0.3.2 is another program")
 
 
 def test_the_version_is_that_of_the_page_on_citation(lcp: Lcp) -> None:

@@ -24,7 +24,7 @@ from .. import kernels_together  # noqa: F401
 from .conftest import MAIN, Lcp, assert_refused, record, records
 
 numba = pytest.importorskip("numba")
-ahead = pytest.importorskip("lcpcli.kernels.announcement")
+ahead = pytest.importorskip("lcpcli.kernels.loading")
 pytestmark = pytest.mark.usefixtures("kernels_by_default")
 
 
@@ -101,7 +101,7 @@ def test_without_numba_there_is_nothing_to_compile(
         monkeypatch.setattr(module, "has_numba", lambda: False)
     assert_refused(
         lcp("kernels"),
-        "lcp: kernels: needs numba; pip install 'linear-complementarity[fast]'",
+        "lcp: kernels: needs numba; pip install numba",
     )
     kernels_by_default("1")
     assert_refused(lcp("--version"), "lcp: LCPCLI_KERNELS: needs numba; pip install")

@@ -6,7 +6,6 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
-from collections.abc import Callable
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -117,13 +116,9 @@ def test_the_list_shows_every_family_on_narrow_and_wide_screens(
 
 
 def test_one_line_says_where_what_and_how_to_fix_it_before_anything_is_made(
-    session: Callable[[str], None],
-    lcp: Lcp,
-    folder: Path,
-    monkeypatch: pytest.MonkeyPatch,
+    lcp: Lcp, folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     files = set(folder.iterdir())
-    session("refused-make")
     for line in (["x" * 100_000], ["diagonal", "--set", f"decades={10**400}"]):
         outcome = lcp("make", *line)
         assert_refused(outcome)

@@ -3,7 +3,9 @@ killed costs none."""
 
 from __future__ import annotations
 
+import inspect
 import json
+import logging
 import multiprocessing
 import os
 import re
@@ -12,11 +14,13 @@ import subprocess
 import sys
 import threading
 import time
+import warnings
 from collections.abc import Collection, Iterator
 from concurrent.futures import BrokenExecutor, Future
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from itertools import product
 from pathlib import Path
+from types import SimpleNamespace
 from typing import IO, Any
 
 import numpy as np
@@ -31,6 +35,7 @@ from lcpcli.methods.registry import Variant
 
 from .conftest import MAIN, python
 
+resource = pytest.importorskip("resource")
 pytestmark = pytest.mark.skipif(
     sys.platform != "linux", reason="the processes are found in /proc"
 )
@@ -148,7 +153,7 @@ def test_ended_program_leaves_what_is_solved_and_no_process_and_goes_on_from_its
 
 def torn() -> None:
     """End the process that calls this in the middle of handing over a result."""
-    results = sys._getframe(1).f_locals["result_queue"]
+    results = inspect.stack()[1].frame.f_locals["result_queue"]
     os.write(results._writer.fileno(), b"\0\0\1\0 and no more")
     os.kill(os.getpid(), signal.SIGKILL)
 
@@ -166,6 +171,56 @@ def test_a_process_that_dies_handing_over_ends_the_others_at_the_next_look() -> 
     pool.submit(time.sleep, PATIENCE)
     pool.close()
     assert not multiprocessing.active_children()
+
+
+@pytest.mark.parametrize(
+    ("jobs", "files"),
+    [(30, 40), (8, 14), (40, 60)],
+    ids=["copies", "none", "spawned"],
+)
+def test_processes_that_cannot_be_started_end_in_one_line(
+    jobs: int, files: int, tmp_path: Path
+) -> None:
+    many = tmp_path / "many.jsonl"
+    many.write_text("\n".join(lines(100)))
+    done = python(
+        f"import resource\nresource.setrlimit(resource.RLIMIT_NOFILE, ({files}, 1000))"
+        f"\n{MAIN}",
+        *("solve", str(many), "--jobs", str(jobs)),
+        timeout=PATIENCE,
+    )
+    assert (done.returncode, done.stderr.count("\n")) == (1, 1), done.stderr
+    told = "lcp: --jobs: a process cannot be started (Too many open files); give fewer"
+    assert done.stderr.startswith(told)
+
+
+@pytest.mark.slow("starts processes and kills them")
+def test_processes_that_cannot_be_started_again_leave_what_is_solved(
+    tmp_path: Path,
+) -> None:
+    log, problems = tmp_path / "log.jsonl", lines(MANY)
+    with solving("--jobs", "2", "-o", str(log)) as (process, stdin):
+        give(stdin, problems[:200], log)
+        until(lambda: log.read_bytes().count(b"\n") == 200)
+        number = len(os.listdir(f"/proc/{process.pid}/fd"))
+        resource.prlimit(process.pid, resource.RLIMIT_NOFILE, (number, 1000))
+        begun = time.monotonic()
+        os.kill(started_by(process.pid)[0], signal.SIGKILL)
+        # A run that has ended reads no more.
+        with suppress(BrokenPipeError):
+            give(stdin, problems[200:])
+        process.wait(PATIENCE)
+        print(f"ended after {time.monotonic() - begun:.1f} s")
+        assert process.stderr is not None
+        told = process.stderr.read().decode()
+    assert (process.returncode, told.count("\n")) == (1, 1), told
+    assert told.startswith("lcp: --jobs: a process cannot be started (Too many open")
+    assert sorted(items(log)) == list(range(1, 201))
+    with solving("--jobs", "2", "--resume", str(log)) as (process, stdin):
+        _, told_then = process.communicate(
+            "".join(f"{line}\n" for line in problems).encode(), timeout=PATIENCE
+        )
+    assert_all_solved(process, told_then, log)
 
 
 COPIED = """
@@ -253,7 +308,7 @@ def test_killed_worker_of_a_cluster_costs_no_record_and_no_order(
             until(lambda: 10 <= log.read_bytes().count(b"\n") < MANY)
             cluster[0].kill()
             _, told = process.communicate("".join(problems).encode(), timeout=PATIENCE)
-        assert process.returncode == 2, told.decode()
+        assert process.returncode == 1, told.decode()
         assert f"the scheduler at {address} no longer answers" in told.decode()
         assert len(told.splitlines()) == 1
     finally:
@@ -265,14 +320,26 @@ def test_killed_worker_of_a_cluster_costs_no_record_and_no_order(
 def test_cluster_without_workers_is_told_of_once(
     monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    pool, workers, now = pools.Cluster.__new__(pools.Cluster), dict[str, int](), [100.0]
+    workers, now = dict[str, int](), [100.0]
 
     class Client:
+        def __init__(self, *_: Any, **__: Any) -> None: ...
+
+        get_executor = staticmethod(lambda **_: None)
         nthreads = staticmethod(lambda: workers)
 
+    for name, own in {
+        "": {"Client": Client},
+        ".comm.addressing": {"get_address_host_port": lambda _: ("here", 1)},
+        ".scheduler": {"KilledWorker": RuntimeError},
+        ".security": {"Security": object},
+    }.items():
+        module = SimpleNamespace(**own)
+        monkeypatch.setitem(sys.modules, f"distributed{name}", module)
     monkeypatch.setattr(time, "monotonic", lambda: now[0])
-    pool._client, pool._address, pool._has_warned = Client(), "tcp://here:1", False
-    pool._began, pool._counted_at = 100.0, -1.0
+    monkeypatch.setattr(logging, "disable", lambda _: None)
+    with warnings.catch_warnings():
+        pool = pools.Cluster("tcp://here:1")
     for now[0] in (100.0, 105.0):
         pool.look()
     assert (pool.size, capfd.readouterr().err) == (1, "")

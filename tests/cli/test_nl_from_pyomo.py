@@ -5,18 +5,20 @@ from __future__ import annotations
 import os
 import re
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from lcpcli import read
 from lcpcli.cli.help import PAGES
 
 from .conftest import MAIN
 
 pyomo: Any
 mpec: Any
-(EXAMPLE,) = re.findall(
+EXAMPLES = re.findall(
     r"^```pyomo\n(.*?)^```$", PAGES["models"], re.MULTILINE | re.DOTALL
 )
 
@@ -25,10 +27,7 @@ mpec: Any
 def loaded() -> None:
     """Load Pyomo, which takes a second, where these tests run."""
     global pyomo, mpec
-    pyomo, mpec = (
-        pytest.importorskip(f"pyomo.{name}", reason="needs Pyomo")
-        for name in ("environ", "mpec")
-    )
+    pyomo, mpec = (pytest.importorskip(f"pyomo.{name}") for name in ("environ", "mpec"))
 
 
 @pytest.fixture(autouse=True)
@@ -49,11 +48,19 @@ def solved(model: Any, **options: Any) -> str:
     )
 
 
-def test_example_of_the_page_is_solved(capfd: pytest.CaptureFixture[str]) -> None:
-    exec(EXAMPLE, {})
-    printed = capfd.readouterr().out
-    assert re.search(r"^lcp .*: solved", printed, re.MULTILINE)
-    assert printed.endswith("3.0 7.0\n")
+@pytest.mark.usefixtures("in_folder")
+def test_examples_of_the_page_print_what_they_say(
+    capfd: pytest.CaptureFixture[str],
+) -> None:
+    """One after the other, as a reader would type them."""
+    names: dict[str, Any] = {}
+    for example in EXAMPLES:
+        exec(example, names)
+        printed = capfd.readouterr().out.splitlines()
+        said = re.findall(r"^print\(.*# (.*)$", example, re.MULTILINE)
+        assert said
+        assert said == [line for line in printed if line in said]
+    assert len(EXAMPLES) == 3
 
 
 def test_both_bounds_count_beside_a_given_multiplier_and_a_slack_variable() -> None:
@@ -130,3 +137,136 @@ def test_lcp_stands_in_the_place_of_path(on_the_path: Path) -> None:
         == "optimal"
     )
     assert model.p.value == pytest.approx(2, rel=1e-8)
+
+
+def forms() -> dict[str, tuple[Any, list[float]]]:
+    """The forms of complements, each as the conditions of x and y, and the solution of
+    2 x + y = 5 and x + 2 y = 6, or of what bounds make of it."""
+    inside, usual = pyomo.inequality, [4 / 3, 7 / 3]
+    nonnegative = {"within": pyomo.NonNegativeReals}
+
+    def of(condition: Callable[[Any], Any], **bounds: Any) -> Any:
+        model = pyomo.ConcreteModel()
+        model.x = pyomo.Var(**bounds.get("x", {}))
+        model.y = pyomo.Var(**bounds.get("y", {}))
+        model.c = mpec.Complementarity(expr=mpec.complements(*condition(model)))
+        other = mpec.complements(model.y >= 0, model.x + 2 * model.y >= 6)
+        model.d = mpec.Complementarity(expr=other)
+        return model
+
+    def f(m: Any) -> Any:
+        return 2 * m.x + m.y - 5
+
+    return {
+        "variable first": (of(lambda m: (m.x >= 0, f(m) >= 0)), usual),
+        "function first": (of(lambda m: (f(m) >= 0, m.x >= 0)), usual),
+        "number first": (of(lambda m: (0 <= m.x, 0 <= f(m))), usual),  # noqa: SIM300
+        "sides": (of(lambda m: (m.x >= -1, 2 * m.x + m.y >= 5)), usual),
+        "bounds of variables": (
+            of(lambda m: (m.x >= 0, f(m) >= 0), x=nonnegative, y=nonnegative),
+            usual,
+        ),
+        "upper bound": (of(lambda m: (m.x <= 1, f(m) <= 0)), [1, 2.5]),
+        "both bounds": (
+            of(lambda m: (m.x >= 0, f(m) >= 0), x={"bounds": (0, 1)}),
+            [1, 2.5],
+        ),
+        "equation": (of(lambda m: (f(m) == 0, m.x)), usual),
+        "range of a function": (of(lambda m: (inside(0, f(m), 3), m.x)), usual),
+        "two functions": (of(lambda m: (m.x + m.y >= 0, f(m) >= 0)), usual),
+        "negative": (of(lambda m: (-m.x <= 0, -f(m) <= 0)), usual),
+    }
+
+
+def test_each_form_of_a_condition_is_solved_and_its_auxiliary_variable_comes_last(
+    in_folder: Path,
+) -> None:
+    for name, (model, values) in forms().items():
+        assert solved(model) == "optimal", name
+        assert [model.x.value, model.y.value] == pytest.approx(values), name
+        other, _ = forms()[name]
+        pyomo.TransformationFactory("mpec.nl").apply_to(other)
+        other.write("model.nl", io_options={"symbolic_solver_labels": True})
+        names = read(in_folder / "model.nl").names
+        first = [text for text in names if not text.endswith(".bv")]
+        assert list(names[: len(first)]) == first, name
+        assert {"x", "y"} <= set(first)
+
+
+def program(**options: Any) -> Any:
+    model = pyomo.ConcreteModel()
+    model.x = pyomo.Var(within=options.get("within", pyomo.NonNegativeReals))
+    model.y = pyomo.Var(within=pyomo.NonNegativeReals)
+    model.r = pyomo.Constraint(expr=options["row"](model))
+    model.o = pyomo.Objective(
+        expr=options["cost"](model), sense=options.get("sense", pyomo.minimize)
+    )
+    model.dual = pyomo.Suffix(direction=pyomo.Suffix.IMPORT)
+    return model
+
+
+def test_linear_and_quadratic_programs_are_solved_with_their_multipliers() -> None:
+    model = program(row=lambda m: m.x + 2 * m.y >= 2, cost=lambda m: 3 * m.x + 4 * m.y)
+    assert solved(model) == "optimal"
+    assert [model.x.value, model.y.value, model.dual[model.r]] == [0, 1, 2]
+    model = program(
+        row=lambda m: m.x + 2 * m.y <= 2,
+        cost=lambda m: 3 * m.x + 4 * m.y,
+        sense=pyomo.maximize,
+    )
+    assert solved(model) == "optimal"
+    assert [model.x.value, model.y.value, model.dual[model.r]] == [2, 0, 3]
+    model = program(
+        row=lambda m: m.x + m.y == 1,
+        cost=lambda m: (m.x - 0.1) ** 2 + 2 * m.y**2,
+    )
+    assert solved(model) == "optimal"
+    found = [model.x.value, model.y.value, model.dual[model.r]]
+    assert found == pytest.approx([0.7, 0.3, 1.2])
+
+
+def test_program_without_a_minimizer_is_reported_as_such(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    cost = {"cost": lambda m: m.x + m.y}
+    assert solved(program(row=lambda m: m.x + m.y <= -1, **cost)) == "infeasible"
+    unbounded = program(row=lambda m: m.x <= 2, within=pyomo.Reals, **cost)
+    assert solved(unbounded) == "unbounded"
+    model = program(row=lambda m: m.x + m.y <= 1, cost=lambda m: m.x - m.x**2)
+    assert solved(model) == "optimal"
+    assert "stationary point and need not be a minimizer" in caplog.text
+
+
+def refusals() -> dict[str, tuple[Any, str]]:
+    leader = forms()["variable first"][0]
+    leader.u = pyomo.Var(bounds=(0, 1))
+    leader.o = pyomo.Objective(expr=leader.x + leader.u)
+    row = forms()["variable first"][0]
+    row.u = pyomo.Var(bounds=(0, 1))
+    row.o = pyomo.Objective(expr=row.x + row.u)
+    row.r = pyomo.Constraint(expr=row.x + row.u <= 1)
+    nonlinear = program(row=lambda m: m.x >= 1, cost=lambda m: pyomo.exp(m.x))
+    rows = program(row=lambda m: m.x**2 <= 1, cost=lambda m: -m.x)
+    whole = program(row=lambda m: m.x >= 1, cost=lambda m: m.x)
+    whole.k = pyomo.Var(within=pyomo.Binary)
+    whole.s = pyomo.Constraint(expr=whole.k + whole.x >= 1)
+    bilevel = "lcp help solutions bilevel"
+    return {
+        "leader": (leader, "without a row to its objective, as those of a leader"),
+        "advice for a leader": (leader, bilevel),
+        "row of a leader": (row, bilevel),
+        "nonlinear": (nonlinear, "so that this is no quadratic program"),
+        "quadratic row": (rows, "is not linear; lcp solves linear and quadratic"),
+        "integer": (whole, "has 1 integer variable"),
+    }
+
+
+def test_what_is_not_solved_is_refused_with_the_right_advice(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    for name, (model, words) in refusals().items():
+        caplog.clear()
+        with pytest.raises(Exception, match="did not exit normally"):
+            solved(model)
+        assert words in caplog.text, name
+        assert "inequality() in Pyomo" not in caplog.text

@@ -5,6 +5,7 @@ from __future__ import annotations
 import gzip
 from collections.abc import Callable
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -14,50 +15,12 @@ from lcpcli.cli import ampl
 from lcpcli.cli.ampl import NUMBERS
 from lcpcli.gallery import nonlinear as gallery
 from lcpcli.model.nonlinear import NonlinearProblem
+from lcpcli.solving import solve_mcp
 from lcpcli.solving.result import Status
 
 from ..files.nl_writing import model
 from .conftest import Lcp, record
-
-# Supply p + p^2 / 4 = s exceeds the demand 9 / (1 + p) except at the equilibrium price
-# 2; v2 is fixed.
-MARKET = model(
-    3,
-    [
-        ((5, 1, 1), {0: 0, 1: 1}, ("neg", ("/", "v2", ("+", 1, "v0")))),
-        ((4, 0), {0: 1, 1: -1}, ("/", ("^", "v0", 2), 4)),
-    ],
-    [(2, 0), (3,), (4, 9)],
-    start={0: 1, 1: 1},
-)
-LINEAR = model(1, [((5, 1, 1), {0: 2}, -3)], [(2, 0)])
-UNDEFINED = model(1, [((5, 1, 1), {0: 0}, ("log", ("-", -1, "v0")))], [(2, 0)])
-INFEASIBLE = model(1, [((5, 1, 1), {0: -1}, -1)], [(2, 0)])
-PLANT = model(1, [((5, 1, 1), {0: 2}, -10)], [(0, 0, 3)])
-# Three solutions, (2, 0), (0, 2) and (2/3, 2/3); all (t, 0) with t >= 0.
-CHOICE = model(
-    2,
-    [((5, 1, 1), {0: 1, 1: 2}, -2), ((5, 1, 2), {0: 2, 1: 1}, -2)],
-    [(2, 0), (2, 0)],
-    objective=("+", ("neg", ("-", "v0", "v1")), -3),
-)
-UNBOUNDED = model(
-    2,
-    [((5, 1, 1), {1: 1}, 0), ((5, 1, 2), {1: 1}, 0)],
-    [(2, 0), (2, 0)],
-    objective=("neg", "v0"),
-)
-HOPELESS = model(
-    1, [((4, 0), {0: 0}, ("+", 1, ("square", "v0")))], [(3,)], start={0: 0.5}
-)
-
-
-# Two equations for x, and none for y.
-SINGULAR = model(
-    2,
-    [((4, 0), {0: 1}, ("exp", "v0")), ((4, 0), {0: 2}, ("square", "v0"))],
-    [(3,), (3,)],
-)
+from .models import FILES, PLANT
 
 
 def test_compressed_models_have_their_names(models: Path, lcp: Lcp) -> None:
@@ -67,54 +30,16 @@ def test_compressed_models_have_their_names(models: Path, lcp: Lcp) -> None:
 
 @pytest.fixture(autouse=True)
 def models(folder: Path) -> Path:
-    contents = {
-        "market": MARKET,
-        "linear": LINEAR,
-        "undefined": UNDEFINED,
-        "hopeless": HOPELESS,
-    }
-    contents |= {
-        "infeasible": INFEASIBLE,
-        "choice": CHOICE,
-        "unbounded": UNBOUNDED,
-        "plant": PLANT,
-    }
-    contents |= {
-        "singular": SINGULAR,
-        "empty": b"",
-        "twice": model(1, 2 * [((5, 1, 1), {0: 1}, 0)], [(2, 0)]),
-    }
-    contents["curved"] = model(
-        1, [((5, 1, 1), {0: 0}, ("-", ("exp", "v0"), 40))], [(0, 0, 3)]
-    )
-    for name, content in contents.items():
-        (folder / f"{name}.nl").write_bytes(content)
-    names = {
-        "plant.col": "plant",
-        "curved.col": "plant",
-        "market.col": "price\nsupply\nincome",
-    }
-    for name, text in (
-        names | {"twice.col": "price", "twice.row": "market\nclearing"}
-    ).items():
-        (folder / name).write_text(f"{text}\n")
+    for name, content in FILES.items():
+        (folder / name).write_bytes(content)
     return folder
 
 
-@pytest.mark.parametrize(
-    "kind",
-    [
-        "models-solved",
-        "models-checked",
-        "models-for-ampl",
-        "inspect-models",
-        "refused-models",
-    ],
-)
-def test_what_is_said_of_models_is_the_same_as_before(
-    kind: str, session: Callable[[str], None]
+@pytest.mark.parametrize("name", ["solve", "check", "inspect", "ampl"])
+def test_commands_print_what_the_document_shows(
+    name: str, document: Callable[[str], None]
 ) -> None:
-    session(kind)
+    document(f"models/{name}")
 
 
 def test_ampl_hears_of_stationary_points_and_gives_options_in_two_places(
@@ -149,15 +74,20 @@ def test_number_for_ampl_says_solved_of_nothing_but_what_is_solved() -> None:
 def test_run_without_a_finite_point_writes_no_values(
     models: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    for number, z, told in (
-        (404, np.array([np.nan, 1.0]), 500),
-        (401, None, 500),
-        (201, None, 201),
-        (300, None, 300),
+    run = SimpleNamespace(
+        message="a message",
+        iterations=1,
+        residual=1.0,
+        advice="",
+        problem=SimpleNamespace(origin=None),
+    )
+    for status, z, told in (
+        (Status.DIVERGED, np.array([np.nan, 1.0]), 500),
+        (Status.TIME_LIMIT, None, 500),
+        (Status.UNSOLVABLE, None, 201),
     ):
-        monkeypatch.setattr(
-            ampl, "_answer", lambda *_, own=(number, z): ("a message", *own)
-        )
+        ended = SimpleNamespace(**vars(run), status=status, z=z)
+        monkeypatch.setattr(solve_mcp, "run_nonlinear", lambda *_, own=ended, **__: own)
         assert ampl.run(str(models / "market"), []) == 0
         lines = (models / "market.sol").read_text().splitlines()
         assert (lines[-2], lines[-1]) == ("0", f"objno 0 {told}")

@@ -10,8 +10,9 @@ from pathlib import Path
 
 import pytest
 
+from ..wordings import DID_YOU_MEAN
 from .conftest import EXAMPLE, GOOD, Lcp, assert_refused, record
-from .test_nl_models import LINEAR, MARKET
+from .models import LINEAR, MARKET
 
 
 @pytest.fixture
@@ -25,13 +26,6 @@ def tables(folder: Path) -> Path:
     }.items():
         (folder / f"{name}.csv").write_text(text)
     return folder
-
-
-@pytest.mark.usefixtures("tables")
-def test_what_cannot_be_q_is_refused_in_one_line(
-    session: Callable[[str], None],
-) -> None:
-    session("refused-q")
 
 
 def test_a_file_beside_the_report_is_announced_unless_it_is_to_be_quiet(
@@ -128,10 +122,10 @@ OTHER_NAMES = {
 def test_a_method_is_suggested_for_another_name(lcp: Lcp, method: str) -> None:
     for word in OTHER_NAMES[method].split():
         assert_refused(
-            lcp("solve", EXAMPLE, "--method", word), f"did you mean {method}?"
+            lcp("solve", EXAMPLE, "--method", word), DID_YOU_MEAN.format(method)
         )
         helped = lcp("help", word)
-        assert f"did you mean {method}?" in helped.err or method in helped.out
+        assert DID_YOU_MEAN.format(method) in helped.err or method in helped.out
 
 
 def test_pages_that_explain_a_word_come_before_those_that_only_have_it(

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import csv
 import json
-from collections.abc import Callable
 from io import StringIO
 from pathlib import Path
 
@@ -17,6 +16,8 @@ from lcpcli.report import plotting
 from lcpcli.report.plotting import Panel
 
 from ..cli.conftest import Lcp
+from ..conftest import Outcome
+from ..wordings import AS_JSON_OR_CSV, RESULT_AS_TABLE
 
 EXAMPLE = contents.shipped_path("paper-example-2.json")
 
@@ -49,11 +50,16 @@ def folder(in_folder: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return in_folder
 
 
-@pytest.mark.usefixtures("folder")
-def test_table_that_leaves_z_in_doubt_is_refused(
-    session: Callable[[str], None],
+@pytest.mark.parametrize("answer", ["z.md", "z.tex", "z.txt"])
+@pytest.mark.parametrize("options", [(), ("--all",)])
+def test_a_result_as_a_table_is_for_people_alone(
+    answer: str, options: tuple[str, ...], lcp: Lcp, folder: Path
 ) -> None:
-    session("refused-tables")
+    assert lcp("solve", "murty.json", *options, "-o", answer, "-q").code == 0
+    for command in (("check", "murty.json", answer), ("solve", answer)):
+        told = f"lcp: {answer}: {RESULT_AS_TABLE}; {AS_JSON_OR_CSV}\n"
+        assert lcp(*command) == Outcome(2, "", told)
+    assert (folder / answer).exists()
 
 
 def test_trace_file_has_every_iterate_whatever_is_shown(lcp: Lcp, folder: Path) -> None:
@@ -89,6 +95,7 @@ def test_figure_can_be_redrawn_from_the_trace(
     lcp: Lcp, folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """By the same clock from the same beginning: its points are rows of the file."""
+    pytest.importorskip("matplotlib")
     drawn: list[Panel] = []
     usual = plotting.convergence
     monkeypatch.setattr(
@@ -186,3 +193,36 @@ def test_a_table_of_equilibria_that_lacks_a_player_is_refused_in_a_line(
         "give both strategies\n"
     )
     assert (outcome.code, outcome.out, outcome.err) == (2, "", fault)
+
+
+LISTS = {
+    ("murty", "[[1, 0], [0, 1]]"): [True, True],
+    ("murty", '[["1/3", "1/3"], [1, 1]]'): [True, False],
+    ("murty", "[[1, 0]]"): [True],
+    ("portfolio", '[[0.2, 0.3, 0.5], ["6/775", "63.125/310"]]'): None,
+    ("transport", "[[1], [2]]"): None,
+    ("bimatrix", "[[1, 0], [1]]"): None,
+    ("murty", "[[1, 0], 1]"): None,
+    ("murty", "[[]]"): None,
+}
+
+
+@pytest.mark.usefixtures("folder")
+def test_each_of_several_lists_is_checked_and_two_may_be_parts_of_one_answer(
+    lcp: Lcp,
+) -> None:
+    for (name, text), accepted in LISTS.items():
+        Path("lists.json").write_text(text)
+        outcome = lcp("check", name + ".json" * (name == "murty"), "lists.json")
+        if accepted is None:
+            assert (outcome.code, outcome.err.count("\n")) == (2, 1), outcome.err
+            continue
+        assert outcome.code == (not all(accepted))
+        assert outcome.out.count("z solves the problem") == sum(accepted)
+    Path("lists.json").write_text('[["3/5", "2/5"], ["2/5", "3/5"]]')
+    Path("game.json").write_text('{"A": [[3, 0], [0, 2]], "B": [[2, 0], [0, 3]]}')
+    outcome = lcp("check", "game.json", "lists.json", "--exact")
+    assert "the strategies are an equilibrium" in outcome.out
+    answer = run(read("portfolio")).answer
+    Path("lists.json").write_text(json.dumps([answer.x.tolist(), answer.y.tolist()]))
+    assert lcp("check", "portfolio", "lists.json").code == 0

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import gzip
 import json
-from collections.abc import Callable
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -21,6 +20,7 @@ from lcpcli.model.origins import Game
 
 from ..cli.conftest import Lcp
 from ..conftest import read_exact
+from ..wordings import ADD_GAME, NOT_UTF_8, ONLY_READ, OTHER_ORIGIN
 
 HEAD = 'NFG 1 R "a game" { "Alice" "Bob" }\n'
 PAYOFFS = (
@@ -89,12 +89,6 @@ TREE = 'EFG 2 R "a game" { "Ann" "Bob" }\n'
 TWO = TREE + 'p "" 1 1 "" { "a" "b" } 0\n'
 
 
-def test_what_is_wrong_is_said_in_one_line_with_its_place(
-    session: Callable[[str], None],
-) -> None:
-    session("refused-games")
-
-
 def test_both_forms_are_only_read_and_complete_formats_keep_payoffs_and_tree(
     lcp: Lcp,
 ) -> None:
@@ -114,7 +108,7 @@ def test_both_forms_are_only_read_and_complete_formats_keep_payoffs_and_tree(
         assert (again.M == read("g.efg").M).all()
     for output in ("w.nfg", "w.efg"):
         done = lcp("convert", winkels, "-o", output)
-        assert (done.code, "is of a format that is only read" in done.err) == (2, True)
+        assert (done.code, ONLY_READ in done.err) == (2, True)
     done = lcp("convert", "g.efg", "-o", "g.csv")
     assert (
         "written as the game's mixed problem, M, q and bounds; left out: name, "
@@ -124,7 +118,7 @@ def test_both_forms_are_only_read_and_complete_formats_keep_payoffs_and_tree(
     data = json.loads(Path("m.json").read_text())
     data["M"][0][3] += 1
     Path("m.json").write_text(json.dumps(data))
-    assert "origin: does not yield this M and q" in lcp("solve", "m.json").err
+    assert f"origin: {OTHER_ORIGIN}" in lcp("solve", "m.json").err
 
 
 GAMES = {
@@ -147,14 +141,13 @@ NO_GAMES = {
     "three q": ("2,1\n1,2\n", "1,2,3\n-1,-2,-3\n"),
     "one q": ("2,1\n1,2\n", "-1\n-2\n"),
 }
-ADD = "if A.csv and B.csv are the payoffs of a game, add --game"
 
 
 @pytest.mark.parametrize("kind", [*GAMES, *NO_GAMES])
 def test_two_tables_that_may_be_a_game_get_a_hint(kind: str, lcp: Lcp) -> None:
     put(*(GAMES | NO_GAMES)[kind])
     for command in ("solve", "inspect"):
-        assert lcp(command, "A.csv", "B.csv").err.count(ADD) == int(kind in GAMES)
+        assert lcp(command, "A.csv", "B.csv").err.count(ADD_GAME) == int(kind in GAMES)
         assert lcp(command, "A.csv", "B.csv", "--game").err == "" or kind in NO_GAMES
 
 
@@ -278,7 +271,7 @@ def test_labels_in_latin_1_are_read_and_what_is_no_text_is_refused(lcp: Lcp) -> 
     assert read("g.efg").names[0] == "J\xfcrgen"
     assert lcp("make", "--from-game", "g.efg", "-o", "g.json").code == 0
     Path("g.efg").write_bytes(b"EFG 2 R \0")
-    with pytest.raises(errors.ProblemError, match="is not UTF-8 text"):
+    with pytest.raises(errors.ProblemError, match=NOT_UTF_8):
         read("g.efg")
 
 

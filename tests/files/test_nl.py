@@ -424,13 +424,6 @@ def test_objective_has_its_decimals_and_its_constant() -> None:
     assert Model(model(1, LINEAR, [NONNEGATIVE], objective=7), "m.nl").objective is None
 
 
-@pytest.mark.usefixtures("in_folder")
-def test_what_is_no_square_continuous_problem_is_refused_in_words(
-    session: Callable[[str], None],
-) -> None:
-    session("refused-nl")
-
-
 @pytest.mark.parametrize("binary", [False, True])
 def test_file_that_is_cut_off_anywhere_is_refused(binary: bool) -> None:
     rows = [

@@ -23,6 +23,7 @@ from lcpcli.files.beside import read_start
 
 from .. import exact
 from ..conftest import JSON, M, Outcome, Q, numbers
+from ..wordings import ADD_Q, AS_CSV, MISSING, NO_Q, NUMBERS, SPREADSHEET
 
 Lcp = Callable[..., Outcome]
 MARK = b"\xef\xbb\xbf"
@@ -227,7 +228,7 @@ def test_a_file_that_holds_M_alone_takes_exactly_the_next_one(
         "p",
     ]
     assert lcp("compare", "p.csv", "M.npy").err.strip() == (
-        "lcp: M.npy: contains M, 2 x 2, but no q; add q, or name the file of q after it"
+        f"lcp: M.npy: {NO_Q}; {ADD_Q}".format("2 x 2")
     )
     lcp("bench", *files, "--method", "newton", "--budget", "0", "-q", "-o", "b.json")
     record = json.loads((folder / "b.json").read_text())
@@ -282,23 +283,23 @@ UNREAD_NPY = (
     "numpy.save, and not as objects"
 )
 FOREIGN = [
-    ("p.xlsx", SHEET, "is a spreadsheet; save it as CSV"),
-    ("p.csv", SHEET, "is a spreadsheet; save it as CSV"),
+    ("p.xlsx", SHEET, f"{SPREADSHEET}; {AS_CSV}"),
+    ("p.csv", SHEET, f"{SPREADSHEET}; {AS_CSV}"),
     ("p.zip", archive("p.json"), "is compressed; uncompress it first"),
     (
         "p.mat",
         mat(A=M, b=Q),
-        "M: is missing; call the matrix M and the vector q; the file holds A, b",
+        f"M: {MISSING}; call the matrix M and the vector q; the file holds A, b",
     ),
     (
         "p.mat",
         mat(M=np.array(M) * 1j, q=Q),
-        "M: is complex (complex128); give real numbers",
+        f"M: is complex (complex128); {NUMBERS}",
     ),
     (
         "p.npy",
         npy(np.column_stack((M, Q)) * 1j),
-        "q: is complex (complex128); give real numbers",
+        f"q: is complex (complex128); {NUMBERS}",
     ),
     ("p.npy", npy(np.array([1, "a"], dtype=object)), UNREAD_NPY),
     ("p.npy", npy(M)[:-8], UNREAD_NPY),
@@ -313,13 +314,6 @@ def test_what_is_not_read_is_refused_by_name(
     outcome = lcp("solve", str(tmp_path / name))
     assert outcome.err.startswith(f"lcp: {tmp_path / name}: {words}"), outcome.err
     assert (outcome.code, outcome.out, outcome.err.count("\n")) == (2, "", 1)
-
-
-@pytest.mark.usefixtures("in_folder")
-def test_texts_of_other_programs_are_refused_by_name(
-    session: Callable[[str], None],
-) -> None:
-    session("refused-files")
 
 
 FOLDER = Path(contents.shipped_path("paper-example-1.json")).parent

@@ -27,6 +27,7 @@ from lcpcli.files.atomic_write import write_whole
 
 from ..cli.conftest import Lcp, assert_refused
 from ..conftest import JSON, M, Outcome, Q, numbers
+from ..wordings import DIRECTORY
 
 EXAMPLE = Problem(M, Q, name="example")
 
@@ -126,7 +127,7 @@ def test_a_file_that_cannot_be_written_stays_as_it_was_and_a_new_one_is_not_left
 def test_of_a_pair_none_is_replaced_if_one_cannot_be_written(tmp_path: Path) -> None:
     (tmp_path / "problem.mtx").write_text("old")
     (tmp_path / "problem.q.mtx").mkdir()
-    with pytest.raises(LCPError, match=r"problem\.q\.mtx: is a directory"):
+    with pytest.raises(LCPError, match=rf"problem\.q\.mtx: {DIRECTORY}"):
         write(EXAMPLE, str(tmp_path / "problem.mtx"))
     assert (tmp_path / "problem.mtx").read_text() == "old"
 

@@ -327,7 +327,7 @@ def test_the_same_seed_gives_the_same_motion_and_another_one_another() -> None:
     assert all(len(list(steps(scene, 30))) == 30 for scene in scenes)
     assert np.array_equal(scenes[0].centres, scenes[1].centres)
     assert not np.array_equal(scenes[0].centres, scenes[2].centres)
-    with pytest.raises(OptionError, match="boxes: 0 is out of range"):
+    with pytest.raises(OptionError, match="boxes: 0 "):
         contact_in_time("heap", 0)
 
 

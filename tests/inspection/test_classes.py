@@ -6,6 +6,7 @@ only."""
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from decimal import Decimal
 from fractions import Fraction
 from itertools import combinations, product
 from typing import Any
@@ -133,8 +134,9 @@ def test_small_integer_matrices_are_classified_as_the_definitions_say(M: Any) ->
 def test_singular_semidefinite_matrices_are_told_from_others_by_less_than_rounding(
     A: Any, r: int, nudge: int
 ) -> None:
-    M = A[:, :r] @ A[:, :r].T
-    M[0, 0] += nudge * np.spacing(M[0, 0])
+    """Whole numbers, by one of 2^51."""
+    M = A[:, :r] @ A[:, :r].T * 2.0**46
+    M[0, 0] += nudge
     skew = np.triu(A, 1) - np.triu(A, 1).T
     for matrix in (M, M + skew):
         found = classify(matrix)
@@ -155,7 +157,35 @@ def test_rows_that_are_dominant_up_to_rounding_are_decided_exactly(
     np.fill_diagonal(A, np.abs(A).sum(axis=1))
     M = A * unit
     M[0, 0] += nudge * np.spacing(M[0, 0])
-    check(M, classify(M))
+    # Of rounded numbers the definiteness of a symmetric matrix is not decided.
+    check(M, classify(M), decided=not are_rounded(M) or not (M == M.T).all())
+
+
+@pytest.mark.parametrize("transform", [np.array, sparse.csr_array])
+@pytest.mark.parametrize("seed", range(12))
+def test_rounding_decides_nothing_about_definiteness(
+    seed: int, transform: Callable[[Any], Any]
+) -> None:
+    """Nor do the units in which a covariance, or a Gram matrix, is given."""
+    random = np.random.default_rng(seed)
+    n = int(random.integers(2, 40))
+    k = int(random.integers(1, n + 1))
+    B = random.standard_normal((k + n * (seed % 2), k)) @ random.standard_normal((k, n))
+    D = 10 ** random.uniform(-5, 5, n)
+    M = D[:, np.newaxis] * (B.T @ B) * D
+    M = (M + M.T) / 2
+    found = classify(transform(M))
+    word = YES if k == n else UNDECIDED
+    assert found["positive_definite"].word == word
+    assert found["positive_semidefinite"].word == word
+    assert found["p_matrix"].word == word
+    decimals = B.round(1).T @ B.round(1)
+    exact = classify(transform(decimals.round(2)))["positive_semidefinite"].word
+    assert exact == YES or n > 20
+    lower = np.eye(n) * 1e-9 * np.diag(M)
+    assert classify(transform(M - lower))["positive_definite"].word == (
+        YES if k == n else NO
+    )
 
 
 def spd(random: Generator, n: int) -> Any:
@@ -445,8 +475,17 @@ def test_singular_sum_of_squares_is_decided_at_every_size(n: int) -> None:
 Rows = list[list[Fraction]]
 
 
+def are_rounded(M: Any) -> bool:
+    """Whether a number of the matrix has 15 digits or more, and is not whole."""
+    texts = [repr(float(value)) for value in np.ravel(M) if value % 1]
+    digits = (Decimal(text).normalize().as_tuple().digits for text in texts)
+    return any(len(each) >= 15 for each in digits)
+
+
 def rational(M: Any) -> Rows:
-    return [[Fraction(float(value)) for value in row] for row in M]
+    """The numbers of a matrix: decimals, or if some are rounded, doubles."""
+    number = float if are_rounded(M) else repr
+    return [[Fraction(number(float(value))) for value in row] for row in M]
 
 
 def minor(A: Rows, indices: tuple[int, ...]) -> Fraction:

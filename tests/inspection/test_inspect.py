@@ -181,7 +181,10 @@ def test_hints_come_with_evidence_only() -> None:
     a = np.array([0.1, 0.7, 0.3])
     thrice = np.outer(a, a) * 3
     thrice[0, 0] = np.nextafter(thrice[0, 0], 0)
-    assert "only by rounding errors" in hints(thrice)
+    thrice[0, 1] = thrice[1, 0] = np.nextafter(thrice[0, 1], 1)
+    assert "up to the rounding of its entries" in hints(thrice)
+    # Short decimals are exact, and this is a product.
+    assert "rounding" not in hints([[0.03, 0.21], [0.21, 1.47]])
 
 
 def test_what_is_obvious_is_said() -> None:

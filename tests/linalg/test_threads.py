@@ -276,7 +276,7 @@ try:
 except lcpcli.errors.OptionError as error:
     print(error)
 """
-    told = "threads: needs threadpoolctl; pip install 'linear-complementarity[threads]'"
+    told = "threads: needs threadpoolctl; pip install threadpoolctl"
     assert python(code).stdout == f"True\n{told}\n"
 
 

@@ -1,4 +1,4 @@
-"""Mixed problems of every kind that are built around a solution."""
+"""Problems, mixed ones of every kind too, that are built around a solution."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from numpy.random import Generator
 from scipy.sparse import csr_array
 
 from lcpcli import Problem
-from lcpcli.typing import Matrix
+from lcpcli.typing import Matrix, Vector
 
 from ..mixed_problems import definite, monotone, with_all_bounds
 
@@ -56,3 +56,17 @@ def solvable(
     if degenerate:
         w[random.random(n) < 0.5] = 0.0
     return Problem(csr_array(M) if sparse else M, w - M @ z, lower=lower, upper=upper)
+
+
+def planted(n: int, seed: int, density: float = 1.0) -> tuple[Vector, Vector]:
+    """A normal M, or one with a share of its entries, and q for which z and w have half
+    of their entries each."""
+    random = np.random.default_rng(seed)
+    M = random.standard_normal((n, n))
+    M *= random.random((n, n)) < density
+    basic = random.random(n) < 0.5
+    z, w = (
+        np.where(basic, random.random(n) + 0.1, 0),
+        np.where(basic, 0, random.random(n) + 0.1),
+    )
+    return M, w - M @ z

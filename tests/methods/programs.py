@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -133,3 +133,31 @@ def with_rounded_combination(seed: int, k: int = 40, m: int = 20) -> Rows:
         np.full(k, np.inf),
         False,
     )
+
+
+def bounded_program(seed: int) -> dict[str, Any]:
+    """A definite program with an equation, a range, a row from below and one from
+    above, and bounds of every kind."""
+    random = np.random.default_rng(seed)
+    k = 6
+    F = random.integers(-3, 4, (k, k)) / 4
+    inside, A = (
+        random.integers(-2, 3, k).astype(float),
+        random.integers(-3, 4, (4, k)).astype(float),
+    )
+    inside[3] = -0.5
+    at = A @ inside
+    slack = random.integers(1, 4, (2, 4)) / 2
+    return {
+        "Q": F @ F.T + np.eye(k) / 2,
+        "c": random.integers(-9, 10, k) / 2,
+        "A": A,
+        "row_lower": np.array(
+            [at[0], at[1] - slack[0, 1], at[2] - slack[0, 2], -np.inf]
+        ),
+        "row_upper": np.array(
+            [at[0], at[1] + slack[1, 1], np.inf, at[3] + slack[1, 3]]
+        ),
+        "lower": np.array([-np.inf, -3.0, -2.5, -0.5, -np.inf, -2.0]),
+        "upper": np.array([np.inf, 3.0, np.inf, -0.5, 2.5, np.inf]),
+    }

@@ -29,7 +29,7 @@ from lcpcli.auto.attempts import (
     Structure,
     in_rounds,
 )
-from lcpcli.auto.policy import _for_half_of_the_time
+from lcpcli.auto.policy import for_half_of_the_time
 from lcpcli.gallery import families
 from lcpcli.interrupts import check, remaining, within
 from lcpcli.methods import lemke
@@ -39,9 +39,8 @@ from lcpcli.options import Limits
 from lcpcli.solving import driver
 from lcpcli.typing import Vector
 
-from .planted import solvable
+from .planted import planted, solvable
 from .stages import through
-from .test_milp import planted
 
 PROBLEM = families.make("harker-pang", 150)
 STRUCTURE = Structure(PROBLEM, np.zeros(PROBLEM.n))
@@ -143,7 +142,7 @@ def test_the_second_half_is_left_and_no_context_is_open_in_between(
 ) -> None:
     seen: list[float] = []
     with within(100.0):
-        stage = _for_half_of_the_time(looking(seen))
+        stage = for_half_of_the_time(looking(seen))
         for time, left in ((10.0, 90.0), (50.0, 50.0)):
             assert advance(stage) is POINT
             now[0] = time

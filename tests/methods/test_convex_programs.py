@@ -18,7 +18,7 @@ from lcpcli.methods.direct import may_be_program
 from .programs import Rows, random_program
 
 pytestmark = pytest.mark.skipif(
-    find_spec("piqp") is None, reason="the extra programs is not installed"
+    find_spec("piqp") is None, reason="piqp is not installed"
 )
 
 
@@ -126,8 +126,8 @@ def test_bounds_of_all_kinds_fixed_variables_and_bounds_that_stand_for_none() ->
         )
     )
     A, Q = (
-        block_diag([A] * 6, format="csr"),
-        block_diag([np.diag([0.0, 1, 2, 0, 0, 0])] * 6, format="csr"),
+        block_diag([csr_array(A)] * 6, format="csr"),
+        block_diag([csr_array(np.diag([0.0, 1, 2, 0, 0, 0]))] * 6, format="csr"),
     )
     c = np.outer(np.arange(1.0, 7), [1.0, -1, -4, 2, -3, -5]).ravel()
     lower, upper = (
@@ -233,7 +233,10 @@ def test_a_point_that_only_rounding_separates_from_the_solution_needs_no_factori
 ) -> None:
     """min |x|^2 / 2 - 2 x_1 with x_1 + x_2 = 1 and x >= 0, in sixty copies: x = (1, 0),
     y = -1."""
-    A, c = block_diag([[[1.0, 1.0]]] * 60, format="csr"), np.tile([-2.0, 0.0], 60)
+    A, c = (
+        block_diag([csr_array([[1.0, 1.0]])] * 60, format="csr"),
+        np.tile([-2.0, 0.0], 60),
+    )
     problem = lcpcli.from_qp(csr_array(np.eye(120)), c, A, row_lower=1, row_upper=1)
     z = np.concatenate((np.tile([1.0, 0.0], 60), np.full(60, -1.0)))
     own = interior.Run(problem, by_units=True)

@@ -5,9 +5,7 @@ of many; and at the limits of numbers.
 
 from __future__ import annotations
 
-import os
 from functools import partial
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -16,11 +14,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.sparse import csr_array
 
+pytest.importorskip("numba")
+
 import lcpcli
 from lcpcli import Problem, run
 from lcpcli.basis import tableau
 from lcpcli.gallery import families
-from lcpcli.kernels import announcement, compiled
+from lcpcli.kernels import compiled
 from lcpcli.kernels.compiled import (
     NUMBERS_AT_ONCE,
     direct_many,
@@ -257,24 +257,6 @@ def test_projected_gradients_find_the_states_with_and_without_kernels(
         other.basis,
     )
     np.testing.assert_allclose(one.z, other.z, rtol=1e-9, atol=1e-12)
-
-
-def test_kernels_are_forgotten_that_are_older_than_the_files_they_use(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(announcement, "PACKAGE", tmp_path)
-    for name in announcement.USED:
-        (tmp_path / f"{name}.py").parent.mkdir(exist_ok=True)
-        (tmp_path / f"{name}.py").touch()
-    cache = tmp_path / "basis" / "__pycache__"
-    cache.mkdir()
-    for name, seconds in (("old.nbi", 0), ("new.nbi", 2**32), ("old.nbc", 0)):
-        (cache / name).touch()
-        os.utime(cache / name, (seconds, seconds))
-    with announcement.announced():
-        pass
-    assert sorted(path.name for path in cache.iterdir()) == ["new.nbi", "old.nbc"]
-    assert "linalg/doubles" in announcement.USED  # what counts as rounding
 
 
 def test_a_violation_is_not_small_in_the_units_of_another_row() -> None:

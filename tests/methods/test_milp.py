@@ -24,19 +24,18 @@ from lcpcli.gallery import families
 from lcpcli.methods import milp as module
 from lcpcli.methods.linear import linear
 from lcpcli.methods.milp import ComplementarySystem
-from lcpcli.methods.reflections import _Iteration
+from lcpcli.methods.reflections import Iteration
 from lcpcli.methods.stages import Stalled, advance
 from lcpcli.model.box import ORTHANT, Box, of_masks
 from lcpcli.model.changes import standard_form
 from lcpcli.rational.exact_problem import ExactProblem
-from lcpcli.typing import Vector
 from lcpcli.verify.certificate import proves_infeasible
 from lcpcli.verify.exact_solution import exact_basis
 from lcpcli.verify.measure import FEW_UNKNOWNS
 from lcpcli.verify.point import Criterion, Point
 
 from .. import exact
-from .planted import solvable
+from .planted import planted, solvable
 from .programs import random_program, with_rounded_combination
 from .stages import through
 
@@ -297,20 +296,6 @@ def test_signs_that_rounding_has_made_wrong_cost_no_proof() -> None:
 INFINITY = math.inf
 
 
-def planted(n: int, seed: int, density: float = 1.0) -> tuple[Vector, Vector]:
-    """A normal M, or one with a share of its entries, and q for which z and w have half
-    of their entries each."""
-    random = np.random.default_rng(seed)
-    M = random.standard_normal((n, n))
-    M *= random.random((n, n)) < density
-    basic = random.random(n) < 0.5
-    z, w = (
-        np.where(basic, random.random(n) + 0.1, 0),
-        np.where(basic, 0, random.random(n) + 0.1),
-    )
-    return M, w - M @ z
-
-
 @pytest.mark.parametrize(
     ("n", "seed"),
     [(60, 0), (60, 1), pytest.param(300, 1, marks=pytest.mark.slow("many unknowns"))],
@@ -389,7 +374,7 @@ def test_the_nearest_complementary_point_is_nearer_than_all_others(
 ) -> None:
     lower, upper = BOXES[kind]
     box = ORTHANT if kind == "orthant" else Box(np.array([lower]), np.array([upper]))
-    iteration = _Iteration(np.eye(1), np.zeros(1), box, 1)
+    iteration = Iteration(np.eye(1), np.zeros(1), box, 1)
     iteration.step(np.array([[z], [w]], np.float32))
     found = iteration.nearest[:, 0]
     free_w = lower == upper

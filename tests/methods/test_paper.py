@@ -254,7 +254,7 @@ def cosine(a: Vector, b: Vector) -> float:
 
 
 def chosen(F: Vector, v: Vector, y: Vector, d: Vector) -> tuple[str, Vector]:
-    return direction(F, v.copy(), y.copy(), -d)
+    return direction(F, v.copy(), y.copy(), -d)[:2]
 
 
 @pytest.mark.parametrize("k_star", [1, 10, 1000])
@@ -369,7 +369,7 @@ def test_directions_where_no_alpha_is_best(
 
 def test_steepest_descent_is_taken_without_a_last_step_to_learn_from() -> None:
     for v, y in ((np.zeros(3), np.ones(3)), (np.ones(3), np.zeros(3))):
-        step, s = direction(np.ones(3), v, y, np.array([1.0, 2.0, 3.0]))
+        step, s, *_ = direction(np.ones(3), v, y, np.array([1.0, 2.0, 3.0]))
         assert (step, s.tolist()) == (STEEPEST, [-1.0, -2.0, -3.0])
 
 

@@ -151,5 +151,5 @@ def test_inspect_says_how_stiff_a_problem_is_and_what_follows() -> None:
     assert found.stiffness == pytest.approx(np.linalg.cond(scaled), rel=0.5)
     (hint,) = [each for each in found.hints if "stiff" in each]
     assert "about 7 digits" in hint
-    assert "interior is made for it" in hint
+    assert "interior, which auto uses, is made for such M" in hint
     assert lcpcli.inspect(make("obstacle", 400)).stiffness is None

@@ -24,9 +24,12 @@ from lcpcli import Batch, Problem, Result
 from lcpcli.errors import DerivativeError, OptionError
 from lcpcli.gallery import families
 from lcpcli.linalg.matrices import dense
+from lcpcli.parametric import derivative
+from lcpcli.parametric.derivative import Linearizations
 from lcpcli.typing import Vector
 
 from .. import exact, mixed_problems
+from ..dependent_rows import dependent_program, of_states, strict_states
 from .families import exact_derivative, exact_z, random_change, random_problem
 
 
@@ -307,8 +310,16 @@ def assert_as_one_by_one(
 
 @pytest.mark.parametrize(("seed", "mixed"), [*product(range(3), (False, True))])
 def test_derivatives_of_random_batches_are_those_of_their_results(
-    seed: int, mixed: bool
+    seed: int, mixed: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    stacks: list[Linearizations] = []
+
+    class Noted(Linearizations):
+        def __init__(self, *given: Any) -> None:
+            super().__init__(*given)
+            stacks.append(self)
+
+    monkeypatch.setattr(derivative, "Linearizations", Noted)
     random = np.random.default_rng(seed)
     n = int(random.integers(1, 15))
     problems = [random_problem(n, random, mixed) for _ in range(B)]
@@ -320,10 +331,11 @@ def test_derivatives_of_random_batches_are_those_of_their_results(
         for name in ("M", "q")
     )
     batch = batch_of(M, q, lower=bounds[:, 0], upper=bounds[:, 1])
-    assert batch._linearizations.clear.sum() > B / 2, "most are computed at once"
     for J in (None, random.normal(size=(2, n))):
         g = random.normal(size=(B, n if J is None else 2))
         assert_as_one_by_one(batch, g, changes, J, sided=False)
+    (stack,) = stacks
+    assert stack.clear.sum() > B / 2, "most are computed at once"
 
 
 @settings(max_examples=30)
@@ -363,7 +375,7 @@ def test_the_first_problem_without_derivatives_is_named_or_its_row_is_nan() -> N
     assert np.isnan(gradient.q).all(axis=1).tolist() == [False, True, False]
     assert np.isnan(gradient.M).all(axis=(1, 2)).tolist() == [False, True, False]
     assert gradient.q[0].tolist() == [-1.0, -1.0]
-    with pytest.raises(OptionError, match="unsolved: 'no' is unknown"):
+    with pytest.raises(OptionError, match="unsolved: 'no' "):
         batch.gradient(g, unsolved="no")  # type: ignore[arg-type]
 
 
@@ -499,3 +511,57 @@ def test_an_unsolved_problem_of_a_batch_that_is_left_out_has_gradient_0(
         (found.lower, [0, 0]),
     ):
         assert values.ravel().tolist() == expected
+
+
+def test_of_programs_with_rows_that_follow_from_others_x_has_derivatives() -> None:
+    """J z is differentiated for each component that the equations determine, whatever
+    the others are, and for no other; by the gradient of the objective, in fractions."""
+    regular = refused = 0
+    for seed in range(60):
+        program, random = dependent_program(seed), np.random.default_rng(seed)
+        result = lcpcli.run(program.problem())
+        states = strict_states(result)
+        if states is None:
+            continue
+        k, n = len(program.c), result.problem.n
+        u = random.integers(-3, 4, k)
+        change = [Fraction(int(value)) for value in u]
+        moved = [a + b for a, b in zip(program.c, change, strict=True)]
+        before = of_states(program, *states)
+        after = of_states(program._replace(c=moved), *states)
+        assert before is not None
+        assert after is not None
+        dq = np.concatenate((u, np.zeros(n - k)))
+        for i, value in before.items():
+            J = np.eye(n)[i : i + 1]
+            if value is None:
+                with pytest.raises(DerivativeError, match="which differ in J z"):
+                    result.derivative(dq=dq, J=J)
+                with pytest.raises(DerivativeError, match="which differ in J z"):
+                    result.gradient([1.0], J=J)
+                refused += 1
+                continue
+            exact = float(after[i] - value)
+            scale = max(1.0, abs(exact))
+            found = result.derivative(dq=dq, J=J).z[0]
+            gradient = result.gradient([1.0], J=J).q @ dq
+            assert found == pytest.approx(exact, abs=1e-7 * scale), (seed, i)
+            assert gradient == pytest.approx(exact, abs=1e-7 * scale), (seed, i)
+            regular += 1
+    assert regular > 150
+    assert refused > 30
+
+
+def test_a_kink_beside_an_equation_stated_twice_has_one_sided_derivatives() -> None:
+    """The projection of (1/2, 1/2, 0) onto x1 + x2 + x3 = 1, x >= 0."""
+    A, b = [[1, 1, 1], [2, 2, 2]], [1, 2]
+    problem = lcpcli.from_qp(
+        np.eye(3), [-0.5, -0.5, 0], A, row_lower=b, row_upper=b, lower=0
+    )
+    result, J = lcpcli.run(problem), np.eye(3, 5)
+    for sign, expected in ((1, (1 / 2, -1 / 2, 0)), (-1, (-2 / 3, 1 / 3, 1 / 3))):
+        found = result.derivative(dq=[-sign, 0, 0, 0, 0], one_sided=True, J=J)
+        assert found.z == pytest.approx(expected, abs=1e-12)
+        assert found.kinks == [2]
+    found = result.derivative(dq=[0, 0, -1, 0, 0], one_sided=True, J=J)
+    assert found.z == pytest.approx((-1 / 3, -1 / 3, 2 / 3), abs=1e-12)

@@ -7,8 +7,9 @@ proofs at an end.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from fractions import Fraction
+from itertools import islice
 from typing import Any
 
 import numpy as np
@@ -22,7 +23,7 @@ from lcpcli.gallery import families as gallery
 from lcpcli.parametric import following
 from lcpcli.parametric.following import basic_states
 from lcpcli.parametric.path import Family
-from lcpcli.parametric.pivoting import Edge, ExactFamily
+from lcpcli.parametric.pivoting import Edge, ExactFamily, ExactPivoting, Pivoting
 from lcpcli.parametric.verified import verify
 from lcpcli.rational.exact_problem import ExactProblem, fractions_of
 
@@ -122,14 +123,14 @@ def test_an_interrupted_path_is_the_part_up_to_there(
 ) -> None:
     first, last = positive(3, 12, 12)
     whole = path(first, last, exact=exact)
-    append = following._Following._append
+    pivoting = ExactPivoting if exact else Pivoting
+    edges = pivoting.edges
 
-    def interrupt(self: following._Following, edge: Edge) -> None:
-        append(self, edge)
-        if len(self.points) == 4:
-            raise KeyboardInterrupt
+    def interrupted(self: Any) -> Iterator[Edge]:
+        yield from islice(edges(self), 3)
+        raise KeyboardInterrupt
 
-    monkeypatch.setattr(following._Following, "_append", interrupt)
+    monkeypatch.setattr(pivoting, "edges", interrupted)
     part = path(first, last, exact=exact)
     assert (part.end, part.complete, part.verified) == ("interrupted", False, True)
     assert np.array_equal(part.t, whole.t[:4])
@@ -153,12 +154,13 @@ def test_a_wrong_point_on_a_path_is_not_verified(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     first, last = positive(0)
-    append = following._Following._append
+    edges = Pivoting.edges
 
-    def lie(self: following._Following, edge: Edge) -> None:
-        append(self, edge._replace(z=edge.z * (1 + 1e-2)))
+    def wrong(self: Any) -> Iterator[Edge]:
+        for edge in edges(self):
+            yield edge._replace(z=edge.z * (1 + 1e-2))
 
-    monkeypatch.setattr(following._Following, "_append", lie)
+    monkeypatch.setattr(Pivoting, "edges", wrong)
     assert not path(first, last).verified
 
 

@@ -1,41 +1,40 @@
-"""Data of figures for tests, a figure as a text, and whether its texts, as they are
+"""Data of figures for tests, what a figure shows, and whether its texts, as they are
 drawn, lie on one another."""
 
 from __future__ import annotations
 
-import json
 import math
-from collections.abc import Sequence
-from dataclasses import replace
-from fractions import Fraction
+from collections.abc import Callable, Sequence
 from itertools import combinations
 from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.collections import LineCollection
-from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
-from matplotlib.patches import Wedge
 from matplotlib.path import Path as Outline
 from matplotlib.text import Text
 
 import lcpcli
 from lcpcli import Problem, Trace, read, run
+from lcpcli.enumeration.search import SolutionSet
 from lcpcli.files import contents
-from lcpcli.model.box import BASIC, LOWER, UPPER
-from lcpcli.parametric.path import ENDS, ExactPath, Family, Path
-from lcpcli.report.figures import run_figures, style
-from lcpcli.report.path_formats import report
+from lcpcli.report import plotting
+from lcpcli.report.figures import plane_figures, run_figures, style
 from lcpcli.report.plotting import Curve, Growth, Panel, Power, Profile
+from lcpcli.solving import driver
 
 METHODS = ("auto", "shi", "fixed-point", "newton", "lemke", "milp")
 PEERS = ("piqp", "clarabel", "quantecon", "osqp", "daqp")
 
 
-def convergence(*panels: Panel) -> Figure:
+def drawn(draw: Callable[..., Figure], *given: Any) -> Figure:
     with style.context():
-        return run_figures.draw_convergence(list(panels))
+        return draw(*given)
+
+
+def convergence(*panels: Panel) -> Figure:
+    return drawn(run_figures.draw_convergence, list(panels))
 
 
 def bench(
@@ -43,12 +42,8 @@ def bench(
     panels: Sequence[Panel] = (),
     *growths: dict[str, list[Growth]],
 ) -> Figure:
-    with style.context():
-        return run_figures.draw_bench(
-            profiles,
-            panels,
-            {family: own for each in growths for family, own in each.items()},
-        )
+    families = {family: own for each in growths for family, own in each.items()}
+    return drawn(run_figures.draw_bench, profiles, panels, families)
 
 
 def decaying(
@@ -161,8 +156,8 @@ def texts(figure: Figure) -> list[Text]:
     FigureCanvasAgg(figure).draw()
     found = list(figure.texts)
     for axes in figure.axes:
-        found += axes.texts
-        found += [axes._left_title, axes.title]  # type: ignore[attr-defined]
+        # Also the titles.
+        found += [child for child in axes.get_children() if isinstance(child, Text)]
         if axes.axison:
             for axis, (low, high) in (
                 (axes.xaxis, axes.get_xlim()),
@@ -218,156 +213,74 @@ def assert_no_text_is_on_another_or_leaves(figure: Figure) -> None:
             )
 
 
-def points(pairs: Any) -> str:
-    """How many points, and the first ones and the last one."""
-    pairs = np.asarray(pairs, dtype=float).reshape(-1, 2)
-    pairs = np.where(np.abs(pairs) < 1e-12, 0.0, pairs)
-    shown = [f"({x:.4g}, {y:.4g})" for x, y in pairs]
-    return " ".join(
-        shown
-        if len(shown) <= 4
-        else [*shown[:3], f"... {len(shown)} in all ...", shown[-1]]
-    )
-
-
-def described(figure: Figure) -> str:
-    """What a figure shows: of all axes the scales, the texts and the lines, and the
-    legends."""
-    width, height = figure.get_size_inches()
-    lines = [f"{width:.1f} x {height:.1f}"]
-    for axes in figure.axes:
-        kinds = (
-            f"{axes.get_xlabel()!r} {axes.get_xscale()}, {axes.get_ylabel()!r} "
-            f"{axes.get_yscale()}"
-        )
-        lines.append(f"axes {axes.get_title('left')!r}: {kinds}")
-        for line in (line for line in axes.lines if len(line.get_xdata())):
-            kind = (
-                to_hex(line.get_color()),
-                line.get_linestyle(),
-                f"{line.get_linewidth():g}",
-                line.get_marker(),
-            )
-            filled = (
-                f"{to_hex(line.get_markerfacecolor(), True)} {line.get_markersize():g}"
-            )
-            lines.append(
-                f"  line {' '.join(map(str, kind))} {filled}: "
-                f"{points(line.get_xydata())}"
-            )
-        for patch in axes.patches:
-            if isinstance(patch, Wedge):
-                lines.append(
-                    f"  wedge {patch.theta1:.1f} to {patch.theta2:.1f}, "
-                    f"{patch.r:.3g}, filled {patch.get_fill()}"
-                )
-        for each in axes.collections:
-            if isinstance(each, LineCollection):
-                lines += [f"  segment {points(part)}" for part in each.get_segments()]
-        lines += [
-            f"  text {text.get_text()!r}" for text in axes.texts if text.get_text()
-        ]
-        lines += [
-            f"  {legend_of(legend)}" for legend in filter(None, [axes.get_legend()])
-        ]
-    return "\n".join(
-        [
-            *lines,
-            *(f"text {text.get_text()!r}" for text in figure.texts),
-            *map(legend_of, figure.legends),
-        ]
-    )
-
-
-def legend_of(legend: Any) -> str:
-    return (
-        f"legend: {[text.get_text() for text in legend.get_texts() if text.get_text()]}"
-    )
-
-
-SMALL = [Problem([[2, 1], [1, 2]], q, name="small") for q in ([1, 1], [-5, -6])]
-
-
-def small(**others: Any) -> Path:
-    """q goes from (1, 1) to (-5, -6): z2 enters at 1/7, and z1 at 1/5."""
-    return replace(lcpcli.path(*SMALL), **others)
-
-
-def small_in_fractions() -> Path:
-    t, z = (
-        [Fraction(0), Fraction(1, 7), Fraction(1, 5), Fraction(1)],
-        [(0, 0), (0, 0), (0, 1), (20, 35)],
-    )
-    exact = [[Fraction(a, 15 if k == 3 else 5) for a in row] for k, row in enumerate(z)]
-    q = [(1 - 6 * s, 1 - 7 * s) for s in t]
-    w = [
-        [2 * x + y + a, x + 2 * y + b] for (x, y), (a, b) in zip(exact, q, strict=True)
+def curves(axes: Axes) -> list[np.ndarray]:
+    """The points of the lines that are drawn through data, without rules and markers
+    alone."""
+    return [
+        np.array(line.get_xydata(), dtype=float)
+        for line in axes.lines
+        if line.get_linestyle() == "-" and line.get_transform() == axes.transData
     ]
-    return small(exact=ExactPath(t, exact, w))
 
 
-def entering(n: int) -> Path:
-    """As many components, each of which enters at a t of its own."""
-    return lcpcli.path(
-        Problem(np.eye(n), np.ones(n)), Problem(np.eye(n), -np.arange(1.0, n + 1))
-    )
+def marks(axes: Axes, label: str | None = None) -> list[tuple[float, float]]:
+    """The points with markers, or with the sign that has this label."""
+    return [
+        (float(x), float(y))
+        for line in axes.lines
+        if line.get_linestyle() == "None"
+        and (line.get_label() == label if label else line.get_label()[0] == "_")
+        for x, y in zip(line.get_xdata(), line.get_ydata(), strict=True)
+    ]
 
 
-def made(
-    family: Family, t: Sequence[float], z: Any, states: Any, end: str = "reached"
-) -> Path:
-    """A path with these breakpoints, and w as it follows from z."""
-    n = family.problem.n
-    z = np.array(z, dtype=float).reshape(len(t), n)
-    w = np.array(
-        [family.at(each).w(own) for each, own in zip(t, z, strict=True)]
-    ).reshape(z.shape)
-    states = np.array(states).reshape(max(len(t) - 1, 0), n)
-    return Path(
-        family, np.array(t, dtype=float), z, w, states, end, ENDS[end], True, 1e-3
-    )
+def named(figure: Figure) -> list[str]:
+    """The texts of the legend below a figure."""
+    return [text.get_text() for legend in figure.legends for text in legend.get_texts()]
 
 
-def cornered() -> Path:
-    """0 <= z <= 3 with w = 1 - t: a jump at t = 1 from the upper bound to the lower
-    one, and there, as no path does, a turn."""
-    first, last = (
-        Problem([[0.0]], [q], name="cornered", upper=3.0) for q in (-1.0, 1.0)
-    )
-    return made(
-        Family(first, last, 0.0, 2.0),
-        [0, 1, 1, 0],
-        [3, 3, 0, 0],
-        [UPPER, BASIC, LOWER],
-        "turn",
-    )
+SKEW = Problem([[1, 3], [-3, 1]], [-4, 3], name="skew", x0=[-2, -1])
+TWO = Problem([[2, 1], [1, 2]], [-5, -6], name="two")
+TWO_METHODS = ("fixed-point", "shi")
 
 
-def portfolio(least: float | str, sense: str = "min", **changes: Any) -> Problem:
-    """The shipped portfolio with at least this return, and no limit above."""
-    with open(
-        contents.shipped_path("programs/portfolio.json"), encoding="utf-8"
-    ) as file:
-        data = json.load(file)
-    given = {
-        **data,
-        "row_lower": [1, least],
-        "row_upper": [1, np.inf],
-        "sense": sense,
-        **changes,
-    }
-    if sense == "max":
-        given["Q"] = -np.array(given["Q"])
-    return lcpcli.from_qp(**given)
+def data(
+    problem: Problem, methods: tuple[str, ...] = TWO_METHODS, **trace: Any
+) -> Panel:
+    """The iterates x of runs on a problem of two unknowns."""
+    runs = [
+        driver.run(problem, method, curve=Trace(keeps_x=True, **trace))
+        for method in methods
+    ]
+    (made,) = plotting.panels([runs])
+    return made
 
 
-def frontier(**changes: Any) -> Path:
-    """From a return of at least 0.05 to 0.12, which only goes up to 0.1."""
-    return lcpcli.path(portfolio(0.05, **changes), portfolio(0.12, **changes))
+def plane(
+    problem: Problem, solutions: list[tuple[float, float]], *curves: Curve
+) -> Panel:
+    return Panel("", "", curves, "", problem, solutions)
 
 
-def written(
-    form: str, path: Path, *at: float, files: tuple[str, str] = ("a", "b")
-) -> str:
-    """A path as a text in a format with all numbers."""
-    return report(path, at, files).render(form)
+MURTY = [[1, 2], [2, 1]]
+DEGENERATE = {
+    "opposite columns": [[0, 1], [1, 0]],
+    "skew": [[0, -1], [1, 0]],
+    "parallel columns": [[1, 1], [1, 1]],
+    "parallel up to rounding": [[0.1, 0.3], [0.2, 0.6]],
+    "opposite, of M alone": [[1, -1], [1, -1]],
+    "zero": [[0, 0], [0, 0]],
+    "zero column": [[0, 1], [0, 1]],
+    "three of one direction": [[-1, -1], [0, 0]],
+    "huge and tiny": [[1e308, 5e-324], [-1e308, 0]],
+}
+
+
+def picture(M: list[list[float]], q: tuple[float, float], **more: Any) -> SolutionSet:
+    search = lcpcli.solutions(Problem(M, q, **{"name": "problem", **more}))
+    assert len(list(search)) == len(search.pieces)
+    return SolutionSet(search, "", 0.0)
+
+
+def cones(M: list[list[float]], q: tuple[float, float]) -> Figure:
+    return drawn(plane_figures.draw, picture(M, q))

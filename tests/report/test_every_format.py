@@ -20,7 +20,6 @@ from lcpcli.report import latex
 from lcpcli.report.document import FORMATS, Document, Section, Table, typeset
 from lcpcli.report.latex import escape_latex
 from lcpcli.report.markdown import escape_markdown
-from lcpcli.report.terminal import _folds
 
 EXAMPLE = contents.shipped_path(contents.PAPER_EXAMPLES[0])
 SMALL = {"name": "a_b|c", "M": [[2, 1], [1, 2]], "q": [-5, -6], "names": ["a_b", "c|d"]}
@@ -129,6 +128,8 @@ def test_a_command_has_the_format_on_the_screen_or_in_an_output_file(
     else:
         shown = lcp(*COMMANDS[name], "--format", form, "-o", "-")
         texts = [shown.out, Path(file).read_text(encoding="utf-8")]
+        if (name, form) == ("compare", "json"):  # whose file has one list
+            texts[0] = "[\n" + ",\n".join(shown.out.splitlines()) + "\n]\n"
         assert (
             len(set(texts if name != "bench" else (text.count("\n") for text in texts)))
             == 1
@@ -170,6 +171,7 @@ def test_a_file_has_the_whole_reason_of_a_failure(
 def test_a_page_is_well_formed_has_its_figure_and_every_iterate_and_needs_no_network(
     lcp: Lcp, tmp_path: Path
 ) -> None:
+    pytest.importorskip("matplotlib")
     asked = ("compare", EXAMPLE, "--method", "newton", "--method", "fixed-point")
     assert lcp(*asked, "-o", str(tmp_path / "report.html")).code == 0
     text = (tmp_path / "report.html").read_text(encoding="utf-8")
@@ -206,9 +208,7 @@ def test_a_page_without_its_figure_says_what_is_missing(
     monkeypatch.setattr("lcpcli.report.html_page.find_spec", lambda _: None)
     page = lcp("solve", EXAMPLE, "--method", "newton", "--format", "html").out
     assert "<figure>" not in page
-    assert (
-        "needs matplotlib: pip install &#x27;linear-complementarity[plot]&#x27;" in page
-    )
+    assert "needs matplotlib: pip install matplotlib" in page
 
 
 def test_names_cannot_break_out_of_the_page(lcp: Lcp, tmp_path: Path) -> None:
@@ -278,13 +278,20 @@ def test_latex_and_markdown_escape_what_they_must() -> None:
     )
 
 
-def text_of(form: str, *tables: Table, verdict: str = "") -> str:
-    return typeset(Document("t", [Section("t", verdict, True, tables=tables)]), form)
+def text_of(
+    form: str, *tables: Table, verdict: str = "", width: int | None = None
+) -> str:
+    section = Section("t", verdict, True, tables=tables)
+    return typeset(Document("t", [section]), form, width)
 
 
 def test_a_table_that_just_fits_is_not_folded() -> None:
-    assert _folds([3, 3, 3], 1, 2, 13) == [[0, 1, 2]]  # 3 + 2 + 3 + 2 + 3
-    assert _folds([3, 3, 3], 1, 2, 12) == [[0, 1], [0, 2]]
+    wide = ("a" * 20, "b" * 20, "c" * 20)
+    table = Table(wide, [[wide]], words={0})
+    for width, parts in ((62, [wide]), (61, [wide[:2], (wide[0], wide[2])])):
+        text = text_of("table", table, width=width)
+        headings = [line.split() for line in text.splitlines() if "a" in line][::2]
+        assert headings == [list(part) for part in parts]
 
 
 def test_tables_that_a_page_folds_come_last() -> None:

@@ -5,9 +5,6 @@ from __future__ import annotations
 
 import csv
 import math
-from collections.abc import Callable
-from dataclasses import replace
-from fractions import Fraction
 from io import StringIO
 from typing import Any
 
@@ -20,9 +17,7 @@ from lcpcli.parametric.path import Path
 from lcpcli.report import document, path_formats
 from lcpcli.report.path_formats import Terms
 
-from ..documents import assert_as_before
-from .figure_samples import (
-    cornered,
+from .path_samples import (
     frontier,
     portfolio,
     small,
@@ -58,40 +53,6 @@ def test_line_says_how_far_the_path_goes_and_whether_it_is_verified() -> None:
     assert repr(small_in_fractions()) == line.replace(
         "verified", "verified in fractions"
     )
-
-
-def wide() -> Path:
-    return lcpcli.path(*(Problem(np.eye(30) * 2, np.full(30, q)) for q in (1.0, -1.0)))
-
-
-DOCUMENTS: dict[str, tuple[Callable[[], Path], tuple[Any, ...], str]] = {
-    "fractions": (small_in_fractions, (Fraction(3, 5),), "table csv json"),
-    "jump-and-turn": (cornered, (1.0, 0.5), "table csv latex"),
-    "frontier": (frontier, (0.5, 0.9), "table markdown"),
-    "by-return": (
-        lambda: lcpcli.path(portfolio(0.05), portfolio(0.12), start=0.05, stop=0.12),
-        (),
-        "table",
-    ),
-    "without-beginning": (
-        lambda: lcpcli.path(*(Problem([[-1]], [q]) for q in (-2, 2))),
-        (),
-        "table csv json",
-    ),
-    "of-many": (wide, (), "table"),
-    "of-one-name": (small, (), "table"),
-}
-
-
-@pytest.mark.parametrize("name", DOCUMENTS)
-def test_a_path_has_the_same_text_as_before(name: str) -> None:
-    make, at, forms = DOCUMENTS[name]
-    path = replace(make(), seconds=0.0)
-    texts = (
-        written(form, path, *at) if form in ("csv", "json") else text_of(path, form, at)
-        for form in forms.split()
-    )
-    assert_as_before(f"path-{name}", "\n".join(texts))
 
 
 def test_objective_and_multipliers_have_their_sense_and_moving_constants() -> None:

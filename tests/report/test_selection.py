@@ -4,19 +4,17 @@ of z >= 0 beside them."""
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-import lcpcli
 from lcpcli import Problem, plot, run, solve
 from lcpcli.errors import OptionError
-from lcpcli.report.figures import run_figures
 from lcpcli.report.wording import places
 
 from ..cli.conftest import Lcp
+from ..wordings import NO_UNKNOWN
 
 NAMES = ["price n0", "price n1", "flow", "", "price *"]
 MARKET = {
@@ -60,73 +58,8 @@ def test_patterns_choose_unknowns_in_their_order_and_each_once() -> None:
 
 @pytest.mark.parametrize("pattern", ["prices", "z6", "z0", "Flow", ""])
 def test_a_name_of_none_is_refused(pattern: str) -> None:
-    with pytest.raises(
-        OptionError, match=r"show: '.*' is not the name of an unknown; "
-    ):
+    with pytest.raises(OptionError, match=rf"show: {NO_UNKNOWN.format('.*')}; "):
         places(NAMES, [pattern])
-
-
-PROGRAM = {
-    "Q": [[2, 0], [0, 2]],
-    "A": [[1, 2]],
-    "row_upper": [1],
-    "rows": ["wood"],
-    "columns": ["a", "b"],
-}
-
-
-def test_tables_and_csv_have_the_chosen_unknowns_alone(
-    session: Callable[..., None],
-) -> None:
-    Path("from.json").write_text(json.dumps(MARKET | {"q": [4, 5, 4]}))
-    session("show")
-
-
-def test_a_multiplier_is_called_as_its_row_or_with_y_by_every_command(
-    session: Callable[..., None],
-) -> None:
-    for file, c in (("p.json", [-2, -5]), ("to.json", [-2, -6])):
-        Path(file).write_text(json.dumps(PROGRAM | {"c": c}))
-    session("show-multipliers")
-
-
-def test_a_figure_of_a_path_has_the_chosen_lines_alone_and_multipliers_too() -> None:
-    first, last = (
-        lcpcli.Problem(MARKET["M"], q, names=MARKET["names"])
-        for q in (MARKET["q"], [5, 4, 5])
-    )
-    assert lines_of(lcpcli.path(first, last), "flow") == {"flow": pytest.approx(1)}
-    programs = [
-        lcpcli.from_qp(
-            [[2, 0], [0, 2]], [-2, -5], [[1, 2]], row_upper=[b], rows=["steel"]
-        )
-        for b in (1, 4)
-    ]
-    shown = lines_of(lcpcli.path(*programs), "y steel")
-    assert list(shown) == ["y steel"]
-    assert abs(shown["y steel"]) > 0.1
-
-
-def lines_of(path: lcpcli.Path, *names: str) -> dict[str, float]:
-    """The names in the legend of a figure of a path, with the value at which the line
-    of each begins."""
-    figure = run_figures.draw(path, names)
-    lines = [
-        line
-        for line in figure.axes[0].lines
-        if line.get_marker() == "None" and line.get_linewidth() > 1
-    ]
-    labels = [text.get_text() for text in figure.legends[0].get_texts()]
-    return {
-        label: line.get_ydata()[0] for label, line in zip(labels, lines, strict=True)
-    }
-
-
-def test_show_is_refused_at_first(
-    session: Callable[[str], None], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("lcpcli.parametric.following.follow", None)
-    session("refused-show")
 
 
 MIXED = {
@@ -173,5 +106,6 @@ def test_interpreter_and_notebook_show_bounds() -> None:
 
 
 def test_runs_on_different_bounds_do_not_share_a_panel() -> None:
+    pytest.importorskip("matplotlib")
     runs = [solve([[2]], [-5], lower=lower, trace=True) for lower in (0, 0, 1)]
     assert repr(plot(runs)) == "<Picture: 3 runs on 2 problems>"

@@ -22,62 +22,6 @@ from lcpcli.report import outcome, programs_and_games, tables, wording
 from lcpcli.report.result_formats import Layout
 from lcpcli.solving.driver import run
 
-SMALL = {"M": [[2, 1], [1, 2]], "q": [-4, -5]}  # z = (1, 2)
-PROGRAM = {
-    "A": [[1, 1], [1, 3]],
-    "columns": ["chairs", "tables"],
-    "rows": ["labour", "wood"],
-}
-INPUTS: dict[str, dict[str, Any]] = {
-    "small": SMALL | {"solution": [1, 2]},
-    "start": SMALL | {"q": [2, 1]},
-    "from": {"M": [[2, 1], [0, 2]], "q": [2, 1]},
-    "to": {"M": [[2, 1], [0, 2]], "q": [-4, -7]},
-    "mixed": {
-        "M": [[2, 1, 0], [1, 2, 1], [0, 1, 3]],
-        "q": [-5, -6, 4],
-        "lower": [None, 0, -1],
-        "upper": [None, 2, None],
-    },
-    "most": PROGRAM | {"c": [3, 2], "row_upper": [4, 6], "sense": "max"},
-    "least": PROGRAM | {"c": [3, 2], "row_lower": [4, 6], "upper": [None, 3]},
-    "cost": PROGRAM | {"c": [-3, -2], "row_upper": [4, 6], "constant": 10},
-    "game": {
-        "A": [[3, 0], [5, 1]],
-        "B": [[3, 5], [0, 1]],
-        "rows": ["co", "de"],
-        "columns": ["in", "out"],
-    },
-    "none": {"M": [[0, -1], [1, 0]], "q": [-1, -1]},
-    "many": {"M": [[1, 2], [2, 1]], "q": [-1, -1], "names": ["steel", "coal"]},
-    "faces": {"M": [[0, 1], [0, 0]], "q": [-1, 0]},
-    "line": {"M": [[0, 0], [0, 1]], "q": [0, -0.1], "lower": [None, 0]},
-    "ray": {"M": [[0, 0], [3, 0]], "q": [0, 5]},
-    "coordination": {"A": [[3, 0], [0, 2]], "B": [[2, 0], [0, 3]]},
-    "degenerate": {"A": [[2, 2], [2, 1]], "B": [[2, 2], [2, 1]]},
-    "decimals": {"M": [[3]], "q": [-1]},
-    "without": {"c": [-1, -1], "A": [[1, -1]], "b": [-2], "columns": ["up", "out"]},
-}
-DOCUMENTS = """solution bounds maximum minimum unbounded equilibrium disproof proof
-failure all-solutions all-equilibria all-of-faces all-of-line all-of-ray
-all-of-degenerate all-in-fractions all-of-coordination all-of-none all-of-a-program
-all-maxima largest-multiplier least-of-a-cost optimum comparison wrong-answer
-right-answer diagnosis several path-with-roundings path"""
-
-
-@pytest.mark.parametrize("kind", DOCUMENTS.split())
-@pytest.mark.usefixtures("in_folder")
-def test_a_document_has_the_same_text_as_before(
-    kind: str, session: Callable[..., None], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    pytest.importorskip("flint")
-    # Which of two methods is faster may differ.
-    monkeypatch.setattr("lcpcli.report.tables.STAR", "")
-    for name, data in INPUTS.items():
-        Path(f"{name}.json").write_text(json.dumps(data))
-    session(kind)
-
-
 EXAMPLE = contents.shipped_path("paper-example-1.json")
 TRIDIAGONAL = contents.shipped_path("tridiagonal-100.json")
 ESCAPE = "\x1b["
@@ -209,6 +153,7 @@ def test_a_bound_is_shown_where_it_is_asked_for(lcp: Lcp, tmp_path: Path) -> Non
 def test_default_beside_a_run_with_an_option_and_every_value_in_a_figure_are_told(
     lcp: Lcp, tmp_path: Path
 ) -> None:
+    pytest.importorskip("matplotlib")
     file = tmp_path / "figure.svg"
     methods = (
         "--method",
@@ -228,11 +173,6 @@ def test_default_beside_a_run_with_an_option_and_every_value_in_a_figure_are_tol
 def iterates(out: str) -> list[str]:
     """The lines of the table below a lone result."""
     return out.split("\n\n", 1)[1].splitlines()
-
-
-def test_columns_and_sweeps_are_shown_as_before(session: Callable[..., None]) -> None:
-    """Table 1 of the paper has k and z alone."""
-    session("columns")
 
 
 def test_csv_of_a_sweep_has_a_row_a_run_with_options_and_costs(lcp: Lcp) -> None:

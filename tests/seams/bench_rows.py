@@ -138,6 +138,12 @@ def rows(folder: Path, data: list[Path]) -> dict[str, Callable[[], Call]]:
             lcpcli.run, lcpcli.read, path, compiled=True
         )
     table["obstacle 100 x 100"] = of_family("obstacle", 10_000)
+    for method in ("shi", "fixed-point"):
+        for n in (4, 100, 1000):
+            table[f"{method} {n}"] = of_family("tridiagonal", n, method=method)
+            table[f"{method} {n} trace"] = of_family(
+                "tridiagonal", n, method=method, trace=True
+            )
     table["solve_many 200 columns"] = calls(of_many, columns, 200, compiled=False)
     table["solve_many 2000 columns"] = calls(of_many, columns, 2000)
     table["solve_many batch of 200"] = calls(

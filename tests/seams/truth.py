@@ -138,7 +138,7 @@ def near_solution(problem: Any, z: Sequence[float]) -> bool:
     """Return whether z is near an exact solution with its states, in each component."""
     if problem.n > MOST_EXACT or not np.isfinite(z).all():
         return False
-    M, q = exact._rational(problem)
+    M, q = exact.rational(problem)
     lower, upper = (bound.tolist() for bound in bounds(problem))
     found = exact.of_states(M, q, lower, upper, exact.states_of(problem, z))
     return found is not None and all(

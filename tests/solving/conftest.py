@@ -4,8 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+import numpy as np
 import pytest
 
+import lcpcli
+from lcpcli import Result
 from lcpcli.solving import direct_run
 
 from .liars import Liar
@@ -27,3 +30,31 @@ def way(
     direct_run.compiled.cache_clear()
     yield request.param
     direct_run.compiled.cache_clear()
+
+
+def assert_same(ours: Result, theirs: Result) -> None:
+    """A result of many and one of the problem alone, but for the time."""
+    assert (ours.status, ours.method, ours.message) == (
+        theirs.status,
+        theirs.method,
+        theirs.message,
+    )
+    assert np.allclose(
+        ours.z, theirs.z, rtol=1e-9, atol=1e-10 * float(np.abs(theirs.z).max())
+    )
+    assert ours.basis == theirs.basis
+    assert ours.relative_residual <= ours.limits.tol
+    largest = float(np.abs(theirs.problem.q).max()) + float(
+        np.abs(theirs.problem.M).max() * np.abs(ours.z).max()
+    )
+    assert (
+        abs(ours.residual - lcpcli.check(theirs.problem, ours.z).residual)
+        <= 1e-14 * largest
+    )
+    assert ours.limits == theirs.limits
+    assert ours.options | {"compiled": True} == theirs.options | {"compiled": True}, (
+        "with the kernels or without"
+    )
+    assert list(ours.to_dict()) == list(theirs.to_dict())
+    assert min(ours.parts.values()) >= 0.0 < ours.seconds
+    assert ours.parts.keys() == theirs.parts.keys()

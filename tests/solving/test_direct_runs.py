@@ -35,12 +35,13 @@ from .. import (
     exact,
     kernels_together,  # noqa: F401
 )
-from .test_many import assert_same
+from ..wordings import NO_EFFECT
+from .conftest import assert_same
 
 TOL = 1e-10
 Way = Callable[[Problem, float], DirectAnswer | None]
 compiled = pytest.importorskip("lcpcli.kernels.compiled")
-announcement = pytest.importorskip("lcpcli.kernels.announcement")
+loading = pytest.importorskip("lcpcli.kernels.loading")
 kernels = pytest.importorskip("lcpcli.kernels.kernels")
 
 
@@ -238,14 +239,14 @@ def test_kernels_are_refused_where_they_have_no_effect_or_are_missing(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     with pytest.raises(
-        OptionError, match="compiled: has no effect with the method newton"
+        OptionError, match=f"compiled: {NO_EFFECT.format('the method newton')}"
     ):
         lcpcli.solve([[2]], [-1], "newton", compiled=True)
     monkeypatch.undo()
     monkeypatch.setattr(direct_run, "has_numba", lambda: False)
     for call in (lcpcli.solve, lcpcli.solve_many):
         with pytest.raises(
-            OptionError, match=r"compiled: needs numba.*linear-complementarity\[fast\]"
+            OptionError, match=r"compiled: needs numba; pip install numba$"
         ):
             list(
                 call(
@@ -280,8 +281,8 @@ def test_kernels_are_compiled_when_they_are_loaded_and_not_during_a_run() -> Non
 def test_it_is_said_once_that_kernels_are_compiled(
     caplog: pytest.LogCaptureFixture,
 ) -> None:
-    listener = announcement.Announcement()
+    listener = loading.Announcement()
     with caplog.at_level(logging.WARNING, "lcpcli"):
         listener.on_start(None)
         listener.on_start(None)
-    assert [record.message for record in caplog.records] == [announcement.ANNOUNCEMENT]
+    assert [record.message for record in caplog.records] == [loading.ANNOUNCEMENT]

@@ -95,9 +95,9 @@ def data(seed: int) -> tuple[np.ndarray, np.ndarray]:
 def is_solution_rounded(problem: Problem, z: np.ndarray) -> bool:
     """Whether z is an exact solution, each component of it to within a few units of the
     last digit."""
-    M, q = exact._rational(problem)
+    M, q = exact.rational(problem)
     inside = np.flatnonzero(z > 0).tolist()
-    z_P = exact._regular(
+    z_P = exact.regular(
         [[M[i][j] for j in inside] for i in inside], [-q[i] for i in inside]
     )
     if z_P is None:

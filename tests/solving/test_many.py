@@ -16,11 +16,12 @@ from hypothesis.extra.numpy import arrays
 from scipy.sparse import csr_array
 
 import lcpcli
-from lcpcli import Problem, Result
+from lcpcli import Problem
 from lcpcli.solving import many
 from lcpcli.typing import Vector
 
 from .. import mixed_problems
+from .conftest import assert_same
 
 K = 40
 TOL = 1e-10
@@ -34,33 +35,6 @@ def hidden_definite(n: int, generator: np.random.Generator) -> tuple[Vector, Vec
     return R[:, np.newaxis] * M * C, 3 * R[:, np.newaxis] * generator.standard_normal(
         (n, K)
     )
-
-
-def assert_same(ours: Result, theirs: Result) -> None:
-    assert (ours.status, ours.method, ours.message) == (
-        theirs.status,
-        theirs.method,
-        theirs.message,
-    )
-    assert np.allclose(
-        ours.z, theirs.z, rtol=1e-9, atol=1e-10 * float(np.abs(theirs.z).max())
-    )
-    assert ours.basis == theirs.basis
-    assert ours.relative_residual <= TOL
-    largest = float(np.abs(theirs.problem.q).max()) + float(
-        np.abs(theirs.problem.M).max() * np.abs(ours.z).max()
-    )
-    assert (
-        abs(ours.residual - lcpcli.check(theirs.problem, ours.z).residual)
-        <= 1e-14 * largest
-    )
-    assert ours.limits == theirs.limits
-    assert ours.options | {"compiled": True} == theirs.options | {"compiled": True}, (
-        "with the kernels or without"
-    )
-    assert list(ours.to_dict()) == list(theirs.to_dict())
-    assert min(ours.parts.values()) >= 0.0 < ours.seconds
-    assert ours.parts.keys() == theirs.parts.keys()
 
 
 @pytest.mark.parametrize(

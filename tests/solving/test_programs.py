@@ -36,6 +36,8 @@ from lcpcli.solving import no_minimum
 from lcpcli.verify.certificate import Certificate
 from lcpcli.verify.point import Criterion, Point
 
+from ..methods.programs import bounded_program
+
 PORTFOLIO_Q = [[0.10, 0.02, 0.01], [0.02, 0.06, 0.00], [0.01, 0.00, 0.03]]
 PORTFOLIO_ROWS = [[1, 1, 1], [-1, -1, -1], [0.12, 0.08, 0.04]], [1, -1, 0.07]
 BATTLE = [[3, 0], [0, 2]], [[2, 0], [0, 3]]
@@ -125,37 +127,6 @@ def test_costs_are_exact_decimals_within_a_factor_of_two() -> None:
     assert problem.q.tolist() == [-1] * 4
 
 
-SEEDS = range(4)
-
-
-def program(seed: int) -> dict[str, Any]:
-    """A definite program with an equation, a range, a row from below and one from
-    above, and bounds of every kind."""
-    random = np.random.default_rng(seed)
-    k = 6
-    F = random.integers(-3, 4, (k, k)) / 4
-    inside, A = (
-        random.integers(-2, 3, k).astype(float),
-        random.integers(-3, 4, (4, k)).astype(float),
-    )
-    inside[3] = -0.5
-    at = A @ inside
-    slack = random.integers(1, 4, (2, 4)) / 2
-    return {
-        "Q": F @ F.T + np.eye(k) / 2,
-        "c": random.integers(-9, 10, k) / 2,
-        "A": A,
-        "row_lower": np.array(
-            [at[0], at[1] - slack[0, 1], at[2] - slack[0, 2], -np.inf]
-        ),
-        "row_upper": np.array(
-            [at[0], at[1] + slack[1, 1], np.inf, at[3] + slack[1, 3]]
-        ),
-        "lower": np.array([-np.inf, -3.0, -2.5, -0.5, -np.inf, -2.0]),
-        "upper": np.array([np.inf, 3.0, np.inf, -0.5, 2.5, np.inf]),
-    }
-
-
 def qpsolvers_names(p: dict[str, Any]) -> dict[str, Any]:
     """The same program: the rows from above, then those from below, and the
     equation."""
@@ -230,11 +201,11 @@ def forms(p: dict[str, Any], folder: Path) -> dict[str, Problem]:
     return found | {"osqp:sparse": from_osqp(**osqp_names(p, 1e20) | sparse)}
 
 
-@pytest.mark.parametrize("seed", SEEDS)
+@pytest.mark.parametrize("seed", range(4))
 def test_each_form_has_the_same_answer_and_of_osqp_bounds_are_rows_and_1e20_is_none(
     seed: int, tmp_path: Path
 ) -> None:
-    p, own = program(seed), {"rel": 1e-11, "abs": 1e-12}
+    p, own = bounded_program(seed), {"rel": 1e-11, "abs": 1e-12}
     answers = {
         name: run(problem).answer for name, problem in forms(p, tmp_path).items()
     }
@@ -263,7 +234,7 @@ def test_each_form_has_the_same_answer_and_of_osqp_bounds_are_rows_and_1e20_is_n
 
 def test_osqp_itself_finds_the_same_x_and_minus_the_multipliers() -> None:
     osqp = pytest.importorskip("osqp")
-    given = osqp_names(program(1), 1e30)
+    given = osqp_names(bounded_program(1), 1e30)
     solver = osqp.OSQP()
     columns = {name: csc_matrix(given[name]) for name in ("P", "A")}
     solver.setup(
@@ -295,12 +266,12 @@ def test_linear_programs_and_infinite_ends_are_taken_as_others_take_them(
     assert x.tolist() == [-3, -1]
 
 
-@pytest.mark.parametrize("seed", SEEDS)
+@pytest.mark.parametrize("seed", range(4))
 def test_solve_qp_and_the_solver_of_qpsolvers_return_the_same_x(seed: int) -> None:
     qpsolvers = pytest.importorskip("qpsolvers")
     lcpcli.add_to_qpsolvers()
     assert "lcp" in qpsolvers.available_solvers
-    p = program(seed)
+    p = bounded_program(seed)
     given = qpsolvers_names(p)
     expected = run(from_qp(**p)).z[:6]
     assert lcpcli.solve_qp(**given) == pytest.approx(expected, rel=1e-11, abs=1e-12)
@@ -347,7 +318,7 @@ def test_qpsolvers_learns_of_no_solution_and_gets_no_stationary_point() -> None:
 
 
 def test_a_maximum_is_the_minimum_of_the_opposite_in_fractions_too() -> None:
-    p = program(3)
+    p = bounded_program(3)
     least = run(from_qp(**p, constant=2.0)).answer
     most = run(
         from_qp(**p | {"Q": -p["Q"], "c": -p["c"]}, sense="max", constant=-2.0)

@@ -13,6 +13,7 @@ from scipy.sparse import csr_array, diags_array
 
 import lcpcli
 from lcpcli import Problem, Solver, run, solve_many
+from lcpcli.errors import OptionError, ProblemError
 from lcpcli.gallery import families
 from lcpcli.linalg import factors
 
@@ -107,6 +108,29 @@ def test_bounds_and_m_may_change_from_step_to_step() -> None:
     )
 
 
+def test_bounds_of_one_number_each_stay_for_a_matrix_of_another_shape() -> None:
+    solver = Solver([[2, 1], [1, 2]], lower=-1, upper=1e20, infinity=1e20)
+    assert solver.solve([-5, 6]).z.tolist() == [3, -1]
+    solver.update(np.eye(3))
+    assert solver.solve([-5, 6, 0]).z.tolist() == [5, -1, 0]
+    solver = Solver([[2, 1], [1, 2]], lower=[-1, 0])
+    with pytest.raises(ProblemError, match="M: has 3 rows for 2 bounds"):
+        solver.update(np.eye(3))
+
+
+def test_a_solver_uses_the_kernels_unless_that_is_declined(way: str) -> None:
+    M, q = [[2, 1], [1, 2]], [-5, -6]
+    for compiled in (None, True, False):
+        if compiled and way == "numpy":
+            with pytest.raises(OptionError, match="compiled: needs numba"):
+                Solver(M, compiled=compiled)
+            continue
+        result = Solver(M, compiled=compiled).solve(q)
+        assert result.z == pytest.approx([4 / 3, 7 / 3])
+        uses_them = compiled is not False and way == "compiled"
+        assert result.options.get("compiled", False) is uses_them
+
+
 GOOD = Problem([[2, 1], [1, 2]], [-5, -6])
 
 
@@ -195,15 +219,15 @@ def test_steps_without_solution_or_unknowns_leave_the_others_as_they_are() -> No
 def test_factors_are_shared_by_columns_with_the_same_active_set(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    problem, made, own = (
+    problem, made, usual = (
         families.make("obstacle", 2500, 0),
         [],
-        factors.PrincipalSolver._factorized,
+        factors.PrincipalSolver.factorized,
     )
     monkeypatch.setattr(
         factors.PrincipalSolver,
-        "_factorized",
-        lambda *given: made.append(1) or own(*given),
+        "factorized",
+        lambda *given, **how: made.append(1) or usual(*given, **how),
     )
     results = lcpcli.solve_many(
         problem.M, problem.q[:, np.newaxis] * np.linspace(1, 2, 20)

@@ -18,6 +18,7 @@ from scipy.sparse import csr_array
 
 import lcpcli
 from lcpcli import Problem, Result, Solver, from_qp, run, solve, solve_many
+from lcpcli.interrupts import TimeIsUp
 from lcpcli.model.problem import conditions_of
 from lcpcli.rational import elimination, numbers
 from lcpcli.rational.exact_problem import ExactProblem, fractions_of
@@ -380,7 +381,11 @@ def test_proof_for_integers_is_one_for_the_decimals_that_they_are_made_of(
 ) -> None:
     """Rows with different denominators, and a run that has found nothing; without the
     search at the end."""
-    monkeypatch.setattr(solving, "_searched", lambda *given: None)  # noqa: ARG005
+
+    def late(_: float) -> None:
+        raise TimeIsUp
+
+    monkeypatch.setattr(solving, "Effort", late)
     problem = Problem([[0.1, -0.7], [-0.001, 0.007]], [-1, 0.0099])
     lost = lcpcli.run(problem, "shi", max_iterations=0)
     found = solving.prove(lambda: ExactProblem.of_decimals(problem), lost).exact

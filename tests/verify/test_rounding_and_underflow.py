@@ -325,7 +325,7 @@ def test_a_disc_at_rest_needs_no_exact_arithmetic(
     slip: float, compiled: bool, looks: list[int]
 ) -> None:
     if compiled and direct_run.compiled() is None:
-        pytest.skip("needs numba")
+        pytest.skip("numba is not installed")
     problem = on_the_floor(slip)
     result = lcpcli.solve(problem.M, problem.q, compiled=compiled)
     assert (result.route, looks) == (("newton",), [])
@@ -366,5 +366,5 @@ def test_a_confirmed_solution_of_few_unknowns_is_near_an_exact_one(seed: int) ->
     found = confirmed(problem, z)
     if found is not None and is_doubtful(problem, z):
         states = ["basic" if value > 0 else "lower" for value in found.z]
-        near = exact.of_states(*exact._rational(problem), [0] * n, [np.inf] * n, states)
+        near = exact.of_states(*exact.rational(problem), [0] * n, [np.inf] * n, states)
         assert found.z == pytest.approx([float(value) for value in near], rel=1e-11)

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from itertools import chain
 from typing import Any, NamedTuple
 
@@ -35,7 +36,15 @@ from lcpcli.report.figures.style import (
     fitted,
     looks,
 )
-from lcpcli.report.plotting import Curve, Growth, Panel, Profile
+from lcpcli.report.plotting import (
+    THEORY,
+    Curve,
+    Growth,
+    Line,
+    Panel,
+    Profile,
+    Variation,
+)
 
 MEASURES = {
     "error": r"error $\|z - z^*\|_\infty$",
@@ -387,6 +396,88 @@ def _growth(axes: Axes, family: str, growths: Sequence[Growth], chosen: Looks) -
         )
     _log_axis(axes, "x", times(n for one in growths for n in one.n))
     _log_axis(axes, "y", times(spans))
+
+
+PROBLEMS = [style.METHODS["shi"], style.METHODS["fixed-point"], *style.SPARE]
+
+
+def draw_variations(drawn: Sequence[Variation]) -> Figure:
+    """Draw for each option the error at the end of the runs and their time against its
+    values, with a line for each problem, and the error that theory expects."""
+    figure = Figure(figsize=(WIDTH, min(ROW * len(drawn), style.PAGE_HEIGHT)))
+    labels = list(dict.fromkeys(line.label for own in drawn for line in own.lines))
+    chosen: Looks = {
+        (label, label): replace(PROBLEMS[i % len(PROBLEMS)], fill="full")
+        for i, label in enumerate(labels)
+    }
+    others = list[Entry]()
+    rows = figure.subplots(len(drawn), 2, squeeze=False)
+    for (left, right), own in zip(rows, drawn, strict=True):
+        series = [*(line.errors for line in own.lines), own.theory]
+        up = times(
+            (v for one in series for v in one), SMALLEST_ERROR, 1 / SMALLEST_ERROR
+        )
+        across = _axis_of_values(left, own)
+        if own.theory:
+            xs = [float(value) for value in own.values]
+            theory: dict[str, Any] = {"color": "black", "linestyle": "--", "lw": 0.9}
+            left.plot(xs, own.theory, zorder=1, **theory)
+            others.append((Line2D([], [], **theory), f"theory: {THEORY}"))
+        for line in own.lines:
+            _against_values(left, line, line.errors, chosen, across, up)
+        _log_axis(left, "y", up)
+        left.set_ylabel(MEASURES[own.measure])
+        across = _axis_of_values(right, own)
+        up = times(second for line in own.lines for second in line.seconds)
+        for line in own.lines:
+            _against_values(right, line, line.seconds, chosen, across, up)
+        _log_axis(right, "y", up)
+        right.set_ylabel("run time (s)")
+    return add_legend(figure, chosen, others)
+
+
+def _axis_of_values(axes: Axes, own: Variation) -> Range:
+    """Set the axis of the values of an option, logarithmic if they span two decades."""
+    values = [float(value) for value in own.values]
+    axes.set_xlabel(own.option)
+    if min(values) > 0 and max(values) >= 100 * min(values):
+        across = times(values)
+        _log_axis(axes, "x", across)
+        return across
+    room = 0.05 * ((max(values) - min(values)) or 1.0)
+    across = Range(min(values) - room, max(values) + room)
+    axes.set_xlim(across)
+    return across
+
+
+def _against_values(
+    axes: Axes,
+    line: Line,
+    ys: Sequence[float],
+    chosen: Looks,
+    across: Range,
+    up: Range,
+) -> None:
+    """Draw a line with all its points, those of errors that are 0 at the lower edge,
+    and a cross for each run that has not solved its problem."""
+    look, xs = chosen[line.label, line.label], [float(value) for value in line.values]
+    order = sorted(range(len(xs)), key=xs.__getitem__)
+    points = inside([xs[i] for i in order], [ys[i] for i in order], across, up)
+    if not points:
+        return
+    places = np.array([point[:2] for point in points])
+    axes.plot(*places.T, zorder=2, **look.line)
+    axes.plot(*places.T, linestyle="", clip_on=False, zorder=3, **look.points)
+    above: dict[str, Any] = {"color": look.color, "clip_on": False, "zorder": 4}
+    signs = {
+        style.BEYOND: [is_beyond for _, _, is_beyond in points],
+        style.UNSOLVED: [not line.solved[i] for i in order],
+    }
+    for label, mask in signs.items():
+        if any(mask):
+            axes.plot(
+                *places[np.array(mask)].T, label=label, **above, **style.SIGNS[label]
+            )
 
 
 COLORS = [look.color for look in [*style.METHODS.values(), *style.SPARE][1:13]]

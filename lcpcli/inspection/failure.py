@@ -1,0 +1,106 @@
+"""Why the iterations on x, shi and fixed-point, fail on a problem, and what solves it:
+by facts that cost at most a few factorizations of M."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from lcpcli.errors import listed
+from lcpcli.inspection import theory
+from lcpcli.inspection.verdict import NO, YES, Verdict, called, classify
+from lcpcli.linalg import matrices
+from lcpcli.linalg.patterns import affordable
+from lcpcli.linalg.units import equilibrate
+from lcpcli.methods.registry import METHODS
+from lcpcli.model.problem import Problem
+
+# Unknowns up to which M is classified, and the steps of exact elimination for that:
+# those of all principal minors of order 12, about a tenth of a second.
+MOST_CLASSIFIED, MOST_STEPS = 500, 5000
+# Unknowns up to which the condition is estimated, by factors of M.
+MOST_FACTORIZED = 20_000
+LAST_CLASS = "copositive_plus"  # of those that guarantee one of these to end:
+REMEDIES = ("newton", "interior", "lemke")
+# From which on linear convergence takes thousands of iterations.
+SLOW_CONDITION = 1e3
+DEGENERATE = 1e-9  # w_i that counts as 0, relative to the terms of its row
+
+
+class Explanation(NamedTuple):
+    """Clauses on why the iterations fail, none if nothing is known, on what they need,
+    and on what is guaranteed to solve the problem; "" if there is nothing to say."""
+
+    causes: list[str]
+    need: str = ""
+    guarantee: str = ""
+
+
+@np.errstate(all="ignore")
+def explanation(problem: Problem, methods: Sequence[str]) -> Explanation:
+    """Return why these iterations on x have failed on a problem."""
+    classes: Mapping[str, Verdict] = {}
+    if problem.n <= MOST_CLASSIFIED:
+        classes = classify(problem.M, LAST_CLASS, MOST_STEPS)
+    guarantee = _guarantee(classes)
+    if "p_matrix" in classes and classes["p_matrix"].word == NO:
+        cause = f"M is not a P-matrix ({classes['p_matrix'].evidence})"
+        theorem = f"as the theorems on {listed(methods)} require"
+        return Explanation([f"{cause}, {theorem}"], guarantee=guarantee)
+    causes, need = _of_numbers(problem)
+    if "shi" in methods and (count := _degenerate(problem)):
+        causes.append(f"z_i = w_i = 0 for {count} of {problem.n} i, near which F bends")
+    return Explanation(causes, need, guarantee)
+
+
+def _guarantee(classes: Mapping[str, Verdict]) -> str:
+    """Return which method is guaranteed to solve a problem with M of these classes; ""
+    if none is."""
+    return next(
+        (
+            f"{name} is guaranteed to solve it, as M is {called(own)}"
+            for name in REMEDIES
+            for own in METHODS[name].guaranteed
+            if own in classes and classes[own].word == YES
+        ),
+        "",
+    )
+
+
+def _of_numbers(problem: Problem) -> tuple[list[str], str]:
+    """Return clauses on the scaling and the condition of M, and what a badly scaled M
+    needs."""
+    M, causes, need = problem.M, list[str](), ""
+    scaled = matrices.scaled(M, *equilibrate(M, problem.q))
+    before, after = max(theory.spread(M)), max(theory.spread(scaled))
+    if before > theory.BAD_SPREAD and after < before - 1:
+        causes.append(
+            f"the largest entries of rows or columns of M differ by {before:.0f} "
+            "decades"
+        )
+        M, need = scaled, "--scale equilibrates M"
+    is_known = problem.n <= MOST_FACTORIZED and affordable(M)
+    condition = theory.condition(M) if is_known else 0.0
+    if condition > SLOW_CONDITION:
+        size = "infinite" if condition == math.inf else f"about {condition:.0e}"
+        later = " even if it is equilibrated" if need else ""
+        causes.append(
+            f"the condition of M is {size}{later}, and linear convergence slows down "
+            "with it"
+        )
+    return causes, need
+
+
+def _degenerate(problem: Problem) -> int:
+    """Return for how many i the known solution has z_i at a bound and w_i = 0; 0 if
+    there is none."""
+    if not problem.solutions:
+        return 0
+    z = problem.solutions[0]
+    terms = matrices.absolute_product(problem.M, np.abs(z)) + np.abs(problem.q)
+    low, high = problem.box.vectors(problem.n)
+    is_small = np.abs(problem.w(z)) <= DEGENERATE * terms
+    return int((((z == low) | (z == high)) & is_small).sum())

@@ -1,0 +1,110 @@
+"""The error at the end of a run, and its time, against the value of an option: tables
+and the data of a figure, of options that are varied one at a time on several
+problems."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from functools import partial
+
+from lcpcli.report import plotting, wording
+from lcpcli.report.document import Document, Section, Table
+from lcpcli.report.plotting import THEORY, Line, Variation
+from lcpcli.solving.result import Result
+
+NOTE = "in parentheses: the run has not reached the tolerance"
+
+
+def variations(runs: Sequence[Sequence[Result]]) -> list[Variation]:
+    """Return the runs, grouped by problem, by the option that varies, as their labels
+    tell."""
+    options = list(dict.fromkeys(_setting(result)[1] for own in runs for result in own))
+    return [_variation(option, runs) for option in options]
+
+
+def _variation(option: str, runs: Sequence[Sequence[Result]]) -> Variation:
+    own = [[result for result in one if _setting(result)[1] == option] for one in runs]
+    every = [result for one in own for result in one]
+    names = list(dict.fromkeys(_setting(result)[0] for result in every))
+    values = list(dict.fromkeys(_setting(result)[2] for result in every))
+    is_known = all(result.error is not None for result in every)
+    measure = "error" if is_known else "residual"
+    lines = []
+    for name in names:
+        for one in own:
+            chosen = [result for result in one if _setting(result)[0] == name]
+            if not chosen:  # by Ctrl-C
+                continue
+            title = wording.title(chosen[0].problem)
+            lines.append(
+                Line(
+                    f"{name}, {title}" if len(names) > 1 else title,
+                    [_setting(result)[2] for result in chosen],
+                    [getattr(result, measure) for result in chosen],
+                    [result.seconds for result in chosen],
+                    [result.solved for result in chosen],
+                )
+            )
+    theory = [math.log(3) / float(value) for value in values] if option == "p" else []
+    return Variation(option, values, lines, measure, theory)
+
+
+def _setting(result: Result) -> tuple[str, str, str]:
+    """Return the name of a run without the option that varies, this option, which is
+    the last one, and its value."""
+    name, _, settings = wording.name(result).partition(":")
+    others, _, own = settings.rpartition(",")
+    option, _, value = own.partition("=")
+    return f"{name}:{others}" if others else name, option, value
+
+
+def document(runs: Sequence[Sequence[Result]]) -> Document:
+    drawn = variations(runs)
+    sections = [_section(each) for each in drawn]
+    results = [result for own in runs for result in own]
+    sections[-1] = sections[-1]._replace(
+        provenance=wording.made_by(results, one_at_a_time=True),
+        figure=partial(_figure, drawn, runs) if _are_numbers(drawn) else None,
+    )
+    options = " and ".join(own.option for own in drawn)
+    return Document(f"Error and time against {options}", sections)
+
+
+def _are_numbers(drawn: Sequence[Variation]) -> bool:
+    return all(plotting.is_number(value) for own in drawn for value in own.values)
+
+
+def _figure(drawn: Sequence[Variation], runs: Sequence[Sequence[Result]]) -> bytes:
+    return plotting.variations(drawn, runs).content("svg")
+
+
+def _section(own: Variation) -> Section:
+    """Return the tables of the errors and the times, with a column for each problem."""
+    names = [line.label for line in own.lines]
+    length, unit = wording.common_unit(t for line in own.lines for t in line.seconds)
+    theory = [THEORY] * bool(own.theory)
+    errors, times = list[list[str]](), list[list[str]]()
+    for i, value in enumerate(own.values):
+        expected = [wording.short(own.theory[i])] if own.theory else []
+        # Without those that Ctrl-C has prevented.
+        places = [{v: k for k, v in enumerate(line.values)} for line in own.lines]
+        at = [
+            (line, place[value]) if value in place else None
+            for line, place in zip(own.lines, places, strict=True)
+        ]
+        ends = [wording.short(pair[0].errors[pair[1]]) if pair else "" for pair in at]
+        errors.append([value, *expected, *ends])
+        times.append([value, *(_time(*pair, length) if pair else "" for pair in at)])
+    notes = [NOTE] * any(not all(line.solved) for line in own.lines)
+    tables = [
+        Table([own.option, *theory, *names], [errors], words=()),
+        Table([own.option, *names], [times], words=(), notes=notes),
+    ]
+    title = f"{own.option}: {own.measure} at the end, and time in {unit}"
+    return Section(title, tables=tables)
+
+
+def _time(line: Line, i: int, length: float) -> str:
+    text = wording.digits(line.seconds[i] / length, 2)
+    return text if line.solved[i] else f"({text})"

@@ -1,0 +1,268 @@
+"""Whether a convex program has minimizers beside x.
+
+x and x + d are both minimizers of a convex program if x + d satisfies rows and bounds,
+Qd = 0 and c'd = 0: O. L. Mangasarian, A simple characterization of solution sets of
+convex programs, Operations Research Letters 7 (1988) 21-26. Rows and bounds with a
+multiplier that is not 0 hold with equality at all minimizers, and with c'd = 0 this is
+the same as d'g = 0 for the gradient g = Qx + c.
+
+So d = 0 if Qd = 0, with these rows and bounds, admits no other d. Otherwise a d that
+keeps all other active rows and bounds as they are leads to another minimizer, or if
+there is none, an LP looks for one that may leave them. Another minimizer is verified as
+a solution of the conditions, as x was.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from lcpcli.clock import imports
+from lcpcli.linalg.doubles import ROW_ROUNDING, generator
+from lcpcli.linalg.matrices import absolute_product, dense, product, stack
+from lcpcli.linalg.programs import minimized
+from lcpcli.model.problem import Problem
+from lcpcli.model.program import Program, ProgramData
+from lcpcli.rational import elimination
+from lcpcli.rational.numbers import as_written, over_one_denominator, shortest_decimal
+from lcpcli.rational.rank import has_rank
+from lcpcli.typing import Indices, Mask, Vector
+from lcpcli.verify.point import Criterion, Point
+
+# Unknowns: an LP for more would take longer than many a solution.
+MOST_UNKNOWNS = 500
+# Of each of two LPs, by the seconds that so many iterations usually take.
+LP_EFFORT = 0.25
+# Relative to the largest |x_i|: how far another minimizer has to lie from x, far above
+# rounding.
+LEAST_DISTANCE = 1e-3
+# Variables that are not at a bound, for a linear system that is solved exactly in a
+# second.
+MOST_FREE = 100
+# Relative to the terms of a column: a smaller multiplier may be 0.
+LEAST_MULTIPLIER = 1e-9
+# Pivots below it, relative to the largest, may be those of dependent columns, and
+# others are not.
+SURE_PIVOT = 1e-8
+
+
+def has_other_minimum(
+    problem: Problem,
+    program: Program,
+    data: ProgramData,
+    z: Vector,
+    tol: float,
+    exactly: bool,
+) -> bool:
+    """Return whether another minimizer beside the x of z is found, and whether exact
+    arithmetic confirms that there is more than one.
+
+    tol : by which another one is verified. exactly : whether for the decimals of the
+        data; else up to rounding.
+    """
+    x, y = program.parts(z)
+    if problem.n > MOST_UNKNOWNS or not x.size:
+        return False
+    C = problem.units.diagonals()[1][: x.size]
+    rows, free = _may_leave(x, y, data)
+    if _is_regular(_scaled(stacked(data, rows, free), C[free])):
+        return False
+    near = LEAST_DISTANCE * np.maximum(np.abs(x), C)
+    # ±1 may be orthogonal to the minimizers.
+    along = generator(x.size).standard_normal(x.size) / C
+    for look in (_beside, _farthest):
+        for direction in (along, -along):
+            other = look(direction, x, data, C)
+            if other is None or not (np.abs(other - x) > near).any():
+                continue
+            moved = program.z_of(other, y, data)
+            if Point(Criterion(problem, tol), moved).solution() is not None:
+                return _may_move((x + other) / 2, data, C, exactly)
+    return False
+
+
+def stacked(data: ProgramData, rows: Indices, columns: Indices) -> Vector:
+    """Return the rows of Q, and some of A, with some columns, shape (m, k)."""
+    return np.vstack((dense(data.Q)[:, columns], dense(data.A[rows])[:, columns]))
+
+
+def _may_leave(x: Vector, y: Vector, data: ProgramData) -> tuple[Indices, Indices]:
+    """Return the rows that hold with equality at all minimizers, and the variables that
+    may leave their bounds: those with multipliers that may be 0."""
+    own, sizes = product(data.Q, x) + data.c, np.abs(y)
+    terms = absolute_product(data.Q, np.abs(x)) + np.abs(data.c)
+    terms += absolute_product(data.A.T, sizes)
+    of_bounds = np.abs(own - product(data.A.T, y))
+    fixed = data.lower == data.upper
+    shares = np.abs(dense(data.A)) / np.where(terms > 0, terms, np.inf)
+    is_strict = sizes * shares.max(axis=1, initial=0.0) > LEAST_MULTIPLIER
+    rows = is_strict | (data.row_lower == data.row_upper)
+    free = ~fixed & ~(of_bounds > LEAST_MULTIPLIER * terms)
+    return np.flatnonzero(rows), np.flatnonzero(free)
+
+
+def _scaled(A: Vector, C: Vector) -> Vector:
+    """Return A in units C of columns, and in units of rows in which their largest
+    entries are 1, without rows of zeros."""
+    A = A * C
+    sizes = np.abs(A).max(axis=1, initial=0.0)
+    return np.asarray(A[sizes > 0] / sizes[sizes > 0, np.newaxis])
+
+
+def _pivots(A: Vector) -> tuple[Vector, Vector, Indices]:
+    """Return sizes of the pivots of A, relative to the largest, as many as it has
+    columns, R, and the order of the columns."""
+    with imports:
+        from scipy.linalg import qr
+    R, order = qr(A, mode="r", pivoting=True)
+    pivots = np.zeros(A.shape[1])
+    diagonal = np.abs(R.diagonal())
+    pivots[: diagonal.size] = diagonal / diagonal[0] if diagonal[:1].any() else 0.0
+    return pivots, R, order
+
+
+def _is_regular(A: Vector) -> bool:
+    """Return whether A has independent columns, safely."""
+    if A.shape[0] < A.shape[1]:
+        return False
+    return not A.size or bool(_pivots(A)[0].min() > SURE_PIVOT)
+
+
+def _rank(A: Vector, pivots: Vector) -> int:
+    return int(np.count_nonzero(pivots > max(A.shape) * ROW_ROUNDING))
+
+
+def _beside(
+    direction: Vector, x: Vector, data: ProgramData, C: Vector
+) -> Vector | None:
+    """Return another minimizer at which the same rows and bounds are active, in about
+    this direction; None if there is none."""
+    with imports:
+        from scipy.linalg import solve_triangular
+    rows, free = _held(x, data, C)
+    A = _scaled(stacked(data, rows, free), C[free])
+    if not A.size:
+        return None
+    pivots, R, order = _pivots(A)
+    rank = _rank(A, pivots)
+    null = np.zeros((free.size, free.size - rank))
+    null[order[:rank]] = -solve_triangular(R[:rank, :rank], R[:rank, rank:])
+    null[order[rank:]] = np.eye(free.size - rank)
+    d = np.zeros(x.size)
+    d[free] = C[free] * (null @ (null.T @ (direction[free] * C[free])))
+    if not d.any():
+        return None
+    Ax, Ad = product(data.A, x), product(data.A, d)
+    room = [
+        np.where(move > 0, high - value, value - low) / np.abs(move)
+        for value, move, low, high in (
+            (x, d, data.lower, data.upper),
+            (Ax, Ad, data.row_lower, data.row_upper),
+        )
+    ]
+    moved = (
+        np.abs(d) > 0,
+        np.abs(Ad) > ROW_ROUNDING * (absolute_product(data.A, np.abs(d))),
+    )
+    reach = (1.0 + np.abs(x / C).max()) / np.abs(d / C).max()
+    steps = (
+        own[move].min(initial=reach) for own, move in zip(room, moved, strict=True)
+    )
+    return np.asarray(x + min(steps) / 2 * d)
+
+
+def _held(x: Vector, data: ProgramData, C: Vector) -> tuple[Indices, Indices]:
+    """Return the active rows, and the variables that are not at a bound."""
+    rows = _active(
+        product(data.A, x),
+        absolute_product(data.A, np.abs(x)),
+        data.row_lower,
+        data.row_upper,
+    )
+    bounds = _active(x, np.maximum(np.abs(x), C), data.lower, data.upper)
+    return np.flatnonzero(rows), np.flatnonzero(~bounds)
+
+
+def _active(values: Vector, sizes: Vector, low: Vector, high: Vector) -> Mask:
+    """Return which values are at an end of their range, to the tolerance by which two
+    points are distinguished."""
+    near = LEAST_DISTANCE**2 * sizes
+    active: Mask = (values - low <= near) | (high - values <= near)
+    return active
+
+
+def _farthest(
+    objective: Vector, x: Vector, data: ProgramData, C: Vector
+) -> Vector | None:
+    """Return the minimizer with the least objective'x among those that differ from x by
+    at most about |x|."""
+    reach = C * (1.0 + np.abs(x / C).max())
+    low, high = np.maximum(data.lower - x, -reach), np.minimum(data.upper - x, reach)
+    Ax, nothing = product(data.A, x), np.zeros(x.size + 1)
+    rows = stack([[data.Q], [data.c[np.newaxis]], [data.A]])
+    ends = tuple(
+        np.concatenate((nothing, end - Ax)) for end in (data.row_lower, data.row_upper)
+    )
+    bounds = np.minimum(low, 0.0), np.maximum(high, 0.0)
+    found = minimized(
+        objective,
+        rows,
+        (np.minimum(ends[0], 0.0), np.maximum(ends[1], 0.0)),
+        bounds,
+        LP_EFFORT,
+    )
+    if found is None:
+        return None
+    y = x + found.x
+    nearer = np.where(y - data.lower <= data.upper - y, data.lower, data.upper)
+    # An LP leaves zeros at 1e-12.
+    sizes = np.maximum(np.abs(y), C)
+    return np.where(_active(y, sizes, data.lower, data.upper), nearer, y)
+
+
+def _may_move(x: Vector, data: ProgramData, C: Vector, exactly: bool) -> bool:
+    """Return whether Qd = 0, c'd = 0 and the active rows and bounds at x admit a d that
+    is not 0, for the decimals of the data in rational arithmetic, or up to rounding.
+    If not, rounding alone has made x seem one of several minimizers."""
+    rows, free = _held(x, data, C)
+    if not 0 < free.size <= MOST_FREE:
+        return False
+    parts = (
+        dense(data.Q)[:, free],
+        data.c[np.newaxis, free],
+        dense(data.A[rows])[:, free],
+    )
+    A = _scaled(np.vstack(parts), C[free])
+    if not A.size:
+        return True
+    pivots, _, columns = _pivots(A)
+    rank = _rank(A, pivots)
+    if rank == free.size or not exactly:
+        return rank < free.size
+    whole = np.vstack([_whole_rows(part) for part in parts])
+    chosen = np.sort(_pivots(A[:, columns[:rank]].T)[2][:rank])
+    proved = has_rank(whole, chosen, np.sort(columns[:rank]))
+    if proved is not None and (proved or rank == free.size - 1):
+        return proved
+    return _has_null_vector(whole)
+
+
+def _whole_rows(A: Vector) -> Any:
+    """Return multiples of rows, those of zeros left out, in whole numbers: their
+    decimals, in doubles if these represent them."""
+    A = A[A.any(axis=1)]
+    whole, _ = as_written(A)
+    if np.array_equal(whole, np.rint(whole)):
+        return whole
+    rows = [
+        over_one_denominator(list(map(shortest_decimal, row)))[0] for row in A.tolist()
+    ]
+    return np.array(rows, dtype=object)
+
+
+def _has_null_vector(A: Any) -> bool:
+    """Return whether the columns of whole numbers are dependent."""
+    rows = [[int(value) for value in row] for row in A.tolist()]
+    n = A.shape[1]
+    return len(rows) < n or bool(elimination.solve(rows, [0] * len(rows))[1])

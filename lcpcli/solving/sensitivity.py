@@ -1,0 +1,278 @@
+"""How the optimal value of a convex program changes with the sides of its rows and the
+bounds of its variables.
+
+A multiplier is the derivative of the optimal value with respect to its side only if it
+is unique. In general, the value of a program min f(x) with sides b is a convex function
+of b, whose derivatives to both sides are the least and the greatest multiplier of all
+that are optimal, each at any optimal x:
+
+    v'(b; -e_i) = -min y_i,    v'(b; e_i) = max y_i,
+
+infinite if no such change is feasible (J. Gauvin, Directional derivative for the value
+function in mathematical programming, in: Nonsmooth Optimization and Related Topics,
+Plenum 1989, 167-183; R. T. Rockafellar, Convex Analysis, Princeton 1970, theorems 23.4
+and 29.1). Optimal are the multipliers y of the active rows and u of the active bounds
+with the right signs and Qx + c = A'y + u. With F the variables that are not at a bound,
+they are those known plus N t, for a basis N of the null space of A_F' of the active
+rows; a polyhedron in t, which is a point if N has no columns. In few dimensions its
+vertices and rays are those of all systems of so many of its inequalities, and else two
+linear programs are solved for each multiplier that varies.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from itertools import combinations
+from typing import NamedTuple
+
+import numpy as np
+
+from lcpcli.clock import imports
+from lcpcli.linalg.doubles import ROW_ROUNDING, SIGN_ROUNDING, SMALL_DISTANCE
+from lcpcli.linalg.matrices import (
+    absolute_product,
+    dense,
+    product,
+    row_maxima,
+    scaled,
+)
+from lcpcli.linalg.programs import minimized
+from lcpcli.model.problem import Problem
+from lcpcli.model.program import SENSES, Program, ProgramData
+from lcpcli.typing import Mask, Vector
+
+# Products, for the factors of A_F in about as much time as a solution takes.
+MOST_WORK = 1e8
+# Systems of inequalities that are solved at once, in about a millisecond.
+MOST_SYSTEMS = 3000
+# Linear programs, of about a millisecond each; and the effort of each, in usual
+# seconds.
+MOST_PROGRAMS, PROGRAM_EFFORT = 40, 0.01
+# Relative to the terms: what a multiplier may be off where it is said not to vary, and
+# what inequalities may be violated by at a vertex.
+NEGLIGIBLE = 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class Sensitivities:
+    """The derivatives of the optimal value of a convex program as a side falls and as
+    it rises, by the active sides, 0 where none is; infinite where no such change is
+    feasible. Equal bounds, or sides, move together.
+
+    down, up : of the rows, shape (m,). bounds_down, bounds_up : of the bounds of the
+        variables, shape (k,). None if they take too long.
+    are_unique : whether there are no other multipliers, so that both are the same.
+    """
+
+    are_unique: bool
+    down: Vector | None = None
+    up: Vector | None = None
+    bounds_down: Vector | None = None
+    bounds_up: Vector | None = None
+
+
+class _Signs(NamedTuple):
+    """Which multipliers may be positive, and which negative."""
+
+    positive: Mask
+    negative: Mask
+
+    @property
+    def active(self) -> Mask:
+        return self.positive | self.negative
+
+    @property
+    def required(self) -> Vector:
+        """Return the signs that multipliers have unless they are 0; 0 where any do."""
+        return self.positive * 1.0 - self.negative * 1.0
+
+    @classmethod
+    def of(
+        cls, values: Vector, ends: tuple[Vector, Vector], near: Vector, known: Vector
+    ) -> _Signs:
+        """values : of which those are active that are near to an end of their range, or
+        whose known multiplier shows it."""
+        low, high = ends
+        return cls(
+            (values - low <= near) | (known > 0), (high - values <= near) | (known < 0)
+        )
+
+
+@np.errstate(all="ignore")
+def sensitivities(
+    problem: Problem, program: Program, data: ProgramData, z: Vector, tol: float
+) -> Sensitivities | None:
+    """Return the derivatives of the optimal value of a convex program at a solution z
+    of its conditions; None if it takes too long to see whether multipliers are unique.
+
+    tol : how near to its side a row has to be, relative to its terms, to be active.
+    """
+    x, y = program.parts(z)
+    R, C = problem.units.diagonals()
+    of_x, of_y, of_u = C[: x.size], C[x.size : x.size + y.size], 1 / R[: x.size]
+    u = product(data.Q, x) + data.c - product(data.A.T, y)
+    y, u = _without_rounding(x, y, u, data)
+    near = tol * np.abs(x) + SMALL_DISTANCE * of_x * np.abs(x / of_x).max()
+    bounds = _Signs.of(x, (data.lower, data.upper), near, u)
+    near = tol * absolute_product(data.A, np.abs(x))
+    sides = data.row_lower, data.row_upper
+    rows = _Signs.of(product(data.A, x), sides, near, y)
+    P, F, J = (
+        np.flatnonzero(each) for each in (rows.active, ~bounds.active, bounds.active)
+    )
+    if P.size * F.size * min(P.size, F.size) > MOST_WORK:
+        return None
+    A = dense(data.A[P]) * of_y[P, np.newaxis]
+    N = _null_space((A[:, F] * of_x[F]).T)
+    changes = np.vstack((N, -(A[:, J] / of_u[J]).T @ N))
+    values = np.concatenate((y[P] / of_y[P], u[J] / of_u[J]))
+    required = np.concatenate((rows.required[P], bounds.required[J]))
+    found = _ranges(values, changes, required)
+    if found is None:
+        return Sensitivities(False)
+    sign = SENSES[program.sense]
+    of_sides = []
+    for ends in found:
+        of_rows, of_bounds = np.zeros(y.size), np.zeros(x.size)
+        of_rows[P] = sign * of_y[P] * ends[: P.size]
+        of_bounds[J] = sign * of_u[J] * ends[P.size :]
+        of_sides += [of_rows + 0.0, of_bounds + 0.0]
+    down, bounds_down, up, bounds_up = of_sides
+    are_unique = bool((found[0] == found[1]).all())
+    return Sensitivities(are_unique, down, up, bounds_down, bounds_up)
+
+
+def _without_rounding(
+    x: Vector, y: Vector, u: Vector, data: ProgramData
+) -> tuple[Vector, Vector]:
+    """Return the multipliers, 0 where they are small beside the terms of the columns in
+    which they are."""
+    terms = absolute_product(data.Q, np.abs(x)) + np.abs(data.c)
+    terms += absolute_product(data.A.T, np.abs(y))
+    least = NEGLIGIBLE * terms
+    # The largest share of a row in the terms of a column.
+    shares = row_maxima(scaled(data.A, np.abs(y), np.where(least > 0, 1 / least, 0.0)))
+    return np.where(shares > 1, y, 0.0), np.where(np.abs(u) > least, u, 0.0)
+
+
+def _null_space(A: Vector) -> Vector:
+    """Return a basis of the null space of A, shape (n, k), up to rounding."""
+    with imports:
+        from scipy.linalg import qr, solve_triangular
+    n = A.shape[1]
+    if not A.size:
+        return np.eye(n)
+    R, order = qr(A, mode="r", pivoting=True)
+    pivots = np.abs(R.diagonal())
+    rank = int(np.count_nonzero(pivots > max(A.shape) * ROW_ROUNDING * pivots[0]))
+    found = np.zeros((n, n - rank))
+    found[order[:rank]] = -solve_triangular(R[:rank, :rank], R[:rank, rank:])
+    found[order[rank:]] = np.eye(n - rank)
+    return found
+
+
+def _ranges(
+    values: Vector, changes: Vector, required: Vector
+) -> tuple[Vector, Vector] | None:
+    """Return the least and the greatest of values + changes t, shape (p,), for all t
+    for which these have the required signs; None if it takes too long."""
+    least, greatest = values.copy(), values.copy()
+    largest = np.abs(changes).max(axis=0, initial=0.0)
+    changes = np.where(np.abs(changes) <= SIGN_ROUNDING * largest, 0.0, changes)
+    varies = changes.any(axis=1)
+    limited = varies & (required != 0)
+    G, b = _normalized(required, changes, values, limited)
+    # Along these nothing limits t.
+    _, sizes, right = np.linalg.svd(G)
+    rank = int(np.count_nonzero(sizes > max(G.shape, default=1) * ROW_ROUNDING))
+    lines, changes = changes @ right[rank:].T, changes @ right[:rank].T
+    is_free = (np.abs(lines) > SIGN_ROUNDING).any(axis=1)
+    least[is_free], greatest[is_free] = -np.inf, np.inf
+    rest = np.flatnonzero(varies & ~is_free)
+    if not rest.size or not rank:
+        return least, greatest
+    found = _extremes(changes[rest], G @ right[:rank].T, b)
+    if found is None:
+        return None
+    below, above = found
+    scale = np.maximum(np.abs(values[rest]), np.abs(values).max())
+    for change in (below, above):
+        change[np.abs(change) <= NEGLIGIBLE * scale] = 0.0
+    least[rest] += below
+    greatest[rest] += above
+    for ends in (least, greatest):
+        ends[np.abs(ends) <= SIGN_ROUNDING * np.abs(values).max()] = 0.0
+    return least, greatest
+
+
+def _normalized(
+    required: Vector, changes: Vector, values: Vector, limited: Mask
+) -> tuple[Vector, Vector]:
+    """Return G and b >= 0 for the inequalities G t >= -b of the signs."""
+    G = required[limited, np.newaxis] * changes[limited]
+    b = np.maximum(required * values, 0.0)[limited]
+    sizes = np.abs(G).max(axis=1, initial=0.0)
+    return G / sizes[:, np.newaxis], b / sizes
+
+
+def _extremes(objectives: Vector, G: Vector, b: Vector) -> tuple[Vector, Vector] | None:
+    """Return the least and the greatest value of each of the objectives, shape (m, r),
+    for all t with G t >= -b, which include 0 and have vertices."""
+    if math.comb(len(G), G.shape[1]) > MOST_SYSTEMS:
+        return _by_programs(objectives, G, b)
+    t, rays = objectives @ _vertices(G, b), objectives @ _rays(G)
+    least, greatest = t.min(axis=1, initial=0.0), t.max(axis=1, initial=0.0)
+    least[(rays < -SIGN_ROUNDING).any(axis=1)] = -np.inf
+    greatest[(rays > SIGN_ROUNDING).any(axis=1)] = np.inf
+    return least, greatest
+
+
+def _vertices(G: Vector, b: Vector) -> Vector:
+    """Return the vertices of G t >= -b, in columns."""
+    r = G.shape[1]
+    chosen = np.array(list(combinations(range(len(G)), r)), dtype=np.intp)
+    systems = G[chosen]
+    regular = np.abs(np.linalg.det(systems)) > SIGN_ROUNDING
+    ends = -b[chosen[regular]][:, :, np.newaxis]
+    t = np.linalg.solve(systems[regular], ends)[:, :, 0].T
+    rounding = NEGLIGIBLE * (np.abs(G) @ np.abs(t) + b[:, np.newaxis])
+    return np.asarray(t[:, (G @ t + b[:, np.newaxis] >= -rounding).all(axis=0)])
+
+
+def _rays(G: Vector) -> Vector:
+    """Return the extreme rays of G t >= 0, in columns."""
+    r = G.shape[1]
+    chosen = np.array(list(combinations(range(len(G)), r - 1)), dtype=np.intp)
+    _, sizes, right = np.linalg.svd(G[chosen.reshape(len(chosen), r - 1)])
+    regular = (sizes > SIGN_ROUNDING).all(axis=1)
+    t = right[regular, -1].T
+    t = np.hstack((t, -t))
+    return np.asarray(t[:, (G @ t >= -NEGLIGIBLE).all(axis=0)])
+
+
+def _by_programs(
+    objectives: Vector, G: Vector, b: Vector
+) -> tuple[Vector, Vector] | None:
+    """Return the same by linear programs; None if there are too many of them, or they
+    take too long."""
+    if 4 * len(objectives) > MOST_PROGRAMS:
+        return None
+    unlimited = np.full(len(b), np.inf)
+    ones, infinite = np.ones(G.shape[1]), np.full(G.shape[1], np.inf)
+    ends = np.zeros((2, len(objectives)))
+    for i, objective in enumerate(objectives):
+        for k, sign in enumerate((1.0, -1.0)):
+            cone, box = (np.zeros(len(b)), unlimited), (-ones, ones)
+            ray = minimized(sign * objective, G, cone, box, PROGRAM_EFFORT)
+            if ray is None:
+                return None
+            if ray.value < -NEGLIGIBLE:
+                ends[k, i] = -sign * np.inf
+                continue
+            box = -infinite, infinite
+            found = minimized(sign * objective, G, (-b, unlimited), box, PROGRAM_EFFORT)
+            if found is None:
+                return None
+            ends[k, i] = sign * found.value
+    return ends[0], ends[1]

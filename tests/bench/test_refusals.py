@@ -1,0 +1,81 @@
+"""What cannot be measured and runs that cannot be compared are refused in one line."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import pytest
+
+from ..refusals import Files, Refusal, commands, contents
+
+RUN = (
+    '{"problem": "p", "file": "a/p.json", "item": null, "label": "shi", '
+    '"method": "shi", "status": "solved", "solved": true, "iterations": 12, '
+    '"seconds": 1.0, "spread": 1.05}\n'
+)
+OLD: Files = {"old.json": RUN}
+REFUSALS: list[Refusal] = [
+    *commands(
+        r"""
+bench quik => quik: is neither a suite nor a file; {DID_YOU_MEAN:quick}
+bench nothing-like-it
+    => nothing-like-it: is neither a suite nor a file; choose one of quick, paper,
+    dense, sparse, mixed, hard, programs, nonlinear, speed, stiff, extreme, all, or
+    name a file
+bench path
+    => path: is neither a suite nor a file; run tests/benchmarks/paths.py of the source
+    instead
+bench missing.json => missing.json: {NO_SUCH_FILE}; {CHECK_PATH}
+bench -
+    => standard input: cannot be read again for a resumed bench; {NAME_A_FILE}
+bench --peer quantecom => --peer: {UNKNOWN:'quantecom'}; {DID_YOU_MEAN:quantecon}
+bench --method newtom => --method: {UNKNOWN:'newtom'}; {DID_YOU_MEAN:newton}
+bench --time-limit 0 => --time-limit: {OUT_OF_RANGE:0.0}; {IT_MUST_BE:seconds > 0}
+bench --time-limit inf
+    => --time-limit: is infinite; give a number of seconds, the time counted for a
+    failure
+bench --accept 2 => --accept: {OUT_OF_RANGE:2.0}; {IT_MUST_BE:0 < accept < 1}
+bench --budget -1 => --budget: {OUT_OF_RANGE:-1.0}; {IT_MUST_BE:seconds >= 0}
+bench --tol nan => --tol: {OUT_OF_RANGE:nan}; {IT_MUST_BE:0 < tol < 1}
+bench -o r.xlsx => r.xlsx: the suffix .xlsx is not a format; {SUFFIXES}
+bench -o /nowhere/r.json
+    => /nowhere/r.json: there is no folder /nowhere; {CREATE_FIRST}
+bench --resume r.json => r.json: {NO_SUCH_FILE}; {CHECK_PATH}
+bench --resume r.json quick
+    => SUITE: {NO_EFFECT:--resume}, which keeps the options of the bench; {LEAVE_IT_OUT}
+bench --resume r.json --method auto
+    => --method: {NO_EFFECT:--resume}, which keeps the options of the bench;
+    {LEAVE_IT_OUT}
+bench --resume r.json --budget 1
+    => --budget: {NO_EFFECT:--resume}, which keeps the options of the bench;
+    {LEAVE_IT_OUT}
+"""
+    ),
+    *contents(
+        "new.json",
+        r"""
+=> {EMPTY}; {A_BENCH}
+1,2\n => {NO_RUNS}; {A_BENCH}
+{}\n => {NO_RUNS}; {A_BENCH}
+[1]\n => {NO_RUNS}; {A_BENCH}
+""",
+        command="compare-runs old.json {}",
+        files=OLD,
+    ),
+    *commands(
+        r"""
+compare-runs old.json other.json
+    => other.json: has no run in common with old.json; name files of the same runs
+compare-runs old.json old.json --slower 1
+    => --slower: {OUT_OF_RANGE:1.0}; {IT_MUST_BE:ratio > 1}
+""",
+        {**OLD, "other.json": RUN.replace("a/p.json", "q")},
+    ),
+]
+
+
+@pytest.mark.parametrize("refusal", REFUSALS, ids=str)
+def test_what_cannot_be_measured_or_compared_is_refused(
+    refusal: Refusal, refused: Callable[[str, Files], str]
+) -> None:
+    assert refused(refusal.command, refusal.files) == refusal.line

@@ -1,0 +1,262 @@
+"""Compiled kernels on disk that were cut off or overwritten, a disk that is full or
+can only be read, processes that compile at the same time or are killed: a run says one
+line, goes on, and leaves nothing that stays broken."""
+
+from __future__ import annotations
+
+import ast
+import json
+import os
+import random
+import shutil
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from lcpcli.options import KERNELS
+
+from .. import kernels_together  # noqa: F401
+from .conftest import GOOD, MAIN, python
+
+numba = pytest.importorskip("numba")
+stored = pytest.importorskip("lcpcli.kernels.cache")
+loading = pytest.importorskip("lcpcli.kernels.loading")
+resource = pytest.importorskip("resource")
+
+PLACES = [0.0, 0.25, 0.5, 0.75, 0.99]  # of a file, from which on it is damaged
+OVERWRITTEN = 200  # bytes
+NAME = f"kernels.one-1{stored.TAG}"
+
+
+def cut(content: bytes, place: float) -> bytes:
+    return content[: int(place * len(content))]
+
+
+def overwritten(content: bytes, place: float) -> bytes:
+    begin = int(place * len(content))
+    end = min(begin + OVERWRITTEN, len(content))
+    other = random.Random(0).randbytes(end - begin)
+    return content[:begin] + other + content[end:]
+
+
+@pytest.fixture
+def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Any:
+    """A cache in a folder of its own."""
+    monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path))
+    return stored.Cache()
+
+
+@pytest.fixture
+def files(cache: Any) -> dict[str, Path]:
+    """Files as numba would write them, which are recorded."""
+    cache.repair()
+    paths = {end: cache.folder / f"{NAME}{end}" for end in ("nbi", "1.nbc")}
+    for path in paths.values():
+        path.write_bytes(random.Random(1).randbytes(1000))
+    cache.note("kernels")
+    assert cache.has_loaded("kernels")
+    return paths
+
+
+@pytest.mark.parametrize("place", PLACES)
+@pytest.mark.parametrize("damage", [cut, overwritten])
+@pytest.mark.parametrize("end", ["nbi", "1.nbc"])
+def test_a_damaged_file_is_removed_and_its_module_loaded_as_if_it_were_new(
+    cache: Any, files: dict[str, Path], end: str, damage: Any, place: float
+) -> None:
+    assert not cache.repair()
+    files[end].write_bytes(damage(files[end].read_bytes(), place))
+    assert (cache.repair(), cache.has_loaded("kernels")) == (True, False)
+    assert [path for path in files.values() if path.exists()] == [
+        path for other, path in files.items() if other != end
+    ]
+    assert not cache.repair()
+
+
+def test_a_missing_file_is_no_damage(cache: Any, files: dict[str, Path]) -> None:
+    files["nbi"].unlink()
+    assert (cache.repair(), cache.has_loaded("kernels")) == (False, False)
+
+
+@pytest.mark.parametrize("place", PLACES)
+def test_a_damaged_record_makes_all_files_suspect(
+    cache: Any, files: dict[str, Path], place: float
+) -> None:
+    record = cache.folder / stored.RECORD
+    record.write_bytes(cut(record.read_bytes(), place))
+    assert cache.repair()
+    assert not any(path.exists() for path in files.values())
+    assert not cache.repair()
+
+
+def test_files_of_other_sources_are_forgotten_without_a_word(
+    files: dict[str, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(stored, "PACKAGE", tmp_path / "elsewhere")
+    other = stored.Cache()
+    assert (other.repair(), other.has_loaded("kernels")) == (False, False)
+    assert not any(path.exists() for path in files.values())
+
+
+def test_what_a_killed_process_has_compiled_is_kept(
+    cache: Any, files: dict[str, Path]
+) -> None:
+    late = cache.folder / f"kernels.two-2{stored.TAG}nbi"
+    late.write_bytes(b"whole")
+    assert (cache.repair(), late.exists()) == (False, True)
+    cache.note()
+    late.write_bytes(b"cut")
+    assert cache.repair()
+    assert [path.exists() for path in (late, *files.values())] == [False, True, True]
+    old, new = (cache.folder / f"{NAME}nbi.tmp.{k}" for k in (1, 2))
+    for path in (old, new):
+        path.touch()
+    os.utime(old, (0, 0))
+    with cache.compiling("kernels", None):
+        assert (old.exists(), new.exists()) == (False, True)
+
+
+def test_one_process_at_a_time_compiles_a_module(
+    cache: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    waits: list[bool] = []
+    with cache.compiling("kernels", None) as first:
+        with cache.compiling("kernels", None) as second:
+            assert (first, second) == (True, False)
+        with cache.compiling("measure_kernels", None) as third:
+            assert third
+        monkeypatch.setattr(stored, "LONGEST_WAIT", 0.1)
+        waiting = cache.compiling("kernels", lambda: waits.append(True))
+        with pytest.raises(TimeoutError):
+            waiting.__enter__()
+    assert waits
+
+
+def used_by(path: Path) -> Iterator[str]:
+    """The modules of the package that a file imports, as SOURCES names them."""
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("lcp"):
+            name = (node.module or "").removeprefix("lcpcli.").replace(".", "/")
+            if (stored.PACKAGE / f"{name}.py").exists():
+                yield name
+            else:
+                yield from (f"{name}/{alias.name}" for alias in node.names)
+
+
+def test_all_files_whose_functions_and_constants_kernels_use_are_sources() -> None:
+    kernels = [f"kernels/{name}" for name in (*loading.MODULES, "overloads")]
+    used = {name for file in kernels for name in used_by(stored.PACKAGE / f"{file}.py")}
+    assert set(stored.SOURCES) == used | set(kernels)
+
+
+# In place of folders that can only be read, as those who run the tests may write
+# everywhere.
+READ_ONLY = f"""
+import errno, os, tempfile
+import numba.core.caching
+from lcpcli.kernels import loading
+
+def refuse(**_):
+    raise OSError(errno.EROFS, os.strerror(errno.EROFS))
+
+tempfile.TemporaryFile = refuse
+{MAIN}
+"""
+SMALL = f"""
+import resource
+resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, 100_000))
+{MAIN}
+"""
+
+
+@pytest.mark.parametrize(
+    ("program", "fault"),
+    [
+        (READ_ONLY, "numba: has no folder for compiled kernels; set NUMBA_CACHE_DIR"),
+        (SMALL, "cannot keep compiled kernels (File too large); set NUMBA_CACHE_DIR"),
+    ],
+    ids=["read-only", "full"],
+)
+def test_where_there_is_no_room_for_kernels_a_run_goes_on_without_them(
+    program: str, fault: str, tmp_path: Path
+) -> None:
+    file = tmp_path / "good.json"
+    file.write_text(GOOD)
+    own = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path / "cache"), KERNELS: "1"}
+    done = python(program, "solve", str(file), "--format", "json", env=own)
+    assert (done.returncode, json.loads(done.stdout)["solved"]) == (0, True)
+    assert done.stderr.startswith("lcpcli: going on without compiled kernels: ")
+    assert (fault in done.stderr, done.stderr.count("\n")) == (True, 1)
+    many = tmp_path / "many.jsonl"
+    many.write_text(f"{GOOD}\n" * 20)
+    done = python(program, "solve", str(many), "--jobs", "2", "-q", env=own)
+    told = done.stderr.splitlines()
+    assert (done.returncode, len(told)) == (0, 1), done.stderr
+    done = python(program, "kernels", env=own)
+    assert (done.returncode, done.stdout, done.stderr.count("\n")) == (2, "", 1)
+    assert (done.stderr.startswith("lcp: "), fault in done.stderr) == (True, True)
+
+
+@pytest.fixture
+def copied(cache: Any, monkeypatch: pytest.MonkeyPatch) -> Any:
+    """A cache in a folder of its own with all kernels."""
+    with monkeypatch.context() as patched:
+        patched.setattr(numba.config, "CACHE_DIR", os.environ.get("NUMBA_CACHE_DIR"))
+        there = stored.Cache()
+    for room, folder in there._folders.items():
+        for path in folder.glob("*"):
+            if path.suffix in (".nbi", ".nbc") or path.name == stored.RECORD:
+                shutil.copy(path, cache._folders[room])
+    assert all(map(cache.has_loaded, loading.MODULES))
+    return cache
+
+
+@pytest.mark.slow("compiles kernels again")
+@pytest.mark.parametrize(
+    ("place", "damage", "end"),
+    [
+        (0.0, cut, "nbi"),
+        (0.25, overwritten, "1.nbc"),
+        (0.5, cut, "1.nbc"),
+        (0.75, overwritten, "nbi"),
+        (0.99, cut, "1.nbc"),
+    ],
+)
+def test_damaged_kernels_are_compiled_again_in_one_run_which_says_so(
+    copied: Any, place: float, damage: Any, end: str, tmp_path: Path
+) -> None:
+    (path,) = copied.folder.glob(f"measure_kernels.on_bounds-*{stored.TAG}{end}")
+    path.write_bytes(damage(path.read_bytes(), place))
+    (tmp_path / "good.json").write_text(GOOD)
+    own = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path), KERNELS: "1"}
+    command = "solve", str(tmp_path / "good.json"), "--format", "json"
+    for told in (f"{loading.DAMAGED}\n", ""):
+        done = python(MAIN, *command, env=own)
+        assert (done.returncode, done.stderr) == (0, told)
+        assert json.loads(done.stdout)["solved"]
+    assert path.exists()
+
+
+@pytest.mark.slow("compiles kernels")
+def test_processes_that_compile_at_the_same_time_lose_nothing(tmp_path: Path) -> None:
+    own = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}
+    program = """
+import sys
+from lcpcli.kernels import loading
+loading.load("measure_kernels")
+from lcpcli.kernels import measure_kernels
+print(measure_kernels.on_bounds.stats.cache_misses.total())
+"""
+    command = [sys.executable, "-c", program]
+    together = [
+        subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=own)
+        for _ in range(2)
+    ]
+    assert sorted(each.communicate()[0] for each in together) == ["0\n", "1\n"]
+    assert [each.returncode for each in together] == [0, 0]
+    done = python(program, env=own)
+    assert (done.stdout, done.stderr) == ("0\n", "")

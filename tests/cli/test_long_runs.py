@@ -1,0 +1,182 @@
+"""Ctrl-C in the middle of long runs: what was found is printed, and the exit code is
+130. How long that takes is printed, as `pytest -s` shows, and never compared."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from lcpcli import Problem
+from lcpcli.files import writing
+
+from .conftest import GOOD, MAIN
+
+pytestmark = [
+    pytest.mark.skipif(sys.platform == "win32", reason="has no such signals"),
+    pytest.mark.slow("each runs for seconds"),
+]
+LONGEST = 120.0  # seconds until something that must happen has not
+# A process that gets Ctrl-C in a moment after a call of a function, its so many-th.
+STOPPED = f"""
+import os, pkgutil, signal, sys, threading, time
+place, number, file, *sys.argv[1:] = sys.argv[1:]
+function, calls = pkgutil.resolve_name(place), 0
+
+def press():
+    with open(file, "w") as stream:
+        stream.write(str(time.monotonic()))
+    os.kill(os.getpid(), signal.SIGINT)
+
+def counted(*given, **named):
+    global calls
+    calls += 1
+    if calls == int(number):
+        threading.Timer(0.3, press).start()
+    return function(*given, **named)
+
+owner, _, name = place.rpartition(".")
+setattr(pkgutil.resolve_name(owner), name, counted)
+{MAIN}
+"""
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Problems that take minutes: 2^22 solutions; a path with a breakpoint at each of
+    2^16 states (K. G. Murty, Mathematical Programming 19 (1980) 213-219); a game, and
+    a large proof; and many small ones."""
+    folder, rng = tmp_path_factory.mktemp("long"), np.random.default_rng(0)
+    writing.write(Problem(-np.eye(22), np.ones(22)), str(folder / "all.json"))
+    M, q = np.eye(16) + 2 * np.triu(np.ones((16, 16)), 1), 2.0 ** np.arange(1, 17)
+    for name, own in (("from", q), ("to", q - 2.0**18)):
+        writing.write(Problem(M, own), str(folder / f"{name}.json"))
+    A, B = (np.round(rng.random((60, 60)) * 99).tolist() for _ in "AB")
+    (folder / "game.json").write_text(json.dumps({"A": A, "B": B}))
+    A = rng.standard_normal((450, 450))
+    large = Problem(A @ A.T + np.eye(450), -np.ones(450))
+    writing.write(large, str(folder / "large.npz"))
+    A = rng.standard_normal((2000, 2000))
+    large = Problem(A @ A.T / 2000 + np.eye(2000), rng.standard_normal(2000))
+    writing.write(large, str(folder / "dense.npz"))
+    (folder / "many.jsonl").write_text(f"{GOOD}\n" * 20_000)
+    return folder
+
+
+# The command, the call after which it gets Ctrl-C, and words that it prints.
+RUNS = {
+    "all solutions": (
+        "solve all.json --all",
+        ("enumeration.search.Solutions.__next__", 20_000),
+        "solutions found before the search was interrupted; there may be others",
+    ),
+    "all solutions in JSON": (
+        "solve all.json --all --format json",
+        ("enumeration.search.Solutions.__next__", 20_000),
+        '"status": "interrupted"',
+    ),
+    "the best solution": (
+        "solve game.json --maximize z1",
+        ("enumeration.optimum._Search.children", 20),
+        "interrupted: the best objective found is",
+    ),
+    "a path": (
+        "path from.json to.json",
+        ("parametric.following.check", 3000),
+        " breakpoints, verified",
+    ),
+    "a path in fractions": (
+        "path from.json to.json --exact --format json",
+        ("parametric.following.check", 500),
+        '"end": "interrupted"',
+    ),
+    "a proof": (
+        "solve large.npz --exact",
+        ("solving.proof.from_point", 1),
+        "interrupted; no exact proof was found",
+    ),
+    "a comparison": (
+        "compare dense.npz",
+        ("solving.driver.run", 2),
+        "dense: n = 2000",
+    ),
+    "a bench": (
+        "bench dense --budget 0",
+        ("bench.timing.measure", 3),
+        "of 125 measured",
+    ),
+    "many problems": (
+        "solve many.jsonl",
+        ("cli.streams.Task.records", 100),
+        "many.jsonl",
+    ),
+    "many problems in processes": (
+        "solve many.jsonl --jobs 2",
+        ("cli.pools.Local.submit", 8),
+        "many.jsonl",
+    ),
+    "many proofs": (
+        "solve many.jsonl --exact --jobs 2 --format json",
+        ("cli.pools.Local.submit", 8),
+        '"status": "solved"',
+    ),
+}
+
+
+@pytest.mark.parametrize("name", RUNS)
+def test_ctrl_c_ends_a_long_run_with_what_it_has_found(
+    name: str, folder: Path, tmp_path: Path
+) -> None:
+    if "--exact" in RUNS[name][0]:
+        pytest.importorskip("flint")
+    line, (place, number), words = RUNS[name]
+    pressed = tmp_path / "pressed"
+    command = [sys.executable, "-c", STOPPED, f"lcpcli.{place}", str(number)]
+    process = subprocess.Popen(
+        [*command, str(pressed), *line.split()],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        cwd=folder,
+    )
+    out, err = process.communicate(timeout=LONGEST)
+    ended = time.monotonic()
+    assert pressed.exists(), "the run has ended before"
+    print(f"\n{name}: {ended - float(pressed.read_text()):.2f} s after Ctrl-C")
+    assert (process.returncode, words in out) == (130, True), (out[-2000:], err)
+    assert err.strip().count("\n") == 0, err
+
+
+def test_ctrl_c_while_kernels_are_compiled_ends_at_once_and_loses_none(
+    tmp_path: Path,
+) -> None:
+    pytest.importorskip("numba")
+    own = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}
+    command = [sys.executable, "-c", MAIN, "kernels"]
+    process = subprocess.Popen(
+        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=own
+    )
+    end = time.monotonic() + LONGEST
+    while len(list(tmp_path.rglob("*.nbc"))) < 2:
+        assert time.monotonic() < end
+        assert process.poll() is None
+        time.sleep(0.05)
+    process.send_signal(signal.SIGINT)
+    pressed = time.monotonic()
+    out, err = process.communicate(timeout=LONGEST)
+    print(f"\nkernels: {time.monotonic() - pressed:.2f} s after Ctrl-C")
+    assert (process.returncode, out, err.strip()) == (130, "", "")
+    whole = {path: path.read_bytes() for path in tmp_path.rglob("*.nb[ci]")}
+    program = "from lcpcli.kernels.cache import Cache; print(Cache().repair())"
+    done = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, env=own
+    )
+    assert (done.stdout, done.stderr) == ("False\n", "")
+    assert {path: path.read_bytes() for path in whole} == whole

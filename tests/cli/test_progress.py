@@ -1,0 +1,93 @@
+"""The progress of long steps on a terminal: what is being done, and how much of a
+total."""
+
+from __future__ import annotations
+
+import re
+import sys
+import threading
+import time
+from collections.abc import Callable
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from lcpcli.cli import terminal
+
+from .conftest import Lcp
+from .test_abandoned import Terminal, lines_in
+
+MOST_SECONDS = 60  # that a step waits for its name
+
+
+def watched(monkeypatch: pytest.MonkeyPatch) -> Terminal:
+    """Standard error, from now on a terminal on which progress is shown at once."""
+    stream = Terminal()
+    monkeypatch.setattr(sys, "stderr", stream)
+    monkeypatch.setenv("TERM", "xterm")
+    monkeypatch.setattr(terminal, "PATIENCE", 0.0)
+    monkeypatch.setattr(terminal, "INTERVAL", 0.0)
+    return stream
+
+
+LONG_STEPS = {
+    "solve good.json --exact": ("lcpcli.solving.proof.prove", "proving"),
+    "solve good.json --bound": ("lcpcli.solving.driver.with_bound", "proving"),
+    "solve good.json --all": ("lcpcli.enumeration.search.solutions", "searching"),
+    "solve good.json --minimize z1": (
+        "lcpcli.enumeration.optimum.optimum",
+        "searching",
+    ),
+    "path good.json --direction 1,1 --to 1": (
+        "lcpcli.parametric.following.follow",
+        "following the path",
+    ),
+    "check good.json 1,2 --exact": ("lcpcli.solving.checking.lengths", "verifying"),
+    "inspect good.json": ("lcpcli.files.reading.problem_of", "reading good.json"),
+    "solve good.json": ("lcpcli.files.reading.problem_of", "reading good.json"),
+    "convert good.json -o a.csv": (
+        "lcpcli.files.reading.problem_of",
+        "reading good.json",
+    ),
+}
+
+
+@pytest.mark.usefixtures("folder")
+@pytest.mark.parametrize("line", LONG_STEPS)
+def test_long_step_is_named_with_the_time_so_far(
+    line: str, lcp: Lcp, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It is as long as it takes until the terminal shows its name."""
+    name, text = LONG_STEPS[line]
+    stream = watched(monkeypatch)
+    module, _, function = name.rpartition(".")
+    step: Callable[..., Any] = getattr(import_module(module), function)
+
+    def long_step(*given: Any, **named: Any) -> Any:
+        end = time.monotonic() + MOST_SECONDS
+        while text not in stream.getvalue() and time.monotonic() < end:
+            time.sleep(0.01)
+        return step(*given, **named)
+
+    monkeypatch.setattr(name, long_step)
+    monkeypatch.setattr(terminal, "INTERVAL", 0.01)
+    lcp(*line.split())
+    assert any(shown.startswith(text) for shown in lines_in(stream))
+    assert threading.active_count() == 1
+
+
+def test_folder_has_a_bar_with_the_number_of_its_files(
+    lcp: Lcp, folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    stream = watched(monkeypatch)
+    for name in ("M.csv", "q.csv"):
+        (folder / name).unlink()
+    lcp("solve", ".", "-o", "out.csv")
+    assert "1/2" in stream.getvalue()
+    assert "2/2" in stream.getvalue()
+    lcp(
+        "bench", "good.json", "--method", "newton", "--method", "lemke", "--budget", "0"
+    )
+    assert any(re.search(r"lemke .*\b1/2\b", text) for text in lines_in(stream))

@@ -1,0 +1,34 @@
+"""Searches for all solutions that cannot end are refused in one line."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from ..refusals import Refusal, calls, raised
+
+NAMES = {"coupled": np.eye(700) + np.eye(700, k=1) * (np.arange(700) < 600)}
+REFUSALS: list[Refusal] = [
+    *calls(
+        "ParameterError",
+        r"""
+max_solutions=0 => max_solutions: {OUT_OF_RANGE:0}; {IT_MUST_BE:{WHOLE:1}}
+max_solutions=1.5 => max_solutions: {OUT_OF_RANGE:1.5}; {IT_MUST_BE:{WHOLE:1}}
+time_limit=0 => time_limit: {OUT_OF_RANGE:0}; {IT_MUST_BE:{OF_SECONDS}}
+""",
+        "solutions(Problem([[1]], [1]), {})",
+    ),
+    *calls(
+        "ProblemError",
+        r"""
+coupled => M: {DEPENDENT:600}; {UP_TO_500}
+csr_array(coupled) => M: {DEPENDENT:600}; {UP_TO_500}
+""",
+        "solutions(Problem({}, -np.ones(700)))",
+    ),
+]
+
+
+@pytest.mark.parametrize("refusal", REFUSALS, ids=str)
+def test_a_search_that_cannot_end_is_refused(refusal: Refusal) -> None:
+    assert raised(refusal.command, NAMES) == refusal.line

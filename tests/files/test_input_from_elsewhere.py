@@ -1,0 +1,382 @@
+"""Files as other programs and people write them: what is missing as None or null,
+numbers as texts, matrices that are symmetric up to rounding."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from fractions import Fraction
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy import sparse
+
+import lcpcli
+from lcpcli import Problem, read
+from lcpcli.errors import ProblemError
+from lcpcli.files.npy_format import LONGEST_END, PICKLE_OF_NONE
+
+from ..conftest import Outcome, read_exact
+
+Lcp = Callable[..., Outcome]
+
+# A program with two variables, whose minimizer each part changes.
+PARTS = {
+    "P": np.array([[2.0, 0.5], [0.5, 1.0]]),
+    "q": np.array([-2.0, -4.0]),
+    "G": np.array([[1.0, 1.0]]),
+    "h": np.array([1.5]),
+    "A": np.array([[1.0, -1.0]]),
+    "b": np.array([-0.25]),
+    "lb": np.array([-np.inf, 0.0]),
+    "ub": np.array([3.0, 0.5]),
+}
+MISSING = [
+    [name for part, is_left in zip(("G h", "A b", "lb", "ub"), which, strict=True)
+     if is_left for name in part.split()]
+    for which in product((False, True), repeat=4)
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("is_sparse", [False, True], ids=["dense", "sparse P"])
+@pytest.mark.parametrize("missing", MISSING, ids=" ".join)
+def test_what_qpsolvers_saves_as_none_is_not_given(
+    missing: list[str], is_sparse: bool, tmp_path: Path
+) -> None:
+    qpsolvers = pytest.importorskip("qpsolvers", reason="needs qpsolvers")
+    given = {key: None if key in missing else PARTS[key] for key in PARTS}
+    stored = given | ({"P": sparse.csc_matrix(PARTS["P"])} if is_sparse else {})
+    file = tmp_path / "saved.npz"
+    qpsolvers.Problem(**stored).save(str(file))
+    assert lcpcli.run(read(file)).answer.x == pytest.approx(lcpcli.solve_qp(**given))
+
+
+@pytest.mark.parametrize("key", ["G", "A"])
+def test_sparse_matrix_that_qpsolvers_pickles_is_refused_and_never_left_out(
+    key: str, tmp_path: Path
+) -> None:
+    """Its own `Problem.load` takes such a matrix for one that is not given."""
+    qpsolvers = pytest.importorskip("qpsolvers", reason="needs qpsolvers")
+    file = tmp_path / "saved.npz"
+    problem = qpsolvers.Problem(**PARTS | {key: sparse.csc_matrix(PARTS[key])})
+    problem.save(str(file))
+    with pytest.raises(ProblemError, match=rf"{key}: is a sparse matrix as a pickle"):
+        read(file)
+
+
+def single_object(value: Any) -> bytes:
+    """The end of an array of shape () with one object, as numpy writes it."""
+    from io import BytesIO
+
+    array = np.empty((), dtype=object)
+    array[()] = value
+    np.save(file := BytesIO(), array, allow_pickle=True)
+    return file.getvalue()[-LONGEST_END:]
+
+
+def test_none_is_told_from_every_other_object() -> None:
+    assert PICKLE_OF_NONE.search(single_object(None))
+    others: list[Any] = [0, "", "None", [None], [[None]], (None,), {None}, {"a": None}]
+    others += [np.eye(2), Fraction(1, 3), sparse.csr_array(np.eye(2))]
+    for other in others:
+        assert not PICKLE_OF_NONE.search(single_object(other)), other
+
+
+@pytest.mark.parametrize("key", ["M", "q", "lower", "x0", "solution", "name", "names"])
+def test_none_and_null_for_a_key_of_a_problem_are_as_if_it_were_left_out(
+    key: str, tmp_path: Path
+) -> None:
+    """But for bounds, where null means none."""
+    fields: dict[str, Any] = {"M": [[2, 1], [1, 2]], "q": [-5, 1], key: None}
+    file, archive = tmp_path / "p.json", tmp_path / "p.npz"
+    file.write_text(json.dumps(fields))
+    np.savez(archive, **{key: np.array(value) for key, value in fields.items()})
+    for path in (file, archive):
+        if key in ("M", "q"):
+            with pytest.raises(ProblemError, match=key):
+                read(path)
+            continue
+        z = lcpcli.run(read(path)).z
+        right = [11 / 3, -7 / 3] if key == "lower" else [2.5, 0.0]
+        assert z == pytest.approx(right)
+
+
+NUMBERS = {
+    "0.25": Fraction(1, 4),
+    "1/3": Fraction(1, 3),
+    "-7/3": Fraction(-7, 3),
+    "+1/3": Fraction(1, 3),
+    "1e-3": Fraction(1, 1000),
+    "2E2": Fraction(200),
+    "-3": Fraction(-3),
+    " 2 ": Fraction(2),
+    " 22/7\t": Fraction(22, 7),
+    ".5": Fraction(1, 2),
+    "5.": Fraction(5),
+    "0.1000000000000000000001": Fraction(10**21 + 1, 10**22),
+}
+
+
+@pytest.mark.parametrize(("text", "value"), NUMBERS.items())
+def test_number_as_a_text_is_that_number_and_exactly_so(
+    text: str, value: Fraction, tmp_path: Path
+) -> None:
+    """In M, q and a bound, by rows and by coordinates."""
+    file = tmp_path / "p.json"
+    by_coordinates = {
+        "format": "coo",
+        "shape": ["2", "2"],
+        "rows": ["0", 1],
+        "cols": [0, "1"],
+        "values": [text, "1"],
+    }
+    for M in ([[text, 0], ["0", "1"]], by_coordinates):
+        file.write_text(
+            json.dumps({"M": M, "q": ["-1", text], "upper": [text, None], "lower": -9})
+        )
+        problem = read(file)
+        assert problem.M[0, 0] == problem.q[1] == problem.box.upper[0] == float(value)
+        exact = read_exact(str(file))
+        assert (exact.M[0][0], exact.upper) == (value, [value, None])
+        assert Fraction(exact.constants[1], exact.scales[1]) == value
+
+
+FORMS: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
+    "from_qp": (
+        {
+            "Q": [["2", "1/2"], [0.5, "1"]],
+            "c": ["-2", "-8/2"],
+            "A": [["1", " 1 "], [1, "-1"]],
+            "row_lower": ["-inf", "-1/4"],
+            "row_upper": ["3/2", "Infinity"],
+            "lower": [None, "0"],
+            "upper": ["inf", ".5"],
+            "constant": "1/2",
+        },
+        {
+            "Q": [[2, 0.5], [0.5, 1]],
+            "c": [-2, -4],
+            "A": [[1, 1], [1, -1]],
+            "row_lower": [-np.inf, -0.25],
+            "row_upper": [1.5, np.inf],
+            "lower": [-np.inf, 0],
+            "upper": [np.inf, 0.5],
+            "constant": 0.5,
+        },
+    ),
+    "from_qpsolvers": (
+        {
+            "P": [["2", "1/2"], [0.5, "1"]],
+            "q": ["-2", "-4e0"],
+            "G": [["1", "1"], ["1", "0"]],
+            "h": ["3/2", "inf"],
+            "A": [["1", "-1"]],
+            "b": ["-1/4"],
+            "lb": "-Infinity",
+            "ub": [None, "1/2"],
+        },
+        {
+            "P": [[2, 0.5], [0.5, 1]],
+            "q": [-2, -4],
+            "G": [[1, 1], [1, 0]],
+            "h": [1.5, np.inf],
+            "A": [[1, -1]],
+            "b": [-0.25],
+            "lb": -np.inf,
+            "ub": [np.inf, 0.5],
+        },
+    ),
+    "from_osqp": (
+        {
+            "P": [["2", "1/2"], [0.5, "1"]],
+            "q": ["-2", "-4"],
+            "A": [["1", "1"], [1, "-1"]],
+            "l": ["-inf", "-1/4"],
+            "u": ["3/2", None],
+        },
+        {
+            "P": [[2, 0.5], [0.5, 1]],
+            "q": [-2, -4],
+            "A": [[1, 1], [1, -1]],
+            "l": [-np.inf, -0.25],
+            "u": [1.5, np.inf],
+        },
+    ),
+}
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_programs_have_numbers_as_texts_and_words_for_infinity(
+    form: str, tmp_path: Path
+) -> None:
+    written, meant = FORMS[form]
+    file = tmp_path / "p.json"
+    file.write_text(json.dumps(written))
+    found, right = read(file), getattr(lcpcli, form)(**meant)
+    assert (found.M == right.M).all()
+    assert (found.q == right.q).all()
+    for key in ("lower", "upper"):
+        assert np.array_equal(getattr(found.box, key), getattr(right.box, key))
+    assert found.origin == right.origin
+
+
+WORDS = ["inf", "Infinity", "INF", "+inf", " infinity ", None]
+
+
+@pytest.mark.parametrize("word", WORDS)
+@pytest.mark.parametrize("is_list", [False, True], ids=["one", "list"])
+def test_word_for_infinity_means_no_bound_alone_and_in_a_list(
+    word: str | None, is_list: bool, tmp_path: Path
+) -> None:
+    below = None if word is None else f"-{word.strip().lstrip('+')}"
+    ends = {"lower": below, "upper": word}
+    fields = {"M": [[2]], "q": [6]} | {
+        key: [end] if is_list else end for key, end in ends.items()
+    }
+    file = tmp_path / "p.json"
+    file.write_text(json.dumps(fields))
+    problem = read(file)
+    assert (problem.box.lower, problem.box.upper) == (-np.inf, np.inf)
+    assert lcpcli.run(problem).z.tolist() == [-3]
+
+
+@pytest.mark.usefixtures("in_folder")
+def test_games_starts_and_solutions_have_numbers_as_texts(lcp: Lcp) -> None:
+    game = {"A": [["3", "0.25"], ["1/3", "2e0"]], "B": [[2, " 0 "], ["0", 3]]}
+    Path("game.json").write_text(json.dumps(game))
+    game |= {"A": [["3", "1/4"], ["1/3", 2]]}
+    Path("other.json").write_text(json.dumps(game))
+    texts = {
+        lcp("solve", name, "--exact", "--format", "csv").out.partition("\ncomp")[2]
+        for name in ("game.json", "other.json")
+    }
+    assert len(texts) == 1
+    problem = {"M": [["2", "1"], [1, "2"]], "q": ["-5", -6]}
+    problem |= {"x0": ["1", "1/2"], "solution": ["4/3", "7/3"]}
+    Path("p.json").write_text(json.dumps(problem))
+    found = read("p.json")
+    assert (found.x0.tolist(), found.solutions[0][0]) == ([1, 0.5], 4 / 3)
+    Path("z.json").write_text('{"z": ["4/3", "7/3"], "w": ["0", 0]}')
+    assert lcp("solve", "p.json", "--z0", "z.json", "--exact").code == 0
+    assert lcp("check", "p.json", "z.json", "--exact").code == 0
+    Path("x0.json").write_text('["1/2", " 2 "]')
+    Path("upper.json").write_text('["inf", "7/4"]')
+    more = ("--x0", "x0.json", "--upper", "upper.json")
+    assert lcp("solve", "p.json", *more, "-q").code == 0
+    Path("q.json").write_text('{"q": ["-5", "-6"]}')
+    Path("M.json").write_text('{"M": [["2", "1"], ["1", "2"]]}')
+    assert lcp("solve", "M.json", "q.json", "-q").code == 0
+
+
+@pytest.mark.usefixtures("in_folder")
+def test_csv_has_fractions_which_are_exact_where_that_is_asked_for(lcp: Lcp) -> None:
+    Path("p.csv").write_text("x,y,q,upper\n2,1/3,-1,inf\n1/4, 1 ,-3/4,2\n")
+    assert read("p.csv").M[0, 1] == 1 / 3
+    assert "exact z = (9/23, 15/23)" in lcp("solve", "p.csv", "--exact").out
+    Path("semicolons.csv").write_text("0,5;1/3;-1\n1/3;2;-1,5\n")
+    assert read("semicolons.csv").M.tolist() == [[0.5, 1 / 3], [1 / 3, 2]]
+
+
+@pytest.mark.parametrize(
+    "text", ["", " ", "1/0", "1.5/2", "1/-2", "1 / 2", "one", "1_000", "0x1", "1,5"]
+)
+def test_other_texts_are_refused_by_field_and_place(text: str, tmp_path: Path) -> None:
+    file = tmp_path / "p.json"
+    file.write_text(json.dumps({"M": [[2, 0], [0, text]], "q": [1, 1]}))
+    with pytest.raises(ProblemError, match=r"M\[1\]\[1\]: is the text '"):
+        read(file)
+
+
+def rounded_products(rng: np.random.Generator, n: int) -> list[Any]:
+    """Matrices that are symmetric but for the rounding of a product, an inverse or a
+    division."""
+    B, D = rng.standard_normal((n + 5, n)), np.diag(10.0 ** rng.uniform(-4, 4, n))
+    V, _ = np.linalg.qr(rng.standard_normal((n, n)))
+    weights = rng.uniform(1, 2, n + 5)
+    return [
+        D @ (B.T @ B) @ D,
+        V @ np.diag(rng.uniform(-5, 5, n)) @ V.T,
+        np.linalg.inv(B.T @ B + n * np.eye(n)),
+        (B.T * weights) @ B,
+        np.corrcoef(B.T),
+        sparse.csc_array(B).T @ sparse.diags_array(weights) @ sparse.csc_array(B),
+        (B.T.astype(np.float32) * weights.astype(np.float32)) @ B.astype(np.float32),
+    ]
+
+
+@pytest.mark.parametrize("n", [2, 7, 40])
+def test_matrix_that_is_symmetric_up_to_rounding_is_made_symmetric(n: int) -> None:
+    for Q in rounded_products(np.random.default_rng(n), n):
+        M = lcpcli.from_qp(Q, -np.ones(n)).M
+        assert not abs(M - M.T).max()
+        assert abs(M - Q).max() <= abs(Q - Q.T).max()
+
+
+ROUNDED = np.array([[2.0, 0.1 + 0.2], [0.3, 1.0]])
+
+
+def test_every_way_in_takes_a_matrix_that_is_symmetric_up_to_rounding(
+    tmp_path: Path,
+) -> None:
+    q, origin = [-1.0, -1.0], {"kind": "qp", "variables": 2}
+    right = pytest.approx([0.7 / 1.91, 1.7 / 1.91])
+    assert (ROUNDED != ROUNDED.T).any()
+    assert lcpcli.solve_qp(ROUNDED, q) == right
+    problems = [
+        lcpcli.from_qp(ROUNDED, q),
+        lcpcli.from_qpsolvers(sparse.csr_array(ROUNDED), q),
+        lcpcli.from_osqp(ROUNDED, q),
+        Problem(ROUNDED, q, origin=origin),
+        Problem(sparse.csr_array(ROUNDED), q, origin=origin),
+    ]
+    for name, key in (("Q", "c"), ("P", "q")):
+        file, archive = tmp_path / f"{name}.json", tmp_path / f"{name}.npz"
+        bounds = {"lb": None} if name == "P" else {}
+        file.write_text(json.dumps({name: ROUNDED.tolist(), key: q} | bounds))
+        np.savez(archive, **{name: ROUNDED, key: q, **bounds})
+        problems += [read(file), read(archive)]
+        assert read_exact(str(file)).M[0][1] == read_exact(str(file)).M[1][0]
+    for problem in problems:
+        assert not abs(problem.M - problem.M.T).max()
+        answer = lcpcli.run(problem).answer
+        assert answer.x == right
+        assert answer.proved == "unique_optimum"
+
+
+def test_more_is_refused_with_the_pair_and_the_call_for_an_inequality() -> None:
+    other = [[2, 0.3, 0], [0.3, 1, 1.0], [0, 1.0001, 1]]
+    with pytest.raises(ProblemError) as refusal:
+        lcpcli.solve_qp(other, [-1, -1, -1], lb=0)
+    assert str(refusal.value).startswith("P[1][2]: is 1 and P[2][1] is 1.0001")
+    assert "solve(P, q, lower=l, upper=u)" in str(refusal.value)
+    with pytest.raises(ProblemError, match="does not yield this M and q"):
+        Problem(other, [-1, -1, -1], origin={"kind": "qp", "variables": 3})
+
+
+@pytest.mark.usefixtures("in_folder")
+def test_fractions_are_written_as_such_where_they_are_read_and_else_rounded(
+    lcp: Lcp,
+) -> None:
+    problem = {"M": [["2", "1/3"], ["1/4", 1]], "q": ["-1", "-3/7"]}
+    program = {"Q": [[2, "1/3"], ["1/3", 1]], "c": ["-1/7", "-1"]}
+    program |= {"A": [["2/3", 1]], "row_lower": ["-1/9"], "row_upper": ["1/3"]}
+    Path("problem.json").write_text(json.dumps(problem))
+    Path("program.json").write_text(json.dumps(program))
+    exact = read_exact("problem.json")
+    for name in ("a.json", "a.csv", "a.mtx", "a.npz"):
+        outcome = lcp("convert", "problem.json", "-o", name)
+        is_rounded = name not in ("a.json", "a.csv")
+        assert ("were rounded; .json or .csv would" in outcome.err) is is_rounded
+        if not is_rounded:
+            assert read_exact(name).rows == exact.rows
+        others = ["a.q.mtx"] if name == "a.mtx" else []
+        assert (read(name, *others).M == read("problem.json").M).all()
+    for name in ("b.json", "b.mps", "b.npz"):
+        outcome = lcp("convert", "program.json", "-o", name)
+        assert ("were rounded; .json would" in outcome.err) is (name != "b.json")
+        found, right = read(name).M, read("program.json").M
+        assert found == pytest.approx(right, rel=1e-15)
+    assert read_exact("b.json").rows == read_exact("program.json").rows

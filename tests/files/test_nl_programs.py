@@ -1,0 +1,169 @@
+"""Programs in .nl files: what is read is what an evaluator of its own finds in their
+expressions, and files with no program that is solved are refused in a line."""
+
+from __future__ import annotations
+
+import random
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import lcpcli
+from lcpcli import Problem, read
+from lcpcli.errors import ProblemError
+from lcpcli.files import nl_program
+from lcpcli.linalg.matrices import dense, is_sparse
+from lcpcli.model.problem import conditions_of
+from lcpcli.model.program import Program, ProgramData
+
+from ..conftest import read_exact
+from .nl_writing import Expression, model, value
+
+FREE, NONNEGATIVE, BOXED, FIXED = (3,), (2, 0), (0, -1, 2), (4, 0.5)
+ROWS = [(2, 1), (1, 3), (0, -1, 4), (4, 0.5), (3,)]  # >=, <=, both, equal, neither
+N = 4
+
+
+def linear(rng: random.Random, depth: int = 2) -> Expression:
+    if not depth:
+        return rng.choice([f"v{rng.randrange(N)}", rng.randint(-4, 4) / 4])
+    a, b = linear(rng, depth - 1), linear(rng, depth - 1)
+    number = rng.choice([-2, 0.5, 3])
+    return rng.choice(
+        [
+            ("+", a, b),
+            ("-", a, b),
+            ("*", number, a),
+            ("*", a, number),
+            ("/", a, number),
+            ("neg", a),
+            ("sum", a, b, linear(rng, 0)),
+            ("^constant", a, 1),
+        ]
+    )
+
+
+def quadratic(rng: random.Random, depth: int = 2) -> Expression:
+    if not depth:
+        a, b = linear(rng), linear(rng)
+        return rng.choice([("*", a, b), ("square", a), ("^constant", a, 2), a])
+    a, b = quadratic(rng, depth - 1), quadratic(rng, depth - 1)
+    number = rng.choice([-2, 0.5, 3])
+    choices = [("+", a, b), ("-", a, b), ("*", number, a), ("/", b, number)]
+    return rng.choice([*choices, ("neg", a), ("sum", a, b, linear(rng, 1))])
+
+
+def program_of(problem: Problem) -> tuple[Program, ProgramData]:
+    assert isinstance(problem.origin, Program)
+    data = problem.origin.program(conditions_of(problem))
+    assert data is not None
+    return problem.origin, data
+
+
+@pytest.mark.parametrize("seed", range(20))
+@pytest.mark.parametrize("binary", [False, True], ids=["text", "binary"])
+def test_objective_and_rows_are_those_of_the_expressions(
+    binary: bool, seed: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Dense, or as sparse matrices."""
+    monkeypatch.setattr(nl_program, "LARGEST_DENSE", 200 * (seed % 2))
+    rng = random.Random(seed)
+    common = [({0: 1.5}, linear(rng)), ({}, ("+", "v1", f"v{N}"))]
+    objective = ("+", quadratic(rng), ("*", f"v{N + 1}", "v0"))
+    expressions = [("+", linear(rng), ("*", f"v{N}", 2)) for _ in ROWS]
+    slopes = [{j: rng.randint(-3, 3) for j in range(N)} for _ in ROWS]
+    rows = list(zip(ROWS, slopes, expressions, strict=True))
+    bounds = [FREE, NONNEGATIVE, BOXED, FIXED]
+    file = tmp_path / "program.nl"
+    options = {"common": common, "objective": objective, "binary": binary}
+    file.write_bytes(model(N, rows, bounds, **options))
+    problem = read(file)
+    origin, data = program_of(problem)
+    assert is_sparse(problem.M) == (seed % 2 == 0)
+    assert data.lower.tolist() == [-np.inf, 0, -1, 0.5]
+    assert data.upper.tolist() == [np.inf, np.inf, 2, 0.5]
+    for _ in range(5):
+        x = np.array([rng.uniform(-2, 2) for _ in range(N)])
+        variables = {f"v{j}": x[j] for j in range(N)}
+        for k, (own, expression) in enumerate(common):
+            variables[f"v{N + k}"] = sum(
+                factor * x[j] for j, factor in own.items()
+            ) + value(expression, variables)
+        found = x @ dense(data.Q) @ x / 2 + data.c @ x + origin.constant
+        assert found == pytest.approx(value(objective, variables), abs=1e-9)
+        activities = dense(data.A) @ x
+        for i, (side, own, expression) in enumerate(rows):
+            constant = value(expression, variables) + sum(
+                factor * x[j] for j, factor in own.items()
+            )
+            ends = {0: side[1:], 1: (-np.inf, *side[1:]), 2: (*side[1:], np.inf)}
+            low, high = {3: (-np.inf, np.inf), 4: 2 * side[1:]}.get(side[0]) or ends[
+                side[0]
+            ]
+            gaps = [
+                data.row_lower[i] - activities[i],
+                data.row_upper[i] - activities[i],
+            ]
+            assert gaps == pytest.approx([low - constant, high - constant])
+    assert (read_exact(str(file)).w([0] * problem.n)) is not None
+
+
+def test_program_is_solved_checked_and_written_with_its_names(tmp_path: Path) -> None:
+    objective = ("+", ("square", ("-", "v0", 0.1)), ("*", 2, ("square", "v1")))
+    content = model(
+        2, [((4, 1), {0: 1, 1: 1}, 0)], [NONNEGATIVE] * 2, objective=objective
+    )
+    file = tmp_path / "share.nl"
+    file.write_bytes(content)
+    (tmp_path / "share.col").write_text("stock\nbond\n")
+    (tmp_path / "share.row").write_text("budget\ncost\n")
+    problem = read(file)
+    assert problem.names == ["stock", "bond", "budget"]
+    answer = lcpcli.run(problem).answer
+    assert answer.x == pytest.approx([0.7, 0.3])
+    assert (answer.objective, answer.y) == (pytest.approx(0.54), pytest.approx([1.2]))
+    assert answer.proved == "unique_optimum"
+    lcpcli.write(problem, tmp_path / "share.mps")
+    assert lcpcli.run(read(tmp_path / "share.mps")).answer.x == pytest.approx(
+        [0.7, 0.3]
+    )
+    with pytest.raises(ProblemError, match="is a program"):
+        lcpcli.read_nl(file)
+
+
+def test_equations_that_determine_all_variables_stay_a_system(tmp_path: Path) -> None:
+    file = tmp_path / "system.nl"
+    rows = [((4, 1), {0: 2}, 0), ((4, 2), {0: 1, 1: 1}, 0)]
+    file.write_bytes(model(2, rows, [FREE] * 2, objective="v0"))
+    problem = read(file)
+    assert not isinstance(problem.origin, Program)
+    assert lcpcli.run(problem).z.tolist() == [0.5, 1.5]
+
+
+REFUSED = {
+    "exp": (("exp", "v0"), "the operator exp of variables in the objective"),
+    "cube": (("*", "v0", ("square", "v0")), "a term of degree 3 in the objective"),
+    "third power": (("^constant", "v0", 3), "the operator ^ of variables"),
+    "quotient": (("/", 1, "v0"), "the operator / of variables"),
+    "division by 0": (("/", "v0", 0), "the operator / of variables"),
+    "pieces": (("pieces", [1, 2], [0], "v0"), "a piecewise linear function"),
+    "abs": (("abs", "v0"), "the operator abs of variables"),
+    "min": (("min", "v0", 1), "the operator min of variables"),
+}
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_other_objectives_and_rows_are_refused_with_what_is_solved(
+    case: str, tmp_path: Path
+) -> None:
+    expression, words = REFUSED[case]
+    file = tmp_path / "model.nl"
+    row = ((2, 1), {0: 1}, 0)
+    file.write_bytes(model(1, [row], [NONNEGATIVE], objective=expression))
+    with pytest.raises(ProblemError, match="lcp solves linear and quadratic") as told:
+        read(file)
+    assert words in str(told.value)
+    file.write_bytes(model(1, [((2, 1), {0: 0}, expression)], [FREE], objective="v0"))
+    with pytest.raises(ProblemError, match=r"C0|is not linear"):
+        read(file)

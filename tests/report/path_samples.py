@@ -1,0 +1,106 @@
+"""Paths for tests: of small problems, from one portfolio to another, and one that is
+made up of its breakpoints."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import replace
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+
+import lcpcli
+from lcpcli import Problem
+from lcpcli.files import contents
+from lcpcli.model.box import BASIC, LOWER, UPPER
+from lcpcli.parametric.path import ENDS, ExactPath, Family, Path
+from lcpcli.report.path_formats import report
+
+SMALL = [Problem([[2, 1], [1, 2]], q, name="small") for q in ([1, 1], [-5, -6])]
+
+
+def small(**others: Any) -> Path:
+    """q goes from (1, 1) to (-5, -6): z2 enters at 1/7, and z1 at 1/5."""
+    return replace(lcpcli.path(*SMALL), **others)
+
+
+def small_in_fractions() -> Path:
+    t, z = (
+        [Fraction(0), Fraction(1, 7), Fraction(1, 5), Fraction(1)],
+        [(0, 0), (0, 0), (0, 1), (20, 35)],
+    )
+    exact = [[Fraction(a, 15 if k == 3 else 5) for a in row] for k, row in enumerate(z)]
+    q = [(1 - 6 * s, 1 - 7 * s) for s in t]
+    w = [
+        [2 * x + y + a, x + 2 * y + b] for (x, y), (a, b) in zip(exact, q, strict=True)
+    ]
+    return small(exact=ExactPath(t, exact, w))
+
+
+def entering(n: int) -> Path:
+    """As many components, each of which enters at a t of its own."""
+    return lcpcli.path(
+        Problem(np.eye(n), np.ones(n)), Problem(np.eye(n), -np.arange(1.0, n + 1))
+    )
+
+
+def made(
+    family: Family, t: Sequence[float], z: Any, states: Any, end: str = "reached"
+) -> Path:
+    """A path with these breakpoints, and w as it follows from z."""
+    n = family.problem.n
+    z = np.array(z, dtype=float).reshape(len(t), n)
+    w = np.array(
+        [family.at(each).w(own) for each, own in zip(t, z, strict=True)]
+    ).reshape(z.shape)
+    states = np.array(states).reshape(max(len(t) - 1, 0), n)
+    return Path(
+        family, np.array(t, dtype=float), z, w, states, end, ENDS[end], True, 1e-3
+    )
+
+
+def cornered() -> Path:
+    """0 <= z <= 3 with w = 1 - t: a jump at t = 1 from the upper bound to the lower
+    one, and there, as no path does, a turn."""
+    first, last = (
+        Problem([[0.0]], [q], name="cornered", upper=3.0) for q in (-1.0, 1.0)
+    )
+    return made(
+        Family(first, last, 0.0, 2.0),
+        [0, 1, 1, 0],
+        [3, 3, 0, 0],
+        [UPPER, BASIC, LOWER],
+        "turn",
+    )
+
+
+def portfolio(least: float | str, sense: str = "min", **changes: Any) -> Problem:
+    """The shipped portfolio with at least this return, and no limit above."""
+    with open(
+        contents.shipped_path("programs/portfolio.json"), encoding="utf-8"
+    ) as file:
+        data = json.load(file)
+    given = {
+        **data,
+        "row_lower": [1, least],
+        "row_upper": [1, np.inf],
+        "sense": sense,
+        **changes,
+    }
+    if sense == "max":
+        given["Q"] = -np.array(given["Q"])
+    return lcpcli.from_qp(**given)
+
+
+def frontier(**changes: Any) -> Path:
+    """From a return of at least 0.05 to 0.12, which only goes up to 0.1."""
+    return lcpcli.path(portfolio(0.05, **changes), portfolio(0.12, **changes))
+
+
+def written(
+    form: str, path: Path, *at: float, files: tuple[str, str] = ("a", "b")
+) -> str:
+    """A path as a text in a format with all numbers."""
+    return report(path, at, files).render(form)

@@ -1,0 +1,624 @@
+"""The columns of the iterates: the step of each method in numbers, which lead from each
+iterate to the next by the formulas of the paper, written here anew; --columns in every
+format, and what it refuses; nothing is computed unless it is asked for."""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+import re
+from collections.abc import Callable, Sequence
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from lcpcli import Problem, Trace, TraceRow, read, run, solve_mcp
+from lcpcli.cli.help import PAGES
+from lcpcli.errors import ParameterError
+from lcpcli.files import contents
+from lcpcli.methods import fixed_point, shi
+from lcpcli.methods.registry import METHODS, QUANTITIES
+from lcpcli.report import columns
+from lcpcli.report.wording import components, halves
+from lcpcli.typing import Vector
+
+from ..cli.conftest import Lcp, assert_refused, record, records
+
+EXAMPLES = [f"paper-example-{number}" for number in (1, 2)]
+EPS = 2.0**-52
+ACCURACY = 1e-12  # relative
+
+
+def problem_of(name: str) -> Problem:
+    return read(contents.shipped_path(f"{name}.json"))
+
+
+class Paper:
+    """F~, J and what follows from them, as the paper defines them in section 4."""
+
+    def __init__(self, problem: Problem, p: float) -> None:
+        self.M, self.q, self.p = np.array(problem.M), np.array(problem.q), p
+        self.I = np.eye(self.q.size)
+
+    def phi(self, x: Vector) -> Vector:
+        px = self.p * x
+        return np.asarray(np.logaddexp.reduce([np.zeros_like(px), px, -px]) / self.p)
+
+    def F(self, x: Vector) -> Vector:
+        linear = (self.M + self.I) @ x
+        return np.asarray(linear + (self.M - self.I) @ self.phi(x) + self.q)
+
+    def d(self, x: Vector) -> Vector:
+        a = np.exp(-np.abs(self.p * x))
+        E = np.diag(np.sign(x) * (1 - a * a) / (1 + a + a * a))
+        J = self.M + self.I + (self.M - self.I) @ E
+        return np.asarray(-J.T @ self.F(x))
+
+    def terms(self, x: Vector) -> float:
+        """The size of the terms of F~, whose rounding no formula for F~ escapes."""
+        sizes = (np.abs(self.M) + self.I) @ (np.abs(x) + self.phi(x)) + np.abs(self.q)
+        return float(np.linalg.norm(sizes))
+
+    def direction(self, row: dict[str, Any], x: Vector, before: Vector) -> Vector:
+        """s of steps 2.1 to 2.6 at x, by the numbers of the row."""
+        if row["step"] in ("1", "2.2", "2.6"):
+            return self.d(x)
+        u, v = row["xi1"] * self.F(x), row["xi2"] * (x - before)
+        if row["step"] == "2.5":
+            return np.asarray((u + v) / 2)
+        if row["alpha"] is None:
+            return np.asarray(np.sign((u - v) @ self.d(x)) * (u - v))
+        return np.asarray(row["alpha"] * u + (1 - row["alpha"]) * v)
+
+
+STEPS = {
+    "by default": [],
+    "smoothed": ["--p", "50"],
+    "steepest descent": ["--k-star", "3"],
+    "from two points": ["--x1", "1,-1,1,-1"],
+}
+
+
+@pytest.mark.parametrize("options", STEPS.values(), ids=STEPS)
+@pytest.mark.parametrize("name", EXAMPLES)
+def test_each_row_of_shi_leads_to_its_x_by_the_formulas_of_the_paper(
+    name: str, options: list[str], lcp: Lcp
+) -> None:
+    asked = ("solve", name, "--method", "shi", "--columns", "all", "-f", "json")
+    found = record(lcp(*asked, *options))
+    paper = Paper(problem_of(name), found["options"]["p"])
+    rho, sigma = found["options"]["rho"], found["options"]["sigma"]
+    rows = found["trace"]
+    xs = [np.array(row["x"]) for row in rows]
+    for k, (row, x) in enumerate(zip(rows, xs, strict=True)):
+        assert row["z"] == (np.abs(x) + x).tolist()
+        F = paper.F(x)
+        size, rounding = float(np.linalg.norm(F)), EPS * paper.terms(x)
+        assert row["F"] == pytest.approx(size, rel=ACCURACY, abs=rounding)
+        assert row["f"] == pytest.approx(
+            F @ F / 2, rel=ACCURACY, abs=(size + rounding) * rounding
+        )
+        if row["length"] is None:
+            assert k == 0 or (k == 1 and "--x1" in options)
+            continue
+        s = paper.direction(row, xs[k - 1], xs[k - 2])
+        assert x == pytest.approx(xs[k - 1] + row["length"] * s, rel=ACCURACY)
+        last, d = rows[k - 1], paper.d(xs[k - 1])
+        blur = EPS * paper.terms(xs[k - 1])
+        assert row["d"] == pytest.approx(d, rel=1e-10, abs=100 * blur)
+        assert row["s"] == pytest.approx(s, rel=1e-10, abs=100 * blur)
+        if last["F"] > 1e-3:
+            assert row["slope"] == pytest.approx(-d @ s, rel=1e-11)
+            decrease = row["length"] * rho * row["slope"]
+            assert row["f"] <= last["f"] + decrease
+            assert -paper.d(x) @ s >= sigma * row["slope"]
+    spent = 1 + sum(row["trials"] or 0 for row in rows) + ("--x1" in options)
+    assert spent == found["evaluations"]
+    assert len({row["step"] for row in rows} - {None}) >= 2
+
+
+@pytest.mark.parametrize("name", EXAMPLES)
+def test_xi_and_alpha_are_those_of_steps_3_and_4(name: str) -> None:
+    """Wherever F~ is far above rounding: alpha gives the projection of d onto the plane
+    of u and v, at which the cosine is largest."""
+    problem, trace = problem_of(name), Trace(columns=("all",))
+    paper = Paper(problem, run(problem, "shi", trace=trace).options["p"])
+    compared = set()
+    for first, second, row in zip(
+        trace.rows, trace.rows[1:], trace.rows[2:], strict=False
+    ):
+        own = row.quantities
+        if not (row.step.startswith("2.") and second.quantities["F"] > 1e-3):
+            continue
+        assert first.x is not None
+        assert second.x is not None
+        dx, F = second.x - first.x, paper.F(second.x)
+        y = F - paper.F(first.x)
+        assert own["xi1"] == pytest.approx(-(dx @ dx) / (dx @ y), rel=1e-9)
+        size = float(np.linalg.norm(F) / np.linalg.norm(y))
+        xi2 = -(y @ F) / (y @ y)
+        assert own["xi2"] == pytest.approx(xi2, rel=1e-9, abs=1e-10 * size)
+        # Else the sign of xi_2 is that of rounding.
+        if row.step != "2.4" or abs(xi2) < 1e-8 * size:
+            continue
+        units = np.column_stack([t / np.linalg.norm(t) for t in (own["u"], own["v"])])
+        a, b = np.linalg.lstsq(units, own["d"], rcond=None)[0] / [
+            np.linalg.norm(own["u"]),
+            np.linalg.norm(own["v"]),
+        ]
+        if a + b > 1e-9 * (abs(a) + abs(b)):
+            assert own["alpha"] == pytest.approx(a / (a + b), rel=1e-6)
+        elif a + b < 0:
+            assert own["alpha"] is None
+        compared.add(own["alpha"] is None)
+    assert False in compared
+
+
+@st.composite
+def small_problems(draw: Callable[..., Any]) -> tuple[Problem, Vector, Vector]:
+    """In integers, so that vectors are often parallel or at right angles."""
+    n = draw(st.integers(1, 3))
+    vectors = arrays(float, n, elements=st.integers(-3, 3))
+    M = draw(arrays(float, (n, n), elements=st.integers(-3, 3)))
+    if draw(st.booleans()):
+        M = M @ M.T + np.eye(n)
+    return Problem(M, draw(vectors)), draw(vectors), draw(vectors)
+
+
+def size_of(v: Vector) -> float:
+    """|v|, without overflow."""
+    largest = float(np.abs(v).max())
+    return largest * float(np.linalg.norm(v / largest)) if largest > 0 else largest
+
+
+def sine(F: Vector, v: Vector) -> float:
+    F, v = F / size_of(F), v / size_of(v)
+    return size_of(F - (F @ v) * v)
+
+
+def assert_steps_lead_on(
+    problem: Problem, x0: Vector, x1: Vector, p: float = 1e12
+) -> TraceRow | None:
+    """Check that the quantities of each row lead to its x, up to the rounding of x,
+    which the plane of F~ and the last step enlarges by |x| over the length of that
+    step, unless they are parallel. Return the row after x1, if there is one."""
+    trace = Trace(columns=("all",))
+    how: dict[str, Any] = {"p": p, "max_iterations": 12}
+    run(problem, "shi", x0=x0, x1=x1, trace=trace, **how)
+    paper, rows = Paper(problem, p), trace.rows
+    for first, second, row in zip(rows, rows[1:], rows[2:], strict=False):
+        own: dict[str, Any] = {**row.quantities, "step": row.step}
+        x, before = second.x, first.x
+        assert x is not None
+        assert before is not None
+        F, step = paper.F(x), x - before
+        is_plane = row.step in ("2.4", "2.5")
+        # F~, or the last step, is rounding.
+        if size_of(F) <= 100 * EPS * paper.terms(x) or (
+            is_plane and size_of(step) <= 1e-6 * size_of(x)
+        ):
+            continue
+        enlarged = 1 + paper.terms(x) / size_of(F)
+        has_u = own["u"] is not None
+        is_parallel = is_plane and has_u and sine(F, step) ** 2 <= 16 * EPS
+        if not (is_plane and has_u) or is_parallel:
+            s, parts = own["s"], size_of(own["s"])
+            if is_parallel:
+                parts += size_of(own["u"]) + size_of(own["v"])
+                enlarged += size_of(x) / size_of(step)
+        else:
+            s, alpha = paper.direction(own, x, before), own["alpha"]
+            # On which side of d it lies is rounding if they are at right angles.
+            s = s if s @ own["s"] > 0 else -s
+            share = 1.0 if alpha is None else max(1.0, abs(alpha))
+            parts = share * (size_of(own["u"]) + size_of(own["v"]))
+            enlarged += size_of(x) / size_of(step)
+        bound = 64 * EPS * (size_of(x) + own["length"] * parts * enlarged)
+        assert np.abs(x + own["length"] * s - row.x).max() <= bound
+    return rows[2] if len(rows) > 2 else None
+
+
+@settings(max_examples=300)
+@given(small_problems())
+def test_steps_lead_to_the_next_x(drawn: tuple[Problem, Vector, Vector]) -> None:
+    assert_steps_lead_on(*drawn)
+
+
+# M, q, x0 and x1, and of the step from x1 its number, and which of xi_1 and alpha it
+# has.
+KINDS: dict[str, Any] = {
+    "alpha infinite": ([[-1, 0], [1, 0]], [1, -2], [0, -1], [1, -1], "2.4", "xi1"),
+    "xi_1 infinite": ([[1, -2], [-2, 0]], [0, -1], [0, 0], [0, 1], "2.4", ""),
+    "u best": ([[0, 0], [0, 0]], [0, -1], [-1, 3], [0, -1], "2.4", "xi1 alpha"),
+    "v best": ([[0, -2], [2, 0]], [1, -2], [2, 0], [-1, 0], "2.4", "xi1 alpha"),
+    "u = v": ([[0]], [-1], [-1], [0], "2.5", "xi1"),
+    "both ascend": ([[-2]], [-1], [-1], [0], "2.6", "xi1"),
+    "no last step": ([[0]], [-1], [0], [0], "2.6", ""),
+}
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_steps_lead_on_where_the_paper_leaves_them_undefined(kind: str) -> None:
+    M, q, x0, x1, step, defined = KINDS[kind]
+    problem = Problem(np.array(M, float), np.array(q, float))
+    points = np.array(x0, float), np.array(x1, float)
+    row = assert_steps_lead_on(problem, *points, p=1e300)
+    assert row is not None
+    assert row.step == step
+    own = row.quantities
+    assert [n for n in ("xi1", "alpha") if own[n] is not None] == defined.split()
+    if kind in ("u best", "v best"):
+        assert abs(own["alpha"]) == float(kind == "u best")
+
+
+@pytest.mark.parametrize("options", [[], ["--omega", "2"], ["--anderson", "3"]])
+@pytest.mark.parametrize("name", EXAMPLES)
+def test_each_row_of_fixed_point_is_an_iterate_of_Schäfer(
+    name: str, options: list[str], lcp: Lcp
+) -> None:
+    asked = ("solve", name, "--method", "fixed-point", "--columns", "all", "-f", "json")
+    rows = record(lcp(*asked, *options))["trace"]
+    problem = problem_of(name)
+    M, q, omega = np.array(problem.M), np.array(problem.q), rows[1]["omega"]
+    identity, last = omega * np.eye(4), None
+    for k, row in enumerate(rows):
+        x = np.array(row["x"])
+        F = (identity + M) @ x - (identity - M) @ np.abs(x) + q
+        terms = float(np.linalg.norm((identity + np.abs(M)) @ np.abs(2 * x)))
+        rounding = EPS * (terms + float(np.linalg.norm(q)))
+        assert row["F"] == pytest.approx(
+            np.linalg.norm(F), rel=ACCURACY, abs=4 * rounding
+        )
+        if last is None:
+            assert row["factor"] is None
+        else:
+            assert row["factor"] == row["F"] / rows[k - 1]["F"]
+        if last is not None and "--anderson" not in options:
+            right = (identity - M) @ np.abs(last) - q
+            assert (identity + M) @ x == pytest.approx(right, rel=ACCURACY)
+        last = x
+
+
+@given(
+    st.floats(-1e9, 1e9).map(lambda v: v * 10.0 ** -(abs(v) % 9)),
+    st.sampled_from([0.0, 1e-5, 1.0, 1e7]),
+)
+def test_printed_x_has_the_printed_z_as_its_double(v: float, largest: float) -> None:
+    """Also w for x < 0. The digits are compared, as doubles would round them again."""
+    for own in (v, abs(v), -abs(v)):
+        (x,), (z,) = halves([own], largest), components([2 * abs(own)], largest)
+        unit = Fraction(10) ** (int(z.partition("e")[2] or "0"))
+        unit *= Fraction(10) ** -len(z.partition("e")[0].partition(".")[2])
+        twice = 2 * abs(Fraction(x))
+        assert abs(twice - Fraction(z)) <= unit / 2
+
+
+@pytest.mark.parametrize("method", [*METHODS])
+def test_iterates_are_the_same_bit_for_bit_with_all_columns(method: str) -> None:
+    problem = problem_of("paper-example-2")
+    plain, asked = Trace(keeps_x=True), Trace(keeps_x=True, columns=("all",))
+    for trace in (plain, asked):
+        run(problem, method, trace=trace)
+    assert [row.x.tobytes() for row in plain.rows if row.x is not None] == [
+        row.x.tobytes() for row in asked.rows if row.x is not None
+    ]
+    assert all(not row.quantities for row in plain.rows)
+    named = {own.name for own in METHODS[method].quantities} - {"x"}
+    assert set().union(*(row.quantities for row in asked.rows)) <= {*QUANTITIES}
+    assert {*asked.rows[0].quantities} == named
+
+
+def test_nothing_is_computed_unless_it_is_asked_for(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def fails(_: object) -> float:
+        raise AssertionError("not asked for")
+
+    for owner, name in ((shi.Step, "u"), (shi.Selected, "f")):
+        monkeypatch.setattr(owner, name, property(fails))
+    monkeypatch.setattr(fixed_point.Residual, "factor", property(fails))
+    monkeypatch.setattr(fixed_point.Start, "F", property(fails))
+    problem = problem_of("paper-example-1")
+    for method, names in (("shi", ("x", "alpha")), ("fixed-point", ("omega",))):
+        for trace in (True, Trace(keeps_x=True), Trace(columns=names)):
+            assert run(problem, method, trace=trace).solved
+    with pytest.raises(AssertionError, match="not asked for"):
+        run(problem, "shi", trace=Trace(columns=("f",)))
+
+
+def test_a_trace_keeps_the_columns_of_the_rows_and_components_that_it_keeps() -> None:
+    problem = problem_of("paper-example-1")
+    whole = Trace(columns=("x", "u", "f"))
+    part = Trace(10, None, np.array([1, 3]), columns=("x", "u", "f"))
+    for trace in (whole, part):
+        run(problem, "shi", trace=trace)
+    kept = {row.k: row for row in whole.rows}
+    for row, chosen in zip(
+        part.rows, whole.selected(10, None, np.array([1, 3])).rows, strict=True
+    ):
+        for own in (row, chosen):
+            assert own.x is not None
+            assert own.x.tolist() == kept[own.k].x[[1, 3]].tolist()  # type: ignore[index]
+            u = kept[own.k].quantities["u"]
+            shown = own.quantities["u"]
+            assert (u is None) == (shown is None)
+            assert u is None or shown.tolist() == u[[1, 3]].tolist()
+            assert own.quantities["f"] == kept[own.k].quantities["f"]
+
+
+def test_a_callback_reads_the_quantities_of_the_step() -> None:
+    seen: list[float] = []
+
+    def callback(row: TraceRow) -> bool:
+        seen.append(row.quantities["f"])
+        return len(seen) == 3
+
+    trace = Trace(columns=("f",))
+    run(problem_of("paper-example-1"), "shi", callback=callback, trace=trace)
+    assert [row.quantities["f"] for row in trace.rows[1:]] == seen
+
+
+def table(out: str) -> list[list[str]]:
+    """The words of the table of iterates."""
+    lines = [line.split() for line in out.splitlines()]
+    first = next(i for i, words in enumerate(lines) if words[:1] == ["method"])
+    return lines[first : first + 5]
+
+
+def test_with_x_the_start_and_the_selected_point_stand_first(lcp: Lcp) -> None:
+    asked = ("solve", "paper-example-2", "--method", "shi")
+    head, _, start, selected, _ = table(lcp(*asked, "--columns", "k,step,x").out)
+    assert head == ["method", "k", "step", "x1", "x2", "x3", "x4"]
+    assert start[:3] == ["shi", "0", "-1.00000000"]
+    assert selected[:2] == ["1", "selected"]
+    _, _, first, *_ = table(lcp(*asked, "--columns", "k,step").out)
+    assert first == ["shi", "1", "1"]
+    (found,) = records(lcp(*asked, "--columns", "x", "-f", "json"))
+    assert [row["step"] for row in found["trace"][:2]] == [None, "1"]
+
+
+def test_columns_are_the_same_numbers_in_every_format(
+    lcp: Lcp, in_folder: Path
+) -> None:
+    asked = ("solve", "paper-example-2", "--method", "shi", "--columns", "k,x,alpha,u")
+    rows = record(lcp(*asked, "-f", "json"))["trace"]
+    text = lcp(*asked, "-f", "csv").out
+    lines = [line for line in text.splitlines() if not line.startswith("#")]
+    listed = list(csv.DictReader(lines))
+    assert [*listed[0]][2:-1] == ["k", "x1", "x2", "x3", "x4", "alpha"] + [
+        f"u{i}" for i in range(1, 5)
+    ]
+    for row, own in zip(rows, listed, strict=True):
+        assert [float(own[f"x{i}"]) for i in range(1, 5)] == row["x"]
+        assert own["alpha"] == ("" if row["alpha"] is None else repr(row["alpha"]))
+        u = row["u"] or [""] * 4
+        assert [own[f"u{i}"] for i in range(1, 5)] == [str(value) for value in u]
+    last = [f"{value:.8f}" for value in rows[-1]["x"]]
+    for form, sign in (("table", ""), ("markdown", "|"), ("latex", "&"), ("html", "")):
+        shown = lcp(*asked, "-f", form).out
+        assert all(value in shown for value in last), form
+        assert sign in shown
+    lcp(*asked[:-1], "alpha", "--trace", "t.csv")
+    written = (in_folder / "t.csv").read_text().splitlines()
+    assert written[2] == (
+        "problem,method,k,z1,z2,z3,z4,residual,error,seconds,step,alpha,status"
+    )
+
+
+def test_rows_of_other_methods_stay_empty_and_all_leaves_out_empty_columns(
+    lcp: Lcp,
+) -> None:
+    names = ("compare", "paper-example-1", "--every", "20", "--columns")
+    _, *rows = table(lcp(*names, "k,alpha,factor").out)
+    assert [len(row) for row in rows[1:4]] == [3, 2, 2]  # of fixed-point, without alpha
+    found = records(lcp(*names, "alpha", "-f", "json"))
+    assert {row["alpha"] for row in found[0]["trace"]} == {None}
+    assert {type(row["alpha"]) for row in found[1]["trace"]} == {float, type(None)}
+    head, *_ = table(
+        lcp("solve", "paper-example-2", "-m", "lemke", "--columns=all").out
+    )
+    assert head[-5:-1] == ["entering", "leaving", "residual", "error"]
+    head, *_ = table(
+        lcp("solve", "paper-example-2", "-m", "fixed-point", "--columns=all").out
+    )
+    assert "step" not in head
+    assert head[-6:-1] == ["F", "factor", "omega", "residual", "error"]
+
+
+def test_several_problems_have_columns_in_json(lcp: Lcp) -> None:
+    asked = ("solve", *EXAMPLES, "--method", "fixed-point", "-f", "json")
+    for name, found in zip(
+        EXAMPLES, records(lcp(*asked, "--columns", "x,factor")), strict=True
+    ):
+        assert found["problem"] == name
+        last = found["trace"][-1]
+        assert len(last["x"]) == 4
+        assert 0 < last["factor"] < 1
+
+
+REFUSED = {
+    "k,aplha": "'aplha' is not a column; did you mean alpha?",
+    "k,factor": "shi has no factor; it belongs to fixed-point",
+    "z0": "shi has no z0; it belongs to lemke",
+}
+
+
+@pytest.mark.parametrize(("names", "told"), REFUSED.items())
+def test_a_column_that_the_methods_lack_is_refused_with_those_that_have_it(
+    names: str, told: str, lcp: Lcp
+) -> None:
+    asked = ("paper-example-1", "--method", "shi", "--columns", names)
+    for command in ("solve", "compare"):
+        assert_refused(lcp(command, *asked), f"lcp: --columns: {told}")
+    two = lcp("compare", "paper-example-1", "--columns", "entering")
+    assert_refused(
+        two, "--columns: fixed-point and shi have no entering; it belongs to lemke"
+    )
+
+
+def test_python_refuses_them_too() -> None:
+    assert Trace(columns="all").columns == ("all",)
+    with pytest.raises(ParameterError, match=r"columns: 'aplha' is unknown; did you"):
+        Trace(columns=("aplha",))
+    problem = problem_of("paper-example-1")
+    with pytest.raises(ParameterError, match=r"newton has no alpha; it belongs to shi"):
+        run(problem, "newton", trace=Trace(columns=("alpha",)))
+    with pytest.raises(ParameterError, match=r"josephy-newton has no x"):
+        solve_mcp(lambda z: z - 1, x0=[0.0], trace=Trace(columns=["x"]))
+
+
+def test_help_lists_the_columns_of_a_method(lcp: Lcp) -> None:
+    for method, declared in METHODS.items():
+        out = lcp("help", method).out.partition("Columns of the iterates")[2]
+        names = re.findall(r"^  (\w+)  ", out, re.MULTILINE)
+        own = [quantity.name for quantity in declared.quantities]
+        assert {*own, *columns.OF_EVERY_METHOD} == {*names}, method
+
+
+def numbers(text: str) -> list[Fraction]:
+    return [Fraction(word) for word in re.findall(r"-?\d+(?:/\d+)?", text)]
+
+
+def section(name: str) -> str:
+    return PAGES["methods"].partition(f"\n## {name}\n")[2].partition("\n## ")[0]
+
+
+def vector(text: str, before: str) -> list[Fraction]:
+    """The numbers in parentheses after some words of a page, where a factor may
+    follow."""
+    found = re.search(
+        rf"{re.escape(before)}\s*(\([^()]*\))(?:\s*/\s*(\d+))?", " ".join(text.split())
+    )
+    assert found, before
+    return [own / int(found[2] or 1) for own in numbers(found[1])]
+
+
+def product(A: Sequence[Sequence[Any]], x: Sequence[Any]) -> list[Fraction]:
+    return [
+        sum((Fraction(a) * b for a, b in zip(row, x, strict=True)), Fraction(0))
+        for row in A
+    ]
+
+
+def dot(x: Sequence[Fraction], y: Sequence[Fraction]) -> Fraction:
+    return sum((a * b for a, b in zip(x, y, strict=True)), Fraction(0))
+
+
+def exact_step(
+    M: list[list[int]], q: list[int], x0: list[Fraction], x1: list[Fraction]
+) -> dict[str, Any]:
+    """Steps 2.1 to 2.4 of the paper from x0 and x1 in fractions, for p without end."""
+
+    def F(x: list[Fraction]) -> list[Fraction]:
+        z, w = [abs(t) + t for t in x], [abs(t) - t for t in x]
+        return [a - b + c for a, b, c in zip(product(M, z), w, q, strict=True)]
+
+    def d(x: list[Fraction]) -> list[Fraction]:
+        n = range(len(x))
+        J = [
+            [
+                M[i][j] + (i == j) + (M[i][j] - (i == j)) * (1 if x[j] > 0 else -1)
+                for j in n
+            ]
+            for i in n
+        ]
+        return [-dot([J[i][j] for i in n], F(x)) for j in n]  # type: ignore[misc]
+
+    dx = [b - a for a, b in zip(x0, x1, strict=True)]
+    y = [b - a for a, b in zip(F(x0), F(x1), strict=True)]
+    xi1, xi2 = -dot(dx, dx) / dot(dx, y), -dot(y, F(x1)) / dot(y, y)
+    u, v, own = [xi1 * t for t in F(x1)], [xi2 * t for t in dx], d(x1)
+    uu, uv, vv, ud, vd = dot(u, u), dot(u, v), dot(v, v), dot(u, own), dot(v, own)
+    # The projection a u + b v of d has the largest cosine.
+    a, b = (ud * vv - vd * uv), (vd * uu - ud * uv)
+    alpha = a / (a + b)
+    s = [alpha * t + (1 - alpha) * r for t, r in zip(u, v, strict=True)]
+    return {
+        "F": F, "grad": d, "dx": dx, "y": y, "d": own, "u": u, "v": v,
+        "xi1": xi1, "xi2": xi2, "alpha": alpha, "s": s, "<u - v, d>": ud - vd,
+    }  # fmt: skip
+
+
+def test_the_step_of_shi_on_its_page_is_that_of_the_paper_and_of_its_commands(
+    lcp: Lcp,
+) -> None:
+    page, problem = section("shi"), problem_of("paper-example-1")
+    M = [[int(a) for a in row] for row in problem.M.tolist()]
+    q = [int(a) for a in problem.q.tolist()]
+    x0, x1 = vector(page, "from x_0 ="), vector(page, "and x_1 =")
+    own = exact_step(M, q, x0, x1)
+    assert vector(page, "- F~(x_0) =") == own["F"](x0)
+    assert vector(page, "and F~(x_1) =") == own["F"](x1)
+    for name in ("dx", "y", "u", "v", "s"):
+        assert vector(page.partition("**One step")[2], f" {name} =") == own[name], name
+    assert vector(page, "d = -J'F~ =") == own["d"]
+    text = " ".join(page.split())
+    assert f"= {own['xi1']} and xi_2 =" in text
+    assert f"= {own['xi2']}, so that u" in text
+    assert f"= {own['<u - v, d>']} is not 0" in text
+    assert f"alpha = {own['alpha']}, beyond" in text
+    slope = -dot(own["d"], own["s"])
+    f1 = dot(own["F"](x1), own["F"](x1)) / 2
+    gamma = -2 * f1 / slope
+    assert f"= {slope}. The first gamma" in text
+    assert f"= {gamma}, and x_2" in text
+    x2 = [a + gamma * b for a, b in zip(x1, own["s"], strict=True)]
+    assert vector(page, "x_1 + s/17 =") == x2
+    assert vector(page, "There F~ =") == own["F"](x2)
+    f2 = dot(own["F"](x2), own["F"](x2)) / 2
+    assert f"f = {336}/{2601} = {float(f2):.7f}" in text
+    assert f2 == Fraction(336, 2601)
+    assert f2 <= f1 + Fraction(1, 10**4) * gamma * slope
+    last = -dot(own["grad"](x2), own["s"])
+    assert f"<grad f, s> = {last} is at least" in text
+    assert last >= Fraction(9, 10) * slope
+
+    start = ",".join(str(float(t)) for t in x0), ",".join(str(float(t)) for t in x1)
+    asked = ("--method", "shi", "--x0", start[0], "--x1", start[1])
+    how = ("--max-iterations", "2", "--columns", "all", "-f", "json")
+    row = record(lcp("solve", "paper-example-1", *asked, *how))["trace"][2]
+    exactly = {name: own[name] for name in ("d", "u", "v", "s", "xi1", "xi2", "alpha")}
+    exactly |= {"x": x2, "f": f2, "slope": slope, "length": gamma}
+    for name, value in exactly.items():
+        values = [*map(float, value)] if isinstance(value, list) else float(value)
+        assert row[name] == pytest.approx(values, rel=ACCURACY), name
+
+
+def test_the_step_of_fixed_point_on_its_page_is_Schäfers(lcp: Lcp) -> None:
+    page, problem = section("fixed-point"), problem_of("paper-example-1")
+    M = [[int(a) for a in row] for row in problem.M.tolist()]
+    q = [int(a) for a in problem.q.tolist()]
+    x0, x1 = vector(page, "from x_0 ="), vector(page, "this for x_1 =")
+    n = range(4)
+    more = [[(i == j) + M[i][j] for j in n] for i in n]
+    less = [[(i == j) - M[i][j] for j in n] for i in n]
+    right = [a - b for a, b in zip(product(less, [abs(t) for t in x0]), q, strict=True)]
+    assert product(more, x1) == right == vector(page, "- q =")
+    F = [
+        [
+            a - b + c
+            for a, b, c in zip(
+                product(more, x), product(less, [abs(t) for t in x]), q, strict=True
+            )
+        ]
+        for x in (x0, x1)
+    ]
+    assert vector(page, "+ q =") == F[0]
+    squares = [dot(own, own) for own in F]
+    assert f"sqrt({squares[0]})" in page
+    assert f"sqrt({squares[1]})" in page
+    factor = math.sqrt(squares[1] / squares[0])
+    assert f"= {factor:.7f}" in " ".join(page.split())
+    how = ("--max-iterations", "1", "--columns", "all", "-f", "json")
+    asked = ("--method", "fixed-point", "--x0", ",".join(map(str, x0)))
+    row = record(lcp("solve", "paper-example-1", *asked, *how))["trace"][1]
+    assert row["x"] == pytest.approx([float(t) for t in x1], rel=ACCURACY)
+    assert row["factor"] == pytest.approx(factor, rel=ACCURACY)
+    assert json.dumps(row)

@@ -1,0 +1,227 @@
+"""lcp compare --vary shows and draws where runs end, and when, against options that
+vary one at a time; where neither iteration solves a problem, comparisons say why; and a
+p that smooths nothing is named as such."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from lcpcli import Problem, read, run, write
+from lcpcli.errors import ParameterError
+from lcpcli.files import contents
+from lcpcli.gallery import families
+from lcpcli.inspection.failure import explanation
+from lcpcli.methods.registry import Variant, vary
+from lcpcli.methods.shi import default_p
+from lcpcli.report import plotting
+from lcpcli.report.document import typeset
+from lcpcli.report.variations import document, variations
+
+from ..cli.conftest import Lcp, assert_refused, records
+
+EXAMPLE = "paper-example-1"
+
+
+def rows(out: str) -> list[list[str]]:
+    return [line.split() for line in out.splitlines()]
+
+
+def test_options_vary_one_at_a_time_in_methods_that_have_them() -> None:
+    methods = [Variant("fixed-point"), Variant("shi"), Variant("shi", (("p", "9"),))]
+    found = vary(methods[:2], ["p=1,10", "sigma=0.5"])
+    assert list(map(str, found)) == ["shi:p=1", "shi:p=10", "shi:sigma=0.5"]
+    with pytest.raises(ParameterError, match="p is also set by shi:p=9"):
+        vary(methods, ["p=1"])
+
+
+@pytest.fixture
+def degenerate(in_folder: Path) -> str:
+    write(families.make("degenerate", 10), str(in_folder / "degenerate.json"))
+    return "degenerate.json"
+
+
+def test_error_at_the_end_follows_the_theory_on_a_degenerate_problem(
+    degenerate: str, lcp: Lcp
+) -> None:
+    """Where z_i = w_i = 0 it is of the order of ln 3 / p, and elsewhere exponentially
+    small."""
+    values = "1e2,1e4,1e6,1e8"
+    asked = ("compare", degenerate, EXAMPLE, "--method", "shi", "--tol", "1e-14")
+    outcome = lcp(*asked, "--vary", f"p={values}", "--vary", "k-star=5")
+    assert outcome.code == 1
+    text = rows(outcome.out)
+    assert text[0][:2] == ["p:", "error"]
+    assert text[1] == ["p", "ln", "3", "/", "p", "degenerate-10", EXAMPLE]
+    shown = text[3:7]
+    assert [row[0] for row in shown] == values.split(",")
+    for value, theory, error, other in shown:
+        expected = math.log(3) / float(value)
+        assert float(theory) == pytest.approx(expected, rel=0.05)
+        assert 0.1 < float(error) / expected < 3
+        assert float(other) < 1e-12
+    assert outcome.out.count("in parentheses: the run has not reached") == 1
+    times = text[9:13]
+    assert [re.sub(r"[\d.]", "", row[1]) for row in times] == ["()"] * 4
+    assert "shi: k-star=100, rho=0.0001, sigma=0.9" in " ".join(outcome.out.split())
+
+
+def test_runs_are_those_of_a_sweep_in_json_and_csv(lcp: Lcp) -> None:
+    asked = ("compare", EXAMPLE, "--method", "shi")
+    swept = records(lcp(*asked, "--sweep", "k-star=1,20", "-f", "json"))
+    varied = records(
+        lcp(*asked, "--vary", "k-star=1,20", "--vary", "sigma=0.5", "-f", "json")
+    )
+    assert [found["label"] for found in varied] == [
+        *("shi:k-star=1", "shi:k-star=20", "shi:sigma=0.5")
+    ]
+    for own, other in zip(varied, swept, strict=False):
+        assert (own["z"], own["iterations"]) == (other["z"], other["iterations"])
+    lines = lcp(*asked, "--vary", "k-star=1,20", "-f", "csv").out.splitlines()
+    assert [line.split(",")[:2] for line in lines if line[0] != "#"][1:] == [
+        [EXAMPLE, "shi:k-star=1"],
+        [EXAMPLE, "shi:k-star=20"],
+    ]
+
+
+def test_figure_has_a_row_for_each_option_and_a_line_for_each_problem(
+    degenerate: str, lcp: Lcp, in_folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    drawn: list[plotting.Variation] = []
+    usual = plotting.variations
+
+    def record(data: list[plotting.Variation], runs: object) -> plotting.Picture:
+        drawn.extend(data)
+        return usual(data, runs)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(plotting, "variations", record)
+    asked = ("compare", degenerate, EXAMPLE, "--method", "shi")
+    options = ("--vary", "p=10,1e3,1e5", "--vary", "sigma=0.1,0.5,0.9")
+    lcp(*asked, *options, "--plot", "figure.svg", "-o", "table.md")
+    assert [own.option for own in drawn] == ["p", "sigma"]
+    first, second = drawn
+    assert [line.label for line in first.lines] == ["degenerate-10", EXAMPLE]
+    assert first.theory == [math.log(3) / float(value) for value in first.values]
+    assert second.theory == []
+    assert first.lines[0].solved == [False, False, False]
+    figure = (in_folder / "figure.svg").read_text()
+    assert figure.count('<g id="axes_') == 4
+    table = (in_folder / "table.md").read_text()
+    assert "| p | ln 3 / p | degenerate-10 | paper-example-1 |" in table
+
+
+def test_words_are_shown_and_not_drawn(lcp: Lcp, in_folder: Path) -> None:
+    asked = ("compare", EXAMPLE, "--vary", "omega=1,2,auto")
+    assert [row[0] for row in rows(lcp(*asked).out)[3:6]] == ["1", "2", "auto"]
+    told = "--plot: draws numbers, and omega=auto is none; leave one out"
+    assert_refused(lcp(*asked, "--plot", "f.svg"), told)
+    lcp(*asked, "-o", "page.html")
+    assert "<figure>" not in (in_folder / "page.html").read_text()
+
+
+BESIDE = {
+    "--sweep=omega=1": "--sweep: has no effect with --vary; leave one out",
+    "--columns=k": "--columns: has no effect with --vary, which shows the ends of runs",
+    "--every=2": "--every: has no effect with --vary",
+    "--p=3": "--vary: --p is given beside it; leave one out",
+}
+
+
+@pytest.mark.parametrize(("option", "told"), BESIDE.items())
+def test_what_has_no_effect_beside_it_is_refused(
+    option: str, told: str, lcp: Lcp
+) -> None:
+    assert_refused(lcp("compare", EXAMPLE, "--vary", "p=1,2", option), told)
+    assert_refused(lcp("compare", "--vary", "q=1"), "'q' is not an option of any")
+
+
+def test_runs_that_ctrl_c_has_prevented_stay_empty() -> None:
+    problem, runs = read(contents.shipped_path(f"{EXAMPLE}.json")), []
+    for values in ((1, 5), (1,)):
+        made = [run(problem, "shi", k_star=k, max_iterations=5) for k in values]
+        labels = [f"shi:k-star={k}" for k in values]
+        runs.append(
+            [replace(one, label=own) for one, own in zip(made, labels, strict=True)]
+        )
+    assert [len(line.values) for line in variations(runs)[0].lines] == [2, 1]
+    shown = rows(typeset(document(runs), "table"))
+    assert [row[0] for row in shown[3:5]] == ["1", "5"]
+    assert [len(row) for row in shown[3:5]] == [3, 2]
+
+
+REASONS = {
+    "no P-matrix": (
+        "bimatrix",
+        "M is not a P-matrix (M(1, 1) = 0 is not positive)",
+        "auto solves it",
+    ),
+    "scaling": (
+        families.make("diagonal", 20),
+        "the largest entries of rows or columns of M differ by 12 decades",
+        "--scale equilibrates M, and auto solves it",
+    ),
+    "condition": (
+        families.make("hilbert", 12),
+        "the condition of M is about 4e+16, and linear convergence slows down with it",
+        "auto solves it",
+    ),
+    "no solution": (families.make("infeasible", 6), "as it has no solution", ""),
+}
+
+
+@pytest.mark.parametrize("name", REASONS)
+def test_a_comparison_in_which_neither_solves_says_why_and_what_does(
+    name: str, lcp: Lcp, in_folder: Path
+) -> None:
+    problem, cause, remedy = REASONS[name]
+    if isinstance(problem, Problem):
+        write(problem, str(in_folder / "hard.json"))
+    file = problem if isinstance(problem, str) else "hard.json"
+    out = lcp("compare", file, "--max-iterations", "100").out
+    (line,) = [line for line in out.splitlines() if line.startswith("neither ")]
+    assert line.startswith("neither fixed-point nor shi solves the problem")
+    assert cause in line
+    assert remedy in line
+    alone = lcp("compare", file, "--max-iterations", "100", "--method", "shi").out
+    assert name == "no solution" or f"shi does not solve the problem: {cause}" in alone
+
+
+def test_a_comparison_says_nothing_where_it_knows_nothing(lcp: Lcp) -> None:
+    for limit in ("3", "1000"):
+        out = lcp("compare", EXAMPLE, "--max-iterations", limit).out
+        assert "the problem" not in out
+    assert "solve the problem" not in lcp("solve", "bimatrix", "--method", "shi").out
+
+
+def test_kinks_count_where_z_and_w_are_both_0() -> None:
+    problem = families.make("degenerate", 20)
+    found = explanation(problem, ["shi"])
+    assert found.causes == ["z_i = w_i = 0 for 10 of 20 i, near which F bends"]
+    assert found.guarantee == "newton is guaranteed to solve it, as M is a P-matrix"
+    assert explanation(problem, ["fixed-point"]).causes == []
+
+
+NO_SMOOTHING = "(no smoothing in double precision)"
+
+
+@pytest.mark.parametrize("family", ["degenerate", "harker-pang", "growth", "obstacle"])
+def test_the_default_p_smooths_nothing(family: str) -> None:
+    """phi differs from |x| by less than the rounding of the largest of z and w."""
+    problem = families.make(family, 10)
+    result = run(problem)
+    largest = max(np.abs(result.z).max(), np.abs(result.w).max())
+    assert math.log(3) / default_p(problem) <= 2.0**-52 * largest
+
+
+def test_p_is_printed_with_what_it_smooths(lcp: Lcp) -> None:
+    shown = " ".join(lcp("solve", EXAMPLE, "--method", "shi").out.split())
+    assert f"shi: p=8.66e+15 {NO_SMOOTHING}, k-star=100" in shown
+    assert NO_SMOOTHING in lcp("solve", EXAMPLE, "-m", "shi", "-f", "csv").out
+    assert NO_SMOOTHING not in lcp("solve", EXAMPLE, "-m", "shi", "--p", "100").out
+    assert json.loads(lcp("solve", EXAMPLE, "-m", "shi", "-f", "json").out)["options"]

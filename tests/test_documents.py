@@ -1,0 +1,18 @@
+"""What is typed in a document prints what the document shows: a document a command and
+format, and one for each way in which files are read."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import pytest
+
+from .documents import FOLDER
+
+
+@pytest.mark.parametrize("name", sorted(path.stem for path in FOLDER.glob("*.txt")))
+def test_commands_print_what_the_document_shows(
+    name: str, document: Callable[[str], None]
+) -> None:
+    pytest.importorskip("flint")
+    document(name)
