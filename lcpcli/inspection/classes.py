@@ -685,23 +685,25 @@ def copositive_plus(context: Context) -> Verdict:
 def _beside_zeros_on_diagonal(context: Context) -> Verdict | None:
     """Return YES if M + M' has no negative entry in the rows where its diagonal is 0,
     as those of the slacks of friction cones, and is positive semidefinite without them;
-    else None."""
+    UNDECIDED if rounding decides the latter, and index sets are too many; else None."""
     rows, rest = np.flatnonzero(context.diagonal == 0), np.flatnonzero(context.diagonal)
     if not rows.size or not rest.size or context.symmetric_part[rows].min() < 0:
         return None
     part = Context(context.M[rest][:, rest], context.check)
     part.verdicts["positive_definite"] = positive_definite(part)
-    if positive_semidefinite(part).word != YES:
-        return None
+    beside = positive_semidefinite(part)
     where = (
         f"{'the row' if rows.size == 1 else f'the {rows.size} rows'} where its "
         "diagonal is 0"
     )
-    return Verdict(
-        YES,
-        f"M + M' has no negative entry in {where}, and is positive semidefinite "
-        "without them",
-    )
+    are_nonnegative = f"M + M' has no negative entry in {where}"
+    if beside.word == YES:
+        evidence = f"{are_nonnegative}, and is positive semidefinite without them"
+        return Verdict(YES, evidence)
+    if beside.word == UNDECIDED and part.rounding is not None and context.n > ALL_SETS:
+        evidence = f"{are_nonnegative}; without them {beside.evidence}"
+        return Verdict(UNDECIDED, evidence)
+    return None
 
 
 def _undecided(context: Context, what: str = "index sets") -> Verdict:

@@ -75,7 +75,7 @@ class Cache:
 
     def __init__(self) -> None:
         try:
-            self._folders = {
+            self.folders = {
                 room: Path(njit(cache=True)(function).stats.cache_path)
                 for room, function in {
                     "kernels": _here,
@@ -88,7 +88,7 @@ class Cache:
             raise OptionError(
                 "numba", "has no folder for compiled kernels", HINT
             ) from None
-        self.folder = self._folders["kernels"]
+        self.folder = self.folders["kernels"]
         self._made_with = f"{numba.__version__}{TAG}{get_host_cpu_name()}"
         self._sources = _sources()
 
@@ -166,7 +166,7 @@ class Cache:
             yield is_alone
 
     def _require_room(self) -> None:
-        for folder in self._folders.values():
+        for folder in self.folders.values():
             for path in folder.glob("*.nb?.tmp.*"):
                 with suppress(OSError):
                     if path.stat().st_mtime < time.time() - LEFT_OVER:
@@ -207,7 +207,7 @@ class Cache:
 
     def _files(self, tag: str = TAG) -> Iterator[tuple[str, Path]]:
         """Yield the files of numba with their names in the record."""
-        for room, folder in self._folders.items():
+        for room, folder in self.folders.items():
             for path in folder.glob("*.nb[ci]"):
                 if tag in path.name:
                     yield f"{room}/{path.name}", path

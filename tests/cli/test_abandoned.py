@@ -47,6 +47,7 @@ from lcpcli.typing import Vector
 from lcpcli.verify import error_theorems
 
 from .conftest import MAIN, Lcp, python
+from .terminals import Terminal, lines_in
 
 PROBLEM = Problem([[2.0, 1.0], [1.0, 2.0]], [-5.0, -6.0])
 ABANDONING = """
@@ -354,13 +355,6 @@ class Clock:
         return self.now
 
 
-class Terminal(StringIO):
-    """A standard error that is a terminal."""
-
-    def isatty(self) -> bool:
-        return True
-
-
 @pytest.fixture
 def clock(monkeypatch: pytest.MonkeyPatch) -> Clock:
     clock = Clock()
@@ -446,17 +440,6 @@ def test_nothing_is_shown_in_the_first_second_and_all_is_gone_at_the_end(
         "shi  k = 2345",
         "",
     ]
-
-
-def lines_in(stream: Terminal) -> list[str]:
-    """The texts that a line of progress has shown one after the other, without the time
-    and the character that turns; "" at the end if it has been erased."""
-    text = re.sub(r"\x1b\[(?:\?25[lh]|[\d;]*m)", "", stream.getvalue())
-    shown = [
-        re.sub(r"^[-\\|/] | *\d+:\d\d:\d\d\s*$", "", part)
-        for part in re.split(r"\r\x1b\[2K|\r\x1b\[1A\x1b\[2K", text)
-    ]
-    return [text for i, text in enumerate(shown) if i == 0 or text != shown[i - 1]]
 
 
 def test_quiet_and_a_terminal_that_cannot_erase_silence_it(

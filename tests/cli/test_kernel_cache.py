@@ -207,10 +207,10 @@ def copied(cache: Any, monkeypatch: pytest.MonkeyPatch) -> Any:
     with monkeypatch.context() as patched:
         patched.setattr(numba.config, "CACHE_DIR", os.environ.get("NUMBA_CACHE_DIR"))
         there = stored.Cache()
-    for room, folder in there._folders.items():
+    for room, folder in there.folders.items():
         for path in folder.glob("*"):
             if path.suffix in (".nbi", ".nbc") or path.name == stored.RECORD:
-                shutil.copy(path, cache._folders[room])
+                shutil.copy(path, cache.folders[room])
     assert all(map(cache.has_loaded, loading.MODULES))
     return cache
 

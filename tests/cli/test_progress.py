@@ -17,7 +17,7 @@ import pytest
 from lcpcli.cli import terminal
 
 from .conftest import Lcp
-from .test_abandoned import Terminal, lines_in
+from .terminals import Terminal, lines_in
 
 MOST_SECONDS = 60  # that a step waits for its name
 

@@ -5,6 +5,7 @@ goes from one member to another."""
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterator
 from typing import Any
 
@@ -339,5 +340,5 @@ def test_matrices_of_bricks_are_singular_or_copositive_by_their_layout() -> None
     assert np.array_equal(problem.M[8:16, :24], -problem.M[16:24, :24])
     assert np.array_equal(problem.q[8:16], -problem.q[16:24])
     found = inspect(contact_in_time("tower", 4, 1).problem()).classes["copositive"]
-    assert found.word == "yes"
-    assert "where its diagonal is 0" in found.evidence
+    assert found.word == "not decided"  # as rounding decides whether the rest is
+    assert re.search("diagonal is 0; without them its entries are", found.evidence)
