@@ -70,7 +70,7 @@ Stewart and Trinkle 1996, random contacts in the plane
 structures:
 beam | beam over an obstacle, stiff: condition near .032 n^4 | SPD | \
 Collatz 1960, fourth differences; Glowinski 1984, chapter II
-plate | plate over an obstacle, stiff: condition near .02 n^2 | SPD | \
+plate | plate over an obstacle, stiff: condition near .05 n^2 | SPD | \
 Collatz 1960, differences with 13 points; Glowinski 1984, chapter II
 frame | beam elements over an obstacle, stiff, with free rotations | SPD | \
 Przemieniecki 1968, section 5.6, cubic elements

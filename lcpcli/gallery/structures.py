@@ -3,7 +3,7 @@ definite but has positive entries off the diagonal.
 
 z is the deflection above the obstacle, w the force of the contact. Lengths are in units
 of the mesh width h, so that without mass the entries of M are whole numbers, and its
-condition number, near .032 n^4 for a beam and .02 n^2 for a plate of constant stiffness
+condition number, near .032 n^4 for a beam and .05 n^2 for a plate of constant stiffness
 that is clamped all around, is a fact rather than the effect of rounding. q = M g + h^4
 p, for the obstacle g and the load p, cancels all but a few digits of M g: it is formed
 in double-double, and rounded once.
