@@ -192,7 +192,8 @@ SUITES = {
     ),
     "stiff": Suite(
         "ill-conditioned, badly scaled and nearly degenerate problems",
-        "beam 100 1000 4000 20000; beam 1000 contrast=100,10000,1000000 load=10; "
+        "beam 100 1000 4000 20000; "
+        "beam 1000 contrast=100,10000,1000000,100000000 load=10; "
         "plate 400 10000; frame 100 1000 4000;"
         "diagonal 50 decades=1,2,4,8,16,50,100,150; near-singular 50 "
         "epsilon=1e-2,1e-4,1e-6,1e-8,1e-10,1e-12;"
