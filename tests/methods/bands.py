@@ -38,18 +38,19 @@ def solution(M: csr_array, b: Sequence[Fraction]) -> list[Fraction]:
 def basic_solution(
     problem: Problem, z: np.ndarray
 ) -> tuple[list[Fraction], list[Fraction]]:
-    """The basic solution of the states of z, and its w, of an M that is sparse; lower
-    bounds are 0 or infinite."""
+    """The basic solution of the states of z, and its w, of an M that is sparse."""
     M, q = csr_array(problem.M), list(map(Fraction, problem.q))
-    basic = np.flatnonzero((z > 0) | np.isinf(problem.box.vectors(problem.n)[0]))
+    lower, upper = problem.box.vectors(problem.n)
     exact = [Fraction(0)] * problem.n
+    for bound in (lower, upper):
+        for i in np.flatnonzero(z == bound):
+            exact[i] = Fraction(float(bound[i]))
+    basic = np.flatnonzero((z != lower) & (z != upper))
+    right = [-a - b for a, b in zip(product(M, exact), q, strict=True)]
     block = csr_array(M[basic][:, basic])
-    for i, value in zip(basic, solution(block, [-q[i] for i in basic]), strict=True):
+    for i, value in zip(basic, solution(block, [right[i] for i in basic]), strict=True):
         exact[i] = value
-    w = [
-        q[i] + sum(value * exact[j] for j, value in _row(M, i).items())
-        for i in range(problem.n)
-    ]
+    w = [a + b for a, b in zip(product(M, exact), q, strict=True)]
     return exact, w
 
 

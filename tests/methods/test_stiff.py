@@ -57,18 +57,30 @@ def test_beams_with_convection_are_solved_to_the_last_digits(method: str) -> Non
     is_solved_to_the_last_digits(problem, method)
 
 
+@pytest.mark.parametrize("method", ["auto", "interior"])
+@pytest.mark.parametrize(("contrast", "load"), [(1.0, 0.5), (1e6, 10.0)])
+def test_beams_between_two_obstacles_are_solved_to_the_last_digits(
+    method: str, contrast: float, load: float
+) -> None:
+    below = make("beam", 150, contrast=contrast, load=load)
+    upper = np.full(150, 1e-3)
+    is_solved_to_the_last_digits(Problem(below.M, below.q, upper=upper), method)
+
+
 def is_solved_to_the_last_digits(problem: Problem, method: str) -> None:
     """Or, by the quick methods for few unknowns, to what rounding of M and q leaves."""
     result = run(problem, method)
     assert result.solved
     z, w = basic_solution(problem, result.z)
-    bounded = np.isfinite(problem.box.vectors(problem.n)[0])
-    active = bounded & (result.z == 0)
-    assert 0 < active.sum() < problem.n
+    lower, upper = problem.box.vectors(problem.n)
+    at_lower, at_upper = result.z == lower, result.z == upper
+    assert 0 < (at_lower | at_upper).sum() < problem.n
     for i in range(problem.n):
-        assert not active[i] or w[i] > 0
-        assert active[i] or w[i] == 0
-        assert active[i] or not bounded[i] or z[i] > 0
+        assert not at_lower[i] or w[i] > 0
+        assert not at_upper[i] or w[i] < 0
+        if not (at_lower[i] or at_upper[i]):
+            assert w[i] == 0
+            assert lower[i] < z[i] < upper[i]
     errors = [abs(float(a - b)) for a, b in zip(map(_exact, result.z), z, strict=True)]
     loss = 1.0 if result.route in (("interior",), ("piqp",)) else stiffness(problem.M)
     assert max(errors) <= 4 * EPS * loss * float(max(map(abs, z)))
