@@ -40,7 +40,7 @@ MOST_REFINEMENTS = 12
 KRYLOV_STEPS, KRYLOV_REDUCTION = 30, 1e-3
 # Of a basic solution: a change that is not refined, relative to the largest component,
 # and of every component, relative to itself.
-SETTLED, LAST_DIGIT = EPS**1.6, EPS / 8
+REFINED, LAST_DIGIT = EPS**1.6, EPS / 8
 # In scaled units: rounding of the entries of a definite M takes its eigenvalues no
 # further below 0.
 SHIFT = 4 * EPS
@@ -210,7 +210,7 @@ class DefiniteSystems:
             w = self.product(z, q)
             sizes = np.abs(z.high)
             if (
-                size <= SETTLED * float(sizes.max())
+                size <= REFINED * float(sizes.max())
                 or (np.abs(change) <= LAST_DIGIT * sizes).all()
             ):
                 return z, np.where(basic, 0.0, w)
