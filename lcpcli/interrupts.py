@@ -34,7 +34,8 @@ class TimeIsUp(Exception):
 
 
 abandoned: list[threading.Thread] = []  # threads of calls that are no longer waited for
-# Threads that keep a value until it is released, by what releases it.
+# Threads that keep a value until it is released, by what releases it; their name.
+OWNER = "owner"
 _owners: dict[threading.Event, threading.Thread] = {}
 # Signals that have asked this run to end, where a context below was open.
 received: list[int] = []
@@ -274,7 +275,8 @@ def _called(call: Callable[[], Any], released: threading.Event | None) -> list[A
             outcome.clear()
             _owners.pop(released, None)
 
-    done, thread = threading.Event(), threading.Thread(target=work, daemon=True)
+    name, done = None if released is None else OWNER, threading.Event()
+    thread = threading.Thread(target=work, name=name, daemon=True)
     try:
         try:
             thread.start()

@@ -154,7 +154,7 @@ class _AccurateSteps(Steps):
             return PrimalDualPoint(DoubleDouble.of(z), s, w)
         s, w = (v + max(0.0, -1.5 * float(v.min())) for v in (s, w))
         lower, upper = p.box.vectors(p.n)
-        s = np.minimum(s + size, (upper - lower)[index])
+        s = np.maximum(np.minimum(s + size, (upper - lower)[index]), self.tiny)
         return PrimalDualPoint(DoubleDouble.of(z), s, w + slack)
 
     def _solution(self, D: Vector) -> Vector:
