@@ -68,7 +68,7 @@ ROOMS = {
     "enumeration": "linalg model rational verify solving",
     "parametric": "linalg model rational verify inspection solving",
     "files": "linalg expressions model games rational",
-    "gallery": "model games",
+    "gallery": "linalg model games",
     "peers": "linalg model",
     "report": (
         "linalg model presolve games rational verify methods inspection solving "

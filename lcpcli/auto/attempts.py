@@ -27,8 +27,15 @@ from lcpcli.basis.free_variables import Reduction
 from lcpcli.clock import imports
 from lcpcli.linalg import factors
 from lcpcli.linalg.krylov import is_semidefinite
-from lcpcli.linalg.matrices import has_no_positive_links, is_sparse, thinned, width
-from lcpcli.linalg.patterns import is_forest
+from lcpcli.linalg.matrices import (
+    has_no_positive_links,
+    is_narrow,
+    is_sparse,
+    thinned,
+    width,
+)
+from lcpcli.linalg.patterns import affordable, is_forest
+from lcpcli.linalg.stiffness import may_be_stiff
 from lcpcli.methods import direct, stages
 from lcpcli.methods.newton import LEAST_INDEX_STEPS, SLOW, dense_route, newton
 from lcpcli.methods.registry import METHODS
@@ -124,6 +131,21 @@ class Structure:
     def reduction(self) -> Reduction | None:
         """Return the problem in bounded variables, if it is kept."""
         return None if self.reduced is None else self.reduced(self.problem)
+
+    @cached_property
+    def is_stiff(self) -> bool:
+        """Return whether M is sparse, and of so many unknowns that its sparse factors
+        cost less, and positive definite, up to rounding of its entries, but no
+        M-matrix, so that it may be ill-conditioned without properties that other
+        methods need; and factors of it are affordable. One tells."""
+        M = self.given.M
+        if not (self.given.n > MOST_UNFILLED and may_be_stiff(M)):
+            return False
+        if not (is_narrow(M) or affordable(M)):
+            return False
+        with imports:
+            from lcpcli.linalg.definite_systems import is_nearly_definite
+        return is_nearly_definite(M)
 
     @cached_property
     def program(self) -> str:
@@ -424,7 +446,7 @@ FIRST = (
             "while it settles fast",
             "the entries of M are near the diagonal, so that its factors cost little",
         ),
-        lambda s: s.is_narrow and not s.program,
+        lambda s: s.is_narrow and not (s.program or s.is_stiff),
         lambda s: stages.limited(newton_while_fast(s), MOST_BAND_STEPS),
     ),
     Row(
@@ -451,8 +473,20 @@ FIRST = (
             "products with M, coarse versions of M, factors",
             "M is large and sparse, of no convex program",
         ),
-        lambda s: s.is_large_and_sparse and not s.program,
-        by("active_set.sparse_route", lambda s: (s.problem, s.x0)),
+        lambda s: (
+            s.is_large_and_sparse and not (s.program or (s.is_narrow and s.is_stiff))
+        ),
+        by("active_set.sparse_route", lambda s: (s.problem, s.x0, lambda: s.is_stiff)),
+    ),
+    Row(
+        *(
+            "interior",
+            "for definite M",
+            "M + M' is positive definite and may be stiff: its positive entries off "
+            "the diagonal are not small",
+        ),
+        lambda s: s.is_stiff,
+        by("interior.of_stiff", lambda s: (s.given,)),
     ),
     Row(
         *(
@@ -475,7 +509,7 @@ FIRST = (
     ),
     Row(
         *("newton", "", "it takes a few steps where M is a P-matrix, or nearly one"),
-        lambda s: not (s.is_no_p_matrix or s.is_large_and_sparse),
+        lambda s: not (s.is_no_p_matrix or s.is_large_and_sparse or s.is_stiff),
         usual_newton,
     ),
     Row(
@@ -568,6 +602,7 @@ LATER = (
         lambda s: (
             not (
                 s.program
+                or s.is_stiff
                 or s.game
                 or _is_first_basic(s)
                 or (s.is_no_p_matrix and s.is_semidefinite)
@@ -583,7 +618,7 @@ LATER = (
             "",
             "M is large and sparse; it takes a few steps where M is a P-matrix",
         ),
-        lambda s: s.is_large_and_sparse and not s.is_no_p_matrix,
+        lambda s: s.is_large_and_sparse and not (s.is_no_p_matrix or s.is_stiff),
         usual_newton,
     ),
     Row(

@@ -286,6 +286,8 @@ def _search(
         ending = yield from turns.take(
             name, stage if last is None else stages.limited(stage, max(left, 1))
         )
+        if isinstance(ending, stages.GivenUp):
+            return ending
         left -= turns.last.evaluations - before.evaluations
         patience = max(least_patience, PATIENCE * turns.last.evaluations)
         if not isinstance(ending, Finished) and is_decided():

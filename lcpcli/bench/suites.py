@@ -192,6 +192,9 @@ SUITES = {
     ),
     "stiff": Suite(
         "ill-conditioned, badly scaled and nearly degenerate problems",
+        "beam 100 1000 4000 20000; "
+        "beam 1000 contrast=100,10000,1000000,100000000 load=10; "
+        "plate 400 10000; frame 100 1000 4000;"
         "diagonal 50 decades=1,2,4,8,16,50,100,150; near-singular 50 "
         "epsilon=1e-2,1e-4,1e-6,1e-8,1e-10,1e-12;"
         "near-degenerate 50 epsilon=1e-2,1e-4,1e-6,1e-8,1e-10,1e-12; ill-scaled "
@@ -200,6 +203,7 @@ SUITES = {
         "journal-bearing 25 100 400 2500;"
         "american-put 25 100 400 3000",
         0.0,
+        methods=("auto", "interior", "newton", "lemke", "fixed-point", "shi"),
     ),
     "extreme": Suite(
         "problems constructed to defeat a method, and problems without a solution",

@@ -67,6 +67,13 @@ american-put | option pricing, one implicit time step | SPD, M | \
 Wilmott, Dewynne and Howison 1993
 contact | rigid bodies with Coulomb friction | copositive | \
 Stewart and Trinkle 1996, random contacts in the plane
+structures:
+beam | beam over an obstacle, stiff: condition near .032 n^4 | SPD | \
+Collatz 1960, fourth differences; Glowinski 1984, chapter II
+plate | plate over an obstacle, stiff: condition near .05 n^2 | SPD | \
+Collatz 1960, differences with 13 points; Glowinski 1984, chapter II
+frame | beam elements over an obstacle, stiff, with free rotations | SPD | \
+Przemieniecki 1968, section 5.6, cubic elements
 rigid_bodies:
 rigid-boxes | a time step of rigid boxes: tower, pyramid, heap, crushed | copositive | \
 Stewart and Trinkle 1996, a time step of boxes in the plane
@@ -134,6 +141,7 @@ RANGES = """
 0 <= entries <= 1000; 0 < most <= 1
 0 <= target <= 1; 0 <= weight <= 1e6; 0 <= penalty <= 2; 1 <= samples <= 1e5
 1 <= masses <= 100; 0 < strength <= 1e6
+1 <= contrast <= 1e9; 0 <= mass <= 1e30
 """  # of the parameters of these names, in all families
 RANGE_OF = {
     text.split()[2]: text for text in RANGES.strip().replace("\n", "; ").split("; ")

@@ -23,6 +23,7 @@ from lcpcli import clock
 from lcpcli.auto.attempts import BRIEF, FIRST, LATER, Row, Structure
 from lcpcli.auto.policy import clearly_refutes, may_gain_by_presolve
 from lcpcli.clock import imports
+from lcpcli.errors import count
 from lcpcli.inspection import theory
 from lcpcli.inspection.verdict import NO, YES, Verdict, classify, weak_row
 from lcpcli.interrupts import TimeIsUp, check, within
@@ -30,6 +31,7 @@ from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import generator, size
 from lcpcli.linalg.patterns import affordable
 from lcpcli.linalg.units import equilibrate
+from lcpcli.methods.definite import MADE_FOR_IT, MOST_TOLD, in_words, stiffness
 from lcpcli.model import changes, views
 from lcpcli.model.changes import composed, relaxed, shifted
 from lcpcli.model.evaluations import Evaluations
@@ -39,6 +41,7 @@ from lcpcli.options import INSPECTION_SECONDS
 from lcpcli.presolve.presolve import Presolved, presolved
 from lcpcli.presolve.system import Refuted
 from lcpcli.typing import Matrix, Vector
+from lcpcli.verify.digits import DOUBLE_DIGITS
 from lcpcli.verify.error_theorems import semidefinite_by_rounding
 from lcpcli.verify.measure import FEW_UNKNOWNS
 
@@ -139,6 +142,9 @@ class Inspection:
         solution; None if presolve changes nothing or time ran out.
     plan : the attempts of `auto`, in order; None if time ran out.
     obvious : the answer, if it is obvious from M and q; else "".
+    stiffness : the condition number of a stiff M + M' in units of its diagonal,
+        estimated; infinite where rounding of the entries of M makes it indefinite; None
+        if M is not stiff.
     """
 
     problem: Problem
@@ -159,6 +165,7 @@ class Inspection:
     best: theory.Rate | None = None
     presolve: Presolved | Refuted | None = None
     plan: list[Attempt] | None = None
+    stiffness: float | None = None
 
     def __repr__(self) -> str:
         return str(views.inspection_text.report(self).render()).rstrip()
@@ -225,6 +232,8 @@ def inspect(
             found.condition = theory.condition(M)
             check()
             found.equilibrated_condition = theory.condition(scaled)
+            check()
+            found.stiffness = stiffness(M)
         check()
         if problem.n and classes["symmetric"].word == YES:
             found.spectrum = theory.eigenvalues(M, definite)
@@ -291,7 +300,9 @@ def _hints(own: Inspection) -> list[str]:
             f"by {after:.1f} after equilibration; use auto, or --scale with shi "
             "and fixed-point"
         )
-    if condition is not None and theory.BAD_CONDITION < condition < math.inf:
+    if own.stiffness is not None:
+        found.append(_on_stiffness(own.stiffness))
+    elif condition is not None and theory.BAD_CONDITION < condition < math.inf:
         digits = f"{min(math.log10(condition), 16.0):.0f}"
         found.append(
             f"ill-conditioned, even after equilibration: about {digits} digits "
@@ -321,6 +332,21 @@ def _hints(own: Inspection) -> list[str]:
             "intended, M is transposed"
         )
     return found
+
+
+def _on_stiffness(condition: float) -> str:
+    """Return what follows from a condition number in units of the diagonal."""
+    digits = math.floor(DOUBLE_DIGITS - math.log10(min(condition, MOST_TOLD)))
+    left = (
+        f"rounding of M and q leaves at least about {count(digits, 'digit')} of z"
+        if digits > 0
+        else "rounding of M and q may leave z no digit"
+    )
+    return (
+        f"stiff: the condition number is {in_words(condition)} in units of the "
+        f"diagonal, and positive entries off it are not small; {left}; "
+        f"{MADE_FOR_IT}, which auto uses, is made for such M"
+    )
 
 
 SAMPLES = 2  # points beside the start

@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 
 from lcpcli.clock import imports
-from lcpcli.interrupts import interruptibly
+from lcpcli.interrupts import Owned, interruptibly, owned
 from lcpcli.linalg import matrices
 from lcpcli.linalg.matrices import (
     column_maxima,
@@ -142,11 +142,27 @@ def sparse_lu(symmetric: bool) -> Callable[[Matrix], Any]:
     return lu
 
 
-def factorized(factorize: Callable[[], Any], entries: int) -> Any:
+class _Factors:
+    """Factors of SuperLU that their thread deletes."""
+
+    def __init__(self, own: Owned) -> None:
+        self._own = own
+
+    def solve(self, b: Vector, trans: str = "N") -> Vector:
+        return np.asarray(self._own.value.solve(b, trans))
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._own.value, name)
+
+
+def factorized(factorize: Callable[[], Any], entries: int, owns: bool = True) -> Any:
     """Return the factors of a sparse matrix with so many entries; raise SingularMatrix
-    for any error of a library."""
+    for any error of a library. owns : whether only the thread that makes them may
+    delete them."""
     try:
-        return interruptibly(factorize) if entries > MOST_QUICK_ENTRIES else factorize()
+        if entries <= MOST_QUICK_ENTRIES:
+            return factorize()
+        return _Factors(owned(factorize)) if owns else interruptibly(factorize)
     except RuntimeError as error:
         raise SingularMatrix from error
 

@@ -562,9 +562,7 @@ def _distilled(A: Matrix, x: Vector, b: Vector) -> Vector:
     entries = np.arange(lengths.max())[:, np.newaxis]
     places = np.minimum(A.indptr[:-1] + entries, A.nnz - 1)
     used = np.where(entries < lengths, A.data[places], 0.0)
-    terms = np.concatenate(
-        (b[np.newaxis], *_split_products(used, x[A.indices[places]]))
-    )
+    terms = np.concatenate((b[np.newaxis], *split_products(used, x[A.indices[places]])))
     sizes = np.abs(terms).sum(axis=0)
     for _ in range(2):
         for low, high in pairwise(terms):  # to their rounded sum, and its error
@@ -583,22 +581,22 @@ def _distilled(A: Matrix, x: Vector, b: Vector) -> Vector:
 def _products(a: Vector, x: Vector) -> tuple[list[float], list[float]]:
     """Return two lists whose i-th entries add up to exactly -a_i x_i."""
     check()
-    terms, errors = _split_products(a, x)
+    terms, errors = split_products(a, x)
     return terms.tolist(), errors.tolist()
 
 
-def _split_products(a: Vector, x: Vector) -> tuple[Vector, Vector]:
+def split_products(a: Vector, x: Vector) -> tuple[Vector, Vector]:
     """Return two arrays whose entries add up to exactly those of -a x."""
     terms = a * x
-    a_high, a_low = _split(a)
-    x_high, x_low = _split(x)
+    a_high, a_low = split(a)
+    x_high, x_low = split(x)
     errors = a_low * x_low - (
         ((terms - a_high * x_high) - a_low * x_high) - a_high * x_low
     )
     return -terms, -errors
 
 
-def _split(v: Vector) -> tuple[Vector, Vector]:
+def split(v: Vector) -> tuple[Vector, Vector]:
     """Return v as the sum of two vectors of 26 bits each."""
     large = SPLITTER * v
     high = large - (large - v)

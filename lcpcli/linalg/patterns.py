@@ -22,7 +22,7 @@ import numpy as np
 from lcpcli.clock import imports
 from lcpcli.interrupts import check
 from lcpcli.linalg.doubles import distinct
-from lcpcli.linalg.matrices import compressed, is_sparse, mirrored
+from lcpcli.linalg.matrices import compressed, is_sparse, mirrored, width
 from lcpcli.typing import Indices, Matrix, Vector
 
 # Up to which factorizing a dense matrix is affordable: seconds, and 200 megabytes.
@@ -69,6 +69,44 @@ def is_forest(M: Matrix) -> bool:
     return bool(edges == n - connected_components(graph, directed=False)[0])
 
 
+def cuthill_mckee(M: Matrix) -> Indices:
+    """Return the unknowns of a sparse M in the reverse Cuthill-McKee order of the graph
+    of M + M'."""
+    with imports:
+        from scipy.sparse.csgraph import reverse_cuthill_mckee
+    symmetric = _symmetric(M)
+    degrees = np.diff(symmetric.indptr)
+    if not degrees.size:
+        return np.asarray(degrees)
+    if degrees.max() <= LONG_ROW:
+        return np.asarray(reverse_cuthill_mckee(symmetric, symmetric_mode=True))
+    # Scipy sorts the neighbours by insertion, which is quick in this order.
+    order = np.argsort(degrees, kind="stable")
+    symmetric = symmetric[order][:, order]
+    symmetric.sort_indices()
+    return np.asarray(order[reverse_cuthill_mckee(symmetric, symmetric_mode=True)])
+
+
+def _width_of(M: Matrix, order: Indices) -> int:
+    """Return the largest distance of an entry from the diagonal in an order."""
+    places = np.empty(order.size, dtype=np.intp)
+    places[order] = np.arange(order.size)
+    owners = np.repeat(places, np.diff(M.indptr))
+    return int(np.abs(owners - places[M.indices]).max(initial=0))
+
+
+def narrow_order(M: Matrix) -> tuple[Indices | None, int]:
+    """Return an order in which the entries of a sparse M are near the diagonal, None if
+    it is the given one, and their largest distance from it."""
+    given = width(M)
+    # No order is narrower than half of the longest row.
+    if 2 * given <= int(np.diff(M.indptr).max(initial=0)):
+        return None, given
+    order = cuthill_mckee(M)
+    found = _width_of(M, order)
+    return (order, found) if found < given else (None, given)
+
+
 class Band:
     """The band of a sparse matrix of shape (n, n) and of its transpose together, in the
     reverse Cuthill-McKee order.
@@ -79,24 +117,8 @@ class Band:
     """
 
     def __init__(self, M: Matrix) -> None:
-        with imports:
-            from scipy.sparse.csgraph import reverse_cuthill_mckee
-        n, symmetric = int(M.shape[0]), _symmetric(M)
-        degrees = np.diff(symmetric.indptr)
-        # Scipy sorts the neighbours by insertion, which is quick in this order.
-        if degrees.max(initial=0) > LONG_ROW:
-            order = np.argsort(degrees, kind="stable")
-            symmetric = symmetric[order][:, order]
-            symmetric.sort_indices()
-        position = (
-            np.argsort(reverse_cuthill_mckee(symmetric, symmetric_mode=True))
-            if n
-            else degrees
-        )
-        entries = symmetric.tocoo()
-        self.width = int(
-            np.abs(position[entries.row] - position[entries.col]).max(initial=0)
-        )
+        n = int(M.shape[0])
+        self.width = _width_of(M, cuthill_mckee(M))
         self.entries = n * (2 * self.width + 1)
         self.operations = 2 * n * self.width * (self.width + 1) + n
 

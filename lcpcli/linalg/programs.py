@@ -204,13 +204,14 @@ def solver(highspy: Any, options: Mapping[str, Any]) -> Any:
 
 
 class Ended(NamedTuple):
-    """How PIQP ended: x, the multipliers of the equations and of the other rows, which
-    are the derivatives of the minimum with respect to their bounds, and its status,
-    `PIQP_SOLVED` if the tolerance is reached."""
+    """How PIQP ended: x, the multipliers of the equations, of the other rows and of the
+    bounds, which are the derivatives of the minimum with respect to these, and its
+    status, `PIQP_SOLVED` if the tolerance is reached."""
 
     x: Vector
     of_equations: Vector
     of_rows: Vector
+    of_bounds: Vector
     status: str
 
 
@@ -266,5 +267,6 @@ def convex_minimum(
         np.array(result.x),
         -np.array(result.y),
         np.array(result.z_l) - np.array(result.z_u),
+        np.array(result.z_bl) - np.array(result.z_bu),
         str(status.name),
     )

@@ -99,6 +99,11 @@ class SuperLU:
             "NATURAL" if order is not None else order_of(M),
         )
 
+    @property
+    def order(self) -> Indices | None:
+        """The places of rows and columns; None before these have been chosen."""
+        return self._order if self._search == "NATURAL" else None
+
     def factorize(self, d: Vector) -> None:
         with imports:
             from scipy.sparse.linalg import splu
@@ -190,7 +195,7 @@ class LDL:
         self._upper.data[self._places] = self.S * (self._diagonal + d)
         again = qdldl.Solver if self._solver is None else self._solver.update
         made = factors.factorized(
-            partial(again, self._upper, upper=True), self._upper.nnz
+            partial(again, self._upper, upper=True), self._upper.nnz, owns=False
         )
         self._solver = self._solver or made
 

@@ -337,9 +337,12 @@ class Factors:
 # Of a diagonal entry over the others of its row, the median: products alone will not
 # suffice.
 WEAK_DOMINANCE = 0.02
+STIFF = "conjugate gradients converge slowly, and M is no M-matrix"
 
 
-def sparse_route(problem: Problem, x0: Vector) -> Stage:
+def sparse_route(
+    problem: Problem, x0: Vector, is_stiff: Callable[[], bool] = lambda: False
+) -> Stage:
     """Solve the problem in units in which M has diagonal 1: by pivoting with inexact
     solves.
 
@@ -353,6 +356,11 @@ def sparse_route(problem: Problem, x0: Vector) -> Stage:
 
     It is meant for sparse positive definite and H-matrices; it may fail for other M,
     and ends as its last part does.
+
+    is_stiff : returns whether `methods.definite` follows, which is made for M that are
+        no M-matrices: then `krylov` alone is tried, which solves them while they are
+        well-conditioned, and gives up after some 60 products, 1 % of the time that
+        follows.
     """
     diagonal = problem.M.diagonal()
     if not diagonal.min() > 0:
@@ -360,10 +368,13 @@ def sparse_route(problem: Problem, x0: Vector) -> Stage:
     symmetric = is_symmetric(problem.M)
     C = 1 / np.sqrt(diagonal) if symmetric else equilibrate(problem.M, problem.q)[1]
     units = in_units(problem, C if symmetric else 1 / (diagonal * C), C)
-    return (yield from stages.changed(units, x0, partial(_parts, symmetric=symmetric)))
+    parts = partial(_parts, symmetric=symmetric, is_stiff=is_stiff)
+    return (yield from stages.changed(units, x0, parts))
 
 
-def _parts(problem: Problem, x: Vector, symmetric: bool) -> Stage:
+def _parts(
+    problem: Problem, x: Vector, symmetric: bool, is_stiff: Callable[[], bool]
+) -> Stage:
     turns, M = Turns(x), problem.M
     # No positive entry off the diagonal, which is 1.
     is_z_matrix = np.count_nonzero(M.data > 0) == M.shape[0]
@@ -371,6 +382,8 @@ def _parts(problem: Problem, x: Vector, symmetric: bool) -> Stage:
         ending = yield from turns.take("krylov", krylov(problem, x, symmetric))
         if isinstance(ending, Stalled | Finished):
             return ending
+        if is_stiff():
+            return Breakdown(STIFF)
     ending = yield from turns.take("multilevel", multilevel(problem, symmetric))
     if isinstance(ending, Breakdown):
         z = problem.box.z_of(turns.last.x)

@@ -18,6 +18,7 @@ from lcpcli.linalg.factors import SingularMatrix
 from lcpcli.linalg.matrices import compressed
 from lcpcli.linalg.programs import convex_minimum
 from lcpcli.linalg.shifted_systems import operations, systems
+from lcpcli.linalg.stiffness import may_be_stiff
 from lcpcli.methods.direct import as_sparse
 from lcpcli.methods.interior import (
     CLOSE_MERIT,
@@ -27,7 +28,8 @@ from lcpcli.methods.interior import (
     PROXIMAL_SHIFT,
     Run,
 )
-from lcpcli.methods.stages import Breakdown, Stage
+from lcpcli.methods.interior_steps import slack_form
+from lcpcli.methods.stages import Breakdown, Finished, Stage, Stalled
 from lcpcli.model.problem import Problem, conditions_of
 from lcpcli.typing import Indices, Mask, Matrix, Vector
 
@@ -43,6 +45,9 @@ INFINITE = 1e30  # to PIQP, and what is larger
 MOST_STEPS = 60  # of PIQP: about twice as many as it usually takes
 # Of linear programs, for which the simplex method is the other choice.
 MOST_LINEAR_STEPS = 40
+# Of a definite M in units of its diagonal: beyond, the states of PIQP's minimizer are
+# wrong for 36 of 59 beams and frames, below for 4 of 57.
+MOST_CONDITION = 5e12
 # Of a factorization: PIQP, which cannot be interrupted, then ends in a few tenths of a
 # second.
 MOST_OPERATIONS = 6e7
@@ -59,6 +64,8 @@ def convex_program(problem: Problem, most_steps: int | None = None) -> Stage:
     """
     problem = as_sparse(problem, compressed(problem.M))
     S = problem.signs
+    if S is not None and (S > 0).all() and may_be_stiff(problem.M):
+        return (yield from _bounded(problem))
     if S is None or not (S < 0).any() or problem.M.diagonal().min() < 0:
         return Breakdown("the problem is not that of a convex program")
     try:
@@ -83,6 +90,46 @@ def convex_program(problem: Problem, most_steps: int | None = None) -> Stage:
     for shift in (LARGER_SHIFT, PROXIMAL_SHIFT):
         ending = yield from run.at_point(x, EXCHANGE_ROUNDS, FAR_RESIDUAL, z, shift)
     return ending
+
+
+def _bounded(problem: Problem) -> Stage:
+    """Yield the basic solution of the states of PIQP's minimizer within bounds, for a
+    definite M, if no sign is wrong after a few exchanges.
+
+    Only then: other basic solutions of a stiff M may meet the tolerance as well, with
+    wrong states. PIQP is several times as fast as `definite`, which follows where its
+    residuals, in doubles, do not tell the states."""
+    with imports:
+        from lcpcli.linalg.definite_systems import condition
+        from lcpcli.methods.definite import Exchanges
+    try:
+        within = slack_form(problem, "diagonal")
+        inner = within.problem
+        if condition(inner.M) > MOST_CONDITION:
+            return Breakdown("PIQP's residuals, in doubles, do not tell the states")
+        exchanges = Exchanges(within)
+        Q, n = csc_matrix(inner.M), inner.n
+        empty, none = csc_matrix((0, n)), np.zeros(0)
+        ended = convex_minimum(
+            Q,
+            inner.q,
+            (empty, none),
+            (empty, none, none),
+            inner.box.vectors(n),
+            TOLERANCE,
+            MOST_STEPS,
+            MOST_GAP,
+        )
+        if ended.status != "PIQP_SOLVED":
+            return Breakdown("PIQP found no minimum")
+        x = (ended.x - ended.of_bounds) / 2
+        for found in exchanges.from_states(inner.box.basis_of(x)):
+            if found.signs_final:
+                yield found
+                return Finished()
+    except (ProblemError, SingularMatrix):
+        return Breakdown("no factorization succeeded")
+    return Stalled("the states of PIQP's minimizer are not those of the solution")
 
 
 def _most_operations(M: Matrix, is_row: Mask) -> float:

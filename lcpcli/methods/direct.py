@@ -26,6 +26,7 @@ from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import ROUNDED_ZERO, ROW_ROUNDING, row_sizes
 from lcpcli.linalg.factors import each_product, principal_inverses
 from lcpcli.linalg.matrices import TINY_TERMS, is_narrow, is_sparse, row_errors
+from lcpcli.linalg.stiffness import may_be_stiff
 from lcpcli.model.box import BASIC, Box
 from lcpcli.model.problem import Problem
 from lcpcli.model.program import Program
@@ -192,19 +193,25 @@ def as_sparse(problem: Problem, M: Matrix) -> Problem:
 
 
 def may_be_program(problem: Problem) -> bool:
-    """Return whether PIQP is installed and comes before other methods: for sparse M, or
-    of a program, with zeros on the diagonal, as constraints have them, and so many
-    unknowns that it takes less time than pivoting."""
+    """Return whether PIQP is installed and comes before other methods, for so many
+    unknowns that it takes less time than pivoting: for sparse M, or of a program, with
+    zeros on the diagonal, as constraints have them, or for a band that may be stiff."""
+    M = problem.M
     if problem.n < FEWEST_FOR_PIQP:
-        return False
-    if isinstance(problem.origin, Program):
-        if problem.n == problem.origin.variables:  # no constraints but bounds
-            return False
-    elif not is_sparse(problem.M):
         return False
     with imports:
         from lcpcli.linalg.programs import has_piqp
-    return has_piqp() and not problem.M.diagonal().all()
+    if not is_sparse(M) and not isinstance(problem.origin, Program):
+        return False
+    if not has_piqp():
+        return False
+    if not M.diagonal().all():
+        # There may be no constraints but bounds.
+        return not (
+            isinstance(problem.origin, Program)
+            and problem.n == problem.origin.variables
+        )
+    return is_sparse(M) and is_narrow(M) and may_be_stiff(M)
 
 
 def stored(M: Matrix) -> Matrix:

@@ -27,6 +27,7 @@ from lcpcli.linalg.doubles import EPS, ROUNDING, largest
 from lcpcli.linalg.factors import SingularMatrix
 from lcpcli.linalg.matrices import is_sparse, multiplier, plus_diagonal, principal
 from lcpcli.linalg.shifted_systems import systems
+from lcpcli.methods.definite import definite
 from lcpcli.methods.direct import MOST_AS_DENSE
 from lcpcli.methods.interior_steps import (
     AccurateSystems,
@@ -40,11 +41,13 @@ from lcpcli.methods.stages import (
     Breakdown,
     Ending,
     Finished,
+    GivenUp,
     Iterate,
     NoSolution,
     Stage,
     Stalled,
     Tried,
+    Turns,
 )
 from lcpcli.model.box import BASIC, of_masks
 from lcpcli.model.problem import Problem
@@ -138,14 +141,36 @@ def interior(
 
     It is meant for M + M' positive semidefinite and then takes some tens of steps, each
     with one factorization of M + D, D a positive diagonal. For other M, and where
-    rounding is too large for it, it may stall.
+    rounding is too large for it, it may stall. A sparse M that is positive definite has
+    steps in twice the precision, without a regularization (`methods.definite`): it may
+    be stiff.
 
     Yields the complementary points nearest to z and w, with mu, the step length and rho
     as step; and the basic solutions of active sets, with step "finish". NoSolution with
     a Farkas vector y, from a diverging z; Breakdown or Stalled if no attempt reaches
     the solution.
     """
-    return (yield from attempts(problem, ATTEMPTS, start_slack, regularization))
+    turns = Turns(np.zeros(problem.n))
+    if is_sparse(problem.M) and problem.M.diagonal().min(initial=1.0) > 0:
+        ending = yield from turns.take("", definite(problem, start_slack))
+        if isinstance(ending, Finished):
+            return ending
+    stage = attempts(problem, ATTEMPTS, start_slack, regularization)
+    return (yield from turns.take("", stage))
+
+
+def of_stiff(problem: Problem) -> Stage:
+    """Do what `interior` does for an M that is positive definite up to rounding; if
+    that fails, no other method does better on a large problem, and all take long."""
+    turns = Turns(np.zeros(problem.n))
+    first = yield from turns.take("", definite(problem))
+    if isinstance(first, Finished):
+        return first
+    ending = yield from turns.take("", attempts(problem, ATTEMPTS))
+    is_large = problem.n > MOST_AS_DENSE
+    if is_large and isinstance(ending, Stalled | Breakdown):
+        return GivenUp(getattr(first, "reason", ""))
+    return ending
 
 
 def attempts(
@@ -196,7 +221,7 @@ class Run:
     def __init__(self, problem: Problem, by_units: bool = False) -> None:
         self._given, self.within, self._count = (
             problem,
-            slack_form(problem, by_units),
+            slack_form(problem, "units" if by_units else "ruiz"),
             0,
         )
         self._is_solved = False  # by the last basic solution

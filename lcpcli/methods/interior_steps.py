@@ -19,9 +19,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any, Literal
 
 import numpy as np
 
+from lcpcli.clock import imports
 from lcpcli.linalg import matrices
 from lcpcli.linalg.factors import SingularMatrix, Solve
 from lcpcli.linalg.krylov import gmres
@@ -80,14 +82,16 @@ class SlackForm(Change):
 
 
 @np.errstate(over="ignore", under="ignore", invalid="ignore")
-def slack_form(problem: Problem, by_units: bool = False) -> SlackForm:
+def slack_form(
+    problem: Problem, scaling: Literal["ruiz", "units", "diagonal"] = "ruiz"
+) -> SlackForm:
     """Scale symmetrically: D M D has largest entries of about 1 in rows and columns (D.
     Ruiz, A scaling algorithm to equilibrate both rows and columns norms in matrices,
     RAL-TR-2001-034); q and the bounds are divided by the largest.
 
-    by_units : whether D are the units by which solutions are verified, which takes no
-        time of its own; for S M symmetric, where they are the same for rows and
-        columns.
+    scaling : "units" for the D by which solutions are verified, which takes no time of
+        its own; for S M symmetric, where they are the same for rows and columns.
+        "diagonal" for a D M D whose diagonal, which is positive, is about 1.
     """
     given = conditions_of(problem)
     kept = np.flatnonzero(given.lower < given.upper)
@@ -96,12 +100,14 @@ def slack_form(problem: Problem, by_units: bool = False) -> SlackForm:
         fixed = np.where(lower == upper, lower, 0.0)
         q, M = (problem.q + M @ fixed)[kept], matrices.principal(M, kept)
         lower, upper = lower[kept], upper[kept]
-    has_units = by_units and problem.signs is not None
-    d = (
-        problem.units.diagonals()[0][kept]
-        if has_units
-        else _ruiz(M, problem.signs is not None)
-    )
+    if scaling == "diagonal":
+        with imports:
+            from lcpcli.linalg.definite_systems import diagonal_units
+        d = diagonal_units(M)
+    elif scaling == "units" and problem.signs is not None:
+        d = problem.units.diagonals()[0][kept]
+    else:
+        d = _ruiz(M, problem.signs is not None)
     M = matrices.scaled(M, d, d)
     q, lower, upper = q * d, lower / d, upper / d
     finite = [v[np.isfinite(v)] for v in (lower, upper)]
@@ -309,11 +315,11 @@ MU_ACCURACY, AIM_ACCURACY = 0.1, 100.0
 
 @dataclass(frozen=True, eq=False)
 class PrimalDualPoint:
-    """z of shape (n,); slacks s and multipliers w of the finite bounds, first the lower
-    ones, all positive. It may also be a direction, the change of a point in a step of
-    length 1."""
+    """z of shape (n,), or in double-double; slacks s and multipliers w of the finite
+    bounds, first the lower ones, all positive. It may also be a direction, the change
+    of a point in a step of length 1."""
 
-    z: Vector
+    z: Any
     s: Vector
     w: Vector
 
@@ -321,7 +327,11 @@ class PrimalDualPoint:
 class Steps:
     """The steps on one scaled problem. pairs : the number of its finite bounds."""
 
-    def __init__(self, within: SlackForm, systems: AccurateSystems) -> None:
+    # Up to which steps are computed; one that long is cut to 1.
+    most_length = most_share = 1.0
+    tiny = TINY
+
+    def __init__(self, within: SlackForm, systems: Any) -> None:
         self.problem, self._systems, self._times = (
             within.problem,
             systems,
@@ -399,13 +409,8 @@ class Steps:
             multipliers absorb in part, hardly counts beside the mu that is aimed at."""
             change = products / at.s
             b = self._spread(self._sign * (change - ratio * primal)) - dual
-            z, left = self._systems.solve(
-                b,
-                max(
-                    SYSTEM_ACCURACY * largest, min(MU_ACCURACY * mu, AIM_ACCURACY * aim)
-                ),
-            )
-            ds = self._sign * z[self._index] + primal
+            z, left = self._systems.solve(b, self._accuracy(largest, mu, aim))
+            ds = self._sign * self._at_bounds(z) + primal
             change -= ratio * ds
             change += absorbing * left[self._index]
             return PrimalDualPoint(z, ds, change)
@@ -413,14 +418,14 @@ class Steps:
         affine = direction(mu, -at.s * at.w)
         if not pairs:
             return self._moved(at, affine, 1.0), 1.0, affine
-        length = longest(at, affine)
+        length = min(self._longest(at, affine), 1.0)
         after = float((at.s + length * affine.s) @ (at.w + length * affine.w)) / pairs
         sigma = max(min(max(after, 0.0) / mu, 1.0) ** 3, LEAST_SIGMA)
         target = sigma * mu
         # By Mehrotra's direction, and then Gondzio's corrections.
         wanted = target - at.s * at.w - affine.s * affine.w
         found = direction(target, wanted)
-        step = longest(at, found)
+        step = self._longest(at, found)
         for _ in range(CORRECTORS):
             if step > GOOD_LENGTH:
                 break
@@ -432,27 +437,50 @@ class Steps:
             )
             more = wanted + np.maximum(correction, -PRODUCT_SPREAD * target)
             other = direction(target, more)
-            if longest(at, other) < step + WORTH_GAIN:
+            if self._longest(at, other) < step + WORTH_GAIN:
                 break
-            found, step, wanted = other, longest(at, other), more
+            found, step, wanted = other, self._longest(at, other), more
         if step < SHORT_LENGTH and step < 0.5 * length:
             target = max(sigma, SAFE_SIGMA) * mu
             central = direction(target, target - at.s * at.w)
-            if longest(at, central) > step:
-                found, step = central, longest(at, central)
-        step = min(1.0, max(BOUNDARY_SHARE, 1.0 - mu) * step) if step < 1.0 else 1.0
+            if self._longest(at, central) > step:
+                found, step = central, self._longest(at, central)
+        if step < self.most_length:
+            share = min(max(BOUNDARY_SHARE, 1.0 - mu), self.most_share)
+            step = min(1.0, share * step)
+        else:
+            step = 1.0
         return self._moved(at, found, step), step, found
 
     def _moved(
         self, at: PrimalDualPoint, along: PrimalDualPoint, step: float
     ) -> PrimalDualPoint:
         s, w = (
-            np.maximum(v + step * d, TINY)
+            np.maximum(v + step * d, self.tiny)
             for v, d in ((at.s, along.s), (at.w, along.w))
         )
         if not (np.isfinite(s).all() and np.isfinite(w).all()):
             raise SingularMatrix
         return PrimalDualPoint(at.z + step * along.z, s, w)
+
+    def _accuracy(self, infeasibility: float, mu: float, aim: float) -> float:
+        """Return the residual that a system for a direction may leave."""
+        return max(
+            SYSTEM_ACCURACY * infeasibility, min(MU_ACCURACY * mu, AIM_ACCURACY * aim)
+        )
+
+    def _at_bounds(self, z: Any) -> Vector:
+        """Return for each bound the component of z that it is of."""
+        return np.asarray(z[self._index])
+
+    def _longest(self, at: PrimalDualPoint, along: PrimalDualPoint) -> float:
+        """Return the longest step, at most `most_length`, that keeps s and w
+        nonnegative."""
+        fastest = min(
+            float((d / v).min(initial=-1.0 / self.most_length))
+            for v, d in ((at.s, along.s), (at.w, along.w))
+        )
+        return -1.0 / fastest
 
     def _spread(self, values: Vector) -> Vector:
         """Return the sum, for each variable, of values that belong to its bounds."""
@@ -470,11 +498,3 @@ class Steps:
         other[low], other[high] = ratio[high], ratio[low]
         nearer = (ratio > other) | ((ratio == other) & (self._sign > 0))
         return np.where((ratio > 1.0) & nearer, -self._sign, 0.0)
-
-
-def longest(at: PrimalDualPoint, along: PrimalDualPoint) -> float:
-    """Return the longest step, at most 1, that keeps s and w nonnegative."""
-    fastest = min(
-        float((d / v).min(initial=-1.0)) for v, d in ((at.s, along.s), (at.w, along.w))
-    )
-    return -1.0 / fastest

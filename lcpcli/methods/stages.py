@@ -89,6 +89,11 @@ class Undecided(Stalled):
     works on the problem as given."""
 
 
+class GivenUp(Stalled):
+    """The method is made for problems like this one, and has failed: other methods
+    would only take time."""
+
+
 class OutOfTime(_Ended):
     """The method has used up the time that it was given; the reason says what is left
     undecided."""

@@ -32,7 +32,7 @@ KEYS = (
     "singular smallest_eigenvalue largest_eigenvalue eigenvalues_estimated "
     "bytes bandwidth factor_entries "
     "factor_operations fixed_point fixed_point_best p smoothing_error methods "
-    "presolve plan obvious hints"
+    "presolve plan obvious stiffness hints"
 )
 NONLINEAR_KEYS = (
     "problem n names bounds linear equations nonlinear_rows operators "
@@ -361,6 +361,7 @@ def _record(found: Inspection | NonlinearInspection) -> dict[str, Any]:
             if found.plan is None
             else [attempt._asdict() for attempt in found.plan],
             "obvious": found.obvious or None,
+            "stiffness": found.stiffness,
         }
     return result_formats.record(KEYS if is_linear else NONLINEAR_KEYS, found, own)
 

@@ -235,10 +235,12 @@ def solved_as_program(session: Session) -> Result | None:
             ):
                 stopwatch.count("solve")
                 steps, z = steps + 1, box.z_of(step.x)
-                rounded = without_rounding(
-                    z, np.exp2(-session.problem.units.columns), ELIMINATED_ZERO
-                )
-                points = [session.point(each) for each in (box.project(rounded), z)]
+                points = [session.point(z)]
+                if step.basis is None:  # else z is right to its last digits
+                    rounded = without_rounding(
+                        z, np.exp2(-session.problem.units.columns), ELIMINATED_ZERO
+                    )
+                    points.insert(0, session.point(box.project(rounded)))
                 found = None
                 if step.signs_final:
                     found = accepted(session.problem, points, limits.tol, BY_CRITERION)

@@ -14,11 +14,12 @@ import numpy as np
 from lcpcli.clock import Stopwatch, imports
 from lcpcli.errors import count
 from lcpcli.interrupts import TimeIsUp, remaining
+from lcpcli.linalg.stiffness import may_be_stiff
 from lcpcli.methods import stages
 from lcpcli.methods.registry import declared
 from lcpcli.methods.stages import Ending, Iterate, Stage
 from lcpcli.model.box import LARGEST_X, in_range
-from lcpcli.options import Limits
+from lcpcli.options import DEFAULTS, Limits
 from lcpcli.solving.result import Result, Status
 from lcpcli.typing import States, Vector
 from lcpcli.verify.acceptance import (
@@ -51,9 +52,21 @@ BY_CALLBACK = "by the callback"
 EXTRA_ITERATIONS = 3
 # Times the first bound on the residual, beyond which the run has diverged.
 GROWTH_LIMIT = 1e100
+# Evaluations times unknowns, and some more, and iterations, from which on a method that
+# is not made for stiff problems is ended if it gains nothing: some seconds.
+MUCH_WORK, OVERHEAD, FEWEST_SLOW = 2e6, 500, 1024
+GAINED_NOTHING = "the residual has not lost a digit in the last {} iterations"
 FINISHED = (
     "the equation of the method is solved up to rounding, but z does not solve the "
     "problem"
+)
+# Statuses of runs that tell why they have failed, where M is stiff.
+FAILED = (
+    Status.ITERATION_LIMIT,
+    Status.STALLED,
+    Status.BREAKDOWN,
+    Status.DIVERGED,
+    Status.RAY,
 )
 STATUS_OF_CERTIFICATE = {
     "farkas": Status.INFEASIBLE,
@@ -91,6 +104,7 @@ class Loop:
     evaluations: int = 0
     extra: int = 0
     best_bound: float = math.inf
+    bound_before: float = math.inf
     first_bound: float = math.inf
     last_by: str = ""
     best_by: str = ""
@@ -229,7 +243,30 @@ class Loop:
                 return Status.DIVERGED, ""
         if self.k >= self.limits.max_iterations:
             return Status.ITERATION_LIMIT, ""
+        work = self.evaluations * (self.problem.n + OVERHEAD)
+        if self.k & (self.k - 1) == 0 and work >= MUCH_WORK:
+            slow, self.bound_before = self._is_too_slow(), self.best_bound
+            if slow:
+                return Status.STALLED, GAINED_NOTHING.format(self.k // 2)
         return (Status.TIME_LIMIT, "") if self._time_is_up() else None
+
+    def _is_too_slow(self) -> bool:
+        """Return whether a published method has gained no digit since it had made half
+        as many iterations, on a stiff problem that it is not made for; the user, who
+        sets another limit, knows better."""
+        if (
+            self.k < FEWEST_SLOW
+            or self.limits.max_iterations != DEFAULTS.max_iterations
+            or not self.best_bound > 0.1 * self.bound_before
+            or not may_be_stiff(self.problem.M)
+        ):
+            return False
+        return bool(self._explanation())
+
+    def _explanation(self) -> str:
+        with imports:
+            from lcpcli.solving.stiffness import explanation
+        return explanation(self.problem, self.method)
 
     def _ended(self, ending: Ending) -> tuple[Status, str]:
         """Return the status and the reason when the method itself ends: those that a
@@ -328,6 +365,8 @@ class Loop:
         however the run ended: by the relative residual, or by exact arithmetic where z
         is as close to the solution as doubles allow."""
         point, reason, status = self._verified(status, reason)
+        if status in FAILED and may_be_stiff(self.problem.M):
+            reason = "; ".join(filter(None, (reason, self._explanation())))
         self.stopwatch.count("verify")
         late = self.stopwatch.total - self.limits.time_limit
         if status is Status.TIME_LIMIT and late > TOLD:

@@ -21,6 +21,7 @@ z*_B and w*_N are right within these bounds, z* solves the problem.
 from __future__ import annotations
 
 from contextlib import suppress
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -35,10 +36,14 @@ from lcpcli.linalg.matrices import (
     is_sparse,
     product,
 )
+from lcpcli.linalg.stiffness import may_be_stiff
 from lcpcli.model.box import BASIC, LOWER, UPPER
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Mask, Matrix, Vector
 from lcpcli.verify.measure import FEW_UNKNOWNS
+
+if TYPE_CHECKING:
+    from lcpcli.verify.definite_enclosure import Enclosed
 
 # Equations, and their square times the unknowns: a second or so.
 LARGEST_ENCLOSED, MOST_WORK = 1000, 2e9
@@ -142,6 +147,12 @@ def distances(
         without positive entries off its diagonal.
     largest : how large the distances may be.
     """
+    if may_be_stiff(problem.M) and not rounding:
+        with imports:
+            from lcpcli.verify.definite_enclosure import enclosed
+        found = enclosed(problem, problem.box.basis_at(z))
+        if found is not None:
+            return _distances_from(problem, z, largest, found)
     basis, M = problem.box.basis_at(z), problem.M
     B, change = (basis == BASIC).nonzero()[0], np.zeros(problem.n)
     w = -accurate_residual(M, z, -problem.q)
@@ -189,6 +200,48 @@ def distances(
     ):
         return change, ""
     return change, SIGNS.format(int(wrong.argmax()) + 1)
+
+
+def is_stable(problem: Problem, z: Vector) -> bool:
+    """Return whether there is a solution for all entries of M and q that differ by
+    their rounding from those of a problem with an exact solution near z. A proof of the
+    contrary would be one for other entries that differ by up to n EPS."""
+    if is_surely_definite(problem):
+        return True
+    return not fault(problem, z, np.inf, problem.n * EPS)
+
+
+def is_surely_definite(problem: Problem) -> bool:
+    """Return whether M + M' of a narrow band is shown to be positive definite, also for
+    other entries that are rounded to those of M: then there is a solution for all of
+    them."""
+    if not may_be_stiff(problem.M):
+        return False
+    with imports:
+        from lcpcli.verify.definite_enclosure import is_definite
+    return is_definite(problem, EPS)
+
+
+def _distances_from(
+    problem: Problem, z: Vector, largest: Vector | float, found: Enclosed
+) -> tuple[Vector, str]:
+    """Return what `distances` does, for the enclosed basic solution of the states of
+    z."""
+    box, basis = problem.box, problem.box.basis_at(z)
+    moved = np.abs((found.z - z).high) * (1 + EPS) + found.z_error
+    if (moved > largest).any():
+        return moved, WIDE
+    low, high = (np.where(np.isfinite(v), v, 0.0) for v in box.vectors(problem.n))
+    has_low, has_high = (np.isfinite(v) for v in box.vectors(problem.n))
+    basic = basis == BASIC
+    wrong = np.where(basis == LOWER, found.w < found.w_error, False)
+    wrong |= (basis == UPPER) & (-found.w < found.w_error)
+    wrong &= ~box.fixed
+    # Of sums of two doubles
+    error = 2 * found.z_error + EPS**1.9 * np.abs(z)
+    wrong |= basic & has_low & ~((found.z - low).high > error)
+    wrong |= basic & has_high & ~((found.z - high).high < -error)
+    return moved, SIGNS.format(int(wrong.argmax()) + 1) if wrong.any() else ""
 
 
 def _repeat(problem: Problem, z: Vector, rows: Mask, others: Indices) -> bool:

@@ -21,11 +21,13 @@ from typing import NamedTuple
 import numpy as np
 
 from lcpcli.basis.exchanges import BasicSolutions
+from lcpcli.clock import imports
 from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import EPS, ROUNDING, SMALLEST_NORMAL, distinct
 from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix
 from lcpcli.linalg.matrices import accurate_residual
 from lcpcli.linalg.programs import minimized
+from lcpcli.linalg.stiffness import may_be_stiff
 from lcpcli.linalg.units import equilibrate
 from lcpcli.model import changes
 from lcpcli.model.box import BASIC, LOWER, UPPER
@@ -248,6 +250,13 @@ def refined(problem: Problem, z: Vector, basis: States | None = None) -> Vector:
     better, active = problem.box.nonbasic(basis), np.flatnonzero(basis == BASIC)
     if not active.size:
         return better
+    if may_be_stiff(problem.M):
+        # Which doubles alone may not refine
+        with imports:
+            from lcpcli.verify.definite_enclosure import basic_solution
+        found = basic_solution(problem, basis)
+        if found is not None:
+            return found
     solver, b = PrincipalSolver(within.M), -within.q[active]
     b = (
         accurate_residual(within.M[active], units.z_inside(better), b)

@@ -16,7 +16,6 @@ the data before they were rounded, the doubles do not tell.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from itertools import chain
@@ -99,10 +98,8 @@ def nearby(problem: Problem, z: Vector, tol: float) -> Nearby | None:
         near = refined(problem, z, problem.box.basis_at(z))
         fault = enclosure.fault(problem, near, tol)
         if not fault:
-            # A proof but for rounding would be one for other entries that differ by up
-            # to n EPS.
-            other = enclosure.fault(problem, near, math.inf, problem.n * EPS)
-            return Nearby(near, reason=ENCLOSED, is_stable=not other)
+            is_stable = enclosure.is_stable(problem, near)
+            return Nearby(near, reason=ENCLOSED, is_stable=is_stable)
     is_rounded = is_rounded_solution(problem, z, Effort(EFFORT))
     if is_rounded:
         return Nearby(z)

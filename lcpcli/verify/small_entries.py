@@ -150,8 +150,8 @@ def solution_beside(point: Point) -> Beside | None:
             continue
         found = _compared(point, clean, *proved, comparison)
         if found is not None and distances is None:
-            fault = enclosure.fault(problem, found.z, np.inf, problem.n * EPS)
-            found = found._replace(is_stable=not fault)
+            is_stable = enclosure.is_stable(problem, found.z)
+            found = found._replace(is_stable=is_stable)
         return found
     return None
 

@@ -1,7 +1,8 @@
-"""What a bench says of accuracy beyond its own tables: accuracy.py RECORD.json, a file
-written by lcp bench -o
+"""What a bench says of accuracy beyond its own tables: accuracy.py RECORD.json
+[FIGURE.svg], a record that lcp bench -o has written
 
-Tables: how far each solver gets as the problems of `lcp bench stiff` and `extreme`
+Tables: error and time on stiff structures against their condition number, as in the
+figure; how far each solver gets as the problems of `lcp bench stiff` and `extreme`
 become stiffer; the times to an error of 1e-6; how often each method is first to reach
 an error; and the convergence factors of fixed-point, measured and from theory.
 """
@@ -9,21 +10,23 @@ an error; and the convergence factors of fixed-point, measured and from theory.
 from __future__ import annotations
 
 import math
+import statistics
 import sys
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from fractions import Fraction
 from itertools import groupby, product
+from operator import itemgetter
 from typing import NamedTuple
 
 import numpy as np
 
 from lcpcli.bench import record as records
-from lcpcli.bench.record import BenchRecord
+from lcpcli.bench.record import BenchRecord, Measurement
 from lcpcli.bench.report import sheet
 from lcpcli.bench.suites import Case, prepare
 from lcpcli.errors import count
-from lcpcli.linalg import matrices
+from lcpcli.linalg import definite_systems, matrices
 from lcpcli.linalg.doubles import EPS, ROW_ROUNDING
 from lcpcli.linalg.factors import finite, well_conditioned_inverse
 from lcpcli.model.box import BASIC
@@ -36,6 +39,7 @@ from lcpcli.report.document import Document, Section, typeset
 from lcpcli.report.wording import LEVELS
 from lcpcli.typing import Indices, Matrix, Vector
 
+STRUCTURES = {"beam", "plate", "frame"}  # families of the gallery
 # The suites whose families are in order of stiffness.
 ORDERED = {"stiff", "extreme", "all"}
 NO_ENTRY = "-"
@@ -199,6 +203,80 @@ def _inverse(problem: Problem, P: Indices) -> Matrix | None:
         if inverse is None
         else np.abs(units.C[P, np.newaxis] * inverse * units.R[P])
     )
+
+
+def structures(record: BenchRecord) -> Section:
+    """Return a row per stiff structure, in order of its condition number: what remains
+    of the solution by each solver, and in which time."""
+    header = ["problem", "condition", *record.solvers]
+    rows = [
+        [
+            name,
+            wording.short(size),
+            *(_remains(own.get(each)) for each in record.solvers),
+        ]
+        for name, size, own in _structures(record)
+    ]
+    notes = [
+        "condition: of M in units of its diagonal, estimated. Of each solver: the "
+        "error relative to the largest component of the solution, which is known to "
+        "its last digits, and the time; or how the run ended."
+    ]
+    return sheet("Error against condition", header, [rows], *notes)
+
+
+def _structures(
+    record: BenchRecord,
+) -> list[tuple[str, float, dict[str, tuple[Measurement, float]]]]:
+    """Return the name, the condition number, and by solver the measurement and the
+    relative error of each structure, in order of the condition number."""
+    found = []
+    for each in record.cases:
+        if each.family not in STRUCTURES:
+            continue
+        problem = prepare(each)
+        own = {
+            row.solver: (row, row.error / problem.size_of_solutions)
+            for row in record.measurements
+            if row.problem == each.name and row.error is not None
+        }
+        found.append((each.name, definite_systems.condition(problem.M), own))
+    return sorted(found, key=itemgetter(1))
+
+
+def _remains(row: tuple[Measurement, float] | None) -> str:
+    if row is None:
+        return NO_ENTRY
+    measured, error = row
+    seconds = statistics.median(measured.seconds)
+    return (
+        f"{wording.short(error, EPS)} in {wording.duration(seconds)}"
+        if measured.success
+        else measured.status.replace("_", " ")
+    )
+
+
+def draw(record: BenchRecord, path: str) -> None:
+    """Draw the errors of all runs on stiff structures against the condition number, and
+    eps times that: what rounding of the data alone does."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(6.0, 4.0), layout="constrained")
+    axes = figure.add_subplot()
+    found = [each for each in _structures(record) if math.isfinite(each[1]) and each[2]]
+    for solver in record.solvers:
+        points = [
+            (size, max(own[solver][1], EPS)) for _, size, own in found if solver in own
+        ]
+        axes.loglog(*zip(*points, strict=True), "o-", label=solver, markersize=4)
+    sizes = [size for _, size, _ in found]
+    axes.loglog(
+        sizes, [min(EPS * size, 1.0) for size in sizes], "k:", label="eps * condition"
+    )
+    axes.set_xlabel("condition number of M, in units of its diagonal")
+    axes.set_ylabel("relative error")
+    axes.legend()
+    figure.savefig(path)
 
 
 def stability(record: BenchRecord) -> Section:
@@ -413,15 +491,14 @@ def empirical_rate(
     return math.exp(slope)
 
 
-def main(path: str) -> None:
+def main(path: str, figure: str = "") -> None:
     record = records.read(path)
-    tables = [
-        own
-        for own in (stability(record), reached(record), firsts(record), rates(record))
-        if own.tables[0].rows
-    ]
+    sections = structures, stability, reached, firsts, rates
+    tables = [own for own in (each(record) for each in sections) if own.tables[0].rows]
     print(typeset(Document(path, tables), "table", None, False), end="")
+    if figure:
+        draw(record, figure)
 
 
 if __name__ == "__main__":
-    main(sys.argv[1])
+    main(*sys.argv[1:])

@@ -7,6 +7,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterator
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
@@ -27,6 +28,8 @@ from lcpcli.gallery.rigid_bodies import (
 )
 from lcpcli.linalg.matrices import dense
 from lcpcli.parametric.following import path
+
+from ..methods.bands import product
 
 
 def newton_without_safeguard(problem: Problem, steps: int) -> list[tuple[int, ...]]:
@@ -342,3 +345,49 @@ def test_matrices_of_bricks_are_singular_or_copositive_by_their_layout() -> None
     found = inspect(contact_in_time("tower", 4, 1).problem()).classes["copositive"]
     assert found.word == "not decided"  # as rounding decides whether the rest is
     assert re.search("diagonal is 0; without them its entries are", found.evidence)
+
+
+@pytest.mark.parametrize(("n", "contrast"), [(200, 1.0), (1000, 1e6)])
+def test_q_of_a_beam_is_rounded_once_although_it_cancels(
+    n: int, contrast: float
+) -> None:
+    """q = M g + h^4 for the obstacle g, by fractions: in doubles M g alone is off by
+    more than h^4 from some hundred nodes on."""
+    problem = gallery.make("beam", n, contrast=contrast)
+    M, deflection = problem.M, Fraction(1 / 384)
+    obstacle = []
+    for i in range(1, n + 1):
+        u = (Fraction(2 * i, n + 1) - 1) ** 2
+        humps = 1 - u * (3 - 4 * u) ** 2
+        obstacle.append(-(humps * Fraction(0.8) + Fraction(0.4)) * deflection)
+    h = Fraction(1, n + 1)
+    for found, value in zip(problem.q, product(M, obstacle), strict=True):
+        right = value + h**4
+        # Of terms of 16 * contrast * 0.003, twice the precision of doubles
+        size = 16 * contrast * 0.003 * 1e-30
+        assert abs(Fraction(float(found)) - right) <= 1e-15 * abs(right) + size
+
+
+def test_the_condition_numbers_of_structures_grow_as_their_notes_say() -> None:
+    for family, n, expected in (
+        ("beam", 60, 0.032 * 61**4),
+        ("plate", 225, 0.05 * 256**2),
+    ):
+        M = dense(gallery.make(family, n).M)
+        assert np.linalg.cond(M) == pytest.approx(expected, rel=0.2)
+
+
+@pytest.mark.parametrize("support", ["clamped", "hinged", "cantilever", "springs"])
+def test_frames_bend_as_beams_do(support: str) -> None:
+    """Of the same length, load and obstacle, by elements and by differences; only the
+    nodes of the frame are above those of the beam."""
+    k = 40
+    of_frame = run(gallery.make("frame", 2 * k, support=support), "interior")
+    of_beam = run(gallery.make("beam", k, support=support), "interior")
+    assert of_frame.solved
+    assert of_beam.solved
+    lower = of_frame.problem.lower
+    assert lower is not None
+    deflections = of_frame.z[np.isfinite(lower)]
+    largest = float(of_beam.z.max())
+    assert float(deflections.max()) == pytest.approx(largest, rel=0.1)

@@ -35,6 +35,12 @@ REFUSALS: list[Refusal] = calls(
 "rigid-boxes", friction=-1.0
     => friction: {OUT_OF_RANGE:-1.0}; {IT_MUST_BE:{OF_FRICTION}}
 "rigid-boxes", kind="towr" => kind: {UNKNOWN:'towr'}; {DID_YOU_MEAN:tower}
+"beam", support="clampd" => support: {UNKNOWN:'clampd'}; {DID_YOU_MEAN:clamped}
+"plate", support="springs"
+    => support: {UNKNOWN:'springs'}; choose one of clamped, hinged
+"frame", contrast=0.5
+    => contrast: {OUT_OF_RANGE:0.5}; {IT_MUST_BE:1 <= contrast <= 1e9}
+"beam", mass=-1.0 => mass: {OUT_OF_RANGE:-1.0}; {IT_MUST_BE:0 <= mass <= 1e30}
 "planted", entries=-1
     => entries: {OUT_OF_RANGE:-1}; {IT_MUST_BE:0 <= entries <= 1000}
 "frontier", target=1.5 => target: {OUT_OF_RANGE:1.5}; {IT_MUST_BE:0 <= target <= 1}

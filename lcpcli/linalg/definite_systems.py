@@ -1,0 +1,275 @@
+"""Systems of a sparse M with M + M' positive definite, solved to more digits than
+doubles have.
+
+A solution starts from factors in doubles and is refined by residuals in twice the
+precision (J. H. Wilkinson, Rounding Errors in Algebraic Processes (1963), chapter 3),
+which converges while the condition number in scaled units is below about 1e15. Where it
+does not, a narrow band has factors in fixed-point numbers instead.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import TypeAlias
+
+import numpy as np
+
+from lcpcli.linalg.banded import Banded
+from lcpcli.linalg.double_double import AccurateProduct, DoubleDouble
+from lcpcli.linalg.doubles import EPS, ROUNDING
+from lcpcli.linalg.factors import SingularMatrix, Solve, positive_pivots, sparse_lu
+from lcpcli.linalg.krylov import conjugate_gradients, ends, gmres
+from lcpcli.linalg.matrices import (
+    absolute_product,
+    is_symmetric,
+    plus_diagonal,
+    principal,
+    scaled,
+    with_data,
+)
+from lcpcli.linalg.shifted_systems import Bordered, SuperLU, dense_places
+from lcpcli.typing import Indices, Mask, Matrix, Vector
+
+# Relative to the right-hand side: more accuracy of a direction gains nothing.
+LEAST_ACCURACY = 1e-12
+# Of the residual, by a step of refinement: a larger factor ends it.
+SLOW_REFINEMENT = 0.5
+MOST_REFINEMENTS = 12
+# Of a Krylov method in the place of a solve: at most, and of the residual.
+KRYLOV_STEPS, KRYLOV_REDUCTION = 30, 1e-3
+# Of a basic solution: a change that is not refined, relative to the largest component,
+# and of every component, relative to itself.
+REFINED, LAST_DIGIT = EPS**1.6, EPS / 8
+# In scaled units: rounding of the entries of a definite M takes its eigenvalues no
+# further below 0.
+SHIFT = 4 * EPS
+Accurate: TypeAlias = Callable[[Vector], DoubleDouble]
+
+
+def is_nearly_definite(M: Matrix) -> bool:
+    """Return whether M + M', of a sparse M with a positive diagonal, is positive
+    definite, up to rounding of its entries, by one factorization in scaled units."""
+    S = _symmetric_part(M)
+    band, shift = Banded(S, symmetric=True), np.full(M.shape[0], SHIFT)
+    try:
+        if band.is_affordable:
+            band.factorize(shift)
+            return True
+        lu = sparse_lu(symmetric=True)(plus_diagonal(S, shift))
+    except SingularMatrix:
+        return False
+    return positive_pivots(lu)
+
+
+def condition(M: Matrix) -> float:
+    """Return an estimate of the condition number of M + M', of a sparse M with a
+    positive diagonal, in units of the diagonal, to within a factor of two or so; it is
+    infinite where M + M' is not positive definite in doubles."""
+    found = ends(_symmetric_part(M))
+    return math.inf if found is None else found[1] / found[0]
+
+
+def _symmetric_part(M: Matrix) -> Matrix:
+    """Return (M + M') / 2 in units of its diagonal."""
+    D = diagonal_units(M)
+    S = scaled(M, D, D)
+    return S if is_symmetric(M) else (S + S.T) * 0.5
+
+
+def diagonal_units(M: Matrix) -> Vector:
+    """Return D, powers of two, for which the diagonal of D M D is about 1: where M + M'
+    is positive definite, no other D makes its condition number much smaller (A. van der
+    Sluis, Condition numbers and equilibration of matrices, Numerische Mathematik 14
+    (1969) 14-23)."""
+    return np.asarray(np.exp2(np.rint(-0.5 * np.log2(M.diagonal()))))
+
+
+class DefiniteSystems:
+    """Systems of one M, with one diagonal or one basis after another.
+
+    product : M z + q for z in double-double. extended : how many factorizations were in
+    fixed-point numbers. is_definite : whether no system has shown that M + diag(D) is
+    not.
+    """
+
+    def __init__(self, M: Matrix, S: Vector | None) -> None:
+        self.product = AccurateProduct(M)
+        self._row_sum = float(absolute_product(M, np.ones(M.shape[0])).max())
+        self._symmetric = bool(is_symmetric(M) if S is None else (S > 0).all())
+        band = Banded(M, self._symmetric)
+        self._band = band if band.is_affordable else None
+        self._own: Banded | _Sparse = self._band or _Sparse(M)
+        self.extended, self.is_definite, self._shift = 0, True, 0.0
+        self._exact: Accurate | None = None
+
+    def factorize(self, D: Vector) -> None:
+        """Factorize M + diag(D); raise SingularMatrix if that is not definite by more
+        than rounding."""
+        self._D, self._exact = D + self._shift if self._shift else D, None
+        self._weights = 1.0 / (1.0 + D)
+        try:
+            self._own.factorize(self._D)
+        except SingularMatrix:
+            self._own.factorize(D + SHIFT)
+
+    def solve(self, b: Vector, target: float = 0.0) -> tuple[DoubleDouble, Vector]:
+        """Return x and b - (M + D) x, of a weighted norm up to the target or
+        LEAST_ACCURACY |b|; raise SingularMatrix if that is out of reach."""
+        if self._exact is not None:
+            return self._exact(b), np.zeros(b.size)
+        size = self._norm(b)
+        goal = max(LEAST_ACCURACY * size, target)
+        x = DoubleDouble.of(self._own.solve(b))
+        # The backward error of Cholesky's method is a small multiple of this.
+        if ROUNDING * self._row_sum * float(np.abs(x.high).max()) <= goal:
+            return x, np.zeros(b.size)
+        for improve in (self._own.solve, self._accelerated):
+            x, r, left = self._refined(x, b, goal, improve)
+            if left <= goal:
+                return x, r
+        try:
+            self._exact = self._in_fixed_point(self._D, None)
+        except SingularMatrix:
+            # Of what is left, only directions of negative or no curvature are large.
+            self.is_definite, self._shift = False, SHIFT
+            return x, r
+        return self._exact(b), np.zeros(b.size)
+
+    def _refined(
+        self, x: DoubleDouble, b: Vector, goal: float, improve: Solve
+    ) -> tuple[DoubleDouble, Vector, float]:
+        """Return x, its residual and the norm of that after refinement, while that is
+        fast."""
+        r = self._residual(x, b)
+        left, last = self._norm(r), np.inf
+        for _ in range(MOST_REFINEMENTS):
+            if left <= goal or not left <= SLOW_REFINEMENT * last:
+                break
+            better = x + improve(r)
+            r_of_better = self._residual(better, b)
+            last, size = left, self._norm(r_of_better)
+            if not size < left:
+                break
+            x, r, left = better, r_of_better, size
+        return x, r, left
+
+    def _accelerated(self, b: Vector) -> Vector:
+        """Return an approximate solution by a Krylov method whose preconditioner are
+        the factors: these are wrong in the few directions whose eigenvalues are no
+        larger than rounding, for each of which it takes a step or two."""
+        nothing = np.zeros(b.size)
+
+        def product(v: Vector) -> Vector:
+            image = self.product(DoubleDouble(v, nothing), nothing)
+            image += self._D * v
+            return image
+
+        if not self._symmetric:
+            return gmres(product, b, KRYLOV_STEPS, self._own.solve)
+        target = KRYLOV_REDUCTION * self._norm(b)
+        return conjugate_gradients(
+            product, b, nothing, target, KRYLOV_STEPS, self._own.solve, self._norm
+        )[0]
+
+    def basic(self, q: Vector, z: Vector, basic: Mask) -> tuple[DoubleDouble, Vector]:
+        """Return z with z_B such that w_B = (M z + q)_B = 0, for z elsewhere as it is
+        given, and its w; raise SingularMatrix if M_BB is not definite, or refinement
+        does not converge."""
+        start = DoubleDouble.of(np.where(basic, 0.0, z))
+        w = self.product(start, q)
+        if not basic.any():
+            return start, w
+        try:
+            refined = self._refined_basis(start, w, q, basic)
+            if refined is not None:
+                return refined
+        except SingularMatrix:
+            pass
+        exact = self._in_fixed_point(None, basic)
+        change = exact(np.where(basic, -w, 0.0))
+        found = start + change
+        # Which removes what the rounding of w has left
+        w = self.product(found, q)
+        found = found + exact(np.where(basic, -w, 0.0))
+        return found, np.where(basic, 0.0, self.product(found, q))
+
+    def _refined_basis(
+        self, z: DoubleDouble, w: Vector, q: Vector, basic: Mask
+    ) -> tuple[DoubleDouble, Vector] | None:
+        """Return what `basic` does, by factors in doubles; None if refinement does not
+        converge."""
+        self._own.factorize(None, basic)
+        solve, last = self._own.solve, np.inf
+        for _ in range(MOST_REFINEMENTS):
+            change = solve(np.where(basic, -w, 0.0))
+            size = float(np.abs(change).max())
+            if not size <= SLOW_REFINEMENT * last:
+                return None
+            z, last = z + change, size
+            w = self.product(z, q)
+            sizes = np.abs(z.high)
+            if (
+                size <= REFINED * float(sizes.max())
+                or (np.abs(change) <= LAST_DIGIT * sizes).all()
+            ):
+                return z, np.where(basic, 0.0, w)
+        return None
+
+    def _in_fixed_point(self, D: Vector | None, basic: Mask | None) -> Accurate:
+        if self._band is None or not self._band.has_fixed_point:
+            raise SingularMatrix
+        self.extended += 1
+        solve, is_definite = self._band.fixed_point(D, basic)
+        if D is not None and not is_definite:
+            raise SingularMatrix
+        accurate: Accurate = solve
+        return accurate
+
+    def _residual(self, x: DoubleDouble, b: Vector) -> Vector:
+        # D x is one of the terms: its rounding is that of D.
+        return -self.product(x, self._D * x.high - b)
+
+    def _norm(self, v: Vector) -> float:
+        return float(np.abs(self._weights * v).max(initial=0.0))
+
+
+class _Sparse:
+    """Systems of one M as `Banded` has them, by factors with little fill."""
+
+    def __init__(self, M: Matrix) -> None:
+        self._M = M
+        self._dense = dense_places(M)
+        self._whole = _factors(M, self._dense)
+        self.solve: Solve = self._whole.solve
+
+    def factorize(self, d: Vector | None, basic: Mask | None = None) -> None:
+        n = self._M.shape[0]
+        if basic is None:
+            self._whole.factorize(np.zeros(n) if d is None else d)
+            self.solve = self._whole.solve
+        elif isinstance(self._whole, SuperLU):
+            # In the same order, for which no other is searched
+            both = np.repeat(basic, np.diff(self._M.indptr)) & basic[self._M.indices]
+            masked = with_data(self._M, np.where(both, self._M.data, 0.0))
+            own = SuperLU(masked, self._whole.order)
+            own.factorize(np.where(basic, 0.0, 1.0))
+            self.solve = own.solve
+        else:
+            self._factorize_basis(basic.nonzero()[0])
+
+    def _factorize_basis(self, B: Indices) -> None:
+        block = principal(self._M, B)
+        own = _factors(block, dense_places(block))
+        own.factorize(np.zeros(B.size))
+
+        def solve(b: Vector) -> Vector:
+            x = np.zeros(b.size)
+            x[B] = own.solve(b[B])
+            return x
+
+        self.solve = solve
+
+
+def _factors(M: Matrix, dense: Indices) -> SuperLU | Bordered:
+    return Bordered(M, dense) if dense.size else SuperLU(M)

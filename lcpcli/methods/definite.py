@@ -1,0 +1,305 @@
+"""The interior point method where M + M' is positive definite, however stiff M is.
+
+Newton by levels, Krylov methods and coarse versions of M are made for matrices without
+positive entries off the diagonal, whose exchanges advance from one side, and whose
+coarse versions have the same sign pattern. Fourth differences have neither: exchanges
+of wrong signs cycle (of a clamped beam with 500 unknowns that touches an obstacle at
+two of them, 10,000 exchanges leave 76), conjugate gradients need as many products as
+the root of the condition number, n^2 for a beam, and smoothed aggregation, which
+reproduces constants only, does not reduce its smooth vectors. An interior point method
+takes 15 to 40 factorizations, whatever the condition number is, if it is computed so
+accurately that rounding does not decide:
+
+z is kept in double-double, as doubles of z leave eps |M| |z| in each row, which near
+condition 1e16 is all of w. s and w are numbers of their own, whose relative accuracy
+does not depend on z. Directions come from factors in doubles and refinement, or from
+fixed-point factors (`linalg.definite_systems`). Which variables are basic is told by
+the indicators of Tapia, s+ / s and w+ / w, of which one tends to 1 and the other to 0
+(A. S. El-Bakry, R. A. Tapia and Y. Zhang, A study of indicators for identifying zero
+variables in interior-point methods, SIAM Review 36 (1994) 45-72): unlike a comparison
+of s with w they do not depend on units. Then the basic solution of these states, whose
+signs are right to the last digits, ends the run, or a few exchanges do: of all wrong
+signs while these become fewer, else of the one that violates most in scaled units.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from lcpcli.errors import ProblemError
+from lcpcli.linalg.definite_systems import (
+    DefiniteSystems,
+    condition,
+    is_nearly_definite,
+)
+from lcpcli.linalg.double_double import DoubleDouble
+from lcpcli.linalg.doubles import EPS, each_step
+from lcpcli.linalg.factors import SingularMatrix
+from lcpcli.linalg.patterns import affordable
+from lcpcli.linalg.stiffness import may_be_stiff
+from lcpcli.methods.interior_steps import (
+    PrimalDualPoint,
+    SlackForm,
+    Steps,
+    slack_form,
+)
+from lcpcli.methods.stages import (
+    Breakdown,
+    Finished,
+    Iterate,
+    Stage,
+    Stalled,
+)
+from lcpcli.model.box import BASIC, LOWER, of_masks
+from lcpcli.model.problem import Problem
+from lcpcli.typing import Mask, Matrix, States, Vector
+
+MADE_FOR_IT = "interior"  # the method that begins with this one
+# A condition number from which on methods without factors need hundreds of iterations
+# for a digit; and one beyond which doubles do not tell it.
+STIFF, MOST_TOLD = 1e4, 1e16
+FINISH = "finish"
+MOST_STEPS = 120  # where 15 to 40 are usual
+# Between the two indicators of a variable that tell its state; so many of them may be
+# closer, or such a part.
+CLEAR, FEW_UNCLEAR, UNCLEAR_SHARE = 0.3, 2, 0.01
+# At one look: exchanges that do not leave fewer wrong signs, and the part of the states
+# that may be wrong.
+MOST_STAGNANT, MOST_WRONG = 3, 0.2
+VANISHED_MU = 1e-80
+# Relative to the largest z, and to the terms of a row: what double-double leaves of 0.
+ZERO_Z, ZERO_W = EPS**1.2, 8 * EPS**2
+# In scaled units, of the system that tells the size of z: rounding of M does not make
+# that indefinite.
+SHIFT = 1e-13
+NOT_DEFINITE = "M is not positive definite"
+ROUNDING_DECIDES = (
+    "M is positive definite only up to rounding of its entries, which decides whether "
+    "there is a solution"
+)
+STALLED = "its steps no longer reduce the residual"
+
+
+def stiffness(M: Matrix) -> float | None:
+    """Return the estimated condition number of M + M' in units of the diagonal, if M is
+    stiff: sparse, with an affordable factorization, positive definite up to rounding,
+    but no M-matrix, and ill-conditioned; else None."""
+    if not (may_be_stiff(M) and affordable(M) and is_nearly_definite(M)):
+        return None
+    size = condition(M)
+    return size if size >= STIFF else None
+
+
+def in_words(size: float) -> str:
+    """Return a condition number as it is told."""
+    return f"about {size:.0e}" if size <= MOST_TOLD else f"above {MOST_TOLD:.0e}"
+
+
+def definite(problem: Problem, start_slack: float = 1.0) -> Stage:
+    """Follow the central path of a problem with M + M' positive definite to the basic
+    solution of its active set.
+
+    Yields the complementary points nearest to z and w, and the basic solutions that are
+    tried, with step "finish". Finished : the last one violates no sign. Breakdown : M
+    is not positive definite, or rounding is too large. Stalled : no basic solution
+    without wrong signs was found.
+
+    M must be sparse, with a positive diagonal. start_slack : times the size of the z
+    with w = 0, the slacks at the start.
+    """
+    try:
+        within = slack_form(problem, "diagonal")
+    except ProblemError:
+        return Breakdown("numbers overflow in scaled units")
+    if not is_nearly_definite(within.problem.M):
+        return Breakdown(NOT_DEFINITE)
+    try:
+        return (yield from _Run(within).steps(start_slack))
+    except SingularMatrix:
+        return Breakdown(ROUNDING_DECIDES)
+
+
+class _AccurateSteps(Steps):
+    """Steps with z in double-double."""
+
+    # So that a full step does not make an s or w vanish
+    most_length, most_share = 2.0, 0.995
+    tiny = 1e-150
+
+    def __init__(self, within: SlackForm, systems: DefiniteSystems) -> None:
+        super().__init__(within, systems)
+        self._product = systems.product
+
+    @np.errstate(all="ignore")
+    def start(self, slack: float) -> PrimalDualPoint:
+        """Return a point with slacks of the size of the z that has w = 0, at least 1,
+        times `slack`.
+
+        Slacks that are too small make short steps as long as they grow, by a factor
+        each: of soft springs z may be 1e6 in units of q. With M + d I, d = 1 / size, z
+        and w have these sizes too. No slack is larger than the distance of two bounds:
+        on 36 beams between two obstacles that saves a third of the steps.
+        """
+        p, index = self.problem, self._index
+        free = self._solution(np.full(p.n, SHIFT))
+        size = slack * max(float(np.abs(free).max(initial=0.0)), 1.0)
+        D = np.zeros(p.n)
+        D[index] = 1.0 / size
+        z = self._solution(D)
+        s = self._sign * (z[index] - self._bound)
+        w = np.maximum(self._sign * (D * -z)[index], 0.0)
+        if not self.pairs:
+            return PrimalDualPoint(DoubleDouble.of(z), s, w)
+        s, w = (v + max(0.0, -1.5 * float(v.min())) for v in (s, w))
+        lower, upper = p.box.vectors(p.n)
+        s = np.maximum(np.minimum(s + size, (upper - lower)[index]), self.tiny)
+        return PrimalDualPoint(DoubleDouble.of(z), s, w + slack)
+
+    def _solution(self, D: Vector) -> Vector:
+        p = self.problem
+        near = p.box.project(np.zeros(p.n))
+        self._systems.factorize(D)
+        z: DoubleDouble = self._systems.solve(D * near - p.q)[0]
+        return z.high
+
+    def residuals(self, at: PrimalDualPoint) -> tuple[Vector, Vector, float]:
+        if self._measured is None or self._measured[0] is not at:
+            dual = self._product(at.z, self.problem.q)
+            dual -= self._spread(self._sign * at.w)
+            distance = at.z[self._index] - self._bound
+            primal = self._sign * distance.high - at.s
+            primal += self._sign * distance.low
+            largest = max(float(np.abs(r).max(initial=0.0)) for r in (dual, primal))
+            self._measured = at, (dual, primal, largest)
+        return self._measured[1]
+
+    def _accuracy(self, *_: float) -> float:
+        """Return 0: where eigenvalues are 1e-16, a residual that is small beside mu
+        may move z by its own size."""
+        return 0.0
+
+    def _at_bounds(self, z: DoubleDouble) -> Vector:
+        return np.asarray(z.high[self._index])
+
+
+class _Run:
+    """The steps, and looks at the states that they tend to."""
+
+    def __init__(self, within: SlackForm) -> None:
+        self._within, self._problem = within, within.problem
+        self._exchanges = Exchanges(within)
+
+    @each_step(all="ignore")
+    def steps(self, start_slack: float) -> Stage:
+        steps = _AccurateSteps(self._within, self._exchanges.systems)
+        at, looked = steps.start(start_slack), b""
+        for _ in range(MOST_STEPS):
+            before = at
+            at, length, _ = steps.next(at)
+            self._exchanges.count += 1
+            mu = steps.mu(at)
+            yield self._exchanges.shown(at.z.high, f"mu {mu:.0e}, {length:.2f}")
+            states, are_clear = self._states(at, before)
+            if (are_clear or mu < VANISHED_MU) and states.tobytes() != looked:
+                looked = states.tobytes()
+                yield from self._exchanges.from_states(states)
+                if self._exchanges.is_solved:
+                    return Finished()
+            if mu < VANISHED_MU:
+                break
+        is_definite = self._exchanges.systems.is_definite
+        return Stalled(STALLED if is_definite else ROUNDING_DECIDES)
+
+    def _states(
+        self, at: PrimalDualPoint, before: PrimalDualPoint
+    ) -> tuple[States, bool]:
+        """Return the states that the indicators of the last step show, and whether
+        nearly all of them are clear."""
+        of_s, of_w = at.s / before.s, at.w / before.w
+        active = of_s < of_w
+        ratios = np.where(active, of_s / of_w, of_w / of_s)
+        unclear = np.count_nonzero(ratios > CLEAR)
+        masks = np.zeros((2, self._problem.n), dtype=bool)
+        count = self._within.low.size
+        masks[0, self._within.low] = active[:count]
+        masks[1, self._within.high] = active[count:]
+        # Of two active bounds, which cannot both be, the nearer one
+        both = masks[0] & masks[1]
+        if both.any():
+            lower, upper = self._problem.box.vectors(self._problem.n)
+            nearer = at.z.high - lower <= upper - at.z.high
+            masks[0] &= ~both | nearer
+            masks[1] &= ~both | ~nearer
+        states = of_masks(~(masks[0] | masks[1]), masks[1])
+        return states, bool(unclear <= max(FEW_UNCLEAR, UNCLEAR_SHARE * active.size))
+
+
+class Exchanges:
+    """Basic solutions of one scaled problem, and exchanges of their wrong signs.
+
+    is_solved : whether the last one has none.
+    """
+
+    def __init__(self, within: SlackForm) -> None:
+        self.within, self.problem = within, within.problem
+        self.systems = DefiniteSystems(within.problem.M, within.S)
+        self.count = 0
+        self.is_solved = False
+
+    def from_states(self, states: States) -> Iterator[Iterate]:
+        """Yield the basic solutions from these states on, while few signs are wrong."""
+        box, fewest, stagnant = self.problem.box, self.problem.n + 1, 0
+        while stagnant <= MOST_STAGNANT:
+            basic = states == BASIC
+            z, w = self.systems.basic(self.problem.q, box.nonbasic(states), basic)
+            violations = self._violations(z, w, states)
+            wrong = violations > 0.0
+            count = int(np.count_nonzero(wrong))
+            self.count += 1
+            self.is_solved = not count
+            yield self._finished(z.high, states)
+            if not count or count > MOST_WRONG * self.problem.n:
+                return
+            stagnant += count >= fewest
+            if count > fewest:
+                wrong = np.arange(wrong.size) == violations.argmax()
+            fewest = min(count, fewest)
+            states = box.exchanged(states, wrong, z.high)
+
+    def _violations(self, z: DoubleDouble, w: Vector, states: States) -> Vector:
+        """Return by how much each sign is violated, beyond rounding, relative to the
+        largest z or w, as the diagonal of M is about 1."""
+        box = self.problem.box
+        basic = states == BASIC
+        lower, upper = box.vectors(z.high.size)
+        below, above = (self._distance(z, bound, basic) for bound in (lower, upper))
+        sizes = float(np.abs(z.high).max()), float(np.abs(w).max())
+        of_z = np.maximum(below, -above) - ZERO_Z * sizes[0]
+        of_w = box.violations(z.high, w, states) - ZERO_W * sizes[0]
+        return np.where(basic, of_z / (sizes[0] or 1.0), of_w / (sizes[1] or 1.0))
+
+    def _distance(self, z: DoubleDouble, bound: Vector, basic: Mask) -> Vector:
+        """Return bound - z where z is basic and has that bound, else what violates
+        nothing."""
+        distance = z - np.where(np.isfinite(bound), bound, 0.0)
+        finite = basic & np.isfinite(bound)
+        return np.where(finite, -(distance.high + distance.low), -np.sign(bound) * 0.0)
+
+    def _finished(self, z: Vector, states: States) -> Iterate:
+        """Return a basic solution as an iterate: z as it is, whatever rounding leaves
+        of w."""
+        within, given = self.within, self.within.original
+        whole, basis = given.box.vectors(given.n)[0].copy(), np.full(given.n, LOWER)
+        whole[within.kept] = self.problem.box.project(z) * within.units
+        basis[within.kept] = states
+        x = given.box.x_within(whole, given.w(whole), basis)
+        final = basis if self.is_solved else None
+        return Iterate(
+            x, None, FINISH, self.count, signs_final=self.is_solved, basis=final
+        )
+
+    def shown(self, z: Vector, step: str) -> Iterate:
+        x = self.within.back(z / 2)
+        return Iterate(x, None, step, self.count, signs_final=False)

@@ -1,0 +1,199 @@
+"""Arithmetic beyond doubles, for stiff problems: sums of two doubles, products of a
+matrix with them, bands in doubles and in fixed-point numbers, and systems refined with
+these; all beside rational arithmetic."""
+
+from __future__ import annotations
+
+import threading
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.sparse import csr_array, diags_array, random_array
+
+from lcpcli.gallery.families import make
+from lcpcli.interrupts import owned
+from lcpcli.linalg.banded import Banded
+from lcpcli.linalg.definite_systems import (
+    DefiniteSystems,
+    condition,
+    is_nearly_definite,
+)
+from lcpcli.linalg.double_double import AccurateProduct, DoubleDouble
+from lcpcli.linalg.factors import SingularMatrix
+
+from ..methods import bands
+
+EPS = float(np.finfo(float).eps)
+
+
+def exact(x: DoubleDouble) -> list[Fraction]:
+    return [
+        Fraction(float(a)) + Fraction(float(b))
+        for a, b in zip(x.high, x.low, strict=True)
+    ]
+
+
+def of_seed(seed: int, n: int = 30) -> tuple[DoubleDouble, DoubleDouble]:
+    random = np.random.default_rng(seed)
+    highs = random.normal(size=(2, n)) * 10.0 ** random.uniform(-8, 8, (2, n))
+    lows = highs * random.uniform(-0.5, 0.5, (2, n)) * EPS
+    return DoubleDouble(highs[0], lows[0]), DoubleDouble(highs[1], lows[1])
+
+
+@settings(deadline=None, max_examples=50)
+@given(seed=st.integers(0, 2**32 - 1))
+def test_sums_and_products_of_two_doubles_have_twice_the_digits(seed: int) -> None:
+    x, y = of_seed(seed)
+    for found, of_one in (
+        (x + y, lambda a, b: (a + b, abs(a) + abs(b))),
+        (x - y, lambda a, b: (a - b, abs(a) + abs(b))),
+        (x * y, lambda a, b: (a * b, abs(a * b))),
+    ):
+        for value, a, b in zip(exact(found), exact(x), exact(y), strict=True):
+            right, size = of_one(a, b)
+            assert abs(value - right) <= 8 * Fraction(EPS) ** 2 * size
+
+
+@settings(deadline=None, max_examples=25)
+@given(seed=st.integers(0, 2**32 - 1), kind=st.sampled_from(["band", "rows", "long"]))
+def test_products_with_a_matrix_lose_nothing_to_cancellation(
+    seed: int, kind: str
+) -> None:
+    """q is chosen such that M z + q all but vanishes."""
+    random, n = np.random.default_rng(seed), 30
+    z, _ = of_seed(seed, n)
+    M = random_array((n, n), density=0.1, format="csr", rng=random)
+    if kind == "band":
+        M = diags_array(
+            [random.normal(size=n - abs(k)) for k in range(-2, 3)], offsets=range(-2, 3)
+        )
+    if kind == "long":
+        M = M.tolil()
+        M[3] = random.normal(size=n)
+    M = csr_array(M)
+    q = -(M @ z.high)
+    w = AccurateProduct(M)(z, q)
+    right = [
+        a + Fraction(float(b))
+        for a, b in zip(bands.product(M, exact(z)), q, strict=True)
+    ]
+    terms = abs(M) @ abs(z.high) + abs(q)
+    for found, value, size in zip(w, right, terms, strict=True):
+        error = abs(Fraction(float(found)) - value)
+        assert error <= 4 * EPS * abs(value) + n * Fraction(EPS) ** 2 * float(size)
+
+
+def band_of(seed: int, is_symmetric: bool, is_shuffled: bool) -> csr_array:
+    random, n = np.random.default_rng(seed), 40
+    parts = [random.normal(size=n - abs(k)) for k in range(-2, 3)]
+    M = csr_array(diags_array(parts, offsets=range(-2, 3)))
+    M = M + M.T if is_symmetric else M
+    M = csr_array(M + 12 * diags_array([np.ones(n)], offsets=[0]))
+    order = random.permutation(n) if is_shuffled else np.arange(n)
+    return csr_array(M[order][:, order])
+
+
+@pytest.mark.parametrize("is_symmetric", [True, False])
+@pytest.mark.parametrize("is_shuffled", [True, False])
+def test_bands_solve_what_dense_matrices_do(
+    is_symmetric: bool, is_shuffled: bool
+) -> None:
+    M, random = band_of(5, is_symmetric, is_shuffled), np.random.default_rng(6)
+    n = M.shape[0]
+    band = Banded(M)
+    assert (band.is_symmetric, band.width) == (is_symmetric, band.width)
+    assert band.width <= 4
+    d, b, basic = random.random(n), random.normal(size=n), random.random(n) < 0.6
+    b_of_basis = np.where(basic, b, 0.0)
+    whole, B = M.toarray(), np.ix_(basic, basic)
+    x = np.linalg.solve(whole + np.diag(d), b)
+    x_of_basis = np.zeros(n)
+    x_of_basis[basic] = np.linalg.solve(whole[B], b[basic])
+    band.factorize(d)
+    np.testing.assert_allclose(band.solve(b), x, rtol=1e-12, atol=1e-14)
+    band.factorize(None, basic)
+    np.testing.assert_allclose(
+        band.solve(b_of_basis), x_of_basis, rtol=1e-12, atol=1e-14
+    )
+    solve, is_definite = band.fixed_point(d)
+    assert is_definite
+    np.testing.assert_allclose(solve(b).high, x, rtol=1e-12, atol=1e-14)
+    solve, _ = band.fixed_point(None, basic)
+    np.testing.assert_allclose(
+        solve(b_of_basis).high, x_of_basis, rtol=1e-12, atol=1e-14
+    )
+
+
+def test_fixed_point_factors_solve_what_doubles_cannot() -> None:
+    """Condition 1e17: the solution is right to the last digits of a double."""
+    M = csr_array(make("beam", 300, contrast=1e8, support="hinged").M)
+    random = np.random.default_rng(1)
+    b = random.normal(size=300)
+    right = bands.solution(M, list(map(Fraction, b)))
+    solve, is_definite = Banded(M).fixed_point(None)
+    assert is_definite
+    for found, value in zip(exact(solve(b)), right, strict=True):
+        assert abs(found - value) <= EPS * abs(value)
+
+
+def test_singular_and_indefinite_bands_are_told_apart() -> None:
+    ones = np.ones(50)
+    B = csr_array(
+        diags_array([ones, -2 * ones, ones], offsets=[0, 1, 2], shape=(48, 50))
+    )
+    M = csr_array(B.T @ B)  # exactly singular
+    with pytest.raises(SingularMatrix):
+        Banded(M).fixed_point(None)
+    _, is_definite = Banded(M).fixed_point(np.full(50, -(2.0**-80)))
+    assert not is_definite
+    _, is_definite = Banded(M).fixed_point(np.full(50, 2.0**-80))
+    assert is_definite
+
+
+def test_basic_solutions_are_refined_or_factorized_again_as_needed() -> None:
+    for n, extended in ((100, 0), (20_000, 1)):
+        problem = make("beam", n)
+        systems = DefiniteSystems(problem.M, None)
+        basic = np.ones(n, dtype=bool)
+        z, w = systems.basic(problem.q, np.zeros(n), basic)
+        assert systems.extended == extended
+        left = AccurateProduct(problem.M)(z, problem.q)
+        terms = abs(problem.M) @ abs(z.high)
+        assert (np.abs(left) <= 1e-28 * terms.max()).all()
+        assert not w.any()
+
+
+def test_condition_and_definiteness_do_not_depend_on_units() -> None:
+    M = csr_array(make("beam", 200).M)
+    U = diags_array([10.0 ** np.random.default_rng(0).uniform(-9, 9, 200)], offsets=[0])
+    in_units = csr_array(U @ M @ U)
+    size = float(np.linalg.cond(M.toarray()))
+    assert condition(M) == pytest.approx(size, rel=0.5)
+    assert condition(in_units) == pytest.approx(size, rel=0.9)
+    assert is_nearly_definite(in_units)
+    assert not is_nearly_definite(
+        csr_array(M - 1e-3 * diags_array([np.ones(200)], offsets=[0]))
+    )
+
+
+def test_a_value_is_deleted_by_the_thread_that_has_made_it() -> None:
+    threads = list[threading.Thread | None]()
+
+    class Value:
+        def __init__(self) -> None:
+            threads.append(threading.current_thread())
+
+        def __del__(self) -> None:
+            threads.append(threading.current_thread())
+
+    own = owned(Value)
+    assert isinstance(own.value, Value)
+    made = threads[0]
+    assert made is not threading.current_thread()
+    del own
+    assert made is not None
+    made.join(10)
+    assert threads == [made, made]
