@@ -31,11 +31,11 @@ from lcpcli.linalg.matrices import (
     has_no_positive_links,
     is_narrow,
     is_sparse,
+    may_be_stiff,
     thinned,
     width,
 )
 from lcpcli.linalg.patterns import affordable, is_forest
-from lcpcli.linalg.stiffness import may_be_stiff
 from lcpcli.methods import direct, stages
 from lcpcli.methods.newton import LEAST_INDEX_STEPS, SLOW, dense_route, newton
 from lcpcli.methods.registry import METHODS

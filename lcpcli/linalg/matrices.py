@@ -44,6 +44,10 @@ FEWEST_SHARED_ROWS = 64  # from which a BLAS may use threads
 # Factors between its inverse and this over- or underflow only if the product itself
 # does.
 MODERATE_FACTOR = 2.0**100
+# Of the entries off the diagonal of a row, in units of the diagonal, their largest sum:
+# where all sums are smaller, the condition number is below 2 / (1 - 0.95) = 40, by
+# Gershgorin's theorem.
+DOMINATED = 0.95
 
 
 def is_sparse(M: Any) -> bool:
@@ -99,6 +103,24 @@ def has_no_positive_links(M: Matrix) -> bool:
     if entries.ndim > 1 and entries.size and np.count_nonzero(entries[0] > 0) > 1:
         return False
     return bool(np.count_nonzero(entries > 0) == np.count_nonzero(M.diagonal() > 0))
+
+
+def may_be_stiff(M: Matrix) -> bool:
+    """Return whether a sparse M has a positive diagonal, which does not dominate, and
+    positive entries off it.
+
+    Such are fourth differences, and stiffness matrices of beams, plates and bodies;
+    differences of second order have no positive entry off the diagonal, and methods of
+    their own.
+    """
+    if not is_sparse(M) or not M.shape[0]:
+        return False
+    diagonal = M.diagonal()
+    if not diagonal.min() > 0 or has_no_positive_links(M):
+        return False
+    units = 1 / np.sqrt(diagonal)
+    sums = units * absolute_product(M, units)
+    return bool(sums.max() > 1 + DOMINATED)
 
 
 def row_maxima(M: Matrix) -> Vector:

@@ -15,10 +15,9 @@ from lcpcli.clock import imports
 from lcpcli.errors import ProblemError
 from lcpcli.linalg.compressed_rows import block, of_arrays
 from lcpcli.linalg.factors import SingularMatrix
-from lcpcli.linalg.matrices import compressed
+from lcpcli.linalg.matrices import compressed, may_be_stiff
 from lcpcli.linalg.programs import convex_minimum
 from lcpcli.linalg.shifted_systems import operations, systems
-from lcpcli.linalg.stiffness import may_be_stiff
 from lcpcli.methods.direct import as_sparse
 from lcpcli.methods.interior import (
     CLOSE_MERIT,

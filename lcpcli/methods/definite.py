@@ -37,8 +37,8 @@ from lcpcli.linalg.definite_systems import (
 from lcpcli.linalg.double_double import DoubleDouble
 from lcpcli.linalg.doubles import EPS, each_step
 from lcpcli.linalg.factors import SingularMatrix
+from lcpcli.linalg.matrices import may_be_stiff
 from lcpcli.linalg.patterns import affordable
-from lcpcli.linalg.stiffness import may_be_stiff
 from lcpcli.methods.interior_steps import (
     PrimalDualPoint,
     SlackForm,

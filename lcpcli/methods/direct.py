@@ -25,8 +25,13 @@ from lcpcli.clock import imports
 from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import ROUNDED_ZERO, ROW_ROUNDING, row_sizes
 from lcpcli.linalg.factors import each_product, principal_inverses
-from lcpcli.linalg.matrices import TINY_TERMS, is_narrow, is_sparse, row_errors
-from lcpcli.linalg.stiffness import may_be_stiff
+from lcpcli.linalg.matrices import (
+    TINY_TERMS,
+    is_narrow,
+    is_sparse,
+    may_be_stiff,
+    row_errors,
+)
 from lcpcli.model.box import BASIC, Box
 from lcpcli.model.problem import Problem
 from lcpcli.model.program import Program

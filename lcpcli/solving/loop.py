@@ -14,7 +14,7 @@ import numpy as np
 from lcpcli.clock import Stopwatch, imports
 from lcpcli.errors import count
 from lcpcli.interrupts import TimeIsUp, remaining
-from lcpcli.linalg.stiffness import may_be_stiff
+from lcpcli.linalg.matrices import may_be_stiff
 from lcpcli.methods import stages
 from lcpcli.methods.registry import declared
 from lcpcli.methods.stages import Ending, Iterate, Stage

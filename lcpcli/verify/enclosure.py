@@ -34,9 +34,9 @@ from lcpcli.linalg.matrices import (
     accurate_residual,
     dense,
     is_sparse,
+    may_be_stiff,
     product,
 )
-from lcpcli.linalg.stiffness import may_be_stiff
 from lcpcli.model.box import BASIC, LOWER, UPPER
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Mask, Matrix, Vector

@@ -25,9 +25,8 @@ from lcpcli.clock import imports
 from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import EPS, ROUNDING, SMALLEST_NORMAL, distinct
 from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix
-from lcpcli.linalg.matrices import accurate_residual
+from lcpcli.linalg.matrices import accurate_residual, may_be_stiff
 from lcpcli.linalg.programs import minimized
-from lcpcli.linalg.stiffness import may_be_stiff
 from lcpcli.linalg.units import equilibrate
 from lcpcli.model import changes
 from lcpcli.model.box import BASIC, LOWER, UPPER
