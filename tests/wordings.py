@@ -321,7 +321,7 @@ SECTIONS = (
     "the sections are ROWS, COLUMNS, RHS, RANGES, BOUNDS, QUADOBJ, QSECTION, QMATRIX, "
     "ENDATA; quadratic constraints and ordered sets are not read"
 )
-CORRECT_PROGRAM = (
+CORRECT_LP = (
     "correct it there; quadratic constraints and integer variables are not read"
 )
 KINDS_OF_ORIGIN = "use one of qp, game, efg"
