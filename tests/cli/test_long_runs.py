@@ -84,7 +84,7 @@ RUNS = {
     ),
     "the best solution": (
         "solve game.json --maximize z1",
-        ("enumeration.optimum._Search.children", 20),
+        ("enumeration.optimum.Search.children", 20),
         "interrupted: the best objective found is",
     ),
     "a path": (
