@@ -23,7 +23,7 @@ pytestmark = [
     pytest.mark.skipif(sys.platform == "win32", reason="has no such signals"),
     pytest.mark.slow("each runs for seconds"),
 ]
-LONGEST = 120.0  # seconds until something that must happen has not
+LONGEST = 600.0  # seconds until something that must happen has not
 # A process that gets Ctrl-C in a moment after a call of a function, its so many-th.
 STOPPED = f"""
 import os, pkgutil, signal, sys, threading, time
