@@ -189,7 +189,7 @@ def joined(text: str) -> str:
 
 def lines_of_shell(benches: bool) -> list[tuple[str, str]]:
     """The commands in blocks that show no output, each with its page; of a bench, or
-    others. Those that install the program are run by CI."""
+    others, without comments. Those that install the program are run by CI."""
     blocks = [
         (page, text)
         for page, own in BLOCKS.items()
@@ -205,7 +205,7 @@ def lines_of_shell(benches: bool) -> list[tuple[str, str]]:
         (page, line)
         for page, line in lines
         if line.startswith("lcp bench") == benches
-        and not line.startswith("python -m pip install")
+        and not line.startswith(("python -m pip install", "# "))
     ]
 
 

@@ -321,9 +321,8 @@ SECTIONS = (
     "the sections are ROWS, COLUMNS, RHS, RANGES, BOUNDS, QUADOBJ, QSECTION, QMATRIX, "
     "ENDATA; quadratic constraints and ordered sets are not read"
 )
-COMPARE_LP = (
-    "compare it with a file in the LP format that is read; quadratic constraints and "
-    "integer variables are not"
+CORRECT_LP = (
+    "correct it there; quadratic constraints and integer variables are not read"
 )
 KINDS_OF_ORIGIN = "use one of qp, game, efg"
 MAKE_AGAIN = "make the problem again, or leave origin out"

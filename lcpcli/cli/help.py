@@ -253,14 +253,16 @@ def _title(name: str, word: str = "") -> str:
     return page.partition("\n")[0].strip("# ")
 
 
-def _pattern(word: str) -> re.Pattern[str]:
-    parts = map(re.escape, re.split(r"[-\s]+", folded(word)))
+def _pattern(words: str, plural: str = "") -> re.Pattern[str]:
+    """Return what finds words in a text. plural : what may end each of them."""
+    parts = (re.escape(part) + plural for part in re.split(r"[-\s]+", folded(words)))
     return re.compile(r"(?<!\w)" + r"[-\s]+".join(parts) + r"(?!\w)")
 
 
 def _places(word: str) -> list[tuple[str, str]]:
-    """Return the pages that have a word, each with the sections that do."""
-    has_word, found = _pattern(word), []
+    """Return the pages that have a word, as one or in the plural, each with the
+    sections that do."""
+    has_word, found = _pattern(_plain(word), plural="s?"), []
     frequent = sorted(
         PAGES,
         key=lambda name: (name in LAST, -len(has_word.findall(folded(PAGES[name])))),

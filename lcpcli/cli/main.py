@@ -293,7 +293,12 @@ def say(message: str, code: int = BAD_INPUT) -> int:
 
 def _complain_of_loading(error: BaseException) -> int:
     """Report a library that fails to load, perhaps for lack of memory, by the root of
-    its error, which it may wrap."""
+    its error, which it may wrap. NumPy does in a folder that has been removed, on
+    Python 3.13."""
+    from lcpcli.files.contents import GONE, is_folder_gone
+
+    if is_folder_gone():
+        return say(f"lcp: {GONE}")
     while error.__cause__ or error.__context__:
         error = error.__cause__ or error.__context__ or error
     fault = _one_line(str(error) or type(error).__name__)

@@ -22,7 +22,7 @@ from lcpcli.cli.problems import Request
 from lcpcli.errors import OptionError, count
 from lcpcli.files.contents import Source, place
 from lcpcli.files.fields import BOUND_OPTIONS
-from lcpcli.files.inputs import QColumns, Work, digest
+from lcpcli.files.inputs import Input, QColumns, Work, digest
 from lcpcli.report import result_formats
 from lcpcli.solving import result as results
 
@@ -69,6 +69,9 @@ class Past:
         self._places = Counter(each.source for each in known)  # of those that are left
         self._last = max(self._numbers, default=0)
         self._added = 0  # the last number of a problem that has been added
+        # Of a record that an earlier problem of the same content has taken: this one,
+        # in whose place the problem is that has written the record.
+        self._lent: dict[tuple[tuple[Any, str], Source], tuple[Source, int]] = {}
         self.ends = Counter[Kind]()
 
     def missing(self, works: Iterator[Work]) -> Iterator[Work]:
@@ -83,8 +86,11 @@ class Past:
                 are_new: list[bool] = []
                 for source, content in zip(work.sources, work.digests, strict=True):
                     position += 1
-                    known = self._take(source, position, content)
-                    number = self._number(position) if known is None else known.number
+                    source, number = self._stands_for(source, position, content)
+                    known = self._take(source, number, content)
+                    if isinstance(work, Input) and source.item is not None:
+                        work = work._replace(line=source.item)
+                    number = self._number(number) if known is None else known.number
                     marks.append(
                         {"number": number, "digest": content, "given": self._given}
                     )
@@ -114,6 +120,15 @@ class Past:
     def _key(self, source: Source, number: int, digest: str) -> tuple[Any, str]:
         return number if self._is_moved else source.file, digest
 
+    def _stands_for(
+        self, source: Source, position: int, digest: str
+    ) -> tuple[Source, int]:
+        """Return the place and the position for which a problem stands: its own, unless
+        an earlier one that the log lacks has taken its record, as of equal lines in a
+        log that several processes have written."""
+        own = self._key(source, position, digest), source
+        return self._lent.pop(own, (source, position))
+
     def _take(self, source: Source, position: int, digest: str) -> Known | None:
         """Take out the record of a problem, that of the same item if there are several;
         None if there is none. Raise OptionError if the problem has changed."""
@@ -123,6 +138,8 @@ class Past:
             known = records.pop(next(alike, 0))
             if not records:
                 del self._left[key]
+            if known.source != source:
+                self._lent[key, known.source] = source, position
             self._places[known.source] -= 1
             self.ends[known.kind] += 1
             return known

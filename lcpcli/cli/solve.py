@@ -109,7 +109,7 @@ def solve(
         "lcp compare tridiagonal-100 --every 10",
         "lcp compare --method newton --method lemke --method shi",
         "lcp compare --method shi --sweep k-star=1,5,20,100 --plot sweep.svg",
-        "lcp compare --method shi --vary p=1,1e2,1e4,1e8 --plot p.svg",
+        "lcp compare --method shi --vary k-star=1,5,20,100 --plot k-star.svg",
         "lcp compare --method shi --k-star 1 --format csv",
         "lcp compare paper-example-1 --plot errors.svg",
     ),

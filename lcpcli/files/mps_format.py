@@ -646,10 +646,7 @@ def _columns(
 
 # Complaints about faults that are reported elsewhere.
 TOLD = ("inconsistent bounds", "Parser error")
-HINT = (
-    "compare it with a file in the LP format that is read; quadratic constraints "
-    "and integer variables are not"
-)
+HINT = "correct it there; quadratic constraints and integer variables are not read"
 
 
 def as_mps(text: bytes) -> bytes:

@@ -90,6 +90,8 @@ def log(kills: Kills) -> None:
     inputs, path = kills.folder / "many.jsonl", kills.folder / "log.jsonl"
     if not inputs.exists():
         inputs.write_text(GOOD * PROBLEMS)
+        # Else the runs would be killed while they compile, and hardly ever write.
+        kills.whole(MAIN, "kernels")
     words = "solve", str(inputs), "--jobs", "2", "-q", "--resume", str(path)
     before = path.read_text().count("\n") if path.exists() else 0
     has_ended = kills.run("log", MAIN, *words)

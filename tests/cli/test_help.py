@@ -388,10 +388,17 @@ def test_a_word_that_is_no_topic_is_looked_for_on_all_pages(lcp: Lcp) -> None:
     }
 
 
+def test_words_are_found_on_pages_in_the_singular_and_in_the_plural(lcp: Lcp) -> None:
+    for one, many in (("duality gap", "duality gaps"), ("dual", "duals")):
+        pages = [lcp("help", words).out.partition("\n")[2] for words in (one, many)]
+        assert pages[0] == pages[1] != ""
+
+
 WORDS = {
     "american option": "sequences",
     "cavitation": "measuring",
     "cge": "nonlinear",
+    "reproducible": "ci",
     "conflict": "conflicts",
     "cournot": "nonlinear",
     "dantzig": "methods",

@@ -478,6 +478,24 @@ def test_run_that_is_resumed_solves_what_was_added_and_names_what_is_gone(
     assert again.err == outcome.err
 
 
+@pytest.mark.parametrize("gone", [[0], [1], [0, 2], [1, 2], [0, 1, 2, 3]])
+def test_equal_lines_have_a_record_each_in_whichever_order_they_were_written(
+    gone: list[int], lcp: Lcp, folder: Path
+) -> None:
+    """As several processes write them, whose run is ended before all are there."""
+    (folder / "equal.jsonl").write_text(5 * A)
+    log = folder / "log.jsonl"
+    assert lcp("solve", "equal.jsonl", "-o", "log.jsonl").code == 0
+    lines = log.read_text().splitlines(keepends=True)
+    left = [line for at, line in enumerate(lines) if at not in gone]
+    for order in (left, left[::-1]):
+        log.write_text("".join(order))
+        assert lcp("solve", "equal.jsonl", "--resume", "log.jsonl").code == 0
+        records = records_of(log.read_text())
+        for key in ("item", "number"):
+            assert sorted(record[key] for record in records) == [1, 2, 3, 4, 5]
+
+
 def test_columns_may_be_added_to_a_resumed_run_but_not_changed_with_their_matrix(
     lcp: Lcp, folder: Path
 ) -> None:

@@ -683,9 +683,9 @@ LP = contents(
 min\n obj: x + 2 y\nst\n c1: x + y >= 1\nbounds\n x <= -3\nend\n
     => {UPPER_BELOW_LOWER:'x'|-3|0}; {LOWER_BOUND_TOO}
 min\n obj: x + 2 y\nst\n c1: [x^2] + y >= 1\nbounds\n x <= 3\nend\n
-    => {NOT_LP:line 4: quadratic constraints are not supported by HiGHS}; {COMPARE_LP}
+    => {NOT_LP:line 4: quadratic constraints are not supported by HiGHS}; {CORRECT_LP}
 min\n obj: x + 2 y\nsubject two\n c1: x + y >= 1\nbounds\n x <= 3\nend\n
-    => {NOT_LP:line 3: expected `+` or `-`, found `subject`}; {COMPARE_LP}
+    => {NOT_LP:line 3: expected `+` or `-`, found `subject`}; {CORRECT_LP}
 """,
 )
 
