@@ -345,7 +345,9 @@ def test_a_trace_keeps_the_columns_of_the_rows_and_components_that_it_keeps() ->
     ):
         for own in (row, chosen):
             assert own.x is not None
-            assert own.x.tolist() == kept[own.k].x[[1, 3]].tolist()  # type: ignore[index]
+            whole = kept[own.k].x
+            assert whole is not None
+            assert own.x.tolist() == whole[[1, 3]].tolist()
             u = kept[own.k].quantities["u"]
             shown = own.quantities["u"]
             assert (u is None) == (shown is None)
