@@ -263,10 +263,14 @@ def _places(word: str) -> list[tuple[str, str]]:
     """Return the pages that have a word, as one or in the plural, each with the
     sections that do."""
     has_word, found = _pattern(_plain(word), plural="s?"), []
-    frequent = sorted(
-        PAGES,
-        key=lambda name: (name in LAST, -len(has_word.findall(folded(PAGES[name])))),
-    )
+
+    def rank(name: str) -> tuple[bool, int, int]:
+        """First where it often stands as it is asked for."""
+        page = folded(PAGES[name])
+        as_asked = len(_pattern(word).findall(page))
+        return name in LAST, -as_asked, -len(has_word.findall(page))
+
+    frequent = sorted(PAGES, key=rank)
     for name in frequent:
         parts = [
             part

@@ -119,6 +119,8 @@ def test_bounds_of_one_number_each_stay_for_a_matrix_of_another_shape() -> None:
 
 
 def test_a_solver_uses_the_kernels_unless_that_is_declined(way: str) -> None:
+    if way == "compiled":
+        pytest.importorskip("numba")
     M, q = [[2, 1], [1, 2]], [-5, -6]
     for compiled in (None, True, False):
         if compiled and way == "numpy":
