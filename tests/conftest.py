@@ -57,7 +57,10 @@ def pytest_xdist_setupnodes() -> None:
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 
-MISSING_PACKAGE = re.compile(r"could not import '(\w+)|Skipped: (\w+) is not installed")
+MISSING_PACKAGE = re.compile(
+    r"No module named '(\w+)|could not import '(?!lcpcli)(\w+)"
+    r"|Skipped: (\w+) is not installed"
+)
 A_TEST = re.compile(r"^def test_", re.MULTILINE)
 
 
@@ -69,7 +72,7 @@ def pytest_terminal_summary(terminalreporter: Any) -> None:
     for report in terminalreporter.stats.pop("skipped", []):
         path, _, reason = report.longrepr
         found = MISSING_PACKAGE.search(reason)
-        kind = f"without {found[1] or found[2]}" if found else "skipped"
+        kind = f"without {next(filter(None, found.groups()))}" if found else "skipped"
         number = 1
         if report.nodeid.endswith(".py"):
             number = len(A_TEST.findall(Path(path).read_text(encoding="utf-8")))
