@@ -33,6 +33,7 @@ from lcpcli.model.box import LOWER, UPPER
 from lcpcli.model.right_hand_sides import Columns
 from lcpcli.parametric.path import Family
 from lcpcli.typing import Indices, Mask, States, Vector
+from lcpcli.verify.acceptance import BY_CRITERION, accepted
 from lcpcli.verify.measure import Measure, Rows
 from lcpcli.verify.point import Criterion, Point, pivoted
 
@@ -191,7 +192,11 @@ class _Breakpoints:
         t = float(self.t[first])
         criterion = Criterion(self.family.at(t), self.tol)
         points = [Point(criterion, z) for z in self.z[first:end]]
-        yield t, np.array([(point.solution() or point).z for point in points])
+        problem, found = criterion.problem, []
+        for point in points:
+            near = accepted(problem, [point], self.tol, BY_CRITERION)
+            found.append(point.z if near is None else near.point.z)
+        yield t, np.array(found)
         if end - first == 1:
             for steps in (0, *ADJACENT):
                 yield from self._basic(first, steps)

@@ -27,8 +27,8 @@ from lcpcli.solving.result import Result
 from lcpcli.typing import States, Vector
 from lcpcli.verify.acceptance import (
     AT_ONCE,
+    BY_CRITERION,
     CLEANED,
-    WITHOUT_ROUNDING,
     Extent,
     accepted,
 )
@@ -52,9 +52,9 @@ ELIMINATED_ZERO = 2.0**-53
 # Of the tolerance: the relative residual of a point that a basic solution need not
 # replace.
 EARLY = 0.1
-# What is asked of the points of a convex program, and of those of the first stages of
-# `auto`, which leave entries of q that count as 0 to others that may do without.
-BY_CRITERION, FIRST_STAGES = Extent(WITHOUT_ROUNDING), Extent(CLEANED, is_exact=True)
+# What is asked of the points of the first stages of `auto`, which leave entries of q
+# that count as 0 to others that may do without.
+FIRST_STAGES = Extent(CLEANED, is_exact=True)
 # Of the largest |q_i|: the natural residual of a z that may solve the problem.
 NEARLY_SOLVED = 1e-6
 

@@ -28,6 +28,7 @@ from lcpcli.rational import elimination
 from lcpcli.rational.numbers import as_written, over_one_denominator, shortest_decimal
 from lcpcli.rational.rank import has_rank
 from lcpcli.typing import Indices, Mask, Vector
+from lcpcli.verify.acceptance import BY_CRITERION, accepted
 from lcpcli.verify.point import Criterion, Point
 
 # Unknowns: an LP for more would take longer than many a solution.
@@ -77,7 +78,8 @@ def has_other_minimum(
             if other is None or not (np.abs(other - x) > near).any():
                 continue
             moved = program.z_of(other, y, data)
-            if Point(Criterion(problem, tol), moved).solution() is not None:
+            point = Point(Criterion(problem, tol), moved)
+            if accepted(problem, [point], tol, BY_CRITERION) is not None:
                 return _may_move((x + other) / 2, data, C, exactly)
     return False
 

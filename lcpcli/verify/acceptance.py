@@ -78,7 +78,7 @@ class Extent(NamedTuple):
     refutation: Certificate | None = None
 
 
-AT_ONCE, IN_FULL = Extent(AS_IT_IS), Extent()
+AT_ONCE, BY_CRITERION, IN_FULL = Extent(AS_IT_IS), Extent(WITHOUT_ROUNDING), Extent()
 HIDDEN = "rounding hides a term of a row, and no exact solution was found near it"
 DIFFERS = "it differs by {:.1e} from an exact solution with its states"
 UNEXPLAINED = ", which is more than rounding in a system with these states explains"

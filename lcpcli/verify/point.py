@@ -440,17 +440,6 @@ class Point:
         distances = self.criterion.measure.distances(other._inside, self._inside)
         return bool((distances <= most + ROUNDING).all())
 
-    def solution(self) -> Point | None:
-        """Return this point or, if it nearly solves the problem, its first alternative
-        that solves it; else None."""
-        if self.solves():
-            return self
-        return (
-            next((point for point in self.alternatives() if point.solves()), None)
-            if self.nearly_solves()
-            else None
-        )
-
     @np.errstate(all="ignore")
     def nearly_solves(self) -> bool:
         """Return whether no violation is large by `Measure.is_near`: the point is then

@@ -17,6 +17,7 @@ from lcpcli import Problem, Status, check, from_qp, run
 from lcpcli.gallery import families
 from lcpcli.model.right_hand_sides import Columns
 from lcpcli.typing import Vector
+from lcpcli.verify.acceptance import BY_CRITERION, accepted
 from lcpcli.verify.measure import NEGLIGIBLE_ROUNDING, Measure
 from lcpcli.verify.nearby_solutions import is_run_off
 from lcpcli.verify.point import Criterion, Point
@@ -216,14 +217,14 @@ def test_rounding_of_zero_is_accepted_far_away_and_beside_redundant_rows() -> No
         lower=[0, -2, -300, -inf, -inf],
         upper=[inf, 2, 400, inf, inf],
     )
-    point = Point(Criterion(problem), np.array([0, -8e-14, -300, 0, 0]))
+    criterion = Criterion(problem)
+    point = Point(criterion, np.array([0, -8e-14, -300, 0, 0]))
     assert point.relative_residual == 1.0, "as all terms of its rows are rounding"
-    solution = point.solution()
-    assert solution is not None
-    assert solution.z.tolist() == [0, 0, -300, 0, 0]
-    assert (
-        Point(Criterion(problem), np.array([0, -8e-4, -300, 0, 0])).solution() is None
-    )
+    found = accepted(problem, [point], criterion.tol, BY_CRITERION)
+    assert found is not None
+    assert found.point.z.tolist() == [0, 0, -300, 0, 0]
+    point = Point(criterion, np.array([0, -8e-4, -300, 0, 0]))
+    assert accepted(problem, [point], criterion.tol, BY_CRITERION) is None
 
 
 def test_scaled_residual_counts_how_far_z_is_beyond_a_bound() -> None:
