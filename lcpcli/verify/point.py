@@ -343,6 +343,8 @@ class Point:
     def remark(self) -> str:
         """Return which entries of q count as 0, and which rows do not hold as the
         numbers stand, as a clause for the user; "" if there are none."""
+        if not self.negligible:
+            return ""
         said = [f"counting {listed(self._entries)} as 0"] if self._entries else []
         if self.rounded_rows is not None:
             said.append(self.rounded_rows.statement)
