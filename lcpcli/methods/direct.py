@@ -204,10 +204,10 @@ def may_be_program(problem: Problem) -> bool:
     M = problem.M
     if problem.n < FEWEST_FOR_PIQP:
         return False
-    with imports:
-        from lcpcli.linalg.programs import has_piqp
     if not is_sparse(M) and not isinstance(problem.origin, Program):
         return False
+    with imports:
+        from lcpcli.linalg.programs import has_piqp
     if not has_piqp():
         return False
     if not M.diagonal().all():

@@ -131,16 +131,16 @@ def accepted(
     points : of this problem, each as it is or with its measures.
     basis : the states of a single point, if they are not those that it shows.
     """
-    made = [
-        point
-        if isinstance(point, Point)
-        else Point(Criterion(problem, tol), point, is_admissible=False)
-        for point in points
-    ]
-    if extent.first <= WITHOUT_ROUNDING:
-        for point in made:
-            if (found := _by_criterion(point, extent, basis)) is not None:
+    made = list[Point]()
+    for given in points:
+        point = given
+        if not isinstance(point, Point):
+            point = Point(Criterion(problem, tol), point, is_admissible=False)
+        if extent.first <= WITHOUT_ROUNDING:
+            found = _by_criterion(point, extent, basis)
+            if found is not None:
                 return found
+        made.append(point)
     if extent.last < PROVED or not all(point.is_linear for point in made):
         return None
     with suppress(TimeIsUp), within(extent.seconds), np.errstate(all="ignore"):
@@ -155,7 +155,8 @@ def _by_criterion(
     if extent.is_exact and point.criterion.problem.n <= FEW_UNKNOWNS:
         return _exactly(point, extent, basis)
     if point.solves():
-        return Acceptance(point, point.remark, basis=basis)
+        reason = point.remark if point.negligible else ""
+        return Acceptance(point, reason, basis=basis)
     near = next((o for o in alternatives(point, extent) if o.solves()), None)
     # Of a point that is given only the first one counts: the more a point is changed,
     # the less it says about the given one, whatever the distance.
