@@ -123,9 +123,8 @@ class Entry(NamedTuple):
 def help(
     context: click.Context, topic: str | None, words: Sequence[str], whole: bool
 ) -> None:
-    """Show the page on TOPIC, or the sections on a word that has some, formatted on a
-    terminal and as Markdown in a pipe; or say what words of the field are here, and
-    list the pages that have them."""
+    """Show the page on TOPIC, or its sections on a word; or say what words of the field
+    are here, and list the pages that have them."""
     commands, rest = lcp.commands, " ".join(words)
     refuse(
         whole and topic not in commands,

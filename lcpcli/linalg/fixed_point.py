@@ -12,6 +12,7 @@ and C. F. Van Loan, Matrix Computations, 4th ed. (2013), section 4.3.3).
 
 from __future__ import annotations
 
+import math
 from itertools import pairwise
 
 import numpy as np
@@ -40,8 +41,13 @@ def fixed(values: Vector, bits: int = BITS) -> list[int]:
 
 
 def doubled(numbers: list[int], exponent: int) -> DoubleDouble:
-    """Return integers in units of 2^exponent, rounded to sums of two doubles."""
-    highs = list(map(float, numbers))
+    """Return integers in units of 2^exponent, rounded to sums of two doubles. Raises
+    SingularMatrix where one is beyond the range of doubles, as in the solution of a
+    system with a pivot near 0."""
+    try:
+        highs = list(map(float, numbers))
+    except OverflowError:
+        raise SingularMatrix from None
     lows = [
         float(number - int(high)) for number, high in zip(numbers, highs, strict=True)
     ]
@@ -104,7 +110,10 @@ class FixedPointFactors:
     def largest(self) -> float:
         """Return the largest entry of U and L."""
         numbers = [max(map(abs, row)) for row in self._rows + self._multipliers if row]
-        return max(numbers, default=0) / (1 << BITS)
+        try:
+            return float(max(numbers, default=0) / (1 << BITS))
+        except OverflowError:
+            return math.inf
 
     def solve(self, b: Vector) -> DoubleDouble:
         """Return x with A x = b, for b of shape (n,)."""

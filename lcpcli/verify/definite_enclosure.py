@@ -91,14 +91,28 @@ def least_eigenvalue(M: Matrix, basic: Mask | None, shift: float = SHIFT) -> flo
 @np.errstate(all="ignore")
 def enclosed(problem: Problem, basis: States) -> Enclosed | None:
     """Return the basic solution of a basis; None if M_BB + M_BB' is not shown to be
-    positive definite, or M is no narrow band."""
+    positive definite, M is no narrow band, or z is beyond the range of doubles."""
     D = units_of(problem)
     if D is None or not (basis == BASIC).any():
         return None
-    basic, M, q = basis == BASIC, scaled(problem.M, D, D), problem.q * D
+    basic, M = basis == BASIC, scaled(problem.M, D, D)
     band = Banded(M)
     if not band.has_fixed_point or not (least := least_eigenvalue(M, basic)):
         return None
+    try:
+        return _enclosed(problem, basis, band, least)
+    except (SingularMatrix, OverflowError):
+        return None
+
+
+def _enclosed(
+    problem: Problem, basis: States, band: Banded, least: float
+) -> Enclosed | None:
+    """Return what `enclosed` does. band : of M in its units. least : at most the least
+    eigenvalue of M_BB + M_BB' there, half of it."""
+    D = units_of(problem)
+    assert D is not None
+    basic, M, q = basis == BASIC, scaled(problem.M, D, D), problem.q * D
     start = np.where(basic, 0.0, problem.box.nonbasic(basis) / D)
     # Numbers of about 1
     exponent = int(np.frexp(max(np.abs(q).max(), np.abs(start).max()))[1])

@@ -235,7 +235,8 @@ def test_damaged_kernels_are_compiled_again_in_one_run_which_says_so(
     own = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path), KERNELS: "1"}
     command = "solve", str(tmp_path / "good.json"), "--format", "json"
     for told in (f"{loading.DAMAGED}\n", ""):
-        done = python(MAIN, *command, env=own)
+        # Elsewhere, so that it imports the package that has the copied kernels.
+        done = python(MAIN, *command, env=own, cwd=tmp_path)
         assert (done.returncode, done.stderr) == (0, told)
         assert json.loads(done.stdout)["solved"]
     assert path.exists()
