@@ -204,18 +204,16 @@ def may_be_program(problem: Problem) -> bool:
     M = problem.M
     if problem.n < FEWEST_FOR_PIQP:
         return False
-    if not is_sparse(M) and not isinstance(problem.origin, Program):
+    origin = problem.origin
+    is_bounded_only = isinstance(origin, Program) and problem.n == origin.variables
+    if not is_sparse(M) and (is_bounded_only or not isinstance(origin, Program)):
         return False
     with imports:
         from lcpcli.linalg.programs import has_piqp
     if not has_piqp():
         return False
     if not M.diagonal().all():
-        # There may be no constraints but bounds.
-        return not (
-            isinstance(problem.origin, Program)
-            and problem.n == problem.origin.variables
-        )
+        return not is_bounded_only
     return is_sparse(M) and is_narrow(M) and may_be_stiff(M)
 
 

@@ -53,6 +53,9 @@ MOST_BY_KERNELS = 100
 MOST_REPETITIONS = 20  # after which the least time hardly decreases
 # After which no repetition is begun, so that a comparison of many runs stays short.
 REPETITION_SECONDS = 0.3
+# Whose rows hold to a tolerance; those of basic solutions hold to rounding, and no step
+# would bring their objective nearer.
+INEXACT = frozenset(("piqp", "interior"))
 
 
 @with_limited_threads
@@ -266,12 +269,15 @@ def _of(problem: Problem, result: Result, compiled: bool, finishes: bool) -> Res
         with imports:
             from lcpcli.solving.minimum import checked
         return checked(result)
-    is_large = finishes and problem.n >= FEWEST_FOR_PIQP
-    if problem.program_origin is None or not (is_large or result.limits.gap < math.inf):
+    may_go_on = finishes and problem.n >= FEWEST_FOR_PIQP
+    may_go_on = may_go_on and not INEXACT.isdisjoint(result.route)
+    if not (may_go_on or result.limits.gap < math.inf):
+        return result
+    if problem.program_origin is None:
         return result
     with imports:
         from lcpcli.solving.objective import with_objective
-    return with_objective(result, finishes)
+    return with_objective(result, may_go_on)
 
 
 def _refuse_other(

@@ -17,7 +17,7 @@ import numpy as np
 
 from lcpcli.clock import imports, seconds
 from lcpcli.interrupts import TimeIsUp, within
-from lcpcli.methods.direct import FEWEST_FOR_PIQP, may_be_program
+from lcpcli.methods.direct import may_be_program
 from lcpcli.methods.stages import FAULTS, Iterate, advance
 from lcpcli.solving.result import Result, Status
 from lcpcli.solving.trace import TraceRow
@@ -28,16 +28,13 @@ from lcpcli.verify.objective import objective_error, statement
 MOST_ERROR = 1e-6
 # Of PIQP: where its gap falls slowly, as multipliers are huge.
 MOST_STEPS = 500
-INEXACT = frozenset(("piqp", "interior"))
 
 
-def with_objective(result: Result, finishes: bool) -> Result:
+def with_objective(result: Result, may_go_on: bool) -> Result:
     """Return the result of a solved program, with a better objective if its error is
-    large and the run may go on; not solved if the error is larger than is allowed.
-
-    finishes : whether all methods may take part."""
+    large and the run may go on; not solved if the error is larger than is allowed."""
     gap = result.limits.gap
-    if finishes and result.problem.n >= FEWEST_FOR_PIQP and may_be_inexact(result):
+    if may_go_on:
         error = result.objective_error or 0.0
         if error > min(MOST_ERROR, gap) and may_be_program(result.problem):
             result = _improved(result, error)
@@ -48,12 +45,6 @@ def with_objective(result: Result, finishes: bool) -> Result:
     )
     message = Status.STALLED.sentence(reason)
     return replace(result, status=Status.STALLED, message=message, end=None)
-
-
-def may_be_inexact(result: Result) -> bool:
-    """Return whether z is from a method whose rows hold to a tolerance. Those of basic
-    solutions hold to rounding, and no step would bring them nearer."""
-    return not INEXACT.isdisjoint(result.route)
 
 
 @np.errstate(all="ignore")

@@ -40,8 +40,7 @@ def objective_error(problem: Problem, z: Vector, w: Vector | None = None) -> flo
     program = problem.program_origin
     assert program is not None
     own = problem.w(z) if w is None else w
-    low, high = problem.box.vectors(z.size)
-    side = np.where(own > 0, low, high)
+    side = np.where(own > 0, problem.box.lower, problem.box.upper)
     is_met = (np.abs(side) < LEAST_FAR) | (side == z)
     terms = own * (z - np.where(is_met, side, 0.0))
     total, size = float(terms.sum()), float(np.abs(terms).sum())
