@@ -602,15 +602,15 @@ def test_an_equation_stated_twice_is_noticed_whatever_its_place_and_sign(
 
 
 def at_a_vertex(random: np.random.Generator) -> tuple[Any, Any, Any]:
-    """Q, A and c of min x'Qx / 2 + c'x with its minimum at x = 0. The first three rows
-    are A_i x = 0, the others A_i x >= 0; some follow from others."""
+    """Q, A and the y of c = A'y of min x'Qx / 2 + c'x with its minimum at x = 0. The
+    first three rows are A_i x = 0, the others A_i x >= 0; some follow from others."""
     n = int(random.integers(3, 6))
     A = random.normal(size=(2, n))
     A = np.vstack((A, A[0] - A[1], 2 * A[0], random.integers(-2, 3, (n - 1, n))))
     A = np.vstack((A, A[4] + A[5]))
     B = random.normal(size=(n, n))
     y = np.concatenate((random.normal(size=3), random.integers(0, 2, len(A) - 3)))
-    return B @ B.T + np.eye(n), A, A.T @ y
+    return B @ B.T + np.eye(n), A, y
 
 
 @pytest.mark.parametrize("seed", range(25))
@@ -620,9 +620,10 @@ def test_x_has_one_sided_derivatives_where_several_multipliers_are_at_a_kink(
     """At a vertex in which more rows meet than determine it, for changes of c. The
     derivative is the solution of the program on the critical cone (J. F. Bonnans, A.
     Shapiro, Perturbation Analysis of Optimization Problems, 2000, chapter 5): here one
-    with the same rows, and c'd = 0 added."""
+    with the same rows, of which those with a multiplier are equations."""
     random = np.random.default_rng(seed)
-    Q, A, c = at_a_vertex(random)
+    Q, A, y = at_a_vertex(random)
+    c = A.T @ y
     n, m = len(c), len(A)
     high = np.where(np.arange(m) < 3, 0.0, np.inf)
     program = {"row_lower": np.zeros(m), "row_upper": high, "lower": None}
@@ -634,7 +635,7 @@ def test_x_has_one_sided_derivatives_where_several_multipliers_are_at_a_kink(
         one_sided=True,
         J=np.eye(n, result.problem.n),
     )
-    sides = {"row_lower": np.zeros(m + 1), "row_upper": np.append(high, 0)}
-    cone = lcpcli.from_qp(Q, change, np.vstack((A, c)), **sides, lower=None)
+    sides = {"row_lower": np.zeros(m), "row_upper": np.where(y > 0, 0.0, high)}
+    cone = lcpcli.from_qp(Q, change, A, **sides, lower=None)
     d = lcpcli.run(cone).z[:n]
     assert found.z == pytest.approx(d, abs=1e-9)
