@@ -174,18 +174,22 @@ class Session:
         route: tuple[str, ...],
         evaluations: int | None = None,
         end: States | None = None,
+        is_certain: bool = False,
     ) -> Result | None:
         """Return the result at a point at which an attempt ended, if it solves the
-        problem within the limits."""
-        found = None
+        problem within the limits. is_certain : whether that is known of the point."""
+        reason: str | None = None
         if point is not None and steps <= self.limits.max_iterations:
-            found = accepted(self.problem, [point], self.limits.tol, AT_ONCE)
+            if is_certain:
+                reason = ""
+            elif found := accepted(self.problem, [point], self.limits.tol, AT_ONCE):
+                reason = found.reason
         self.stopwatch.count("verify")
-        if found is None or not self.is_in_time:
+        if reason is None or not self.is_in_time:
             return None
         of_run = self.limits, self.options, self.stopwatch.parts, evaluations, end
         return Result.of_solution(
-            route, steps, *of_run, found.reason, problem=self.problem, point=point
+            route, steps, *of_run, reason, problem=self.problem, point=point
         )
 
     def of_answer(self, answer: DirectAnswer | None) -> Result | None:
@@ -204,7 +208,8 @@ class Session:
             if steps
             else ("auto",)
         )
-        return self.judged(point, steps, route, answer.evaluations, answer.end)
+        of_run = route, answer.evaluations, answer.end
+        return self.judged(point, steps, *of_run, answer.is_certain)
 
 
 @np.errstate(all="ignore")
@@ -295,7 +300,7 @@ def solved_directly(session: Session) -> Result | None:
             ):
                 point = Point.of_solution(point.criterion, start.z)
             if np.array_equal(box.project(start.z), start.z) and point.solves():
-                return session.judged(point, 0, ("auto",))
+                return session.judged(point, 0, ("auto",), is_certain=True)
         # Pivoting takes no longer than a system and judging it.
         if not start.is_near or problem.n <= FEW_UNKNOWNS:
             session.start = None
