@@ -113,7 +113,7 @@ CSV = [
 
 
 def archive(**arrays: Any) -> bytes:
-    np.savez(file := io.BytesIO(), allow_pickle=True, **arrays)
+    np.savez(file := io.BytesIO(), **arrays)
     return file.getvalue()
 
 
