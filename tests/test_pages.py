@@ -378,13 +378,14 @@ def test_tables_have_rates_of_several_families_and_the_ladders_of_the_suites() -
     about the same ladders."""
     assert len({row[0] for row in RATES}) >= 8
     shown = {
-        row[0]: row[1:] for row in re.findall(LADDER, PAGES["stability"], re.MULTILINE)
+        family: (axis, float(value))
+        for family, axis, value in re.findall(LADDER, PAGES["stability"], re.MULTILINE)
     }
     stiff = [
         each for name in ("stiff", "extreme") for each in suites.SUITES[name].cases
     ]
     assert shown == {
-        family: (axis, [*values.values()][-1])
+        family: (axis, float([*values.values()][-1]))
         for family, axis, values in ladders(stiff)
     }
 
