@@ -41,7 +41,7 @@ from lcpcli.typing import Indices, Mask, Vector
 
 # Times the reach of others: a far side that counts, in a problem with the same states.
 NEARER = 1e5
-COMPRESSED = 0.25  # the power of the ratio of two of them that is left
+MOST_RATIO = 1e3  # of two of them, as a power of the given ratio if that is more
 MODERATE_POWER = 300  # the power of two up to which R q is usually left unchanged
 
 
@@ -435,13 +435,14 @@ class Relaxed(Change):
     multipliers of rows without any other side are fixed at 0. The two problems share
     only the solutions within the sides.
 
-    sides : those that are left out. moved : far sides that count, but nearer; then the
-        two problems share only the states of their solutions, if these do not depend on
-        how far such a side is.
+    sides : those that are left out. moved : far sides that count. is_moved : whether
+        they are nearer; then the two problems share only the states of their solutions,
+        if these do not depend on how far such a side is.
     """
 
     sides: FarSides
     moved: FarSides
+    is_moved: bool = True
     keeps_states = True
 
     def start(self, x: Vector) -> Vector:
@@ -470,13 +471,14 @@ class Relaxed(Change):
         )
 
     @np.errstate(all="ignore")
-    def needed(self, y: Vector) -> FarSides:
+    def needed(self, y: Vector, is_first: bool = True) -> FarSides:
         """Return those sides without which a y proves that there is no z, and with
         which it may not.
 
         In a program that is unbounded without them, y is a direction in which it is.
-        Only those sides are returned that are met first, of unknowns whose own costs
-        fall in that direction, if there are any: others come along at no cost."""
+        By default only those sides are returned that are met first, of unknowns whose
+        own costs fall in that direction, if there are any: others come along at no
+        cost."""
         columns, sides = product(self.original.M.T, y), self.sides
         terms = matrices.absolute_product(self.original.M.T, np.abs(y))
         lower, upper = self.original.box.vectors(y.size)
@@ -484,8 +486,15 @@ class Relaxed(Change):
         steps = sides._replace(
             lower=np.where(sides.lower & (y < 0), lower / y, np.inf),
             upper=np.where(sides.upper & (y > 0), upper / y, np.inf),
-            rows=np.where(sides.rows, np.abs(self.original.q / columns), np.inf),
+            # A z moves by -M'y, towards the side or away from it.
+            rows=np.where(
+                sides.rows & (self.original.q * columns > 0),
+                self.original.q / columns,
+                np.inf,
+            ),
         )
+        if not is_first:
+            return FarSides(*(ends < np.inf for ends in steps))
         falls = self.original.q * y < 0
         own = steps._replace(
             lower=np.where(falls, steps.lower, np.inf),
@@ -506,24 +515,28 @@ def relaxed(
     if not problem.has_far_sides:
         return Change(problem, problem)
     assert problem.far_sides is not None
-    far, smallest, reach = problem.far_sides
+    far, _, reach = problem.far_sides
     sides = far if sides is None else sides
     counted = far.without(sides)
     _, q, low, high = conditions_of(problem)
-    if is_moved:
-        ends = zip((low, high, q), counted, strict=True)
+    if is_moved and counted.number:
+        pairs = list(zip((low, high, q), counted, strict=True))
+        sizes = np.concatenate([np.abs(each[own]) for each, own in pairs])
+        least, ratio = float(sizes.min()), float(sizes.max() / sizes.min())
+        power = 1.0 if ratio <= MOST_RATIO else math.log(MOST_RATIO, ratio)
         low, high, q = (
-            np.where(own, _nearer(each, smallest, reach), each) for each, own in ends
+            np.where(own, _nearer(each, least, power, reach), each)
+            for each, own in pairs
         )
     low[sides.lower], high[sides.upper] = -np.inf, np.inf
     low[sides.rows], high[sides.rows] = 0.0, 0.0
     q = np.where(sides.rows, 0.0, q)
     changed = Problem(problem.M, q, lower=low, upper=high)
-    return Relaxed(changed, problem, sides, counted)
+    return Relaxed(changed, problem, sides, counted, is_moved)
 
 
-def _nearer(ends: Vector, smallest: float, reach: float) -> Vector:
+def _nearer(ends: Vector, smallest: float, power: float, reach: float) -> Vector:
     """Return far sides that are nearer, in the same order."""
     with np.errstate(invalid="ignore"):
-        sizes = NEARER * (reach or 1.0) * (np.abs(ends) / smallest) ** COMPRESSED
+        sizes = NEARER * (reach or 1.0) * (np.abs(ends) / smallest) ** power
         return np.where(np.isfinite(ends), np.copysign(sizes, ends), ends)

@@ -8,7 +8,8 @@ A side counts as rounding of 0 only if its row has no entry, so that it alone de
 and if it is at most ROUNDING_OF_SIDES of the median of the sides, those of 0 left out,
 of the rows of the same kind with entries. These have to be FEW at least, or all rows of
 this kind with entries. Equations are of one kind, and inequalities of the other. In a
-program, only rows of A are meant: a cost of 1e-17 is no side.
+program, only rows of A are meant: a cost of 1e-17 is no side. A side far below that,
+as 1e-80 beside 1, is not what sums of such sides leave.
 """
 
 from __future__ import annotations
@@ -19,12 +20,15 @@ from typing import NamedTuple
 import numpy as np
 
 from lcpcli.errors import listed
+from lcpcli.linalg.doubles import EPS
 from lcpcli.linalg.matrices import dense
 from lcpcli.model.program import Conditions, Program
 from lcpcli.typing import Indices, Mask, Vector
 
 # Relative to the median of the sides of other rows.
 ROUNDING_OF_SIDES = 1e-15
+# The same: less is no rounding, unless the terms are rounding of the sides themselves.
+LEAST_OF_SIDES = EPS**2
 FEW = 3  # sides with a median
 MOST_NAMED = 3
 
@@ -76,8 +80,10 @@ def rounded_rows(
     is_rounded = own.is_empty & (sides != 0)
     for is_kind in (own.is_equation, ~own.is_equation):
         if (is_rounded & is_kind).any():
-            limit = ROUNDING_OF_SIDES * _size(own, is_kind & ~own.is_empty)
-            is_rounded &= ~is_kind | (np.abs(sides) <= limit)
+            size, each = _size(own, is_kind & ~own.is_empty), np.abs(sides)
+            is_rounding = each <= ROUNDING_OF_SIDES * size
+            is_rounding &= each >= LEAST_OF_SIDES * size
+            is_rounded &= ~is_kind | is_rounding
     if not is_rounded.any():
         return None
     rows, values = own.indices[is_rounded], own.ranges[is_rounded & (own.ranges >= 0)]

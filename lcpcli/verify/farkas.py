@@ -139,8 +139,9 @@ class Multiplied:
     has_signs : whether y is finite, not 0, and has the signs of multipliers. excess :
     by how much (A'y)_j is beyond 0 on a side where z_j has no bound, -inf if it has
     both bounds. is_active : in which columns A'y has the wrong sign, or is so small
-    that it may be 0. total, terms : b'y with the suprema, and the sizes of what this
-    adds up.
+    that it may be 0, where it matters: without bounds, or with bounds so far away that
+    rounding of A'y decides. total, terms : b'y with the suprema, those aside in which
+    rounding decides, and the sizes of what this adds up.
     """
 
     @np.errstate(all="ignore")
@@ -173,6 +174,11 @@ class Multiplied:
             np.where(low, np.abs(lower), 0.0), np.where(high, np.abs(upper), 0.0)
         )
         self.everywhere = np.ones(image.size, dtype=bool)
+        # Where A'y may be 0, times a bound that is far away, it is at best rounding.
+        is_hidden = self.used & (np.abs(image) <= self.error)
+        beside = self.b @ self.y + self.supremum[~is_hidden].sum()
+        is_hidden &= self.ends * self.error >= SNAP * abs(beside)
+        self.supremum[is_hidden] = 0.0
         self.total = float(self.b @ self.y + self.supremum.sum())
         self.terms = float(
             np.abs(self.b) @ np.abs(self.y) + np.abs(self.supremum).sum()
@@ -182,7 +188,7 @@ class Multiplied:
             & (self.excess < 0)
             & ((end == 0) | ~np.isfinite(end))
         )
-        self.is_active = self.used & (
+        self.is_active = is_hidden | self.used & (
             self.excess >= -self.error - ACTIVE_COLUMN * self.size
         )
 

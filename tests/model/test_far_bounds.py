@@ -17,6 +17,7 @@ import lcpcli
 from lcpcli import Problem, Status, from_qp, from_qpsolvers, read, run, solve, write
 from lcpcli.model.changes import (
     Composed,
+    Relaxed,
     composed,
     relaxed,
     scale,
@@ -268,3 +269,52 @@ def test_a_far_bound_that_is_met_counts() -> None:
     result = lcpcli.run(problem)
     assert result.solved
     assert result.z[:3].tolist() == [1e19, 1.0, 0.0]
+
+
+def test_only_sides_ahead_are_met() -> None:
+    """As x1 grows to its far bound, it moves away from the far side of the row; x2
+    grows towards that of the other row."""
+    A, ends = [[2.0, 0.0], [0.0, 1.0]], {"row_lower": -1e18, "row_upper": [INF, 1e17]}
+    problem = from_qp(None, [-1.0, -1.0], A, upper=[1e19, INF], **ends)
+    change = relaxed(problem)
+    assert isinstance(change, Relaxed)
+    needed = change.needed(np.array([1.0, 0.0, 0.0, 0.0, 0.0]))
+    assert [np.flatnonzero(each).tolist() for each in needed] == [[], [0], []]
+    result = lcpcli.run(problem)
+    assert result.solved
+    assert result.z[:2].tolist() == [1e19, 1e17]
+    problem = from_qp(None, [-1.0], [[2.0]], row_upper=1e18, upper=1e19)
+    assert lcpcli.run(problem).z[0] == 5e17
+
+
+@pytest.mark.parametrize("bound", [1.9e22, 8e22])
+def test_far_sides_that_are_met_together_keep_their_ratio(bound: float) -> None:
+    """x1 / 2 is at most 1e22 in a row, beside sides that are far smaller."""
+    A = np.diag([0.5, *np.ones(12)])
+    A[1:, 1:] += np.eye(12, k=1) / 2
+    upper, low = np.append(bound, np.full(12, 1e13)), np.append(-1e20, np.ones(12))
+    costs, high = (
+        np.append(-1.0, np.arange(1.0, 13)),
+        np.append(1e22, np.full(12, 1e18)),
+    )
+    problem = from_qp(None, costs, A, row_lower=low, row_upper=high, upper=upper)
+    result = lcpcli.run(problem)
+    assert result.solved
+    assert result.z[0] == min(bound, 2e22)
+    assert (A @ result.z[:13])[1:].min() >= 1 - 1e-12
+
+
+@pytest.mark.parametrize("size", [1e13, 1e20, 1e30])
+def test_rounding_of_a_proof_times_a_far_bound_counts_as_0(size: float) -> None:
+    """Two opposed rows: their exact multipliers are equal, and those given are not. If
+    the rows differ in the last digit, a large x satisfies both."""
+    row = np.array([0.1, 0.7, -0.3])
+    y = np.array([0.0, 0.0, 0.0, 11.3, -11.3 * (1 + 2**-50)])
+    sides = {"row_lower": [2.0, -INF], "row_upper": [INF, 1.0], "upper": size}
+    problem = from_qp(None, [1.0, 1.0, 1.0], [row, row], **sides)
+    assert proves_infeasible(problem, y)
+    assert lcpcli.run(problem).status is Status.INFEASIBLE
+    other = row.copy()
+    other[1] -= 2**-53
+    differs = from_qp(None, [1.0, 1.0, 1.0], [row, other], **sides)
+    assert proves_infeasible(differs, y) == (size < 1e15)

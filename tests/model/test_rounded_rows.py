@@ -83,6 +83,9 @@ def test_sizes_are_those_of_other_rows_of_the_kind() -> None:
     assert rows([1.0, 0.0, 9e-16], 2).rounded_rows is None
     assert rows([1.0, 9e-16], 1).rounded_rows is not None
     assert rows([1e-17], 0).rounded_rows is None
+    # Sums of numbers of size 1 leave no 1e-33.
+    assert rows([1.0, 1.0, 1.0, 1e-31], 3).rounded_rows is not None
+    assert rows([1.0, 1.0, 1.0, 1e-33], 3).rounded_rows is None
     # A few large ones make no rounding of others.
     assert rows([1e9, 1e-9, 1e-9, 1e9, 1e-9, 1e-17], 5).rounded_rows is None
     # Equations are of another kind.

@@ -152,6 +152,8 @@ def check(result: Result, problem: Problem) -> None:
         >= 0
     )
     if result.solved:
+        if "as the numbers stand" in result.message:
+            problem = without_sides_of_empty_rows(problem)
         small = exact_measure.relative_residual(problem, result.z) <= TOL
         assert small or is_solution_rounded(problem, result.z)
     if result.status is Status.INFEASIBLE:
@@ -161,6 +163,14 @@ def check(result: Result, problem: Problem) -> None:
     if (problem.q >= 0).all():
         assert result.solved
         assert result.iterations <= 1
+
+
+def without_sides_of_empty_rows(problem: Problem) -> Problem:
+    """The problem that is solved where such a side is said to have no solution."""
+    assert isinstance(problem.M, np.ndarray)
+    has_none = ~problem.M.any(axis=1) & (problem.q < 0)
+    assert has_none.any()
+    return Problem(problem.M, np.where(has_none, 0.0, problem.q))
 
 
 @pytest.mark.slow("400 random problems, each against exact arithmetic")
