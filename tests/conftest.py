@@ -4,6 +4,7 @@ process."""
 from __future__ import annotations
 
 import io
+import json
 import math
 import os
 import re
@@ -60,6 +61,10 @@ def pytest_xdist_setupnodes() -> None:
 MISSING_PACKAGE = re.compile(
     r"No module named '(\w+)|could not import '(?!lcpcli)(\w+)"
     r"|Skipped: (\w+) is not installed"
+)
+# A command that writes records, by --format or by the name of the output.
+ASKS_FOR_JSON = re.compile(
+    r"(-f|--format) json\b(?!.* -q)|^(?!make|convert).* -o [^ ]+\.jsonl?$(?!.* -q)"
 )
 A_TEST = re.compile(r"^def test_", re.MULTILINE)
 
@@ -209,10 +214,15 @@ def refused(
     monkeypatch: pytest.MonkeyPatch,
 ) -> Callable[[str, Files], str]:
     """Run a command line in a folder of files and return the line with which it is
-    refused: all that is printed, readable and in words of this program. Nothing is
-    written, and nothing solved in vain."""
+    refused: all that is printed, readable and in words of this program, besides one
+    record if the command line asks for JSON. Nothing is written, and nothing solved in
+    vain."""
 
-    def run(command: str, files: Files) -> str:
+    def run(
+        command: str,
+        files: Files,
+        records: Callable[[list[Any]], None] = lambda _: None,
+    ) -> str:
         # Without what tmp_path does for each of a thousand tests.
         (folder := tmp_path_factory.getbasetemp() / f"refused-{next(FOLDERS)}").mkdir()
         for name, content in files.items():
@@ -236,7 +246,11 @@ def refused(
         before = entries_of(folder)
         outcome = lcp(*shlex.split(command))
         line = outcome.err.removesuffix("\n")
-        assert (outcome.code, outcome.out, outcome.err) == (2, "", f"{line}\n")
+        assert (outcome.code, outcome.err) == (2, f"{line}\n")
+        made = [json.loads(text) for text in outcome.out.splitlines()]
+        said = [line.removeprefix("lcp: ")] if ASKS_FOR_JSON.search(command) else []
+        assert [each["message"] for each in made] == said
+        records(made)
         assert line.isprintable()
         assert len(line) <= LONGEST_LINE
         own_words = OURS.sub("", line)

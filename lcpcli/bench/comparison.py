@@ -239,7 +239,7 @@ def _of_result(result: Mapping[str, Any]) -> tuple[Key, Ending]:
     method; and the ending."""
     name = PurePath(result["file"]).name if result["file"] else result["problem"]
     item = f":{result['item']}" if result["item"] else ""
-    status, seconds = str(result["status"]), result["seconds"]
+    status, seconds = str(result["status"]), result.get("seconds")
     is_proved = (
         status.upper() in Status.__members__ and Status[status.upper()].has_no_solution
     )

@@ -13,7 +13,7 @@ from lcpcli.bench.suites import ALL, DEFAULT_METHODS, SUITES, Suite, methods_of
 from lcpcli.cli import declarations, output
 from lcpcli.cli.command import Candidates, command
 from lcpcli.cli.declarations import argument, option, refuse, refuse_beside
-from lcpcli.cli.main import BAD_INPUT, INTERRUPTED, NOT_SOLVED, SOLVED, say
+from lcpcli.cli.main import BAD_INPUT, INTERRUPTED, NOT_SOLVED, SOLVED, refused, say
 from lcpcli.cli.problems import Inputs, Request, same_file, settle_threads, taken, tell
 from lcpcli.cli.terminal import Line, shows_progress
 from lcpcli.errors import OTHER_OUTPUT, OptionError, count, listed, missing
@@ -181,10 +181,12 @@ def _run(request: Request, destination: output.Destination) -> int:
         saved[:0] = [request.resume] * bool(record.pending())
     files = [file for case in record.cases for file in (case.file, case.q_file) if file]
     Inputs(files).refuse({"--output": destination.path, "--plot": request.plot})
+    if not record.cases:
+        for fault in record.unread:
+            refused(fault, fault.partition(": ")[0])
+        return BAD_INPUT
     for fault in record.unread:
         tell(fault)
-    if not record.cases:
-        return BAD_INPUT
     if record.missing and not request.quiet:
         _, hint = missing(*(load(name).module for name in record.missing))
         say(f"lcp bench: not installed, left out: {', '.join(record.missing)}; {hint}")

@@ -12,13 +12,16 @@ import contextlib
 import gc
 import io
 import os
+import re
 import signal
 import sys
 import threading
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any, NoReturn
 
 if TYPE_CHECKING:
+    import click
+
     from lcpcli.errors import LCPError
     from lcpcli.solving.result import Result, Status
 
@@ -39,6 +42,10 @@ OUTPUT = "standard output"
 NO_THREAD = "can't start new thread"  # the message of a RuntimeError
 # Behind the name of a model: the program is called as AMPL calls solvers.
 AMPL = "-AMPL"
+
+# -f, -o or a longer name, alone or with its value, perhaps behind -q.
+OUTPUT_OPTION = re.compile(r"-q?([fo])(.*)|--(format|output)(?:=(.*))?", re.DOTALL)
+QUIET = re.compile(r"--quiet|-q.*", re.DOTALL)
 
 # Threads that may wait for input for ever; the process ends without them.
 reading: list[threading.Thread] = []
@@ -196,7 +203,7 @@ def _run() -> int:
     import click
 
     from lcpcli.cli.command import VARIABLE, lcp
-    from lcpcli.errors import LCPError, ResourceError
+    from lcpcli.errors import LCPError
     from lcpcli.interrupts import hides_interrupt
 
     output = sys.stdout
@@ -211,34 +218,22 @@ def _run() -> int:
     except click.exceptions.Exit as ending:
         return ending.exit_code
     except click.UsageError as error:
-        param = getattr(error, "param", None)
-        if param is None:
-            where = error.ctx.command_path if error.ctx else "lcp"
-            return say(
-                f"lcp: {where.removeprefix('lcp ')}: "
-                f"{_one_line(error.message)}; see {where} --help"
-            )
-        name = (
-            param.opts[-1]
-            if isinstance(param, click.Option)
-            else param.human_readable_name.strip("[]")
-        )
-        return say(f"lcp: {name}: {_one_line(error.message)}")
+        return of_usage(error)
     except click.ClickException as error:
-        return say(f"lcp: {_one_line(error.format_message())}")
-    except ResourceError as error:
-        return say(f"lcp: {error}", NOT_SOLVED)
+        return refused(one_line(error.format_message()))
     except LCPError as error:
-        return say(f"lcp: {as_written(error)}")
+        return of_error(error)
     except (click.Abort, KeyboardInterrupt):
         return INTERRUPTED
     except MemoryError:
-        return say("lcp: not enough memory for this problem", NOT_SOLVED)
+        message = "not enough memory for this problem"
+        return refused(message, code=NOT_SOLVED)
     except (ImportError, SystemError, RuntimeError) as error:
         if hides_interrupt(error):
             return INTERRUPTED
         if str(error) == NO_THREAD:
-            return say("lcp: the system refused a further thread", NOT_SOLVED)
+            message = "the system refused a further thread"
+            return refused(message, code=NOT_SOLVED)
         if isinstance(error, RuntimeError):
             raise
         return _complain_of_loading(error)
@@ -262,10 +257,11 @@ def _complain_of_system(error: OSError) -> int:
             "with -o"
         )
     if error.filename is not None:
-        return say(f"lcp: {error.filename}: {error.strerror}")
+        return refused(f"{error.filename}: {error.strerror}", error.filename)
     if is_folder_gone():
-        return say(f"lcp: {GONE}")
-    return say(f"lcp: the system refused: {error.strerror or error}", NOT_SOLVED)
+        return refused(GONE)
+    fault = f"the system refused: {error.strerror or error}"
+    return refused(fault, code=NOT_SOLVED)
 
 
 def as_written(error: LCPError) -> LCPError:
@@ -291,6 +287,92 @@ def say(message: str, code: int = BAD_INPUT) -> int:
     return code
 
 
+def refused(message: str, where: str = "", code: int = BAD_INPUT) -> int:
+    """Say why a run is refused, or cannot go on, and return the exit code. where : the
+    file, the field or the option at fault, with which the message begins."""
+    # The output is closed, or there is no memory left.
+    with contextlib.suppress(OSError, ValueError, MemoryError, ImportError):
+        _print_record(message, where, code)
+    return say(f"lcp: {message}", code)
+
+
+def _print_record(message: str, where: str, code: int) -> None:
+    """Print the record of a run that is refused, if the command line asks for JSON."""
+    words = sys.argv[1:]
+    if not asks_for_json(words):
+        return
+    from lcpcli.files.contents import Source
+    from lcpcli.report import result_formats as formats
+
+    file, field = parted(where, words)
+    status = formats.BAD_INPUT if code == BAD_INPUT else formats.LOST
+    record = formats.record_without_result(Source(file), status, message, field)
+    print(formats.line(record), end="", flush=True)
+
+
+def of_error(error: LCPError) -> int:
+    from lcpcli.errors import ResourceError
+
+    shown = as_written(error)
+    code = NOT_SOLVED if isinstance(error, ResourceError) else BAD_INPUT
+    return refused(str(shown), shown.where, code)
+
+
+def of_usage(error: click.UsageError) -> int:
+    """Refuse a command line that click cannot read."""
+    message = one_line(error.message)
+    param = getattr(error, "param", None)
+    if param is None:
+        where = error.ctx.command_path if error.ctx else "lcp"
+        command = where.removeprefix("lcp ")
+        return refused(f"{command}: {message}; see {where} --help", command)
+    is_option = param.param_type_name == "option"
+    name = param.opts[-1] if is_option else param.human_readable_name.strip("[]")
+    return refused(f"{name}: {message}", name)
+
+
+def asks_for_json(words: Sequence[str]) -> bool:
+    """Return whether a command line asks for records in JSON, by -f or by the suffix of
+    -o, and not for silence, whatever else is wrong with it."""
+    from lcpcli.cli.command import lcp
+    from lcpcli.files.formats import LINES
+
+    end = words.index("--") if "--" in words else len(words)
+    known, given = words[:end], dict[str, str]()
+    for word, following in zip(known, [*known[1:], ""], strict=True):
+        if found := OUTPUT_OPTION.fullmatch(word):
+            name = found[1] or found[3][0]
+            given[name] = found[2] or found[4] or following
+    if any(map(QUIET.fullmatch, known)):
+        return False
+    if "f" in given:
+        return given["f"] == "json"
+    if not known or known[0] not in lcp.commands:
+        return False
+    has_formats = any(param.name == "form" for param in lcp.commands[known[0]].params)
+    name = given.get("o", "").casefold()
+    return has_formats and name.endswith((".json", *LINES))
+
+
+def parted(where: str, words: Iterable[str]) -> tuple[str | None, str | None]:
+    """Return the file and the field at fault, each None if there is none. A file is
+    what a word of the command line names, or is in a folder that a word names."""
+    from lcpcli.files.contents import Source, place
+    from lcpcli.report.result_formats import field_in
+
+    first, _, rest = where.partition(": ")
+    if first.startswith("--"):
+        file, field = parted(rest, words) if rest else (None, None)
+        return file, ": ".join(filter(None, [first, field]))
+    values = [word.partition("=")[2] for word in words]
+    for name in filter(None, map(place, [*words, *values])):
+        in_folder = first.startswith(os.path.join(name, ""))
+        if in_folder or where == name or where.startswith(f"{name}: "):
+            file = first if in_folder else name
+            return file, field_in(where, Source(file))
+    return None, where or None
+
+
 def _complain_of_loading(error: BaseException) -> int:
     """Report a library that fails to load, perhaps for lack of memory, by the root of
     its error, which it may wrap. NumPy does in a folder that has been removed, on
@@ -301,12 +383,12 @@ def _complain_of_loading(error: BaseException) -> int:
         return say(f"lcp: {GONE}")
     while error.__cause__ or error.__context__:
         error = error.__cause__ or error.__context__ or error
-    fault = _one_line(str(error) or type(error).__name__)
+    fault = one_line(str(error) or type(error).__name__)
     return say(
         f"lcp: {fault}; out of memory, or is the installation broken?", NOT_SOLVED
     )
 
 
-def _one_line(message: str) -> str:
+def one_line(message: str) -> str:
     line = " ".join(message.split())
     return (line[0].lower() + line[1:]).rstrip(".") if line else line

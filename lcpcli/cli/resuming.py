@@ -23,7 +23,7 @@ from lcpcli.errors import OptionError, count
 from lcpcli.files.contents import Source, place
 from lcpcli.files.fields import BOUND_OPTIONS
 from lcpcli.files.inputs import Input, QColumns, Work, digest
-from lcpcli.report import result_formats
+from lcpcli.report.result_formats import BAD_INPUT as UNREAD
 from lcpcli.solving import result as results
 
 Kind = tuple[str, int]  # how a run ended: a word and an exit code
@@ -197,7 +197,7 @@ def options_of(request: Request) -> dict[str, str]:
 def _known(record: Mapping[str, Any], given: Mapping[str, str]) -> Known:
     """Return what is known of the problem of a record; raise OptionError if the record
     was written with other options."""
-    number, word, exact = record["number"], record["status"], record["exact"]
+    number, word, exact = record["number"], record["status"], record.get("exact")
     source = Source(record.get("file"), record.get("item"))
     try:
         then = {**dict.fromkeys(given, "none"), **record["given"]}
@@ -213,13 +213,13 @@ def _known(record: Mapping[str, Any], given: Mapping[str, str]) -> Known:
         if number < 1:
             raise TypeError
         code = BAD_INPUT
-        if word != result_formats.BAD_INPUT:
+        if word != UNREAD:
             code = (
                 of_status(results.Status[word.upper()])
                 if exact is None or exact["status"]
                 else NOT_SOLVED
             )
-            word = results.word_of(word, (record["answer"] or {}).get("proved"))
+            word = results.word_of(word, (record.get("answer") or {}).get("proved"))
         return Known(number, source, record["digest"], (word, code))
     except (KeyError, TypeError, AttributeError):
         fault = f"has a record of {source} that is damaged"

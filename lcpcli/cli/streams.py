@@ -210,7 +210,6 @@ def _written(
 # Of work that is handed over: long against the milliseconds that this costs, short for
 # the user.
 PIECE_SECONDS = 0.1
-LOST = "breakdown"
 
 
 class TaskRecord(NamedTuple):
@@ -289,8 +288,9 @@ class Task(NamedTuple):
                     if source.file in fault.where.split(": ")
                     else f"{source}: {fault}"
                 )
+                field = result_formats.field_in(fault.where, source)
                 yield self._without_result(
-                    source, result_formats.BAD_INPUT, message, BAD_INPUT
+                    source, result_formats.BAD_INPUT, message, BAD_INPUT, field
                 )
         except MemoryError:
             yield from self.records_of_loss(
@@ -307,7 +307,9 @@ class Task(NamedTuple):
     def records_of_loss(self, work: Work, message: str) -> list[TaskRecord]:
         """Return the records of an input whose results were lost."""
         return [
-            self._without_result(at, LOST, f"{at}: {message}", NOT_SOLVED)
+            self._without_result(
+                at, result_formats.LOST, f"{at}: {message}", NOT_SOLVED
+            )
             for at in work.sources
         ]
 
@@ -349,13 +351,18 @@ class Task(NamedTuple):
             yield replace(result, problem=result.problem.named(name, first.origin)), []
 
     def _without_result(
-        self, source: Source, word: str, message: str, exit_code: int
+        self,
+        source: Source,
+        word: str,
+        message: str,
+        exit_code: int,
+        field: str | None = None,
     ) -> TaskRecord:
-        text = (
-            result_formats.without_result(source, word, message, self.form, self.layout)
-            if self.form
-            else ""
-        )
+        text = ""
+        if self.form:
+            text = result_formats.without_result(
+                source, word, message, field, self.form, self.layout
+            )
         return TaskRecord(text, word, exit_code, (message,))
 
 

@@ -216,7 +216,7 @@ def _lock(file: IO[bytes], name: str) -> None:
 
 OPENING = b'{"version":'
 UNFINISHED = "interrupted"  # the status of a record that is made again
-FIELDS = {"file", "item", "status", "exact", "number", "digest", "given"}  # of a record
+FIELDS = {"file", "item", "status", "number", "digest", "given"}  # of a record
 EXPECTED = "name a file that lcp solve -o FILE.jsonl has begun"
 
 

@@ -16,19 +16,21 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from lcpcli.errors import visible, visible_json
 from lcpcli.files.contents import NO_SOURCE, Source
 from lcpcli.methods.registry import declared
-from lcpcli.model.problem import Problem
 from lcpcli.options import DEFAULTS
 from lcpcli.report import columns, wording
 from lcpcli.report.document import Document, typeset
 from lcpcli.version import VERSION
 
 if TYPE_CHECKING:
+    from lcpcli.errors import LCPError
     from lcpcli.model.nonlinear import NonlinearProblem
+    from lcpcli.model.problem import Problem
     from lcpcli.solving.result import Result
 
 # The formats in which each of many problems has a part of its own.
 FORMS = ("table", "json", "csv")
-BAD_INPUT = "bad_input"  # the status of a problem that could not be read
+BAD_INPUT = "bad_input"  # the status of an input that cannot be used
+LOST = "breakdown"  # that of one whose result was lost
 # Of the name of one of many problems: at most half a line, and at least where it is
 # cut; the item in a file within it; and in its row, all but the name and what the
 # problem is solved by.
@@ -126,7 +128,7 @@ class Report(NamedTuple):
 def report(
     runs: Sequence[Sequence[Result]],
     sources: Sequence[Source],
-    faults: Sequence[tuple[Source, Exception]] = (),
+    faults: Sequence[tuple[Source, LCPError]] = (),
     *,
     compared: bool = True,
     swept: bool = False,
@@ -164,7 +166,9 @@ def report(
             for each in own
         )
         yield from (
-            record_without_result(place, BAD_INPUT, str(fault))
+            record_without_result(
+                place, BAD_INPUT, str(fault), field_in(fault.where, place)
+            )
             for place, fault in faults
         )
 
@@ -209,11 +213,16 @@ def of_result(result: Result, source: Source, form: str, layout: Layout) -> str:
 
 
 def without_result(
-    source: Source, status: str, message: str, form: str, layout: Layout
+    source: Source,
+    status: str,
+    message: str,
+    field: str | None,
+    form: str,
+    layout: Layout,
 ) -> str:
     """Return the text of a problem that could not be read, or whose result was lost."""
     if form == "json":
-        return line(record_without_result(source, status, message))
+        return line(record_without_result(source, status, message, field))
     if form == "csv":
         return written([], [message])
     return layout.row(str(source), "", status.replace("_", " "), "", "", "", [])
@@ -278,11 +287,25 @@ def text(value: Any) -> str:
     return visible_json(json.dumps(value, allow_nan=False, ensure_ascii=False))
 
 
-def record_without_result(source: Source, status: str, message: str) -> dict[str, Any]:
-    """Return the object for a problem that could not be read, or whose result was lost,
-    with its mark in a log."""
-    own = {"status": status, "message": message, "solved": False}
-    return dict.fromkeys(KEYS.split()) | place(source) | own | dict(source.mark or {})
+def record_without_result(
+    source: Source, status: str, message: str, field: str | None = None
+) -> dict[str, Any]:
+    """Return the record of an input that cannot be used, or whose result was lost, with
+    its mark in a log. field : what is wrong in the file, or on the command line."""
+    return {
+        **place(source),
+        "field": field,
+        "status": status,
+        "message": message,
+        "solved": False,
+        **(source.mark or {}),
+    }
+
+
+def field_in(where: str, source: Source) -> str | None:
+    """Return what the place of an error says besides the file and the line."""
+    field = where.removeprefix(str(source.file)).removeprefix(": ")
+    return field.removeprefix(f"line {source.item}").removeprefix(": ") or None
 
 
 def data(result: Result, source: Source = NO_SOURCE) -> dict[str, Any]:

@@ -56,10 +56,11 @@ def record(outcome: Outcome) -> dict[str, Any]:
 
 
 def assert_refused(outcome: Outcome, *words: str) -> None:
-    """One line on standard error says so, with these words, and that is all."""
-    assert (outcome.code, outcome.out, outcome.err.count("\n")) == (2, "", 1), (
-        outcome.err
-    )
+    """One line on standard error says so, with these words, and that is all, but for a
+    record of the same where JSON is asked for."""
+    assert (outcome.code, outcome.err.count("\n")) == (2, 1), outcome.err
+    if outcome.out:
+        assert f"lcp: {json.loads(outcome.out)['message']}\n" == outcome.err
     assert [word for word in words if word not in outcome.err] == [], outcome.err
 
 
