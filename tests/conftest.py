@@ -24,8 +24,10 @@ from lcpcli import Problem, read
 from lcpcli.cli import main as cli
 from lcpcli.cli import output
 from lcpcli.files import contents
+from lcpcli.files.input_file import InputFile
 from lcpcli.files.inputs import Input
-from lcpcli.files.reading import contents_of
+from lcpcli.files.nl_format import Model
+from lcpcli.files.reading import files_of
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.options import KERNELS, wants_kernels
 from lcpcli.rational.exact_problem import ExactProblem
@@ -95,8 +97,13 @@ class Outcome:
 def read_exact(*paths: str) -> ExactProblem:
     """The problem in one file or two with its numbers as they are written, as the
     commands take it."""
-    work = Input(paths, contents_of(paths))
+    work = Input(tuple(files_of(paths)))
     return ExactProblem(work.read(), *work.exact_parts())
+
+
+def model_of(content: bytes, path: str) -> Model:
+    """The model of AMPL in the content of a file."""
+    return Model(InputFile(path, content))
 
 
 @pytest.fixture

@@ -22,7 +22,7 @@ from lcpcli.errors import (
     likely,
 )
 from lcpcli.files import contents
-from lcpcli.files.contents import content_of, files_in
+from lcpcli.files.contents import files_in
 
 if TYPE_CHECKING:
     from lcpcli.model.nonlinear import NonlinearProblem
@@ -302,6 +302,8 @@ def _files(asked: Sequence[str], tell: Tell, infinity: float | None) -> Sequence
     """Return the files of the problem that begins with the first file, after reading
     them."""
     from lcpcli.files import reading
+    from lcpcli.files.fields import is_whole
+    from lcpcli.files.input_file import WHOLE, InputFile
     from lcpcli.files.inputs import nonlinear_in
     from lcpcli.model import changes
     from lcpcli.verify.point import without_wrong_solutions
@@ -321,17 +323,20 @@ def _files(asked: Sequence[str], tell: Tell, infinity: float | None) -> Sequence
         )
         raise OptionError(path, "is neither a suite nor a file", GONE.get(path, hint))
     contents.refuse_folder(path)
-    if nonlinear_in(path, content_of(path, reading.WHOLE)) is not None:
+    file = InputFile.read(path, WHOLE)
+    if nonlinear_in(file) is not None:
         if infinity is not None:
             raise ParameterError(
                 "infinity", "has no effect on a nonlinear model", LEAVE_OUT
             )
         return asked[:1]
-    problem, files = reading.read_next(asked, infinity or math.inf)
+    paths = asked[: 1 if is_whole(file.fields) else 2]
+    files = [file, *map(InputFile.read, paths[1:])]
+    problem = reading.problem_in(files, infinity or math.inf)
     far = changes.remark(problem) if infinity is None else ""
     for remark in filter(None, [*without_wrong_solutions(problem)[1], far]):
         tell(f"{path}: {remark}")
-    return files
+    return paths
 
 
 def problem_of(case: Case) -> Problem | NonlinearProblem:
@@ -342,13 +347,10 @@ def problem_of(case: Case) -> Problem | NonlinearProblem:
         from lcpcli.files.inputs import nonlinear_in
         from lcpcli.verify.point import without_wrong_solutions
 
-        if (
-            model := nonlinear_in(case.file, content_of(case.file, reading.WHOLE))
-        ) is not None:
+        files = reading.files_of([*filter(None, (case.file, case.q_file))])
+        if (model := nonlinear_in(files[0])) is not None:
             return model.nonlinear
-        problem = reading.read(
-            case.file, case.q_file or None, infinity=case.infinity or math.inf
-        )
+        problem = reading.problem_in(files, case.infinity or math.inf)
         return without_wrong_solutions(problem)[0]
     from lcpcli.gallery import families as gallery
     from lcpcli.gallery import nonlinear

@@ -17,13 +17,14 @@ from lcpcli.cli.terminal import Line, shows_progress
 from lcpcli.enumeration import optimum as search
 from lcpcli.enumeration import search as sets
 from lcpcli.errors import ProblemError, count
-from lcpcli.files.contents import content_of, within
+from lcpcli.files.contents import within
 from lcpcli.interrupts import TimeIsUp, stopping
 from lcpcli.model.origins import Game
 from lcpcli.rational import exact_problem, numbers
 from lcpcli.report import plotting, solutions, wording
 
 if TYPE_CHECKING:
+    from lcpcli.files.input_file import InputFile
     from lcpcli.files.inputs import Work
     from lcpcli.files.nl_format import LinearObjective
 
@@ -121,16 +122,16 @@ def _search(
     return sets.SolutionSet(search, ended, seconds), prepared
 
 
-def objective_in(path: str) -> LinearObjective | None:
+def objective_in(file: InputFile) -> LinearObjective | None:
     """Return the objective of the linear model in an .nl file; None if it has none, or
     is nonlinear."""
     from lcpcli.files.nl_format import Model
 
-    content = content_of(path, "")
-    if not (content.startswith(b"b") or re.search(rb"^O\d", content, re.MULTILINE)):
+    is_text = not file.content.startswith(b"b")
+    if is_text and not re.search(rb"^O\d", file.content, re.MULTILINE):
         return None
-    model = within(path, Model, content, path)
-    return within(path, lambda: model.objective if model.model.is_linear else None)
+    model = Model(file)
+    return model.objective if model.model.is_linear else None
 
 
 def _best(

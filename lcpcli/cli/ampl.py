@@ -11,12 +11,14 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from lcpcli.errors import LEAVE_OUT, OptionError, count, likely, quoted, visible
-from lcpcli.files import atomic_write, contents, nl_format
+from lcpcli.files import atomic_write, nl_format
+from lcpcli.files.input_file import WHOLE, InputFile
 from lcpcli.methods.registry import RESTARTS
 from lcpcli.model.nonlinear import NonlinearProblem
 from lcpcli.model.program import Program
@@ -62,8 +64,8 @@ def run(stub: str, words: Sequence[str]) -> int:
         with suppress(OSError):
             os.unlink(written)
     given = _options([*os.environ.get(ENVIRONMENT, "").split(), *words])
-    model = contents.within(path, nl_format.Model, None, path)
-    told, number, z = contents.within(path, _answer, model, given)
+    model = nl_format.Model(InputFile.read(path, WHOLE))
+    told, number, z = _answer(model, given)
     message = visible(
         " ".join(
             "; ".join(filter(None, [f"lcp {VERSION}: {told}", model.remark])).split()
@@ -118,15 +120,21 @@ def _answer(
     others = {**given}
     limits = Limits.taken_from(others)
     if isinstance(model.problem, NonlinearProblem):
-        result = solve_mcp.run_nonlinear(
-            model.problem, limits=limits, interrupts="return", **others
+        result = model.file.within(
+            partial(
+                solve_mcp.run_nonlinear,
+                model.problem,
+                limits=limits,
+                interrupts="return",
+                **others,
+            )
         )
     elif RESTARTS.name in others:
         raise OptionError(RESTARTS.name, "has no effect on a linear model", LEAVE_OUT)
     elif (objective := model.objective) is not None:
         from lcpcli.enumeration.optimum import best
 
-        found = best(model.exactly(), *objective, limits.time_limit)
+        found = model.file.within(best, model.exactly(), *objective, limits.time_limit)
         return (
             found.message(approximate),
             OPTIMA[found.status],

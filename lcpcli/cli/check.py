@@ -118,12 +118,8 @@ def _verifications(
     if not isinstance(problem, Problem):
         refuse_beside("a nonlinear model", {"--exact": exact})
     data = read.exactly() if exact else None
-    if solution.casefold().endswith(".sol") and first.casefold().endswith(".nl"):
-        from lcpcli.files.nl_format import Model
-
-        answers = [
-            beside.Candidate("solution", Model(None, first).solution_in(solution))
-        ]
+    if solution.casefold().endswith(".sol") and read.model is not None:
+        answers = [beside.Candidate("solution", read.model.solution_in(solution))]
     else:
         named = first, problem.name
         answers = beside.read_candidates(
@@ -209,17 +205,14 @@ def inspect(
     from lcpcli.model.problem import Problem
     from lcpcli.report import inspection_text
 
-    problem, seconds = (
-        inputs.read(takes_models=True).problem,
-        time_limit or OF_INSPECTION.value,
-    )
+    read, seconds = inputs.read(takes_models=True), time_limit or OF_INSPECTION.value
+    problem = read.problem
     found: Inspection | NonlinearInspection
     if isinstance(problem, Problem):
         found = inspected(problem, seconds)
     else:
-        from lcpcli.files.nl_format import Model
-
-        model = Model(None, file).conditions
+        assert read.model is not None
+        model = read.model.conditions
         found = inspect_nonlinear(
             problem, model.operators, model.header.common, len(model.fixed), seconds
         )

@@ -222,13 +222,14 @@ def convert(file: str, q_file: str | None, output: str | None, **given: Any) -> 
     if q_file is not None and output is None and not Path(q_file).exists():
         raise OptionError(q_file, NO_SUCH_FILE, f"to write it, give -o {q_file}")
     prepare(inputs, output)
-    from lcpcli.files import reading, writing
+    from lcpcli.files import writing
+    from lcpcli.files.input_file import InputFile
     from lcpcli.files.writing import exact_endings, is_rounded, kind_of
 
     written = read_written(inputs)
     inputs.hint_at_option(inputs.files)
     # The problem has no name of its own.
-    if written.rounded.name == reading.name_of(file):
+    if written.rounded.name == InputFile(file).name:
         written = replace(
             written, rounded=written.rounded.named(""), own=written.own.named("")
         )
@@ -265,24 +266,21 @@ def convert(file: str, q_file: str | None, output: str | None, **given: Any) -> 
 def read_written(inputs: Inputs) -> Written[Problem]:
     """Read the problem in the files, rounded and, where texts have more digits than
     doubles, as written."""
-    from lcpcli.files import beside, contents, reading
+    from lcpcli.files import beside, reading
+    from lcpcli.files.input_file import InputFile
     from lcpcli.rational.numbers import Written, written
 
     if inputs.game:
         problem = inputs.read().problem
         return Written(problem, problem, {})
-    fetch = cache(contents.content_of)
+    fetch = cache(InputFile.read)
 
     def parse(doubles: Doubles) -> Problem:
-        return beside.with_bounds(
-            reading.problem_of(inputs.files, texts, doubles),
-            inputs.bounds,
-            fetch,
-            doubles,
-        )
+        problem = first.problem(*others, number=doubles)
+        return beside.with_bounds(problem, inputs.bounds, fetch, doubles)
 
     with inputs.hint_at_game(), inputs.reading():
-        texts = reading.contents_of(inputs.files)
+        first, *others = reading.files_of(inputs.files)
         found = written(parse)
     rounded, remarks = without_wrong_solutions(found.rounded, inputs.files[0])
     inputs.tell(remarks)

@@ -232,20 +232,15 @@ def _values(text: str | None, start: Number, stop: Number, exact: bool) -> list[
 
 def _direction(text: str, problem: Problem) -> list[Fraction]:
     from lcpcli.files.beside import typed_numbers, typed_vector
-    from lcpcli.files.reading import LINE, exact_vector_in
+    from lcpcli.files.input_file import InputFile
     from lcpcli.rational.numbers import ratio
 
     typed = typed_numbers(text)
     if typed is not None:
         typed_vector("--direction", typed, problem.n)
         return list(map(ratio, typed))
-    return contents.parsed(
-        text,
-        LINE,
-        lambda content: exact_vector_in(
-            "--direction", text, content, problem.n, lambda: problem.names
-        ),
-    )
+    file = InputFile.read(text)
+    return file.exact_vector("--direction", problem.n, lambda: problem.names)
 
 
 def _along(end: InputProblem, d: Sequence[Fraction], t: Number) -> InputProblem:

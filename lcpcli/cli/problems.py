@@ -35,7 +35,7 @@ from lcpcli.errors import (
     count,
     listed,
 )
-from lcpcli.files import contents, fields, formats
+from lcpcli.files import contents, fields
 from lcpcli.files.contents import files_in, place
 from lcpcli.interrupts import within
 from lcpcli.linalg.threads import GENERAL, MANY_ROWS, VARIABLES
@@ -52,7 +52,9 @@ from lcpcli.options import AUTO, LIMITS, Limits, wants_kernels
 from lcpcli.report.wording import flag
 
 if TYPE_CHECKING:
+    from lcpcli.files.input_file import InputFile
     from lcpcli.files.inputs import Input, QColumns, Work
+    from lcpcli.files.nl_format import Model
     from lcpcli.model.nonlinear import NonlinearProblem
     from lcpcli.model.problem import Problem
     from lcpcli.rational.exact_problem import ExactProblem
@@ -68,13 +70,15 @@ class InputProblem(NamedTuple):
 
     exactly : reads the numbers of a linear problem as written; None for a nonlinear
     one. remarks : lines on wrong known solutions, which are dropped, on far bounds and
-    the like. length : returns the number of bytes of its text.
+    the like. length : returns the number of bytes of its text. model : the one of AMPL
+    that it was made from, if any.
     """
 
     problem: Any
     exactly: Any
     remarks: list[str]
     length: Callable[[], int] = int
+    model: Model | None = None
 
 
 class Inputs(NamedTuple):
@@ -86,7 +90,7 @@ class Inputs(NamedTuple):
     whether --q has named the second of two files. quiet : whether remarks on the input
     are left out.
     others : the values of other options that may name files to read, such as starting
-        points.
+        points. ahead : those of the files that have been read, by their names.
     """
 
     files: Sequence[str]
@@ -98,6 +102,7 @@ class Inputs(NamedTuple):
     quiet: bool = False
     of_folders: Collection[str] = ()
     others: Sequence[str] = ()
+    ahead: Mapping[str, InputFile] = MappingProxyType({})
 
     @classmethod
     def of(cls, files: Sequence[str], q: str | None = None, **given: Any) -> Inputs:
@@ -176,11 +181,10 @@ class Inputs(NamedTuple):
         from lcpcli.files.inputs import Input
 
         with self.hint_at_game(), self.reading():
-            paths = tuple(self.files)
             work = (
                 game_in(self.files)
                 if self.game
-                else Input(paths, reading.contents_of(paths))
+                else Input(tuple(reading.files_of(self.files)))
             )
             (found,) = self.problems(work, takes_models)
         self.tell(found.remarks)
@@ -228,7 +232,11 @@ class Inputs(NamedTuple):
 
             return iter([game_in(self.files)]), are_many
         each = inputs(
-            self.files, streams=are_many, of_folders=self.of_folders, has_q=self.has_q
+            self.files,
+            streams=are_many,
+            of_folders=self.of_folders,
+            has_q=self.has_q,
+            ahead=self.ahead,
         )
         if are_many:
             return each, True
@@ -245,7 +253,8 @@ class Inputs(NamedTuple):
             )
             # It may have been meant as [M | q]
             self.tell([f"{own}: {means}"] * (columns == len(first[0].Q) + 1))
-        self.hint_at_option(first[0].paths if len(first) == 1 else ())
+        if len(first) == 1:
+            self.hint_at_option(self.files)
         return chain(first, each), len(first) > 1 or isinstance(first[0], QColumns)
 
     def problems(
@@ -253,25 +262,19 @@ class Inputs(NamedTuple):
     ) -> Iterator[InputProblem]:
         """Yield the problems of an input. takes_models : whether they may be
         nonlinear."""
-        from lcpcli.files.inputs import QColumns, nonlinear_in
+        from lcpcli.files.inputs import QColumns, model_in
 
         if not isinstance(work, QColumns):
-            is_file = work.line is None and work.fault is None
-            model = (
-                nonlinear_in(work.paths[0], work.contents[0])
-                if takes_models and is_file
-                else None
-            )
-            if model is None:
-                yield self._single(work)
+            file, *others = work.files
+            model = model_in(file) if takes_models else None
+            if model is None or model.model.is_linear:
+                yield self._single(work)._replace(model=model)
                 return
-            file = work.sources[0].file
-            if others := work.paths[1:]:
-                from lcpcli.files.reading import NOT_SECOND
+            if others:
+                from lcpcli.files.input_file import NOT_SECOND
 
-                raise ProblemError(
-                    others[0], f"is not needed: {file} is a model", NOT_SECOND
-                )
+                fault = f"is not needed: {file.place} is a model"
+                raise ProblemError(others[0].path, fault, NOT_SECOND)
             refuse_beside(
                 "a nonlinear model",
                 {flag(name): value for name, value in self.bounds.items()},
@@ -279,7 +282,8 @@ class Inputs(NamedTuple):
             yield InputProblem(
                 model.nonlinear,
                 None,
-                [f"{file}: {model.remark}"] if model.remark else [],
+                [f"{file.place}: {model.remark}"] if model.remark else [],
+                model=model,
             )
             return
         from lcpcli.rational.exact_problem import ExactProblem
@@ -297,31 +301,33 @@ class Inputs(NamedTuple):
         return beside.with_bounds(work.first_problem(), self.bounds)
 
     def _single(self, work: Input) -> InputProblem:
-        fetch = cache(contents.content_of)  # standard input can be read only once
+        from lcpcli.files.input_file import InputFile
+
+        fetch = cache(InputFile.read)  # standard input can be read only once
         original = changed = work.read()
+        file, as_given = work.files[0], work.compact()
         if any(bound is not None for bound in self.bounds.values()):
             from lcpcli.files import beside
 
             changed = beside.with_bounds(original, self.bounds, fetch)
-        problem, remarks = without_wrong_solutions(changed, work.paths[0])
+        problem, remarks = without_wrong_solutions(changed, file.path)
         # On what has been read.
-        notes = [problem.note] if work.paths[0].casefold().endswith(".nl") else []
+        notes = [problem.note] if file.kind.is_model else []
         if problem.has_far_sides and self.infinity is None:
             from lcpcli.model import changes
 
             notes.append(changes.remark(problem))
-        is_file = len(work.contents) == 1 and work.line is None
-        if is_file and formats.form_of(work.paths[0], work.contents[0]) == "csv_format":
+        if len(work.files) == 1 and file.kind.is_table:
             from lcpcli.files import csv_format
 
             notes.append(csv_format.remark(problem))
-        remarks.extend(f"{place(work.paths[0])}: {note}" for note in notes if note)
+        remarks.extend(f"{file.place}: {note}" for note in notes if note)
 
         @cache
         def exactly() -> ExactProblem:
             from lcpcli.rational.exact_problem import ExactProblem
 
-            data = ExactProblem(original, *work.exact_parts())
+            data = ExactProblem(original, *as_given.exact_parts())
             if changed.is_mixed:
                 from lcpcli.files import beside
 
@@ -329,7 +335,7 @@ class Inputs(NamedTuple):
             data.problem = problem
             return data
 
-        return InputProblem(problem, exactly, remarks, work.length)
+        return InputProblem(problem, exactly, remarks, as_given.length)
 
 
 def without_wrong_solutions(problem: Problem, file: str) -> tuple[Problem, list[str]]:

@@ -89,7 +89,7 @@ class Past:
                     source, number = self._stands_for(source, position, content)
                     known = self._take(source, number, content)
                     if isinstance(work, Input) and source.item is not None:
-                        work = work._replace(line=source.item)
+                        work = work.in_line(source.item)
                     number = self._number(number) if known is None else known.number
                     marks.append(
                         {"number": number, "digest": content, "given": self._given}

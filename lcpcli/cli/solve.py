@@ -12,6 +12,7 @@ from lcpcli.cli.command import EXITS, command
 from lcpcli.cli.declarations import option, refuse_beside
 from lcpcli.cli.problems import Request
 from lcpcli.files import contents
+from lcpcli.files.formats import is_model
 from lcpcli.methods.registry import NONLINEAR, Variant
 from lcpcli.options import JOBS, MAX_SOLUTIONS
 from lcpcli.report.wording import LEVELS
@@ -79,17 +80,17 @@ def solve(
     options = {**request.given, "--minimize": minimize, "--maximize": maximize}
     sense, objective = ("min", minimize) if minimize is not None else ("max", maximize)
     own = None
-    if (
-        all_of_them
-        or objective is not None
-        or (len(files) == 1 and files[0].casefold().endswith(".nl"))
-    ):
+    if all_of_them or objective is not None or (len(files) == 1 and is_model(files[0])):
         from lcpcli.cli import all_solutions
+        from lcpcli.files.input_file import InputFile
 
         if all_of_them:
             refuse_beside("--all", options)
             return run(request, all_solutions.outcome)
-        own = all_solutions.objective_in(files[0]) if objective is None else None
+        if objective is None:
+            file = InputFile.read(files[0])
+            own = all_solutions.objective_in(file)
+            request.inputs = request.inputs._replace(ahead={files[0]: file})
     refuse_beside("one solution", options)
     if objective is None and own is None:
         return run(request)
@@ -152,10 +153,13 @@ def compare(
     from lcpcli.cli.session import run
 
     default, files = AS_PUBLISHED, request.inputs.files
-    if not methods and all(file.casefold().endswith(".nl") for file in files):
+    if not methods and all(map(is_model, files)):
+        from lcpcli.files.input_file import InputFile
         from lcpcli.files.inputs import nonlinear_in
 
-        if all(nonlinear_in(file, contents.content_of(file, "")) for file in files):
+        ahead = {file: InputFile.read(file) for file in files}
+        request.inputs = request.inputs._replace(ahead=ahead)
+        if all(map(nonlinear_in, ahead.values())):
             default = tuple(NONLINEAR)
     request.variants = declarations.chosen_variants(
         methods, sweep, default, request.own, vary

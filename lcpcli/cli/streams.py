@@ -384,10 +384,6 @@ SECONDS_BETWEEN = 1.0
 KILLED = "the process that solved this problem was killed twice"
 
 
-def size_of(work: Work) -> int:
-    return work.Q.nbytes if isinstance(work, QColumns) else sum(map(len, work.contents))
-
-
 class Ahead:
     """Inputs that a thread reads ahead, as far as there is room; `news` is set for each
     of them and at the end."""
@@ -413,7 +409,7 @@ class Ahead:
         taken, size = list[Work](), 0
         while self._read and len(taken) < most and size < PIECE_BYTES:
             taken.append(self._read.popleft())
-            size += size_of(taken[-1])
+            size += taken[-1].size
             self._room.release(_room_for(taken[-1]))
         return taken
 
@@ -439,7 +435,7 @@ class Ahead:
 def _room_for(work: Work) -> int:
     """Return as how many inputs one counts that is read ahead: those that wait have at
     most MOST_BYTES together."""
-    return min(READ_AHEAD, 1 + size_of(work) * READ_AHEAD // MOST_BYTES)
+    return min(READ_AHEAD, 1 + work.size * READ_AHEAD // MOST_BYTES)
 
 
 def all_records(
@@ -532,7 +528,8 @@ class _Piece:
     these."""
 
     def __init__(self, works: Sequence[Work], future: Future[Records]) -> None:
-        self.works, self.future, self.bytes = works, future, sum(map(size_of, works))
+        self.works, self.future = works, future
+        self.bytes = sum(work.size for work in works)
         self.records: list[list[TaskRecord]] | None = None
 
     def take(self, records: list[list[TaskRecord]]) -> None:

@@ -37,21 +37,13 @@ from lcpcli.errors import (
     listed,
     quoted,
 )
-from lcpcli.files.contents import (
-    STANDARD_INPUT,
-    Fetch,
-    content_of,
-    decode,
-    parsed,
-    place,
-    within,
-)
-from lcpcli.files.csv_format import grid_of, is_number
+from lcpcli.files.contents import STANDARD_INPUT, decode, place, within
+from lcpcli.files.csv_format import Table, is_number
 from lcpcli.files.fields import BOUNDS
-from lcpcli.files.formats import form_of, kind_in, load, refuse
+from lcpcli.files.formats import refuse
+from lcpcli.files.input_file import InputFile, Names
 from lcpcli.files.json_format import load as load_json
 from lcpcli.files.json_format import numbers_in, objects_in
-from lcpcli.files.reading import LINE, Names, require_order, vector_in
 from lcpcli.model.arrays import FROM_0, as_vector
 from lcpcli.model.box import WORDS, Box, in_words
 from lcpcli.model.problem import Problem
@@ -60,6 +52,8 @@ from lcpcli.rational.exact_problem import Bounds, ExactProblem, fractions_of, nu
 from lcpcli.rational.numbers import Doubles, fraction, ratio, rounded
 from lcpcli.typing import Vector
 
+# Reads a file; the second argument is the hint for an empty one.
+Fetch = Callable[[str, str], InputFile]
 NUMBER = r"(?:[-+.eE/]*\d[-+\d.eE/]*|[-+]?inf|nan)"
 PARTING = r"(?:\s*[,;]\s*|\s+)"
 LIST = re.compile(rf"\s*\[?\s*{NUMBER}(?:{PARTING}{NUMBER})*\s*\]?\s*")
@@ -77,15 +71,14 @@ REFUSALS = {
 def with_bounds(
     problem: Problem,
     given: Mapping[str, Any],
-    fetch: Fetch = content_of,
+    fetch: Fetch = InputFile.read,
     doubles: Doubles | None = None,
 ) -> Problem:
     """Return the problem with the given bounds, lower and upper; a bound that is None
     stays as it is. Known solutions are dropped if bounds change. A bound is a number,
     inf, -inf or none, a list of these, or the name of a file with such a list; a bound
-    of size infinity or more is infinite. fetch(name, hint for an empty file) returns
-    the content of the file. doubles : makes doubles from the numbers as written, in
-    place of the nearest doubles."""
+    of size infinity or more is infinite. fetch : reads a file. doubles : makes doubles
+    from the numbers as written, in place of the nearest doubles."""
     number = float if doubles is None else doubles.of
     texts = {name: given[name] for name in BOUNDS if given[name] is not None}
     values = {
@@ -170,22 +163,12 @@ def _values(
             name, f"{quoted(text)} is neither a file nor numbers", hint
         )
 
-    def parse(content: bytes) -> Any:
-        require_order(text, content, names)
-        form = form_of(text, content)
-        if form == "matrix_market_format" or kind_in(form).has_no_vector:
-            return vector_in(f"--{name}", text, content).tolist()
-        as_written = partial(_end, name, number=number)
-        held = load(form).values(
-            f"--{name}", content, float if number is float else as_written
-        )
-        return (
-            held.tolist() if number is not float and kind_in(form).has_arrays else held
-        )
-
-    return parsed(
-        text, "give a number, none, or one number for each unknown", parse, fetch
-    )
+    file = fetch(text, "give a number, none, or one number for each unknown")
+    file.require_order(names, name)
+    as_written = partial(_end, name, number=number)
+    held = file.values(f"--{name}", float if number is float else as_written)
+    is_array = number is not float and isinstance(held, np.ndarray)
+    return held.tolist() if is_array else held
 
 
 def _is_typed(text: str) -> bool:
@@ -228,21 +211,13 @@ def read_start(
     final iterate of the first result: x for the given bounds, or z."""
     if (numbers := typed_numbers(path)) is not None:
         return typed_vector(field, numbers, n)
-
-    def parse(content: bytes) -> Vector:
-        form = form_of(path, content)
-        if form != "csv_format" and not (
-            form == "json_format" and re.match(rb"\s*(\[\s*)?\{", content)
-        ):
-            return vector_in(field, path, content, n, names=names)
-        require_order(path, content, names)
-        try:
-            z, w = _result_in(form, content, n, f"{field}: ")
-        except ProblemError as error:
-            raise error if error.where else error.inside(field) from None
-        return z if box is None or w is None else box.x_of(z, w)
-
-    return parsed(path, LINE, parse)
+    file = InputFile.read(path)
+    is_object = re.match(rb"\s*(\[\s*)?\{", file.content)
+    if not (file.kind.has_results and (file.kind.is_table or is_object)):
+        return file.vector(field, n, names=names)
+    file.require_order(names)
+    z, w = file.within(_result_in, file, n, field)
+    return z if box is None or w is None else box.x_of(z, w)
 
 
 def read_candidates(
@@ -255,28 +230,22 @@ def read_candidates(
     x. problem : the problem whose result is chosen of several. names : those of the
     unknowns, by which a table may be labelled.
     """
-    numbers = typed_numbers(path)
-
-    def parse(content: bytes) -> list[Candidate]:
-        form = "csv_format" if numbers else form_of(path, content)
-        if form == "json_format":
-            return of_json(content, lengths, problem)
-        if form == "csv_format":
-            require_order(path, content, names)
-            found = [each._replace(w=None) for each in of_table(content)]
-        else:
-            found = [Candidate("solution", fractions_of(vector_in("z", path, content)))]
-        for each in found:
-            if each.rows is None:
-                of_length("z", each.values, lengths)
-        return found
-
-    return parsed(
-        path,
-        LINE,
-        parse,
-        None if numbers is None else lambda *_: " ".join(numbers).encode(),
-    )
+    if (numbers := typed_numbers(path)) is not None:
+        file = InputFile(path, " ".join(numbers).encode())
+    else:
+        file = InputFile.read(path)
+    if not file.kind.has_results:
+        found = [Candidate("solution", fractions_of(file.vector("z")))]
+    elif not file.kind.is_table:
+        return file.within(of_json, file.content, lengths, problem)
+    else:
+        file.require_order(names)
+        own = file.within(of_table, file.within(file.data.grid, False))
+        found = [each._replace(w=None) for each in own]
+    for each in found:
+        if each.rows is None:
+            file.within(of_length, "z", each.values, lengths)
+    return found
 
 
 def read_states(given: str, problem: Problem) -> list[str]:
@@ -286,11 +255,10 @@ def read_states(given: str, problem: Problem) -> list[str]:
     if not is_file and not set(words) & set(WORDS.values()):
         fault = f"{given!r} is neither a file nor states"
         raise ParameterError("basis", fault, "write lower,basic,upper or name a file")
-    states = (
-        parsed(given, STATES_HINT, lambda content: _states_in(given, content, problem))
-        if is_file
-        else words
-    )
+    states = words
+    if is_file:
+        file = InputFile.read(given, STATES_HINT)
+        states = file.within(_states_in, file, problem)
     try:
         basis_of_words(problem, states)
     except ProblemError as error:
@@ -300,13 +268,12 @@ def read_states(given: str, problem: Problem) -> list[str]:
 
 
 @np.errstate(all="ignore")
-def _states_in(path: str, content: bytes, problem: Problem) -> list[str]:
+def _states_in(file: InputFile, problem: Problem) -> list[str]:
     """Return the states in a file: its list, the list in a result, or else the states
     of z and w in a result."""
-    form = form_of(path, content)
-    refuse(form not in ("csv_format", "json_format"), "", "has no states", STATES_HINT)
-    if form == "json_format":
-        data = _first_in(content)
+    refuse(not file.kind.has_results, "", "has no states", STATES_HINT)
+    if not file.kind.is_table:
+        data = _first_in(file.content)
         states: Any = data.get("basis") if isinstance(data, dict) else data
         if isinstance(states, list):
             return states
@@ -319,25 +286,32 @@ def _states_in(path: str, content: bytes, problem: Problem) -> list[str]:
             IS_MISSING if states is None else f"is {kind(states)}",
             STATES_HINT,
         )
-    z, w = _result_in(form, content, problem.n)
+    z, w = _result_in(file, problem.n)
     refuse(w is None, "", "has no column headed w", STATES_HINT)
     return in_words(problem.box.basis_at(z, cast(Vector, w)))
 
 
 def _result_in(
-    form: str, content: bytes, n: int, before: str = ""
+    file: InputFile, n: int, field: str = ""
 ) -> tuple[Vector, Vector | None]:
-    """Return z and w of a result, the first of several; w may be None in CSV. before :
-    the prefix of messages."""
-    if form == "csv_format":
-        first = of_table(content)[0]
+    """Return z and w of a result, the first of several; w may be None in CSV. field :
+    the one that messages name."""
+    try:
+        return _vectors_in(file, n, f"{field}: " * bool(field))
+    except ProblemError as error:
+        raise error.inside(field) if field and not error.where else error from None
+
+
+def _vectors_in(file: InputFile, n: int, before: str) -> tuple[Vector, Vector | None]:
+    if file.kind.is_table:
+        first = of_table(file.data.grid(False))[0]
         refuse(first.rows is not None, "", "has no column headed z", HINT)
         both = [
             None if values is None else rounded(values)
             for values in (first.values, first.w)
         ]
     else:
-        data = _first_in(content)
+        data = _first_in(file.content)
         refuse(
             not {"z", "w"} <= set(data),
             "",
@@ -580,8 +554,7 @@ def of_length(field: str, values: list[Fraction], lengths: Lengths) -> list[Frac
     raise ProblemError(field, fault, f"give {listed(choices, 'or')}")
 
 
-def of_table(content: bytes) -> list[Candidate]:
-    grid = grid_of(content)
+def of_table(grid: Table) -> list[Candidate]:
     header = [name.casefold() for name in grid.header]
 
     def text_of(cell: str) -> str:

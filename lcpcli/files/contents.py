@@ -31,8 +31,6 @@ PAPER_EXAMPLES = ("paper-example-1.json", "paper-example-2.json")
 FEW_ABSENT, MOST_ABSENT = 2**22, 1000
 
 T = TypeVar("T")
-# Returns the content of a file; the second argument is the hint for an empty one.
-Fetch = Callable[[str, str], bytes]
 
 
 class Source(NamedTuple):
@@ -151,13 +149,6 @@ def refuse_folder(path: str) -> None:
 
 def place(path: str) -> str:
     return "standard input" if path == STANDARD_INPUT else path
-
-
-def parsed(
-    path: str, expected: str, parse: Callable[[bytes], T], fetch: Fetch | None = None
-) -> T:
-    content = (fetch or content_of)(path, expected)
-    return within(place(path), parse, content)
 
 
 def within(where: str, parse: Callable[..., T], *given: Any) -> T:

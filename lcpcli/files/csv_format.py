@@ -15,6 +15,7 @@ import math
 import re
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
+from functools import cache, cached_property, partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -34,7 +35,7 @@ from lcpcli.errors import (
 )
 from lcpcli.files.contents import decode
 from lcpcli.files.fields import BOUNDS, OTHER_NAMES, of_table
-from lcpcli.files.formats import HEAD, Exact, Number, refuse
+from lcpcli.files.formats import Exact, Number, refuse
 from lcpcli.interrupts import in_time
 from lcpcli.linalg import matrices
 from lcpcli.model.problem import Problem
@@ -62,6 +63,7 @@ class Table(NamedTuple):
     # of an index.
     header: list[str]
     lines: list[tuple[int, list[str]]]  # the cells below it, by line
+    delimiter: str  # between cells; "" for blanks
     indexed: bool  # whether the first column is an index
     commas: bool  # whether commas are decimal marks
     rows: list[list[Any]]  # the numbers; in columns of bounds, None stands for no bound
@@ -73,10 +75,51 @@ class Table(NamedTuple):
         return [row[0].strip() for _, row in self.lines] if self.indexed else []
 
 
-def fields(content: bytes, number: Number = float) -> dict[str, Any]:
+class Tables:
+    """The table in a text, whose cells are separated once. grid : returns the cells;
+    its argument says whether all of them are bounds, which may be absent."""
+
+    def __init__(self, content: bytes) -> None:
+        self.content, self.grid = content, cache(partial(grid_of, content))
+
+    @cached_property
+    def _of_doubles(self) -> Table:
+        return table_of(self.grid(False))
+
+    def table(self, number: Callable[[str], Any], are_bounds: bool = False) -> Table:
+        """Return the cells with their numbers."""
+        if number is float and not are_bounds:
+            return self._of_doubles
+        return table_of(self.grid(are_bounds), number, are_bounds)
+
+    @property
+    def names(self) -> list[str]:
+        """Return the names of the columns of a square matrix; none of another table."""
+        grid = self.grid(False)
+        names = grid.header[grid.indexed :]
+        return names if len(names) == len(grid.lines) else []
+
+    def require_order(self, names: Callable[[], Sequence[str]], field: str) -> None:
+        """Raise ProblemError if the rows of a table below a header, or the columns of
+        its only row, are labelled by these names in another order. names : returns the
+        names, if there are labels; a result has none."""
+        grid = self.grid(_is_bound(field))
+        header = grid.header
+        is_labelled = len(header) > 1 and is_header(header)
+        if is_labelled and "component" not in header and (own := names()):
+            refuse_other_order([row[0] for _, row in grid.lines], own)
+            if len(grid.lines) == 1:
+                refuse_other_order(header[grid.indexed :], own)
+
+
+def parse(content: bytes) -> Tables:
+    return Tables(content)
+
+
+def fields(content: Tables, number: Number = float) -> dict[str, Any]:
     """Return M and q in n rows of n + 1 columns, or M alone in n rows of n, and what a
     header names."""
-    table = table_of(content, number)
+    table = content.table(number)
     rows, places, header = table.rows, table.places, table.header
     unknowns = [name for name in header if name not in ("q", *BOUNDS)][
         : len(table.labels)
@@ -150,8 +193,12 @@ def _names(header: list[str]) -> dict[str, list[str]]:
     )
 
 
-def values(field: str, content: bytes, number: Number = float) -> list[Any]:
-    table = table_of(content, number, all_bounds=field.lstrip("-") in BOUNDS)
+def _is_bound(field: str) -> bool:
+    return field.lstrip("-") in BOUNDS
+
+
+def values(field: str, content: Tables, number: Number = float) -> list[Any]:
+    table = content.table(number, _is_bound(field))
     rows, headed = table.rows, ", ".join(table.places)
     refuse(
         headed,
@@ -164,14 +211,14 @@ def values(field: str, content: bytes, number: Number = float) -> list[Any]:
     return [x for row in rows for x in row]
 
 
-def refuse_two_meanings(content: bytes, of_M: bytes) -> None:
+def refuse_two_meanings(q: Tables, M: Tables) -> None:
     """Raise ProblemError if M has decimal commas and each line of q may be two numbers
     or one with a decimal comma."""
-    rows = [line for _, line in lines_of(of_M)]
-    has_commas = delimiter_of(rows[0]) != "," and any(
-        re.search(r"\d,\d", row) for row in rows
-    )
-    if has_commas and all(DECIMALS.fullmatch(line) for _, line in lines_of(content)):
+    of_q = q.grid(False)
+    rows = [",".join(cells) for _, cells in of_q.lines]
+    is_other = of_q.header or of_q.delimiter != ","
+    are_decimals = not is_other and all(map(DECIMALS.fullmatch, rows))
+    if are_decimals and M.grid(False).commas:
         hint = "add a header: q if the comma is a decimal mark, else two names"
         raise ProblemError("q", "has two columns, and M has decimal commas", hint)
 
@@ -298,6 +345,7 @@ def grid_of(content: bytes, all_bounds: bool = False) -> Table:
         top,
         [cell.strip() for cell in first] if has_header else [],
         rows,
+        delimiter,
         indexed,
         commas,
         [],
@@ -306,12 +354,11 @@ def grid_of(content: bytes, all_bounds: bool = False) -> Table:
 
 
 def table_of(
-    content: bytes, number_of: Callable[[str], Any] = float, all_bounds: bool = False
+    grid: Table, number_of: Callable[[str], Any] = float, all_bounds: bool = False
 ) -> Table:
-    """Return the table in a text. all_bounds : whether all numbers are bounds; then a
-    header may name anything."""
-    grid = grid_of(content, all_bounds)
-    top, header, below, indexed, commas, *_ = grid
+    """Return the cells of a table with their numbers. all_bounds : whether all numbers
+    are bounds; then a header may name anything."""
+    top, header, below, _, indexed, commas, *_ = grid
     header = header[indexed:]
     places = {} if all_bounds or not header else _places(top, header)
     if "q" in header[:-1] and not (places or all_bounds):
@@ -334,18 +381,18 @@ def table_of(
         for i in (range(columns) if all_bounds else map(places.get, BOUNDS))
         if i is not None
     }
-    # Float reads 1_000.
-    may_be_plain = number_of is float and not commas and b"_" not in content
+    may_be_plain = number_of is float and not commas
     rows: list[list[Any]] = []
     for number, row in below:
         cells = row[indexed:]
         plain, own = list[float](), enumerate(cells, 1 + indexed)
         with suppress(ValueError):
             plain = list(map(float, cells)) if may_be_plain else []
-        is_plain = plain and math.isfinite(sum(map(abs, plain)))
+        # Float reads 1_000.
+        is_plain = math.isfinite(sum(map(abs, plain))) and "_" not in "".join(cells)
         rows.append(
             plain
-            if is_plain
+            if plain and is_plain
             else [
                 value_of(cell, number, i, commas, number_of, i in bounds)
                 for i, cell in own
@@ -440,25 +487,6 @@ def remark(problem: Problem) -> str:
         "header with an empty first cell"
     )
     return line if first and first in (list(range(n)), list(range(1, n + 1))) else ""
-
-
-def require_order(content: bytes, names: Callable[[], Sequence[str]]) -> None:
-    """Raise ProblemError if the rows of a table below a header, or the columns of its
-    only row, are labelled by these names in another order. names : returns the names,
-    if there are labels; a result has none."""
-    first = lines_of(content[:HEAD])[:1]
-    header = cells_of(*first[0], delimiter_of(first[0][1])) if first else []
-    if (
-        len(header) > 1
-        and is_header(header)
-        and "component" not in header
-        and (own := names())
-    ):
-        # A row of bounds, which is no header.
-        words = any(is_absent(cell) for cell in header if cell.strip())
-        grid = grid_of(content, all_bounds=words)
-        refuse_other_order([row[0] for _, row in grid.lines], own)
-        refuse_other_order(grid.header[grid.indexed :] * (len(grid.lines) == 1), own)
 
 
 def refuse_other_order(labels: Sequence[str], names: Sequence[str]) -> None:

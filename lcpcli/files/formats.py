@@ -46,6 +46,12 @@ class Kind(NamedTuple):
     # What such a file begins with, by which it is recognized whatever its suffix.
     beginning: bytes = b""
     has_no_vector: str = ""  # why such a file holds no vector; "" if it may hold one
+    # Whether it is a table, whose rows and columns may have labels.
+    is_table: bool = False
+    # Whether results of lcp are written in it.
+    has_results: bool = False
+    # Whether it is a model, nonlinear or not, whose names are in files beside it.
+    is_model: bool = False
 
 
 MPS_FILE = Kind(
@@ -55,22 +61,34 @@ MPS_FILE = Kind(
     is_packed=True,
     has_no_vector="is a program",
 )
+JSON_FILE = Kind(
+    "json_format",
+    ALL,
+    in_decimals=True,
+    has_fractions=True,
+    is_packed=True,
+    has_results=True,
+)
+CSV_FILE = JSON_FILE._replace(form="csv_format", keeps=BOUNDS, is_table=True)
+NPZ_FILE = Kind("npz_format", ALL, has_arrays=True)
+MAT_FILE = Kind("mat_format", ALL, has_arrays=True, beginning=b"MATLAB 5.0")
 FORMATS = {
-    ".json": Kind(
-        "json_format", ALL, in_decimals=True, has_fractions=True, is_packed=True
-    ),
-    ".csv": Kind(
-        "csv_format", BOUNDS, in_decimals=True, has_fractions=True, is_packed=True
-    ),
+    ".json": JSON_FILE,
+    ".csv": CSV_FILE,
     ".mtx": Kind("matrix_market_format", M_AND_Q, in_decimals=True, is_packed=True),
-    ".npz": Kind("npz_format", ALL, has_arrays=True),
+    ".npz": NPZ_FILE,
     ".npy": Kind("npy_format", M_AND_Q, has_arrays=True, beginning=b"\x93NUMPY"),
-    ".mat": Kind("mat_format", ALL, has_arrays=True, beginning=b"MATLAB 5.0"),
+    ".mat": MAT_FILE,
     ".mps": MPS_FILE,
     ".qps": MPS_FILE,
     ".lp": MPS_FILE._replace(keeps=""),
     ".nl": Kind(
-        "nl_format", "", in_decimals=True, is_packed=True, has_no_vector="is a model"
+        "nl_format",
+        "",
+        in_decimals=True,
+        is_packed=True,
+        has_no_vector="is a model",
+        is_model=True,
     ),
     ".nfg": Kind(
         "games", "", is_packed=True, beginning=b"NFG ", has_no_vector="is a game"
@@ -102,14 +120,16 @@ LINES = (".jsonl", ".ndjson")  # one problem, or one result, in each line
 
 class Format(Protocol):
     """Interface of a format's module. Errors do not name the file; the caller adds
-    that. number : makes doubles from the numbers in a text, where the nearest ones are
-    not wanted. exact : what doubles stand for, as in `Exact`."""
+    that. content : what `parse(content: bytes)` of the module returns, which is called
+    once for each file, or the bytes of the file if it has no such function. number :
+    makes doubles from the numbers in a text, where the nearest ones are not wanted.
+    exact : what doubles stand for, as in `Exact`."""
 
-    def fields(self, content: bytes, number: Number = float, /) -> dict[str, Any]:
+    def fields(self, content: Any, number: Number = float, /) -> dict[str, Any]:
         """Return the fields in the file, as `lcpcli.files.fields` takes them; M alone
         if there is no q."""
 
-    def values(self, field: str, content: bytes, number: Number = float, /) -> Any:
+    def values(self, field: str, content: Any, number: Number = float, /) -> Any:
         """Return the numbers of a file with a single field, or of the given field: a
         list or an array."""
 
@@ -139,8 +159,19 @@ def kind_with(suffix: str) -> Kind | None:
     return FORMATS.get(suffix)
 
 
-def kind_in(form: str) -> Kind:
-    return next(kind for kind in FORMATS.values() if kind.form == form)
+def kind_by_name(path: str) -> Kind | None:
+    """Return the kind of the files with the suffix of a file; None if there is none."""
+    return kind_with(os.path.splitext(uncompressed(path))[1].casefold())
+
+
+def is_model(path: str) -> bool:
+    kind = kind_by_name(path)
+    return kind is not None and kind.is_model
+
+
+def has_lines(path: str) -> bool:
+    """Return whether a file has a problem, or a result, in each line, by its name."""
+    return path.casefold().endswith(LINES)
 
 
 ZIP, GZIP = b"PK\x03\x04", b"\x1f\x8b"
@@ -225,15 +256,15 @@ AS_TABLE = (
 )
 
 
-def form_of(path: str, content: bytes) -> str:
-    """Return the format of a file, one of FORMATS; raise ProblemError for an unreadable
-    one. With other suffixes, and with .csv, a text that opens with a brace or a bracket
-    is JSON, everything else CSV."""
+def kind_in(path: str, content: bytes) -> Kind:
+    """Return the kind of a file; raise ProblemError for an unreadable one. With other
+    suffixes, and with .csv, a text that opens with a brace or a bracket is JSON,
+    everything else CSV."""
     ending = os.path.splitext(uncompressed(path))[1].casefold()
     if content.startswith(ZIP) and ending != ".npz":
         is_spreadsheet = b"xl/" in content or b"opendocument.spreadsheet" in content
         refuse(b".npy" not in content, "", *(SPREADSHEET if is_spreadsheet else PACKED))
-        return "npz_format"
+        return NPZ_FILE
     if not (content.startswith(GZIP) and ending in COMPRESSIBLE):
         foreign = (
             advice
@@ -248,19 +279,20 @@ def form_of(path: str, content: bytes) -> str:
         if kind.beginning and content.startswith(kind.beginning)
     )
     kind = next(begun, None) or kind_with(ending)
-    form = kind.form if kind else "mat_format" if re.match(MAT_4, content) else None
-    if form is None:
+    if kind is None and re.match(MAT_4, content):
+        return MAT_FILE
+    if kind is None:
         by_suffix = next(
             (advice for *advice, suffixes, _ in FOREIGN if ending in suffixes.split()),
             ("", ""),
         )
         fault, hint = AS_TABLE if re.search(RENDERED, content) else by_suffix
         refuse(fault, "", fault, hint)
-    if form is None and re.match(MPS, content):
-        return "mps_format"
-    if form is None or form == "csv_format":
-        return "json_format" if content.lstrip()[:1] in (b"{", b"[") else "csv_format"
-    return form
+    if kind is None and re.match(MPS, content):
+        return MPS_FILE
+    if kind is None or kind is CSV_FILE:
+        return JSON_FILE if content.lstrip()[:1] in (b"{", b"[") else CSV_FILE
+    return kind
 
 
 def is_result(content: bytes) -> bool:

@@ -27,9 +27,10 @@ from lcpcli.errors import (
     count,
     quoted,
 )
-from lcpcli.files.contents import decode, parsed, place
+from lcpcli.files.contents import decode, place
 from lcpcli.files.fields import BOUNDS, THREE_PLAYERS
-from lcpcli.files.formats import Number, form_of, refuse
+from lcpcli.files.formats import Number, refuse
+from lcpcli.files.input_file import InputFile
 from lcpcli.files.inputs import Input
 from lcpcli.files.json_format import payoff_of
 from lcpcli.model.extensive import TOKEN
@@ -192,7 +193,7 @@ def game_in(paths: Sequence[str]) -> Input:
     ]
     for key, *names in (("rows", rows, own_rows), ("columns", columns, own_columns)):
         parts.append(f'"{key}": {json.dumps(_shared(paths[1], key, *names))}')
-    return Input((paths[0],), (f"{{{', '.join(parts)}}}".encode(),))
+    return Input((InputFile(paths[0], f"{{{', '.join(parts)}}}".encode()),))
 
 
 def hint(paths: Sequence[str]) -> str:
@@ -245,22 +246,16 @@ def _row(values: Sequence[str]) -> str:
 
 
 def _table(path: str) -> tuple[list[list[str]], list[str], list[str]]:
-    from lcpcli.files.csv_format import is_number, table_of
+    from lcpcli.files.csv_format import is_number
 
-    def parse(content: bytes) -> tuple[list[list[str]], list[str], list[str]]:
-        if form_of(path, content) != "csv_format":
-            raise ProblemError(
-                "",
-                "is not a table in CSV",
-                "write the game as JSON, with the keys A and B",
-            )
-        table = table_of(content, str)
-        refuse(table.places, "", f"has columns headed {', '.join(table.places)}", HINT)
-        both = (table.labels, table.header)
-        index, header = (
-            [] if any(not name or is_number(name) for name in own) else own
-            for own in both
-        )
-        return table.rows, index, header
-
-    return parsed(path, HINT, parse)
+    file = InputFile.read(path, HINT)
+    hint = "write the game as JSON, with the keys A and B"
+    refuse(not file.kind.is_table, file.place, "is not a table in CSV", hint)
+    table = file.within(file.data.table, str)
+    fault = f"has columns headed {', '.join(table.places)}"
+    refuse(table.places, file.place, fault, HINT)
+    both = (table.labels, table.header)
+    index, header = (
+        [] if any(not name or is_number(name) for name in own) else own for own in both
+    )
+    return table.rows, index, header

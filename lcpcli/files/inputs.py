@@ -6,28 +6,22 @@ still solved.
 
 from __future__ import annotations
 
+import io
 import json
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from contextlib import suppress
-from functools import partial
+from contextlib import nullcontext, suppress
+from dataclasses import replace
 from itertools import chain
 from typing import IO, TYPE_CHECKING, Any, NamedTuple, TypeAlias, cast
 
 import numpy as np
 
-from lcpcli.errors import IS_MISSING, ProblemError
-from lcpcli.files import contents, json_format, reading
-from lcpcli.files.contents import (
-    STANDARD_INPUT,
-    Source,
-    checked,
-    content_of,
-    place,
-    within,
-)
+from lcpcli.errors import ProblemError
+from lcpcli.files import contents
+from lcpcli.files.contents import STANDARD_INPUT, Source, checked, place, within
 from lcpcli.files.fields import BOUNDS, TEXTS, is_whole, made
-from lcpcli.files.formats import LINES, form_of, kind_in, load, refuse
-from lcpcli.files.reading import LINE, WHOLE
+from lcpcli.files.formats import has_lines, refuse
+from lcpcli.files.input_file import LINE, WHOLE, InputFile
 from lcpcli.linalg.matrices import dense, is_sparse
 from lcpcli.model.arrays import as_matrix
 from lcpcli.model.problem import Problem
@@ -43,50 +37,44 @@ FIRST_NAME = "q1"  # of several q without names
 
 
 class Input(NamedTuple):
-    paths: tuple[str, ...]  # its file, or the files of M and of q
-    contents: tuple[bytes, ...] = ()  # of these files
-    # The number of its line, from 1, in a file with a problem in each line.
-    line: int | None = None
-    fault: ProblemError | None = None  # the error if its files could not be read
+    files: tuple[InputFile, ...]  # that of its problem, or those of M and of q
     marks: Sequence[Mapping[str, Any]] = ()  # the mark of the problem in a log, or none
 
     @property
     def sources(self) -> list[Source]:  # the place of its problem
-        return [Source(place(self.paths[0]), self.line, *self.marks)]
+        return [Source(self.files[0].place, self.files[0].line, *self.marks)]
 
     @property
     def digests(self) -> list[str]:  # the digest of its problem as written
-        return [digest(*self.contents)]
+        return [digest(*(file.content for file in self.files if file.fault is None))]
+
+    @property
+    def size(self) -> int:  # in bytes
+        return sum(len(file.content) for file in self.files)
 
     def read(self) -> Problem:
-        """Read the problem; a ProblemError names the file."""
-        if self.fault is not None:
-            raise self.fault
-        if self.line is None:
-            return reading.problem_of(self.paths, self.contents)
-        try:
-            problem = made(json_format.fields(self.contents[0]))
-            if not isinstance(problem, Problem):
-                raise ProblemError("q", IS_MISSING, "add the key q")
-        except ProblemError as error:
-            error.where = error.where.removeprefix("line 1, ")
-            raise error.inside(f"{place(self.paths[0])}: line {self.line}") from None
-        return (
-            problem
-            if problem.name
-            else problem.named(f"{reading.name_of(self.paths[0])}:{self.line}")
-        )
+        """Return the problem; a ProblemError names the file."""
+        first, *others = self.files
+        return first.problem(*others)
 
     def length(self) -> int:
         """Return the number of bytes of the texts among the contents, whose numbers may
         have any number of digits."""
-        return sum(len(text) for text in self.contents if b"\0" not in text)
+        texts = (file.content for file in self.files if b"\0" not in file.content)
+        return sum(map(len, texts))
 
     def exact_parts(self) -> ExactParts:
         """Return the numbers of the problem as written, once `read` has accepted it."""
-        if self.line is not None:
-            return reading.exact_parts_in("json_format", self.contents[0])
-        return reading.exact_parts_of(self.paths, self.contents)
+        first, *others = self.files
+        return first.exact_parts(*others)
+
+    def compact(self) -> Input:
+        """Return the same input without what has been worked out, to free memory."""
+        return self._replace(files=tuple(map(replace, self.files)))
+
+    def in_line(self, line: int) -> Input:
+        """Return the same input as if it were in another line of its file."""
+        return self._replace(files=(replace(self.files[0], line=line),))
 
 
 class QColumns(NamedTuple):
@@ -106,6 +94,10 @@ class QColumns(NamedTuple):
             Source(file, self.first + j, marks[j] if marks else None)
             for j in range(len(self.names))
         ]
+
+    @property
+    def size(self) -> int:  # in bytes
+        return int(self.Q.nbytes)
 
     @property
     def digests(self) -> list[str]:  # the digests of its problems
@@ -143,17 +135,18 @@ class QColumns(NamedTuple):
 Work: TypeAlias = Input | QColumns
 
 
-def nonlinear_in(path: str, content: bytes) -> Model | None:
-    if within(place(path), form_of, path, content) != "nl_format":
+def model_in(file: InputFile) -> Model | None:
+    if not file.kind.is_model:
         return None
     from lcpcli.files.nl_format import Model
 
-    model = within(place(path), Model, content, path)
-    return (
-        None
-        if within(place(path), lambda: isinstance(model.problem, Problem))
-        else model
-    )
+    return Model(file)
+
+
+def nonlinear_in(file: InputFile) -> Model | None:
+    """Return the model in a file; None if it holds no model, or a linear one."""
+    model = model_in(file)
+    return None if model is None or model.model.is_linear else model
 
 
 def digest(*parts: bytes) -> str:
@@ -171,6 +164,7 @@ def inputs(
     streams: bool = False,
     of_folders: Collection[str] = (),
     has_q: bool = False,
+    ahead: Mapping[str, InputFile] | None = None,
 ) -> Iterator[Work]:
     """Yield the inputs in the files, in order; "-" is standard input. A file with M
     alone is followed by the file of q.
@@ -178,34 +172,156 @@ def inputs(
     streams : whether a first line of standard input that is an object is a problem,
     whatever follows. of_folders : the files that come from folders, where the next one
     is q only if it can be nothing else. has_q : whether the second of two files has q,
-    whatever it looks like.
+    whatever it looks like. ahead : files that have been read, by their names.
     """
-    left = list(paths)
-    while left:
-        path = left.pop(0)
-        try:
-            contents.refuse_folder(path)
-            with contents.open_file(path) as file:
-                head, are_lines = _head(path, file, streams and path == STANDARD_INPUT)
-                if are_lines and has_q:
-                    raise ProblemError(
-                        left.pop(),
-                        "is not needed",
-                        f"{place(path)} has problems in its lines",
-                    )
-                if are_lines:
-                    for number, line in enumerate(chain(head, file), 1):
-                        if text := (
-                            contents.without_mark(line) if number == 1 else line
-                        ).strip():
-                            yield Input((path,), (text,), line=number)
-                    continue
-                content = checked(path, b"".join([*head, file.read()]), WHOLE)
-            yield _with_next(path, content, left, of_folders, has_q)
-        except ProblemError as fault:
-            if left and _is_q(left[0]):
-                del left[0]
-            yield Input((path,), fault=fault)
+    return _Files(paths, of_folders, has_q, ahead or {}).inputs(streams)
+
+
+class _Files:
+    """Files that are read in order, each once, although the next one may decide what
+    one before it is.
+
+    paths, of_folders, has_q, ahead : as in `inputs`.
+    """
+
+    def __init__(
+        self,
+        paths: Sequence[str],
+        of_folders: Collection[str],
+        has_q: bool,
+        ahead: Mapping[str, InputFile],
+    ) -> None:
+        self._left, self._ahead = list(paths), dict(ahead)
+        self._of_folders, self._has_q = of_folders, has_q
+
+    def inputs(self, streams: bool) -> Iterator[Work]:
+        while self._left:
+            path = self._left.pop(0)
+            known = self._ahead.pop(path, None)
+            try:
+                contents.refuse_folder(path)
+                with (
+                    contents.open_file(path)
+                    if known is None
+                    else nullcontext(io.BytesIO(known.content))
+                ) as file:
+                    is_stream = streams and path == STANDARD_INPUT
+                    head, are_lines = _head(path, file, is_stream)
+                    if are_lines:
+                        self._refuse_q_of_lines(path)
+                        yield from _lines(path, chain(head, file))
+                        continue
+                    if known is None:
+                        content = b"".join([*head, file.read()])
+                        known = InputFile(path, checked(path, content, WHOLE))
+                yield self._with_next(known)
+            except ProblemError as fault:
+                if self._left and self._is_q():
+                    self._take(LINE)
+                yield Input((InputFile(path, fault=fault),))
+
+    def _refuse_q_of_lines(self, path: str) -> None:
+        if self._has_q:
+            fault = f"{place(path)} has problems in its lines"
+            raise ProblemError(self._left.pop(), "is not needed", fault)
+
+    def _take(self, expected: str) -> InputFile:
+        """Return the next file. expected : the hint for an empty one."""
+        path = self._left.pop(0)
+        return self._ahead.pop(path, None) or InputFile.read(path, expected)
+
+    def _with_next(self, file: InputFile) -> Work:
+        """Return the problem in a file. The next file is taken as q if it `has_q`, if
+        this one has M alone, or if the next one has a vector and no problem, so that
+        the error can name both; of a folder only if M is alone and it can only be
+        q."""
+        if not self._left:
+            return Input((file,))
+        M, shared = _without_q(file)
+        both = {file.path, self._left[0]}
+        are_named = both.isdisjoint(self._of_folders)
+        if M is None:
+            takes = are_named and self._is_q()
+        else:
+            takes = are_named or self._is_q(M.shape[0])
+        if not (takes or self._has_q):
+            if shared is None and are_named:
+                self._refuse_swapped(file)
+            return Input((file,))
+        q = self._take(LINE)
+        if M is None:
+            return Input((file, q))
+        q.require_order(lambda: file.names)
+        columns = _columns(q, M.shape[0])
+        if columns is None:
+            return Input((file, q))
+        if file.kind.is_table and q.kind.is_table:
+            from lcpcli.files.csv_format import refuse_two_meanings
+
+            q.within(refuse_two_meanings, q.data, file.data)
+        own = columns[0][:, : len(columns[0])]
+        has_M = 1 < len(own) >= len(columns[1]) - 1 and np.array_equal(own, dense(M))
+        fault, hint = (
+            f"begins with M of {file.place}",
+            "if it holds M and q, name it alone",
+        )
+        refuse(has_M, q.place, fault, hint)
+        return QColumns((file.path, q.path), M, *columns, shared or {})
+
+    def _refuse_swapped(self, file: InputFile) -> None:
+        """Raise ProblemError if a file holds q, and the next one the M that should come
+        before it."""
+        if (path := self._left[0]) == STANDARD_INPUT:
+            return
+        M = q = None
+        with suppress(ProblemError):
+            q = file.vector("q")
+            self._ahead[path] = self._ahead.get(path) or InputFile.read(path, WHOLE)
+            M, _ = _without_q(self._ahead[path])
+        if q is not None and M is not None and len(q) == M.shape[0]:
+            other = self._take(WHOLE).path
+            fault, hint = (
+                f"holds q, and {other} M",
+                f"name M first: {other} {file.path}",
+            )
+            raise ProblemError(file.place, fault, hint)
+
+    def _is_q(self, n: int | None = None) -> bool:
+        """Return whether the next file holds q and cannot be a problem, or M alone. n :
+        the rows of the M before it, if any; then a vector of n entries is q whatever
+        else it could be, and several q may be given in columns."""
+        path = self._left[0]
+        if path == STANDARD_INPUT or has_lines(path):
+            return False
+        with suppress(ProblemError):
+            if path not in self._ahead and (content := _unless_problem(path)):
+                self._ahead[path] = InputFile(path, content)
+            if (file := self._ahead.get(path)) is None:
+                return False
+            own: Problem | Matrix | None = None
+            with suppress(ProblemError):
+                own = made(file.fields)
+            with suppress(ProblemError):
+                return file.vector("q").size == n or not isinstance(own, Problem)
+            return own is None and n is not None and _columns(file, n) is not None
+        return False
+
+
+def _unless_problem(path: str) -> bytes:
+    """Return the content of a file; b"" if it begins as an object that may have M."""
+    with contents.open_file(path) as file:
+        head = file.read(1024)  # few files begin with more blanks
+        is_object = head.lstrip().startswith(b"{")
+        if is_object and not head.lstrip(b"{ \t\r\n").startswith(b'"q"'):
+            return b""
+        return checked(path, head + file.read(), LINE)
+
+
+def _lines(path: str, lines: Iterator[bytes]) -> Iterator[Input]:
+    for number, line in enumerate(lines, 1):
+        text = (contents.without_mark(line) if number == 1 else line).strip()
+        if text:
+            yield Input((InputFile(path, text, number),))
 
 
 def _head(path: str, file: IO[bytes], streams: bool) -> tuple[list[bytes], bool]:
@@ -216,7 +332,7 @@ def _head(path: str, file: IO[bytes], streams: bool) -> tuple[list[bytes], bool]
     for line in file:
         head.append(line)
         nonblank = [part for part in map(bytes.strip, head) if part]
-        if path.casefold().endswith(LINES):
+        if has_lines(path):
             return head, True
         with suppress(ValueError, RecursionError):
             first = (
@@ -234,139 +350,43 @@ def _head(path: str, file: IO[bytes], streams: bool) -> tuple[list[bytes], bool]
     return head, False
 
 
-def _with_next(
-    path: str, content: bytes, left: list[str], of_folders: Collection[str], has_q: bool
-) -> Work:
-    """Return the problem in a file. The next file is taken as q if it `has_q`, if this
-    one has M alone, or if the next one has a vector and no problem, so that the error
-    can name both; of a folder only if M is alone and it can only be q."""
-    if not left:
-        return Input((path,), (content,))
-    M, shared = _without_q(path, content)
-    are_named = path not in of_folders and left[0] not in of_folders
-    takes = (
-        (are_named and _is_q(left[0]))
-        if M is None
-        else (are_named or _is_q(left[0], M.shape[0]))
-    )
-    if not (takes or has_q):
-        if shared is None and are_named:
-            _refuse_swapped(path, content, left)
-        return Input((path,), (content,))
-    q_path = left.pop(0)
-    q_content = content_of(q_path, LINE)
-    columns = None
-    if M is not None:
-        names = partial(reading.names_in, path, content, shared or {})
-        within(place(q_path), reading.require_order, q_path, q_content, names)
-        columns = within(place(q_path), _columns, q_path, q_content, M.shape[0])
-    if (
-        columns is not None
-        and form_of(path, content) == form_of(q_path, q_content) == "csv_format"
-    ):
-        from lcpcli.files.csv_format import refuse_two_meanings
-
-        within(place(q_path), refuse_two_meanings, q_content, content)
-    if columns is None or M is None:
-        return Input((path, q_path), (content, q_content))
-    own = columns[0][:, : len(columns[0])]
-    has_M = 1 < len(own) >= len(columns[1]) - 1 and np.array_equal(own, dense(M))
-    refuse(
-        has_M,
-        place(q_path),
-        f"begins with M of {place(path)}",
-        "if it holds M and q, name it alone",
-    )
-    return QColumns((path, q_path), M, *columns, shared or {})
-
-
-def _refuse_swapped(path: str, content: bytes, left: list[str]) -> None:
-    """Raise ProblemError if a file holds q, and the next one the M that should come
-    before it."""
-    M = q = None
-    with suppress(ProblemError):
-        q = reading.vector_in("q", path, content)
-        M = (
-            None
-            if left[0] == STANDARD_INPUT
-            else _without_q(left[0], content_of(left[0], WHOLE))[0]
-        )
-    if q is not None and M is not None and len(q) == M.shape[0]:
-        other = left.pop(0)
-        raise ProblemError(
-            place(path), f"holds q, and {other} M", f"name M first: {other} {path}"
-        )
-
-
 def _without_q(
-    path: str, content: bytes
+    file: InputFile,
 ) -> tuple[Matrix | None, Mapping[str, Any] | None]:
     """Return M and what several q share with it in a file; None if it has q, and None
     twice if it is no problem."""
-    # A guess that spares reading it twice.
-    has_q = content.lstrip().startswith(b"{") and b'"q"' in content
+    # A guess that leaves the parsing to the process that solves it.
+    has_q = file.content.lstrip().startswith(b"{") and b'"q"' in file.content
     with suppress(ProblemError):
-        fields = {} if has_q else reading.fields_in(path, content)
+        fields: Mapping[str, Any] = {} if has_q else file.fields
         if not is_whole(fields) and {"M"} <= fields.keys() <= {"M", *SHARED, *TEXTS}:
-            M = (
-                as_matrix("M", fields["M"])
-                if isinstance(fields["M"], list)
-                else fields["M"]
-            )
-            return (M if M.ndim == 2 else None), {
-                key: fields[key] for key in SHARED if key in fields
-            }
+            M = fields["M"]
+            M = as_matrix("M", M) if isinstance(M, list) else M
+            shared = {key: fields[key] for key in SHARED if key in fields}
+            return (M if M.ndim == 2 else None), shared
         return None, {}
     return None, None
 
 
-def _is_q(path: str, n: int | None = None) -> bool:
-    """Return whether a file holds q and cannot be a problem, or M alone. n : the rows
-    of the M before it, if any; then a vector of n entries is q whatever else it could
-    be, and several q may be given in columns."""
-    if path == STANDARD_INPUT or path.casefold().endswith(LINES):
-        return False
-    own: Problem | Matrix | None = None
-    with suppress(ProblemError):
-        with contents.open_file(path) as file:
-            head = file.read(1024)  # few files begin with more blanks
-            is_other = head.lstrip().startswith(b"{") and not head.lstrip(
-                b"{ \t\r\n"
-            ).startswith(b'"q"')
-            content = b"" if is_other else checked(path, head + file.read(), LINE)
-        if not content:
-            return False
-        with suppress(ProblemError):
-            own = within(place(path), made, reading.fields_in(path, content))
-        with suppress(ProblemError):
-            return reading.vector_in("q", path, content).size == n or not isinstance(
-                own, Problem
-            )
-        return own is None and n is not None and _columns(path, content, n) is not None
-    return False
-
-
-def _columns(path: str, content: bytes, n: int) -> tuple[Matrix, list[str]] | None:
+def _columns(file: InputFile, n: int) -> tuple[Matrix, list[str]] | None:
     """Return Q of shape (n, k) and the names of its columns; None if the file has a
     single vector, or no such table."""
-    form, names = form_of(path, content), list[str]()
-    if form == "matrix_market_format" or kind_in(form).has_no_vector:
+    if file.kind.has_no_vector:
         return None
-    if form == "csv_format":
-        from lcpcli.files.csv_format import table_of
-
-        own = table_of(content)
+    names = list[str]()
+    if file.kind.is_table:
+        own = file.within(file.data.table, float)
         table, names = own.rows, own.header
     else:
-        table = load(form).values("q", content)
+        table = file.values("q")
     shape = np.shape(table) if isinstance(table, (list, np.ndarray)) else ()
     if n == 1 and len(shape) == 1:
         table, shape = [table], (1, *shape)
     if len(shape) != 2 or shape[1] == 1 or (shape[0] == 1 and n > 1):
         return None
-    Q = as_matrix("q", table)
-    if shape[0] != n:
-        transposed = "transpose it: " * (shape[1] == n)
-        hint = f"{transposed}give one column for each problem, of as many rows as M has"
-        raise ProblemError("q", f"is {shape[0]} x {shape[1]} but M is {n} x {n}", hint)
+    Q = file.within(as_matrix, "q", table)
+    transposed = "transpose it: " * (shape[1] == n)
+    hint = f"{transposed}give one column for each problem, of as many rows as M has"
+    fault = f"is {shape[0]} x {shape[1]} but M is {n} x {n}"
+    file.within(refuse, shape[0] != n, "q", fault, hint)
     return Q, names or [FIRST_NAME, *(f"q{j}" for j in range(2, shape[1] + 1))]

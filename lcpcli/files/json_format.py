@@ -13,7 +13,7 @@ import math
 from collections import Counter
 from collections.abc import Callable, Mapping
 from contextlib import suppress
-from functools import partial
+from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -62,10 +62,43 @@ SEVERAL = (
 )
 
 
-def fields(content: bytes, number: Number = float) -> dict[str, Any]:
+class JsonText:
+    """The value in a JSON text, parsed once for each meaning of its numbers."""
+
+    def __init__(self, content: bytes) -> None:
+        self.text = decode(content)
+
+    @cached_property
+    def _of_doubles(self) -> Any:
+        return load(self.text)
+
+    @cached_property
+    def of_payoffs(self) -> Any:
+        return load(self.text, payoff)
+
+    def value(self, number: Callable[[str], Any]) -> Any:
+        return self._of_doubles if number is float else load(self.text, number)
+
+    def is_game(self) -> bool:
+        """Return whether it has the payoffs of a game in two tables. Of a text with
+        other keys, the numbers are not looked at."""
+        if '"M"' in self.text or not ('"A"' in self.text and '"B"' in self.text):
+            return False
+        data = self.of_payoffs
+        is_game = isinstance(data, dict) and kind_of(data) == "game"
+        return is_game and _is_table(data.get("A")) and _is_table(data.get("B"))
+
+
+def parse(content: bytes) -> JsonText:
+    return JsonText(content)
+
+
+def fields(content: JsonText, number: Number = float) -> dict[str, Any]:
     """Return the fields of the object in a JSON text; a ProblemError names the field,
     or the line and column."""
-    data = load(decode(content), number)
+    if content.is_game():
+        return _with_numbers(content.of_payoffs, payoff)
+    data = content.value(number)
     if not isinstance(data, dict):
         raise ProblemError(
             "",
@@ -81,7 +114,7 @@ def fields(content: bytes, number: Number = float) -> dict[str, Any]:
         }
         if of != "game":
             return data
-        return data | _payoffs(_with_numbers(load(decode(content), payoff), payoff))
+        return data | _payoffs(_with_numbers(content.of_payoffs, payoff))
     refuse_unknown("", data, KEYS)
     data = without_nulls(_with_numbers(data, number))
     refuse("M" not in data, "M", IS_MISSING, "add the key M")
@@ -100,10 +133,10 @@ def fields(content: bytes, number: Number = float) -> dict[str, Any]:
     return data
 
 
-def values(field: str, content: bytes, number: Number = float) -> Any:
+def values(field: str, content: JsonText, number: Number = float) -> Any:
     """Return the numbers in a JSON list, or in the list of an object with this field
     alone."""
-    data = load(decode(content), number)
+    data = content.value(number)
     is_field = isinstance(data, dict) and list(data) == [field]
     return numbers_in(data[field] if is_field else data, number)
 
@@ -176,10 +209,15 @@ def payoff_of(value: Fraction) -> Fraction | float:
     return value
 
 
+def _is_table(value: Any) -> bool:
+    return isinstance(value, list) and all(isinstance(row, list) for row in value)
+
+
 def _payoffs(data: dict[str, Any]) -> dict[str, list[Any]]:
     tables: dict[str, list[Any]] = {}
-    for key, table in data.items():
-        if key in ("A", "B") and isinstance(table, dict):
+    for key in ("A", "B"):
+        table = data.get(key)
+        if isinstance(table, dict):
             m, k = map(int, table["shape"])
             refuse_mostly_absent(key, (m, k), m * k, len(table["values"]))
             tables[key] = [[0.0] * k for _ in range(m)]
@@ -187,11 +225,7 @@ def _payoffs(data: dict[str, Any]) -> dict[str, list[Any]]:
                 table["rows"], table["cols"], table["values"], strict=True
             ):
                 tables[key][int(i)][int(j)] = value
-        elif (
-            key in ("A", "B")
-            and isinstance(table, list)
-            and all(isinstance(row, list) for row in table)
-        ):
+        elif isinstance(table, list) and _is_table(table):
             tables[key] = table
     return tables
 

@@ -45,8 +45,11 @@ from lcpcli.linalg.patterns import are_compressed
 
 
 # As in every format.
-def fields(content: bytes, number: Number = float) -> dict[str, Any]:  # noqa: ARG001
-    variables = _variables(content)
+def fields(
+    content: Mapping[str, Any],
+    number: Number = float,  # noqa: ARG001
+) -> dict[str, Any]:
+    variables = dict(content)
     known = {name: values for name, values in variables.items() if name in KNOWN}
     if "M" not in variables and kind_of(known):
         return of_arrays(known)
@@ -81,8 +84,8 @@ def fields(content: bytes, number: Number = float) -> dict[str, Any]:  # noqa: A
     return of_arrays(variables)
 
 
-def values(field: str, content: bytes, number: Number = float) -> Any:  # noqa: ARG001
-    return named(field, _variables(content))
+def values(field: str, content: Any, number: Number = float) -> Any:  # noqa: ARG001
+    return named(field, content)
 
 
 def render(fields: Mapping[str, Any], exact: Exact) -> dict[str, bytes]:  # noqa: ARG001
@@ -98,7 +101,7 @@ def render(fields: Mapping[str, Any], exact: Exact) -> dict[str, bytes]:  # noqa
     return {"": written(savemat, variables, oned_as="column")}
 
 
-def _variables(content: bytes) -> dict[str, Any]:
+def parse(content: bytes) -> dict[str, Any]:
     from scipy.io import loadmat
 
     hint = "is it cut off? save it again, in MATLAB with -v7"

@@ -9,6 +9,7 @@ files.
 from __future__ import annotations
 
 import os
+from collections.abc import Callable
 from fractions import Fraction
 from functools import cached_property
 from math import isfinite
@@ -20,9 +21,10 @@ from lcpcli.clock import imports
 from lcpcli.errors import ProblemError, count
 from lcpcli.expressions.graph import Arithmetic, Intervals
 from lcpcli.expressions.tape import Jacobian, Tape
-from lcpcli.files.contents import content_of, decode, parsed, place, within
-from lcpcli.files.fields import LARGEST_DENSE, made
+from lcpcli.files.contents import decode
+from lcpcli.files.fields import LARGEST_DENSE
 from lcpcli.files.formats import Number, refuse
+from lcpcli.files.input_file import WHOLE, InputFile
 from lcpcli.files.nl_model import NlModel
 from lcpcli.files.nl_program import NlProgram, is_program
 from lcpcli.files.nl_segments import (
@@ -32,9 +34,7 @@ from lcpcli.files.nl_segments import (
     names_beside,
     segments_in,
     whole,
-    with_names,
 )
-from lcpcli.files.reading import WHOLE, exact_parts_in, name_of
 from lcpcli.model.nonlinear import Enclosure, NonlinearProblem
 from lcpcli.model.problem import Problem
 from lcpcli.rational.exact_problem import ExactProblem
@@ -49,12 +49,40 @@ NO_OBJECTIVE = (
 LEFT_OUT = "its objective counts only in lcp solve, for a single model"
 
 
-def fields(content: bytes, number: Number = float) -> dict[str, Any]:
+class NlText:
+    """What is in the content of a file, with its numbers as doubles and as
+    fractions."""
+
+    def __init__(self, content: bytes) -> None:
+        self._content = content
+
+    @cached_property
+    def model(self) -> NlModel | NlProgram:
+        return self._with_numbers(float)
+
+    @cached_property
+    def exact(self) -> NlModel | NlProgram:
+        return self._with_numbers(
+            lambda text: fraction(text) if isfinite(double := float(text)) else double
+        )
+
+    def _with_numbers(self, constant: Callable[[str], Any]) -> NlModel | NlProgram:
+        segments = segments_in(self._content, constant)
+        if is_program(segments):
+            return NlProgram(segments)
+        return NlModel(segments, is_exact=constant is not float)
+
+
+def parse(content: bytes) -> NlText:
+    return NlText(content)
+
+
+def fields(content: NlText, number: Number = float) -> dict[str, Any]:
     """Return M, q, the bounds and as names the variables of a linear model, or the
     fields of a program; raise ProblemError for another one."""
     from scipy.sparse import csr_array
 
-    model = _model(content, isinstance(number, Doubles))
+    model = content.exact if isinstance(number, Doubles) else content.model
     of = number.of if isinstance(number, Doubles) else float
     if isinstance(model, NlProgram):
         return model.fields(of)
@@ -83,14 +111,6 @@ def fields(content: bytes, number: Number = float) -> dict[str, Any]:
     return {**parts, "names": model.names, "note": "; ".join(remarks)}
 
 
-def _model(content: bytes, is_exact: bool = False) -> NlModel | NlProgram:
-    def decimal(text: str) -> Any:
-        return fraction(text) if isfinite(double := float(text)) else double
-
-    segments = segments_in(content, decimal if is_exact else float)
-    return NlProgram(segments) if is_program(segments) else NlModel(segments, is_exact)
-
-
 def read_nl(path: str | os.PathLike[str]) -> NonlinearProblem:
     """Read a model of AMPL in an .nl file, in text or in binary, as a nonlinear problem
     for `solve_mcp`.
@@ -109,8 +129,7 @@ def read_nl(path: str | os.PathLike[str]) -> NonlinearProblem:
     Traceback (most recent call last):
     lcpcli.errors.ProblemError: missing.nl: ...
     """
-    name = os.fspath(path)
-    return within(place(name), lambda: Model(None, name).nonlinear)
+    return Model(InputFile.read(os.fspath(path), WHOLE)).nonlinear
 
 
 class LinearObjective(NamedTuple):
@@ -123,29 +142,27 @@ class LinearObjective(NamedTuple):
 
 
 class Model:
-    """A model in a file, with its problem.
+    """A model in a file, with its problem. Errors name the file.
 
-    content, path : of the file, beside which there may be names; the content is read if
-    it is None. model : what is in the file. name, names : of the problem and of its
-    unknowns.
+    file : beside which there may be names. model : what is in the file. name, names :
+    of the problem and of its unknowns.
     """
 
-    def __init__(self, content: bytes | None, path: str) -> None:
-        self._content = content = (
-            content_of(path, WHOLE) if content is None else content
-        )
+    def __init__(self, file: InputFile) -> None:
+        self.file, self.name, path = file, file.name, file.path
+        self._text: NlText = file.data
         try:
-            self.model = _model(content)
+            self.model = file.within(lambda: self._text.model)
         except ProblemError as error:
             raise named(path, error) from None
-        self._path, self.name = path, name_of(path)
-        self.names = names_beside(path, self.model.names)
+        self.names = file.within(names_beside, path, self.model.names)
         self.remark = in_names(path, self.model.remark)
 
     def solution_in(self, path: str) -> list[Fraction]:
         """Return the solution in a file .sol, with all decimals; raise ProblemError if
         it is none of this model."""
-        return parsed(path, WHOLE, self._solution)
+        file = InputFile.read(path, WHOLE)
+        return file.within(self._solution, file.content)
 
     def _solution(self, content: bytes) -> list[Fraction]:
         variables = self.model.header.variables
@@ -173,13 +190,7 @@ class Model:
 
     @cached_property
     def problem(self) -> Problem | NonlinearProblem:
-        if not self.model.is_linear:
-            return self.nonlinear
-        parts = fields(self._content)
-        parts |= {"note": self.model.remark} if "note" in parts else {}
-        linear = made(with_names(self._path, parts))
-        assert isinstance(linear, Problem)
-        return linear.named(self.name)
+        return self.file.problem() if self.model.is_linear else self.nonlinear
 
     @property
     def objective(self) -> LinearObjective | None:
@@ -187,7 +198,10 @@ class Model:
         none, or a constant one."""
         if self.model.objective is None:
             return None
-        exact = _model(self._content, is_exact=True)
+        return self.file.within(self._objective)
+
+    def _objective(self) -> LinearObjective:
+        exact = self._text.exact
         assert isinstance(exact, NlModel)
         assert exact.objective is not None
         sense, node = exact.objective
@@ -204,7 +218,7 @@ class Model:
 
     def exactly(self) -> ExactProblem:
         assert isinstance(self.problem, Problem)
-        return ExactProblem(self.problem, *exact_parts_in("nl_format", self._content))
+        return ExactProblem(self.problem, *self.file.exact_parts())
 
     @property
     def conditions(self) -> NlModel:
@@ -214,6 +228,9 @@ class Model:
 
     @cached_property
     def nonlinear(self) -> NonlinearProblem:
+        return self.file.within(self._nonlinear)
+
+    def _nonlinear(self) -> NonlinearProblem:
         if not isinstance(self.model, NlModel):
             fault, hint = "is a program", "read it by lcpcli.read, and solve it by run"
             raise ProblemError("", fault, hint)
@@ -245,7 +262,7 @@ class Model:
 
     @cached_property
     def _intervals(self) -> Functions:
-        exact = _model(self._content, is_exact=True)
+        exact = self._text.exact
         assert isinstance(exact, NlModel)
         return Functions(exact, Intervals(), self._functions.order)
 

@@ -153,7 +153,7 @@ class NlModel:
     def names(self) -> list[str]:
         return [f"v{number}" for number in self.unknowns]
 
-    @property
+    @cached_property
     def is_linear(self) -> bool:
         n = self.graph.n
         return all(

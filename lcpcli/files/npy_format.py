@@ -39,14 +39,14 @@ NAME_FIELDS = ("rows", "columns", "names")
 
 
 # As in every format.
-def fields(content: bytes, number: Number = float) -> dict[str, Any]:  # noqa: ARG001
+def fields(content: Any, number: Number = float) -> dict[str, Any]:  # noqa: ARG001
     """Return M and q from an array of n rows and n + 1 columns, or M from an array of
     any other shape."""
-    return of_table(_array(content))
+    return of_table(content)
 
 
-def values(field: str, content: bytes, number: Number = float) -> Any:  # noqa: ARG001
-    return flat(_array(content))
+def values(field: str, content: Any, number: Number = float) -> Any:  # noqa: ARG001
+    return flat(content)
 
 
 def render(fields: Mapping[str, Any], exact: Exact) -> dict[str, bytes]:  # noqa: ARG001
@@ -122,7 +122,7 @@ def unless_damaged(name: str, fault: str, hint: str) -> Iterator[None]:
         raise ProblemError(name, fault, hint) from None
 
 
-def _array(content: bytes) -> Any:
+def parse(content: bytes) -> Any:
     with unless_damaged(
         "",
         f"is not an NPY file {UNREAD}",

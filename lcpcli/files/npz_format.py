@@ -59,8 +59,11 @@ SPARSE_FIELDS = (
 
 
 # As in every format.
-def fields(content: bytes, number: Number = float) -> dict[str, Any]:  # noqa: ARG001
-    data = _arrays(content)
+def fields(
+    content: Mapping[str, Any],
+    number: Number = float,  # noqa: ARG001
+) -> dict[str, Any]:
+    data = dict(content)
     for key in ("M", *MATRICES):  # such as A.data
         names = {
             part: f"{key}.{part}"
@@ -79,8 +82,8 @@ def fields(content: bytes, number: Number = float) -> dict[str, Any]:  # noqa: A
     return of_arrays(data)
 
 
-def values(field: str, content: bytes, number: Number = float) -> Any:  # noqa: ARG001
-    return named(field, _arrays(content))
+def values(field: str, content: Any, number: Number = float) -> Any:  # noqa: ARG001
+    return named(field, content)
 
 
 def render(fields: Mapping[str, Any], exact: Exact) -> dict[str, bytes]:  # noqa: ARG001
@@ -101,7 +104,7 @@ def render(fields: Mapping[str, Any], exact: Exact) -> dict[str, bytes]:  # noqa
     return {"": written(np.savez, **arrays)}
 
 
-def _arrays(content: bytes) -> dict[str, Any]:
+def parse(content: bytes) -> dict[str, Any]:
     """Return the arrays of an archive by name; an array larger than the data stored for
     it is refused."""
     arrays = dict[str, Any]()

@@ -26,7 +26,7 @@ from lcpcli.cli import terminal
 from lcpcli.cli.main import of_result
 from lcpcli.cli.problems import Inputs
 from lcpcli.files import writing
-from lcpcli.files.csv_format import table_of
+from lcpcli.files.csv_format import grid_of
 from lcpcli.gallery import families
 from lcpcli.interrupts import TimeIsUp, remaining, within
 from lcpcli.linalg import factors
@@ -299,7 +299,7 @@ def test_time_limit_holds_while_numbers_become_exact_and_long_rows_pivot() -> No
     for work in (
         lambda: ExactProblem.of_floats(PROBLEM),
         lambda: fraction("0.1"),
-        lambda: table_of(b"1 2\n3 4\n"),
+        lambda: grid_of(b"1 2\n3 4\n"),
         lambda: Doubles()("0.1"),
         lambda: sized.settled(),
         data.are_floats,

@@ -16,7 +16,7 @@ from typing import Any
 import pytest
 
 from lcpcli import interrupts
-from lcpcli.files import reading
+from lcpcli.files.input_file import InputFile
 from lcpcli.solving import driver as driver
 
 from ..files.nl_writing import model
@@ -136,7 +136,7 @@ def test_stray_fault_is_reported_in_one_line(
             raise ImportError("a page\nof advice") from ERRORS[kind]
         raise ERRORS[kind]
 
-    monkeypatch.setattr(reading, "problem_of", refuse)
+    monkeypatch.setattr(InputFile, "problem", refuse)
     outcome = lcp("solve", EXAMPLE)
     if kind == "file":
         assert_refused(outcome, "lcp: /elsewhere: Permission denied\n")
@@ -338,7 +338,7 @@ def test_stray_refusal_of_the_system_is_not_blamed_on_standard_output(
             raise cause
 
         with monkeypatch.context() as patched:
-            patched.setattr(reading, "problem_of", refuse)
+            patched.setattr(InputFile, "problem", refuse)
             outcome = lcp("solve", EXAMPLE)
         assert (outcome.code, outcome.out, outcome.err) == (1, "", told)
 

@@ -30,6 +30,7 @@ from lcpcli.cli import pools
 from lcpcli.cli import streams as tasks
 from lcpcli.cli.problems import Inputs, Request
 from lcpcli.cli.streams import TaskRecord
+from lcpcli.files.input_file import InputFile
 from lcpcli.files.inputs import Input, QColumns
 from lcpcli.methods.registry import Variant
 
@@ -248,7 +249,7 @@ def test_work_that_takes_long_comes_back_without_the_rest(
         None,
     )
     works = [
-        Input(("-",), (text.encode(),), line=k) for k, text in enumerate(lines(4), 1)
+        Input((InputFile("-", text.encode(), k),)) for k, text in enumerate(lines(4), 1)
     ]
     for limit, expected in ((np.inf, [1, 2, 3, 4]), (1e-9, [1])):
         monkeypatch.setattr(tasks, "PIECE_SECONDS", limit)
@@ -378,7 +379,7 @@ def test_cluster_that_cannot_be_there_is_told_in_a_line(
 
 def problems(n: int) -> Iterator[Input]:
     """Problems that are numbered from 1."""
-    return (Input((f"{k}.json",), (b"{}",), line=k) for k in range(1, n + 1))
+    return (Input((InputFile(f"{k}.json", b"{}", k),)) for k in range(1, n + 1))
 
 
 def solved(*texts: Any, seconds: float = 1.0) -> tuple[list[list[TaskRecord]], float]:

@@ -8,8 +8,8 @@ import sys
 import threading
 import time
 from collections.abc import Callable
-from importlib import import_module
 from pathlib import Path
+from pkgutil import resolve_name
 from typing import Any
 
 import pytest
@@ -45,10 +45,16 @@ LONG_STEPS = {
         "following the path",
     ),
     "check good.json 1,2 --exact": ("lcpcli.solving.checking.lengths", "verifying"),
-    "inspect good.json": ("lcpcli.files.reading.problem_of", "reading good.json"),
-    "solve good.json": ("lcpcli.files.reading.problem_of", "reading good.json"),
+    "inspect good.json": (
+        "lcpcli.files.input_file.InputFile.problem",
+        "reading good.json",
+    ),
+    "solve good.json": (
+        "lcpcli.files.input_file.InputFile.problem",
+        "reading good.json",
+    ),
     "convert good.json -o a.csv": (
-        "lcpcli.files.reading.problem_of",
+        "lcpcli.files.input_file.InputFile.problem",
         "reading good.json",
     ),
 }
@@ -63,8 +69,7 @@ def test_long_step_is_named_with_the_time_so_far(
     name, text = LONG_STEPS[line]
     others = set(threading.enumerate())  # such as of calls that were abandoned
     stream = watched(monkeypatch)
-    module, _, function = name.rpartition(".")
-    step: Callable[..., Any] = getattr(import_module(module), function)
+    step: Callable[..., Any] = resolve_name(name)
 
     def long_step(*given: Any, **named: Any) -> Any:
         end = time.monotonic() + MOST_SECONDS

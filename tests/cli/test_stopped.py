@@ -27,7 +27,8 @@ import pytest
 
 import lcpcli
 from lcpcli import Status
-from lcpcli.files import atomic_write, contents, reading, writing
+from lcpcli.files import atomic_write, contents, writing
+from lcpcli.files.input_file import InputFile
 from lcpcli.linalg.factors import SingularMatrix
 from lcpcli.parametric import following
 from lcpcli.solving import loop
@@ -183,8 +184,18 @@ STAGES: dict[str, tuple[str, str, Any, list[dict[str, Any]]]] = {
         0,
         [GOOD],
     ),
-    "reading": (f"check {EXAMPLE} {EXAMPLE}", "files.reading.problem_of", 0, []),
-    "reading a problem": (f"solve {EXAMPLE}", "files.reading.problem_of", 0, []),
+    "reading": (
+        f"check {EXAMPLE} {EXAMPLE}",
+        "files.input_file.InputFile.problem",
+        0,
+        [],
+    ),
+    "reading a problem": (
+        f"solve {EXAMPLE}",
+        "files.input_file.InputFile.problem",
+        0,
+        [],
+    ),
     "the reference": (f"compare {EXAMPLE}", "solving.proof.with_reference", 0, []),
     "the start of a bench": (BENCH, "bench.timing.start", 0, []),
 }
@@ -270,7 +281,7 @@ def test_interrupt_that_a_library_wraps_is_one_and_leaves_what_is_measured(
         told,
         True,
     )
-    monkeypatch.setattr(reading, "problem_of", wrapped)
+    monkeypatch.setattr(InputFile, "problem", wrapped)
     assert lcp("solve", EXAMPLE) == Outcome(130, "", "")
 
 
@@ -285,7 +296,7 @@ sys.meta_path.insert(0, Finder())
 """
 IN_A_CALLBACK = f"""
 import os, signal, time, weakref
-from lcpcli.files import reading
+from lcpcli.files.input_file import InputFile
 
 class Lock: pass
 
@@ -296,7 +307,7 @@ def read(*_):
     for _ in range(1000):
         time.sleep(0.02)
 
-reading.problem_of = read
+InputFile.problem = read
 {MAIN}
 """
 

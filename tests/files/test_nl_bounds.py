@@ -11,9 +11,8 @@ import pytest
 
 import lcpcli
 from lcpcli.errors import ProblemError
-from lcpcli.files.nl_format import Model
 
-from ..conftest import read_exact
+from ..conftest import model_of, read_exact
 from .nl_writing import model
 
 FREE, NONNEGATIVE, CAPACITY = (3,), (2, 0), (0, 0, 3)
@@ -30,7 +29,7 @@ def solved(
     n: int, rows: Sequence[Any], bounds: Sequence[Any]
 ) -> tuple[list[float], str]:
     """The values of all variables, and the remark."""
-    read = Model(model(n, rows, bounds), "model.nl")
+    read = model_of(model(n, rows, bounds), "model.nl")
     assert isinstance(read.problem, lcpcli.Problem)
     problem = read.problem
     result = lcpcli.solve(
@@ -110,7 +109,7 @@ def test_bounds_of_what_no_condition_is_about_are_refused() -> None:
     with pytest.raises(
         ProblemError, match="v1: has bounds but no row that it complements"
     ):
-        Model(model(2, rows, [NONNEGATIVE, CAPACITY]), "model.nl")
+        model_of(model(2, rows, [NONNEGATIVE, CAPACITY]), "model.nl")
 
 
 @pytest.mark.parametrize(
@@ -152,7 +151,7 @@ def test_condition_that_has_lost_the_bounds_of_an_expression_is_refused(
         ProblemError,
         match=r"v1: is complementary to v2, and neither has bounds; .*Var\(bounds",
     ):
-        Model(model(4, rows, [FREE, FREE, FREE, NONNEGATIVE]), "model.nl")
+        model_of(model(4, rows, [FREE, FREE, FREE, NONNEGATIVE]), "model.nl")
 
 
 V1_COUNTS = (

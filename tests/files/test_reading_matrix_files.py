@@ -279,7 +279,7 @@ def test_a_text_of_characters_that_do_not_exist_is_refused(tmp_path: Path) -> No
 
 def outcome(content: bytes) -> str:
     try:
-        mat_format.fields(content)
+        mat_format.fields(mat_format.parse(content))
     except ProblemError as error:
         return str(error)
     return ""

@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 
 import lcpcli
-from lcpcli.files.nl_format import Model
 from lcpcli.gallery import nonlinear as gallery
 from lcpcli.linalg.doubles import EPS
 from lcpcli.model.nonlinear import Enclosure, NonlinearProblem
@@ -19,6 +18,7 @@ from lcpcli.solving.solve_mcp import run_nonlinear
 from lcpcli.typing import Vector
 from lcpcli.verify.nonlinear_point import proved_bound
 
+from ..conftest import model_of
 from ..files.nl_writing import model
 
 
@@ -175,7 +175,7 @@ def test_zeros_of_polynomials_are_where_they_are_proved_for_decimals_as_written(
             f"{rng.uniform(1, 3):.3f}"
         ]
         terms = [("*", text, ("^", "v0", power)) for power, text in enumerate(texts)]
-        problem = Model(
+        problem = model_of(
             model(1, [((5, 1, 1), {0: 0}, ("sum", *terms))], [(2, -9)]), "cubic.nl"
         ).nonlinear
         result = lcpcli.solve_mcp(problem, proof=True)

@@ -1,0 +1,256 @@
+"""A file that was read: where it came from, its kind, and what is in it, all of which
+is worked out once and handed on."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
+
+import numpy as np
+
+from lcpcli.errors import (
+    IS_MISSING,
+    ROW_OF_NUMBERS,
+    LCPError,
+    ProblemError,
+    raised,
+)
+from lcpcli.files import contents
+from lcpcli.files.contents import STANDARD_INPUT, content_of
+from lcpcli.files.fields import A_RESULT, BOUNDS, is_whole, kind_of, made
+from lcpcli.files.formats import (
+    JSON_FILE,
+    Kind,
+    Number,
+    is_result,
+    kind_in,
+    load,
+    refuse,
+    uncompressed,
+)
+from lcpcli.model.arrays import as_vector
+from lcpcli.model.problem import Problem
+from lcpcli.typing import Vector
+
+if TYPE_CHECKING:
+    from fractions import Fraction
+
+    from lcpcli.rational.exact_problem import ExactParts
+
+T = TypeVar("T")
+# Returns the names of the unknowns, if they are needed.
+Names: TypeAlias = "Callable[[], Sequence[str]]"
+NOT_SECOND = (
+    "leave it out; give a second problem a run of its own, and for an index see lcp "
+    "help formats"
+)
+# Hints for an empty file.
+WHOLE, LINE = "give M and q, as JSON or CSV", ROW_OF_NUMBERS
+OF_PACKAGE = "correct the file, or that package"
+
+
+@dataclass(frozen=True, eq=False)
+class InputFile:
+    """A file that was read, or a line of one. Errors name it.
+
+    path : its name; "-" is standard input. content : uncompressed. line : the number of
+    the line, from 1, if the file has a problem in each. fault : the error if it could
+    not be read; its content is then empty.
+    """
+
+    path: str
+    content: bytes = b""
+    line: int | None = None
+    fault: ProblemError | None = None
+
+    # Another process works out for itself what it needs.
+    def __reduce__(self) -> tuple[type[InputFile], tuple[Any, ...]]:
+        return type(self), (self.path, self.content, self.line, self.fault)
+
+    @classmethod
+    def read(cls, path: str, expected: str = LINE) -> InputFile:
+        """Read a file. expected : the hint for an empty one."""
+        return cls(path, content_of(path, expected))
+
+    @property
+    def place(self) -> str:
+        return contents.place(self.path)
+
+    @property
+    def name(self) -> str:
+        """Return the name of a problem without one of its own."""
+        if self.path == STANDARD_INPUT:
+            name = self.place
+        else:
+            name = os.path.splitext(os.path.basename(uncompressed(self.path)))[0]
+        return name if self.line is None else f"{name}:{self.line}"
+
+    def within(self, parse: Callable[..., T], *given: Any) -> T:
+        """Call `parse` with the given arguments; prefix the place of this file to the
+        message of a ProblemError that it raises."""
+        if self.line is None:
+            return contents.within(self.place, parse, *given)
+        where = f"{self.place}: line {self.line}"
+        return contents.within(where, lambda: _in_line(parse, *given))
+
+    @cached_property
+    def kind(self) -> Kind:
+        if self.fault is not None:
+            raise self.fault
+        if self.line is not None:
+            return JSON_FILE
+        return self.within(kind_in, self.path, self.content)
+
+    @cached_property
+    def data(self) -> Any:
+        """Return what the module of the format makes of the content."""
+        parse = getattr(load(self.kind.form), "parse", None)
+        return self.content if parse is None else self.within(parse, self.content)
+
+    @cached_property
+    def fields(self) -> Mapping[str, Any]:
+        """Return the fields of the problem in the file, or of M alone, with numbers as
+        the nearest doubles."""
+        return self.fields_as(float)
+
+    def fields_as(self, number: Number) -> Mapping[str, Any]:
+        """Return the fields. number : converts the numbers in texts to doubles."""
+        if self.line is None:
+            refuse(is_result(self.content), self.place, *A_RESULT)
+        found: dict[str, Any] = self._called("fields", self.data, number)
+        if self.kind.is_model:
+            from lcpcli.files.nl_segments import with_names
+
+            found = with_names(self.path, found)
+        is_problem = isinstance(found, dict) and (kind_of(found) or "M" in found)
+        fault = "has no M by the package of its format"
+        refuse(not is_problem, self.place, fault, OF_PACKAGE)
+        return found
+
+    def _called(self, function: str, *given: Any) -> Any:
+        """Return what a function of the format returns. A fault of another package's
+        module is one of the file."""
+        form = self.kind.form
+
+        def call() -> Any:
+            try:
+                return getattr(load(form), function)(*given)
+            except Exception as error:
+                if isinstance(error, LCPError) or "." not in form:
+                    raise
+                package = form.partition(".")[0]
+                fault = f"cannot be read by the package {package}: {raised(error)}"
+                raise ProblemError("", fault, OF_PACKAGE) from None
+
+        return self.within(call)
+
+    @property
+    def names(self) -> Sequence[str]:
+        """Return the names of the unknowns; none if the file has none."""
+        if "names" in self.fields or not self.kind.is_table:
+            return list(self.fields.get("names", ()))
+        names: Sequence[str] = self.data.names
+        return names
+
+    def problem(self, q: InputFile | None = None, *, number: Number = float) -> Problem:
+        """Return the problem in this file, or with M in this one and q in another one.
+        number : converts the numbers in texts to doubles."""
+        fields = self.fields if number is float else self.fields_as(number)
+        if q is not None:
+            fault = f"is not needed: {self.place} contains M and q"
+            refuse(is_whole(fields), q.path, fault, NOT_SECOND)
+            names: Names = lambda: self.names  # noqa: E731
+            fields = {**fields, "q": q.vector("q", number=number, names=names)}
+        problem = self.within(made, fields)
+        if isinstance(problem, Problem):
+            return problem if problem.name else problem.named(self.name)
+        if self.line is not None:
+            self.within(refuse, True, "q", IS_MISSING, "add the key q")
+        shape = " x ".join(map(str, problem.shape)) or "one number"
+        raise ProblemError(
+            self.place,
+            f"contains M, {shape}, but no q",
+            "add q, or name the file of q after it",
+        )
+
+    def values(self, field: str, number: Number = float) -> Any:
+        """Return the numbers of a file with a single field, or of the given field."""
+        fault = self.kind.has_no_vector
+        hint = "name a file that holds a vector"
+        self.within(refuse, fault, "", fault, hint)
+        return self._called("values", field, self.data, number)
+
+    def require_order(self, names: Names, field: str = "") -> None:
+        """Raise ProblemError if the rows of a table are labelled by these names in
+        another order."""
+        if self.kind.is_table:
+            self.within(self.data.require_order, names, field)
+
+    def vector(
+        self,
+        field: str,
+        n: int | None = None,
+        number: Number = float,
+        names: Names = tuple,
+    ) -> Vector:
+        """Return the vector in this file. n : its length; None for any. names : of its
+        entries, as labels may be."""
+        self.require_order(names, field)
+        return self.within(as_vector, field, self.values(field, number), n)
+
+    def exact_vector(
+        self, field: str, n: int | None = None, names: Names = tuple
+    ) -> list[Fraction]:
+        """Return the vector with its numbers as written."""
+        from lcpcli.rational.exact_problem import fractions_of
+        from lcpcli.rational.numbers import written
+
+        if self.kind.has_arrays:
+            return fractions_of(self.vector(field, n, names=names))
+        found = written(lambda number: self.vector(field, n, number, names))
+        return [found.number(value) for value in found.own.tolist()]
+
+    def exact_parts(self, q: InputFile | None = None) -> ExactParts:
+        """Return the numbers of the problem as written, once `problem` has accepted
+        it: arrays in their own type, texts with all decimals."""
+        if q is None:
+            return self._exact_parts()
+        M, _, lower, upper = self._exact_parts(lacks_q=True)
+        return M, q.exact_vector("q"), lower, upper
+
+    def _exact_parts(self, lacks_q: bool = False) -> ExactParts:
+        """lacks_q : whether q is in another file; zeros then take its place."""
+        from lcpcli.rational import exact_problem
+
+        def parse(number: Number) -> Any:
+            fields = self.fields_as(number)
+            if lacks_q:
+                fields = {**fields, "q": np.zeros(np.shape(fields["M"])[0])}
+            return made(fields)
+
+        if not self.kind.has_arrays:
+            return self.within(exact_problem.exact_parts, parse)
+        fields = self.fields
+        if kind_of(fields):
+            return exact_problem.parts_of(self.within(made, fields))
+        rows = exact_problem.rows_of(fields["M"])
+        low, high = (
+            exact_problem.bounds_of(np.broadcast_to(fields[key], len(rows)))
+            if key in fields
+            else None
+            for key in BOUNDS
+        )
+        q = exact_problem.fractions_of(fields["q"]) if "q" in fields else None
+        return rows, q, low, high
+
+
+def _in_line(parse: Callable[..., T], *given: Any) -> T:
+    """Call `parse`; leave out of its error that it is in the first line of a line."""
+    try:
+        return parse(*given)
+    except ProblemError as error:
+        error.where = error.where.removeprefix("line 1, ")
+        raise
