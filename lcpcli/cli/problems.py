@@ -102,7 +102,7 @@ class Inputs(NamedTuple):
     quiet: bool = False
     of_folders: Collection[str] = ()
     others: Sequence[str] = ()
-    ahead: Mapping[str, InputFile] = MappingProxyType({})
+    ahead: Mapping[str, InputFile] = {}
 
     @classmethod
     def of(cls, files: Sequence[str], q: str | None = None, **given: Any) -> Inputs:

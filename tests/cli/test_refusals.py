@@ -553,7 +553,7 @@ market -AMPL tol=x => tol: {IS:'x'}; {IT_MUST_BE:{OF_TOL}}
 linear -AMPL restarts=2 => restarts: {NO_EFFECT_ON:a linear model}; {LEAVE_IT_OUT}
 twice -AMPL
     => twice.nl: clearing: complements price, and so does market; {A_VARIABLE_EACH}
-none -AMPL => none.nl: none.nl: {NO_SUCH_FILE}; {DID_YOU_MEAN:none.json}
+none -AMPL => none.nl: {NO_SUCH_FILE}; {DID_YOU_MEAN:none.json}
 """,
     {**models.FILES, "none.json": "[]"},
 )
