@@ -58,6 +58,7 @@ from lcpcli.verify.certificate import (
     Certificate,
     infeasible,
     is_clear,
+    proof,
     proves_infeasible,
 )
 from lcpcli.verify.exact_solution import from_point, refined
@@ -89,7 +90,7 @@ NOTHING = list[Fraction]()  # after all nodes of a tree without a solution
 MOST_PIVOTED_EXACTLY = 100  # unknowns, from states that are nearly right
 # Of a problem with far sides: each leaves fewer of them out; at first only those less
 # that are met first.
-MOST_RELAXATIONS, SINGLE_RELAXATIONS = 8, 4
+MOST_RELAXATIONS, SINGLE_RELAXATIONS = 16, 4
 # Of the tree, in counted work: what it does at first, in which it decides nearly all
 # problems; after turns of other methods it goes on, each time with twice that or the
 # largest share, up to the most in all.
@@ -157,31 +158,36 @@ def _relaxed_first(problem: Problem, x0: Vector, search: Search, states: bool) -
     with imports:
         from lcpcli.model.changes import Relaxed, relaxed
     turns, first = Turns(x0), partial(small, search=partial(search, milp=False))
-    change = relaxed(problem)
+    change, has_all = relaxed(problem), True
     for k in range(MOST_RELAXATIONS):
         if not isinstance(change, Relaxed):
             break
-        stage = first(change.problem, change.start(x0), states=states)
+        inner = Turns(change.start(x0))
+        stage = inner.take("", first(change.problem, inner.last.x, states=states))
         ending = yield from turns.take("", stages.moved_back(change, stage))
         if isinstance(ending, Finished) and change.moved.number:
             yield _with_states_of(turns, relaxed(problem, change.sides, is_moved=False))
+        if not change.sides.number:
+            break
         met = change.met(turns.last.x)
         if isinstance(ending, NoSolution):
             y = ending.certificate.vector
-            if y is not None and proves_infeasible(problem, y):
-                return replace(ending, certificate=infeasible(problem, y))
+            if y is not None and (own := proof(problem, y)) is not None:
+                return replace(ending, certificate=infeasible(problem, own))
             if y is not None:
                 met = change.needed(y, is_first=k < SINGLE_RELAXATIONS)
-        is_known = isinstance(ending, (Finished, NoSolution))
-        if not change.sides.number:
-            break
-        if is_known and met.number:
+        if isinstance(ending, (Finished, NoSolution)) and met.number:
             change = relaxed(problem, change.sides.without(met))
-        elif isinstance(ending, Finished) and change.moved.number and change.is_moved:
+        elif not (isinstance(ending, Finished) and change.moved.number):
+            # It is not known which of them count.
+            change = relaxed(problem, change.sides.without(change.sides))
+        elif has_all and (idle := change.idle(inner.last.x)).number:
+            # Where there are several minimizers, one may be at sides that do not count.
+            change, has_all = relaxed(problem, change.sides.joined(idle)), False
+        elif change.is_moved:
             # The states depend on how far these sides are.
             change = relaxed(problem, change.sides, is_moved=False)
         else:
-            # It is not known which of them count.
             change = relaxed(problem, change.sides.without(change.sides))
     return (yield from turns.take("", small(problem, x0, search, states)))
 

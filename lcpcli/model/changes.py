@@ -41,6 +41,7 @@ from lcpcli.typing import Indices, Mask, Vector
 
 # Times the reach of others: a far side that counts, in a problem with the same states.
 NEARER = 1e5
+CLEAR = 1e-9  # of the terms of w: what is no rounding
 MOST_RATIO = 1e3  # of two of them, as a power of the given ratio if that is more
 MODERATE_POWER = 300  # the power of two up to which R q is usually left unchanged
 
@@ -459,6 +460,7 @@ class Relaxed(Change):
         x = np.where(at_lower, x + (lower - own.lower) / 2, x)
         return np.where(at_upper, x + (upper - own.upper) / 2, x)
 
+    @np.errstate(all="ignore")
     def met(self, x: Vector) -> FarSides:
         """Return the sides that the z and w of an x are beyond."""
         z, (lower, upper) = self.problem.box.z_of(x), self.original.box.vectors(x.size)
@@ -468,6 +470,18 @@ class Relaxed(Change):
             lower=sides.lower & (z < lower),
             upper=sides.upper & (z > upper),
             rows=sides.rows & has_wrong_sign,
+        )
+
+    @np.errstate(all="ignore")
+    def idle(self, x: Vector) -> FarSides:
+        """Return those that count, and without which an x of this problem would solve
+        it as well: the w of their unknowns are rounding of 0."""
+        own, z = self.problem, self.problem.box.z_of(x)
+        terms = matrices.absolute_product(own.M, np.abs(z)) + np.abs(own.q)
+        is_rounding = np.abs(own.w(z)) <= CLEAR * terms
+        moved, is_zero = self.moved, z == 0
+        return FarSides(
+            moved.lower & is_rounding, moved.upper & is_rounding, moved.rows & is_zero
         )
 
     @np.errstate(all="ignore")

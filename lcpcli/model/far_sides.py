@@ -38,6 +38,11 @@ class FarSides(NamedTuple):
         pairs = zip(self, met, strict=True)
         return FarSides(*(own & ~other for own, other in pairs))
 
+    def joined(self, others: FarSides) -> FarSides:
+        """Return these and others."""
+        pairs = zip(self, others, strict=True)
+        return FarSides(*(own | other for own, other in pairs))
+
 
 def far_sides(
     q: Vector, lower: Vector, upper: Vector, y: slice | None, reach: float = 0.0

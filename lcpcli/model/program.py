@@ -39,6 +39,7 @@ from lcpcli.typing import Mask, Matrix, Vector
 
 PROGRAM_KEYS = ("kind", "variables", "ranges", "sense", "constant", "rows", "columns")
 SENSES = {"min": 1.0, "max": -1.0}
+CANCELLED = 1e-12  # of an objective: rounding of its terms that counts
 
 
 def symmetrized(Q: Matrix, eps: float = EPS) -> Matrix | None:
@@ -92,7 +93,16 @@ class ProgramData(NamedTuple):
 
     @np.errstate(over="ignore", invalid="ignore")
     def objective(self, x: Vector) -> float:
-        return float(x @ matrices.product(self.Q, x) / 2 + self.c @ x)
+        """Return x'Qx / 2 + c'x: with more digits than doubles have where terms
+        cancel, as those of a large x with Qx near 0 do."""
+        value = float(x @ matrices.product(self.Q, x) / 2 + self.c @ x)
+        sizes = np.abs(x)
+        of_Q = sizes @ matrices.absolute_product(self.Q, sizes) / 2
+        terms = float(of_Q + np.abs(self.c) @ sizes)
+        if not EPS * terms > CANCELLED * abs(value) or not math.isfinite(terms):
+            return value
+        slopes = matrices.accurate_residual(self.Q, -x, 2 * self.c)
+        return float(matrices.accurate_residual(x[None], slopes, np.zeros(1))[0]) / -2
 
     def with_infinity(self, infinity: float) -> ProgramData:
         """Return the program without bounds and sides of rows of at least that size, or

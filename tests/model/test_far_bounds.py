@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
+from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +25,7 @@ from lcpcli.model.changes import (
     shifted,
     with_infinity,
 )
+from lcpcli.model.program import ProgramData
 from lcpcli.solving.minimum import Minimum
 from lcpcli.typing import Vector
 from lcpcli.verify.certificate import proves_infeasible
@@ -318,3 +320,29 @@ def test_rounding_of_a_proof_times_a_far_bound_counts_as_0(size: float) -> None:
     other[1] -= 2**-53
     differs = from_qp(None, [1.0, 1.0, 1.0], [row, other], **sides)
     assert proves_infeasible(differs, y) == (size < 1e15)
+
+
+def test_far_sides_of_unknowns_without_reduced_costs_do_not_count() -> None:
+    """A minimizer at the bounds of x1, which costs, and of x2, which costs nothing."""
+    ends = {"row_lower": [1.0], "lower": [0.0, -1e18], "upper": [1e22, 1e13]}
+    problem = from_qp(None, [-1.0, 0.0], [[1.0, 0.0]], **ends)
+    change = relaxed(problem, problem.far_sides[0].without(problem.far_sides[0]))
+    assert isinstance(change, Relaxed)
+    z = np.array([change.problem.upper[0], change.problem.lower[1], 0.0])
+    x = change.problem.box.x_of(z, change.problem.w(z))
+    found = [np.flatnonzero(each).tolist() for each in change.idle(x)]
+    assert found == [[1], [1], []]
+    assert lcpcli.run(problem).z[0] == 1e22
+
+
+def test_an_objective_keeps_its_digits_where_its_terms_cancel() -> None:
+    """Qx is rounding of terms of 1e12, which x times it is not."""
+    F, c, x = np.array([0.3, -0.7]), np.array([1.0, -2.0]), np.array([7e12, 3e12])
+    Q, no_rows, ends = np.outer(F, F), np.zeros((0, 2)), np.zeros((4, 0))
+    f, g = (list(map(Fraction, values.tolist())) for values in (c, x))
+    exactly = f[0] * g[0] + f[1] * g[1]
+    for i, row in enumerate(Q.tolist()):
+        exactly += sum(g[i] * Fraction(a) * b for a, b in zip(row, g, strict=True)) / 2
+    for stored in (Q, csr_array(Q)):
+        data = ProgramData(stored, c, no_rows, *ends)
+        assert data.objective(x) == pytest.approx(float(exactly), rel=1e-14)
