@@ -1,11 +1,38 @@
-"""Errors in input: one line that says where, what is wrong, and how to fix it."""
+"""How a run ends: the exit codes; and errors in input, one line that says where, what
+is wrong, and how to fix it."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Mapping, Sequence
+from enum import IntEnum
 from typing import Any
 
+
+class Exit(IntEnum):
+    """How a run ends: its exit code, and what that means in help, unless a command has
+    a meaning of its own."""
+
+    meaning: str
+
+    def __new__(cls, code: int, meaning: str) -> Exit:
+        made = int.__new__(cls, code)
+        made._value_, made.meaning = code, meaning
+        return made
+
+    SOLVED = 0, "solved"
+    NOT_SOLVED = 1, "not solved"
+    BAD_INPUT = 2, "usage or input error (one-line message)"
+    NO_SOLUTION = 3, "proved to have no solution"
+    INTERRUPTED = 130, "interrupted; what was found is reported"  # as shells do SIGINT
+    TERMINATED = 143, "the same after SIGTERM"
+    CLOSED_PIPE = 141, "the reader of a pipe has closed it"  # SIGPIPE
+
+
+# Of the commands that solve.
+EXITS: dict[Exit, str] = {
+    code: code.meaning for code in Exit if code is not Exit.CLOSED_PIPE
+}
 # Characters of a text in a message, so that the message stays on one line.
 LONGEST_QUOTE = 40
 UMLAUTS = {
@@ -175,6 +202,8 @@ class LCPError(ValueError):
         makes it obvious.
     """
 
+    code = Exit.BAD_INPUT  # of the run that it ends
+
     def __init__(self, where: str, fault: str, hint: str = "") -> None:
         self.where, self.fault, self.hint = where, fault, hint
         super().__init__(
@@ -216,6 +245,8 @@ class OptionError(LCPError):
 class ResourceError(LCPError):
     """The machine has no room, processes or open files left for the work, which is
     sound: it may succeed elsewhere or later."""
+
+    code = Exit.NOT_SOLVED
 
 
 class ParameterError(OptionError):

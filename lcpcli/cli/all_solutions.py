@@ -10,13 +10,12 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from lcpcli import clock, interrupts
-from lcpcli.cli.main import INTERRUPTED, NO_SOLUTION, NOT_SOLVED, SOLVED
 from lcpcli.cli.output import Output
 from lcpcli.cli.problems import InputProblem, Request
 from lcpcli.cli.terminal import Line, shows_progress
 from lcpcli.enumeration import optimum as search
 from lcpcli.enumeration import search as sets
-from lcpcli.errors import ProblemError, count
+from lcpcli.errors import Exit, ProblemError, count
 from lcpcli.files.contents import within
 from lcpcli.interrupts import TimeIsUp, stopping
 from lcpcli.model.origins import Game
@@ -29,9 +28,9 @@ if TYPE_CHECKING:
     from lcpcli.files.nl_format import LinearObjective
 
 CODES = {  # by how a search has ended, unless it is solved
-    sets.TIME_LIMIT: NOT_SOLVED,
-    sets.INTERRUPTED: INTERRUPTED,
-    **dict.fromkeys((sets.UNSOLVABLE, search.UNBOUNDED), NO_SOLUTION),
+    sets.TIME_LIMIT: Exit.NOT_SOLVED,
+    sets.INTERRUPTED: Exit.INTERRUPTED,
+    **dict.fromkeys((sets.UNSOLVABLE, search.UNBOUNDED), Exit.NO_SOLUTION),
 }
 
 
@@ -72,7 +71,7 @@ def outcome(
     output.add(
         request.plot, lambda path: plotting.cones(found).content(plotting.form_of(path))
     )
-    return CODES.get(found.status, SOLVED)
+    return CODES.get(found.status, Exit.SOLVED)
 
 
 def _search(

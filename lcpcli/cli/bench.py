@@ -13,10 +13,10 @@ from lcpcli.bench.suites import ALL, DEFAULT_METHODS, SUITES, Suite, methods_of
 from lcpcli.cli import declarations, output
 from lcpcli.cli.command import Candidates, command
 from lcpcli.cli.declarations import argument, option, refuse, refuse_beside
-from lcpcli.cli.main import BAD_INPUT, INTERRUPTED, NOT_SOLVED, SOLVED, refused, say
+from lcpcli.cli.main import of_end, refused, say
 from lcpcli.cli.problems import Inputs, Request, same_file, settle_threads, taken, tell
 from lcpcli.cli.terminal import Line, shows_progress
-from lcpcli.errors import OTHER_OUTPUT, OptionError, count, listed, missing
+from lcpcli.errors import OTHER_OUTPUT, Exit, OptionError, count, listed, missing
 from lcpcli.methods.registry import Variant, meanings
 from lcpcli.options import ACCEPT, BUDGET, INFINITY, THREADS, TIME_LIMIT, TOL, Option
 from lcpcli.peers.registry import PEERS, load
@@ -40,12 +40,6 @@ OF_EACH_RUN = TIME_LIMIT._replace(default=10.0, meaning="Time limit of each run.
 MEANINGS = {
     **{name: suite.meaning for name, suite in SUITES.items()},
     ALL: "all of these",
-}
-EXITS = {
-    0: "measured, even if runs failed",
-    1: "a solver made a false claim",
-    2: "usage or input error (one-line message)",
-    130: "interrupted; --resume continues what -o has saved",
 }
 MEASURING = (TOL, OF_EACH_RUN, ACCEPT, BUDGET)
 
@@ -71,7 +65,11 @@ MEASURING = (TOL, OF_EACH_RUN, ACCEPT, BUDGET)
         *("--format", "--output", "--plot", "--quiet"),
     ),
     lists={"Suites": MEANINGS, "Methods": meanings(), "Other solvers": PEERS},
-    exits=EXITS,
+    exits={
+        Exit.SOLVED: "measured, even if runs failed",
+        Exit.NOT_SOLVED: "a solver made a false claim",
+        Exit.INTERRUPTED: "interrupted; --resume continues what -o has saved",
+    },
     epilog=(
         "Times are medians of repeated runs. A solution counts only if its "
         "recomputed residual is at most --accept."
@@ -184,7 +182,7 @@ def _run(request: Request, destination: output.Destination) -> int:
     if not record.cases:
         for fault in record.unread:
             refused(fault, fault.partition(": ")[0])
-        return BAD_INPUT
+        return Exit.BAD_INPUT
     for fault in record.unread:
         tell(fault)
     if record.missing and not request.quiet:
@@ -230,14 +228,14 @@ def _run(request: Request, destination: output.Destination) -> int:
     )
     destination.show(partial(report.render, record), told)
     if not is_interrupted:
-        return BAD_INPUT if record.unread else NOT_SOLVED if false else SOLVED
+        return Exit.BAD_INPUT if record.unread else of_end(not false)
     hint = (
         f"resume with lcp bench --resume {saved[0]}"
         if saved
         else "with -o FILE.json it could be resumed"
     )
     say(f"lcp bench: interrupted after {len(rows)} of {number} measurements; {hint}")
-    return INTERRUPTED
+    return Exit.INTERRUPTED
 
 
 def _new_record(request: Request) -> BenchRecord:
@@ -303,12 +301,11 @@ SLOWER = Option(
         "lcp compare-runs last-week.json today.json --slower 1.5 --quiet",
     ),
     exits={
-        0: "no run is worse",
-        1: (
+        Exit.SOLVED: "no run is worse",
+        Exit.NOT_SOLVED: (
             "a run is worse, contradicts the earlier one, or is slower than "
             "--slower allows"
         ),
-        2: "usage or input error",
     },
     epilog=(
         "Unchanged runs appear only in JSON and CSV. lcp help measuring says when a "
@@ -346,4 +343,4 @@ def compare_runs(old: str, new: str, slower: float | None, **given: Any) -> int:
     )
     has_failed = any(comparison.is_failure(change, limit) for change in changes)
     destination.show(comparison.report((old, new), changes, has_failed).render)
-    return NOT_SOLVED if has_failed else SOLVED
+    return Exit.NOT_SOLVED if has_failed else Exit.SOLVED

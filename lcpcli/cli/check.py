@@ -6,7 +6,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from lcpcli.cli import declarations, main, output
+from lcpcli.cli import declarations, output
 from lcpcli.cli.command import command
 from lcpcli.cli.declarations import (
     OTHERS,
@@ -17,9 +17,10 @@ from lcpcli.cli.declarations import (
     refuse_beside,
     reporting,
 )
+from lcpcli.cli.main import of_end
 from lcpcli.cli.problems import InputProblem, Inputs
 from lcpcli.cli.terminal import Line, shows_progress
-from lcpcli.errors import OptionError
+from lcpcli.errors import Exit, OptionError
 from lcpcli.files import contents
 from lcpcli.files.contents import place
 from lcpcli.options import INSPECTION_SECONDS, TIME_LIMIT, TOL
@@ -43,11 +44,7 @@ OF_INSPECTION = TIME_LIMIT._replace(
         "lcp check bimatrix result.json --exact --format json",
     ),
     epilog="Components are counted from 1; the index of a violation in JSON, from 0.",
-    exits={
-        0: "the answer is correct",
-        1: "it is not",
-        2: "usage or input error (one-line message)",
-    },
+    exits={Exit.SOLVED: "the answer is correct", Exit.NOT_SOLVED: "it is not"},
 )
 @argument(
     "Problem and solution",
@@ -102,7 +99,7 @@ def check(paths: tuple[str, ...], tol: float | None, exact: bool, **given: Any) 
         destination.show(
             verification_text.report(verifications).render, f"{place(paths[0])}: {told}"
         )
-    return max(main.of_end(verification.accepted) for verification in verifications)
+    return max(of_end(verification.accepted) for verification in verifications)
 
 
 def _verifications(
@@ -180,7 +177,7 @@ def _verifications(
         "lcp make kostreva -n 5 | lcp inspect -",
         "lcp inspect bimatrix --time-limit 10 -o bimatrix-classes.json",
     ),
-    exits={0: "inspected", 2: "usage or input error (one-line message)"},
+    exits={Exit.SOLVED: "inspected"},
     epilog='A class is "yes" or "no" only where rounding errors cannot affect the '
     "answer. Rows and columns are counted "
     "from 1; the indices of the JSON, from 0.",

@@ -13,7 +13,16 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
-from lcpcli.errors import IS_MISSING, OptionError, likely, nearest, quoted, unknown
+from lcpcli.errors import (
+    EXITS,
+    IS_MISSING,
+    Exit,
+    OptionError,
+    likely,
+    nearest,
+    quoted,
+    unknown,
+)
 from lcpcli.options import NUMBA, wants_kernels
 from lcpcli.version import VERSION
 
@@ -37,15 +46,6 @@ NEGATIVE = re.compile(r"-[.\d]")
 SIGNALS = 128  # exit codes above it follow a signal
 # Columns, a quarter of a line; the meaning of a longer term begins on the next line.
 WIDEST_TERM = 26
-EXITS = {  # of the commands that solve
-    0: "solved",
-    1: "not solved",
-    2: "usage or input error (one-line message)",
-    3: "proved to have no solution",
-    130: "interrupted; what was found is reported",
-    143: "the same after SIGTERM",
-}
-
 Rows = Sequence[tuple[str, str]]
 
 
@@ -55,8 +55,8 @@ class Command(click.Command):
     examples : command lines that run anywhere.
     common : the options that its help shows without --all, so that it fits on a screen;
         by default all, and the lists.
-    lists : under each heading the names that are accepted, with their meanings. exits :
-        the exit codes, likewise.
+    lists : under each heading the names that are accepted, with their meanings.
+    exits : the meanings of the exit codes, by default those of solving.
     """
 
     def __init__(
@@ -65,16 +65,13 @@ class Command(click.Command):
         examples: Sequence[str],
         common: Sequence[str] = (),
         lists: Mapping[str, Mapping[str, str]] | None = None,
-        exits: Mapping[int, str] | None = None,
+        exits: Mapping[Exit, str] = EXITS,
         **attributes: Any,
     ) -> None:
         super().__init__(*positional, **attributes)
-        self.examples, self.common, self.lists, self.exits = (
-            examples,
-            common,
-            lists or {},
-            exits or {},
-        )
+        self.examples, self.common, self.lists = examples, common, lists or {}
+        own = {Exit.BAD_INPUT: Exit.BAD_INPUT.meaning, **exits}
+        self.exits = {code: own[code] for code in Exit if code in own}
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         given, hint, unknown = (
@@ -232,7 +229,7 @@ class Command(click.Command):
         }
         if codes:
             lists["Exit codes"] = [
-                (str(code), meaning) for code, meaning in codes.items()
+                (f"{code:d}", meaning) for code, meaning in codes.items()
             ]
         helps = tables.pop(HELP)
         if is_brief:
@@ -439,7 +436,7 @@ def _other_packages() -> list[str]:
         "lcp solve --help",
         "lcp help methods",
     ),
-    exits={**EXITS, 141: "the reader of a pipe has closed it"},
+    exits={**EXITS, Exit.CLOSED_PIPE: Exit.CLOSED_PIPE.meaning},
 )
 @click.option(
     *("-V", "-v", "--version"),

@@ -25,7 +25,7 @@ from lcpcli.cli.command import (
 )
 from lcpcli.cli.declarations import argument, option, refuse
 from lcpcli.cli.terminal import Line, emit, shows_progress, terminal
-from lcpcli.errors import LEAVE_OUT, OptionError, count, folded, quoted, unknown
+from lcpcli.errors import LEAVE_OUT, Exit, OptionError, count, folded, quoted, unknown
 from lcpcli.methods.registry import (
     METHODS,
     NONLINEAR,
@@ -91,7 +91,10 @@ class Entry(NamedTuple):
         "lcp help shadow price",
     ),
     lists={"Topics": TOPICS},
-    exits={0: "shown", 2: "the words are on no page (one-line message)"},
+    exits={
+        Exit.SOLVED: "shown",
+        Exit.BAD_INPUT: "the words are on no page (one-line message)",
+    },
 )
 @argument(
     "Topic",
@@ -298,7 +301,7 @@ SHELLS = {
     short_help="Print a shell completion script.",
     examples=("lcp completion bash", "lcp completion zsh", "lcp completion fish"),
     lists={"Shells, and where the script belongs": SHELLS},
-    exits={0: "printed", 2: "usage error (one-line message)"},
+    exits={Exit.SOLVED: "printed"},
 )
 @argument(
     "Shell",
@@ -321,8 +324,10 @@ def completion(shell: str) -> int:
         "speed."
     ),
     exits={
-        0: "all are compiled",
-        2: "numba is missing, or cannot write its cache (one-line message)",
+        Exit.SOLVED: "all are compiled",
+        Exit.BAD_INPUT: (
+            "numba is missing, or cannot write its cache (one-line message)"
+        ),
     },
 )
 def kernels() -> None:

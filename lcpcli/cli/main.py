@@ -19,24 +19,25 @@ import threading
 from collections.abc import Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any, NoReturn
 
+from lcpcli.errors import Exit
+
 if TYPE_CHECKING:
     import click
 
     from lcpcli.errors import LCPError
     from lcpcli.solving.result import Result, Status
 
-# The exit codes, as the help of the commands lists them.
-SOLVED = 0
-NOT_SOLVED = 1
-BAD_INPUT = 2
-NO_SOLUTION = 3
-INTERRUPTED = 130  # as shells report SIGINT
-TERMINATED = 143  # as shells report SIGTERM
-CLOSED_PIPE = 141  # as shells report SIGPIPE
 # Objects before garbage is searched for, more than modules make; solves leave none.
 MOST_UNCOLLECTED = 100_000
+
 # A run of several problems has the first.
-BY_PRECEDENCE = (INTERRUPTED, BAD_INPUT, NOT_SOLVED, NO_SOLUTION, SOLVED)
+BY_PRECEDENCE = (
+    Exit.INTERRUPTED,
+    Exit.BAD_INPUT,
+    Exit.NOT_SOLVED,
+    Exit.NO_SOLUTION,
+    Exit.SOLVED,
+)
 
 OUTPUT = "standard output"
 NO_THREAD = "can't start new thread"  # the message of a RuntimeError
@@ -53,36 +54,30 @@ reading: list[threading.Thread] = []
 
 def of_end(
     solved: bool, has_no_solution: bool = False, interrupted: bool = False
-) -> int:
-    return (
-        INTERRUPTED
-        if interrupted
-        else NO_SOLUTION
-        if has_no_solution
-        else SOLVED
-        if solved
-        else NOT_SOLVED
-    )
+) -> Exit:
+    if interrupted:
+        return Exit.INTERRUPTED
+    if has_no_solution:
+        return Exit.NO_SOLUTION
+    return Exit.SOLVED if solved else Exit.NOT_SOLVED
 
 
-def of_status(status: Status) -> int:
+def of_status(status: Status) -> Exit:
     return of_end(
         status.name == "SOLVED", status.has_no_solution, status.name == "INTERRUPTED"
     )
 
 
-def of_result(result: Result) -> int:
+def of_result(result: Result) -> Exit:
     """Return the exit code of a result that Ctrl-C has not cut short: of its status,
     unless a requested proof fails."""
     unproved = result.exact is not None and result.exact.status is None
-    return (
-        NOT_SOLVED
-        if unproved or result.status.name == "INTERRUPTED"
-        else of_status(result.status)
-    )
+    if unproved or result.status.name == "INTERRUPTED":
+        return Exit.NOT_SOLVED
+    return of_status(result.status)
 
 
-def of_several(codes: Iterable[int]) -> int:
+def of_several(codes: Iterable[Exit]) -> Exit:
     """Return the exit code of a run of several problems from the exit codes of the
     problems."""
     return min(codes, key=BY_PRECEDENCE.index)
@@ -91,7 +86,8 @@ def of_several(codes: Iterable[int]) -> int:
 def main() -> None:
     gc.set_threshold(MOST_UNCOLLECTED)
     _occupy()
-    code, received = INTERRUPTED, list[int]()
+    code: int = Exit.INTERRUPTED
+    received = list[int]()
     with contextlib.suppress(KeyboardInterrupt):
         try:
             from lcpcli import interrupts
@@ -100,7 +96,7 @@ def main() -> None:
             # clean up.
             with interrupts.handling(
                 signal.SIGINT,
-                lambda *_: os._exit(INTERRUPTED),
+                lambda *_: os._exit(Exit.INTERRUPTED),
                 signal.default_int_handler,
             ):
                 from lcpcli.cli.command import lcp as lcp
@@ -118,7 +114,8 @@ def main() -> None:
         received = interrupts.received
         with _output_alone(), interrupts.terminable():
             code = _run()
-    leave(TERMINATED if code == INTERRUPTED and signal.SIGTERM in received else code)
+    is_terminated = code == Exit.INTERRUPTED and signal.SIGTERM in received
+    leave(Exit.TERMINATED if is_terminated else code)
 
 
 def _occupy() -> None:
@@ -224,23 +221,23 @@ def _run() -> int:
     except LCPError as error:
         return of_error(error)
     except (click.Abort, KeyboardInterrupt):
-        return INTERRUPTED
+        return Exit.INTERRUPTED
     except MemoryError:
         message = "not enough memory for this problem"
-        return refused(message, code=NOT_SOLVED)
+        return refused(message, code=Exit.NOT_SOLVED)
     except (ImportError, SystemError, RuntimeError) as error:
         if hides_interrupt(error):
-            return INTERRUPTED
+            return Exit.INTERRUPTED
         if str(error) == NO_THREAD:
             message = "the system refused a further thread"
-            return refused(message, code=NOT_SOLVED)
+            return refused(message, code=Exit.NOT_SOLVED)
         if isinstance(error, RuntimeError):
             raise
         return _complain_of_loading(error)
     except SystemExit:
         if sys.stdout is output:
             raise
-        return CLOSED_PIPE  # detected by click, which then wraps the stream
+        return Exit.CLOSED_PIPE  # detected by click, which then wraps the stream
     except OSError as error:  # errors of files have become an LCPError
         return _complain_of_system(error)
 
@@ -261,7 +258,7 @@ def _complain_of_system(error: OSError) -> int:
     if is_folder_gone():
         return refused(GONE)
     fault = f"the system refused: {error.strerror or error}"
-    return refused(fault, code=NOT_SOLVED)
+    return refused(fault, code=Exit.NOT_SOLVED)
 
 
 def as_written(error: LCPError) -> LCPError:
@@ -275,7 +272,7 @@ def as_written(error: LCPError) -> LCPError:
     return OptionError(flag(error.where), error.fault, error.hint)
 
 
-def say(message: str, code: int = BAD_INPUT) -> int:
+def say(message: str, code: int = Exit.BAD_INPUT) -> int:
     """Print one line on standard error, if possible, and return the exit code."""
     from lcpcli.errors import visible
 
@@ -287,7 +284,7 @@ def say(message: str, code: int = BAD_INPUT) -> int:
     return code
 
 
-def refused(message: str, where: str = "", code: int = BAD_INPUT) -> int:
+def refused(message: str, where: str = "", code: int = Exit.BAD_INPUT) -> int:
     """Say why a run is refused, or cannot go on, and return the exit code. where : the
     file, the field or the option at fault, with which the message begins."""
     # The output is closed, or there is no memory left.
@@ -305,17 +302,14 @@ def _print_record(message: str, where: str, code: int) -> None:
     from lcpcli.report import result_formats as formats
 
     file, field = parted(where, words)
-    status = formats.BAD_INPUT if code == BAD_INPUT else formats.LOST
+    status = formats.BAD_INPUT if code == Exit.BAD_INPUT else formats.LOST
     record = formats.record_without_result(Source(file), status, message, field)
     print(formats.line(record), end="", flush=True)
 
 
 def of_error(error: LCPError) -> int:
-    from lcpcli.errors import ResourceError
-
     shown = as_written(error)
-    code = NOT_SOLVED if isinstance(error, ResourceError) else BAD_INPUT
-    return refused(str(shown), shown.where, code)
+    return refused(str(shown), shown.where, error.code)
 
 
 def of_usage(error: click.UsageError) -> int:
@@ -385,7 +379,7 @@ def _complain_of_loading(error: BaseException) -> int:
         error = error.__cause__ or error.__context__ or error
     fault = one_line(str(error) or type(error).__name__)
     return say(
-        f"lcp: {fault}; out of memory, or is the installation broken?", NOT_SOLVED
+        f"lcp: {fault}; out of memory, or is the installation broken?", Exit.NOT_SOLVED
     )
 
 

@@ -24,6 +24,7 @@ from lcpcli.errors import (
     IS_MISSING,
     LEAVE_ONE_OUT,
     NO_SUCH_FILE,
+    Exit,
     OptionError,
     count,
     quoted,
@@ -62,7 +63,7 @@ KINDS = {bool: "true or false", int: "a whole number", float: "a number"}
         "lcp make murty",
         "lcp make harker-pang -n 50 --seed 3 --set symmetric=true -o problem.npz",
     ),
-    exits={0: "written", 2: "usage error (one-line message)"},
+    exits={Exit.SOLVED: "written"},
     epilog=f"The same arguments give the same problem. {', '.join(COMPLETE)} also hold "
     "its known solutions and, for a "
     "program or a game, what lcp solve needs to report the minimizer or the "
@@ -206,7 +207,7 @@ def _parameters(family: str, settings: tuple[str, ...]) -> dict[str, Any]:
         "lcp convert bimatrix -o bimatrix.mat",
         "lcp make obstacle -n 100 | lcp convert - -o obstacle.npz",
     ),
-    exits={0: "written", 2: "usage or input error (one-line message)"},
+    exits={Exit.SOLVED: "written"},
     epilog="Text formats keep all digits as written; .npz, .npy and .mat hold "
     f"doubles. {', '.join(COMPLETE)} keep "
     "everything, .csv M, q and bounds, the others M and q; .mtx and .npy need "

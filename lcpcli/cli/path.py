@@ -8,13 +8,14 @@ from dataclasses import replace
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from lcpcli.cli import declarations, main
-from lcpcli.cli.command import EXITS, command
+from lcpcli.cli import declarations
+from lcpcli.cli.command import command
 from lcpcli.cli.declarations import PROBLEM_FILES, argument, option, refuse, reporting
+from lcpcli.cli.main import of_end
 from lcpcli.cli.output import Destination, require_plot
 from lcpcli.cli.problems import InputProblem, Inputs
 from lcpcli.cli.terminal import Line, shows_progress
-from lcpcli.errors import OptionError, ProblemError
+from lcpcli.errors import EXITS, Exit, OptionError, ProblemError
 from lcpcli.files import contents, fields
 from lcpcli.options import MAX_BREAKPOINTS, TIME_LIMIT, TOL
 from lcpcli.report import document, wording
@@ -62,9 +63,9 @@ OF_POINTS = TOL._replace(
     ),
     exits={
         **EXITS,
-        0: "the path is verified, and reaches its end, a ray or a turn",
-        1: "it is not, or it stops at a limit",
-        3: "the first problem is proved to have no solution",
+        Exit.SOLVED: "the path is verified, and reaches its end, a ray or a turn",
+        Exit.NOT_SOLVED: "it is not, or it stops at a limit",
+        Exit.NO_SOLUTION: "the first problem is proved to have no solution",
     },
 )
 @argument(
@@ -293,6 +294,6 @@ def _followed(
         )
     except ProblemError as fault:
         raise fault.inside(file) from None
-    return found, main.of_end(
+    return found, of_end(
         found.complete, found.end == INFEASIBLE, found.end == INTERRUPTED
     )

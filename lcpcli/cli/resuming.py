@@ -17,16 +17,16 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from lcpcli.cli.declarations import STARTS
-from lcpcli.cli.main import BAD_INPUT, NOT_SOLVED, of_status
+from lcpcli.cli.main import of_status
 from lcpcli.cli.problems import Request
-from lcpcli.errors import OptionError, count
+from lcpcli.errors import Exit, OptionError, count
 from lcpcli.files.contents import Source, place
 from lcpcli.files.fields import BOUND_OPTIONS
 from lcpcli.files.inputs import Input, QColumns, Work, digest
 from lcpcli.report.result_formats import BAD_INPUT as UNREAD
 from lcpcli.solving import result as results
 
-Kind = tuple[str, int]  # how a run ended: a word and an exit code
+Kind = tuple[str, Exit]  # how a run ended: a word and an exit code
 
 # Options on which records depend.
 OF_RUN = (
@@ -212,12 +212,12 @@ def _known(record: Mapping[str, Any], given: Mapping[str, str]) -> Known:
             )
         if number < 1:
             raise TypeError
-        code = BAD_INPUT
+        code = Exit.BAD_INPUT
         if word != UNREAD:
             code = (
                 of_status(results.Status[word.upper()])
                 if exact is None or exact["status"]
-                else NOT_SOLVED
+                else Exit.NOT_SOLVED
             )
             word = results.word_of(word, (record.get("answer") or {}).get("proved"))
         return Known(number, source, record["digest"], (word, code))

@@ -9,7 +9,7 @@ from itertools import chain
 from typing import TypeAlias
 
 from lcpcli.cli.declarations import refuse
-from lcpcli.cli.main import BAD_INPUT, INTERRUPTED, as_written, of_result, of_several
+from lcpcli.cli.main import as_written, of_result, of_several
 from lcpcli.cli.output import Output
 from lcpcli.cli.problems import (
     InputProblem,
@@ -21,7 +21,7 @@ from lcpcli.cli.problems import (
 )
 from lcpcli.cli.terminal import STANDARD, Line, shows_progress
 from lcpcli.enumeration import others
-from lcpcli.errors import OTHER_OUTPUT, LCPError, OptionError, ProblemError
+from lcpcli.errors import OTHER_OUTPUT, Exit, LCPError, OptionError, ProblemError
 from lcpcli.files import contents, formats
 from lcpcli.files.inputs import Work
 from lcpcli.options import AUTO
@@ -110,7 +110,7 @@ def _run(request: Request, works: Iterator[Work], output: Output) -> int:
 
     if not problems:
         output.show(lambda *_: text_of([]))
-        return BAD_INPUT
+        return Exit.BAD_INPUT
     first = problems[0]
     is_asked = (
         not request.levels
@@ -170,12 +170,12 @@ def _run(request: Request, works: Iterator[Work], output: Output) -> int:
         )
     added = {AUTO} if request.adds_auto else set()
     codes = [of_result(result) for result in made if result.label not in added] + [
-        BAD_INPUT
+        Exit.BAD_INPUT
     ] * bool(faults)
     is_cut = interrupted or any(result.interrupted for result in made)
     output.show(lambda *_: text, verdict)
     output.draw(results)
-    return INTERRUPTED if is_cut else of_several(codes)
+    return Exit.INTERRUPTED if is_cut else of_several(codes)
 
 
 def _read(

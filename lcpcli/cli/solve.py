@@ -8,9 +8,10 @@ from functools import partial
 from typing import Any
 
 from lcpcli.cli import declarations
-from lcpcli.cli.command import EXITS, command
+from lcpcli.cli.command import command
 from lcpcli.cli.declarations import option, refuse_beside
 from lcpcli.cli.problems import Request
+from lcpcli.errors import EXITS, Exit
 from lcpcli.files import contents
 from lcpcli.files.formats import is_model
 from lcpcli.methods.registry import NONLINEAR, Variant
@@ -32,7 +33,6 @@ AS_PUBLISHED: tuple[str, ...] = ("fixed-point", "shi")
     ),
     common=(*declarations.COMMON, "--exact", "--all"),
     lists={"Methods": declarations.METHOD.meanings},
-    exits=EXITS,
 )
 @declarations.problem_files
 @option(
@@ -116,7 +116,7 @@ def solve(
     ),
     common=(*declarations.COMMON, "--sweep"),
     lists={"Methods": declarations.METHOD.meanings},
-    exits={**EXITS, 0: "every method solved every problem"},
+    exits={**EXITS, Exit.SOLVED: "every method solved every problem"},
     epilog="An option applies to the methods that have it. Errors refer to a known "
     "solution, else to a computed one. "
     "By default auto runs too where neither of the paper's methods solves a "

@@ -22,21 +22,12 @@ from threading import Event, Semaphore, Thread
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias, cast
 
 from lcpcli.cli.declarations import COMPARE, refuse, refuse_beside
-from lcpcli.cli.main import (
-    BAD_INPUT,
-    INTERRUPTED,
-    NOT_SOLVED,
-    SOLVED,
-    as_written,
-    of_result,
-    of_several,
-    reading,
-)
+from lcpcli.cli.main import as_written, of_result, of_several, reading
 from lcpcli.cli.output import Output
 from lcpcli.cli.problems import Inputs, Request, tell
 from lcpcli.cli.resuming import Kind, Past
 from lcpcli.cli.terminal import Line, emit, shows_progress
-from lcpcli.errors import LCPError, OptionError, count
+from lcpcli.errors import Exit, LCPError, OptionError, count
 from lcpcli.files import formats
 from lcpcli.files.atomic_write import gradual_writing, open_log, refuse_unwritable
 from lcpcli.files.contents import Source, place
@@ -154,9 +145,9 @@ def run(works: Iterator[Work], output: Output, request: Request) -> int:
     )
     tell(f"{line}; interrupted; {hint}" if is_interrupted else line, request.quiet)
     return (
-        INTERRUPTED
+        Exit.INTERRUPTED
         if is_interrupted
-        else of_several({SOLVED, *(code for _, code in ends)})
+        else of_several({Exit.SOLVED, *(code for _, code in ends)})
     )
 
 
@@ -222,7 +213,7 @@ class TaskRecord(NamedTuple):
 
     text: str
     word: str
-    exit_code: int
+    exit_code: Exit
     complaints: tuple[str, ...] = ()
     interrupted: bool = False
 
@@ -290,7 +281,7 @@ class Task(NamedTuple):
                 )
                 field = result_formats.field_in(fault.where, source)
                 yield self._without_result(
-                    source, result_formats.BAD_INPUT, message, BAD_INPUT, field
+                    source, result_formats.BAD_INPUT, message, Exit.BAD_INPUT, field
                 )
         except MemoryError:
             yield from self.records_of_loss(
@@ -308,7 +299,7 @@ class Task(NamedTuple):
         """Return the records of an input whose results were lost."""
         return [
             self._without_result(
-                at, result_formats.LOST, f"{at}: {message}", NOT_SOLVED
+                at, result_formats.LOST, f"{at}: {message}", Exit.NOT_SOLVED
             )
             for at in work.sources
         ]
@@ -355,7 +346,7 @@ class Task(NamedTuple):
         source: Source,
         word: str,
         message: str,
-        exit_code: int,
+        exit_code: Exit,
         field: str | None = None,
     ) -> TaskRecord:
         text = ""

@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from lcpcli.cli.main import CLOSED_PIPE, say
-from lcpcli.errors import visible
+from lcpcli.cli.main import say
+from lcpcli.errors import Exit, visible
 
 if TYPE_CHECKING:
     from lcpcli.report.progress import Display
@@ -60,7 +60,7 @@ def emit(text: str, color: bool) -> None:
         sys.stdout.flush()
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        raise click.exceptions.Exit(CLOSED_PIPE) from None
+        raise click.exceptions.Exit(Exit.CLOSED_PIPE) from None
 
 
 def shows_progress(quiet: bool) -> bool:

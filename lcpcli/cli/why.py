@@ -10,11 +10,13 @@ from functools import partial
 from typing import Any
 
 from lcpcli import clock, interrupts
-from lcpcli.cli import declarations, main
-from lcpcli.cli.command import EXITS, command
+from lcpcli.cli import declarations
+from lcpcli.cli.command import command
 from lcpcli.cli.declarations import option, refuse, reporting
+from lcpcli.cli.main import of_end
 from lcpcli.cli.output import Destination
 from lcpcli.cli.problems import Inputs
+from lcpcli.errors import Exit
 from lcpcli.files import contents
 from lcpcli.interrupts import TimeIsUp, stopping
 from lcpcli.options import TIME_LIMIT
@@ -37,9 +39,12 @@ LEAST_SECONDS = 1e-6  # of the search, if reading has taken all the time
     ),
     epilog="lcp help conflicts explains conflicts, repairs and ranges.",
     exits={
-        0: "answered: with a conflict and the cheapest change, or with all ranges",
-        1: "not answered within the limits; what is known is shown",
-        **{code: meaning for code, meaning in EXITS.items() if code not in (0, 1, 3)},
+        Exit.SOLVED: (
+            "answered: with a conflict and the cheapest change, or with all ranges"
+        ),
+        Exit.NOT_SOLVED: "not answered within the limits; what is known is shown",
+        Exit.INTERRUPTED: Exit.INTERRUPTED.meaning,
+        Exit.TERMINATED: Exit.TERMINATED.meaning,
     },
 )
 @declarations.problem_file
@@ -98,7 +103,7 @@ def why(
     where = contents.place(file)
     shown = report(found, contents.Source(file), exact)
     destination.show(shown.render, f"{where}: {message(found, approximate)}")
-    return main.of_end(found.complete, interrupted=is_cut)
+    return of_end(found.complete, interrupted=is_cut)
 
 
 def _weight(text: str) -> tuple[str, Fraction]:

@@ -15,8 +15,7 @@ import pytest
 
 import lcpcli
 from lcpcli import Problem, from_game, from_qp, read, write
-from lcpcli.cli import terminal
-from lcpcli.errors import ProblemError
+from lcpcli.errors import Exit, ProblemError
 from lcpcli.files import contents
 from lcpcli.files.formats import COMPLETE, GENERAL_SUFFIXES
 from lcpcli.gallery import families as gallery
@@ -61,7 +60,7 @@ def test_a_pipe_to_a_reader_that_has_enough() -> None:
         ["bash", "-c", script], capture_output=True, text=True, check=True
     )
     assert (
-        done.stdout in (f"{{\n{terminal.CLOSED_PIPE}\n", "{\n0\n"),
+        done.stdout in (f"{{\n{Exit.CLOSED_PIPE:d}\n", "{\n0\n"),
         done.stderr,
     ) == (True, "")
 
