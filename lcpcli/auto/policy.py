@@ -55,11 +55,8 @@ from lcpcli.verify import measure
 from lcpcli.verify.acceptance import AS_IT_IS, PROVED, Extent, accepted
 from lcpcli.verify.certificate import (
     EXHAUSTION_EFFORT,
-    Certificate,
-    infeasible,
-    is_clear,
-    proof,
-    proves_infeasible,
+    Proof,
+    first_proof,
 )
 from lcpcli.verify.exact_solution import from_point, refined
 from lcpcli.verify.farkas import farkas_vector
@@ -172,9 +169,10 @@ def _relaxed_first(problem: Problem, x0: Vector, search: Search, states: bool) -
         met = change.met(turns.last.x)
         if isinstance(ending, NoSolution):
             y = ending.certificate.vector
-            if y is not None and (own := proof(problem, y)) is not None:
-                return replace(ending, certificate=infeasible(problem, own))
             if y is not None:
+                proof = first_proof(problem, [y], whole=True)
+                if proof is not None:
+                    return replace(ending, certificate=proof)
                 met = change.needed(y, is_first=k < SINGLE_RELAXATIONS)
         if isinstance(ending, (Finished, NoSolution)) and met.number:
             change = relaxed(problem, change.sides.without(met))
@@ -403,8 +401,8 @@ def all_stages(
     change = None
     if may_gain_by_presolve(structure):
         change = presolved(problem)
-    if isinstance(change, Refuted) and clearly_refutes(problem, change.y):
-        yield "presolve", stages.ended(NoSolution(infeasible(problem, change.y)))
+    if isinstance(change, Refuted) and (proof := clear_proof(problem, change.y)):
+        yield "presolve", stages.ended(NoSolution(proof))
     if not isinstance(change, Presolved) or not (
         problem.n <= factors.MOST_NUMPY_ROWS or change.is_worthwhile
     ):
@@ -453,26 +451,21 @@ def for_half_of_the_time(stage: Stage) -> Stage:
         yield step
 
 
-def clearly_refutes(problem: Problem, y: Vector) -> bool:
-    """Return whether y proves that a problem has no solution, and would for slightly
-    different data."""
-    return is_clear(problem, y) and proves_infeasible(problem, y)
+def clear_proof(problem: Problem, y: Vector) -> Proof | None:
+    """Return the proof by y that a problem has no solution, if it is one, and would be
+    for slightly different data."""
+    proof = first_proof(problem, [y])
+    return proof if proof is not None and proof.is_clear(problem) else None
 
 
 def _clearly(problem: Problem, stage: Stage) -> Stage:
     """Pass on the stage; a proof that would not hold for slightly different data counts
     as none."""
     ending = yield from stage
-    y = (
-        ending.certificate.vector
-        if isinstance(ending, NoSolution) and ending.certificate.kind == "farkas"
-        else None
-    )
-    return (
-        ending
-        if y is None or is_clear(problem, y)
-        else Stalled("its proof hangs on rounding in the data")
-    )
+    if not isinstance(ending, NoSolution) or ending.certificate.kind != "farkas":
+        return ending
+    is_clear = ending.certificate.is_clear(problem)
+    return ending if is_clear else Stalled("its proof hangs on rounding in the data")
 
 
 class Tree:
@@ -645,6 +638,6 @@ def _exact(problem: Problem, z: Vector, tree: Tree | None) -> Stage:
         return Stalled(reason)
     with suppress(TimeIsUp):
         y = farkas_vector(data, Effort(EXHAUSTION_EFFORT).steps(data))
-        if y is not None and proves_infeasible(problem, vector := rounded_direction(y)):
-            return NoSolution(infeasible(problem, vector))
-    return NoSolution(Certificate("exhaustion", EXCLUDED))
+        if y is not None and (proof := first_proof(problem, [rounded_direction(y)])):
+            return NoSolution(proof)
+    return NoSolution(Proof("exhaustion", statement=EXCLUDED))

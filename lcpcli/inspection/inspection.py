@@ -21,7 +21,7 @@ import numpy as np
 
 from lcpcli import clock
 from lcpcli.auto.attempts import BRIEF, FIRST, LATER, Row, Structure
-from lcpcli.auto.policy import clearly_refutes, may_gain_by_presolve
+from lcpcli.auto.policy import clear_proof, may_gain_by_presolve
 from lcpcli.clock import imports
 from lcpcli.errors import count
 from lcpcli.inspection import theory
@@ -246,7 +246,7 @@ def inspect(
         check()
         left = presolved(problem) if problem.is_mixed else None
         # Else this may be due to rounding.
-        if not isinstance(left, Refuted) or clearly_refutes(problem, left.y):
+        if not isinstance(left, Refuted) or clear_proof(problem, left.y):
             found.presolve = left
         check()
         found.plan = plan(problem)

@@ -34,7 +34,7 @@ from lcpcli.model.changes import Change
 from lcpcli.model.problem import Problem, conditions_of
 from lcpcli.typing import Indices, Matrix, Vector
 from lcpcli.verify.alternative import simplest
-from lcpcli.verify.certificate import Certificate, first_proof
+from lcpcli.verify.certificate import MANY, Proof, first_proof
 from lcpcli.verify.farkas import Multiplied
 
 # At most; it ends when the largest entries are so close to 1.
@@ -143,7 +143,7 @@ def _ruiz(M: Matrix, symmetric: bool) -> Vector:
 
 def proof_of(
     problem: Problem, within: SlackForm, directions: Sequence[Vector]
-) -> Certificate | None:
+) -> Proof | None:
     """Return the certificate from one of the directions, or from its part with one of
     the signs S; or None."""
     given, S = conditions_of(problem), within.S
@@ -165,10 +165,10 @@ def proof_of(
                 candidates += reversed(
                     list(simplest(np.where(np.abs(y) < small, 0.0, y)))
                 )
-            found = first_proof(
-                problem,
-                [each for each in candidates if _is_clear(within, each, NEARLY_ZERO)],
+            clear = (
+                each for each in candidates if _is_clear(within, each, NEARLY_ZERO)
             )
+            found = first_proof(problem, clear, rounded_from=MANY)
             if found is not None:
                 return found
     return None

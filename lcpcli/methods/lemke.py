@@ -49,13 +49,12 @@ from lcpcli.model.problem import Problem
 from lcpcli.rational.pivoting import IntegerTableau
 from lcpcli.typing import Mask, States, Vector
 from lcpcli.verify.certificate import RAY as PROVES_NOTHING
-from lcpcli.verify.certificate import (
-    Certificate,
-    infeasible,
-    is_clear,
-    proves_infeasible,
-)
+from lcpcli.verify.certificate import Proof, first_proof
 
+OF_LEMKE = (
+    "no z >= 0 has Mz + q >= 0, as M'y <= 0 and q'y < 0 for a y >= 0 from Lemke's "
+    "method"
+)
 # Largest n for integer pivoting: 2^14 pivots exceed the usual limit.
 MAX_INTEGER_UNKNOWNS = 13
 # Per unknown of a path, and besides: those that end at a solution take about one.
@@ -142,7 +141,7 @@ def pivoted(
         return Finished()
     if path.end == RAY:
         certificate = _certificate(problem, *path.ray(), False)
-        if certificate.vector is not None and is_clear(problem, certificate.vector):
+        if certificate.vector is not None and certificate.is_clear(problem):
             return NoSolution(certificate)
     if path.cover_value <= VANISHED * np.abs(path.k).max():
         z, w, _ = path.point()
@@ -272,7 +271,7 @@ def _iterate(
 
 def _certificate(
     problem: Problem, z: Vector, multipliers: Vector, is_published: bool
-) -> Certificate:
+) -> Proof:
     """Return what a ray with z_0 basic proves; z is the direction of the ray in z.
 
     Candidates for Farkas' y are this z, which is a proof if M is copositive-plus, and
@@ -280,21 +279,15 @@ def _certificate(
     all z, w, z_0 within their bounds. That z is the direction of a ray can be verified
     if the covering vector is e.
     """
-    for own in (
-        z,
-        np.maximum(multipliers, 0.0) if problem.box.is_orthant else multipliers,
-    ):
-        y = np.where(np.abs(own) <= CANCELLED * np.abs(own).max(), 0.0, own)
-        if proves_infeasible(problem, y):
-            how = "as M'y <= 0 and q'y < 0 for a y >= 0 from Lemke's method"
-            return infeasible(
-                problem,
-                y,
-                f"no z >= 0 has Mz + q >= 0, {how}" if problem.box.is_orthant else "",
-            )
-    return Certificate(
-        "ray", PROVES_NOTHING, z if is_published and problem.box.is_orthant else None
+    is_orthant = problem.box.is_orthant
+    of_row = np.maximum(multipliers, 0.0) if is_orthant else multipliers
+    ys = (
+        np.where(np.abs(y) <= CANCELLED * np.abs(y).max(), 0.0, y) for y in (z, of_row)
     )
+    statement = OF_LEMKE if is_orthant else ""
+    found = first_proof(problem, ys, statement)
+    direction = z if is_published and is_orthant else None
+    return found or Proof("ray", direction, PROVES_NOTHING)
 
 
 Follow: TypeAlias = Callable[..., tuple[int, int, int, float]]

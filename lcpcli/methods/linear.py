@@ -30,7 +30,7 @@ from lcpcli.methods.stages import (
 from lcpcli.model import changes
 from lcpcli.model.problem import Problem, conditions_of
 from lcpcli.typing import Matrix, Vector
-from lcpcli.verify.certificate import farkas_certificate
+from lcpcli.verify.certificate import MANY, farkas_certificate
 
 
 def linear(problem: Problem, effort: float = math.inf) -> Stage:
@@ -42,7 +42,7 @@ def linear(problem: Problem, effort: float = math.inf) -> Stage:
         if isinstance(ending, Finished):
             return Stalled("the solution of the linear program is not accurate enough")
     # As it may take three LPs of half of that.
-    proof = farkas_certificate(problem, 2 * effort / 3)
+    proof = farkas_certificate(problem, 2 * effort / 3, MANY)
     if proof is not None:
         return NoSolution(proof)
     if problem.is_mixed or not is_skew(problem.M):

@@ -60,7 +60,7 @@ from lcpcli.rational.tree import explored
 from lcpcli.typing import Indices, Mask, Matrix, Vector
 from lcpcli.verify import farkas
 from lcpcli.verify.alternative import alternative
-from lcpcli.verify.certificate import Certificate, first_proof
+from lcpcli.verify.certificate import MANY, Proof, first_proof
 
 # An index: undecided; in P, w_i = 0; not in P, z_i = 0.
 OPEN, ACTIVE, INACTIVE = 0, 1, 2
@@ -343,7 +343,7 @@ def _tried(
     multipliers = [
         system.multipliers(y) for y in (found.proof, found.rounded) if y is not None
     ]
-    certificate = first_proof(problem, multipliers)
+    certificate = first_proof(problem, multipliers, rounded_from=MANY)
     if certificate is not None:
         return NoSolution(certificate)
     tried: set[bytes] = set()
@@ -368,7 +368,7 @@ def _tried(
     if not isinstance(ending, Finished):
         yield from rough
         return type(ending)(f"{UNDECIDED}: {ending.reason}")
-    return NoSolution(Certificate("exhaustion", EXHAUSTED))
+    return NoSolution(Proof("exhaustion", statement=EXHAUSTED))
 
 
 def _all_sets(system: ComplementarySystem, root: DualSimplex | None) -> Sets:

@@ -24,7 +24,7 @@ from lcpcli.typing import States, Vector
 
 if TYPE_CHECKING:
     from lcpcli.model.changes import StandardForm
-    from lcpcli.verify.certificate import Certificate
+    from lcpcli.verify.certificate import Proof
 
 
 class Iterate(NamedTuple):
@@ -108,7 +108,7 @@ class NoSolution:
     """The method has found that there is no solution, or it has to give up; the
     certificate says which."""
 
-    certificate: Certificate
+    certificate: Proof
     method: str = ""
 
 
@@ -320,29 +320,19 @@ def in_given_variables(
     if not isinstance(step, NoSolution):
         return step
     with imports:
-        from lcpcli.verify.certificate import (
-            UNVERIFIED,
-            proves_infeasible,
-            rounded_proof,
-        )
-    proof = step.certificate
+        from lcpcli.verify.certificate import MANY, UNVERIFIED, first_proof
+    proof, given = step.certificate, change.original
     if proof.kind == "exhaustion":
         return step if change.is_exact else Undecided(INEXACT)
-    y = (
-        None
-        if proof.vector is None or proof.kind == "ray"
-        else change.multipliers(proof.vector)
+    if proof.vector is None or proof.kind == "ray":
+        return replace(step, certificate=replace(proof, vector=None))
+    statement = proof.statement if given.box is change.problem.box else ""
+    found = first_proof(
+        given, [change.multipliers(proof.vector)], statement, rounded_from=MANY
     )
-    if y is not None and not proves_infeasible(change.original, y):
-        rounded = rounded_proof(change.original, y)
-        return (
-            Stalled(UNVERIFIED[proof.kind])
-            if rounded is None
-            else replace(step, certificate=rounded)
-        )
-    other_bounds = y is not None and change.original.box is not change.problem.box
-    statement = change.original.box.wording.farkas if other_bounds else proof.statement
-    return replace(step, certificate=replace(proof, statement=statement, vector=y))
+    if found is None:
+        return Stalled(UNVERIFIED[proof.kind])
+    return replace(step, certificate=found)
 
 
 def moved_back(

@@ -53,7 +53,7 @@ from lcpcli.rational.elimination import Effort
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import rounded, rounded_direction, whole_multiple
 from lcpcli.typing import Mask, Matrix, Vector
-from lcpcli.verify.certificate import exact_certificate, infeasible, proof
+from lcpcli.verify.certificate import Proof, first_proof
 from lcpcli.verify.exact_solution import ExactBasis, exact_basis
 from lcpcli.verify.farkas import most_exact
 from lcpcli.verify.point import Criterion, Point
@@ -210,18 +210,16 @@ def z_matrix(problem: Problem) -> Stage:
             if Point(Criterion(problem), problem.box.z_of(x)).solves():
                 yield Iterate(x, None, "block", 1)
                 return Finished()
-        elif (simple := proof(problem, y)) is not None:
-            return NoSolution(infeasible(problem, simple))
+        elif proof := first_proof(problem, [y], whole=True):
+            return NoSolution(proof)
     except SingularMatrix:
         pass
     data = ExactProblem.of_floats(problem)
     z, multipliers = decided(data, Effort(EXACT_EFFORT), basic)
     if multipliers is not None:
-        if (simple := proof(problem, rounded_direction(multipliers))) is not None:
-            return NoSolution(infeasible(problem, simple))
-        return NoSolution(
-            exact_certificate(data, problem.box.wording.farkas, multipliers)
-        )
+        near = [rounded_direction(multipliers)]
+        proof = first_proof(problem, near, whole=True)
+        return NoSolution(proof or Proof.of_fractions(data, multipliers))
     if z is None:
         return Breakdown("exact arithmetic takes too long")
     yield Iterate(problem.box.x_of(rounded(z), rounded(data.w(z))), None, "exact", 1)

@@ -31,7 +31,7 @@ from lcpcli.rational.numbers import rounded
 from lcpcli.solving import driver
 from lcpcli.solving.result import Result, Status
 from lcpcli.typing import Mask, Matrix, States, Vector
-from lcpcli.verify.certificate import proof
+from lcpcli.verify.certificate import first_proof
 
 # Relative to the largest one: a singular value of a basis that counts as 0.
 SINGULAR = 2.0**-40
@@ -306,14 +306,8 @@ class _Following:
             )
             # the multipliers of the rows are a proof if t is at its largest over all
             # solutions of the inequalities
-            certificate = next(
-                (
-                    y
-                    for y in (proof(self.family.to, y) for y in candidates)
-                    if y is not None
-                ),
-                None,
-            )
+            proof = first_proof(self.family.to, candidates, whole=True)
+            certificate = None if proof is None else proof.vector
             message += "; the second problem is proved to have no solution" * (
                 certificate is not None
             )

@@ -90,7 +90,7 @@ class Path:
         module `verified` explains. If `exact` is there, this is verified in fractions.
     direction : the direction of z, shape (n,), if the path ends on a ray; else None.
     certificate : if the path ends on a ray, or at the start, and it is proved that no
-        problem beyond has a solution, a vector y of shape (n,) as in `Certificate`;
+        problem beyond has a solution, a vector y of shape (n,) as in `Proof`;
         else None.
     exact : the breakpoints in fractions, if requested; else None.
     seconds : the time from the problems in memory to the verified path.

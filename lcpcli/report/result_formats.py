@@ -323,7 +323,9 @@ def data(result: Result, source: Source = NO_SOURCE) -> dict[str, Any]:
     how_read = problem.note if (source.file or "").casefold().endswith(".nl") else ""
     certificate = plain(result.certificate)
     if certificate:  # its vector in fractions, if doubles are only near the proof
-        certificate["vector"] = certificate.pop("exact") or certificate["vector"]
+        vector = certificate.pop("exact") or certificate["vector"]
+        words = {"kind": certificate.pop("kind"), "statement": certificate["statement"]}
+        certificate = words | certificate | {"vector": vector}
     own = {
         **place(source, problem),
         "package": declared(result.method).package,

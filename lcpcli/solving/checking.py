@@ -38,7 +38,7 @@ from lcpcli.solving.minimum import WORDS, data_of, kind_of_solutions
 from lcpcli.solving.no_minimum import undecided, without_minimum
 from lcpcli.typing import Vector, VectorLike
 from lcpcli.verify import exact_solution
-from lcpcli.verify.certificate import Certificate, proves_infeasible
+from lcpcli.verify.certificate import Proof
 from lcpcli.verify.verification import (
     Verification,
     of_game,
@@ -278,12 +278,10 @@ def verified_proof(
     if data and not data.are_floats():  # of which nothing was proved but what y proves
         answer = undecided(origin)
     else:
-        vector = rounded(y)
-        up_to_rounding = not found.exact and not proves_infeasible(problem, vector)
-        certificate = Certificate(
-            "farkas", found.message, vector, is_rounded=up_to_rounding
-        )
-        answer = without_minimum(problem, certificate, origin, data_of(problem, origin))
+        claim = Proof("farkas", rounded(y), found.message)
+        is_known = found.exact or claim.holds(problem)
+        proof = replace(claim, is_rounded=not is_known)
+        answer = without_minimum(problem, proof, origin, data_of(problem, origin))
     return replace(found, message=f"proved: {answer.statement}", answer=answer)
 
 

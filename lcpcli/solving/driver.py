@@ -234,7 +234,7 @@ def _of_literal(problem: Problem, result: Result) -> Result:
     if not result.status.has_no_solution:
         return replace(result, problem=problem, point=point)
     with imports:
-        from lcpcli.verify.certificate import confirm, infeasible
+        from lcpcli.verify.certificate import Proof, confirm
     if result.certificate is not None and result.certificate.vector is not None:
         # That of the other rows, if they have no solution either.
         vectors.append(np.array(result.certificate.vector))
@@ -242,7 +242,7 @@ def _of_literal(problem: Problem, result: Result) -> Result:
     unit = np.zeros(problem.n)
     unit[rounded.rows[0]] = np.sign(rounded.sides[0])
     for y in (*vectors, unit):
-        certificate = confirm(problem, infeasible(problem, y), False)
+        certificate = confirm(problem, Proof("farkas", y))
         if certificate is not None:
             status, reason = Status.INFEASIBLE, certificate.statement
             result = replace(result, certificate=certificate)

@@ -30,7 +30,7 @@ from lcpcli.verify.acceptance import (
     Extent,
     accepted,
 )
-from lcpcli.verify.certificate import UNVERIFIED, Certificate, confirm
+from lcpcli.verify.certificate import UNVERIFIED, Proof, confirm
 from lcpcli.verify.measure import FEW_UNKNOWNS
 from lcpcli.verify.point import Criterion, Point
 
@@ -109,7 +109,7 @@ class Loop:
     last_by: str = ""
     best_by: str = ""
     end: States | None = None
-    certificate: Certificate | None = None
+    certificate: Proof | None = None
     solution: Point | None = None
     _newest: tuple[Vector | None, Point | None] = None, None
 

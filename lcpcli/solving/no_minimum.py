@@ -24,12 +24,7 @@ from lcpcli.rational.exact_problem import ExactProblem, rows_of
 from lcpcli.rational.numbers import rounded_direction
 from lcpcli.solving.result import INFEASIBLE, NONE, UNBOUNDED, WITHOUT_OPTIMUM
 from lcpcli.typing import Matrix, Vector
-from lcpcli.verify.certificate import (
-    Certificate,
-    farkas_certificate,
-    proof,
-    rounded_proof,
-)
+from lcpcli.verify.certificate import MANY, Proof, farkas_certificate, first_proof
 from lcpcli.verify.enclosure import enclosure, is_enclosable
 from lcpcli.verify.farkas import farkas_vector
 
@@ -65,7 +60,7 @@ class Conclusion(NamedTuple):
 
 def without_minimum(
     problem: Problem,
-    certificate: Certificate | None,
+    certificate: Proof | None,
     program: Program,
     data: ProgramData,
 ) -> Conclusion:
@@ -86,7 +81,7 @@ def without_minimum(
         y = None if vector is None else program.parts(vector)[1]
         sentence = "the program is infeasible: no x satisfies its constraints"
         return Conclusion(sentence, INFEASIBLE, certificate=y)
-    y = proof(problem, of_x)
+    y = _exact_proof(problem, of_x)
     ray = None if y is None else y[:k]
     if is_feasible:
         return Conclusion(f"the program is unbounded {side}", UNBOUNDED, ray)
@@ -100,13 +95,17 @@ def _up_to_rounding(
     program."""
     best, _ = EXTREMES[program.sense]
     of_data = "up to the rounding of its data"
-    if rounded_proof(problem, of_rows):
+    if first_proof(problem, [of_rows], rounded_from=MANY):
         sentence = (
             f"the program is infeasible {of_data}: its constraints contradict each "
             "other but for that"
         )
         return Conclusion(sentence, certificate=program.parts(of_rows)[1])
-    ray = of_x[: program.variables] if rounded_proof(problem, of_x) else None
+    ray = (
+        of_x[: program.variables]
+        if first_proof(problem, [of_x], rounded_from=MANY)
+        else None
+    )
     return Conclusion(f"the program has no {best} {of_data}", ray=ray)
 
 
@@ -124,7 +123,7 @@ def _feasibility(
     """Return whether some x satisfies rows and bounds, without any tolerance, None if
     that is not decided, and the multipliers of a proof that none does. guess : a y that
     may refute it."""
-    y = proof(problem, guess)
+    y = _exact_proof(problem, guess)
     if y is not None:
         return False, y
     if _is_within([0] * data.c.size, [0] * data.row_lower.size, data):
@@ -140,7 +139,7 @@ def _feasibility(
     M, q, lower, upper = data._replace(Q=zero, c=np.zeros(data.c.size)).conditions()
     constraints = Problem(M, q, lower=lower, upper=upper)
     found = (
-        farkas_certificate(constraints, FEASIBILITY_EFFORT, exactly=True)
+        farkas_certificate(constraints, FEASIBILITY_EFFORT)
         if data.row_lower.size
         else None
     )
@@ -169,7 +168,12 @@ def _of_rows(problem: Problem, data: ProgramData, y: Vector | None) -> Vector | 
     if y is None:
         return None
     y[: data.c.size] = 0.0
-    return proof(problem, y)
+    return _exact_proof(problem, y)
+
+
+def _exact_proof(problem: Problem, y: Vector) -> Vector | None:
+    found = first_proof(problem, [y], whole=True)
+    return None if found is None else found.vector
 
 
 class Constraints(NamedTuple):

@@ -40,7 +40,7 @@ from lcpcli.solving import driver as driver
 from lcpcli.solving.call import RAISE, chosen, unless_interrupted
 from lcpcli.solving.result import Exact, Result, Status
 from lcpcli.typing import Interrupts, Vector
-from lcpcli.verify.certificate import Certificate, exact_certificate
+from lcpcli.verify.certificate import Proof
 from lcpcli.verify.exact_solution import finitely_rounded, from_point, refined
 from lcpcli.verify.farkas import exact_proof, farkas_vector, simplified
 from lcpcli.verify.point import Criterion, Point
@@ -257,10 +257,10 @@ def _proved(data: ExactProblem, result: Result, exact: Exact) -> Result:
         exact, z = exact._replace(proof=f"{exact.proof}; {BEYOND_DOUBLES}"), None
     assert exact.status is not None
     certificate = (
-        None if exact.y is None else exact_certificate(data, exact.proof, exact.y)
+        None if exact.y is None else Proof.of_fractions(data, exact.y, exact.proof)
     )
     if exact.status is Status.UNSOLVABLE:
-        certificate = Certificate("exhaustion", exact.proof)
+        certificate = Proof("exhaustion", statement=exact.proof)
     point, said = (
         result.point if z is None else Point(Criterion(data.problem), z),
         exact.status.sentence(exact.proof),

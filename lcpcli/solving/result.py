@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
     from lcpcli.solving.derivatives import OneDerivative, OneGradient
     from lcpcli.solving.trace import Trace
-    from lcpcli.verify.certificate import Certificate
+    from lcpcli.verify.certificate import Proof
     from lcpcli.verify.error_theorems import Bound
 
 # What is proved of a program.
@@ -120,7 +120,7 @@ class Result:
     route: tuple[str, ...]
     trace: Trace | None = None
     curve: Trace | None = None
-    certificate: Certificate | None = None
+    certificate: Proof | None = None
     interrupted: bool = False
     label: str = ""
     spread: float | None = None

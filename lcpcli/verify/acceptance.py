@@ -24,7 +24,7 @@ from lcpcli.verify.measure import FEW_UNKNOWNS
 from lcpcli.verify.point import Criterion, Point
 
 if TYPE_CHECKING:
-    from lcpcli.verify.certificate import Certificate
+    from lcpcli.verify.certificate import Proof
 
 # The decisions of `accepted`, by number.
 AS_IT_IS, CLEANED, WITHOUT_ROUNDING, PROVED, UNREFUTED = 1, 2, 3, 4, 5
@@ -46,7 +46,7 @@ class Acceptance(NamedTuple):
     point: Point
     reason: str = ""
     verdict: Literal["solved", "ill_posed", "infeasible", "doubt"] = "solved"
-    certificate: Certificate | None = None
+    certificate: Proof | None = None
     basis: States | None = None
 
     @property
@@ -75,7 +75,7 @@ class Extent(NamedTuple):
     keeps: bool = False
     is_exact: bool = False
     seconds: float = math.inf
-    refutation: Certificate | None = None
+    refutation: Proof | None = None
 
 
 AT_ONCE, BY_CRITERION, IN_FULL = Extent(AS_IT_IS), Extent(WITHOUT_ROUNDING), Extent()
@@ -272,7 +272,7 @@ def _beside(point: Point, points: Sequence[Point], extent: Extent) -> Acceptance
     return Acceptance(at, found.statement if again is None else again.statement)
 
 
-def _ill_posed(points: Sequence[Point], refutation: Certificate) -> Acceptance | None:
+def _ill_posed(points: Sequence[Point], refutation: Proof) -> Acceptance | None:
     """Return the solution, beyond the criterion, of a problem that is infeasible but
     for rounding."""
     with imports:

@@ -5,7 +5,7 @@ before it is accepted.
 from __future__ import annotations
 
 import math
-from collections.abc import Generator, Iterable, Sequence
+from collections.abc import Generator, Iterable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from fractions import Fraction
@@ -38,102 +38,8 @@ EXHAUSTION_EFFORT = 2.0
 # Relative to the natural size of w in a row: larger than the tolerance.
 CLEAR_VIOLATION = 1e-9
 RAY = "that alone proves nothing"
-
-
-@dataclass(frozen=True, eq=False)
-class Certificate:
-    """Why there is no solution, or why a method gave up.
-
-    kind : "farkas", vector y with y >= 0, M'y <= 0 and q'y < 0: no z >= 0 has M z + q
-        >= 0. With bounds, the y that `farkas` describes. It consists of integers, for
-        which all this holds without rounding, if `proof` finds them; else it is
-        rounded: where M'y is 0, its computed value may be positive (see
-        `farkas.refutes`). "exhaustion", every complementary basis is excluded, by
-        branch and bound or enumeration; no vector. "ray", Lemke's method has ended on a
-        ray with direction vector, if it is known; that alone proves nothing.
-    statement : what it proves, as a clause for the user. vector : shape (n,), or None.
-    is_rounded : whether only the rounding of M keeps the vector from being a proof (see
-        `rounded_proof`).
-    exact : the proof in fractions, if it is known and no doubles were found that form a
-        proof; vector is near it.
-    """
-
-    kind: Literal["farkas", "exhaustion", "ray"]
-    statement: str
-    vector: Vector | None = None
-    is_rounded: bool = False
-    exact: Sequence[Fraction] | None = None
-
-
-def confirm(
-    problem: Problem, claim: Certificate, excludes_exactly: bool
-) -> Certificate | None:
-    """Return the certificate that a method claims if it holds for the original M and q,
-    with a Farkas vector as `proof` returns it; None if it does not hold.
-    excludes_exactly : whether the method excludes complementary sets by exact
-    arithmetic alone: of more than FEW_UNKNOWNS, whose sets are not searched again, only
-    such a method is believed."""
-    if claim.kind == "exhaustion":
-        return _exhaustion(problem, claim, excludes_exactly)
-    return (_farkas if claim.kind == "farkas" else _ray)(problem, claim)
-
-
-def _farkas(problem: Problem, claim: Certificate) -> Certificate | None:
-    if claim.vector is None:
-        return None
-    y = proof(problem, claim.vector)
-    if (
-        y is None
-        and claim.exact is not None
-        and ExactProblem.of_floats(problem).refuted_by(claim.exact)
-    ):
-        return claim
-    return (
-        rounded_proof(problem, claim.vector)
-        if y is None
-        else _stated(problem, replace(claim, vector=y))
-    )
-
-
-def _exhaustion(
-    problem: Problem, claim: Certificate, excludes_exactly: bool
-) -> Certificate | None:
-    """All complementary sets are excluded: by the tree in exact arithmetic, for few
-    unknowns and with some effort."""
-    has_none = excludes_exactly
-    if problem.n <= FEW_UNKNOWNS:
-        data = ExactProblem.of_floats(problem)
-        with suppress(TimeIsUp):
-            has_none = (
-                first_solution(data, Effort(EXHAUSTION_EFFORT).steps(data)) is None
-            )
-    return replace(claim, vector=None) if has_none else None
-
-
-@np.errstate(all="ignore")
-def _ray(problem: Problem, claim: Certificate) -> Certificate | None:
-    """A direction z in which Lemke's method may end on a ray, up to rounding: z >= 0,
-    not 0, and z'w = 0 for w = M z + t e >= 0 with some t >= 0, and no bound in the
-    way."""
-    z, own = claim.vector, replace(claim, statement=RAY)
-    if z is None:
-        return own
-    if z.shape != problem.q.shape or not (
-        np.isfinite(z).all() and (z >= 0).all() and z.any()
-    ):
-        return None
-    # It leads beyond a bound.
-    if np.where(z > 0, problem.box.upper, np.inf).min() < np.inf:
-        return None
-    w, largest = product(problem.M, z), float(absolute_product(problem.M, z).max())
-    w += max(-float(w.min()), 0.0)
-    return (
-        own
-        if largest < math.inf and (w[z > 0] <= farkas.ACTIVE_COLUMN * largest).all()
-        else None
-    )
-
-
+# Unknowns from which a proof up to rounding counts: fewer leave it to exact arithmetic.
+MANY = FEW_UNKNOWNS + 1
 UNVERIFIED = {  # what is said of a claim of a kind that does not hold
     "farkas": "the certificate of infeasibility failed exact verification",
     "exhaustion": (
@@ -143,67 +49,144 @@ UNVERIFIED = {  # what is said of a claim of a kind that does not hold
 }
 
 
-def _stated(problem: Problem, claim: Certificate) -> Certificate:
-    """Return the certificate with a Farkas vector that is a proof as it is, if there is
-    one in doubles, else with one in fractions, for few unknowns; else with the
-    statement that it is rounded."""
-    assert claim.vector is not None
-    if farkas.is_exact(problem, claim.vector):
-        return claim
+@dataclass(frozen=True, eq=False)
+class Proof:
+    """Why there is no solution, or why a method gave up: a claim until it `holds`.
+
+    kind : "farkas", vector y with y >= 0, M'y <= 0 and q'y < 0: no z >= 0 has M z + q
+        >= 0. With bounds, the y that `farkas` describes. It consists of integers, for
+        which all this holds without rounding, if `confirm` finds them; else it is
+        rounded: where M'y is 0, its computed value may be positive (see
+        `farkas.refutes`). "exhaustion", every complementary basis is excluded, by
+        branch and bound or enumeration; no vector. "ray", Lemke's method has ended on a
+        ray with direction vector, if it is known; that alone proves nothing.
+    vector : shape (n,), or None. statement : what it proves, as a clause for the user.
+    is_rounded : whether only the rounding of M keeps the vector from being a proof (see
+        `farkas.cancellation`).
+    exact : the proof in fractions, if it is known and no doubles were found that form a
+        proof; vector is near it.
+    """
+
+    kind: Literal["farkas", "exhaustion", "ray"]
+    vector: Vector | None = None
+    statement: str = ""
+    is_rounded: bool = False
+    exact: Sequence[Fraction] | None = None
+
+    @classmethod
+    def of_fractions(
+        cls, data: ExactProblem, y: Sequence[Fraction], statement: str = ""
+    ) -> Proof:
+        """Return the proof by an exact Farkas vector: by a multiple of it in doubles,
+        beside y itself if that is none."""
+        vector = rounded_direction(y)
+        exact = None if data.refuted_by(fractions_of(vector)) else y
+        statement = statement or data.problem.box.wording.farkas
+        return cls("farkas", vector, statement, exact=exact)
+
+    def holds(self, problem: Problem, excludes_exactly: bool = False) -> bool:
+        """Return whether the claim is true of a problem: never for a feasible one,
+        however nearly infeasible, nor for a vector that is not of shape (n,).
+
+        excludes_exactly : whether the method that claims exhaustion excludes
+            complementary sets by exact arithmetic alone: of more than FEW_UNKNOWNS,
+            whose sets are not searched again, only such a method is believed.
+        """
+        if self.kind == "exhaustion":
+            return _is_exhausted(problem, excludes_exactly)
+        y = self.vector
+        if self.kind == "ray":
+            return y is None or _is_ray(problem, y)
+        if self.exact is not None:
+            return ExactProblem.of_floats(problem).refuted_by(self.exact)
+        if y is None or y.shape != problem.q.shape:
+            return False
+        test = farkas.cancellation if self.is_rounded else farkas.refutes
+        return bool(test(problem.M, problem.q, y, problem.box))
+
+    def is_clear(self, problem: Problem) -> bool:
+        """Return whether the vector, if a proof, also excludes small violations, so
+        that it is no effect of rounding in the data."""
+        y = self.vector
+        assert y is not None
+        with np.errstate(all="ignore"):
+            total = farkas.Multiplied(problem.M, problem.q, y, problem.box).total
+            caps = Measure(problem).caps(problem.reference_point)
+            return -total > CLEAR_VIOLATION * float(
+                np.where(np.isfinite(caps), caps, 0.0) @ np.abs(y)
+            )
+
+
+def _is_exhausted(problem: Problem, excludes_exactly: bool) -> bool:
+    """Return whether all complementary sets are excluded: by the tree in exact
+    arithmetic, for few unknowns and with some effort."""
     if problem.n <= FEW_UNKNOWNS:
         data = ExactProblem.of_floats(problem)
         with suppress(TimeIsUp):
-            exact = farkas.exact_proof(data, claim.vector)
-            if (
-                exact
-                or (
-                    exact := farkas.farkas_vector(
-                        data, Effort(EXHAUSTION_EFFORT).steps(data)
-                    )
-                )
-                is not None
-            ):
-                return exact_certificate(data, claim.statement, exact)
-    return replace(claim, statement=f"{claim.statement}, up to rounding of y")
+            return first_solution(data, Effort(EXHAUSTION_EFFORT).steps(data)) is None
+    return excludes_exactly
 
 
-def exact_certificate(
-    data: ExactProblem, statement: str, y: Sequence[Fraction]
-) -> Certificate:
-    """Return the certificate with an exact proof y: a multiple of it in doubles, beside
-    y itself if that is none."""
-    vector = rounded_direction(y)
-    return Certificate(
-        "farkas",
-        statement,
-        vector,
-        exact=None if data.refuted_by(fractions_of(vector)) else y,
+@np.errstate(all="ignore")
+def _is_ray(problem: Problem, z: Vector) -> bool:
+    """Return whether Lemke's method may end on a ray in direction z, up to rounding: z
+    >= 0, not 0, and z'w = 0 for w = M z + t e >= 0 with some t >= 0, and no bound in
+    the way."""
+    if z.shape != problem.q.shape or not (
+        np.isfinite(z).all() and (z >= 0).all() and z.any()
+    ):
+        return False
+    # It leads beyond a bound.
+    if np.where(z > 0, problem.box.upper, np.inf).min() < np.inf:
+        return False
+    w, largest = product(problem.M, z), float(absolute_product(problem.M, z).max())
+    w += max(-float(w.min()), 0.0)
+    return largest < math.inf and bool(
+        (w[z > 0] <= farkas.ACTIVE_COLUMN * largest).all()
     )
 
 
-def proves_infeasible(problem: Problem, y: Vector) -> bool:
-    """Return whether y proves that no z within its bounds has w with the signs that the
-    bounds ask for, by `farkas.refutes`: never for a feasible problem, however nearly
-    infeasible, nor for a y that is not of shape (n,)."""
-    return y.shape == problem.q.shape and farkas.refutes(
-        problem.M, problem.q, y, problem.box
-    )
+def first_proof(
+    problem: Problem,
+    ys: Iterable[Vector],
+    statement: str = "",
+    rounded_from: float = math.inf,
+    whole: bool = False,
+) -> Proof | None:
+    """Return the proof by the first y that is one, times a power of two that keeps it
+    in range; if none is, by the first that is one but for the rounding of M (see
+    `farkas.cancellation`); else None.
+
+    statement : by default, what its bounds refute. rounded_from : unknowns from which
+        rounding counts; by default the proof has to hold exactly. whole : whether a
+        vector of integers near a multiple of y is sought first.
+    """
+    tried = list[Vector]()
+    for y in ys:
+        found = _whole(problem, y) if whole else _in_range(problem, y)
+        if found is not None:
+            return Proof("farkas", found, statement or problem.box.wording.farkas)
+        tried.append(y)
+    if problem.n < rounded_from:
+        return None
+    for y in tried:
+        if y.shape == problem.q.shape and (
+            times := farkas.cancellation(problem.M, problem.q, y, problem.box)
+        ):
+            size = f"1e{math.floor(math.log10(times))}"
+            said = problem.box.wording.rounded.format(size)
+            return Proof("farkas", y, said, is_rounded=True)
+    return None
 
 
-def is_clear(problem: Problem, y: Vector) -> bool:
-    """Return whether y, if a proof, also excludes small violations, so that it is no
-    effect of rounding in the data."""
-    with np.errstate(all="ignore"):
-        total = farkas.Multiplied(problem.M, problem.q, y, problem.box).total
-        caps = Measure(problem).caps(problem.reference_point)
-        return -total > CLEAR_VIOLATION * float(
-            np.where(np.isfinite(caps), caps, 0.0) @ np.abs(y)
-        )
+def _in_range(problem: Problem, y: Vector) -> Vector | None:
+    y = in_range(y)
+    return y if Proof("farkas", y).holds(problem) else None
 
 
-def proof(problem: Problem, y: Vector) -> Vector | None:
-    """Return a vector of shape (n,) near a multiple of y that proves the problem
-    infeasible; None if y proves nothing.
+def _whole(problem: Problem, y: Vector) -> Vector | None:
+    """Return a vector near a multiple of y that proves the problem infeasible; None if
+    y proves nothing.
 
     The vector consists of integers for which the proof holds exactly, for the doubles
     of the problem or, if no such integers are found, for their shortest decimals: small
@@ -214,83 +197,78 @@ def proof(problem: Problem, y: Vector) -> Vector | None:
         return None
     with imports:
         from lcpcli.verify.alternative import with_room
-    if (
-        found := _first(problem, farkas.whole_proofs(problem, y, small=True))
-    ) is not None:
+
+    def proofs(near: Vector, small: bool) -> Iterator[Vector]:
+        found = farkas.whole_proofs(problem, near, small)
+        return (v for v in found if Proof("farkas", v).holds(problem))
+
+    if (found := next(proofs(y, small=True), None)) is not None:
         return found
-    own = in_range_if_proof(problem, y)
+    own = _in_range(problem, y)
     others = with_room(problem) if own is not None else ()
-    small = (
-        v for other in others for v in farkas.whole_proofs(problem, other, small=True)
-    )
-    found = _first(problem, chain(small, farkas.whole_proofs(problem, y, small=False)))
-    return own if found is None else found
+    small = (v for other in others for v in proofs(other, small=True))
+    return next(chain(small, proofs(y, small=False)), own)
 
 
-def _first(problem: Problem, candidates: Iterable[Vector]) -> Vector | None:
-    return next((y for y in candidates if proves_infeasible(problem, y)), None)
-
-
-def rounded_proof(problem: Problem, y: Vector, few: bool = False) -> Certificate | None:
-    """Return the certificate if y is a proof but for the rounding of M (see
-    `farkas.cancellation`); None if it is not, or if the unknowns are so few that exact
-    arithmetic decides, unless it is wanted for few unknowns, too."""
-    if (problem.n <= FEW_UNKNOWNS and not few) or y.shape != problem.q.shape:
+def confirm(
+    problem: Problem, claim: Proof, excludes_exactly: bool = False
+) -> Proof | None:
+    """Return what a method claims if it holds for the original M and q, with a Farkas
+    vector of integers if they are found (see `first_proof`); else None."""
+    if claim.kind != "farkas":
+        is_ray = claim.kind == "ray"
+        sure = replace(claim, statement=RAY) if is_ray else replace(claim, vector=None)
+        return sure if claim.holds(problem, excludes_exactly) else None
+    if claim.vector is None:
         return None
-    times = farkas.cancellation(problem.M, problem.q, y, problem.box)
-    if not times:
-        return None
-    statement = problem.box.wording.rounded.format(f"1e{math.floor(math.log10(times))}")
-    return Certificate("farkas", statement, y, is_rounded=True)
+    found = first_proof(problem, [claim.vector], rounded_from=MANY, whole=True)
+    if found is not None and not found.is_rounded:
+        statement = claim.statement or found.statement
+        return _stated(
+            problem, replace(claim, vector=found.vector, statement=statement)
+        )
+    return claim if claim.exact is not None and claim.holds(problem) else found
 
 
-def infeasible(problem: Problem, y: Vector, statement: str = "") -> Certificate:
-    """Return the certificate of a Farkas vector that is a proof, which by default
-    states what its bounds refute."""
-    return Certificate("farkas", statement or problem.box.wording.farkas, y)
+def _stated(problem: Problem, claim: Proof) -> Proof:
+    """Return the proof by a Farkas vector that is a proof as it is, if there is one in
+    doubles, else by one in fractions, for few unknowns; else with the statement that it
+    is rounded."""
+    y, exact = claim.vector, None
+    assert y is not None
+    if farkas.is_exact(problem, y):
+        return claim
+    if problem.n <= FEW_UNKNOWNS:
+        data = ExactProblem.of_floats(problem)
+        with suppress(TimeIsUp):
+            exact = farkas.exact_proof(data, y) or farkas.farkas_vector(
+                data, Effort(EXHAUSTION_EFFORT).steps(data)
+            )
+            if exact is not None:
+                return Proof.of_fractions(data, exact, claim.statement)
+    return replace(claim, statement=f"{claim.statement}, up to rounding of y")
 
 
 def farkas_certificate(
-    problem: Problem, effort: float = math.inf, exactly: bool = False
-) -> Certificate | None:
+    problem: Problem, effort: float = math.inf, rounded_from: float = math.inf
+) -> Proof | None:
     """Return a proof that the problem is infeasible, by at most three LPs of half the
-    effort each, for the equilibrated problem R M C, R q, whose proof y' gives y = R y';
-    a `rounded_proof` if there is no other one, unless it has to hold exactly. None if
-    it is feasible, to the tolerance of the LP solver, or no proof passed the check."""
+    effort each, for the equilibrated problem R M C, R q, whose proof y' gives y = R y'.
+    None if it is feasible, to the tolerance of the LP solver, or no proof passed the
+    check."""
     with imports:
         from lcpcli.verify.alternative import candidates
     with np.errstate(all="ignore"):
         units = scale(problem)
     found = candidates(units.problem.M, units.problem.q, units.problem.box, effort)
-    return first_proof(problem, map(units.multipliers, found), exactly)
-
-
-def first_proof(
-    problem: Problem, ys: Iterable[Vector], exactly: bool = False, few: bool = False
-) -> Certificate | None:
-    """Return the certificate by the first y that is a proof; if none is, by the first
-    that is a `rounded_proof`, for few unknowns only if asked for, unless it has to hold
-    exactly; else None."""
-    tried = []
-    for y in ys:
-        if (own := in_range_if_proof(problem, y)) is not None:
-            return infeasible(problem, own)
-        tried.append(y)
-    rounded = () if exactly else (rounded_proof(problem, y, few) for y in tried)
-    return next(filter(None, rounded), None)
-
-
-def in_range_if_proof(problem: Problem, y: Vector) -> Vector | None:
-    """Return y times a power of two that keeps it in range, if it proves the problem
-    infeasible; else None."""
-    y = in_range(y)
-    return y if proves_infeasible(problem, y) else None
+    multipliers = map(units.multipliers, found)
+    return first_proof(problem, multipliers, rounded_from=rounded_from)
 
 
 EFFORT = 2.0  # of LPs for a proof, by the seconds that they usually take
 
 
-def proof_near(problem: Problem, z: Vector) -> Certificate | None:
+def proof_near(problem: Problem, z: Vector) -> Proof | None:
     """Return a proof that the problem is infeasible, up to the rounding of M if there
     is no other one; None if none is found. z : a run-off, or an exact solution, whose
     basis leads to most of these proofs."""
@@ -300,11 +278,12 @@ def proof_near(problem: Problem, z: Vector) -> Certificate | None:
         and problem.n <= MOST_DENSE
     )
     with suppress(TimeIsUp):
-        found = first_proof(problem, _candidates(problem, z, has_dictionary), few=True)
+        near = _candidates(problem, z, has_dictionary)
+        found = first_proof(problem, near, rounded_from=0)
         return (
             found
             if found is not None or has_dictionary
-            else farkas_certificate(problem, EFFORT)
+            else farkas_certificate(problem, EFFORT, MANY)
         )
     return None
 

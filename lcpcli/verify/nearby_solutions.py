@@ -32,7 +32,7 @@ from lcpcli.rational.elimination import Effort
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.typing import Vector
 from lcpcli.verify import enclosure, farkas
-from lcpcli.verify.certificate import Certificate
+from lcpcli.verify.certificate import Proof
 from lcpcli.verify.exact_solution import (
     finitely_rounded,
     from_point,
@@ -134,7 +134,7 @@ def is_run_off(problem: Problem, z: Vector, tol: float) -> bool:
 
 
 def large_solution(
-    problem: Problem, points: Sequence[Vector], proof: Certificate, tol: float
+    problem: Problem, points: Sequence[Vector], proof: Proof, tol: float
 ) -> tuple[Vector, str] | None:
     """Return a solution beyond the criterion, with why the problem is ill-posed then,
     as a clause for the user: the exact solution of the basis of one of the points, or

@@ -37,7 +37,7 @@ from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import approximate, brief, rounded
 from lcpcli.typing import Vector
 from lcpcli.verify.acceptance import Extent, accepted
-from lcpcli.verify.certificate import proves_infeasible, rounded_proof
+from lcpcli.verify.certificate import MANY, Proof, first_proof
 from lcpcli.verify.error_theorems import Bound, error_bound
 from lcpcli.verify.farkas import exact_proof
 from lcpcli.verify.point import Criterion, Point
@@ -289,18 +289,16 @@ def verify_farkas(
     if data is None:
         failure = (
             ""
-            if proves_infeasible(problem, doubles)
+            if Proof("farkas", doubles).holds(problem)
             else _failed_condition(ExactProblem.of_floats(problem), y)
         )
-        if (
-            own := rounded_proof(problem, doubles, few=is_rounded) if failure else None
-        ) is not None:
+        rounded_from = 0 if is_rounded else MANY
+        if failure and (
+            proof := first_proof(problem, [doubles], rounded_from=rounded_from)
+        ):
+            message = f"proved: {proof.statement}"
             return Verification(
-                problem,
-                "farkas",
-                exact=False,
-                accepted=True,
-                message=f"proved: {own.statement}",
+                problem, "farkas", exact=False, accepted=True, message=message
             )
     else:
         problem, failure = data.problem, _failed_condition(data, y)

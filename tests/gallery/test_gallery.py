@@ -16,7 +16,7 @@ from lcpcli import Problem, Status, run
 from lcpcli.gallery import families as gallery
 from lcpcli.inspection.verdict import NO, YES, classify
 from lcpcli.linalg.matrices import dense, is_sparse
-from lcpcli.verify.certificate import proves_infeasible
+from lcpcli.verify.certificate import Proof
 
 from .. import exact
 
@@ -149,7 +149,7 @@ def test_infeasible_problems_are_so_by_the_vector_in_the_note_and_unsolvable_one
 ) -> None:
     problem = gallery.make("infeasible", n, seed)
     k = int(problem.note.split("first ")[1].split(" ")[0])
-    assert proves_infeasible(problem, (np.arange(n) < k).astype(float))
+    assert Proof("farkas", (np.arange(n) < k).astype(float)).holds(problem)
     assert not exact.feasible(problem)
     problem = gallery.make("unsolvable", min(n, 5), seed)
     assert exact.feasible(problem)

@@ -20,7 +20,7 @@ from lcpcli.methods.lemke import lemke
 from lcpcli.methods.registry import LEXICOGRAPHIC, METHODS, ONES
 from lcpcli.options import Limits
 from lcpcli.solving.driver import run
-from lcpcli.verify.certificate import proves_infeasible
+from lcpcli.verify.certificate import Proof
 
 TEXTBOOK = {"cover": ONES, "ties": LEXICOGRAPHIC}
 
@@ -110,7 +110,7 @@ def test_path_is_that_of_exact_arithmetic_however_many_ties(
         assert np.allclose(result.z, exact, rtol=0, atol=1e-12 * max(1.0, exact.max()))
     elif kind == "positive semidefinite":
         assert result.status is Status.INFEASIBLE
-        assert proves_infeasible(result.problem, result.certificate.vector)
+        assert Proof("farkas", result.certificate.vector).holds(result.problem)
 
 
 def test_iterates_are_complementary_and_their_F_is_minus_the_covering_vector() -> None:
@@ -162,7 +162,7 @@ def test_infeasible_problem_is_proved_to_be(
     result = run(Problem(M, q), "lemke")
     assert result.status is Status.INFEASIBLE
     found = result.certificate.vector
-    assert proves_infeasible(result.problem, found)
+    assert Proof("farkas", found).holds(result.problem)
     assert np.allclose(found / found.max(), y)
 
 

@@ -29,7 +29,7 @@ from lcpcli.methods.stages import Stalled, advance
 from lcpcli.model.box import ORTHANT, Box, of_masks
 from lcpcli.model.changes import standard_form
 from lcpcli.rational.exact_problem import ExactProblem
-from lcpcli.verify.certificate import proves_infeasible
+from lcpcli.verify.certificate import Proof
 from lcpcli.verify.exact_solution import exact_basis
 from lcpcli.verify.measure import FEW_UNKNOWNS
 from lcpcli.verify.point import Criterion, Point
@@ -75,8 +75,8 @@ def test_known_problem_ends_as_it_must(name: str) -> None:
     M, q, word = ENDINGS[name]
     result = run(Problem(M, q), "milp")
     assert result.status.word == word
-    assert word != "infeasible" or proves_infeasible(
-        result.problem, result.certificate.vector
+    assert word != "infeasible" or Proof("farkas", result.certificate.vector).holds(
+        result.problem
     )
 
 
@@ -277,7 +277,7 @@ def test_contradiction_hidden_by_rounding_is_said_to_be_one_but_for_rounding(
     result = run(problem, time_limit=120)
     assert result.status is Status.INFEASIBLE
     if not result.certificate.is_rounded:  # rounding has left a contradiction
-        assert proves_infeasible(problem, result.certificate.vector)
+        assert Proof("farkas", result.certificate.vector).holds(problem)
         return
     assert "unless terms of a row of Mz that are 1e1" in result.message
     assert result.answer.proved is None
@@ -315,7 +315,7 @@ def test_a_proof_by_the_equation_of_a_free_variable_is_one_for_the_problem_as_gi
     problem = Problem([[1, 0], [sign, 0]], [0, sign], lower=[0, -np.inf])
     result = run(problem, "milp")
     assert result.status is Status.INFEASIBLE
-    assert proves_infeasible(problem, result.certificate.vector)
+    assert Proof("farkas", result.certificate.vector).holds(problem)
 
 
 @pytest.mark.parametrize("seed", range(2))

@@ -28,7 +28,7 @@ from lcpcli.model.changes import (
 from lcpcli.model.program import ProgramData
 from lcpcli.solving.minimum import Minimum
 from lcpcli.typing import Vector
-from lcpcli.verify.certificate import proves_infeasible
+from lcpcli.verify.certificate import Proof
 
 from ..far_bounds import FAR, lists, random_program, with_far_bounds
 
@@ -225,8 +225,8 @@ def test_a_proof_comes_out_of_several_changes() -> None:
     )
     change = composed(problem, shifted, scale)
     y = np.array([1.0, 0])
-    assert proves_infeasible(change.problem, y)
-    assert proves_infeasible(problem, change.multipliers(y))
+    assert Proof("farkas", y).holds(change.problem)
+    assert Proof("farkas", change.multipliers(y)).holds(problem)
 
 
 @pytest.mark.parametrize("seed", range(12))
@@ -314,12 +314,12 @@ def test_rounding_of_a_proof_times_a_far_bound_counts_as_0(size: float) -> None:
     y = np.array([0.0, 0.0, 0.0, 11.3, -11.3 * (1 + 2**-50)])
     sides = {"row_lower": [2.0, -INF], "row_upper": [INF, 1.0], "upper": size}
     problem = from_qp(None, [1.0, 1.0, 1.0], [row, row], **sides)
-    assert proves_infeasible(problem, y)
+    assert Proof("farkas", y).holds(problem)
     assert lcpcli.run(problem).status is Status.INFEASIBLE
     other = row.copy()
     other[1] -= 2**-53
     differs = from_qp(None, [1.0, 1.0, 1.0], [row, other], **sides)
-    assert proves_infeasible(differs, y) == (size < 1e15)
+    assert Proof("farkas", y).holds(differs) == (size < 1e15)
 
 
 def test_far_sides_of_unknowns_without_reduced_costs_do_not_count() -> None:

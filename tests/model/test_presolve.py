@@ -35,7 +35,7 @@ from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import rounded, rounded_direction
 from lcpcli.rational.tree import first_solution
 from lcpcli.typing import Vector
-from lcpcli.verify.certificate import is_clear, proves_infeasible
+from lcpcli.verify.certificate import Proof
 from lcpcli.verify.farkas import farkas_vector
 
 from ..exact import refutes
@@ -66,7 +66,7 @@ def says_the_truth(
             comes_back(change, rounded(z), rounded(data.w(z)))
         elif (y := farkas_vector(data, check)) is not None:
             vector = change.multipliers(rounded_direction(y))
-            assert not proves_infeasible(problem, vector) or refutes(
+            assert not Proof("farkas", vector).holds(problem) or refutes(
                 problem, list(map(Fraction, vector.tolist()))
             )
     return change is not None
@@ -223,7 +223,7 @@ def test_contradictions_are_proofs_for_the_problem_as_given(name: str) -> None:
     M, q, lower = CONTRADICTIONS[name]
     problem = Problem(M, q, lower=lower)
     found = presolved(problem)
-    assert proves_infeasible(problem, found.y)
+    assert Proof("farkas", found.y).holds(problem)
     assert refutes(problem, list(map(Fraction, found.y.tolist())))
 
 
@@ -298,7 +298,7 @@ def test_a_contradiction_far_below_all_other_numbers_is_not_clear() -> None:
         problem = Problem(
             M, [-1000.0, -1000, violation], lower=[0, 0, -INF], upper=upper
         )
-        assert is_clear(problem, np.array([0.0, 0, -1])) is is_it
+        assert Proof("farkas", np.array([0.0, 0, -1])).is_clear(problem) is is_it
 
 
 def test_ratios_of_mirror_images_that_underflow_are_no_factors() -> None:
@@ -408,7 +408,7 @@ def test_a_proof_is_of_the_rows_as_they_were_where_presolve_has_turned_one() -> 
     )
     found = presolved(problem)
     assert found.y.tolist() == [-1, 1]
-    assert proves_infeasible(problem, found.y)
+    assert Proof("farkas", found.y).holds(problem)
 
 
 def test_a_row_of_its_own_variable_is_solved_within_both_bounds() -> None:

@@ -25,7 +25,7 @@ from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.solving.result import Result
 from lcpcli.typing import Vector
 from lcpcli.verify import certificate
-from lcpcli.verify.certificate import RAY, UNVERIFIED, Certificate, proves_infeasible
+from lcpcli.verify.certificate import RAY, UNVERIFIED, Proof
 
 from .. import exact, exact_measure, mixed_problems
 from .liars import LIE, Liar, assert_refused, at
@@ -301,7 +301,7 @@ FREE, BELOW, ABOVE, BOX = (
 
 def farkas(y: Any) -> NoSolution:
     return NoSolution(
-        Certificate("farkas", LIE, None if y is None else np.asarray(y, dtype=float))
+        Proof("farkas", None if y is None else np.asarray(y, dtype=float), LIE)
     )
 
 
@@ -424,17 +424,17 @@ def test_vector_that_is_wrong_in_other_variables_is_refused_in_all_of_them(
 def test_true_proof_of_the_same_method_is_believed(liar: Liar) -> None:
     result = liar.run(TEXTBOOK, ending=farkas([1, 0]))
     assert result.status is Status.INFEASIBLE
-    assert proves_infeasible(TEXTBOOK, result.certificate.vector)
+    assert Proof("farkas", result.certificate.vector).holds(TEXTBOOK)
     # Through a standard form, in which integers remain integers.
     bounded = mixed(SWAP.M, SWAP.q, BELOW, (0.0, 9.0))
     for problem, declaration in ((SWAP, {}), (bounded, {"takes_bounds": False})):
         result = liar.run(
-            problem, [], NoSolution(Certificate("exhaustion", "it is")), declaration
+            problem, [], NoSolution(Proof("exhaustion", statement="it is")), declaration
         )
         assert result.status is Status.UNSOLVABLE
 
 
-EXHAUSTED = NoSolution(Certificate("exhaustion", LIE, np.ones(2)))
+EXHAUSTED = NoSolution(Proof("exhaustion", np.ones(2), LIE))
 SOLVABLE = {
     "lcp": Problem([[2, 1], [1, 2]], [-5, -6]),
     "mixed": mixed(IDENTITY, [-1, -1], FREE, BOX),
@@ -486,7 +486,7 @@ def test_no_proof_is_believed_against_a_point_that_solves_the_problem(
         for ending in (
             EXHAUSTED,
             farkas(np.ones(problem.n)),
-            NoSolution(Certificate("ray", LIE, np.ones(problem.n))),
+            NoSolution(Proof("ray", np.ones(problem.n), LIE)),
         ):
             result = liar.run(problem, [solution], ending, {"excludes_exactly": True})
             assert (result.status, result.message) == (Status.SOLVED, "solved")
@@ -517,7 +517,7 @@ def test_ray_that_is_none_is_refused(name: str, liar: Liar) -> None:
     result = liar.run(
         problem,
         [at(np.full(problem.n, 0.5))],
-        NoSolution(Certificate("ray", LIE, np.array(z))),
+        NoSolution(Proof("ray", np.array(z), LIE)),
     )
     assert_refused(result)
     assert result.message == f"stalled: {UNVERIFIED['ray']}"
@@ -531,7 +531,7 @@ def test_ray_proves_nothing_whatever_a_method_says(liar: Liar) -> None:
         (Problem([[0, 0], [0, 1]], [1, -1]), np.array([1.0, 0.0])),
         (MANY, None),
     ):
-        result = liar.run(problem, ending=NoSolution(Certificate("ray", LIE, z)))
+        result = liar.run(problem, ending=NoSolution(Proof("ray", z, LIE)))
         assert (result.status, result.message) == (Status.RAY, f"ended on a ray: {RAY}")
         assert LIE not in result.to_json()
     for problem in (

@@ -29,10 +29,9 @@ from lcpcli.solving import proof as solving
 from lcpcli.solving.no_minimum import Constraints
 from lcpcli.verify.alternative import FarkasSystem
 from lcpcli.verify.certificate import (
+    Proof,
     farkas_certificate,
-    is_clear,
-    proof,
-    proves_infeasible,
+    first_proof,
 )
 from lcpcli.verify.enclosure import enclosure
 from lcpcli.verify.farkas import exact_proof, refutes
@@ -41,7 +40,7 @@ from .. import exact
 from ..methods.programs import random_program
 
 INF = np.inf
-farkas = partial(farkas_certificate, exactly=True)
+farkas = farkas_certificate
 INFEASIBLE = Problem([[0, -1], [1, 0]], [-1, -1])
 ULP = 2.0**-52
 
@@ -65,11 +64,11 @@ def nearly_infeasible(seed: int) -> tuple[Problem, np.ndarray]:
 
 def test_a_proof_may_have_any_length_and_little_room_left_by_rounding() -> None:
     assert all(
-        proves_infeasible(INFEASIBLE, np.array([size, 0.0]))
+        Proof("farkas", np.array([size, 0.0])).holds(INFEASIBLE)
         for size in (1.0, 1e-300, 1e300, 5e-324)
     )
-    assert proves_infeasible(Problem([[1, -1], [-1, 1]], [-1, 0]), np.ones(2))
-    assert proves_infeasible(Problem([[1, -1], [-1, 1 - ULP]], [-1, 0]), np.ones(2))
+    assert Proof("farkas", np.ones(2)).holds(Problem([[1, -1], [-1, 1]], [-1, 0]))
+    assert Proof("farkas", np.ones(2)).holds(Problem([[1, -1], [-1, 1 - ULP]], [-1, 0]))
 
 
 # Both free columns vanish for y = (1, 1.9, -1) alone, and nearly for (1, 1.9, 1)
@@ -110,18 +109,18 @@ FEASIBLE = {
 def test_what_rounding_hides_of_a_feasible_problem_makes_no_proof(name: str) -> None:
     problem, y = FEASIBLE[name]
     assert not exact.refutes(problem, list(map(Fraction, y)))
-    assert not proves_infeasible(problem, np.array(y, dtype=float))
+    assert not Proof("farkas", np.array(y, dtype=float)).holds(problem)
     assert not refutes(problem.M, problem.q, np.array(y, dtype=float), problem.box)
 
 
 def test_proof_whose_products_underflow_or_overflow_is_checked_all_the_same() -> None:
     tiny = Problem([[1e-200, 0], [0, 1]], [-1e-200, 0])
-    assert not proves_infeasible(tiny, np.array([1e-200, 0.0]))
-    assert proves_infeasible(
-        Problem([[-1e-200, 0], [0, 1]], [-1e-200, 0]), np.array([1e-200, 0.0])
+    assert not Proof("farkas", np.array([1e-200, 0.0])).holds(tiny)
+    assert Proof("farkas", np.array([1e-200, 0.0])).holds(
+        Problem([[-1e-200, 0], [0, 1]], [-1e-200, 0])
     )
-    assert proves_infeasible(
-        Problem([[-1e300, 0], [0, 1]], [-1e300, 0]), np.array([1e300, 0.0])
+    assert Proof("farkas", np.array([1e300, 0.0])).holds(
+        Problem([[-1e300, 0], [0, 1]], [-1e300, 0])
     )
 
 
@@ -129,10 +128,10 @@ def test_nearly_infeasible_problems_are_distinguished_from_infeasible_ones() -> 
     for seed in range(120):
         problem, y = nearly_infeasible(seed)
         if exact.feasible(problem):
-            assert not proves_infeasible(problem, y), seed
+            assert not Proof("farkas", y).holds(problem), seed
             assert farkas(problem) is None, seed
         elif not (problem.M.T @ y).any():
-            assert proves_infeasible(problem, y), seed
+            assert Proof("farkas", y).holds(problem), seed
 
 
 def chain(excess: float, largest: float) -> Problem:
@@ -204,7 +203,7 @@ def test_problem_beyond_the_range_of_floats_when_equilibrated_has_no_proof() -> 
 def test_a_contradiction_by_less_than_rounding_is_not_clear() -> None:
     # z1 >= 2 + 1e-12.
     problem = Problem([[0, 0], [1, 0]], [0, -2 - 1e-12], lower=[0, 0], upper=[2, INF])
-    assert not is_clear(problem, np.array([0.0, 1.0]))
+    assert not Proof("farkas", np.array([0.0, 1.0])).is_clear(problem)
 
 
 @pytest.mark.parametrize("seed", range(8))
@@ -372,8 +371,8 @@ def test_proof_in_integers_leaves_columns_of_bounded_variables_that_nearly_vanis
     a, b = 1234567891.0, 987654323.0
     M = [[a, -1, 1 / b], [-b, -1, (1e-9 - 1) / a], [0, 0, 1]]
     problem = Problem(M, [-2, 1, 0], lower=[-np.inf, 0, 0], upper=[np.inf, np.inf, 1])
-    y = proof(problem, np.array([b, a, 0]) / a)
-    assert exact.refutes(problem, whole(y.tolist()))
+    found = first_proof(problem, [np.array([b, a, 0]) / a], whole=True)
+    assert exact.refutes(problem, whole(found.vector.tolist()))
 
 
 def test_proof_for_integers_is_one_for_the_decimals_that_they_are_made_of(
@@ -576,7 +575,8 @@ def test_proofs_are_small_integers_where_there_is_room_to_round(decimals: int) -
 
 def test_a_simple_proof_replaces_a_long_one_but_not_what_proves_nothing() -> None:
     problem = Problem([[1, -2], [-2, 1]], [1, -1])
-    assert proof(problem, np.array([51.0, 58.0])).max() < 10
-    assert proof(problem, np.array([1.0, 0.0])) is None
+    found = first_proof(problem, [np.array([51.0, 58.0])], whole=True)
+    assert found.vector.max() < 10
+    assert first_proof(problem, [np.array([1.0, 0.0])], whole=True) is None
     found = lcpcli.exact(problem)
     assert max(map(abs, found.exact.y)) <= Fraction(2)
