@@ -90,6 +90,8 @@ def visible(text: str) -> str:
     """Return a text for people, in one line: each character that a terminal would obey,
     that breaks or turns lines, or that no text has is an escape as in Python, such as
     \\x1b or \\n; all others, also the backslash, stay."""
+    if text.isprintable():  # as most are, and this sees it sooner
+        return text
     return UNSEEN.sub(lambda found: repr(found[0])[1:-1], text)
 
 
@@ -97,7 +99,7 @@ def visible_json(text: str) -> str:
     """Return a line of JSON with escapes, as JSON has them, for the same characters."""
     from json import dumps
 
-    if text.isprintable():  # long lists of numbers are, and this sees it sooner
+    if text.isprintable():
         return text
     return UNSEEN.sub(lambda found: dumps(found[0])[1:-1], text)
 

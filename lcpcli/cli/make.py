@@ -4,7 +4,7 @@ write one in another format."""
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import cache, partial
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -274,11 +274,11 @@ def read_written(inputs: Inputs) -> Written[Problem]:
     if inputs.game:
         problem = inputs.read().problem
         return Written(problem, problem, {})
-    fetch = cache(InputFile.read)
+    bounds = dict[str, InputFile]()
 
     def parse(doubles: Doubles) -> Problem:
         problem = first.problem(*others, number=doubles)
-        return beside.with_bounds(problem, inputs.bounds, fetch, doubles)
+        return beside.with_bounds(problem, inputs.bounds, bounds, doubles)
 
     with inputs.hint_at_game(), inputs.reading():
         first, *others = reading.files_of(inputs.files)

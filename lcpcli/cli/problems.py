@@ -301,15 +301,13 @@ class Inputs(NamedTuple):
         return beside.with_bounds(work.first_problem(), self.bounds)
 
     def _single(self, work: Input) -> InputProblem:
-        from lcpcli.files.input_file import InputFile
-
-        fetch = cache(InputFile.read)  # standard input can be read only once
         original = changed = work.read()
         file, as_given = work.files[0], work.compact()
+        bounds = dict[str, InputFile]()  # standard input can be read only once
         if any(bound is not None for bound in self.bounds.values()):
             from lcpcli.files import beside
 
-            changed = beside.with_bounds(original, self.bounds, fetch)
+            changed = beside.with_bounds(original, self.bounds, bounds)
         problem, remarks = without_wrong_solutions(changed, file.path)
         # On what has been read.
         notes = [problem.note] if file.kind.is_model else []
@@ -331,7 +329,7 @@ class Inputs(NamedTuple):
             if changed.is_mixed:
                 from lcpcli.files import beside
 
-                data = beside.with_exact_bounds(data, changed, self.bounds, fetch)
+                data = beside.with_exact_bounds(data, changed, self.bounds, bounds)
             data.problem = problem
             return data
 

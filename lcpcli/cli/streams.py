@@ -254,9 +254,9 @@ class Task(NamedTuple):
             if isinstance(work, QColumns) and not alone
             else self._each(work)
         )
-        number = 0
+        number, sources = 0, work.sources
         try:
-            for source, (result, remarks) in zip(work.sources, made, strict=False):
+            for source, (result, remarks) in zip(sources, made, strict=False):
                 try:
                     text = self._text(result, source)
                 # Without the conclusions that the text asks for.
@@ -272,17 +272,8 @@ class Task(NamedTuple):
                 )
                 number += 1
         except LCPError as error:
-            fault = as_written(error)
-            for source in work.sources[number:]:
-                message = (
-                    str(fault)
-                    if source.file in fault.where.split(": ")
-                    else f"{source}: {fault}"
-                )
-                field = result_formats.field_in(fault.where, source)
-                yield self._without_result(
-                    source, result_formats.BAD_INPUT, message, Exit.BAD_INPUT, field
-                )
+            # An error that is kept here would keep this frame, and all below it.
+            yield from self._records_of_fault(sources[number:], as_written(error))
         except MemoryError:
             yield from self.records_of_loss(
                 work, "there is not enough memory for this problem"
@@ -294,6 +285,21 @@ class Task(NamedTuple):
             if self.form
             else ""
         )
+
+    def _records_of_fault(
+        self, sources: Sequence[Source], fault: LCPError
+    ) -> list[TaskRecord]:
+        records = []
+        for source in sources:
+            is_named = source.file in fault.where.split(": ")
+            message = str(fault) if is_named else f"{source}: {fault}"
+            field = result_formats.field_in(fault.where, source)
+            records.append(
+                self._without_result(
+                    source, result_formats.BAD_INPUT, message, Exit.BAD_INPUT, field
+                )
+            )
+        return records
 
     def records_of_loss(self, work: Work, message: str) -> list[TaskRecord]:
         """Return the records of an input whose results were lost."""

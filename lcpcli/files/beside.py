@@ -52,8 +52,6 @@ from lcpcli.rational.exact_problem import Bounds, ExactProblem, fractions_of, nu
 from lcpcli.rational.numbers import Doubles, fraction, ratio, rounded
 from lcpcli.typing import Vector
 
-# Reads a file; the second argument is the hint for an empty one.
-Fetch = Callable[[str, str], InputFile]
 NUMBER = r"(?:[-+.eE/]*\d[-+\d.eE/]*|[-+]?inf|nan)"
 PARTING = r"(?:\s*[,;]\s*|\s+)"
 LIST = re.compile(rf"\s*\[?\s*{NUMBER}(?:{PARTING}{NUMBER})*\s*\]?\s*")
@@ -71,18 +69,20 @@ REFUSALS = {
 def with_bounds(
     problem: Problem,
     given: Mapping[str, Any],
-    fetch: Fetch = InputFile.read,
+    files: dict[str, InputFile] | None = None,
     doubles: Doubles | None = None,
 ) -> Problem:
     """Return the problem with the given bounds, lower and upper; a bound that is None
     stays as it is. Known solutions are dropped if bounds change. A bound is a number,
     inf, -inf or none, a list of these, or the name of a file with such a list; a bound
-    of size infinity or more is infinite. fetch : reads a file. doubles : makes doubles
-    from the numbers as written, in place of the nearest doubles."""
+    of size infinity or more is infinite. files : those with bounds that have been read,
+    by their names, to which others are added. doubles : makes doubles from the numbers
+    as written, in place of the nearest doubles."""
+    read = {} if files is None else files
     number = float if doubles is None else doubles.of
     texts = {name: given[name] for name in BOUNDS if given[name] is not None}
     values = {
-        name: _values(name, text, fetch, number, lambda: problem.names)
+        name: _values(name, text, read, number, lambda: problem.names)
         for name, text in texts.items()
     }
     if (
@@ -117,7 +117,10 @@ def with_bounds(
 
 
 def with_exact_bounds(
-    data: ExactProblem, problem: Problem, given: Mapping[str, Any], fetch: Fetch
+    data: ExactProblem,
+    problem: Problem,
+    given: Mapping[str, Any],
+    files: dict[str, InputFile],
 ) -> ExactProblem:
     """Return the exact data of the problem that `with_bounds` returned, with the bounds
     as written."""
@@ -127,7 +130,7 @@ def with_exact_bounds(
     for name in BOUNDS:
         bounds: Bounds = getattr(data, name)
         if given[name] is not None:
-            values = _values(name, given[name], fetch, Fraction, lambda: problem.names)
+            values = _values(name, given[name], files, Fraction, lambda: problem.names)
             values = values if isinstance(values, list) else data.n * [values]
             bounds = [
                 None if value in (None, math.inf, -math.inf) else number_of(value)
@@ -146,10 +149,14 @@ def with_exact_bounds(
 
 
 def _values(
-    name: str, text: str, fetch: Fetch, number: Callable[[Fraction], Any], names: Names
+    name: str,
+    text: str,
+    files: dict[str, InputFile],
+    number: Callable[[Fraction], Any],
+    names: Names,
 ) -> Any:
     """Return the value of a bound, or the list of values; None stands for no bound.
-    number : converts a number."""
+    files : those that have been read. number : converts a number."""
     if _is_typed(text):
         words = re.split(PARTING, text.strip().strip("[]").strip())
         values = [
@@ -163,7 +170,10 @@ def _values(
             name, f"{quoted(text)} is neither a file nor numbers", hint
         )
 
-    file = fetch(text, "give a number, none, or one number for each unknown")
+    if text not in files:
+        hint = "give a number, none, or one number for each unknown"
+        files[text] = InputFile.read(text, hint)
+    file = files[text]
     file.require_order(names, name)
     as_written = partial(_end, name, number=number)
     held = file.values(f"--{name}", float if number is float else as_written)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import os
 import re
+from functools import cache
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, TypeAlias, cast
 
@@ -138,6 +139,7 @@ class Format(Protocol):
         inserted before its suffix."""
 
 
+@cache
 def load(form: str) -> Format:
     return cast(Format, import_module(form if "." in form else f"lcpcli.files.{form}"))
 

@@ -231,14 +231,9 @@ def _payoffs(data: dict[str, Any]) -> dict[str, list[Any]]:
 
 
 def load(text: str, number: Callable[[str], Any] = float) -> Any:
+    decoder = OF_DOUBLES if number is float else _decoder(number)
     try:
-        return json.loads(
-            text,
-            parse_int=number,
-            parse_float=number,
-            parse_constant=number,
-            object_pairs_hook=_object,
-        )
+        return decoder.decode(text)
     except json.JSONDecodeError as error:
         if (
             error.msg.startswith("Extra data")
@@ -300,6 +295,18 @@ def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
         twice = Counter(name for name, _ in pairs).most_common(1)[0][0]
         raise ProblemError(twice, "occurs twice", KEEP_ONE)
     return data
+
+
+def _decoder(number: Callable[[str], Any]) -> json.JSONDecoder:
+    return json.JSONDecoder(
+        parse_int=number,
+        parse_float=number,
+        parse_constant=number,
+        object_pairs_hook=_object,
+    )
+
+
+OF_DOUBLES = _decoder(float)
 
 
 def _sparse(field: str, given: dict[str, Any], n: int | None = None) -> Matrix:
