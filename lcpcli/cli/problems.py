@@ -303,7 +303,7 @@ class Inputs(NamedTuple):
     def _single(self, work: Input) -> InputProblem:
         original = changed = work.read()
         file, as_given = work.files[0], work.compact()
-        bounds = dict[str, InputFile]()  # standard input can be read only once
+        bounds: dict[str, InputFile] = {}  # standard input can be read only once
         if any(bound is not None for bound in self.bounds.values()):
             from lcpcli.files import beside
 

@@ -88,7 +88,7 @@ class Past:
                     position += 1
                     source, number = self._stands_for(source, position, content)
                     known = self._take(source, number, content)
-                    if isinstance(work, Input) and source.item is not None:
+                    if isinstance(work, Input) and source.item != work.line:
                         work = work.in_line(source.item)
                     number = self._number(number) if known is None else known.number
                     marks.append(

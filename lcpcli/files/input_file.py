@@ -94,7 +94,8 @@ class InputFile:
         if self.line is None:
             return contents.within(self.place, parse, *given)
         where = f"{self.place}: line {self.line}"
-        return contents.within(where, lambda: _in_line(parse, *given))
+        found: T = contents.within(where, _in_line, parse, *given)
+        return found
 
     @cached_property
     def kind(self) -> Kind:

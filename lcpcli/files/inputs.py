@@ -41,8 +41,12 @@ class Input(NamedTuple):
     marks: Sequence[Mapping[str, Any]] = ()  # the mark of the problem in a log, or none
 
     @property
+    def line(self) -> int | None:  # that of the problem in its file
+        return self.files[0].line
+
+    @property
     def sources(self) -> list[Source]:  # the place of its problem
-        return [Source(self.files[0].place, self.files[0].line, *self.marks)]
+        return [Source(self.files[0].place, self.line, *self.marks)]
 
     @property
     def digests(self) -> list[str]:  # the digest of its problem as written
@@ -72,7 +76,7 @@ class Input(NamedTuple):
         """Return the same input without what has been worked out, to free memory."""
         return self._replace(files=tuple(map(replace, self.files)))
 
-    def in_line(self, line: int) -> Input:
+    def in_line(self, line: int | None) -> Input:
         """Return the same input as if it were in another line of its file."""
         return self._replace(files=(replace(self.files[0], line=line),))
 

@@ -179,7 +179,7 @@ def test_the_first_problem_of_a_stream_does_not_wait_for_the_second_line(
     monkeypatch.setattr(sys, "stdin", Stream)
     work = next(inputs(["-"], streams=True))
     assert isinstance(work, Input)
-    assert (work.files[0].line, work.read().n) == (2, 2)
+    assert (work.line, work.read().n) == (2, 2)
 
 
 @pytest.mark.usefixtures("folder")

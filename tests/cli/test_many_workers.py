@@ -407,14 +407,12 @@ class Deadly:
 
     def submit(self, _: Any, works: list[Input]) -> Future[Any]:
         future: Future[Any] = Future()
-        numbers = {work.files[0].line for work in works}
+        numbers = {work.line for work in works}
         if numbers & (self.always | self.once):
             self.once -= numbers
             future.set_exception(BrokenExecutor())
         else:
-            future.set_result(
-                solved(*(work.files[0].line for work in works), seconds=0.01)
-            )
+            future.set_result(solved(*(work.line for work in works), seconds=0.01))
         return future
 
     all_of = submit
@@ -423,7 +421,7 @@ class Deadly:
         """There is one process."""
 
     def records_of_loss(self, work: Input, message: str) -> list[TaskRecord]:
-        return [TaskRecord(f"{work.files[0].line}: {message}", "breakdown", 1)]
+        return [TaskRecord(f"{work.line}: {message}", "breakdown", 1)]
 
 
 @pytest.mark.parametrize("in_order", [True, False])
@@ -489,7 +487,7 @@ def test_behind_one_that_takes_long_more_and_more_are_handed_over_at_once() -> N
             sizes.append(len(works))
             if sum(sizes) == 500:
                 slow.set_result(solved(1))
-            return slow if works[0].files[0].line == 1 else super().submit(_, works)
+            return slow if works[0].line == 1 else super().submit(_, works)
 
     pool = Slow()
     assert told(pool, 500, pool, True) == [str(k) for k in range(1, 501)]
@@ -502,7 +500,7 @@ def test_inputs_that_a_process_hands_back_are_solved_in_their_order(
 ) -> None:
     class Slow(Deadly):
         def submit(self, _: Any, works: list[Input]) -> Future[Any]:
-            return super().submit(_, works[: 1 + (works[0].files[0].line or 0) % 3])
+            return super().submit(_, works[: 1 + (works[0].line or 0) % 3])
 
     pool = Slow(once=(20, 40))
     numbers = [int(text) for text in told(pool, 500, pool, in_order)]
@@ -521,13 +519,13 @@ class Stuck(Deadly):
         self.solved, self.until, self.length = 0, until, length
 
     def submit(self, _: Any, works: list[Input]) -> Future[Any]:
-        if works[0].files[0].line == 1:
+        if works[0].line == 1:
             return self.first
         self.solved += 1
         if self.solved == self.until:
             self.first.set_result(solved(1))
         future: Future[Any] = Future()
-        future.set_result(solved(f"{works[0].files[0].line}".rjust(self.length)))
+        future.set_result(solved(f"{works[0].line}".rjust(self.length)))
         return future
 
 
