@@ -124,7 +124,10 @@ def slack_form(
 def _ruiz(M: Matrix, symmetric: bool) -> Vector:
     """Return Ruiz's scaling; symmetric : whether |M| is. If entries are far apart, it
     stays near a D for which all of D M D are about 1: Ruiz's is not unique for
-    bipartite parts of M."""
+    bipartite parts of M. `equilibrate`, whose entries lie between 1/2 and 2 only, costs
+    fewer iterations for unsymmetric M in random units, but 216 in place of 30 for
+    QETAMACR and 47 in place of 10 for contact of jointed bodies, and stiff M are no
+    longer recognized."""
     start, numbers = np.ones(M.shape[0]), M.data if is_sparse(M) else M
     sizes = np.log2(np.abs(numbers[numbers != 0]))
     if sizes.size and np.ptp(sizes) > ENTRIES_FAR_APART:

@@ -37,9 +37,8 @@ from lcpcli.basis.exchanges import BasicSolutions
 from lcpcli.clock import imports
 from lcpcli.interrupts import TimeIsUp, check, interruptibly, remaining, silent
 from lcpcli.linalg.doubles import ROW_ROUNDING, is_finite
-from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix
+from lcpcli.linalg.factors import SingularMatrix
 from lcpcli.linalg.matrices import dense, is_sparse, stack, unit_columns
-from lcpcli.linalg.programs import minimized
 from lcpcli.methods import stages
 from lcpcli.methods.direct import MOST_AS_DENSE, as_dense
 from lcpcli.methods.stages import (
@@ -52,12 +51,12 @@ from lcpcli.methods.stages import (
     Stalled,
     advance,
 )
-from lcpcli.model.box import of_masks
+from lcpcli.model.box import BASIC, of_masks
 from lcpcli.model.changes import StandardForm, scale
 from lcpcli.model.problem import Problem
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.tree import explored
-from lcpcli.typing import Indices, Mask, Matrix, Vector
+from lcpcli.typing import Mask, Matrix, States, Vector
 from lcpcli.verify import farkas
 from lcpcli.verify.alternative import alternative
 from lcpcli.verify.certificate import MANY, Proof, first_proof
@@ -354,7 +353,7 @@ def _tried(
         if P.tobytes() in tried:
             continue
         tried.add(P.tobytes())
-        inner, to_rounding = _basic_solution(M, q, P)
+        inner, to_rounding = _basic_solution(units.problem, P)
         if inner is None:
             continue
         with np.errstate(all="ignore"):
@@ -422,19 +421,16 @@ def _program(M: Matrix, q: Vector) -> list[Mask]:
     return [y > M @ y + found.x[-1] * q, b > 0.5]
 
 
-def _basic_solution(M: Matrix, q: Vector, P: Mask) -> tuple[Vector | None, bool]:
+def _basic_solution(problem: Problem, P: Mask) -> tuple[Vector | None, bool]:
     """Return z with z_N = 0, M_PP z_P = -q_P, z >= 0, w >= 0, or None if there is none
     to the tolerance of the LP solver, and whether z is a solution up to rounding, row
     by row."""
-    best, active = None, np.flatnonzero(P)
+    M, q, best = problem.M, problem.q, None
     with np.errstate(all="ignore"):
-        for z_P in _solutions(M, q, active, np.flatnonzero(~P)):
-            z = np.zeros(q.size)
-            z[active] = np.maximum(z_P, 0.0)
+        for found in _solutions(problem, of_masks(P, np.zeros_like(P))):
+            z = np.maximum(found, 0.0)
             w = M @ z + q
-            if min(z_P.min(initial=0.0), w.min()) < -farkas.ACTIVE_COLUMN * max(
-                z.max(), 1.0
-            ):
+            if min(found.min(), w.min()) < -farkas.ACTIVE_COLUMN * max(z.max(), 1.0):
                 continue
             best = z
             violation = np.where(P, np.abs(w), -w)
@@ -444,23 +440,22 @@ def _basic_solution(M: Matrix, q: Vector, P: Mask) -> tuple[Vector | None, bool]
     return best, False
 
 
-def _solutions(
-    M: Matrix, q: Vector, active: Indices, inactive: Indices
-) -> Iterator[Vector]:
-    """Yield z_P with M_PP z_P = -q_P: first by factors; then, if M_PP may be singular,
-    one with z_P >= 0 and M_NP z_P + q_N >= 0: a vertex by an LP, then least squares on
-    its support, if there is room for dense columns."""
+def _solutions(problem: Problem, basis: States) -> Iterator[Vector]:
+    """Yield the basic solution of a basis; then, as M_PP may be singular, a vertex of
+    the solutions with these states, corrected by least squares on its support, if there
+    is room for dense columns."""
     with suppress(SingularMatrix):
-        yield PrincipalSolver(M).solve(active, -q[active])
-    if not 0 < active.size <= MOST_DENSE_ROWS / q.size:
+        yield BasicSolutions(problem).at(basis).z
+    active = np.flatnonzero(basis == BASIC)
+    if not 0 < active.size <= MOST_DENSE_ROWS / problem.n:
         return
-    columns, above, none = dense(M[:, active]), -q, np.zeros(active.size)
-    above[inactive] = np.inf
-    found = minimized(none + 1, columns, (-q, above), (none, none + np.inf))
-    if found is None:
+    with imports:
+        from lcpcli.verify.exact_solution import vertex
+    x = vertex(problem, basis, math.inf)
+    if x is None:
         return
-    A, support = columns[active], np.flatnonzero(found.x > farkas.SNAP * found.x.max())
-    z: Vector = np.zeros(active.size)
+    z, support = np.zeros(problem.n), np.flatnonzero(x > farkas.SNAP * x.max())
+    A = dense(problem.M[active][:, support])
     for _ in range(2):
-        z[support] -= np.linalg.lstsq(A[:, support], A @ z + q[active], rcond=None)[0]
-    yield z if z.min() >= 0 else found.x
+        z[support] -= np.linalg.lstsq(A, problem.w(z)[active], rcond=None)[0]
+    yield z if z.min() >= 0 else x

@@ -184,49 +184,50 @@ def _solved(
     return z, not free
 
 
-def _at_vertex(
-    data: ExactProblem, basis: States, effort: Effort
-) -> list[Fraction] | None:
-    """Return a vertex of the set of z within their bounds with z_N at these, w_P = 0,
-    and w_N of the signs that the bounds ask for: the z at their bounds by an LP, then
-    the others exactly."""
-    active = np.flatnonzero(basis == BASIC)
-    with np.errstate(all="ignore"):
-        scaled = scale(data.problem, moderate=0).problem
-        lower, upper = scaled.box.vectors(data.n)
-        at_bounds = np.where(
-            basis == BASIC, 0.0, np.where(basis == UPPER, upper, lower)
-        )
-        columns, q = (
-            scaled.M[:, active],
-            scaled.w(at_bounds) if at_bounds.any() else scaled.q,
-        )
-    if not (np.isfinite(columns.sum()) and np.isfinite(q).all()):
+@np.errstate(all="ignore")
+def vertex(problem: Problem, basis: States, effort: float) -> Vector | None:
+    """Return a vertex, up to rounding, of the set of z within their bounds with z_N at
+    these, w_P = 0, and w_N of the signs that the bounds ask for, by an LP, in a problem
+    that is equilibrated; None if none is found with an effort."""
+    active, at_bounds = np.flatnonzero(basis == BASIC), problem.box.nonbasic(basis)
+    columns, q = problem.M[:, active], problem.w(at_bounds)
+    if not (active.size and np.isfinite(columns.sum()) and np.isfinite(q).all()):
         return None
-    low, high, is_any = (
-        lower[active],
-        upper[active],
-        (basis != BASIC) & (lower == upper),
-    )
+    lower, upper = problem.box.vectors(problem.n)
+    low, high = lower[active], upper[active]
+    is_any = (basis != BASIC) & (lower == upper)
     signs = (
         np.where(is_any | (basis == UPPER), -np.inf, -q),
         np.where(is_any | (basis == LOWER), np.inf, -q),
     )
     towards = np.where(np.isfinite(low), 1.0, np.where(np.isfinite(high), -1.0, 0.0))
-    found = minimized(towards, columns, signs, (low, high), VERTEX_EFFORT)
+    found = minimized(towards, columns, signs, (low, high), effort)
     if found is None:
         return None
-    near = ACTIVE_COLUMN * max(float(np.abs(found.x).max()), ACTIVE_COLUMN)
-    ends = np.where(
-        found.x - low <= near, LOWER, np.where(high - found.x <= near, UPPER, BASIC)
-    )
+    at_bounds[active] = found.x
+    return at_bounds
+
+
+def _at_vertex(
+    data: ExactProblem, basis: States, effort: Effort
+) -> list[Fraction] | None:
+    """Return a `vertex`: the z at their bounds by an LP, then the others exactly."""
+    with np.errstate(all="ignore"):
+        scaled = scale(data.problem, moderate=0).problem
+    z, active = vertex(scaled, basis, VERTEX_EFFORT), np.flatnonzero(basis == BASIC)
+    if z is None:
+        return None
+    low, high = (bound[active] for bound in scaled.box.vectors(data.n))
+    x = z[active]
+    near = ACTIVE_COLUMN * max(float(np.abs(x).max()), ACTIVE_COLUMN)
+    ends = np.where(x - low <= near, LOWER, np.where(high - x <= near, UPPER, BASIC))
     kept, at_vertex = active[ends == BASIC], basis.copy()
     at_vertex[active] = ends
-    zeros = np.abs(columns @ found.x + q) <= ACTIVE_COLUMN
+    zeros = np.abs(scaled.w(z)) <= ACTIVE_COLUMN
     for rows in (distinct(np.concatenate((active, np.flatnonzero(zeros)))), active):
-        vertex = _solved(data, rows, kept, _at_bounds(data, at_vertex), effort)
-        if vertex is not None and data.is_solution(vertex[0]):
-            return vertex[0]
+        found = _solved(data, rows, kept, _at_bounds(data, at_vertex), effort)
+        if found is not None and data.is_solution(found[0]):
+            return found[0]
     return None
 
 
