@@ -129,7 +129,7 @@ def mixed(problem: Problem, tol: float) -> DirectAnswer | None:
     steps, z = pivot_blocks(*rows, q, lower, upper, t)
     found = _accepted(problem, rows, box, z, tol) if z.size else None
     if found is not None:
-        return DirectAnswer(found.point.z, True, steps)
+        return DirectAnswer(found.point.z, True, steps, point=found.point)
     M = np.ascontiguousarray(dense(problem.M))
     own = kernels.kept(M, lower, upper)
     try:
@@ -170,8 +170,8 @@ def _at(
     found = _accepted(problem, rows_of(problem), box, z, tol, states)
     if found is None:
         return None
-    z, end = found.point.z, found.basis
-    return DirectAnswer(z, True, 1 + made, method, evaluations, end)
+    point, end = found.point, found.basis
+    return DirectAnswer(point.z, True, 1 + made, method, evaluations, end, point)
 
 
 def rows_of(problem: Problem) -> Vectors:

@@ -45,6 +45,7 @@ from lcpcli.verify.final_states import (
     without_rounding,
 )
 from lcpcli.verify.measure import FEW_UNKNOWNS
+from lcpcli.verify.point import Point
 
 MOST_UNKNOWNS = 100
 # Unknowns up to which Lemke's path is followed before anything but newton is tried.
@@ -91,7 +92,7 @@ class DirectAnswer(NamedTuple):
     z : shape (n,). is_certain : whether z solves the problem, whatever the rounding
     errors in w are; if not, this remains to be seen. steps : how many basic solutions
     were computed. method : by which. evaluations : as a method counts them. end : the
-    basis, where z does not show it.
+    basis, where z does not show it. point : z with its measures, if they are known.
     """
 
     z: Vector
@@ -100,6 +101,7 @@ class DirectAnswer(NamedTuple):
     method: str = "newton"
     evaluations: int | None = None
     end: States | None = None
+    point: Point | None = None
 
 
 def safeguarded(

@@ -290,7 +290,7 @@ class Problem:
             from lcpcli.linalg.patterns import signs
         return signs(self.M)
 
-    @property
+    @cached_property
     def program_origin(self) -> Program | None:
         with imports:
             from lcpcli.model.program import Program

@@ -197,12 +197,11 @@ class Session:
         self.stopwatch.count("solve")
         if answer is None:
             return None
-        criterion, steps = Criterion(self.problem, self.limits.tol), answer.steps
-        point = (
-            Point.of_solution(criterion, answer.z)
-            if answer.is_certain
-            else Point(criterion, answer.z)
-        )
+        steps, point = answer.steps, answer.point
+        if point is None:
+            criterion = Criterion(self.problem, self.limits.tol)
+            make = Point.of_solution if answer.is_certain else Point
+            point = make(criterion, answer.z)
         route = (
             ("newton", answer.method)[steps < 2 or answer.method == "newton" :]
             if steps

@@ -22,7 +22,7 @@ from lcpcli.methods.stages import FAULTS, Iterate, advance
 from lcpcli.solving.result import Result, Status
 from lcpcli.solving.trace import TraceRow
 from lcpcli.verify.acceptance import WITHOUT_ROUNDING, Extent, accepted
-from lcpcli.verify.objective import objective_error, statement
+from lcpcli.verify.objective import objective_error_at, statement
 
 # Relative to the objective: errors from which on the run goes on.
 MOST_ERROR = 1e-6
@@ -35,7 +35,7 @@ def with_objective(result: Result, may_go_on: bool) -> Result:
     large and the run may go on; not solved if the error is larger than is allowed."""
     gap = result.limits.gap
     if may_go_on:
-        error = result.objective_error or 0.0
+        error = objective_error_at(result.problem, result.point)
         if error > min(MOST_ERROR, gap) and may_be_program(result.problem):
             result = _improved(result, error)
     if gap == math.inf or not (result.objective_error or 0.0) > gap:
@@ -61,7 +61,7 @@ def _improved(result: Result, error: float) -> Result:
             found = accepted(problem, [problem.box.project(z)], limits.tol, extra)
             if found is None:
                 continue
-            own = objective_error(problem, found.point.z, found.point.w)
+            own = objective_error_at(problem, found.point)
             if own < error:
                 best, error, steps, method = found.point, own, k, name
             if error <= MOST_ERROR:

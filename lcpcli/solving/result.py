@@ -212,11 +212,8 @@ class Result:
         if not self.solved or self.problem.program_origin is None:
             return None
         with imports:
-            from lcpcli.verify.objective import NEGLIGIBLE, objective_error
-        error = objective_error(self.problem, self.z)
-        if error > NEGLIGIBLE:  # what rounding of w may be is left out
-            error = objective_error(self.problem, self.z, self.w)
-        return error
+            from lcpcli.verify.objective import objective_error_at
+        return objective_error_at(self.problem, self.point)
 
     @cached_property
     def linearizations(self) -> list[Any]:

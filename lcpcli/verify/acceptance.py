@@ -131,7 +131,7 @@ def accepted(
     points : of this problem, each as it is or with its measures.
     basis : the states of a single point, if they are not those that it shows.
     """
-    made = list[Point]()
+    made: list[Point] = []
     for given in points:
         point = given
         if not isinstance(point, Point):
@@ -193,8 +193,9 @@ def _exactly(point: Point, extent: Extent, basis: States | None) -> Acceptance |
     exact = confirmed(problem, near.z, basis)
     if exact is None:
         return Acceptance(near, HIDDEN, "doubt")
-    if exact.z is not near.z:
-        near = Point(criterion, exact.z)
+    if exact.z is near.z:
+        return Acceptance(near, basis=exact.basis)
+    near = Point(criterion, exact.z)
     return Acceptance(near, basis=exact.basis) if near.solves() else None
 
 

@@ -26,26 +26,36 @@ from lcpcli.model.box import LEAST_FAR
 from lcpcli.model.problem import Problem, conditions_of
 from lcpcli.model.program import SENSES, Program
 from lcpcli.typing import Vector
+from lcpcli.verify.point import Point
 
 # Of the terms of the objective: what it is at least compared with, as it may cancel.
 CANCELLED = 1e-6
 NEGLIGIBLE = 1e-9  # of the objective: an error that nobody is told of
 
 
+def objective_error_at(problem: Problem, point: Point) -> float:
+    """Return by how much the objective at a solution of the problem of a convex program
+    may differ from the minimum, relative to its size. What rounding of w may be is left
+    out."""
+    error = objective_error(problem, point.z, point.plain_w)
+    if error > NEGLIGIBLE:
+        error = objective_error(problem, point.z, point.w)
+    return error
+
+
 @np.errstate(all="ignore")
-def objective_error(problem: Problem, z: Vector, w: Vector | None = None) -> float:
-    """Return by how much the objective at z may differ from the minimum, relative to
-    its size, for the problem of a convex program. w : M z + q, by default by one
-    product."""
-    program = problem.program_origin
+def objective_error(problem: Problem, z: Vector, w: Vector) -> float:
+    """Return the same for a z and its w = M z + q."""
+    program, box = problem.program_origin, problem.box
     assert program is not None
-    own = problem.w(z) if w is None else w
-    side = np.where(own > 0, problem.box.lower, problem.box.upper)
-    is_met = (np.abs(side) < LEAST_FAR) | (side == z)
-    terms = own * (z - np.where(is_met, side, 0.0))
-    total, size = float(terms.sum()), float(np.abs(terms).sum())
+    side = np.where(w > 0, box.lower, box.upper)
+    is_met = np.isfinite(side)
+    if box.is_far:
+        is_met &= (np.abs(side) < LEAST_FAR) | (side == z)
+    terms = w * (z - np.where(is_met, side, 0.0))
+    total, size = float(np.add.reduce(terms)), float(np.add.reduce(np.abs(terms)))
     error = (size + abs(total)) / 2
-    objective = abs(_objective(program, problem.q, z, own))
+    objective = abs(_objective(program, problem.q, z, w))
     if not error > NEGLIGIBLE * objective:
         return error / objective if objective else 0.0
     data = program.program(conditions_of(problem))
@@ -72,6 +82,5 @@ def _objective(program: Program, q: Vector, z: Vector, w: Vector) -> float:
     """Return the objective to be minimized, without products, as w has them: Qx + c -
     A'y in the rows of x, Ax - b or Ax - s in those of y, and y in those of s."""
     k, end = program.variables, z.size - program.ranges
-    of_x, of_y = z[:k] @ (w[:k] + q[:k]), z[k:end] @ (w[k:end] - q[k:end])
-    constant = SENSES[program.sense] * program.constant
-    return float(of_x + of_y + z[end:] @ w[end:]) / 2 + constant
+    doubled = z @ w + z[:k] @ q[:k] - z[k:end] @ q[k:end]
+    return float(doubled) / 2 + SENSES[program.sense] * program.constant

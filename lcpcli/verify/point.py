@@ -273,6 +273,16 @@ class Point:
     def w(self) -> Vector:
         return self.criterion.units.w_outside(self._rows.w)
 
+    @property
+    def plain_w(self) -> Vector:
+        """Return w by one product, which may be known."""
+        rows = self.__dict__.get("_plain")
+        if rows is not None:
+            return self.criterion.units.w_outside(rows.w)
+        return (
+            self.criterion.problem.w(self.z) if self._product is None else self._product
+        )
+
     def solves(self) -> bool:
         """Return whether the relative residual is at most the tolerance, by bounds on
         it as far as they decide."""

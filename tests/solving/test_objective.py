@@ -95,7 +95,8 @@ def test_the_error_bounds_that_of_a_feasible_point(seed: int, size: int) -> None
     least = x @ Q @ x / 2 + c @ x
     other = x + 10.0**size * generator.uniform(0, 1, n)
     excess = other @ Q @ other / 2 + c @ other - least
-    error = objective_error(problem, np.concatenate((other, y)))
+    z = np.concatenate((other, y))
+    error = objective_error(problem, z, problem.w(z))
     whole = abs(other @ Q @ other / 2 + c @ other)
     # Its dual point is not feasible, by an error of the second order.
     curved = (other - x) @ Q @ (other - x)
