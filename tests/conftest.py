@@ -98,7 +98,7 @@ def read_exact(*paths: str) -> ExactProblem:
     """The problem in one file or two with its numbers as they are written, as the
     commands take it."""
     work = Input(tuple(files_of(paths)))
-    return ExactProblem(work.read(), *work.exact_parts())
+    return work.exactly(work.read())
 
 
 def model_of(content: bytes, path: str) -> Model:

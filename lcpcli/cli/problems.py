@@ -323,9 +323,7 @@ class Inputs(NamedTuple):
 
         @cache
         def exactly() -> ExactProblem:
-            from lcpcli.rational.exact_problem import ExactProblem
-
-            data = ExactProblem(original, *as_given.exact_parts())
+            data = as_given.exactly(original)
             if changed.is_mixed:
                 from lcpcli.files import beside
 

@@ -29,7 +29,7 @@ from lcpcli.errors import (
 )
 from lcpcli.files.contents import decode, place
 from lcpcli.files.fields import BOUNDS, THREE_PLAYERS
-from lcpcli.files.formats import Number, refuse
+from lcpcli.files.formats import Number, kind_by_name, refuse
 from lcpcli.files.input_file import InputFile
 from lcpcli.files.inputs import Input
 from lcpcli.files.json_format import payoff_of
@@ -200,10 +200,7 @@ def hint(paths: Sequence[str]) -> str:
     """Return the line that says that two files may be the payoffs of a game, as tables
     of the same shape that are square, or have labels and no q, or have a shape that no
     problem has; "" for other files."""
-    if len(paths) != 2 or not all(
-        Path(path).is_file() and Path(path).stat().st_size < 100_000 for path in paths
-    ):
-        # A larger table is not read again for a mere hint, which would take long.
+    if len(paths) != 2 or not all(map(_may_be_payoffs, paths)):
         return ""
     try:
         (A, rows, columns), (B, _, others) = map(_table, paths)
@@ -214,6 +211,14 @@ def hint(paths: Sequence[str]) -> str:
     if (m, k) != (len(B), len(B[0])) or k == 1 or (k == m + 1 and not is_labelled):
         return ""
     return f"if {' and '.join(map(place, paths))} are the payoffs of a game, add --game"
+
+
+def _may_be_payoffs(path: str) -> bool:
+    """Return whether a file may be a table, and is so small that it can be read again
+    for a mere hint."""
+    kind = kind_by_name(path)
+    is_small = Path(path).is_file() and Path(path).stat().st_size < 100_000
+    return is_small and (kind is None or kind.is_table)
 
 
 def _shared(path: str, key: str, names: list[str], others: list[str]) -> list[str]:

@@ -38,7 +38,7 @@ from lcpcli.typing import Vector
 if TYPE_CHECKING:
     from fractions import Fraction
 
-    from lcpcli.rational.exact_problem import ExactParts
+    from lcpcli.rational.exact_problem import ExactParts, ExactProblem
 
 T = TypeVar("T")
 # Returns the names of the unknowns, if they are needed.
@@ -214,15 +214,18 @@ class InputFile:
         found = written(lambda number: self.vector(field, n, number, names))
         return [found.number(value) for value in found.own.tolist()]
 
-    def exact_parts(self, q: InputFile | None = None) -> ExactParts:
-        """Return the numbers of the problem as written, once `problem` has accepted
-        it: arrays in their own type, texts with all decimals."""
-        if q is None:
-            return self._exact_parts()
-        M, _, lower, upper = self._exact_parts(lacks_q=True)
-        return M, q.exact_vector("q"), lower, upper
+    def exactly(self, problem: Problem, q: InputFile | None = None) -> ExactProblem:
+        """Return what `problem` has made of this file, and of one with q, with numbers
+        as written: arrays in their own type, texts with all decimals."""
+        from lcpcli.rational.exact_problem import ExactProblem, is_game
 
-    def _exact_parts(self, lacks_q: bool = False) -> ExactParts:
+        if is_game(problem.origin):  # which keeps its payoffs as written
+            return ExactProblem.of_decimals(problem)
+        M, own_q, lower, upper = self._exact_parts(lacks_q=q is not None)
+        exact_q = own_q if q is None else q.exact_vector("q")
+        return ExactProblem(problem, M, exact_q, lower, upper)
+
+    def _exact_parts(self, lacks_q: bool) -> ExactParts:
         """lacks_q : whether q is in another file; zeros then take its place."""
         from lcpcli.rational import exact_problem
 

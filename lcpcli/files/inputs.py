@@ -29,7 +29,7 @@ from lcpcli.typing import Matrix
 
 if TYPE_CHECKING:
     from lcpcli.files.nl_format import Model
-    from lcpcli.rational.exact_problem import ExactParts
+    from lcpcli.rational.exact_problem import ExactProblem
 
 # The fields of a file without q that belong to each of several q.
 SHARED = (*BOUNDS, "names")
@@ -67,10 +67,10 @@ class Input(NamedTuple):
         texts = (file.content for file in self.files if b"\0" not in file.content)
         return sum(map(len, texts))
 
-    def exact_parts(self) -> ExactParts:
-        """Return the numbers of the problem as written, once `read` has accepted it."""
+    def exactly(self, problem: Problem) -> ExactProblem:
+        """Return the problem that `read` has returned with its numbers as written."""
         first, *others = self.files
-        return first.exact_parts(*others)
+        return first.exactly(problem, *others)
 
     def compact(self) -> Input:
         """Return the same input without what has been worked out, to free memory."""

@@ -10,7 +10,7 @@ from __future__ import annotations
 import io
 import re
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -41,21 +41,40 @@ CHOICES = (("array", "coordinate"), ("real", "double", "integer"), tuple(SIGNS))
 DECIMAL = rb"[-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?"
 
 
-def fields(content: bytes, number: Number = float) -> dict[str, Any]:
+class Entries(NamedTuple):
+    form: str  # "array" or "coordinate"
+    sign: int  # of the mirrored entries, 0 if there are none
+    shape: tuple[int, int]
+    words: list[bytes]  # the values, of coordinates with their rows and columns
+
+
+def parse(content: bytes) -> Entries:
+    (form, kind, symmetry), shape, entries, end = _header(content)
+    width, sign = (1 if form == "array" else 3), SIGNS[symmetry]  # numbers per entry
+    fault = f"is {symmetry} but {shape[0]} x {shape[1]}"
+    refuse(sign and shape[0] != shape[1], "", fault, "make it square or general")
+    if form == "array":
+        refuse_beyond_memory("", shape)
+    fault = f"is declared with {count(entries, 'entry')}, more than the file holds"
+    refuse(entries * 2 * width > len(content) - end + 1, "", fault, CUT_OFF)
+    _refuse_other_lines(form, kind, content, end)
+    words = content[end:].split()
+    given = count(len(words) // width, "entry")
+    fault = f"is declared with {count(entries, 'entry')} but has {given}"
+    refuse(len(words) != entries * width, "", fault, MAKE_AGREE)
+    return Entries(form, sign, shape, words)
+
+
+def fields(content: Entries, number: Number = float) -> dict[str, Any]:
     """Return M, dense or in scipy's coordinate form. The format has no place for q."""
     return {"M": _matrix("M", content, number)}
 
 
-def values(field: str, content: bytes, number: Number = float) -> Any:
+def values(field: str, content: Entries, number: Number = float) -> Any:
     matrix = _matrix(field, content, number)
     rows, columns = matrix.shape
     is_table = rows and 1 not in (rows, columns)
-    refuse(
-        is_table,
-        field,
-        f"has {rows} rows and {columns} columns",
-        ONE_ROW,
-    )
+    refuse(is_table, field, f"has {rows} rows and {columns} columns", ONE_ROW)
     if is_sparse(matrix):
         refuse_beyond_memory(field, (rows, columns))
         refuse_mostly_absent(field, (rows, columns), rows * columns, matrix.nnz)
@@ -86,23 +105,11 @@ def _text(matrix: Matrix, exact: Exact) -> bytes:
     return "".join(f"{' '.join(words)}\n" for words in lines).encode()
 
 
-def _matrix(field: str, content: bytes, number: Number) -> Any:
-    (form, kind, symmetry), shape, entries, end = _header(content)
-    width, sign = (1 if form == "array" else 3), SIGNS[symmetry]  # numbers per entry
-    fault = f"is {symmetry} but {shape[0]} x {shape[1]}"
-    refuse(sign and shape[0] != shape[1], field, fault, "make it square or general")
-    if form == "array":
-        refuse_beyond_memory(field, shape)
-    fault = f"is declared with {count(entries, 'entry')}, more than the file holds"
-    refuse(entries * 2 * width > len(content) - end + 1, field, fault, CUT_OFF)
-    _refuse_other_lines(form, kind, content, end)
-    words = content[end:].split()
-    fault = (
-        f"is declared with {count(entries, 'entry')} but has "
-        f"{count(len(words) // width, 'entry')}"
-    )
-    refuse(len(words) != entries * width, field, fault, MAKE_AGREE)
+def _matrix(field: str, given: Entries, number: Number) -> Any:
+    form, sign, shape, words = given
+    width = 1 if form == "array" else 3
     texts = words[width - 1 :: width]
+    entries = len(texts)
     doubles = (
         map(float, texts)
         if number is float

@@ -218,7 +218,7 @@ class Model:
 
     def exactly(self) -> ExactProblem:
         assert isinstance(self.problem, Problem)
-        return ExactProblem(self.problem, *self.file.exact_parts())
+        return self.file.exactly(self.problem)
 
     @property
     def conditions(self) -> NlModel:

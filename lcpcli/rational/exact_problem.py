@@ -290,12 +290,10 @@ def rows_of(
 
 
 def parts_of(
-    data: Problem | Matrix, number: Callable[[Any], Fraction] = number_of
+    data: Problem, number: Callable[[Any], Fraction] = number_of
 ) -> ExactParts:
-    """Return M and, of a problem, q and the bounds, as rational numbers: by default
-    exactly their doubles."""
-    if not isinstance(data, Problem):
-        return rows_of(data, number), None, None, None
+    """Return M, q and the bounds as rational numbers: by default exactly their
+    doubles."""
     return (
         rows_of(data.M, number),
         [number(value) for value in data.q.tolist()],
@@ -357,13 +355,10 @@ def _like(M: Matrix, rows: list[dict[int, int]]) -> Matrix:
     return csr_array((values, places), shape=M.shape)
 
 
-def exact_parts(parse: Callable[[Doubles], Problem | Matrix]) -> ExactParts:
-    """Return the problem, or M alone, with its numbers as written; a game, which keeps
-    them, in decimals."""
+def exact_parts(parse: Callable[[Doubles], Problem]) -> ExactParts:
+    """Return the parts of a problem with its numbers as written."""
     found = written(parse)
-    if isinstance(found.own, Problem) and isinstance(found.rounded, Problem):
-        # The sides of a row of a program are the same double.
-        is_other = found.own.n != found.rounded.n
-        if is_other or is_game(found.rounded.origin):
-            return decimal_parts_of(found.rounded)
+    # The sides of a row of a program are the same double.
+    if found.own.n != found.rounded.n:
+        return decimal_parts_of(found.rounded)
     return parts_of(found.own, found.number)

@@ -32,10 +32,10 @@ def _files(in_folder: Path) -> None:
 def test_list_that_is_stopped_while_numbers_are_read_is_none(
     lcp: Lcp, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def reading_until_the_limit(_: Input) -> None:
+    def reading_until_the_limit(*_: object) -> None:
         raise TimeIsUp
 
-    monkeypatch.setattr(Input, "exact_parts", reading_until_the_limit)
+    monkeypatch.setattr(Input, "exactly", reading_until_the_limit)
     late = lcp("solve", "murty.json", "--all", "--time-limit", "9", "--format", "json")
     assert (late.code, record(late)["status"], record(late)["complete"]) == (
         1,

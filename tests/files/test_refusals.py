@@ -276,9 +276,9 @@ MATRIX_MARKET = contents(
 %%MatrixMarket matrix array integer general\n1 1\n1.5\n
     => line 3: {IS:'1.5'}; give one whole number
 %%MatrixMarket matrix array real general\n2 2\n10\n20\n30\n
-    => M: is declared with 4 entries but has 3 entries; {AGREE}
+    => is declared with 4 entries but has 3 entries; {AGREE}
 %%MatrixMarket matrix coordinate real general\n2 2 1000000000000\n1 1 1\n
-    => M: is declared with 1000000000000 entries, more than the file holds; {CUT_OFF}
+    => is declared with 1000000000000 entries, more than the file holds; {CUT_OFF}
 %%MatrixMarket matrix coordinate real general\n2 2 1\n3 1 1\n
     => M: {ENTRY_OUTSIDE:(3, 1)|2 x 2}; {WHOLE_FROM_TO:1|2}
 %%MatrixMarket matrix coordinate real general\n2 2 2\n1 2 1\n1 2 3\n
@@ -288,11 +288,11 @@ MATRIX_MARKET = contents(
 %%MatrixMarket matrix coordinate real skew-symmetric\n2 2 1\n1 1 1\n
     => M: is skew-symmetric with entries on its diagonal; leave them out
 %%MatrixMarket matrix array real symmetric\n2 1\n1\n2\n
-    => M: is symmetric but 2 x 1; make it square or general
+    => is symmetric but 2 x 1; make it square or general
 %%MatrixMarket matrix coordinate real general\n1000000000000 1000000000000 1\n1 1 1\n
     => M: {SHAPE_BESIDE:1000000000000 x 1000000000000|q|2 entries}; {AGREE}
 %%MatrixMarket matrix array real general\n1000000000000 1000000000000\n1\n
-    => M: {BEYOND_MEMORY:1000000000000 x 1000000000000|8e+15}; {SPARSE}
+    => {BEYOND_MEMORY:1000000000000 x 1000000000000|8e+15}; {SPARSE}
 """,
     command="solve {} q.csv",
     files=PAIR,

@@ -1,0 +1,154 @@
+"""Each file is opened once and parsed once, whatever its kind and whatever is made of
+it; a second time only where its decimals are asked for, which doubles do not keep."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy import io
+
+from lcpcli import read, read_nl
+from lcpcli.files import contents
+
+from ..cli.conftest import Lcp
+from .nl_writing import model
+
+M, Q = np.array([[2.0, 1.0], [1.0, 2.0]]), np.array([-5.0, -6.0])
+# What parses a file of each kind; of .nfg and .mps, all is done by one function.
+PARSERS = {
+    "csv": "csv_format.grid_of",
+    "json": "json_format.load",
+    "npy": "npy_format.parse",
+    "npz": "npz_format.parse",
+    "mat": "mat_format.parse",
+    "mtx": "matrix_market_format.parse",
+    "mps": "mps_format.fields",
+    "nl": "nl_format.segments_in",
+    "nfg": "games.fields",
+}
+NFG = 'NFG 1 R "g" { "a" "b" } { 2 2 } 1 2 0 0 0 0 2 1'
+MPS = "NAME\nROWS\n N o\n G r\nCOLUMNS\n x o 1 r 1\nRHS\n R r 1\nENDATA\n"
+LINEAR = ((5, 1, 1), {0: 2}, -4)
+CURVED = ((5, 1, 1), {0: 2}, ("-", ("exp", "v0"), 4))
+
+
+@pytest.fixture
+def folder(in_folder: Path) -> Path:
+    np.savetxt("M.csv", M, delimiter=",")
+    np.savetxt("q.csv", Q)
+    np.savetxt("whole.csv", np.column_stack([M, Q]), delimiter=",")
+    np.savetxt("three.csv", np.column_stack([Q, Q, Q]), delimiter=",")
+    np.save("M.npy", M)
+    np.save("q.npy", Q)
+    np.savez("whole.npz", M=M, q=Q)
+    io.savemat("whole.mat", {"M": M, "q": Q})
+    io.mmwrite("M.mtx", M)
+    io.mmwrite("q.mtx", Q[:, np.newaxis])
+    texts = {
+        "whole.json": '{"M": [[2, 1], [1, 2]], "q": [-5, -6]}',
+        "M.json": '{"M": [[2, 1], [1, 2]]}',
+        "q.json": "[-5, -6]",
+        "game.json": '{"A": [[3, 0.1], [0, 2]], "B": [[2, 0], [0, 3]]}',
+        "lower.csv": "-1,none\n",
+        "game.nfg": NFG,
+        "program.mps": MPS,
+        "three.jsonl": 3 * '{"M": [[2, 1], [1, 2]], "q": [-5, -6]}\n',
+    }
+    for name, text in texts.items():
+        Path(name).write_text(text)
+    Path("linear.nl").write_bytes(model(1, [LINEAR], [(2, 0)]))
+    Path("curved.nl").write_bytes(model(1, [CURVED], [(2, 0)]))
+    program = model(1, [((2, 1), {0: 1}, 0)], [(2, 0)], objective="v0")
+    Path("program.nl").write_bytes(program)
+    return in_folder
+
+
+@pytest.fixture
+def counted(monkeypatch: pytest.MonkeyPatch) -> Counter[str]:
+    """How often a file of each kind has been parsed, and files have been opened."""
+    counts = Counter[str]()
+
+    def count(name: str, place: str) -> None:
+        module, function = place.split(".")
+        path = f"lcpcli.files.{module}"
+        real: Callable[..., Any] = getattr(pytest.importorskip(path), function)
+
+        def counting(*given: Any, **named: Any) -> Any:
+            counts[name] += 1
+            return real(*given, **named)
+
+        monkeypatch.setattr(f"{path}.{function}", counting)
+
+    for name, place in PARSERS.items():
+        count(name, place)
+    opened = contents.open_file
+
+    def opening(path: str) -> Any:
+        counts["opened"] += 1
+        return opened(path)
+
+    monkeypatch.setattr("lcpcli.files.contents.open_file", opening)
+    return counts
+
+
+COMMANDS = {
+    "solve whole.csv": {"csv": 1},
+    "solve M.csv q.csv": {"csv": 2},
+    "solve M.csv --q q.csv": {"csv": 2},
+    # Two small tables are looked at again, as they may be the payoffs of a game.
+    "solve M.csv three.csv": {"csv": 4},
+    "solve whole.json whole.npz": {"json": 1, "npz": 1},
+    "solve --game M.csv M.csv": {"csv": 2, "json": 1, "opened": 2},
+    "solve whole.json": {"json": 1},
+    "solve M.json q.json": {"json": 2},
+    "solve three.jsonl": {"json": 3, "opened": 1},
+    "solve game.json": {"json": 1},
+    "solve game.nfg": {"nfg": 1},
+    "solve M.npy q.npy": {"npy": 2},
+    "solve whole.npz": {"npz": 1},
+    "solve whole.mat": {"mat": 1},
+    "solve M.mtx q.mtx": {"mtx": 2},
+    "solve program.mps": {"mps": 1},
+    "solve linear.nl": {"nl": 1},
+    "solve curved.nl": {"nl": 1},
+    "solve program.nl": {"nl": 1},
+    "compare curved.nl": {"nl": 1},
+    "inspect curved.nl": {"nl": 1},
+    "check linear.nl 2": {"nl": 1, "csv": 1, "opened": 1},
+    "check M.csv q.csv q.csv": {"csv": 3},
+    "why M.csv q.csv": {"csv": 4, "opened": 2},
+    "convert M.csv q.csv -o whole.mtx": {"csv": 2},
+    "solve whole.json --lower lower.csv": {"json": 1, "csv": 1},
+    "solve whole.json --method shi --x0 q.csv": {"json": 1, "csv": 1},
+    # and where the decimals are asked for
+    "solve M.csv q.csv --exact": {"csv": 4, "opened": 2},
+    "solve whole.json --exact": {"json": 2, "opened": 1},
+    "solve linear.nl --exact": {"nl": 2, "opened": 1},
+    "solve program.mps --exact": {"mps": 2, "opened": 1},
+}
+
+
+@pytest.mark.usefixtures("folder")
+@pytest.mark.parametrize("command", COMMANDS)
+def test_each_file_is_opened_and_parsed_once(
+    command: str, lcp: Lcp, counted: Counter[str]
+) -> None:
+    expected = COMMANDS[command]
+    outcome = lcp(*command.split())
+    assert outcome.code in (0, 1), outcome.err
+    assert counted == {"opened": expected.get("opened", sum(expected.values()))} | (
+        expected
+    )
+
+
+@pytest.mark.usefixtures("folder")
+def test_the_library_parses_each_file_once(counted: Counter[str]) -> None:
+    read("M.csv", "q.csv")
+    read("game.json")
+    read_nl("curved.nl")
+    assert counted == {"csv": 2, "json": 1, "nl": 1, "opened": 4}
