@@ -12,6 +12,7 @@ import json
 import math
 import statistics
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, is_dataclass
 from itertools import starmap
 from types import UnionType
@@ -148,9 +149,16 @@ def read(path: str) -> BenchRecord:
 
 
 def parse(text: str) -> BenchRecord:
-    """Return the record in JSON; raise ValueError, RecursionError or OverflowError for
-    any other text."""
-    record: BenchRecord = _decode("it", json.loads(text), BenchRecord)
+    """Return the record in JSON, with the measurements in the lines below it, which a
+    bench that was killed has added; raise ValueError, RecursionError or OverflowError
+    for any other text."""
+    data, end = json.JSONDecoder().raw_decode(text.lstrip())
+    *lines, last = text.lstrip()[end:].split("\n")  # the last one may be cut off
+    rows = [json.loads(line) for line in lines if line.strip()]
+    with suppress(ValueError):
+        rows += [json.loads(last)] * bool(last.strip())
+    record: BenchRecord = _decode("it", data, BenchRecord)
+    record.measurements += [_decode("it", row, Measurement) for row in rows]
     expected = {
         (case.name, solver) for case in record.cases for solver in record.solvers
     }

@@ -13,7 +13,7 @@ from lcpcli.bench.suites import ALL, DEFAULT_METHODS, SUITES, Suite, methods_of
 from lcpcli.cli import declarations, output
 from lcpcli.cli.command import Candidates, command
 from lcpcli.cli.declarations import argument, option, refuse, refuse_beside
-from lcpcli.cli.main import of_end, refused, say
+from lcpcli.cli.main import of_end, refused
 from lcpcli.cli.problems import Inputs, Request, same_file, settle_threads, taken, tell
 from lcpcli.cli.terminal import Line, shows_progress
 from lcpcli.errors import OTHER_OUTPUT, Exit, OptionError, count, listed, missing
@@ -23,7 +23,7 @@ from lcpcli.peers.registry import PEERS, load
 from lcpcli.report.document import MEANINGS as MEANINGS_OF_FORMATS
 
 if TYPE_CHECKING:
-    from lcpcli.bench.record import BenchRecord
+    from lcpcli.bench.record import BenchRecord, Measurement
     from lcpcli.bench.suites import Case
 
 FORMATS = {
@@ -155,6 +155,8 @@ def bench(
 
 def _run(request: Request, destination: output.Destination) -> int:
     from lcpcli.bench import report, timing
+    from lcpcli.files.atomic_write import append
+    from lcpcli.report import result_formats
 
     saved = [
         path
@@ -187,7 +189,7 @@ def _run(request: Request, destination: output.Destination) -> int:
         tell(fault)
     if record.missing and not request.quiet:
         _, hint = missing(*(load(name).module for name in record.missing))
-        say(f"lcp bench: not installed, left out: {', '.join(record.missing)}; {hint}")
+        tell(f"not installed, left out: {', '.join(record.missing)}; {hint}")
     rows, left = (
         record.measurements,
         sum(len(solvers) for _, solvers in record.pending()),
@@ -199,6 +201,10 @@ def _run(request: Request, destination: output.Destination) -> int:
         for path in files:
             output.show(report.render(record, "json", None, False), path)
 
+    def add(row: Measurement) -> None:
+        for path in files:
+            append(path, result_formats.line(result_formats.plain(row)))
+
     # Between measurements, whose times it would disturb.
     def starting(case: Case, solver: str) -> None:
         line.show(f"{case.name}: {solver}", len(rows) - before)
@@ -206,11 +212,11 @@ def _run(request: Request, destination: output.Destination) -> int:
     save()
     with Line(total=left, is_shown=shows_progress(request.quiet)) as line:
         try:
-            for _ in timing.run(record, starting):
-                save()
+            for row in timing.run(record, starting):
+                add(row)
         except KeyboardInterrupt:
             is_interrupted = True
-            save()  # if it was that which Ctrl-C has ended
+    save()  # the measurements in their place
     if request.plot is not None and rows:
         from lcpcli.report import plotting
 
@@ -234,7 +240,7 @@ def _run(request: Request, destination: output.Destination) -> int:
         if saved
         else "with -o FILE.json it could be resumed"
     )
-    say(f"lcp bench: interrupted after {len(rows)} of {number} measurements; {hint}")
+    tell(f"interrupted after {len(rows)} of {number} measurements; {hint}")
     return Exit.INTERRUPTED
 
 

@@ -25,7 +25,16 @@ from lcpcli.cli.command import (
 )
 from lcpcli.cli.declarations import argument, option, refuse
 from lcpcli.cli.terminal import Line, emit, shows_progress, terminal
-from lcpcli.errors import LEAVE_OUT, Exit, OptionError, count, folded, quoted, unknown
+from lcpcli.errors import (
+    IS_EMPTY,
+    LEAVE_OUT,
+    Exit,
+    OptionError,
+    count,
+    folded,
+    quoted,
+    unknown,
+)
 from lcpcli.methods.registry import (
     METHODS,
     NONLINEAR,
@@ -129,6 +138,8 @@ def help(
     """Show the page on TOPIC, or its sections on a word; or say what words of the field
     are here, and list the pages that have them."""
     commands, rest = lcp.commands, " ".join(words)
+    is_empty = topic is not None and not topic.strip()
+    refuse(is_empty, "TOPIC", IS_EMPTY, "lcp help lists the topics")
     refuse(
         whole and topic not in commands,
         "--all",

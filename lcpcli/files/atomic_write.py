@@ -81,6 +81,12 @@ def write_together(contents: Mapping[str, Content]) -> None:
                 temporary.unlink(missing_ok=True)
 
 
+def append(path: str, text: str) -> None:
+    """Add a text to the end of a file, in which it is when the call returns."""
+    with naming(path), Path(path).open("ab") as file:
+        _put(text, file)
+
+
 @contextmanager
 def gradual_writing(path: str) -> Iterator[Callable[[str], object]]:
     """Open a context with a function that adds a text. The texts are written when it

@@ -7,6 +7,7 @@ import json
 import os
 import sys
 from collections.abc import Callable
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -102,7 +103,7 @@ def test_other_solvers_may_lie_take_some_problems_or_be_missing(
     outcome, record = bench("one none", "--peer", "picky", "--peer", "absent")
     assert (outcome.code, outcome.err.splitlines()[0]) == (
         0,
-        "lcp bench: not installed, left out: absent; pip install absent",
+        "lcp: not installed, left out: absent; pip install absent",
     )
     assert (record.peers, record.missing) == (["picky"], ["absent"])
     row = record.measurements[-1]
@@ -169,6 +170,30 @@ def test_interrupted_bench_keeps_its_rows(
     assert keys(whole) == [
         (f"{p}.json", s) for p in ("one", "two", "three") for s in ("auto", "impatient")
     ]
+
+
+@pytest.mark.parametrize("cut", [0, 20])
+def test_bench_that_was_killed_goes_on_behind_the_last_whole_line(
+    cut: int, bench: Bench, output: Path, lcp: Lcp, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Each measurement is added to the end of the file; nothing that is there is
+    written again before all are known."""
+    texts: list[bytes] = []
+
+    def watching(problem: Problem) -> Claim:
+        texts.append(output.read_bytes())
+        return bench_problems.silent(problem)
+
+    bench_problems.install(monkeypatch, "watching", watching)
+    _, done = bench("one two three", "--peer", "watching")
+    assert [text.count(b"\n") for text in texts] == [2, 4, 6]
+    assert all(later.startswith(text) for text, later in pairwise(texts))
+    whole = output.read_bytes()
+    assert whole.count(b"\n") == 1
+    output.write_bytes(texts[-1][: len(texts[-1]) - cut])
+    assert len(records.read(str(output)).measurements) == 5 - bool(cut)
+    assert lcp("bench", "--resume", str(output), "-q").code == 0
+    assert keys(records.read(str(output))) == keys(done)
 
 
 def test_what_was_measured_elsewhere_is_shown_as_it_is_but_not_resumed(

@@ -31,6 +31,7 @@ solv good.json => COMMAND: {UNKNOWN:'solv'}; {DID_YOU_MEAN:solve}
 good.json => COMMAND: {UNKNOWN:'good.json'}; {DID_YOU_MEAN:lcp solve good.json}
 completion bahs => SHELL: {UNKNOWN:'bahs'}; {DID_YOU_MEAN:bash}
 help metods => TOPIC: {UNKNOWN:'metods'}; {DID_YOU_MEAN:methods}
+help "" => TOPIC: is empty; lcp help lists the topics
 make murtty => FAMILY: {UNKNOWN:'murtty'}; {DID_YOU_MEAN:murty}
 solve => FILE: {MISSING}; {SEE_HELP:solve}
 inspect a b c => inspect: got unexpected extra argument (c); {SEE_HELP:inspect}

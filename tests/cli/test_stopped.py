@@ -273,7 +273,7 @@ def test_interrupt_that_a_library_wraps_is_one_and_leaves_what_is_measured(
     monkeypatch.setattr("lcpcli.peers.packages.piqp.solve", wrapped)
     outcome = lcp(*BENCH.split(), "--peer", "piqp")
     told = (
-        "lcp bench: interrupted after 1 of 2 measurements; with -o FILE.json it "
+        "lcp: interrupted after 1 of 2 measurements; with -o FILE.json it "
         "could be resumed\n"
     )
     assert (outcome.code, outcome.err, "1 of 2 measured" in outcome.out) == (
