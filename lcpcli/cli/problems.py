@@ -480,9 +480,11 @@ class Request(SimpleNamespace):
         from lcpcli.solving import driver
 
         limits, watched = self.limits, shows_progress(self.quiet) and not of_many
+        # Somebody sees the times.
+        is_shown = not (self.quiet or self.output)
 
         def once(method: str, values: Values, again: bool) -> Result:
-            trace, curve = traces(problem)
+            trace, curve = traces(problem) if compared or not again else (None, None)
             own: dict[str, Any] = {
                 "limits": limits,
                 "trace": trace,
@@ -504,7 +506,7 @@ class Request(SimpleNamespace):
             with Line(is_shown=watched) as line:
                 own |= {
                     "compiled": compiled and method == "auto",
-                    "observe": line.tell if watched else None,
+                    "observe": line.tell if watched and not again else None,
                 }
                 return driver.run(
                     problem.anew() if again else problem, method, began=seconds(), **own
@@ -517,13 +519,13 @@ class Request(SimpleNamespace):
             is_first = variant.method not in methods_run
             methods_run.add(variant.method)
             for result in driver.repeated(
-                partial(once, variant.method, values), compared, is_first
+                partial(once, variant.method, values), compared, is_first and is_shown
             ):
                 is_open &= not (result.solved or result.interrupted)
                 named = label if result.method == variant.method else result.method
                 yield result if of_many else replace(result, label=named)
         if is_open and isinstance(problem, Problem):
-            repeated = driver.repeated(partial(once, AUTO, {}), compared, True)
+            repeated = driver.repeated(partial(once, AUTO, {}), compared, is_shown)
             yield from (replace(result, label=AUTO) for result in repeated)
 
     def prove(

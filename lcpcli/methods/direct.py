@@ -16,6 +16,7 @@ judged on the spot.
 
 from __future__ import annotations
 
+from collections.abc import Generator
 from dataclasses import fields
 from typing import Any, NamedTuple, TypeAlias
 
@@ -93,6 +94,7 @@ class DirectAnswer(NamedTuple):
     errors in w are; if not, this remains to be seen. steps : how many basic solutions
     were computed. method : by which. evaluations : as a method counts them. end : the
     basis, where z does not show it. point : z with its measures, if they are known.
+    is_single : whether a single exchange led to it.
     """
 
     z: Vector
@@ -102,6 +104,7 @@ class DirectAnswer(NamedTuple):
     evaluations: int | None = None
     end: States | None = None
     point: Point | None = None
+    is_single: bool = False
 
 
 def safeguarded(
@@ -273,22 +276,11 @@ def basic_zeros(problem: Problem) -> Mask | None:
     return None if has_others else basic
 
 
-@np.errstate(all="ignore")
-def direct(
-    problem: Problem,
-    tol: float,
-    basic: Mask | None = None,
-    made: list[Made] | None = None,
-) -> DirectAnswer | None:
-    """Return the answer of block pivoting from a basis, or, if none is given or it is
-    not near a solution's, from q < 0, as by `newton` in `auto`; None if it meets a
-    singular M_PP, takes too many steps, or may have to be replaced by an exact one, as
-    `small` does for few unknowns.
-
-    made : receives the basic solutions.
-    """
-    answer = _exchanged(problem, tol, basic, made)
-    if answer is None or not is_doubtful(problem, answer.z):
+def beyond_doubt(problem: Problem, answer: DirectAnswer) -> DirectAnswer | None:
+    """Return an answer of `exchanges` as it is, unless rounding of its terms leaves
+    doubt: then the solution that its states confirm, or None if it may have to be
+    replaced by an exact one, as `small` does for few unknowns."""
+    if not is_doubtful(problem, answer.z):
         return answer
     found = confirmed(problem, answer.z)
     if found is None or found.z is answer.z:
@@ -296,9 +288,14 @@ def direct(
     return answer._replace(z=found.z, is_certain=False, end=found.basis)
 
 
-def _exchanged(
-    problem: Problem, tol: float, basic: Mask | None, made: list[Made] | None
-) -> DirectAnswer | None:
+def exchanges(
+    problem: Problem, tol: float, basic: Mask | None = None
+) -> Generator[Made, None, DirectAnswer | None]:
+    """Yield the basic solutions of block pivoting from a basis, or, if none is given or
+    it is not near a solution's, from q < 0, as by `newton` in `auto`, but for the last
+    one, if it is returned as an answer; return None if exchanges meet a singular M_PP
+    or take too many steps. Infinite numbers are expected on the way: the caller
+    ignores numpy's errors."""
     M, q, n, minus_q = problem.M, problem.q, problem.n, -problem.q
     is_start, basic = basic is not None, q < 0.0 if basic is None else basic.copy()
     guard: Safeguard | None = None
@@ -312,7 +309,6 @@ def _exchanged(
                 return DirectAnswer(z, True, steps)
             w, is_start = q, False
         else:
-            # By functions that take a fraction of the time of operators.
             block = M.take(P, 0).take(P, 1)
             try:
                 z[P] = np.linalg.solve(block, minus_q[P])
@@ -321,21 +317,19 @@ def _exchanged(
                     return None
                 is_start, basic = False, q < 0.0
                 continue
-            w = M.dot(z)
-            w += q
-            own = w[P]
-            w[P] = 0.0
+            w, own = _others(M, q, z, P)
             wrong = np.minimum(z, w) < 0.0
         steps += 1
-        if made is not None:
-            made.append((z, w, is_single))
+        made = z, w, is_single
         count = number_of(wrong)
         if is_start and count > MOST_WRONG * n:
+            yield made
             is_start, basic = False, q < 0.0
             continue
         is_start = False
         if not count:
-            return _judged(problem, z, P, block, own, w, tol, steps)
+            answer = _judged(problem, z, P, block, own, w, tol, steps)
+            return answer._replace(is_single=True) if is_single else answer
         if guard is None and count < fewest:
             fewest = count
         elif not (guard := guard or Safeguard(fewest - 1, FEW_INDEX_STEPS)).choose(
@@ -346,15 +340,28 @@ def _exchanged(
                 and np.array_equal(wrong, last)
                 and is_rounding(problem, z, w)
             ):
-                return DirectAnswer(np.maximum(z, 0.0), False, steps)
+                answer = DirectAnswer(np.maximum(z, 0.0), False, steps)
+                return answer._replace(is_single=is_single)
             if (
                 guard.left < 0
                 or guard.is_hopeless(n)
                 or (guard.single and M.diagonal().min() <= 0.0)
             ):
+                yield made
                 return None
+        yield made
         is_single, last = guard is not None and guard.single, wrong
         basic ^= wrong
+
+
+def _others(M: Vector, q: Vector, z: Vector, P: Indices) -> tuple[Vector, Vector]:
+    """Return w = M z + q with zeros for w_P, and w_P, which rounding leaves, by
+    functions that take a fraction of the time of operators."""
+    w = M.dot(z)
+    w += q
+    own = w[P]
+    w[P] = 0.0
+    return w, own
 
 
 def number_of(mask: Mask) -> int:
@@ -418,7 +425,7 @@ def is_rounding(problem: Problem, z: Vector, w: Vector) -> bool:
 def direct_many(
     M: Vector, q: Vector, largest: Vector, tol: float, box: Box
 ) -> tuple[Vector, Indices]:
-    """Solve m problems at once by block pivoting, as `direct.direct` does one. Return z
+    """Solve m problems at once by block pivoting, as `exchanges` does one. Return z
     for each, shape (m, n), and what it is, NOTHING, CANDIDATE or CERTAIN, with the
     number of steps, shape (m, 2).
 

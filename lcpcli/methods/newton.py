@@ -20,7 +20,7 @@ programming, Numerische Mathematik 100 (2005) 21-47) and without a line search.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
 from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -158,19 +158,19 @@ def without_w(problem: Problem) -> Stage:
     return Finished()
 
 
-def iterates_of(made: Iterable[Made]) -> Iterator[Iterate]:
-    """Yield the basic solutions that block pivoting has made in another place as
-    iterates of newton."""
-    for evaluations, (z, w, single) in enumerate(made, 1):
-        yield Iterate(
-            (z - w) / 2,
-            None,
-            LEAST_INDEX if single else "block",
-            evaluations,
-            "newton",
-            signs_final=False,
-            quantities=partial(_exchange_at, z, w),
-        )
+def iterate_of(made: Made, evaluations: int) -> Iterate:
+    """Return a basic solution that block pivoting has made in another place as an
+    iterate of newton."""
+    z, w, is_single = made
+    return Iterate(
+        (z - w) / 2,
+        None,
+        LEAST_INDEX if is_single else "block",
+        evaluations,
+        "newton",
+        signs_final=False,
+        quantities=partial(_exchange_at, z, w),
+    )
 
 
 def dense_route(

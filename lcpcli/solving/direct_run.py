@@ -1,16 +1,17 @@
 """Runs of `auto` that its first stages complete, in compiled form if there is one, or
-PIQP: no loop, and the same results; and their iterates, for callbacks, and for traces,
-for which a run that is timed is repeated, untimed."""
+PIQP. Where nobody sees their steps, they take no loop, which takes as long as they do
+for few unknowns; or else the loop takes them as the first iterates of `auto`."""
 
 from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Generator, Iterable
+from contextlib import AbstractContextManager
+from dataclasses import dataclass, field
 from functools import cache, partial
 from itertools import chain
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -19,16 +20,23 @@ from lcpcli.errors import OptionError, ParameterError
 from lcpcli.interrupts import TimeIsUp, hides_interrupt, within
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.methods import direct
-from lcpcli.methods.direct import MOST_COMPILED, MOST_PIVOTED, DirectAnswer, Made
+from lcpcli.methods.direct import (
+    MOST_COMPILED,
+    MOST_PIVOTED,
+    DirectAnswer,
+    Made,
+    may_be_program,
+)
 from lcpcli.model.box import BASIC
 from lcpcli.model.problem import Problem
 from lcpcli.options import KERNELS, MISSING, Limits, has_numba, wants_kernels
 from lcpcli.solving.result import Result
-from lcpcli.typing import States, Vector
+from lcpcli.typing import Mask, States, Vector
 from lcpcli.verify.acceptance import (
     AT_ONCE,
     BY_CRITERION,
     CLEANED,
+    Acceptance,
     Extent,
     accepted,
 )
@@ -43,8 +51,9 @@ if TYPE_CHECKING:
     from lcpcli.basis.free_variables import Reduction
     from lcpcli.methods.stages import Iterate, Stage, Tried
     from lcpcli.model.words import Start
-    from lcpcli.solving.trace import Callback, TraceRow
 
+# Unknowns of a program up to which kernels for mixed problems take less time than PIQP.
+MOST_BY_KERNELS = 100
 MANY = 1000  # problems from which on loading it is worthwhile
 # Of the largest component in the units of M: what elimination leaves of zeros is
 # smaller.
@@ -135,12 +144,12 @@ class Session:
     returns the result of `judged`.
 
     options : those in force. start : whose basis is tried first, if it is given.
-        reduced : returns the `Reduction` of a problem, if it is kept for many. keep :
-        called with each iterate, but not by kernels. tried : receives the first stages,
-        as they went. is_compiled : whether kernels are used, if there are any.
-        interrupted : whether Ctrl-C has ended an attempt. replay : where a callback has
-        ended the run, a stage of its iterates up to there. callback : one that ends the
-        replay at the same iterate, in the same way.
+        reduced : returns the `Reduction` of a problem, if it is kept for many. tried :
+        receives the first stages, as they went. is_compiled : whether kernels are used,
+        if there are any. interrupted : whether Ctrl-C has ended an attempt. dense : the
+        problem as the first stages take it, once direct attempts have found no
+        solution. lost : the basic solutions from which `newton` goes on there. answer :
+        the last one that was judged.
     """
 
     problem: Problem
@@ -150,11 +159,11 @@ class Session:
     is_compiled: bool = False
     start: Start | None = None
     tried: Tried | None = None
-    keep: Callable[[Iterate], None] | None = None
     reduced: Callable[[Problem], Reduction] | None = None
     interrupted: bool = False
-    replay: Callable[[], Stage] | None = None
-    callback: Callback | None = None
+    dense: Problem | None = None
+    lost: list[Made] = field(default_factory=list)
+    answer: DirectAnswer | None = None
 
     @property
     def is_in_time(self) -> bool:
@@ -195,6 +204,7 @@ class Session:
     def of_answer(self, answer: DirectAnswer | None) -> Result | None:
         """Return the result of an answer, if it is a solution."""
         self.stopwatch.count("solve")
+        self.answer = answer
         if answer is None:
             return None
         steps, point = answer.steps, answer.point
@@ -211,71 +221,99 @@ class Session:
         return self.judged(point, steps, *of_run, answer.is_certain)
 
 
-@np.errstate(all="ignore")
-def solved_as_program(session: Session) -> Result | None:
+Steps: TypeAlias = Generator["Made | Iterate", None, Result | None]
+"""The steps of an attempt, which returns the result at a solution, or None."""
+
+
+class Attempt(NamedTuple):
+    """An attempt on a whole problem. steps : takes them. errors : returns the context
+    for the errors of numpy in which it takes each of them."""
+
+    steps: Callable[[Session], Steps]
+    errors: Callable[[], AbstractContextManager[object]]
+
+
+def answered(session: Session, attempts: Iterable[Attempt]) -> Result | None:
+    """Return the result of the first of these attempts that ends at a solution, whose
+    steps nobody sees; else None."""
+    for attempt in attempts:
+        with attempt.errors():
+            result = _exhausted(session, attempt.steps(session))
+        if result is not None:
+            return result
+    return None
+
+
+def _exhausted(session: Session, steps: Steps) -> Result | None:
+    limit = session.limits.time_limit
+    try:
+        if limit < math.inf:
+            with within(limit - session.stopwatch.elapsed()):
+                while True:
+                    next(steps)
+        while True:
+            next(steps)
+    except StopIteration as end:
+        result: Result | None = end.value
+        return result
+    except TimeIsUp:
+        return None
+
+
+def program_steps(session: Session) -> Steps:
     """Return the result of a convex program to whose solution PIQP and a few basic
     solutions lead; else None."""
     with imports:
         from lcpcli.methods.convex_program import convex_program
         from lcpcli.methods.stages import FAULTS, Breakdown, Iterate, advance, ended
-    limits, stopwatch, box, point, steps = (
-        session.limits,
-        session.stopwatch,
-        session.problem.box,
-        None,
-        0,
-    )
-    stopwatch.count("setup")
+    session.stopwatch.count("setup")
+    limits, box, steps = session.limits, session.problem.box, 0
+    found: Acceptance | None = None
     # Of the last iterate, without rounding of 0 and as it is, unless they have been
     # tried.
     points: list[Point] = []
     try:
-        with within(limits.time_limit - stopwatch.elapsed()):
-            stage = convex_program(session.problem)
-            while (
-                point is None
-                and steps < limits.max_iterations
-                and isinstance(step := advance(stage), Iterate)
-            ):
-                stopwatch.count("solve")
-                steps, z = steps + 1, box.z_of(step.x)
-                points = [session.point(z)]
-                if step.basis is None:  # else z is right to its last digits
-                    rounded = without_rounding(
-                        z, np.exp2(-session.problem.units.columns), ELIMINATED_ZERO
-                    )
-                    points.insert(0, session.point(box.project(rounded)))
-                found = None
-                if step.signs_final:
-                    found = accepted(session.problem, points, limits.tol, BY_CRITERION)
-                    points = []
-                else:
-                    tol = EARLY * limits.tol
-                    early = Point(Criterion(session.problem, tol), points[0].z)
-                    found = accepted(session.problem, [early], tol, AT_ONCE)
-                point = None if found is None else found.point
-                stopwatch.count("verify")
-            if point is None and points:
+        stage = convex_program(session.problem)
+        while steps < limits.max_iterations:
+            step = advance(stage)
+            if not isinstance(step, Iterate):
+                break
+            session.stopwatch.count("solve")
+            steps, z = steps + 1, box.z_of(step.x)
+            points = [session.point(z)]
+            if step.basis is None:  # else z is right to its last digits
+                rounded = without_rounding(
+                    z, np.exp2(-session.problem.units.columns), ELIMINATED_ZERO
+                )
+                points.insert(0, session.point(box.project(rounded)))
+            if step.signs_final:
                 found = accepted(session.problem, points, limits.tol, BY_CRITERION)
-                point = None if found is None else found.point
-    except TimeIsUp:
-        return None
+                points = []
+            else:
+                tol = EARLY * limits.tol
+                early = Point(Criterion(session.problem, tol), points[0].z)
+                found = accepted(session.problem, [early], tol, AT_ONCE)
+            session.stopwatch.count("verify")
+            if found is not None:
+                break
+            yield step
+        if found is None and points:
+            found = accepted(session.problem, points, limits.tol, BY_CRITERION)
     except FAULTS:
-        point = None
-    if point is None and session.tried is not None:
+        found = None
+    if found is None and session.tried is not None:
         # It is not tried again.
         session.tried["piqp"] = [ended(Breakdown("PIQP does not lead to a solution"))]
+    point = None if found is None else found.point
     return session.judged(point, steps, ("piqp",))
 
 
-def solved_directly(session: Session) -> Result | None:
-    """Return the result of a problem to which this applies, if block pivoting or
-    Lemke's path ends at a solution; else None."""
-    problem, start, fast = (
-        session.problem,
-        session.start,
-        compiled() if session.is_compiled else None,
-    )
+def direct_steps(session: Session) -> Steps:
+    """Return the result of a problem to which this applies, if the answer at a start,
+    of kernels or of block pivoting is a solution; else None, with what the first stages
+    need in the session."""
+    problem, start = session.problem, session.start
+    fast = compiled() if session.is_compiled else None
     if fast is not None:
         session.options["compiled"] = True
     session.stopwatch.count("setup")
@@ -303,65 +341,37 @@ def solved_directly(session: Session) -> Result | None:
         # Pivoting takes no longer than a system and judging it.
         if not start.is_near or problem.n <= FEW_UNKNOWNS:
             session.start = None
-    lost: list[Made] = []  # by exchanges that do not lead to a solution
-    result = None
-    for answer in _answers(session, dense, fast, lost):
-        result = session.of_answer(answer)
-    return (
-        _by_first_stages(session, dense, fast, lost)
-        if result is None and session.is_in_time
-        else result
-    )
+    result = session.of_answer((yield from _answer(session, dense, fast)))
+    if result is None and session.is_in_time:
+        session.dense = dense
+    return result
 
 
-def _answers(
-    session: Session, problem: Problem, fast: ModuleType | None, lost: list[Made]
-) -> Iterator[DirectAnswer | None]:
-    """Yield the answers of direct attempts on a problem with dense M, the basis of a
-    start first; None from one that found none.
-
-    lost : receives the basic solutions of exchanges in numpy without a start, if they
-        found none."""
-    tol, start, keep = session.limits.tol, session.start, session.keep
-    basic, has_diagonal = (
-        None if start is None else start.basis == BASIC,
-        0.0 not in problem.M.diagonal().tolist(),
-    )
+def _answer(
+    session: Session, problem: Problem, fast: ModuleType | None
+) -> Generator[Made, None, DirectAnswer | None]:
+    """Return the answer of a direct attempt on a problem with dense M, from the basis
+    of a start if there is one; None if none finds an answer."""
+    tol, start = session.limits.tol, session.start
+    answer: DirectAnswer | None = None
+    basic = None if start is None else start.basis == BASIC
+    has_diagonal = 0.0 not in problem.M.diagonal().tolist()
     if not has_diagonal and start is None and problem.n > 1 and not problem.M[0, 0]:
         with imports:
             from lcpcli.methods.bimatrix import costs, pure
         z = pure(problem, costs(problem))
         if z is not None:
-            if keep is not None:
-                with imports:
-                    from lcpcli.methods.stages import Iterate
-                keep(Iterate(problem.box.x_of(z, problem.w(z)), None, "", 1, "pure"))
-            yield DirectAnswer(z, False, 1, "pure")
-            return
+            return DirectAnswer(z, False, 1, "pure")
     if (has_diagonal or problem.n <= MOST_DECIDED) and direct.applies(problem):
         if start is None and has_diagonal:
             basic = direct.basic_zeros(problem)
         if fast is not None:
             answer = fast.direct(problem, tol, basic)
         else:
-            made: list[Made] = []
-            answer = direct.direct(problem, tol, basic, made)
-            if keep is not None:
-                with imports:
-                    from lcpcli.methods.newton import iterates_of
-                for iterate in iterates_of(made):
-                    keep(iterate)
-            if (
-                answer is None
-                and has_diagonal
-                and basic is None
-                and made
-                and np.minimum(*made[-1][:2]).min() < 0.0
-            ):
-                lost += made
-        yield answer
+            is_continued = has_diagonal and basic is None
+            answer = yield from _pivoted(session, problem, basic, is_continued)
         if answer is not None:
-            return
+            return answer
     elif start is None:
         # As far as the signs of w show whether it is a solution.
         reference, box = problem.reference_point, problem.box
@@ -371,24 +381,47 @@ def _answers(
                 box.project(reference - problem.q_ref), reference
             )
         if is_solution:
-            yield DirectAnswer(np.array(reference), False, 0)
-            return
+            return DirectAnswer(np.array(reference), False, 0)
     # Newton rarely settles.
     if not has_diagonal and fast is not None and problem.box.is_orthant:
-        yield fast.lemke(problem, tol, basic)
+        answer = fast.lemke(problem, tol, basic)
+    return answer
 
 
-@np.errstate(over="raise", invalid="raise", divide="raise")
-def _by_first_stages(
-    session: Session, dense: Problem, fast: ModuleType | None, lost: list[Made]
-) -> Result | None:
-    """Return the result of the first stages of `auto` on the problem, also given as
-    these take it, as the loop of `auto` returns it; None if they do not end at a
-    solution that is beyond doubt. lost : the basic solutions of newton, if they lead to
-    none."""
+def _pivoted(
+    session: Session, problem: Problem, basic: Mask | None, is_continued: bool
+) -> Generator[Made, None, DirectAnswer | None]:
+    """Return the answer of exchanges in numpy. is_continued : whether the first stages
+    go on from them if they lead to no solution; if not, they are shown only if they
+    do."""
+    steps, made = direct.exchanges(problem, session.limits.tol, basic), list[Made]()
+    while True:
+        try:
+            made.append(next(steps))
+        except StopIteration as end:
+            answer: DirectAnswer | None = end.value
+            break
+        if is_continued:
+            yield made[-1]
+    if answer is None:
+        session.lost = made if is_continued else []
+        return None
+    answer = direct.beyond_doubt(problem, answer)
+    if answer is not None and not is_continued:
+        yield from made
+    return answer
+
+
+def first_steps(session: Session) -> Steps:
+    """Return the result of the first stages of `auto`, after `direct_steps`, as the
+    loop of `auto` returns it; None if they do not end at a solution that is beyond
+    doubt."""
+    dense = session.dense
+    if dense is None:
+        return None
     with imports:
         from lcpcli.auto.attempts import FIRST, Structure, in_rounds
-        from lcpcli.methods.newton import SLOW, iterates_of
+        from lcpcli.methods.newton import SLOW, iterate_of
         from lcpcli.methods.stages import (
             Finished,
             Iterate,
@@ -398,10 +431,12 @@ def _by_first_stages(
             ended,
             recorded,
         )
-    made_before = (
-        {"newton": [ended(Stalled(SLOW), *iterates_of(lost))]} if lost else None
-    )
+    made_before = None
+    if session.lost:
+        iterates = [iterate_of(made, k) for k, made in enumerate(session.lost, 1)]
+        made_before = {"newton": [ended(Stalled(SLOW), *iterates)]}
     structure, start = Structure(dense, np.zeros(dense.n), made_before), session.start
+    fast = compiled() if session.is_compiled else None
     if fast is not None:
         structure.follow = fast.follow
     structure.reduced = session.reduced
@@ -416,8 +451,7 @@ def _by_first_stages(
         )
         while isinstance(step := advance(turn), Iterate):
             route.append(step.method)
-            if session.keep is not None:
-                session.keep(step)
+            yield step
         if not isinstance(step, Finished):
             continue
         session.stopwatch.count("solve")
@@ -431,6 +465,23 @@ def _by_first_stages(
             found.point, steps, methods, last.evaluations, found.basis
         )
     return None
+
+
+IGNORED = partial(np.errstate, all="ignore")
+RAISED = partial(np.errstate, over="raise", invalid="raise", divide="raise")
+PROGRAM = Attempt(program_steps, IGNORED)
+DIRECT = Attempt(direct_steps, IGNORED), Attempt(first_steps, RAISED)
+
+
+def attempts(session: Session) -> list[Attempt]:
+    """Return the attempts that are made on the problem of a session, in their
+    order."""
+    problem = session.problem
+    applicable = [*DIRECT] if applies(problem, session.is_compiled) else []
+    if session.start is None and may_be_program(problem):
+        is_last = session.is_compiled and problem.n <= MOST_BY_KERNELS
+        applicable.insert(len(applicable) * is_last, PROGRAM)
+    return applicable
 
 
 def _from(start: Start, problem: Problem, structure: Structure) -> Stage:
@@ -447,89 +498,3 @@ def _from(start: Start, problem: Problem, structure: Structure) -> Stage:
     with imports:
         from lcpcli.methods.interior import at_point
     return at_point(structure.thin, start.x)
-
-
-def iterates_off_the_clock(session: Session, start: Start | None) -> list[Iterate]:
-    """Return the iterates of a direct run that has kept none, by another one, in numpy
-    and without a time limit."""
-    kept: list[Iterate] = []
-    limits = replace(session.limits, time_limit=math.inf)
-    solved_directly(
-        Session(
-            session.problem,
-            limits,
-            {},
-            Stopwatch(float, 0.0),
-            start=start,
-            keep=kept.append,
-        )
-    )
-    return kept
-
-
-def reported(
-    session: Session,
-    result: Result,
-    x0: Vector | None,
-    kept: Sequence[Iterate],
-    callback: Callback | None,
-) -> bool:
-    """Pass the iterates of a direct run to the callback and, with the start, to the
-    traces of the result: each with an equal share of the time, the last with the z of
-    the result. Return False if the callback ends the run before its end: the session
-    then has what the loop is to repeat up to there.
-
-    x0 : the start, if there are traces."""
-    with imports:
-        from lcpcli.methods.stages import Finished, Iterate, ended
-        from lcpcli.solving.trace import LateRow, row_of
-    criterion, box, last, rows = (
-        Criterion(result.problem, result.tol),
-        result.problem.box,
-        result.iterations,
-        [],
-    )
-    ctrl_c: KeyboardInterrupt | None = None
-    traces = [*filter(None, (result.trace, result.curve))]
-    asks = callback is not None or any(trace.columns for trace in traces)
-    # Without those of an attempt that was given up.
-    steps = kept[max(0, len(kept) - last) :]
-    steps = steps if x0 is None else [Iterate(x0, None, "", 0), *steps]
-    for k, step in enumerate(steps, last + 1 - len(steps)):
-        z, at = (
-            result.z if k == last else box.z_of(step.x),
-            result.seconds * k / max(1, last),
-        )
-        rows.append(row_of(step, result.method, k, z, at, asks))
-        ends = k < last
-        try:
-            ends &= (
-                k > 0
-                and callback is not None
-                and bool(callback(LateRow.of(rows[-1], criterion)))
-            )
-        except StopIteration:
-            pass
-        except KeyboardInterrupt as interrupt:
-            ctrl_c = interrupt
-        if ends:
-            session.stopwatch.pause()
-            session.replay = partial(ended, Finished(), *kept[-last:][:k])
-            session.callback = partial(_repeated, k, ctrl_c)
-            return False
-    for trace in traces:
-        for row in rows:
-            trace.add(
-                row if row.k < last else replace(row, x=box.x_of(result.z, result.w)),
-                criterion,
-            )
-        trace.close(criterion)
-    if ctrl_c is not None:  # at the last iterate
-        raise ctrl_c
-    return True
-
-
-def _repeated(k: int, ctrl_c: KeyboardInterrupt | None, row: TraceRow) -> bool:
-    if row.k == k and ctrl_c is not None:
-        raise ctrl_c
-    return row.k == k

@@ -22,7 +22,6 @@ from lcpcli.methods.direct import (
     FEWEST_FOR_PIQP,
     MOST_NARROW_AS_DENSE,
     as_sparse,
-    may_be_program,
     stored,
 )
 from lcpcli.model.arrays import as_vector
@@ -38,18 +37,16 @@ from lcpcli.verify.acceptance import Extent, accepted
 from lcpcli.verify.point import Criterion, Point
 
 if TYPE_CHECKING:
-    from lcpcli.methods.stages import Iterate, Stage
+    from lcpcli.methods.stages import Stage
     from lcpcli.model.words import Start
     from lcpcli.solving.loop import Loop
     from lcpcli.solving.trace import Callback, Observe, Trace
 
-# Seconds of a first run up to which it is repeated, for as long: the wait goes
-# unnoticed.
-BRIEF = 0.02
+# Seconds of a run up to which it is repeated to show its time, for as long, and how
+# often at most: the wait goes unnoticed.
+BRIEF, FEW_REPETITIONS = 0.02, 4
 # Seconds of a compared run; in a longer run, pauses of the machine hardly count.
 LONGEST_REPEATED = 1.0
-# Unknowns of a program up to which kernels for mixed problems take less time than PIQP.
-MOST_BY_KERNELS = 100
 MOST_REPETITIONS = 20  # after which the least time hardly decreases
 # After which no repetition is begun, so that a comparison of many runs stays short.
 REPETITION_SECONDS = 0.3
@@ -112,21 +109,24 @@ def run(
         if has_start
         else None
     )
-    finishes = method == "auto" or finish
+    finishes, is_shown = method == "auto" or finish, False
     session = Session(
         problem, limits, {}, stopwatch, compiled, given, {} if given is None else None
     )
     if method == "auto" and not additions:
         session.options = methods.options_in_force(method, problem, chosen)
-        result = _without_loop(session, (trace, curve), callback, observe)
-        if result is not None:
-            return _of(original, result, compiled, finishes)
+        is_shown = any(each is not None for each in (trace, curve, callback, observe))
+        session.is_compiled = compiled and not is_shown
+        if not is_shown:
+            result = _without_loop(session)
+            if result is not None:
+                return _of(original, result, compiled, finishes)
     literal, rounded = problem, problem.rounded_rows
     if rounded is not None:
         # What has been tried is of the other problem.
         M, q, lower, upper = rounded.conditions
         problem = Problem(M, q, lower=lower, upper=upper, origin=problem.origin)
-        session.tried, session.replay = {}, None
+        session.tried, is_shown = {}, False
     with imports:
         from lcpcli.solving.loop import Loop
     with np.errstate(all="ignore"):  # overflow counts as infinite
@@ -144,9 +144,11 @@ def run(
         known: dict[str, Any] = {}
         if method == "auto":
             known = {"tried": session.tried} if given is None else given.known_to_auto
-        stage = session.replay or partial(
-            _stage, method, change, start, in_force | known, finish
-        )
+        stage = partial(_stage, method, change, start, in_force | known, finish)
+        if is_shown:
+            with imports:
+                from lcpcli.solving.direct_stage import shown
+            stage = partial(shown, session, stage)
         stopwatch.count("setup")
         criterion = Criterion(
             problem, limits.tol, judge=direct_run.judge if compiled else None
@@ -159,7 +161,7 @@ def run(
             stopwatch,
             observe,
             start,
-            session.callback or callback,
+            callback,
         )
         loop.interrupted = session.interrupted
         loop.finishes = finishes
@@ -169,51 +171,14 @@ def run(
         return _of(original, result, compiled, finishes)
 
 
-def _without_loop(
-    session: Session,
-    traces: tuple[Trace | None, Trace | None],
-    callback: Callback | None,
-    observe: Observe | None,
-) -> Result | None:
+def _without_loop(session: Session) -> Result | None:
     """Return the result of the attempts that need no loop; None if there is none, or
-    the loop is to say how Ctrl-C or the callback has ended them."""
-    problem, start, keeps = session.problem, session.start, traces != (None, None)
-    session.is_compiled = session.is_compiled and callback is None
-    attempts = [direct_run.solved_directly] * direct_run.applies(
-        problem, session.is_compiled
-    )
-    if may_be_program(problem):
-        if callback is not None:  # PIQP comes first in the loop too
-            return None
-        if not (start or keeps or observe):
-            last = session.is_compiled and problem.n <= MOST_BY_KERNELS
-            attempts.insert(len(attempts) * last, direct_run.solved_as_program)
-    result: Result | None = None
-    kept: list[Iterate] = []
-    if callback is not None:
-        session.keep = kept.append
+    the loop is to say that Ctrl-C has ended them."""
     try:
-        for attempt in attempts:
-            if (result := attempt(session)) is not None:
-                break
+        return direct_run.answered(session, direct_run.attempts(session))
     except KeyboardInterrupt:
         session.interrupted = True
-        return None
-    if result is None or not (keeps or callback):
-        return result
-    result = replace(result, trace=traces[0], curve=traces[1]) if keeps else result
-    try:
-        kept = (
-            kept
-            if callback is not None
-            else direct_run.iterates_off_the_clock(session, start)
-        )
-        x0 = None if not keeps else problem.start if start is None else start.x
-        return (
-            result if direct_run.reported(session, result, x0, kept, callback) else None
-        )
-    except KeyboardInterrupt:
-        return replace(result, interrupted=True)
+    return None
 
 
 def _of_literal(problem: Problem, result: Result) -> Result:
@@ -403,43 +368,43 @@ def with_bound(result: Result) -> Result:
 
 
 def repeated(
-    once: Callable[[bool], Result], compared: bool, is_first: bool
+    once: Callable[[bool], Result], compared: bool, is_shown: bool
 ) -> Iterator[Result]:
-    """Repeat a run as often as its times require to be shown or compared; yield the
-    fastest repetition, with the spread of their times, or the first run if it is not
-    repeated.
+    """Repeat a run as often as its times require to be compared or, at most
+    FEW_REPETITIONS times, to be shown; yield the result with the times of the fastest
+    repetition and their spread, or the first run if it is not repeated.
 
-    once : runs it, for the first time or again. is_first : whether the method has not
-    run before in this process. Raises KeyboardInterrupt after the result if a
-    repetition was interrupted.
+    once : runs it, for the first time or again: without a trace, unless times are
+        compared. Raises KeyboardInterrupt after the result if a repetition was
+        interrupted.
     """
     runs, interrupted = [once(False)], False
-    longest, most = (
-        (LONGEST_REPEATED, REPETITION_SECONDS)
-        if compared
-        else (BRIEF, BRIEF if is_first else 0.0)
-    )
+    longest, enough, most = 0.0, 0.0, 0
+    if compared:
+        longest, enough, most = LONGEST_REPEATED, REPETITION_SECONDS, MOST_REPETITIONS
+    elif is_shown:
+        longest, enough, most = BRIEF, BRIEF, FEW_REPETITIONS
     try:
         while (
             not runs[-1].interrupted
             and runs[0].seconds <= longest
-            and len(runs) <= MOST_REPETITIONS
+            and len(runs) <= most
         ):
             # The more pauses, the more repetitions.
             undisturbed = (len(runs) - 1) * min(run.seconds for run in runs)
-            if undisturbed >= most:
+            if undisturbed >= enough:
                 break
             runs.append(once(True))
     except KeyboardInterrupt:
         interrupted = True
     whole = [run for run in runs if not run.interrupted]
     again = sorted(whole[1:], key=lambda run: run.seconds)
-    middle = again[(len(again) - 1) // 2 : len(again) // 2 + 1]
-    spread = (
-        sum(run.seconds for run in middle) / (len(middle) * again[0].seconds)
-        if again
-        else None
-    )
-    yield replace(again[0], spread=spread) if again else runs[0]
+    if again:
+        middle = again[(len(again) - 1) // 2 : len(again) // 2 + 1]
+        spread = sum(run.seconds for run in middle) / (len(middle) * again[0].seconds)
+        timed = again[0] if compared else replace(runs[0], parts=again[0].parts)
+        yield replace(timed, spread=spread)
+    else:
+        yield runs[0]
     if interrupted or (whole and len(whole) < len(runs)):
         raise KeyboardInterrupt

@@ -246,7 +246,7 @@ def test_a_first_run_of_a_method_is_made_again_for_one_problem_as_for_many(
     lcp: Lcp, runs: list[lcpcli.Result]
 ) -> None:
     shown = record(lcp("solve", EXAMPLE, "--method", "newton", "--format", "json"))
-    assert 1 < len(runs) <= 1 + driver.MOST_REPETITIONS
+    assert 1 < len(runs) <= 1 + driver.FEW_REPETITIONS
     assert shown["seconds"] == pytest.approx(least_of(runs[1:]))
     assert len({id(run.problem) for run in runs}) == len(runs)
     runs.clear()
@@ -281,7 +281,7 @@ def test_the_fastest_repetition_counts_and_long_pauses_in_the_others_are_told(
             whole, parts={part: waited * spent for part, spent in whole.parts.items()}
         )
 
-    (result,) = driver.repeated(once, compared=True, is_first=True)
+    (result,) = driver.repeated(once, compared=True, is_shown=True)
     assert runs == [False] + [True] * MOST_REPETITIONS
     assert (result.seconds, result.parts) == (whole.seconds, whole.parts)
     assert result.trace.rows[-1].seconds <= result.seconds

@@ -25,8 +25,7 @@ from lcpcli.methods.direct import (
     BLOCK_PATIENCE,
     HASTY_PATIENCE,
     DirectAnswer,
-    Made,
-    direct,
+    exchanges,
 )
 from lcpcli.solving import direct_run
 from lcpcli.typing import Vector
@@ -35,6 +34,7 @@ from .. import (
     exact,
     kernels_together,  # noqa: F401
 )
+from ..direct_answers import direct
 from ..wordings import NO_EFFECT
 from .conftest import assert_same
 
@@ -139,9 +139,9 @@ def test_exchanges_end_early_where_most_signs_stay_wrong_but_not_on_a_p_matrix()
 ):
     """The example of Murty takes about n block exchanges, with new minima all along."""
     for seed in range(5):
-        made: list[Made] = []
-        assert direct(families.make("gaussian", 60, seed), TOL, None, made) is None
-        assert len(made) < 2 * HASTY_PATIENCE + 5
+        steps = [*exchanges(families.make("gaussian", 60, seed), TOL)]
+        assert len(steps) < 2 * HASTY_PATIENCE + 5
+        assert direct(families.make("gaussian", 60, seed), TOL) is None
     answer = direct(families.make("murty", 20), TOL)
     assert answer.steps > BLOCK_PATIENCE
 

@@ -460,10 +460,13 @@ def test_problems_of_the_gallery_have_one_run_whatever_was_solved_before(
 
 def test_ctrl_c_while_iterates_are_kept_leaves_the_result() -> None:
     class Pressing(Trace):
-        def add(self, *_: object) -> None:
-            raise KeyboardInterrupt
+        def add(self, row: TraceRow, criterion: Criterion) -> None:
+            if row.k == last:
+                raise KeyboardInterrupt
+            super().add(row, criterion)
 
     problem = families.make("harker-pang", 25, 0)
+    last = lcpcli.run(problem).iterations
     with pytest.raises(lcpcli.Interrupted) as error:
         lcpcli.run(problem, trace=Pressing())
     assert error.value.result.solved

@@ -54,11 +54,11 @@ def test_point_with_hidden_violations_does_not_solve(n: int, as_matrix: type) ->
         assert not check(problem, z).accepted
 
 
-@pytest.mark.parametrize("module", ["methods.direct", "kernels.compiled"])
+@pytest.mark.parametrize("module", ["tests.direct_answers", "lcpcli.kernels.compiled"])
 def test_small_problems_are_not_solved_at_once_where_a_product_underflows(
     module: str,
 ) -> None:
-    found = pytest.importorskip(f"lcpcli.{module}").direct(chain(30), 1e-10)
+    found = pytest.importorskip(module).direct(chain(30), 1e-10)
     assert found is None or not found.is_certain or found.z.tolist() == solution(30)
 
 

@@ -1,0 +1,83 @@
+"""The attempts of `direct_run` as the first iterates of a loop, for runs whose steps
+somebody sees: a trace, a callback, or who is told of progress."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Generator
+from typing import TypeVar
+
+import numpy as np
+
+from lcpcli.methods.newton import iterate_of
+from lcpcli.methods.stages import Finished, Iterate, Stage
+from lcpcli.solving.direct_run import Attempt, Session, attempts
+from lcpcli.solving.result import Result
+from lcpcli.typing import Vector
+
+End = TypeVar("End")
+
+
+def shown(session: Session, others: Callable[[], Stage]) -> Stage:
+    """Pass on the steps of the direct attempts on the problem of a session, and if none
+    ends at a solution, the stage that `others` sets up. What that or a later attempt
+    takes over from an earlier one, or makes again, is passed on once."""
+    seen = list[Vector]()
+    for attempt in attempts(session):
+        result = yield from _once(_iterates(session, attempt), seen)
+        if result is not None:
+            return Finished()
+    return (yield from _once(others(), seen))
+
+
+def _once(
+    steps: Generator[Iterate, None, End], seen: list[Vector]
+) -> Generator[Iterate, None, End]:
+    """Pass on the steps, without those that have been seen, which come again in the
+    same order."""
+    again = deque(seen)
+    while True:
+        try:
+            step = next(steps)
+        except StopIteration as end:
+            ending: End = end.value
+            return ending
+        if again and np.array_equal(again[0], step.x):
+            again.popleft()
+            continue
+        seen.append(step.x)
+        yield step
+
+
+def _iterates(
+    session: Session, attempt: Attempt
+) -> Generator[Iterate, None, Result | None]:
+    """Yield the steps of an attempt as iterates, the last one, if it ends at a
+    solution, with the z of its result."""
+    steps, number = attempt.steps(session), 0
+    last: Iterate | None = None
+    while True:
+        try:
+            with attempt.errors():
+                step = next(steps)
+        except StopIteration as end:
+            result: Result | None = end.value
+            break
+        number += 1
+        last = step if isinstance(step, Iterate) else iterate_of(step, number)
+        yield last
+    if result is None or not result.iterations:
+        return result
+    z, box = result.z, result.problem.box
+    if number < result.iterations or last is None:
+        answer = session.answer
+        if answer is not None and answer.method == "newton":
+            last = iterate_of((z, result.w, answer.is_single), number + 1)
+        else:
+            last = Iterate(z, None, "", number + 1, result.route[-1])
+    elif np.array_equal(box.z_of(last.x), z):
+        return result
+    basis = box.basis_at(z) if result.end is None else result.end
+    x = box.x_within(z, result.w, basis)  # whose z is this one, bit for bit
+    yield last._replace(x=x, F=None, signs_final=True, basis=result.end)
+    return result
