@@ -276,6 +276,21 @@ def basic_zeros(problem: Problem) -> Mask | None:
     return None if has_others else basic
 
 
+@np.errstate(all="ignore")
+def direct(
+    problem: Problem, tol: float, basic: Mask | None, made: list[Made]
+) -> DirectAnswer | None:
+    """Return the answer of all `exchanges` together; `made` receives their basic
+    solutions."""
+    steps = exchanges(problem, tol, basic)
+    while True:
+        try:
+            made.append(next(steps))
+        except StopIteration as end:
+            answer: DirectAnswer | None = end.value
+            return answer
+
+
 def beyond_doubt(problem: Problem, answer: DirectAnswer) -> DirectAnswer | None:
     """Return an answer of `exchanges` as it is, unless rounding of its terms leaves
     doubt: then the solution that its states confirm, or None if it may have to be
@@ -309,6 +324,7 @@ def exchanges(
                 return DirectAnswer(z, True, steps)
             w, is_start = q, False
         else:
+            # By functions that take a fraction of the time of operators.
             block = M.take(P, 0).take(P, 1)
             try:
                 z[P] = np.linalg.solve(block, minus_q[P])
@@ -317,7 +333,10 @@ def exchanges(
                     return None
                 is_start, basic = False, q < 0.0
                 continue
-            w, own = _others(M, q, z, P)
+            w = M.dot(z)
+            w += q
+            own = w[P]
+            w[P] = 0.0
             wrong = np.minimum(z, w) < 0.0
         steps += 1
         made = z, w, is_single
@@ -335,18 +354,11 @@ def exchanges(
         elif not (guard := guard or Safeguard(fewest - 1, FEW_INDEX_STEPS)).choose(
             wrong, count
         ):
-            if (
-                last is not None
-                and np.array_equal(wrong, last)
-                and is_rounding(problem, z, w)
-            ):
+            is_same = last is not None and np.array_equal(wrong, last)
+            if is_same and is_rounding(problem, z, w):
                 answer = DirectAnswer(np.maximum(z, 0.0), False, steps)
                 return answer._replace(is_single=is_single)
-            if (
-                guard.left < 0
-                or guard.is_hopeless(n)
-                or (guard.single and M.diagonal().min() <= 0.0)
-            ):
+            if _gives_up(guard, problem):
                 yield made
                 return None
         yield made
@@ -354,14 +366,11 @@ def exchanges(
         basic ^= wrong
 
 
-def _others(M: Vector, q: Vector, z: Vector, P: Indices) -> tuple[Vector, Vector]:
-    """Return w = M z + q with zeros for w_P, and w_P, which rounding leaves, by
-    functions that take a fraction of the time of operators."""
-    w = M.dot(z)
-    w += q
-    own = w[P]
-    w[P] = 0.0
-    return w, own
+def _gives_up(guard: Safeguard, problem: Problem) -> bool:
+    """Return whether Lemke's path or interior is to follow."""
+    if guard.left < 0 or guard.is_hopeless(problem.n):
+        return True
+    return guard.single and bool(problem.M.diagonal().min() <= 0.0)
 
 
 def number_of(mask: Mask) -> int:

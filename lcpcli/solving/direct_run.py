@@ -6,12 +6,11 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable, Generator, Iterable
-from contextlib import AbstractContextManager
-from dataclasses import dataclass, field
-from functools import cache, partial
+from collections.abc import Callable, Generator, Sequence
+from dataclasses import dataclass
+from functools import cache
 from itertools import chain
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
@@ -146,10 +145,9 @@ class Session:
     options : those in force. start : whose basis is tried first, if it is given.
         reduced : returns the `Reduction` of a problem, if it is kept for many. tried :
         receives the first stages, as they went. is_compiled : whether kernels are used,
-        if there are any. interrupted : whether Ctrl-C has ended an attempt. dense : the
-        problem as the first stages take it, once direct attempts have found no
-        solution. lost : the basic solutions from which `newton` goes on there. answer :
-        the last one that was judged.
+        if there are any. is_shown : whether somebody sees the steps. interrupted :
+        whether Ctrl-C has ended an attempt. lost : the basic solutions from which
+        `newton` goes on in the first stages. answer : the last one that was judged.
     """
 
     problem: Problem
@@ -160,9 +158,9 @@ class Session:
     start: Start | None = None
     tried: Tried | None = None
     reduced: Callable[[Problem], Reduction] | None = None
+    is_shown: bool = False
     interrupted: bool = False
-    dense: Problem | None = None
-    lost: list[Made] = field(default_factory=list)
+    lost: Sequence[Made] = ()
     answer: DirectAnswer | None = None
 
     @property
@@ -225,39 +223,29 @@ Steps: TypeAlias = Generator["Made | Iterate", None, Result | None]
 """The steps of an attempt, which returns the result at a solution, or None."""
 
 
-class Attempt(NamedTuple):
-    """An attempt on a whole problem. steps : takes them. errors : returns the context
-    for the errors of numpy in which it takes each of them."""
-
-    steps: Callable[[Session], Steps]
-    errors: Callable[[], AbstractContextManager[object]]
-
-
-def answered(session: Session, attempts: Iterable[Attempt]) -> Result | None:
-    """Return the result of the first of these attempts that ends at a solution, whose
-    steps nobody sees; else None."""
-    for attempt in attempts:
-        with attempt.errors():
-            result = _exhausted(session, attempt.steps(session))
+def answered(session: Session) -> Result | None:
+    """Return the result of the first of the attempts on the problem of a session that
+    ends at a solution; None if none does."""
+    for attempt in attempts(session):
+        result = exhausted(attempt(session))
         if result is not None:
             return result
     return None
 
 
-def _exhausted(session: Session, steps: Steps) -> Result | None:
-    limit = session.limits.time_limit
-    try:
-        if limit < math.inf:
-            with within(limit - session.stopwatch.elapsed()):
-                while True:
-                    next(steps)
-        while True:
+def exhausted(steps: Steps) -> Result | None:
+    """Return the result of steps that nobody sees."""
+    while True:
+        try:
             next(steps)
-    except StopIteration as end:
-        result: Result | None = end.value
-        return result
-    except TimeIsUp:
-        return None
+        except StopIteration as end:
+            result: Result | None = end.value
+            return result
+
+
+strictly_exhausted = np.errstate(over="raise", invalid="raise", divide="raise")(
+    exhausted
+)
 
 
 def program_steps(session: Session) -> Steps:
@@ -275,7 +263,9 @@ def program_steps(session: Session) -> Steps:
     try:
         stage = convex_program(session.problem)
         while steps < limits.max_iterations:
-            step = advance(stage)
+            left = limits.time_limit - session.stopwatch.elapsed()
+            with np.errstate(all="ignore"), within(left):
+                step = advance(stage)
             if not isinstance(step, Iterate):
                 break
             session.stopwatch.count("solve")
@@ -299,6 +289,8 @@ def program_steps(session: Session) -> Steps:
             yield step
         if found is None and points:
             found = accepted(session.problem, points, limits.tol, BY_CRITERION)
+    except TimeIsUp:
+        return None
     except FAULTS:
         found = None
     if found is None and session.tried is not None:
@@ -342,9 +334,11 @@ def direct_steps(session: Session) -> Steps:
         if not start.is_near or problem.n <= FEW_UNKNOWNS:
             session.start = None
     result = session.of_answer((yield from _answer(session, dense, fast)))
-    if result is None and session.is_in_time:
-        session.dense = dense
-    return result
+    if result is not None or not session.is_in_time:
+        return result
+    steps = first_steps(session, dense, fast)
+    # The loop raises errors of numpy, too.
+    return (yield from steps) if session.is_shown else strictly_exhausted(steps)
 
 
 def _answer(
@@ -394,17 +388,13 @@ def _pivoted(
     """Return the answer of exchanges in numpy. is_continued : whether the first stages
     go on from them if they lead to no solution; if not, they are shown only if they
     do."""
-    steps, made = direct.exchanges(problem, session.limits.tol, basic), list[Made]()
-    while True:
-        try:
-            made.append(next(steps))
-        except StopIteration as end:
-            answer: DirectAnswer | None = end.value
-            break
-        if is_continued:
-            yield made[-1]
+    tol, made = session.limits.tol, list[Made]()
+    if session.is_shown:
+        answer = yield from _seen(problem, tol, basic, made, is_continued)
+    else:
+        answer = direct.direct(problem, tol, basic, made)
     if answer is None:
-        session.lost = made if is_continued else []
+        session.lost = made if is_continued else ()
         return None
     answer = direct.beyond_doubt(problem, answer)
     if answer is not None and not is_continued:
@@ -412,13 +402,31 @@ def _pivoted(
     return answer
 
 
-def first_steps(session: Session) -> Steps:
-    """Return the result of the first stages of `auto`, after `direct_steps`, as the
-    loop of `auto` returns it; None if they do not end at a solution that is beyond
-    doubt."""
-    dense = session.dense
-    if dense is None:
-        return None
+def _seen(
+    problem: Problem,
+    tol: float,
+    basic: Mask | None,
+    made: list[Made],
+    is_continued: bool,
+) -> Generator[Made, None, DirectAnswer | None]:
+    """Return the answer of exchanges, each of which is made when it is asked for; pass
+    them on if the first stages go on from them."""
+    steps = direct.exchanges(problem, tol, basic)
+    while True:
+        try:
+            with np.errstate(all="ignore"):
+                made.append(next(steps))
+        except StopIteration as end:
+            answer: DirectAnswer | None = end.value
+            return answer
+        if is_continued:
+            yield made[-1]
+
+
+def first_steps(session: Session, dense: Problem, fast: ModuleType | None) -> Steps:
+    """Return the result of the first stages of `auto` on the problem, also given as
+    these take it, as the loop of `auto` returns it; None if they do not end at a
+    solution that is beyond doubt."""
     with imports:
         from lcpcli.auto.attempts import FIRST, Structure, in_rounds
         from lcpcli.methods.newton import SLOW, iterate_of
@@ -436,7 +444,6 @@ def first_steps(session: Session) -> Steps:
         iterates = [iterate_of(made, k) for k, made in enumerate(session.lost, 1)]
         made_before = {"newton": [ended(Stalled(SLOW), *iterates)]}
     structure, start = Structure(dense, np.zeros(dense.n), made_before), session.start
-    fast = compiled() if session.is_compiled else None
     if fast is not None:
         structure.follow = fast.follow
     structure.reduced = session.reduced
@@ -467,20 +474,16 @@ def first_steps(session: Session) -> Steps:
     return None
 
 
-IGNORED = partial(np.errstate, all="ignore")
-RAISED = partial(np.errstate, over="raise", invalid="raise", divide="raise")
-PROGRAM = Attempt(program_steps, IGNORED)
-DIRECT = Attempt(direct_steps, IGNORED), Attempt(first_steps, RAISED)
-
-
-def attempts(session: Session) -> list[Attempt]:
+def attempts(session: Session) -> list[Callable[[Session], Steps]]:
     """Return the attempts that are made on the problem of a session, in their
     order."""
     problem = session.problem
-    applicable = [*DIRECT] if applies(problem, session.is_compiled) else []
+    applicable: list[Callable[[Session], Steps]] = []
+    if applies(problem, session.is_compiled):
+        applicable.append(direct_steps)
     if session.start is None and may_be_program(problem):
         is_last = session.is_compiled and problem.n <= MOST_BY_KERNELS
-        applicable.insert(len(applicable) * is_last, PROGRAM)
+        applicable.insert(len(applicable) * is_last, program_steps)
     return applicable
 
 

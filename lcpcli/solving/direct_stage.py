@@ -11,7 +11,7 @@ import numpy as np
 
 from lcpcli.methods.newton import iterate_of
 from lcpcli.methods.stages import Finished, Iterate, Stage
-from lcpcli.solving.direct_run import Attempt, Session, attempts
+from lcpcli.solving.direct_run import Session, Steps, attempts
 from lcpcli.solving.result import Result
 from lcpcli.typing import Vector
 
@@ -24,7 +24,7 @@ def shown(session: Session, others: Callable[[], Stage]) -> Stage:
     takes over from an earlier one, or makes again, is passed on once."""
     seen = list[Vector]()
     for attempt in attempts(session):
-        result = yield from _once(_iterates(session, attempt), seen)
+        result = yield from _once(_iterates(attempt(session), session), seen)
         if result is not None:
             return Finished()
     return (yield from _once(others(), seen))
@@ -50,16 +50,15 @@ def _once(
 
 
 def _iterates(
-    session: Session, attempt: Attempt
+    steps: Steps, session: Session
 ) -> Generator[Iterate, None, Result | None]:
     """Yield the steps of an attempt as iterates, the last one, if it ends at a
     solution, with the z of its result."""
-    steps, number = attempt.steps(session), 0
+    number = 0
     last: Iterate | None = None
     while True:
         try:
-            with attempt.errors():
-                step = next(steps)
+            step = next(steps)
         except StopIteration as end:
             result: Result | None = end.value
             break
@@ -68,16 +67,16 @@ def _iterates(
         yield last
     if result is None or not result.iterations:
         return result
-    z, box = result.z, result.problem.box
+    z, w, box = result.z, session.problem.w(result.z), session.problem.box
     if number < result.iterations or last is None:
         answer = session.answer
         if answer is not None and answer.method == "newton":
-            last = iterate_of((z, result.w, answer.is_single), number + 1)
+            last = iterate_of((z, w, answer.is_single), number + 1)
         else:
             last = Iterate(z, None, "", number + 1, result.route[-1])
     elif np.array_equal(box.z_of(last.x), z):
         return result
     basis = box.basis_at(z) if result.end is None else result.end
-    x = box.x_within(z, result.w, basis)  # whose z is this one, bit for bit
+    x = box.x_within(z, w, basis)  # whose z is this one, bit for bit
     yield last._replace(x=x, F=None, signs_final=True, basis=result.end)
     return result

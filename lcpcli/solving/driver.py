@@ -115,7 +115,10 @@ def run(
     )
     if method == "auto" and not additions:
         session.options = methods.options_in_force(method, problem, chosen)
-        is_shown = any(each is not None for each in (trace, curve, callback, observe))
+        is_shown = not (
+            trace is None and curve is None and callback is None and observe is None
+        )
+        session.is_shown = is_shown
         session.is_compiled = compiled and not is_shown
         if not is_shown:
             result = _without_loop(session)
@@ -175,7 +178,7 @@ def _without_loop(session: Session) -> Result | None:
     """Return the result of the attempts that need no loop; None if there is none, or
     the loop is to say that Ctrl-C has ended them."""
     try:
-        return direct_run.answered(session, direct_run.attempts(session))
+        return direct_run.answered(session)
     except KeyboardInterrupt:
         session.interrupted = True
     return None

@@ -231,7 +231,7 @@ class Solver:
         basis, result = self._states(problem) if warm else None, None
         if direct_run.applies(problem):
             session.start = None if basis is None else Start(problem, basis)
-            return direct_run.answered(session, direct_run.DIRECT)
+            return direct_run.exhausted(direct_run.direct_steps(session))
         if basis is not None and not self._paused:
             self._principal = self._principal or PrincipalSolver(
                 self._like.M, self._like.latest
