@@ -440,8 +440,9 @@ def first_steps(session: Session, dense: Problem, fast: ModuleType | None) -> St
             recorded,
         )
     made_before = None
-    if session.lost:
-        iterates = [iterate_of(made, k) for k, made in enumerate(session.lost, 1)]
+    iterates = [iterate_of(made, k) for k, made in enumerate(session.lost, 1)]
+    passed = {id(each.x) for each in iterates}  # when they were made
+    if iterates:
         made_before = {"newton": [ended(Stalled(SLOW), *iterates)]}
     structure, start = Structure(dense, np.zeros(dense.n), made_before), session.start
     if fast is not None:
@@ -458,7 +459,8 @@ def first_steps(session: Session, dense: Problem, fast: ModuleType | None) -> St
         )
         while isinstance(step := advance(turn), Iterate):
             route.append(step.method)
-            yield step
+            if id(step.x) not in passed:
+                yield step
         if not isinstance(step, Finished):
             continue
         session.stopwatch.count("solve")
