@@ -12,8 +12,11 @@ from pathlib import Path
 
 import pytest
 
+from lcpcli.cli.command import lcp
+from lcpcli.cli.declarations import OF_METHODS
 from lcpcli.inspection.verdict import CLASSES
 from lcpcli.methods.registry import ANY, METHODS
+from lcpcli.options import LIMITS
 
 from .conftest import BATCH
 
@@ -386,3 +389,17 @@ def test_what_the_package_knows_itself_is_not_looked_for_in_others() -> None:
         run(ROOT, ROOT, "-c", f"{solve}; print('lcpcli.additions' in sys.modules)")
         == "False\n"
     )
+
+
+def test_a_request_has_the_values_of_all_options_of_its_command() -> None:
+    requests = {name: lcp.commands[name].request for name in lcp.commands}
+    requests = {name: made for name, made in requests.items() if made is not None}
+    assert {"solve", "compare", "path", "check", "why", "bench"} < {*requests}
+    for name, made in requests.items():
+        names = {str(param.name) for param in lcp.commands[name].params}
+        request = made(**dict.fromkeys(names))
+        others = {*OF_METHODS, *(limit.name for limit in LIMITS)}
+        fields = vars(request).keys()
+        assert names - fields <= (others if "own" in fields else set()), name
+        with pytest.raises(AttributeError):
+            request.another  # noqa: B018

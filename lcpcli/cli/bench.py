@@ -5,16 +5,24 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from lcpcli.bench.suites import ALL, DEFAULT_METHODS, SUITES, Suite, methods_of
 from lcpcli.cli import declarations, output
 from lcpcli.cli.command import Candidates, command
-from lcpcli.cli.declarations import argument, option, refuse, refuse_beside
+from lcpcli.cli.declarations import (
+    RESUMED_BENCH,
+    Reporting,
+    argument,
+    option,
+    refuse,
+    refuse_beside,
+)
 from lcpcli.cli.main import of_end, refused
-from lcpcli.cli.problems import Inputs, Request, same_file, settle_threads, taken, tell
+from lcpcli.cli.problems import Inputs, same_file, settle_threads, taken, tell
 from lcpcli.cli.terminal import Line, shows_progress
 from lcpcli.errors import OTHER_OUTPUT, Exit, OptionError, count, listed, missing
 from lcpcli.methods.registry import Variant, meanings
@@ -44,7 +52,26 @@ MEANINGS = {
 MEASURING = (TOL, OF_EACH_RUN, ACCEPT, BUDGET)
 
 
+@dataclass(frozen=True)
+class Bench(Reporting):
+    """What lcp bench was asked."""
+
+    suite: Sequence[str] = ()
+    infinity: float | None = None
+    methods: Sequence[Variant] = ()
+    sweep: Sequence[str] = ()
+    peers: Sequence[str] = ()
+    tol: float | None = None
+    time_limit: float | None = None
+    accept: float | None = None
+    budget: float | None = None
+    threads: int | None = None
+    resume: str | None = None
+    plot: str | None = None
+
+
 @command(
+    request=Bench,
     short_help="Measure methods on suites of problems.",
     examples=(
         "lcp bench",
@@ -123,26 +150,12 @@ MEASURING = (TOL, OF_EACH_RUN, ACCEPT, BUDGET)
     ),
     quiet="Print neither results nor progress, only errors.",
 )
-def bench(
-    suite: Sequence[str],
-    infinity: float | None,
-    methods: Sequence[Variant],
-    quiet: bool,
-    **given: Any,
-) -> int:
+def bench(request: Bench) -> int:
     """Measure methods, and other solvers, on the problems of suites or in files."""
-    numbers = taken(given, [number.name for number in MEASURING])
-    request = Request(
-        inputs=Inputs(suite, infinity=infinity),
-        numbers=numbers,
-        variants=methods,
-        quiet=quiet,
-        **given,
-    )
     settle_threads((), request.threads)
     from lcpcli.files.atomic_write import refuse_unwritable, reserve
 
-    destination = output.Destination(request.form, request.output, quiet)
+    destination = output.Destination.of(request)
     for path in filter(None, (request.output, request.plot)):
         refuse_unwritable(path)
     output.require_plot(request.plot)
@@ -153,7 +166,7 @@ def bench(
         return _run(request, destination)
 
 
-def _run(request: Request, destination: output.Destination) -> int:
+def _run(request: Bench, destination: output.Destination) -> int:
     from lcpcli.bench import report, timing
     from lcpcli.files.atomic_write import append
     from lcpcli.report import result_formats
@@ -244,12 +257,12 @@ def _run(request: Request, destination: output.Destination) -> int:
     return Exit.INTERRUPTED
 
 
-def _new_record(request: Request) -> BenchRecord:
+def _new_record(request: Bench) -> BenchRecord:
     from lcpcli.bench import timing
     from lcpcli.bench.record import Settings
 
-    suites, infinity = request.inputs.files or (DEFAULT_SUITE,), request.inputs.infinity
-    if request.numbers.get("time_limit") == math.inf:
+    suites, infinity = request.suite or (DEFAULT_SUITE,), request.infinity
+    if request.time_limit == math.inf:
         raise OptionError(
             "--time-limit",
             "is infinite",
@@ -259,10 +272,10 @@ def _new_record(request: Request) -> BenchRecord:
     numbers = {
         **{number.name: number.default for number in MEASURING},
         "budget": budget,
-        **request.numbers,
+        **taken(vars(request).copy(), [number.name for number in MEASURING]),
     }
     chosen = declarations.chosen_variants(
-        request.variants, request.sweep, methods_of(suites)
+        request.methods, request.sweep, (), methods_of(suites)
     )
     settings = Settings(**{name: float(value) for name, value in numbers.items()})
     how = partial(tell, quiet=request.quiet), None if infinity == math.inf else infinity
@@ -271,15 +284,10 @@ def _new_record(request: Request) -> BenchRecord:
     )
 
 
-def _read_record(request: Request) -> BenchRecord:
+def _read_record(request: Bench) -> BenchRecord:
     from lcpcli.bench import record, timing
 
-    others = {
-        "SUITE": request.inputs.files,
-        "--method": request.variants,
-        "--infinity": request.inputs.infinity,
-    }
-    refuse_beside("a bench that is resumed", {**request.given, **others})
+    refuse_beside(request.given, RESUMED_BENCH)
     past = record.read(str(request.resume))
     if past.pending():
         timing.refuse_elsewhere(past)
@@ -298,7 +306,17 @@ SLOWER = Option(
 )
 
 
+@dataclass(frozen=True)
+class CompareRuns(Reporting):
+    """What lcp compare-runs was asked."""
+
+    old: str = ""
+    new: str = ""
+    slower: float | None = None
+
+
 @command(
+    request=CompareRuns,
     short_help="Compare the runs in two files.",
     examples=(
         "lcp bench dense -o last-week.json",
@@ -337,16 +355,14 @@ SLOWER = Option(
 )
 @option("Comparison", SLOWER)
 @declarations.reporting(FORMATS_OF_COMPARISON)
-def compare_runs(old: str, new: str, slower: float | None, **given: Any) -> int:
+def compare_runs(request: CompareRuns) -> int:
     """Compare how the runs in OLD and in NEW ended: status, iterations and time."""
-    destination = output.Destination.taken(given)
-    Inputs((old, new)).prepare({"--output": destination.path})
+    destination, files = output.Destination.of(request), (request.old, request.new)
+    Inputs(files).prepare({"--output": destination.path})
     from lcpcli.bench import comparison
 
-    changes, limit = (
-        comparison.changes_between((old, new)),
-        math.inf if slower is None else slower,
-    )
+    changes = comparison.changes_between(files)
+    limit = math.inf if request.slower is None else request.slower
     has_failed = any(comparison.is_failure(change, limit) for change in changes)
-    destination.show(comparison.report((old, new), changes, has_failed).render)
-    return Exit.NOT_SOLVED if has_failed else Exit.SOLVED
+    destination.show(comparison.report(files, changes, has_failed).render)
+    return of_end(not has_failed)

@@ -3,14 +3,21 @@ of a problem."""
 
 from __future__ import annotations
 
-from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 from lcpcli.cli import declarations, output
 from lcpcli.cli.command import command
 from lcpcli.cli.declarations import (
+    EXACT,
+    NONLINEAR_MODEL,
     OTHERS,
     PROBLEM_FILES,
+    PROOF,
+    Bounds,
+    OneProblem,
+    Reporting,
     argument,
     option,
     refuse,
@@ -36,7 +43,17 @@ OF_INSPECTION = TIME_LIMIT._replace(
 )
 
 
+@dataclass(frozen=True)
+class Check(Bounds, Reporting):
+    """What lcp check was asked; paths : of the problem, and the solution."""
+
+    paths: Sequence[str] = ()
+    tol: float | None = None
+    exact: bool = False
+
+
 @command(
+    request=Check,
     short_help="Verify a proposed solution.",
     examples=(
         "lcp solve bimatrix --exact -o result.json",
@@ -67,8 +84,9 @@ OF_INSPECTION = TIME_LIMIT._replace(
 @declarations.with_bounds
 @option("Verification", TOL, "--exact  Verify in exact fractions; 0.1 means 1/10.")
 @reporting(RECORD_MEANINGS)
-def check(paths: tuple[str, ...], tol: float | None, exact: bool, **given: Any) -> int:
+def check(request: Check) -> int:
     """Verify the proposed SOLUTION of the problem in FILE, or in FILE and Q_FILE."""
+    paths, tol, exact = request.paths, request.tol, request.exact
     if not 2 <= len(paths) <= 3:
         hint = (
             "give the file of the problem, the file of q if it is separate, and the "
@@ -78,11 +96,9 @@ def check(paths: tuple[str, ...], tol: float | None, exact: bool, **given: Any) 
             "FILE [Q_FILE] SOLUTION", f"stands for 2 or 3 files, not {len(paths)}", hint
         )
     if exact:
-        refuse_beside("--exact", {"--tol": tol})
-    destination, inputs = (
-        output.Destination.taken(given),
-        Inputs.of(paths[:-1], others=paths[-1:], **given),
-    )
+        refuse_beside(request.given, EXACT)
+    destination = output.Destination.of(request)
+    inputs = Inputs.of(request, paths[:-1], request.quiet, paths[-1:])
     inputs.prepare({"--output": destination.path})
     read = inputs.read(takes_models=True)
     with Line("verifying", is_shown=shows_progress(destination.quiet)):
@@ -113,7 +129,7 @@ def _verifications(
 
     first, problem, where = inputs.files[0], read.problem, place(solution)
     if not isinstance(problem, Problem):
-        refuse_beside("a nonlinear model", {"--exact": exact})
+        refuse_beside({"--exact": exact}, NONLINEAR_MODEL)
     data = read.exactly() if exact else None
     if solution.casefold().endswith(".sol") and read.model is not None:
         answers = [beside.Candidate("solution", read.model.solution_in(solution))]
@@ -139,7 +155,7 @@ def _verifications(
                 problem, rounded(answer.values), tol or TOL.value
             )
         if is_proof:
-            refuse_beside("a proof", {"--tol": tol})
+            refuse_beside({"--tol": tol}, PROOF)
             return checking.verified_proof(
                 problem, answer.values, data, is_rounded=not answer.exact
             )
@@ -170,7 +186,16 @@ def _verifications(
     ]
 
 
+@dataclass(frozen=True)
+class Inspect(OneProblem, Reporting):
+    """What lcp inspect was asked; whole : by --all."""
+
+    time_limit: float | None = None
+    whole: bool = False
+
+
 @command(
+    request=Inspect,
     short_help="Classify and diagnose a problem.",
     examples=(
         "lcp inspect paper-example-2",
@@ -186,23 +211,20 @@ def _verifications(
 @option("Stopping", OF_INSPECTION)
 @option("Output", "--all whole  Show everything; JSON and CSV always do.")
 @reporting(RECORD_MEANINGS)
-def inspect(
-    file: str, q_file: str | None, time_limit: float | None, whole: bool, **given: Any
-) -> int:
+def inspect(request: Inspect) -> int:
     """Report the classes of M, its scaling, and which methods are guaranteed to solve
     the problem; of a nonlinear model the rows and operators, and what is known of F and
     its Jacobian at the start."""
-    destination, inputs = (
-        output.Destination.taken(given),
-        Inputs.of(list(filter(None, [file, q_file])), **given),
-    )
+    destination = output.Destination.of(request)
+    inputs = Inputs.of(request, request.files, request.quiet)
     inputs.prepare({"--output": destination.path})
     from lcpcli.inspection.inspection import inspect as inspected
     from lcpcli.inspection.inspection import inspect_nonlinear
     from lcpcli.model.problem import Problem
     from lcpcli.report import inspection_text
 
-    read, seconds = inputs.read(takes_models=True), time_limit or OF_INSPECTION.value
+    read = inputs.read(takes_models=True)
+    seconds = request.time_limit or OF_INSPECTION.value
     problem = read.problem
     found: Inspection | NonlinearInspection
     if isinstance(problem, Problem):
@@ -213,6 +235,8 @@ def inspect(
         found = inspect_nonlinear(
             problem, model.operators, model.header.common, len(model.fixed), seconds
         )
-    report = inspection_text.report(found, whole)
-    destination.show(report.render, f"{place(file)}: {inspection_text.verdict(found)}")
+    report = inspection_text.report(found, request.whole)
+    destination.show(
+        report.render, f"{place(request.file)}: {inspection_text.verdict(found)}"
+    )
     return 0

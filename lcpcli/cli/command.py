@@ -35,6 +35,7 @@ OPTIONAL = "--trace"  # the option whose value may be left out
 # Options of other tools whose names resemble other ones here.
 ELSEWHERE = {"maxiter": "max-iterations"}
 GONE = {  # options of earlier versions
+    "q": "it has gone: name the file of q after that of M",
     "warm": "it has gone: give a start near the solution by --z0",
     "stop": "it has gone: in Python a callback= ends a run",
 }
@@ -57,6 +58,8 @@ class Command(click.Command):
         by default all, and the lists.
     lists : under each heading the names that are accepted, with their meanings.
     exits : the meanings of the exit codes, by default those of solving.
+    request : makes what the command is called with of the values of its options, by
+        name; None for a command that is called with these.
     """
 
     def __init__(
@@ -66,10 +69,12 @@ class Command(click.Command):
         common: Sequence[str] = (),
         lists: Mapping[str, Mapping[str, str]] | None = None,
         exits: Mapping[Exit, str] = EXITS,
+        request: Callable[..., Any] | None = None,
         **attributes: Any,
     ) -> None:
         super().__init__(*positional, **attributes)
         self.examples, self.common, self.lists = examples, common, lists or {}
+        self.request = request
         own = {Exit.BAD_INPUT: Exit.BAD_INPUT.meaning, **exits}
         self.exits = {code: own[code] for code in Exit if code in own}
 
@@ -139,7 +144,10 @@ class Command(click.Command):
             raise OptionError(name, unknown, self._suggest(ctx, name) or hint) from None
 
     def invoke(self, ctx: click.Context) -> Any:
-        ctx.params = {name: _as_typed(value) for name, value in ctx.params.items()}
+        given = {name: _as_typed(value) for name, value in ctx.params.items()}
+        ctx.params = given
+        if self.request is not None:
+            ctx.params = {"request": self.request(**given)}
         return super().invoke(ctx)
 
     def _suggest(self, ctx: click.Context, given: str) -> str:

@@ -1,9 +1,10 @@
-"""The arguments and options that several commands share, each declared once, and which
-have no effect together."""
+"""The arguments and options that several commands share, each declared once, with their
+values in a request; and which have no effect together."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass
 from functools import reduce
 from typing import Any, NamedTuple
 
@@ -54,7 +55,6 @@ SWEEP, VARY = "--sweep", "--vary"
 # limits and output.
 COMMON = (
     *(
-        "--q",
         "--lower",
         "--upper",
         "--method",
@@ -74,6 +74,61 @@ Declaration = Callable[[Any], Any]
 FILES = Candidates(files=True)
 PROBLEM_FILES = FILES._replace(problems=True)
 FLAGS: dict[str, str] = {}  # of all options that are declared, by name
+
+
+@dataclass(frozen=True)
+class Writing:
+    """What a command that writes was asked: -o and --quiet."""
+
+    output: str | None = None
+    quiet: bool = False
+
+    @property
+    def given(self) -> dict[str, Any]:
+        """Return the values of the options by flag."""
+        return {FLAGS.get(name, name): value for name, value in vars(self).items()}
+
+
+@dataclass(frozen=True)
+class Reporting(Writing):
+    """What a command that reports was asked; form : by --format, None for that of the
+    suffix of -o."""
+
+    form: str | None = None
+
+
+@dataclass(frozen=True)
+class Bounds:
+    """How problems are to be read.
+
+    lower, upper : bounds of z in place of the problem's own, numbers or a file.
+    infinity : bounds of at least this size count as infinite. game : whether two files
+    have the payoffs of a game.
+    """
+
+    lower: str | None = None
+    upper: str | None = None
+    infinity: float | None = None
+    game: bool = False
+
+
+@dataclass(frozen=True)
+class OneProblem(Bounds):
+    """A problem that was asked for, with q in a file of its own if it is separate."""
+
+    file: str = ""
+    q_file: str | None = None
+
+    @property
+    def files(self) -> list[str]:
+        return [self.file] if self.q_file is None else [self.file, self.q_file]
+
+
+@dataclass(frozen=True)
+class ManyProblems(Bounds):
+    """The files and folders that were asked for, of one problem or several."""
+
+    files: Sequence[str] = ()
 
 
 def option(heading: str, *rows: str | Option, **attributes: Any) -> Declaration:
@@ -141,10 +196,9 @@ def argument(
 
     def declare(function: Any) -> Any:
         function = click.argument(name, **attributes)(function)
-        function.__click_params__[-1].heading, function.__click_params__[-1].words = (
-            heading,
-            words,
-        )
+        made = function.__click_params__[-1]
+        made.heading, made.words = heading, words
+        FLAGS[made.name] = name.upper()
         return function
 
     return declare
@@ -255,19 +309,19 @@ def refuse(is_wrong: bool, where: str, fault: str, hint: str = LEAVE_OUT) -> Non
 
 def chosen_variants(
     chosen: Sequence[Variant],
-    axes: Sequence[str],
+    sweep: Sequence[str],
+    vary: Sequence[str],
     default: Sequence[str],
     given: Collection[str] = (),
-    varied: Sequence[str] = (),
 ) -> list[Variant]:
     """Return the requested methods, or the default ones, for all values of --sweep or
     of --vary, which may set no given option."""
-    for axis in (*axes, *varied):
+    for axis in (*sweep, *vary):
         name = axis.partition("=")[0].strip().replace("-", "_")
-        where = VARY if varied else SWEEP
+        where = VARY if vary else SWEEP
         refuse(name in given, where, f"{flag(name)} is given beside it", LEAVE_ONE_OUT)
     variants = list(dict.fromkeys(chosen or map(Variant, default)))
-    return registry.vary(variants, varied) if varied else registry.sweep(variants, axes)
+    return registry.vary(variants, vary) if vary else registry.sweep(variants, sweep)
 
 
 def _names(_: click.Context, __: click.Parameter, text: str | None) -> tuple[str, ...]:
@@ -291,12 +345,11 @@ bounds_options = option(
     ),
     INFINITY,
 )
-q_option = option("Problem", "--q FILE  The same as Q_FILE.  [default: none]")
 game_option = option(
     "Problem", "--game  The two files are tables of the payoffs A and B of a game."
 )
 # The options of a command that reads problems.
-with_bounds = declared(q_option, bounds_options, game_option)
+with_bounds = declared(bounds_options, game_option)
 # The problem of a command that takes one: its file, and the file of q if it is
 # separate.
 problem_file = declared(
@@ -414,140 +467,157 @@ solving = declared(
 )
 
 
-OF_ITERATES = ("--trace", "--every", "--columns")
+# Options by what they need: iterates that are shown, a figure of one problem, unknowns
+# in a table, a method that is chosen and runs.
+ITERATES_STEP = ("--every", "--columns")
+OF_ITERATES = ("--trace", *ITERATES_STEP)
+FIGURES = ("--plot", "--paths")
+UNKNOWNS = ("--show",)
 OWN = {flag(f"{no}{name}") for name in OF_METHODS for no in ("", "no-")}
 OF_LINEAR = OWN - {flag(name) for name in (*options_of(NONLINEAR), "z0")}
-ONE_SOLUTION = {
-    *OWN,
-    *OF_ITERATES[:2],
-    "--method",
-    "--tol",
-    "--max-iterations",
-    "--paths",
-    "--bound",
-}
-ONE_SOLUTION |= {"--jobs", "--cluster", "--resume", "--sequence"}
+OF_RUNS = {"--jobs", "--cluster", "--resume", "--sequence"}
+ONE_SOLUTION = OWN | OF_RUNS | {*OF_ITERATES[:2], "--method", "--paths", "--bound"}
+ONE_SOLUTION |= {"--tol", "--max-iterations"}
 FAMILY = ("FAMILY", "-n", "--seed", "--set")
 BENCH = (
-    "SUITE",
-    "--method",
-    "--sweep",
-    "--peer",
-    "--infinity",
-    "--tol",
-    "--time-limit",
-    "--accept",
-    "--budget",
+    *("SUITE", "--method", "--sweep", "--peer", "--infinity"),
+    *("--tol", "--time-limit", "--accept", "--budget"),
 )
 COMPARE = "leave it out, or use lcp compare"
 
 
 class Refusal(NamedTuple):
+    """Options that have no effect in a mode, with what is said of them."""
+
     options: Collection[str]
     fault: str = "has no effect with {mode}"
     hint: str = LEAVE_OUT
 
 
-OF_SEARCH = Refusal(
+@dataclass(frozen=True, eq=False)
+class Mode:
+    """What a command is asked for or has found, named as messages have it, and the
+    options that it cannot do anything with."""
+
+    name: str
+    refusals: Sequence[Refusal]
+
+
+OWN_METHOD = Refusal(
     ONE_SOLUTION, "has no effect with {mode}, which has a method of its own"
 )
-TABLE = {  # by what is asked for
-    "--all": [Refusal(("--minimize", "--maximize"), hint=LEAVE_ONE_OUT), OF_SEARCH],
-    "--minimize": [
-        Refusal(("--maximize",), hint=LEAVE_ONE_OUT),
-        OF_SEARCH,
-        Refusal(("--plot",)),
+ALL = Mode(
+    "--all", [Refusal(("--minimize", "--maximize"), hint=LEAVE_ONE_OUT), OWN_METHOD]
+)
+MINIMIZE = Mode(
+    "--minimize",
+    [Refusal(("--maximize",), hint=LEAVE_ONE_OUT), OWN_METHOD, Refusal(("--plot",))],
+)
+MAXIMIZE = Mode("--maximize", [OWN_METHOD, Refusal(("--plot",))])
+OBJECTIVE = Mode("the model's objective", [OWN_METHOD, Refusal(("--plot",))])
+ONE = Mode(
+    "one solution",
+    [Refusal(("--max-solutions",), "has no effect without --all", "add --all")],
+)
+SEVERAL = Mode(
+    "several problems",
+    [
+        Refusal(FIGURES, "draws one problem only", COMPARE),
+        Refusal(UNKNOWNS, "chooses the unknowns of one problem only", COMPARE),
     ],
-    "--maximize": [OF_SEARCH, Refusal(("--plot",))],
-    "the model's objective": [OF_SEARCH, Refusal(("--plot",))],
-    "one solution": [
-        Refusal(("--max-solutions",), "has no effect without --all", "add --all")
-    ],
-    "several problems": [
-        Refusal(("--plot", "--paths"), "draws one problem only", COMPARE),
-        Refusal(("--show",), "chooses the unknowns of one problem only", COMPARE),
-    ],
-    "tables of several problems": [
-        Refusal(
-            OF_ITERATES,
-            "has no effect on several problems but in JSON",
-            "give --format json",
-        )
-    ],
-    "--sequence": [
+)
+SEVERAL_IN_TABLES = Mode(
+    "several problems but in JSON",
+    [Refusal(OF_ITERATES, "has no effect on {mode}", "give --format json")],
+)
+SEQUENCE = Mode(
+    "--sequence",
+    [
         Refusal(
             {*OWN, *OF_ITERATES, "--jobs", "--cluster", "--method"},
             "has no effect with {mode}, where auto solves each problem from the "
             "states of the last one",
         )
     ],
-    VARY: [
+)
+VARIED = Mode(
+    VARY,
+    [
         Refusal((SWEEP,), hint=LEAVE_ONE_OUT),
         Refusal(
-            (*OF_ITERATES[1:], "--paths", "--show"),
+            (*ITERATES_STEP, "--paths", *UNKNOWNS),
             "has no effect with {mode}, which shows the ends of runs",
         ),
     ],
-    "--resume": [
+)
+RESUME = Mode(
+    "--resume",
+    [
         Refusal(
             ("--output", "--format"),
             "has no effect with {mode}, which goes on with its file",
         )
     ],
-    "--cluster": [
-        Refusal(("--jobs",), "has no effect with {mode}, which has workers of its own")
-    ],
-    "--quiet": [Refusal(("--trace", "--bound"))],
-    "json": [Refusal(("--show",), "has no effect on {mode}, which has all")],
-    "the iterates in json": [
-        Refusal(("--columns",), "has no effect on {mode}, which have these anyway")
-    ],
-    "csv": [
-        Refusal(
-            ("--bound",), "has no effect on the format {mode}, which holds no proofs"
-        )
-    ],
-    "no iterates": [
-        Refusal(OF_ITERATES[1:], "has no effect where no iterates are shown")
-    ],
-    "no unknowns": [Refusal(("--show",), "has no effect where no unknowns are shown")],
-    "a nonlinear model": [
+)
+CLUSTER = Mode(
+    "--cluster",
+    [Refusal(("--jobs",), "has no effect with {mode}, which has workers of its own")],
+)
+QUIET = Mode("--quiet", [Refusal(("--trace", "--bound"))])
+# JSON has all unknowns and, unless more are asked for, the same columns of iterates.
+JSON = Mode("json", [Refusal(UNKNOWNS, "has no effect on {mode}, which has all")])
+ITERATES_IN_JSON = Mode(
+    "the iterates in json",
+    [Refusal(("--columns",), "has no effect on {mode}, which have these anyway")],
+)
+CSV = Mode(
+    "the format csv",
+    [Refusal(("--bound",), "has no effect on {mode}, which holds no proofs")],
+)
+NO_ITERATES = Mode(
+    "iterates", [Refusal(ITERATES_STEP, "has no effect where no {mode} are shown")]
+)
+NO_UNKNOWNS = Mode(
+    "unknowns", [Refusal(UNKNOWNS, "has no effect where no {mode} are shown")]
+)
+NONLINEAR_MODEL = Mode(
+    "a nonlinear model",
+    [
         Refusal(
             {*OF_LINEAR, "--exact", "--paths", "--lower", "--upper", "--infinity"},
             "has no effect on {mode}",
         )
     ],
-    "--exact": [Refusal(("--tol",))],
-    "a proof": [Refusal(("--tol",), "has no effect on {mode}")],
-    "a bench that is resumed": [
-        Refusal(
-            BENCH, "has no effect with --resume, which keeps the options of the bench"
-        )
-    ],
-    "--list": [
-        Refusal((*FAMILY, "--from-qp", "--from-game", "--output"), hint=LEAVE_ONE_OUT)
-    ],
-    "--from-qp": [Refusal((*FAMILY, "--from-game"), hint=LEAVE_ONE_OUT)],
-    "--from-game": [Refusal(FAMILY, hint=LEAVE_ONE_OUT)],
-}
+)
+EXACT = Mode("--exact", [Refusal(("--tol",))])
+PROOF = Mode("a proof", [Refusal(("--tol",), "has no effect on {mode}")])
+RESUMED_BENCH = Mode(
+    "--resume",
+    [Refusal(BENCH, "has no effect with {mode}, which keeps the options of the bench")],
+)
+LIST = Mode(
+    "--list",
+    [Refusal((*FAMILY, "--from-qp", "--from-game", "--output"), hint=LEAVE_ONE_OUT)],
+)
+FROM_QP = Mode("--from-qp", [Refusal((*FAMILY, "--from-game"), hint=LEAVE_ONE_OUT)])
+FROM_GAME = Mode("--from-game", [Refusal(FAMILY, hint=LEAVE_ONE_OUT)])
 
 
-def refuse_beside(modes: str | Mapping[str, bool], given: Mapping[str, Any]) -> None:
-    """Raise OptionError if a mode, one of TABLE, is asked for beside an option without
-    effect in it. modes : it, or several and whether each is asked for. given : the
-    values of options by flag; None, False and an empty tuple stand for one that is not
-    given."""
-    for mode in (
-        [modes]
-        if isinstance(modes, str)
-        else [mode for mode, is_asked in modes.items() if is_asked]
-    ):
-        for options, fault, hint in TABLE[mode]:
-            for name, value in given.items():
-                if (
-                    name in options
-                    and value is not None
-                    and value is not False
-                    and value != ()
-                ):
-                    raise OptionError(name, fault.format(mode=mode), hint)
+def refuse_beside(given: Mapping[str, Any], *modes: Mode) -> None:
+    """Raise OptionError if one of these modes is asked for beside an option without
+    effect in it. given : the values of options by flag; None, False and an empty tuple
+    stand for one that is not given."""
+    names = [
+        name
+        for name, value in given.items()
+        if value is not None and value is not False and value != ()
+    ]
+    for mode in modes:
+        for options, fault, hint in mode.refusals:
+            for name in names:
+                refuse(name in options, name, fault.format(mode=mode.name), hint)
+
+
+def among(modes: Mapping[Mode, bool]) -> list[Mode]:
+    """Return those modes that are asked for."""
+    return [mode for mode, is_asked in modes.items() if is_asked]

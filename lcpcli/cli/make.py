@@ -3,13 +3,19 @@ write one in another format."""
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from lcpcli.cli.command import Choice, command
 from lcpcli.cli.declarations import (
+    FROM_GAME,
+    FROM_QP,
+    LIST,
+    OneProblem,
+    Writing,
     argument,
     option,
     problem_file,
@@ -55,7 +61,21 @@ CONDITIONS = {
 KINDS = {bool: "true or false", int: "a whole number", float: "a number"}
 
 
+@dataclass(frozen=True)
+class Make(Writing):
+    """What lcp make was asked; listed, settings : by --list and --set."""
+
+    family: str | None = None
+    listed: bool = False
+    n: int | None = None
+    seed: int | None = None
+    settings: Sequence[str] = ()
+    from_qp: str | None = None
+    from_game: str | None = None
+
+
 @command(
+    request=Make,
     short_help="Write a problem of the gallery, a program or a game.",
     examples=(
         "lcp make --list",
@@ -101,52 +121,37 @@ KINDS = {bool: "true or false", int: "a whole number", float: "a number"}
     "--from-game FILE  A game of two players, as in lcp help programs.",
 )
 @problem_output
-def make(
-    family: str | None,
-    settings: tuple[str, ...],
-    listed: bool,
-    quiet: bool,
-    **given: Any,
-) -> int:
+def make(request: Make) -> int:
     """Write a problem of FAMILY, a family of the gallery, or the problem of a program
     or a game."""
-    n, seed, output = (given[name] for name in ("n", "seed", "output"))
-    sources = {"--from-qp": given["from_qp"], "--from-game": given["from_game"]}
-    given = {
-        "FAMILY": family,
-        "-n": n,
-        "--seed": seed,
-        "--set": settings,
-        **sources,
-        "--output": output,
-    }
-    if listed:
-        refuse_beside("--list", given)
+    if request.listed:
+        refuse_beside(request.given, LIST)
         return _show_list()
-    prepare(
-        Inputs([source for source in sources.values() if source is not None]), output
-    )
-    for name, source in sources.items():
-        if source is not None:
-            refuse_beside(name, given)
+    output, quiet, family = request.output, request.quiet, request.family
+    sources = [
+        ("qp", request.from_qp, FROM_QP),
+        ("game", request.from_game, FROM_GAME),
+    ]
+    prepare(Inputs([path for _, path, _ in sources if path is not None]), output)
+    for kind, path, mode in sources:
+        if path is not None:
+            refuse_beside(request.given, mode)
             from lcpcli.files import reading
 
-            write(
-                reading.read_origin(name.removeprefix("--from-"), source), output, quiet
-            )
+            write(reading.read_origin(kind, path), output, quiet)
             return 0
     if family is None:
         raise OptionError(
             "FAMILY", IS_MISSING, "name a family; lcp make --list shows them"
         )
-    parameters = _parameters(family, settings)
+    parameters, seed = _parameters(family, request.settings), request.seed
     without_effect = seed is not None and not gallery.is_random(family)
     refuse(
         without_effect,
         "--seed",
         f"has no effect on {family}, which has no random entries",
     )
-    write(gallery.make(family, n, seed or 0, **parameters), output, quiet)
+    write(gallery.make(family, request.n, seed or 0, **parameters), output, quiet)
     return 0
 
 
@@ -172,7 +177,7 @@ def _show_list() -> int:
     return 0
 
 
-def _parameters(family: str, settings: tuple[str, ...]) -> dict[str, Any]:
+def _parameters(family: str, settings: Sequence[str]) -> dict[str, Any]:
     defaults = gallery.parameters_of(family)
     values: dict[str, Any] = {}
     for setting in settings:
@@ -201,7 +206,13 @@ def _parameters(family: str, settings: tuple[str, ...]) -> dict[str, Any]:
     return values
 
 
+@dataclass(frozen=True)
+class Convert(OneProblem, Writing):
+    """What lcp convert was asked."""
+
+
 @command(
+    request=Convert,
     short_help="Write a problem in another format.",
     examples=(
         "lcp convert bimatrix -o bimatrix.mat",
@@ -217,9 +228,10 @@ def _parameters(family: str, settings: tuple[str, ...]) -> dict[str, Any]:
 )
 @problem_file
 @problem_output
-def convert(file: str, q_file: str | None, output: str | None, **given: Any) -> int:
+def convert(request: Convert) -> int:
     """Write the problem in FILE in another format."""
-    inputs = Inputs.of(list(filter(None, [file, q_file])), **given)
+    inputs = Inputs.of(request, request.files, request.quiet)
+    output, q_file = request.output, request.q_file
     if q_file is not None and output is None and not Path(q_file).exists():
         raise OptionError(q_file, NO_SUCH_FILE, f"to write it, give -o {q_file}")
     prepare(inputs, output)
@@ -228,9 +240,8 @@ def convert(file: str, q_file: str | None, output: str | None, **given: Any) -> 
     from lcpcli.files.writing import exact_endings, is_rounded, kind_of
 
     written = read_written(inputs)
-    inputs.hint_at_option(inputs.files)
     # The problem has no name of its own.
-    if written.rounded.name == InputFile(file).name:
+    if written.rounded.name == InputFile(request.file).name:
         written = replace(
             written, rounded=written.rounded.named(""), own=written.own.named("")
         )

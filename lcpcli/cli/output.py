@@ -6,9 +6,20 @@ import os
 import sys
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from lcpcli.cli.declarations import refuse, refuse_beside
+from lcpcli.cli.declarations import (
+    CSV,
+    ITERATES_IN_JSON,
+    JSON,
+    NO_ITERATES,
+    NO_UNKNOWNS,
+    QUIET,
+    Reporting,
+    among,
+    refuse,
+    refuse_beside,
+)
 from lcpcli.cli.problems import AnyProblem, Request, tell
 from lcpcli.cli.terminal import ITERATES, emit, size, terminal
 from lcpcli.methods.registry import ALL
@@ -58,10 +69,8 @@ class Destination:
             hush()
 
     @classmethod
-    def taken(cls, given: dict[str, Any]) -> Destination:
-        """Return the destination for the options of a command, from which --format and
-        -o are taken away."""
-        return cls(given.pop("form"), given.pop("output"), given["quiet"])
+    def of(cls, asked: Reporting) -> Destination:
+        return cls(asked.form, asked.output, asked.quiet)
 
     @property
     def is_json_file(self) -> bool:
@@ -120,18 +129,18 @@ class Output(Destination):
         columns.require(self.columns, [each.method for each in request.variants])
         self._of_traces = columns.of_traces(self.columns)
         is_json = self.form == "json" and not self.silent
+        is_csv, has_axes = self.form == "csv", bool(request.sweep or request.vary)
         modes = {
-            "--quiet": self.silent,
-            "no iterates": not self._keeps_iterates,
-            "json": is_json,
-            "the iterates in json": is_json and not self._of_traces,
-            "no unknowns": bool(request.sweep or request.vary)
-            and self.form == "csv"
-            and not self.with_iterates,
-            "csv": self.form == "csv",
+            QUIET: self.silent,
+            NO_ITERATES: not self._keeps_iterates,
+            JSON: is_json,
+            ITERATES_IN_JSON: is_json and not self._of_traces,
+            NO_UNKNOWNS: is_csv and has_axes and not self.with_iterates,
+            CSV: is_csv,
         }
         # Not to a file.
-        refuse_beside(modes, request.given | {"--trace": request.trace == ITERATES})
+        given = request.given | {"--trace": request.trace == ITERATES}
+        refuse_beside(given, *among(modes))
         # --trace may have taken the file of a problem.
         if (path := self.trace_path) is not None:
             from lcpcli.report.result_csv import OPENING

@@ -4,19 +4,27 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from lcpcli.cli import declarations
 from lcpcli.cli.command import command
-from lcpcli.cli.declarations import PROBLEM_FILES, argument, option, refuse, reporting
+from lcpcli.cli.declarations import (
+    PROBLEM_FILES,
+    ManyProblems,
+    Reporting,
+    argument,
+    option,
+    refuse,
+    reporting,
+)
 from lcpcli.cli.main import of_end
 from lcpcli.cli.output import Destination, require_plot
 from lcpcli.cli.problems import InputProblem, Inputs
 from lcpcli.cli.terminal import Line, shows_progress
 from lcpcli.errors import EXITS, Exit, OptionError, ProblemError
-from lcpcli.files import contents, fields
+from lcpcli.files import contents
 from lcpcli.options import MAX_BREAKPOINTS, TIME_LIMIT, TOL
 from lcpcli.report import document, wording
 
@@ -36,7 +44,47 @@ OF_POINTS = TOL._replace(
 )
 
 
+@dataclass(frozen=True)
+class PathRequest(ManyProblems, Reporting):
+    """What lcp path was asked; start, stop : by --from and --to."""
+
+    direction: str | None = None
+    start: str | None = None
+    stop: str | None = None
+    turns: bool = False
+    exact: bool = False
+    tol: float | None = None
+    time_limit: float | None = None
+    max_breakpoints: int | None = None
+    at: str | None = None
+    names: Sequence[str] = ()
+    plot: str | None = None
+
+    def inputs(self) -> tuple[Inputs, list[Inputs]]:
+        """Return the inputs of all files, and those of each problem."""
+        files, quiet = self.files, self.quiet
+        is_one = self.direction is not None
+        where, means, fewest = ("FROM TO", "stands for", 2)
+        hint = (
+            "give two problems, or a file with M and two with q, or a problem and "
+            "--direction"
+        )
+        if is_one:
+            where, means, fewest = ("--direction", "takes", 1)
+            hint = "give one problem: a file, or a file with M and one with q"
+        fault = f"{means} {fewest} or {fewest + 1} files, not {len(files)}"
+        refuse(len(files) not in (fewest, fewest + 1), where, fault, hint)
+        others = [] if self.direction is None else [self.direction]
+        whole = Inputs.of(self, files, quiet, others)
+        if is_one:
+            return whole, [whole]
+        return whole, [
+            Inputs.of(self, [*files[:-2], each], quiet) for each in files[-2:]
+        ]
+
+
 @command(
+    request=PathRequest,
     short_help="Follow the solution from one problem to another.",
     examples=(
         "lcp path paper-example-1 --direction 1,1,1,1 --to 2",
@@ -83,7 +131,6 @@ OF_POINTS = TOL._replace(
     nargs=-1,
     shell_complete=PROBLEM_FILES,
 )
-@declarations.q_option
 @option(
     "Problem",
     "--direction NUMBERS|FILE  In place of TO: q becomes q + t d, with this d.  "
@@ -108,83 +155,44 @@ OF_POINTS = TOL._replace(
         "--plot FILE  Draw z(t), and the objective of a program: .png, .svg or .pdf.",
     ),
 )
-def path(
-    files: Sequence[str],
-    direction: str | None,
-    at: str | None,
-    names: Sequence[str],
-    plot: str | None,
-    **given: Any,
-) -> int:
+def path(request: PathRequest) -> int:
     """Follow the solution z(t) as q and the bounds of one problem change to those of
     another."""
     from lcpcli.parametric.path import REACHED
 
-    destination, exact = Destination.taken(given), given.pop("exact")
-    how = {name: given.pop(name) for name in (*fields.BOUND_OPTIONS, "q", "quiet")} | {
-        "game": False
-    }
-    refuse(
-        direction is None and how["q"] is not None,
-        "--q",
-        "is for --direction",
-        "name M, and the q of each problem",
-    )
-    where, means, fewest = (
-        ("FROM TO", "stands for", 2)
-        if direction is None
-        else ("--direction", "takes", 1)
-    )
-    hint = "give one problem: a file, or a file with M and one with q"
-    if direction is None:
-        hint = (
-            "give two problems, or a file with M and two with q, or a problem and "
-            "--direction"
-        )
-    is_wrong = len(files) not in (fewest, fewest + 1)
-    refuse(
-        is_wrong,
-        where,
-        f"{means} {fewest} or {fewest + 1} files, not {len(files)}",
-        hint,
-    )
-    whole = Inputs.of(files, **how, others=[direction] if direction else [])
-    inputs = (
-        [whole]
-        if direction is not None
-        else [Inputs.of([*files[:-2], each], **how) for each in files[-2:]]
-    )
-    whole.prepare({"--output": destination.path, "--plot": plot})
-    refuse(
-        direction is not None and given["stop"] is None,
-        "--direction",
-        "has no end",
-        "add --to, the last t",
-    )
-    stop = given.pop("stop") or "1"
+    destination, exact, names = Destination.of(request), request.exact, request.names
+    whole, inputs = request.inputs()
+    whole.prepare({"--output": destination.path, "--plot": request.plot})
+    direction = request.direction
+    has_no_end = direction is not None and request.stop is None
+    refuse(has_no_end, "--direction", "has no end", "add --to, the last t")
+    stop = request.stop or "1"
     span = (
-        _number("--from", given.pop("start") or "0", exact),
+        _number("--from", request.start or "0", exact),
         _number("--to", stop, exact),
     )
     fault = f"is {float(span[1]):g}, and the path begins at t = {float(span[0]):g}"
     refuse(span[0] >= span[1], "--to", fault, "give a larger number")
-    require_plot(plot)
-    asked = _values(at, *span, exact)
+    require_plot(request.plot)
+    asked = _values(request.at, *span, exact)
     ends = [each.read() for each in inputs]
     if direction is not None:
         d = _direction(direction, ends[0].problem)
         ends = [contents.within("--direction", _along, ends[0], d, t) for t in span]
-    file, files_read = (
-        contents.place(inputs[-1].files[-1]),
-        [contents.place(each.files[-1]) for each in inputs],
-    )
+    files_read = [contents.place(each.files[-1]) for each in inputs]
+    file = files_read[-1]
     if names:
         from lcpcli.report.path_formats import Ends
 
         # Refuses a name of none.
         wording.places(Ends(*(each.problem for each in ends)).names(), names)
-    with Line("following the path", is_shown=shows_progress(how["quiet"])):
-        found, code = _followed(ends, file, span, **given)
+    limits = {
+        "tol": request.tol,
+        "time_limit": request.time_limit,
+        "max_breakpoints": request.max_breakpoints,
+    }
+    with Line("following the path", is_shown=shows_progress(request.quiet)):
+        found, code = _followed(ends, file, span, turns=request.turns, **limits)
     from lcpcli.report import path_formats, plotting
 
     if direction is not None and found.end == REACHED:  # there is no second problem
@@ -194,7 +202,8 @@ def path(
         f"{file}: {found.message}",
     )
     destination.add(
-        plot, lambda name: found.plot(show=names).content(plotting.form_of(name))
+        request.plot,
+        lambda name: found.plot(show=names).content(plotting.form_of(name)),
     )
     return code
 

@@ -14,14 +14,22 @@ import stat
 import sys
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from functools import cache, partial
-from itertools import chain, islice, pairwise
-from types import MappingProxyType, SimpleNamespace
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
+from itertools import chain, islice
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias, TypeVar
 
 from lcpcli import options
-from lcpcli.cli.declarations import FLAGS, OF_METHODS, STARTS, refuse, refuse_beside
+from lcpcli.cli.declarations import (
+    NONLINEAR_MODEL,
+    OF_METHODS,
+    STARTS,
+    Bounds,
+    ManyProblems,
+    Reporting,
+    refuse,
+    refuse_beside,
+)
 from lcpcli.cli.main import say
 from lcpcli.cli.terminal import STANDARD, Line, shows_progress
 from lcpcli.clock import seconds
@@ -32,7 +40,6 @@ from lcpcli.errors import (
     OTHER_OUTPUT,
     OptionError,
     ProblemError,
-    count,
     listed,
 )
 from lcpcli.files import contents, fields
@@ -65,6 +72,9 @@ if TYPE_CHECKING:
 LARGE_FILE = 8 * MANY_ROWS**2
 
 
+NO_BOUNDS: Mapping[str, Any] = dict.fromkeys(fields.BOUND_OPTIONS)
+
+
 class InputProblem(NamedTuple):
     """A problem from the input: a Problem, or a NonlinearProblem where these are taken.
 
@@ -84,41 +94,33 @@ class InputProblem(NamedTuple):
 class Inputs(NamedTuple):
     """The files of a command, and how they are to be read.
 
-    of_folders : those files that come from folders. lower, upper : bounds of z in place
-    of the problem's own, numbers or a file. infinity : bounds of at least this size
-    count as infinite. game : whether two files have the payoffs of a game. has_q :
-    whether --q has named the second of two files. quiet : whether remarks on the input
-    are left out.
+    of_folders : those files that come from folders. bounds : of z in place of the
+    problem's own, numbers or a file, and the size from which on they are infinite, by
+    name. game : whether two files have the payoffs of a game. quiet : whether remarks
+    on the input are left out.
     others : the values of other options that may name files to read, such as starting
         points. ahead : those of the files that have been read, by their names.
     """
 
     files: Sequence[str]
-    lower: str | None = None
-    upper: str | None = None
-    infinity: float | None = None
+    bounds: Mapping[str, Any] = NO_BOUNDS
     game: bool = False
-    has_q: bool = False
     quiet: bool = False
     of_folders: Collection[str] = ()
     others: Sequence[str] = ()
     ahead: Mapping[str, InputFile] = {}
 
     @classmethod
-    def of(cls, files: Sequence[str], q: str | None = None, **given: Any) -> Inputs:
-        """Return the inputs in these files, with q in the file of --q if there is
-        one."""
-        if q is not None and (len(files) != 1 or given["game"]):
-            fault = (
-                "names q for one file with M, not for "
-                f"{'a game' if given['game'] else count(len(files), 'file')}"
-            )
-            raise OptionError("--q", fault, "write M.csv --q q.csv, with both names")
-        return cls([*files, *filter(None, [q])], has_q=q is not None, **given)
-
-    @property
-    def bounds(self) -> dict[str, Any]:
-        return {name: getattr(self, name) for name in fields.BOUND_OPTIONS}
+    def of(
+        cls,
+        asked: Bounds,
+        files: Sequence[str],
+        quiet: bool,
+        others: Sequence[str] = (),
+    ) -> Inputs:
+        """Return the inputs in files, to be read as asked."""
+        bounds = {name: getattr(asked, name) for name in fields.BOUND_OPTIONS}
+        return cls(files, bounds, asked.game, quiet, others=others)
 
     @property
     def paths(self) -> list[str]:
@@ -126,7 +128,7 @@ class Inputs(NamedTuple):
         numbers or files."""
         return [
             *self.files,
-            *(bound for bound in (self.lower, self.upper) if bound is not None),
+            *(text for text in map(self.bounds.get, fields.BOUNDS) if text is not None),
             *self.others,
         ]
 
@@ -188,7 +190,6 @@ class Inputs(NamedTuple):
             )
             (found,) = self.problems(work, takes_models)
         self.tell(found.remarks)
-        self.hint_at_option(self.files)
         return found
 
     def reading(self) -> Line:
@@ -196,11 +197,6 @@ class Inputs(NamedTuple):
         names = listed(map(place, self.files[:2])) if self.files else ""
         more = ", ..." if len(self.files) > 2 else ""
         return Line(f"reading {names}{more}", is_shown=shows_progress(self.quiet))
-
-    def hint_at_option(self, paths: Sequence[str]) -> None:
-        """Say how a file of q is named, if it stands behind -q."""
-        if len(paths) == 2 and ("-q", paths[1]) in pairwise(sys.argv):
-            tell(f"-q is --quiet; to name the file of q, write --q {paths[1]}")
 
     def tell(self, remarks: Sequence[str]) -> None:
         for remark in remarks:
@@ -235,26 +231,19 @@ class Inputs(NamedTuple):
             self.files,
             streams=are_many,
             of_folders=self.of_folders,
-            has_q=self.has_q,
             ahead=self.ahead,
         )
         if are_many:
             return each, True
         first = list(islice(each, 2))
-        if (
-            isinstance(first[0], QColumns)
-            and not self.has_q
-            and first[0].names[0] == FIRST_NAME
-        ):
+        if isinstance(first[0], QColumns) and first[0].names[0] == FIRST_NAME:
             own, columns = first[0].sources[0].file, len(first[0].names)
             means = (
-                f"its {columns} columns are {columns} q, as --q would say; if they "
-                "are M and q, name it alone"
+                f"its {columns} columns are {columns} q; if they are M and q, name it "
+                "alone"
             )
             # It may have been meant as [M | q]
             self.tell([f"{own}: {means}"] * (columns == len(first[0].Q) + 1))
-        if len(first) == 1:
-            self.hint_at_option(self.files)
         return chain(first, each), len(first) > 1 or isinstance(first[0], QColumns)
 
     def problems(
@@ -275,10 +264,8 @@ class Inputs(NamedTuple):
 
                 fault = f"is not needed: {file.place} is a model"
                 raise ProblemError(others[0].path, fault, NOT_SECOND)
-            refuse_beside(
-                "a nonlinear model",
-                {flag(name): value for name, value in self.bounds.items()},
-            )
+            given = {flag(name): value for name, value in self.bounds.items()}
+            refuse_beside(given, NONLINEAR_MODEL)
             yield InputProblem(
                 model.nonlinear,
                 None,
@@ -311,7 +298,7 @@ class Inputs(NamedTuple):
         problem, remarks = without_wrong_solutions(changed, file.path)
         # On what has been read.
         notes = [problem.note] if file.kind.is_model else []
-        if problem.has_far_sides and self.infinity is None:
+        if problem.has_far_sides and self.bounds.get("infinity") is None:
             from lcpcli.model import changes
 
             notes.append(changes.remark(problem))
@@ -384,62 +371,78 @@ def settle_threads(files: Iterable[str], threads: int | None = None) -> None:
         os.environ.update({name: os.environ.get(name) or "1" for name in VARIABLES})
 
 
+NO_INPUTS = Inputs(())
 methods_run: set[str] = set()  # by this process
 Values = dict[str, Any]  # options of a method, by name
 AnyProblem: TypeAlias = "Problem | NonlinearProblem"
+R = TypeVar("R", bound="Request")
 Traces = Callable[[AnyProblem], "tuple[Trace | None, Trace | None]"]
 
 
-class Request(SimpleNamespace):
-    """The request of a command: its options, by name. One that is not given is None,
-    False for a flag, or empty; one that the command does not have is None.
+@dataclass(frozen=True)
+class Request(ManyProblems, Reporting):
+    """What a command that solves was asked.
 
-    inputs : the problems. own : the options of methods, the additions and the starts
-    that are given, by name. numbers : likewise the limits of a run, and what a bench
-    needs. levels : for a comparison, the errors whose first attainment is recorded.
+    own : the options of methods, the additions and the starts that are given, by name.
+    numbers : likewise the limits of a run. max_solutions to sweep : of one of the
+    commands alone. inputs : the problems. levels : for a comparison, the errors whose
+    first attainment is recorded.
     adds_auto : whether `auto` runs too where none of the methods solves a problem.
     """
 
-    inputs: Inputs
-    own: Mapping[str, Any] = MappingProxyType({})
-    numbers: Mapping[str, Any] = MappingProxyType({})
+    exact: bool = False
+    bound: bool = False
+    threads: int | None = None
+    trace: str | None = None
+    names: Sequence[str] = ()
+    every: int | None = None
+    columns: Sequence[str] = ()
+    plot: str | None = None
+    paths: str | None = None
+    max_solutions: int | None = None
+    jobs: int | None = None
+    cluster: str | None = None
+    sequence: bool = False
+    resume: str | None = None
+    vary: Sequence[str] = ()
+    sweep: Sequence[str] = ()
+    own: Mapping[str, Any] = field(default_factory=dict)
+    numbers: Mapping[str, Any] = field(default_factory=dict)
+    inputs: Inputs = NO_INPUTS
     variants: Sequence[Variant] = ()
     levels: tuple[float, ...] = ()
-    adds_auto = False
-
-    def __getattr__(self, name: str) -> None:
-        if name not in FLAGS:
-            raise AttributeError(name)
+    adds_auto: bool = False
 
     @classmethod
-    def of(
-        cls, files: Sequence[str], default: Sequence[str] = (), **given: Any
-    ) -> Request:
-        """Return the request for files and folders; set the threads, and refuse what
-        cannot be written or compiled."""
+    def of(cls: type[R], **given: Any) -> R:
+        """Return the request for the values of the options of a command."""
+        own = taken(given, OF_METHODS)
+        numbers = taken(given, [each.name for each in LIMITS])
+        return cls(own=own, numbers=numbers, **given)
+
+    def prepared(self: R, default: Sequence[str] = (), **more: Any) -> R:
+        """Return the request with its inputs and more attributes; set the threads, and
+        refuse what cannot be written or compiled. default : the files if none are
+        given."""
         wants_kernels()  # or its error, before anything is read
-        found = files_in(files, partial(tell, quiet=given["quiet"])) or default
-        how = {name: given.pop(name) for name in ("q", *fields.BOUND_OPTIONS, "game")}
-        starts = [given[name] for name in STARTS if given.get(name) is not None]
-        of_folders = set(found) - {*files, *default}
-        inputs = Inputs.of(
-            found, **how, quiet=given["quiet"], of_folders=of_folders, others=starts
-        )
-        own, numbers = (
-            taken(given, OF_METHODS),
-            taken(given, [limit.name for limit in LIMITS]),
-        )
-        request = cls(inputs=inputs, own=own, numbers=numbers, **given)
+        files = files_in(self.files, partial(tell, quiet=self.quiet)) or default
+        starts = [self.own[name] for name in STARTS if name in self.own]
+        inputs = Inputs.of(self, files, self.quiet, starts)
         # With --resume there is no other output.
-        path = request.output if request.resume is None else None
         outputs = {
-            "--output": path,
-            "--trace": request.trace or None,
-            "--plot": request.plot,
-            "--paths": request.paths,
+            "--output": self.output if self.resume is None else None,
+            "--trace": self.trace or None,
+            "--plot": self.plot,
+            "--paths": self.paths,
+            "--resume": self.resume,
         }
-        inputs.prepare({**outputs, "--resume": request.resume}, request.threads)
-        return request
+        inputs.prepare(outputs, self.threads)
+        of_folders = set(files) - {*self.files, *default}
+        return replace(self, inputs=inputs._replace(of_folders=of_folders), **more)
+
+    def reading(self: R, ahead: Mapping[str, InputFile]) -> R:
+        """Return the request with files that have been read, by their names."""
+        return replace(self, inputs=self.inputs._replace(ahead=ahead))
 
     @property
     def given(self) -> dict[str, Any]:
@@ -450,10 +453,7 @@ class Request(SimpleNamespace):
             for name, value in {**self.own, **self.numbers}.items()
         }
         method = None if [*self.variants] == [Variant(AUTO)] else self.variants
-        options = {
-            FLAGS.get(name) or flag(name): value for name, value in vars(self).items()
-        }
-        return own | options | {"--method": method}
+        return own | super().given | {"--method": method}
 
     @property
     def limits(self) -> Limits:
@@ -556,7 +556,7 @@ class Request(SimpleNamespace):
                         "nonlinear"
                     )
                     raise OptionError("--method", fault, f"give {listed([*NONLINEAR])}")
-            refuse_beside("a nonlinear model", self.given)
+            refuse_beside(self.given, NONLINEAR_MODEL)
         given = {name: _value(name, text, problem) for name, text in self.own.items()}
         if is_nonlinear:
             return [given | variant.options for variant in self.variants]

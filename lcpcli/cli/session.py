@@ -63,7 +63,7 @@ def run(
     if several:
         from lcpcli.files import games
 
-        hint = "" if inputs.has_q else games.hint(inputs.files)
+        hint = games.hint(inputs.files)
         refuse(
             of_one is not None,
             "--all",

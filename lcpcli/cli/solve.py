@@ -4,19 +4,42 @@ side by side."""
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any
 
 from lcpcli.cli import declarations
 from lcpcli.cli.command import command
-from lcpcli.cli.declarations import option, refuse_beside
+from lcpcli.cli.declarations import (
+    ALL,
+    MAXIMIZE,
+    MINIMIZE,
+    OBJECTIVE,
+    ONE,
+    VARIED,
+    chosen_variants,
+    option,
+    refuse_beside,
+)
 from lcpcli.cli.problems import Request
 from lcpcli.errors import EXITS, Exit
 from lcpcli.files import contents
 from lcpcli.files.formats import is_model
 from lcpcli.methods.registry import NONLINEAR, Variant
-from lcpcli.options import JOBS, MAX_SOLUTIONS
+from lcpcli.options import AUTO, JOBS, MAX_SOLUTIONS
 from lcpcli.report.wording import LEVELS
+
+BY_DEFAULT = Variant(AUTO)
+
+
+@dataclass(frozen=True)
+class Solve(Request):
+    """What lcp solve was asked; all_of_them : by --all."""
+
+    method: Variant = BY_DEFAULT
+    all_of_them: bool = False
+    minimize: str | None = None
+    maximize: str | None = None
+
 
 AS_PUBLISHED: tuple[str, ...] = ("fixed-point", "shi")
 
@@ -31,6 +54,7 @@ AS_PUBLISHED: tuple[str, ...] = ("fixed-point", "shi")
         "lcp solve tridiagonal-100 --z0 result.json --quiet",
         "lcp solve bimatrix --all",
     ),
+    request=Solve.of,
     common=(*declarations.COMMON, "--exact", "--all"),
     lists={"Methods": declarations.METHOD.meanings},
 )
@@ -40,7 +64,7 @@ AS_PUBLISHED: tuple[str, ...] = ("fixed-point", "shi")
     f"-m --method NAME  {declarations.METHOD_NAMES}, with options of its own as "
     "in shi:p=10.",
     type=declarations.METHOD,
-    default="auto",
+    default=AUTO,
     show_default=True,
 )
 @option("Answer", "--exact  Prove it in exact fractions; 0.1 means 1/10.")
@@ -65,42 +89,44 @@ AS_PUBLISHED: tuple[str, ...] = ("fixed-point", "shi")
     "--resume FILE  Continue the log that -o FILE.jsonl has begun, given the "
     "same problems.  [default: none]",
 )
-def solve(
-    files: tuple[str, ...],
-    method: Variant,
-    all_of_them: bool,
-    minimize: str | None,
-    maximize: str | None,
-    **given: Any,
-) -> int:
+def solve(request: Solve) -> int:
     """Solve the problem in each FILE, or prove that it has no solution."""
-    request = Request.of(files, variants=[method], **given)
+    request = request.prepared(variants=[request.method])
     from lcpcli.cli.session import run
 
-    options = {**request.given, "--minimize": minimize, "--maximize": maximize}
-    sense, objective = ("min", minimize) if minimize is not None else ("max", maximize)
-    own = None
-    if all_of_them or objective is not None or (len(files) == 1 and is_model(files[0])):
-        from lcpcli.cli import all_solutions
-        from lcpcli.files.input_file import InputFile
+    minimize, files = request.minimize, request.files
+    objective = request.maximize if minimize is None else minimize
+    if not request.all_of_them and objective is None:
+        refuse_beside(request.given, ONE)
+        if not (len(files) == 1 and is_model(files[0])):
+            return run(request)
+    from lcpcli.cli import all_solutions
 
-        if all_of_them:
-            refuse_beside("--all", options)
-            return run(request, all_solutions.outcome)
-        if objective is None:
-            file = InputFile.read(files[0])
-            own = all_solutions.objective_in(file)
-            request.inputs = request.inputs._replace(ahead={files[0]: file})
-    refuse_beside("one solution", options)
-    if objective is None and own is None:
+    if request.all_of_them:
+        refuse_beside(request.given, ALL)
+        return run(request, all_solutions.outcome)
+    refuse_beside(request.given, ONE)
+    if objective is not None:
+        sense, mode = ("max", MAXIMIZE) if minimize is None else ("min", MINIMIZE)
+        refuse_beside(request.given, mode)
+        search = partial(all_solutions.outcome, objective=objective, sense=sense)
+        return run(request, search)
+    from lcpcli.files.input_file import InputFile
+
+    file = InputFile.read(files[0])
+    own = all_solutions.objective_in(file)
+    request = request.reading({files[0]: file})
+    if own is None:
         return run(request)
-    refuse_beside(
-        f"--{sense}imize" if own is None else "the model's objective", options
-    )
-    sought = (objective or "", sense) if own is None else (own, "min")
-    return run(
-        request, partial(all_solutions.outcome, objective=sought[0], sense=sought[1])
-    )
+    refuse_beside(request.given, OBJECTIVE)
+    return run(request, partial(all_solutions.outcome, objective=own))
+
+
+@dataclass(frozen=True)
+class Compare(Request):
+    """What lcp compare was asked."""
+
+    methods: Sequence[Variant] = ()
 
 
 @command(
@@ -114,6 +140,7 @@ def solve(
         "lcp compare --method shi --k-star 1 --format csv",
         "lcp compare paper-example-1 --plot errors.svg",
     ),
+    request=Compare.of,
     common=(*declarations.COMMON, "--sweep"),
     lists={"Methods": declarations.METHOD.meanings},
     exits={**EXITS, Exit.SOLVED: "every method solved every problem"},
@@ -137,32 +164,24 @@ def solve(
 @declarations.several_methods("Method", "compare", AS_PUBLISHED)
 @declarations.vary_option
 @declarations.solving
-def compare(
-    files: Sequence[str],
-    methods: Sequence[Variant],
-    sweep: Sequence[str],
-    vary: Sequence[str],
-    **given: Any,
-) -> int:
+def compare(request: Compare) -> int:
     """Run methods side by side on the problem in each FILE."""
     examples = [contents.shipped_path(name) for name in contents.PAPER_EXAMPLES]
-    request = Request.of(
-        files, examples, levels=LEVELS, sweep=sweep, vary=vary, **given
-    )
-    refuse_beside({declarations.VARY: bool(vary)}, request.given)
+    request = request.prepared(examples, levels=LEVELS)
+    if request.vary:
+        refuse_beside(request.given, VARIED)
     from lcpcli.cli.session import run
 
     default, files = AS_PUBLISHED, request.inputs.files
-    if not methods and all(map(is_model, files)):
+    if not request.methods and all(map(is_model, files)):
         from lcpcli.files.input_file import InputFile
         from lcpcli.files.inputs import nonlinear_in
 
         ahead = {file: InputFile.read(file) for file in files}
-        request.inputs = request.inputs._replace(ahead=ahead)
+        request = request.reading(ahead)
         if all(map(nonlinear_in, ahead.values())):
             default = tuple(NONLINEAR)
-    request.variants = declarations.chosen_variants(
-        methods, sweep, default, request.own, vary
-    )
-    request.adds_auto = not (methods or sweep or vary or request.own)
-    return run(request)
+    axes, is_free = (request.sweep, request.vary), not (request.methods or request.own)
+    variants = chosen_variants(request.methods, *axes, default, request.own)
+    adds_auto = is_free and not any(axes)
+    return run(replace(request, variants=variants, adds_auto=adds_auto))

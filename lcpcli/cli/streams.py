@@ -21,7 +21,17 @@ from pathlib import Path
 from threading import Event, Semaphore, Thread
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias, cast
 
-from lcpcli.cli.declarations import COMPARE, refuse, refuse_beside
+from lcpcli.cli.declarations import (
+    CLUSTER,
+    COMPARE,
+    RESUME,
+    SEQUENCE,
+    SEVERAL,
+    SEVERAL_IN_TABLES,
+    among,
+    refuse,
+    refuse_beside,
+)
 from lcpcli.cli.main import as_written, of_result, of_several, reading
 from lcpcli.cli.output import Output
 from lcpcli.cli.problems import Inputs, Request, tell
@@ -33,7 +43,7 @@ from lcpcli.files.atomic_write import gradual_writing, open_log, refuse_unwritab
 from lcpcli.files.contents import Source, place
 from lcpcli.files.formats import LINES
 from lcpcli.files.inputs import QColumns, Work
-from lcpcli.report import result_formats, wording
+from lcpcli.report import result_formats
 from lcpcli.report.columns import of_traces
 from lcpcli.report.result_formats import Layout
 from lcpcli.solving.trace import Trace
@@ -58,14 +68,13 @@ def run(works: Iterator[Work], output: Output, request: Request) -> int:
     is_whole = not output.silent and output.form not in result_formats.FORMS
     refuse(is_whole, "--format", f"{output.form} is for one problem only", COMPARE)
     modes = {
-        "several problems": True,
-        "tables of several problems": output.form != "json",
+        SEVERAL: True,
+        SEVERAL_IN_TABLES: output.form != "json",
+        RESUME: bool(request.resume),
+        CLUSTER: bool(request.cluster),
+        SEQUENCE: request.sequence,
     }
-    modes |= {
-        wording.flag(name): bool(getattr(request, name))
-        for name in ("resume", "cluster", "sequence")
-    }
-    refuse_beside(modes, request.given)
+    refuse_beside(request.given, *among(modes))
     is_log = output.form == "json" and (output.path or "").casefold().endswith(LINES)
     log_path = request.resume or (output.path if is_log else None)
     if request.resume and not Path(request.resume).exists():

@@ -4,15 +4,14 @@ numbers of a solved problem may move."""
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import partial
-from typing import Any
 
 from lcpcli import clock, interrupts
 from lcpcli.cli import declarations
 from lcpcli.cli.command import command
-from lcpcli.cli.declarations import option, refuse, reporting
+from lcpcli.cli.declarations import OneProblem, Reporting, option, refuse, reporting
 from lcpcli.cli.main import of_end
 from lcpcli.cli.output import Destination
 from lcpcli.cli.problems import Inputs
@@ -25,7 +24,19 @@ from lcpcli.report.document import RECORD_MEANINGS
 LEAST_SECONDS = 1e-6  # of the search, if reading has taken all the time
 
 
+@dataclass(frozen=True)
+class Why(OneProblem, Reporting):
+    """What lcp why was asked."""
+
+    keep: Sequence[str] = ()
+    change: Sequence[str] = ()
+    weights: Sequence[str] = ()
+    time_limit: float | None = None
+    exact: bool = False
+
+
 @command(
+    request=Why,
     short_help="Explain what conflicts and what would help, or how far data may move.",
     examples=(
         "lcp make infeasible -n 5 -o infeasible.json",
@@ -34,7 +45,7 @@ LEAST_SECONDS = 1e-6  # of the search, if reading has taken all the time
         "lcp why transport --format json",
     ),
     common=(
-        *("--q", "--lower", "--upper", "--keep", "--change", "--weights"),
+        *("--lower", "--upper", "--keep", "--change", "--weights"),
         *("--time-limit", "--exact", "--format", "--output", "--quiet"),
     ),
     epilog="lcp help conflicts explains conflicts, repairs and ranges.",
@@ -61,24 +72,15 @@ LEAST_SECONDS = 1e-6  # of the search, if reading has taken all the time
 @option("Stopping", TIME_LIMIT)
 @option("Output", "--exact  Show fractions; JSON always does.")
 @reporting(RECORD_MEANINGS)
-def why(
-    file: str,
-    q_file: str | None,
-    keep: Sequence[str],
-    change: Sequence[str],
-    weights: Sequence[str],
-    time_limit: float | None,
-    exact: bool,
-    **given: Any,
-) -> int:
+def why(request: Why) -> int:
     """Explain a problem in exact arithmetic: if it has no solution, which of its
     conditions cannot hold together and the least change that makes it solvable; if it
     has one, how far each number may move alone until something else changes."""
-    destination = Destination.taken(given)
-    inputs = Inputs.of(list(filter(None, [file, q_file])), **given)
+    destination = Destination.of(request)
+    inputs = Inputs.of(request, request.files, request.quiet)
     inputs.prepare({"--output": destination.path})
-    costs = dict(map(_weight, weights))
-    began, limit = clock.seconds(), time_limit or TIME_LIMIT.value
+    costs = dict(map(_weight, request.weights))
+    began, limit = clock.seconds(), request.time_limit or TIME_LIMIT.value
     read = inputs.read()
     from lcpcli.enumeration.search import INTERRUPTED
     from lcpcli.enumeration.search import TIME_LIMIT as TIME_LIMITED
@@ -95,13 +97,17 @@ def why(
             data = ExactProblem.of_floats(read.problem)
         left = max(limit - (clock.seconds() - began), LEAST_SECONDS)
         found = explained(
-            data, keep=keep, change=change or None, weights=costs, time_limit=left
+            data,
+            keep=request.keep,
+            change=request.change or None,
+            weights=costs,
+            time_limit=left,
         )
         is_cut = bool(signals)
     if is_cut and found.status == TIME_LIMITED:
         found = replace(found, status=INTERRUPTED)
-    where = contents.place(file)
-    shown = report(found, contents.Source(file), exact)
+    where = contents.place(request.file)
+    shown = report(found, contents.Source(request.file), request.exact)
     destination.show(shown.render, f"{where}: {message(found, approximate)}")
     return of_end(found.complete, interrupted=is_cut)
 

@@ -167,7 +167,6 @@ def inputs(
     paths: Sequence[str],
     streams: bool = False,
     of_folders: Collection[str] = (),
-    has_q: bool = False,
     ahead: Mapping[str, InputFile] | None = None,
 ) -> Iterator[Work]:
     """Yield the inputs in the files, in order; "-" is standard input. A file with M
@@ -175,28 +174,27 @@ def inputs(
 
     streams : whether a first line of standard input that is an object is a problem,
     whatever follows. of_folders : the files that come from folders, where the next one
-    is q only if it can be nothing else. has_q : whether the second of two files has q,
-    whatever it looks like. ahead : files that have been read, by their names.
+    is q only if it can be nothing else. ahead : files that have been read, by their
+    names.
     """
-    return _Files(paths, of_folders, has_q, ahead or {}).inputs(streams)
+    return _Files(paths, of_folders, ahead or {}).inputs(streams)
 
 
 class _Files:
     """Files that are read in order, each once, although the next one may decide what
     one before it is.
 
-    paths, of_folders, has_q, ahead : as in `inputs`.
+    paths, of_folders, ahead : as in `inputs`.
     """
 
     def __init__(
         self,
         paths: Sequence[str],
         of_folders: Collection[str],
-        has_q: bool,
         ahead: Mapping[str, InputFile],
     ) -> None:
         self._left, self._ahead = list(paths), dict(ahead)
-        self._of_folders, self._has_q = of_folders, has_q
+        self._of_folders = of_folders
 
     def inputs(self, streams: bool) -> Iterator[Work]:
         while self._left:
@@ -212,7 +210,6 @@ class _Files:
                     is_stream = streams and path == STANDARD_INPUT
                     head, are_lines = _head(path, file, is_stream)
                     if are_lines:
-                        self._refuse_q_of_lines(path)
                         yield from _lines(path, chain(head, file))
                         continue
                     if known is None:
@@ -224,21 +221,15 @@ class _Files:
                     self._take(LINE)
                 yield Input((InputFile(path, fault=fault),))
 
-    def _refuse_q_of_lines(self, path: str) -> None:
-        if self._has_q:
-            fault = f"{place(path)} has problems in its lines"
-            raise ProblemError(self._left.pop(), "is not needed", fault)
-
     def _take(self, expected: str) -> InputFile:
         """Return the next file. expected : the hint for an empty one."""
         path = self._left.pop(0)
         return self._ahead.pop(path, None) or InputFile.read(path, expected)
 
     def _with_next(self, file: InputFile) -> Work:
-        """Return the problem in a file. The next file is taken as q if it `has_q`, if
-        this one has M alone, or if the next one has a vector and no problem, so that
-        the error can name both; of a folder only if M is alone and it can only be
-        q."""
+        """Return the problem in a file. The next file is taken as q if this one has M
+        alone, or if the next one has a vector and no problem, so that the error can
+        name both; of a folder only if M is alone and it can only be q."""
         if not self._left:
             return Input((file,))
         M, shared = _without_q(file)
@@ -248,7 +239,7 @@ class _Files:
             takes = are_named and self._is_q()
         else:
             takes = are_named or self._is_q(M.shape[0])
-        if not (takes or self._has_q):
+        if not takes:
             if shared is None and are_named:
                 self._refuse_swapped(file)
             return Input((file,))

@@ -144,7 +144,7 @@ def test_pages_that_explain_a_word_come_before_those_that_only_have_it(
 @pytest.mark.parametrize("name", ["market", "linear"])
 @pytest.mark.parametrize(
     "words",
-    [("inspect", "linear.nl"), ("inspect", "market.nl"), ("solve", "--q", "q.csv")],
+    [("inspect", "linear.nl"), ("inspect", "market.nl"), ("solve", "q.csv")],
 )
 def test_a_second_file_beside_a_model_is_refused(
     lcp: Lcp, folder: Path, name: str, words: tuple[str, ...]

@@ -225,15 +225,12 @@ bench quick --infinity 1e20
 # M, M and q in one file, and q in a file.
 OF_Q = commands(
     r"""
-solve M.csv q.csv --q q.csv => --q: {ONE_FILE_WITH_M:2 files}; {Q_BY_OPTION}
-solve M.csv --q q.csv --game => --q: {ONE_FILE_WITH_M:a game}; {Q_BY_OPTION}
-compare --q q.csv => --q: {ONE_FILE_WITH_M:2 files}; {Q_BY_OPTION}
-path M.csv q.csv --q q.csv => --q: is for --direction; name M, and the q of each problem
-solve good.json --q q.csv => q.csv: {NOT_NEEDED:good.json}; {GIVE_ALONE}
+solve M.csv --q q.csv => --q: {NO_OPTION:lcp solve}; {Q_BY_NAME}
+path M.csv --q=q.csv => --q: {NO_OPTION:lcp path}; {Q_BY_NAME}
+solve good.json q.csv => q.csv: {NOT_NEEDED:good.json}; {GIVE_ALONE}
 inspect good.json none.json => none.json: {NOT_NEEDED:good.json}; {GIVE_ALONE}
 solve q.csv M.csv => q.csv: holds q, and M.csv M; name M first: M.csv q.csv
 solve M.csv Mq.csv => Mq.csv: {BEGINS_WITH_M}; {ALONE_IF_M_AND_Q}
-solve M.csv --q Mq.csv => Mq.csv: {BEGINS_WITH_M}; {ALONE_IF_M_AND_Q}
 convert good.json own.mat => own.mat: {NO_SUCH_FILE}; to write it, give -o own.mat
 solve --trace iterates.csv => FILE: {MISSING}; --trace has taken 'iterates.csv'
 compare --trace q.csv => --trace: q.csv exists and holds no iterates; {OTHER_FILE}

@@ -66,7 +66,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
             "--time-limit 0",
             "--time-limit: 0.0 is out of range; it must be: seconds > 0",
         ),
-        ("--q none.csv", "none.csv: no such file; check the path"),
+        ("none.csv", "none.csv: no such file; check the path"),
     ],
 )
 def test_wrong_options_are_told_in_one_line(options: str, told: str, lcp: Lcp) -> None:
