@@ -371,8 +371,17 @@ class Point:
         rounded = self.rounded_rows
         rows = [] if rounded is None else rounded.rows.tolist()
         entries = [i for i in self.negligible if i not in rows]
-        q = self.criterion.problem.q
-        named = [f"q{i + 1} = {q[i]:.1e}" for i in entries[:MOST_NAMED]]
+        problem = self.criterion.problem
+        q, first = problem.q, 0
+        if entries and problem.program_origin is not None:
+            q = with_sides(self.criterion, self.z)[0]
+            first = problem.program_origin.variables
+        named = [
+            f"q{i + 1} = {q[i]:.1e}"
+            if problem.q[i]
+            else f"side {-q[i]:.1e} of row {i - first + 1}"
+            for i in entries[:MOST_NAMED]
+        ]
         more = len(entries) - len(named)
         return [*named, f"{more} more of q"] if more else named
 
@@ -491,7 +500,7 @@ class Point:
             yield from map(self._at, with_small_components(criterion.problem, self.z))
         for point in points:
             negligible = negligible_q(
-                measure, criterion.problem.q, point._inside, point._rows_of_noise
+                measure, *with_sides(criterion, point.z), point._rows_of_noise
             )
             if negligible.size:
                 basis = criterion.problem.box.basis_at(point.z)
@@ -626,22 +635,41 @@ def columns_of(measure: Measure, rows: Indices) -> Indices:
     return distinct(np.concatenate(columns)) if columns else rows
 
 
+def with_sides(criterion: Criterion, z: Vector) -> tuple[Vector, Vector, Vector]:
+    """Return q, and the same in the units in which z is measured, with the sides of
+    two-sided rows that their values are at in place of the q_i of these rows, which are
+    0; and z without these values."""
+    problem = criterion.problem
+    q, rest, own = problem.q, z, problem.program_origin
+    if own is not None and own.ranges:
+        low, high = problem.box.vectors(z.size)
+        values = np.arange(z.size - own.ranges, z.size)
+        values = values[(z[values] == low[values]) | (z[values] == high[values])]
+        q, rest = q.copy(), z.copy()
+        # Each value occurs in its row alone.
+        q[problem.M[values].nonzero()[1]] = -z[values]
+        rest[values] = 0.0
+    return q, criterion.units.w_inside(q), rest
+
+
 @np.errstate(divide="ignore")
-def negligible_q(measure: Measure, q: Vector, z: Vector, rows: Indices) -> Indices:
+def negligible_q(
+    measure: Measure, q: Vector, inside: Vector, z: Vector, rows: Indices
+) -> Indices:
     """Return those of some violated rows, whose terms may be rounding of 0, whose q_i
-    count as 0; all, or none."""
-    data, parts = measure.data, measure.data.units.row_part
+    count as 0; all, or none. inside : q in the units of the measure."""
+    parts = measure.data.units.row_part
     if (
         q.size <= FEW_UNKNOWNS
         or (q[rows] == np.rint(q[rows])).any()
         or z[columns_of(measure, rows)].any()
     ):
         return rows[:0]
-    in_units = np.log2(np.abs(data.q)) + data.units.rows
+    in_units = np.log2(np.abs(inside)) + measure.data.units.rows
     for sizes, number in product(
         (np.log2(np.abs(q)), in_units), distinct(parts[rows]).tolist()
     ):
-        own = np.sort(sizes[(parts == number) & (data.q != 0)])
+        own = np.sort(sizes[(parts == number) & (inside != 0)])
         larger = own[own.size - int(np.ceil(LARGER_SHARE * own.size)) :]
         if larger.size < FEWEST_LARGER:
             return rows[:0]

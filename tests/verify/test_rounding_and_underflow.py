@@ -14,7 +14,7 @@ import pytest
 from scipy.sparse import csr_array
 
 import lcpcli
-from lcpcli import Problem, check, run, solve_many
+from lcpcli import Problem, check, from_qp, run, solve_many
 from lcpcli.linalg.matrices import may_underflow, row_errors
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.solving import direct_run
@@ -186,6 +186,25 @@ def test_rounding_of_zero_in_q_is_named_where_it_alone_stands_in_the_way(
         f"counting q{UNKNOWNS - 1} = -2.2e-16 and q{UNKNOWNS} = -2.2e-16 as 0"
         in verification.message
     )
+
+
+@pytest.mark.parametrize("other", [np.inf, 5.0, 1e19])
+def test_rounding_of_zero_in_a_side_is_named_where_rows_have_another_side(
+    other: float,
+) -> None:
+    """x1 = 0, and -x1 >= 2.2e-16 does not hold as the numbers stand; 1e-6 is more than
+    rounding."""
+    n = 30
+    A, costs = np.zeros((2, n)), -np.arange(3.0, n + 3)
+    A[0, 0], A[1], costs[0] = -1.0, 1.0, 500.0
+    ends = {"row_upper": [other, np.inf], "lower": 0.0, "upper": np.inf}
+    z = run(from_qp(np.eye(n), costs, A, row_lower=[0.0, 1000.0], **ends)).z
+    for side in (2.0**-52, 1e-6):
+        problem = from_qp(np.eye(n), costs, A, row_lower=[side, 1000.0], **ends)
+        found = check(problem, problem.box.project(z))
+        assert found.accepted == (side < 1e-6)
+        named = f"q31 = -{side:.1e}" if other == np.inf else f"side {side:.1e} of row 1"
+        assert (f"counting {named} as 0" in found.message) == found.accepted
 
 
 def test_message_names_three_entries_and_counts_the_others_if_there_are_any() -> None:
