@@ -249,6 +249,19 @@ def test_the_table_of_the_page_on_development_has_all_rooms_in_their_order() -> 
     assert [line.split("|")[1].strip() for line in table] == list(ROOMS)
 
 
+def test_the_page_on_development_names_each_function_that_keeps_numbers() -> None:
+    page = (ROOT / "lcpcli/development.md").read_text(encoding="utf-8")
+    keeping = [
+        f"`{node.name}` of `{path.relative_to(ROOT / 'lcpcli').as_posix()}`"
+        for path in sorted((ROOT / "lcpcli").rglob("*.py"))
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        if isinstance(node, ast.FunctionDef)
+        and any("lru_cache" in ast.unparse(each) for each in node.decorator_list)
+    ]
+    assert len(keeping) >= 3
+    assert not [name for name in keeping if name not in page]
+
+
 def test_libraries_are_imported_by_their_rooms_alone() -> None:
     importers = {
         library: {

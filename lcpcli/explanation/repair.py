@@ -275,7 +275,7 @@ def _exact(
     """Return an exact problem, with the nearest doubles."""
     low, high = in_doubles(lower, upper)
     problem = Problem(matrix_of(rows, len(q)), rounded(q), lower=low, upper=high)
-    return ExactProblem(problem.knowing(origin=origin), rows, q, lower, upper)
+    return ExactProblem(problem.having(origin=origin), rows, q, lower, upper)
 
 
 def _extended(

@@ -219,7 +219,7 @@ def make(name: str, n: int | None = None, seed: int = 0, **parameters: Any) -> P
     if seed < 0:
         raise ParameterError("seed", "is negative", "give a whole number >= 0")
     problem = load(name)(n, seed, **parameters)
-    return problem.knowing(
+    return problem.having(
         name=name if size else f"{name}-{problem.n}", source=entry(name).source
     )
 

@@ -105,4 +105,4 @@ def from_efg(text: str, *, name: str = "", source: str = "", note: str = "") -> 
         upper=upper,
     )
     # `Problem` would check whether it fits, but it has just made them.
-    return problem.knowing(origin=game)
+    return problem.having(origin=game)

@@ -228,8 +228,8 @@ def judged_by_entries(
     )
     if found[-1]:
         rho, gamma, parts, count = found
-        problem.knowing(
-            units=Units(rho, gamma, parts[: problem.n], parts[problem.n :], count)
+        problem.facts.units = Units(
+            rho, gamma, parts[: problem.n], parts[problem.n :], count
         )
     return {SOLVES: True, FAILS: False}.get(answer), Rows(*rows) if len(rows) else None
 

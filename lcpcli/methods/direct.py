@@ -189,7 +189,7 @@ def as_dense(problem: Problem) -> Problem:
     """Return the problem with M dense, without its origin if M was not."""
     if not is_sparse(problem.M):
         return problem
-    return as_sparse(problem, matrices.dense(problem.M)).knowing(origin=None)
+    return as_sparse(problem, matrices.dense(problem.M)).having(origin=None)
 
 
 def as_sparse(problem: Problem, M: Matrix) -> Problem:

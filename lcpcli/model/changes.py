@@ -257,7 +257,7 @@ def shifted(given: Problem) -> Change:
         box = given.box.moved_by(reference_z)
     terms = np.abs(given.q) + matrices.absolute_product(given.M, np.abs(reference_z))
     problem = Problem(given.M, given.q_ref, lower=box.lower, upper=box.upper)
-    return Shifted(problem.knowing(terms_of_q=terms), given)
+    return Shifted(problem.having(terms_of_q=terms), given)
 
 
 @dataclass(eq=False, repr=False)

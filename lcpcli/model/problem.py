@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from copy import copy
 from dataclasses import dataclass
 from dataclasses import field as declared
 from functools import cached_property
@@ -40,21 +39,51 @@ if TYPE_CHECKING:
 REMARKS = ("name", "solutions", "verdict", "source", "note", "reference", "origin")
 # What depends on M alone, and what names and starts a problem whatever its q and bounds
 # are: a problem with the same M takes over these, and nothing else.
-M_FIELDS = (
-    "M",
-    "n",
-    "largest",
-    "row_maxima",
-    "has_moderate_rows",
-    "latest",
-    "units",
-    "signs",
-)
+M_FIELDS = ("M", "n", "largest", "facts", "latest")
 LABELS = ("name", "source", "note", "origin", "names", "x0", "x1")
 VERDICTS, WITHOUT_SOLUTION = (
     ("infeasible", "unsolvable", "ray"),
     ("infeasible", "unsolvable"),
 )
+
+
+class Facts:
+    """Facts about the M of a problem, or of the conditions of a program, each computed
+    when it is first asked for. All problems with this M and origin share them, whatever
+    their q and bounds are, and each fact is the same whichever asks first.
+
+    kind : for a program, what is proved of every solution of its conditions (see
+        `minimum.kind_of_solutions`); None before that is asked.
+    """
+
+    kind: Any = None
+
+    def __init__(self, M: Matrix, program: Program | None) -> None:
+        self._M, self._program = M, program
+
+    @cached_property
+    def row_maxima(self) -> Vector:
+        return row_maxima(self._M)
+
+    @cached_property
+    def has_moderate_rows(self) -> bool:
+        return are_moderate(self.row_maxima)
+
+    @cached_property
+    def signs(self) -> Vector | None:
+        """Return S = +-1 with S M symmetric, as for programs; None if there is none, or
+        M is dense."""
+        if not is_sparse(self._M):
+            return None
+        if self._program is not None:
+            return self._program.signs(self._M.shape[0])
+        with imports:
+            from lcpcli.linalg.patterns import signs
+        return signs(self._M)
+
+    @cached_property
+    def units(self) -> Units:
+        return units(self._M, None if self._program is None else self.signs)
 
 
 @dataclass(frozen=True, eq=False, init=False, repr=False)
@@ -209,7 +238,7 @@ class Problem:
         if origin is not None or has_names:
             with imports:
                 from lcpcli.model.origins import origin_of
-            self.knowing(origin=origin_of(origin, names, conditions_of(self)))
+            fields["origin"] = origin_of(origin, names, conditions_of(self))
             if self.program_origin is not None:
                 fields["M"] = own_matrix(self.program_origin.symmetric(matrix))
         if verdict and verdict not in VERDICTS:
@@ -230,17 +259,16 @@ class Problem:
     def known_of_M(self) -> dict[str, Any]:
         """Return what is known of this problem that holds for any q and bounds:
         M_FIELDS and LABELS."""
-        return {
-            name: vars(self)[name]
-            for name in (*M_FIELDS, *LABELS)
-            if name in vars(self)
-        }
+        known = vars(self) | {"facts": self.facts}
+        return {name: known[name] for name in (*M_FIELDS, *LABELS) if name in known}
 
-    def knowing(self, **values: Any) -> Problem:
-        """Return this problem after storing these fields, or known values, as they
-        are."""
-        self.__dict__.update(values)
-        return self
+    def having(self, **values: Any) -> Problem:
+        """Return the same problem with other values of these fields, which nothing
+        validates; with another origin, facts are found out again."""
+        known = vars(self)
+        if "origin" in values:
+            known = {name: value for name, value in known.items() if name != "facts"}
+        return Problem.of_fields(known, **values)
 
     def __repr__(self) -> str:
         return str(views.outcome.problem_text(self))
@@ -262,7 +290,7 @@ class Problem:
         own = (
             {} if origin is None else {"origin": origin, "names": origin.names(self.n)}
         )
-        return copy(self).knowing(name=name, **own)
+        return self.having(name=name, **own)
 
     def anew(self) -> Problem:
         """Return the same problem, rebuilt from its arrays, without anything computed
@@ -270,7 +298,7 @@ class Problem:
         other = Problem(
             self.M, self.q, x0=self.x0, x1=self.x1, lower=self.lower, upper=self.upper
         )
-        return other.knowing(**{field: getattr(self, field) for field in REMARKS})
+        return other.having(**{field: getattr(self, field) for field in REMARKS})
 
     @cached_property
     def names(self) -> Sequence[str]:
@@ -279,16 +307,13 @@ class Problem:
         return self.origin.names(self.n) if self.origin is not None else [""] * self.n
 
     @cached_property
+    def facts(self) -> Facts:
+        """Return the facts about M, which all problems with this M share."""
+        return Facts(self.M, None if self.origin is None else self.program_origin)
+
+    @property
     def signs(self) -> Vector | None:
-        """Return S = +-1 with S M symmetric, as for programs; None if there is none, or
-        M is dense."""
-        if not is_sparse(self.M):
-            return None
-        if self.program_origin is not None:
-            return self.program_origin.signs(self.n)
-        with imports:
-            from lcpcli.linalg.patterns import signs
-        return signs(self.M)
+        return self.facts.signs
 
     @cached_property
     def program_origin(self) -> Program | None:
@@ -348,21 +373,17 @@ class Problem:
             for v in numbers
         )
 
-    @cached_property
+    @property
     def row_maxima(self) -> Vector:
-        return row_maxima(self.M)
-
-    @cached_property
-    def has_moderate_rows(self) -> bool:
-        return are_moderate(self.row_maxima)
+        return self.facts.row_maxima
 
     @cached_property
     def latest(self) -> Latest:
         return Latest()
 
-    @cached_property
+    @property
     def units(self) -> Units:
-        return units(self.M, None if self.program_origin is None else self.signs)
+        return self.facts.units
 
     @cached_property
     def _reference(self) -> Reference:

@@ -336,4 +336,4 @@ def _problem(
     M, q, lower, upper = data.conditions()
     problem = Problem(M, q, lower=lower, upper=upper, **texts)
     # `Problem` would check whether the origin fits, but it has just made them
-    return problem.knowing(origin=Program(k, int(data.ranges.sum()), *of))
+    return problem.having(origin=Program(k, int(data.ranges.sum()), *of))

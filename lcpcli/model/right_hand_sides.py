@@ -127,7 +127,9 @@ def like_with(like: Problem, q: Vector, box: Box) -> Problem:
     validated q and bounds, quickly."""
     least, largest = sizes(q)
     is_moderate = (
-        like.has_moderate_rows and least >= 1 / FAR_FROM_ONE and largest <= FAR_FROM_ONE
+        like.facts.has_moderate_rows
+        and least >= 1 / FAR_FROM_ONE
+        and largest <= FAR_FROM_ONE
     )
     known = like.known_of_M()
     known.update(
@@ -203,7 +205,7 @@ class Block:
         return np.asarray(
             (largest <= FAR_FROM_ONE)
             & (least >= 1 / FAR_FROM_ONE)
-            & self.like.has_moderate_rows
+            & self.like.facts.has_moderate_rows
         )
 
     @cached_property
@@ -215,15 +217,14 @@ class Block:
         """Return the problem of row i, which takes about a microsecond, as nothing is
         computed or validated."""
         q, (sizes_of_q, is_moderate) = self.q[i], self._fields_of_q[i]
-        problem = Problem.of_fields(
-            self._fields, q=q, sizes_of_q=sizes_of_q, is_moderate=is_moderate, q_ref=q
-        )
+        of_q = {"q": q, "sizes_of_q": sizes_of_q, "is_moderate": is_moderate}
         # They differ in q alone, as LCPs do.
         if self.reference_z is None and self.box is self.like.box:
-            return problem
+            return Problem.of_fields(self._fields, **of_q, q_ref=q)
         box, own = self.box.part(i), self.references.part(i)
-        problem.knowing(box=box, lower=box.lower, upper=box.upper)
-        return problem.knowing(reference_z=own.z, q_ref=own.q, q_error=own.error)
+        bounds = {"box": box, "lower": box.lower, "upper": box.upper}
+        reference = {"reference_z": own.z, "q_ref": own.q, "q_error": own.error}
+        return Problem.of_fields(self._fields, **of_q, **bounds, **reference)
 
 
 class Stack:

@@ -18,7 +18,7 @@ from lcpcli.linalg.matrices import are_equal
 from lcpcli.model import views
 from lcpcli.model.arrays import FROM_0
 from lcpcli.model.box import WORDS, in_words
-from lcpcli.model.problem import M_FIELDS, Problem, conditions_of
+from lcpcli.model.problem import Problem, conditions_of
 from lcpcli.typing import Mask, States, Vector
 
 if TYPE_CHECKING:
@@ -275,17 +275,13 @@ class Family:
         """Return the problem at t, with its numbers rounded to doubles; with what is
         known of M, as it is the same."""
         if self._last[0] != t:
-            share, before = self.share(t), vars(self._last[1])
+            share, before = self.share(t), self._last[1]
             low, high = self.bounds(share) if self.is_mixed else (0.0, np.inf)
             problem = Problem(
                 self.problem.M, self.q(share), self.problem.name, lower=low, upper=high
             )
-            self._last = (
-                t,
-                problem.knowing(
-                    **{name: before[name] for name in M_FIELDS if name in before}
-                ),
-            )
+            own = {"facts": before.facts, "latest": before.latest}
+            self._last = (t, problem.having(**own))
         return self._last[1]
 
 

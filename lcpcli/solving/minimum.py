@@ -59,7 +59,6 @@ EFFORT = 20.0  # seconds of it, counted as work
 PLAYERS = "row", "column"
 UNSOLVED = "not solved, so there are no strategies"
 REASON = "z solves the problem to the tolerance, but its strategies are {}"
-KIND = "kind_of_point"  # the name by which a problem keeps what its solutions are
 
 
 @dataclass(frozen=True, eq=False)
@@ -407,10 +406,9 @@ def kind_of_solutions(
 ) -> Conclusion:
     """Return the kind of each solution of the conditions of a program, which is kept
     with them."""
-    kind: Conclusion | None = getattr(problem, KIND, None)
-    if kind is None:
-        kind = kind_of_point(data, program)
-        problem.knowing(**{KIND: kind})
+    if problem.facts.kind is None:
+        problem.facts.kind = kind_of_point(data, program)
+    kind: Conclusion = problem.facts.kind
     return kind
 
 

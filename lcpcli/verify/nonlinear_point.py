@@ -175,7 +175,7 @@ class NonlinearCriterion(Criterion):
     def linearization(self, z: Vector, F: Vector) -> Problem:
         """Return the linear problem with M = J(z), where entries that are not finite
         count as 0, and w(z) = F."""
-        return self._linearization(z, F).knowing(origin=self.problem.origin)
+        return self._linearization(z, F).having(origin=self.problem.origin)
 
     def _linearization(
         self, z: Vector, F: Vector, names: Sequence[str] = ()
@@ -196,7 +196,7 @@ class NonlinearCriterion(Criterion):
             lower=given.lower,
             upper=given.upper,
         )
-        return linear.knowing(solutions=given.solutions)
+        return linear.having(solutions=given.solutions)
 
     def point(self, z: Vector) -> Point:
         """Return the point of an admissible z or, if nearly a solution, one without

@@ -334,11 +334,13 @@ def _known() -> Problem:
         solutions=[[4 / 3, 7 / 3]],
     )
     assert problem.row_maxima.tolist() == [2.0, 2.0]
-    return problem.knowing(units=problem.units, a_new_property_of_q=problem.q.sum())
+    return problem.having(a_new_property_of_q=problem.q.sum())
 
 
 def test_what_is_not_known_to_depend_on_M_alone_is_dropped() -> None:
-    other = like_with(_known(), np.array([1.0, -1.0]), ORTHANT)
+    known = _known()
+    other = like_with(known, np.array([1.0, -1.0]), ORTHANT)
+    assert other.facts is known.facts
     assert "a_new_property_of_q" not in vars(other)
     assert other.solutions == ()
     assert other.verdict == ""
@@ -349,7 +351,7 @@ def test_the_problems_of_a_block_know_of_M_and_not_of_q() -> None:
     columns = Columns(
         [[2.0, 1.0], [1.0, 2.0]], [[-5.0, 1.0], [-6.0, -1.0]], 0.0, np.inf
     )
-    columns.like.knowing(units=columns.like.units, a_new_property_of_q=0.0)
+    columns.like = columns.like.having(a_new_property_of_q=0.0)
     first, second = columns.problems()
     assert first.units is second.units is columns.like.units
     assert "a_new_property_of_q" not in vars(first)
