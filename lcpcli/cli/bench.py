@@ -1,5 +1,4 @@
-"""lcp bench: methods and other solvers on suites of problems; lcp compare-runs: earlier
-runs beside today's."""
+"""lcp bench: methods and other solvers on suites of problems."""
 
 from __future__ import annotations
 
@@ -16,7 +15,6 @@ from lcpcli.cli.command import Candidates, command
 from lcpcli.cli.declarations import (
     RESUMED_BENCH,
     Reporting,
-    argument,
     option,
     refuse,
     refuse_beside,
@@ -26,7 +24,7 @@ from lcpcli.cli.problems import Inputs, same_file, settle_threads, taken, tell
 from lcpcli.cli.terminal import Line, shows_progress
 from lcpcli.errors import OTHER_OUTPUT, Exit, OptionError, count, listed, missing
 from lcpcli.methods.registry import Variant, meanings
-from lcpcli.options import ACCEPT, BUDGET, INFINITY, THREADS, TIME_LIMIT, TOL, Option
+from lcpcli.options import ACCEPT, BUDGET, INFINITY, THREADS, TIME_LIMIT, TOL
 from lcpcli.peers.registry import PEERS, load
 from lcpcli.report.document import MEANINGS as MEANINGS_OF_FORMATS
 
@@ -292,77 +290,3 @@ def _read_record(request: Bench) -> BenchRecord:
     if past.pending():
         timing.refuse_elsewhere(past)
     return past
-
-
-FORMATS_OF_COMPARISON = {
-    **MEANINGS_OF_FORMATS,
-    "json": "an object for each run, for scripts",
-    "csv": "a row for each run, all digits",
-}
-SLOWER = Option(
-    *("slower", float, None, "ratio > 1", lambda ratio: 1 < ratio < math.inf),
-    "Also fail if a run takes at least this many times as long, beyond its "
-    "spread; by default times never fail.",
-)
-
-
-@dataclass(frozen=True)
-class CompareRuns(Reporting):
-    """What lcp compare-runs was asked."""
-
-    old: str = ""
-    new: str = ""
-    slower: float | None = None
-
-
-@command(
-    request=CompareRuns,
-    short_help="Compare the runs in two files.",
-    examples=(
-        "lcp bench dense -o last-week.json",
-        "lcp bench dense -o today.json",
-        "lcp compare-runs last-week.json today.json",
-        "lcp compare-runs last-week.json today.json --slower 1.5 --quiet",
-    ),
-    exits={
-        Exit.SOLVED: "no run is worse",
-        Exit.NOT_SOLVED: (
-            "a run is worse, contradicts the earlier one, or is slower than "
-            "--slower allows"
-        ),
-    },
-    epilog=(
-        "Unchanged runs appear only in JSON and CSV. lcp help measuring says when a "
-        "time counts as different."
-    ),
-)
-@argument(
-    "Runs",
-    "old",
-    {
-        "OLD": (
-            "Earlier runs: a file of lcp bench -o FILE.json, or results of lcp "
-            "solve or compare in JSON."
-        )
-    },
-    shell_complete=declarations.FILES,
-)
-@argument(
-    "Runs",
-    "new",
-    {"NEW": "Current runs, of the same methods on the same problems."},
-    shell_complete=declarations.FILES,
-)
-@option("Comparison", SLOWER)
-@declarations.reporting(FORMATS_OF_COMPARISON)
-def compare_runs(request: CompareRuns) -> int:
-    """Compare how the runs in OLD and in NEW ended: status, iterations and time."""
-    destination, files = output.Destination.of(request), (request.old, request.new)
-    Inputs(files).prepare({"--output": destination.path})
-    from lcpcli.bench import comparison
-
-    changes = comparison.changes_between(files)
-    limit = math.inf if request.slower is None else request.slower
-    has_failed = any(comparison.is_failure(change, limit) for change in changes)
-    destination.show(comparison.report(files, changes, has_failed).render)
-    return of_end(not has_failed)

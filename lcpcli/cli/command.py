@@ -39,6 +39,9 @@ GONE = {  # options of earlier versions
     "warm": "it has gone: give a start near the solution by --z0",
     "stop": "it has gone: in Python a callback= ends a run",
 }
+MOVED = {  # commands of earlier versions
+    "compare-runs": "python tests/benchmarks/compare_runs.py of the source does it",
+}
 WHOLE = "lcpcli.whole"  # in the context: help shows all options
 HELP = "Help"  # the heading of options that click declares
 WIDEST = 100  # columns of help on a wide terminal, as longer lines are hard to read
@@ -381,11 +384,9 @@ class Group(Command, click.Group):
             is_problem = args[0] in ("-", *contents.shipped_problems()) or args[
                 0
             ].casefold().endswith(PROBLEMS)
-            hint = (
-                f"did you mean lcp solve {args[0]}?"
-                if is_problem
-                else likely(args[0], self.commands)
-            )
+            hint = MOVED.get(args[0]) or likely(args[0], self.commands)
+            if is_problem:
+                hint = f"did you mean lcp solve {args[0]}?"
             raise OptionError("COMMAND", unknown(args[0]), hint)
         return super().resolve_command(ctx, args)
 
@@ -462,9 +463,19 @@ def lcp(context: click.Context) -> None:
         click.echo(context.get_help())
 
 
-MODULES = (  # of the commands, in the order of the help
-    "solve solve, compare solve, path path, bench bench, compare-runs bench, "
-    "check check, inspect check, why why, kernels help, "
-    "make make, convert make, completion help, help help"
+lcp.commands = Commands(  # in the order of the help
+    {
+        "solve": "solve",
+        "compare": "solve",
+        "path": "path",
+        "bench": "bench",
+        "check": "check",
+        "inspect": "check",
+        "why": "why",
+        "kernels": "help",
+        "make": "make",
+        "convert": "make",
+        "completion": "help",
+        "help": "help",
+    }
 )
-lcp.commands = Commands(map(str.split, MODULES.split(", ")))

@@ -1,5 +1,5 @@
-"""Variants and sweeps are compared under names that tell them apart; lcp compare-runs
-says what is worse or gone."""
+"""Variants and sweeps are compared under names that tell them apart; a
+comparison of runs says what is worse or gone."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from typing import Any
 import pytest
 
 from lcpcli.bench import record as records
-from lcpcli.bench.comparison import changes_between
 from lcpcli.errors import OptionError
 from lcpcli.files import contents
 from lcpcli.methods.registry import Variant, labels, parse, sweep
 
+from ..benchmarks.compare_runs import changes_between, main
 from ..cli.conftest import Lcp, assert_refused
 from ..documents import assert_as_before
 from ..wordings import NO_RUNS
@@ -93,7 +93,7 @@ def test_a_run_changes_by_its_status_and_then_by_its_time_beyond_the_spread(
 
 
 def test_the_exit_code_is_1_for_a_worse_run_and_for_a_slower_one_if_that_is_asked(
-    lcp: Lcp,
+    capfd: pytest.CaptureFixture[str],
 ) -> None:
     results(
         "old.json",
@@ -112,25 +112,22 @@ def test_the_exit_code_is_1_for_a_worse_run_and_for_a_slower_one_if_that_is_aske
     results("new.json", *changed, {"label": "auto", "iterations": 13})
     text = ""
     for form in ("table", "json", "csv"):
-        outcome = lcp("compare-runs", "old.json", "new.json", "--format", form)
-        assert (outcome.code, outcome.err) == (0, "")
-        text += outcome.out
+        assert main(["old.json", "new.json", "--format", form]) == 0
+        text += capfd.readouterr().out
     assert_as_before(
-        "bench/compare-runs", text
+        "bench/compared-runs", text
     )  # in which the table has the changes alone
-    assert (
-        lcp("compare-runs", "old.json", "new.json", "--slower", "1.7", "-q").code == 0
-    )
-    assert (
-        lcp("compare-runs", "old.json", "new.json", "--slower", "1.5", "-q").code == 1
-    )
+    assert main(["old.json", "new.json", "--slower", "1.7"]) == 0
+    assert main(["old.json", "new.json", "--slower", "1.5"]) == 1
     for worse in (INFEASIBLE, STALLED):
         results("bad.json", worse)
-        assert lcp("compare-runs", "old.json", "bad.json", "-q").code == 1
-    assert lcp("compare-runs", "bad.json", "old.json", "-q").code == 0
+        assert main(["old.json", "bad.json"]) == 1
+    assert main(["bad.json", "old.json"]) == 0
 
 
-def test_records_of_lcp_bench_are_compared_and_logs_of_lcp_solve(lcp: Lcp) -> None:
+def test_records_of_lcp_bench_are_compared_and_logs_of_lcp_solve(
+    lcp: Lcp, capfd: pytest.CaptureFixture[str]
+) -> None:
     for file, p in (("old.json", "1e15"), ("new.json", "10")):
         given = ("--method", "newton", "--method", f"shi:p={p}", "--budget", "0")
         assert lcp("bench", FIRST, *given, "-o", file, "-q").code == 0
@@ -151,15 +148,13 @@ def test_records_of_lcp_bench_are_compared_and_logs_of_lcp_solve(lcp: Lcp) -> No
             "-o",
             f"log{limit}.jsonl",
         )
-    outcome = lcp("compare-runs", "log100.jsonl", "log2.jsonl")
-    assert outcome.code == 1
-    assert "paper-example-1.json fixed-point worse" in outcome.out
-    assert "solved -> iteration limit" in outcome.out
+    assert main(["log100.jsonl", "log2.jsonl"]) == 1
+    told = capfd.readouterr().out
+    assert "paper-example-1.json fixed-point worse" in told
+    assert "solved -> iteration limit" in told
 
 
-def test_a_problem_that_cannot_be_read_any_more_is_worse_for_each_method(
-    lcp: Lcp,
-) -> None:
+def test_a_problem_that_cannot_be_read_any_more_is_worse_for_each_method() -> None:
     results("old.json", {}, {"label": "newton"})
     results(
         "new.json",
@@ -172,8 +167,27 @@ def test_a_problem_that_cannot_be_read_any_more_is_worse_for_each_method(
         ("p.json", "newton"),
     ]
     assert verdicts() == ["worse", "worse"]
-    assert lcp("compare-runs", "old.json", "new.json", "-q").code == 1
+    assert main(["old.json", "new.json"]) == 1
     assert verdicts("new.json", "old.json") == ["better", "better"]
+
+
+@pytest.mark.parametrize("content", ["", "1,2\n", "{}\n", "[1]\n"])
+def test_a_file_without_runs_is_refused(
+    content: str, capfd: pytest.CaptureFixture[str]
+) -> None:
+    results("old.json", {})
+    Path("new.json").write_text(content)
+    assert main(["old.json", "new.json"]) == 2
+    out, err = capfd.readouterr()
+    assert (out, err.count("\n")) == ("", 1)
+    assert err.startswith("new.json: ")
+
+
+def test_files_of_other_runs_are_refused(capfd: pytest.CaptureFixture[str]) -> None:
+    results("old.json", {})
+    results("new.json", {"file": "q.json"})
+    assert main(["old.json", "new.json"]) == 2
+    assert "has no run in common with old.json" in capfd.readouterr().err
 
 
 def test_a_last_line_that_was_cut_off_counts_as_not_written() -> None:

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import pytest
 
-from ..refusals import Files, Refusal, commands, contents
+from ..refusals import Files, Refusal, commands
 
 RUN = (
     '{"problem": "p", "file": "a/p.json", "item": null, "label": "shi", '
@@ -50,26 +50,6 @@ bench --resume r.json --budget 1
     => --budget: {NO_EFFECT:--resume}, which keeps the options of the bench;
     {LEAVE_IT_OUT}
 """
-    ),
-    *contents(
-        "new.json",
-        r"""
-=> {EMPTY}; {A_BENCH}
-1,2\n => {NO_RUNS}; {A_BENCH}
-{}\n => {NO_RUNS}; {A_BENCH}
-[1]\n => {NO_RUNS}; {A_BENCH}
-""",
-        command="compare-runs old.json {}",
-        files=OLD,
-    ),
-    *commands(
-        r"""
-compare-runs old.json other.json
-    => other.json: has no run in common with old.json; name files of the same runs
-compare-runs old.json old.json --slower 1
-    => --slower: {OUT_OF_RANGE:1.0}; {IT_MUST_BE:ratio > 1}
-""",
-        {**OLD, "other.json": RUN.replace("a/p.json", "q")},
     ),
 ]
 

@@ -70,7 +70,7 @@ def test_options(name: str) -> None:
     ("words", "known"),
     [
         ([""], sorted(lcp.commands)),
-        (["co"], ["compare", "compare-runs", "completion", "convert"]),
+        (["co"], ["compare", "completion", "convert"]),
         *(
             ([name, "--method", ""], list(METHODS))
             for name in ("solve", "compare", "bench")

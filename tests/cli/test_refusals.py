@@ -25,8 +25,11 @@ LONG_NAME = "a" * 300
 WORDS = commands(
     r"""
 zzz
-    => COMMAND: {UNKNOWN:'zzz'}; choose one of solve, compare, path, bench,
-    compare-runs, check, inspect, why, kernels, make, convert, completion, help
+    => COMMAND: {UNKNOWN:'zzz'}; choose one of solve, compare, path, bench, check,
+    inspect, why, kernels, make, convert, completion, help
+compare-runs a b
+    => COMMAND: {UNKNOWN:'compare-runs'}; python tests/benchmarks/compare_runs.py of the
+    source does it
 solv good.json => COMMAND: {UNKNOWN:'solv'}; {DID_YOU_MEAN:solve}
 good.json => COMMAND: {UNKNOWN:'good.json'}; {DID_YOU_MEAN:lcp solve good.json}
 completion bahs => SHELL: {UNKNOWN:'bahs'}; {DID_YOU_MEAN:bash}

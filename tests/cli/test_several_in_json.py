@@ -71,7 +71,6 @@ def test_list_of_results_is_read_where_lines_are(lcp: Lcp, folder: Path) -> None
         assert lcp("check", "other.json", results).code == 0
         assert lcp("solve", "other.json", "--z0", results, "-q").code == 0
         assert lcp("solve", "other.json", "--basis", results, "-q").code == 0
-    assert lcp("compare-runs", "out.json", "out.jsonl").code == 0
     told = "file left out (results of lcp, not problems): out.json"
     assert told in lcp("solve", ".").err
 

@@ -117,9 +117,7 @@ TOPICS = (
     "mixed nonlinear paper paths programs "
     "proofs python sequences solutions sources speed stability statuses tasks"
 )
-COMMANDS = (
-    "solve compare path bench compare-runs check inspect make convert completion help"
-)
+COMMANDS = "solve compare path bench check inspect make convert completion help"
 REFUSED = (
     "solve absent.json",
     *(

@@ -1,10 +1,20 @@
 """Last week's runs against today's: two files of lcp bench, or of results of lcp solve
-and compare, run by run."""
+and compare, run by run.
+
+    python tests/benchmarks/compare_runs.py last-week.json today.json --slower 1.5
+
+--slower RATIO also counts a run as a failure that takes at least so many times as long,
+beyond its spread. The exit code is 1 if a run is worse, contradicts the earlier one or
+is slower by that, 2 if a file has no runs, else 0. Unchanged runs appear only in JSON
+and CSV.
+"""
 
 from __future__ import annotations
 
+import argparse
 import json
 import math
+import sys
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
@@ -15,7 +25,7 @@ from statistics import geometric_mean
 from typing import Any, NamedTuple
 
 from lcpcli.bench import record
-from lcpcli.errors import OptionError, count
+from lcpcli.errors import Exit, LCPError, OptionError, count
 from lcpcli.files.contents import content_of, decode, place, within
 from lcpcli.files.json_format import objects_in
 from lcpcli.report import document, result_formats, wording
@@ -272,3 +282,25 @@ def _row(change: Change) -> list[str]:
         " -> ".join(map(wording.duration, seconds)),
         "" if change.ratio is None else f"{change.ratio:.2f}",
     ]
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
+    parser.add_argument("files", nargs=2, metavar="FILE")
+    parser.add_argument("--slower", type=float, default=math.inf, metavar="RATIO")
+    parser.add_argument("--format", choices=document.FORMATS, default="table")
+    asked = parser.parse_args(arguments)
+    if not asked.slower > 1:
+        parser.error("--slower: give a ratio > 1")
+    try:
+        changes = changes_between(asked.files)
+    except LCPError as error:
+        print(error, file=sys.stderr)
+        return Exit.BAD_INPUT
+    has_failed = any(is_failure(change, asked.slower) for change in changes)
+    print(report(asked.files, changes, has_failed).render(asked.format), end="")
+    return Exit.NOT_SOLVED if has_failed else Exit.SOLVED
+
+
+if __name__ == "__main__":
+    sys.exit(main())
