@@ -18,7 +18,7 @@ from lcpcli.model.box import LEAST_FAR
 from lcpcli.typing import Mask, Vector
 
 # Times the largest of the sides that are not far: how far others are.
-FAR_BEYOND = 1e10
+FAR_BEYOND = 1e7
 
 
 class FarSides(NamedTuple):
