@@ -208,15 +208,8 @@ class LCPError(ValueError):
 
     def __init__(self, where: str, fault: str, hint: str = "") -> None:
         self.where, self.fault, self.hint = where, fault, hint
-        super().__init__(
-            visible(
-                ": ".join(
-                    part
-                    for part in (where, "; ".join(p for p in (fault, hint) if p))
-                    if part
-                )
-            )
-        )
+        clauses = "; ".join(filter(None, (fault, hint)))
+        super().__init__(visible(": ".join(filter(None, (where, clauses)))))
 
     # So that it passes between processes.
     def __reduce__(self) -> tuple[type[LCPError], tuple[str, str, str]]:

@@ -8,6 +8,7 @@ Games: C. E. Lemke, J. T. Howson, Equilibrium points of bimatrix games, J. SIAM 
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -271,13 +272,11 @@ def origin_of(given: Any, names: Sequence[str], problem: Conditions) -> Origin:
     raise ProblemError."""
     if given is None:
         own = names_of("names", names, problem.q.size, "unknown")
-        if twice := next(
-            (name for i, name in enumerate(own) if name and name in own[:i]), None
-        ):
-            fault = f"has {quoted(twice)} for {own.count(twice)} unknowns"
-            raise ProblemError(
-                "names", fault, "give each its own name, or an empty one"
-            )
+        for name, times in Counter(own).items():
+            if name and times > 1:
+                fault = f"has {quoted(name)} for {times} unknowns"
+                hint = "give each its own name, or an empty one"
+                raise ProblemError("names", fault, hint)
         return OwnNames(own)
     origin: Origin = given if hasattr(given, "fits") else _parsed(given)
     if not origin.fits(problem):

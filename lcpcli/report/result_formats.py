@@ -283,8 +283,11 @@ def line(record: Mapping[str, Any]) -> str:
     return text(record) + "\n"
 
 
+ENCODER = json.JSONEncoder(allow_nan=False, ensure_ascii=False)
+
+
 def text(value: Any) -> str:
-    return visible_json(json.dumps(value, allow_nan=False, ensure_ascii=False))
+    return visible_json(ENCODER.encode(value))
 
 
 def record_without_result(

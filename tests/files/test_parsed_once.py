@@ -99,7 +99,6 @@ def counted(monkeypatch: pytest.MonkeyPatch) -> Counter[str]:
 COMMANDS = {
     "solve whole.csv": {"csv": 1},
     "solve M.csv q.csv": {"csv": 2},
-    "solve M.csv --q q.csv": {"csv": 2},
     # Two small tables are looked at again, as they may be the payoffs of a game.
     "solve M.csv three.csv": {"csv": 4},
     "solve whole.json whole.npz": {"json": 1, "npz": 1},
