@@ -35,7 +35,7 @@ from lcpcli.errors import (
     count,
     quoted,
 )
-from lcpcli.files.formats import ALL, COMPLETE, FORMATS, PROGRAM_SUFFIXES
+from lcpcli.files.formats import ALL, COMPLETE, PROGRAM
 from lcpcli.gallery import families as gallery
 from lcpcli.report.document import Document, Section, Table, typeset
 
@@ -237,7 +237,7 @@ def convert(request: Convert) -> int:
     prepare(inputs, output)
     from lcpcli.files import writing
     from lcpcli.files.input_file import InputFile
-    from lcpcli.files.writing import exact_endings, is_rounded, kind_of
+    from lcpcli.files.writing import exact_endings, is_rounded, kind_of, kind_to_write
 
     written = read_written(inputs)
     # The problem has no name of its own.
@@ -250,10 +250,10 @@ def convert(request: Convert) -> int:
     if output is None:
         return 0
     if left_out := losses(written.rounded, output):
-        kept = FORMATS[Path(output).suffix.casefold()].keeps
+        kept = kind_to_write(output).keeps
         form = CONDITIONS.get(kind_of(written.rounded), "the format keeps only")
         tell(f"{output}: {form} {kept}; left out: {', '.join(left_out)}", inputs.quiet)
-    if output.casefold().endswith(PROGRAM_SUFFIXES):
+    if kind_to_write(output).keeps == PROGRAM:
         from lcpcli.files.mps_format import new_names
 
         if names := new_names(written.rounded):
@@ -339,15 +339,16 @@ def losses(problem: Problem, output: str) -> list[str]:
     """Return the names of those parts of a problem that the format of the file does not
     keep."""
     from lcpcli.files import csv_format
-    from lcpcli.files.writing import kind_of
+    from lcpcli.files.writing import kind_of, kind_to_write
 
-    if FORMATS[Path(output).suffix.casefold()].keeps == ALL:
+    kind = kind_to_write(output)
+    if kind.keeps == ALL:
         return []
     parts = {
         name: getattr(problem, name)
         for name in ("name", "source", "note", "x0", "x1", "verdict", "origin")
     }
-    if output.casefold().endswith(PROGRAM_SUFFIXES):
+    if kind.keeps == PROGRAM:
         del parts["name"], parts["origin"]
     known = [
         name
@@ -355,9 +356,7 @@ def losses(problem: Problem, output: str) -> list[str]:
         if (value is not None and not isinstance(value, str)) or value
     ]
     if known[-1:] == ["origin"]:
-        is_headed = output.casefold().endswith(".csv") and csv_format.can_head(
-            problem.names
-        )
+        is_headed = kind.is_table and csv_format.can_head(problem.names)
         known[-1:] = [
             *PARTS.get(kind_of(problem), []),
             *["names"] * (any(problem.names) and not is_headed),

@@ -22,7 +22,8 @@ from lcpcli.cli.problems import (
 from lcpcli.cli.terminal import STANDARD, Line, shows_progress
 from lcpcli.enumeration import others
 from lcpcli.errors import OTHER_OUTPUT, Exit, LCPError, OptionError, ProblemError
-from lcpcli.files import contents, formats
+from lcpcli.files import contents
+from lcpcli.files.formats import has_lines
 from lcpcli.files.inputs import Work
 from lcpcli.options import AUTO
 from lcpcli.report import result_formats, wording
@@ -52,9 +53,7 @@ def run(
             "goes to a file of problems",
             OTHER_OUTPUT,
         )
-    are_many = request.output is not None and request.output.casefold().endswith(
-        formats.LINES
-    )
+    are_many = has_lines(request.output or "")
     are_many |= request.sequence or any(
         value is not None for value in (request.jobs, request.cluster, request.resume)
     )

@@ -8,7 +8,6 @@ that kills its process again has no result.
 
 from __future__ import annotations
 
-import os
 import time
 from collections import Counter, deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -41,7 +40,7 @@ from lcpcli.errors import Exit, LCPError, OptionError, count
 from lcpcli.files import formats
 from lcpcli.files.atomic_write import gradual_writing, open_log, refuse_unwritable
 from lcpcli.files.contents import Source, place
-from lcpcli.files.formats import LINES
+from lcpcli.files.formats import has_lines
 from lcpcli.files.inputs import QColumns, Work
 from lcpcli.report import result_formats
 from lcpcli.report.columns import of_traces
@@ -75,10 +74,10 @@ def run(works: Iterator[Work], output: Output, request: Request) -> int:
         SEQUENCE: request.sequence,
     }
     refuse_beside(request.given, *among(modes))
-    is_log = output.form == "json" and (output.path or "").casefold().endswith(LINES)
+    is_log = output.form == "json" and has_lines(output.path or "")
     log_path = request.resume or (output.path if is_log else None)
     if request.resume and not Path(request.resume).exists():
-        if not request.resume.casefold().endswith(LINES):
+        if not has_lines(request.resume):
             raise OptionError(
                 "--resume",
                 f"there is no log {request.resume}",
@@ -163,9 +162,9 @@ def run(works: Iterator[Work], output: Output, request: Request) -> int:
 def _total(inputs: Inputs) -> int | None:
     """Return the number of problems in files that hold one each; None where it is known
     only once all have been read, as of lines, or of M and q."""
-    forms = (formats.kind_with(os.path.splitext(path)[1]) for path in inputs.files)
+    kinds = map(formats.kind_by_name, inputs.files)
     keeping = (formats.ALL, formats.PROGRAM, "")
-    are_whole = all(form is not None and form.keeps in keeping for form in forms)
+    are_whole = all(kind is not None and kind.keeps in keeping for kind in kinds)
     return len(inputs.files) if are_whole else None
 
 

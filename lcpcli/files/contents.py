@@ -19,7 +19,16 @@ from lcpcli.errors import (
     ProblemError,
     count,
 )
-from lcpcli.files.formats import COMPRESSIBLE, GZIP, HEAD, PROBLEMS, is_result, refuse
+from lcpcli.files.formats import (
+    COMPRESSIBLE,
+    FORMATS,
+    GZIP,
+    HEAD,
+    PROBLEMS,
+    is_model,
+    is_result,
+    refuse,
+)
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -65,7 +74,7 @@ def shipped_problems() -> dict[str, Path]:
 
     folders = map(shipped_path, (".", "programs", "games"))
     files = (file for folder in folders for file in sorted(Path(folder).glob("*")))
-    return {file.stem: file for file in files if file.suffix in (".json", ".nfg")}
+    return {file.stem: file for file in files if file.suffix in FORMATS}
 
 
 def shipped_file(name: str) -> Path | None:
@@ -173,7 +182,7 @@ def checked(path: str, content: bytes, expected: str) -> bytes:
     if path.casefold().removesuffix(".gz").endswith(COMPRESSIBLE):
         content = within(place(path), unpacked, content)
     content = without_mark(content)
-    hint = "write the model again" if path.endswith(".nl") else expected
+    hint = "write the model again" if is_model(path) else expected
     refuse(not content or content.isspace(), place(path), IS_EMPTY, hint)
     return content
 

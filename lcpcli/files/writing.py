@@ -46,10 +46,7 @@ def write(
 
 def write_as(found: Written[Problem], path: str, as_program: bool) -> None:
     ending = ending_of(path)
-    if (
-        found.rounded.bounds
-        and formats.FORMATS[ending.casefold()].keeps == formats.M_AND_Q
-    ):
+    if found.rounded.bounds and kind_to_write(path).keeps == formats.M_AND_Q:
         raise ProblemError(
             path,
             "cannot hold the bounds of z",
@@ -176,8 +173,8 @@ def with_costs(found: Written[Problem], path: str) -> Written[Problem]:
     not decimals, and for any other file."""
     problem, game = found.rounded, found.rounded.origin
     # Which is written in decimals, and does not keep all?
-    kind = formats.FORMATS.get(Path(path).suffix.casefold())
-    is_brief = kind is not None and kind.in_decimals and kind.keeps != formats.ALL
+    kind = kind_to_write(path) if path else formats.JSON_FILE
+    is_brief = kind.in_decimals and kind.keeps != formats.ALL
     costs = game.exact_conditions()[0] if isinstance(game, Game) and is_brief else []
     if not costs or any(places(cost) is None for row in costs for cost in row.values()):
         return found
@@ -195,7 +192,7 @@ def with_costs(found: Written[Problem], path: str) -> Written[Problem]:
 def is_rounded(found: Written[Problem], path: str) -> bool:
     """Return whether a file with the problem of `with_costs` has rounded doubles in
     place of written numbers."""
-    game, kind = found.own.origin, formats.FORMATS[Path(path).suffix.casefold()]
+    game, kind = found.own.origin, kind_to_write(path)
     if isinstance(game, ExtensiveGame):
         return game.is_rounded and kind.keeps != formats.ALL
     if kind.in_decimals:
@@ -245,9 +242,12 @@ def ending_of(path: str) -> str:
     raise ProblemError(path, fault, f"use {formats.WRITTEN}")
 
 
+def kind_to_write(path: str) -> formats.Kind:
+    return formats.FORMATS[ending_of(path).casefold()]
+
+
 def file_of_q(path: str) -> str | None:
     """Return the file for q that is written beside a file for M alone; None where there
     is none."""
-    ending = ending_of(path)
-    is_beside = formats.FORMATS[ending.casefold()].keeps == formats.M_AND_Q
+    ending, is_beside = ending_of(path), kind_to_write(path).keeps == formats.M_AND_Q
     return f"{path.removesuffix(ending)}.q{ending}" if is_beside else None

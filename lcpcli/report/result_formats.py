@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from lcpcli.errors import visible, visible_json
 from lcpcli.files.contents import NO_SOURCE, Source
+from lcpcli.files.formats import is_model
 from lcpcli.methods.registry import declared
 from lcpcli.options import DEFAULTS
 from lcpcli.report import columns, wording
@@ -323,7 +324,7 @@ def data(result: Result, source: Source = NO_SOURCE) -> dict[str, Any]:
     )
     vectors = {name: getattr(exact, name, None) for name in ("z", "w", "y")}
     # others' notes are of authors.
-    how_read = problem.note if (source.file or "").casefold().endswith(".nl") else ""
+    how_read = problem.note if is_model(source.file or "") else ""
     certificate = plain(result.certificate)
     if certificate:  # its vector in fractions, if doubles are only near the proof
         vector = certificate.pop("exact") or certificate["vector"]
