@@ -149,17 +149,13 @@ def proof_of(
 ) -> Proof | None:
     """Return the certificate from one of the directions, or from its part with one of
     the signs S; or None."""
-    given, S = conditions_of(problem), within.S
-    least, most = (
-        np.where(np.isfinite(given.lower), 0.0, -np.inf),
-        np.where(np.isfinite(given.upper), 0.0, np.inf),
-    )
+    S = within.S
     for direction in (
         each for each in directions if np.abs(each).max() > DIVERGED_SIZE
     ):
         parts = [] if S is None else [np.where(s == S, direction, 0.0) for s in (1, -1)]
         for part in (*parts, direction):
-            y = np.clip(within.multipliers(part), least, most)
+            y = problem.box.as_multipliers(within.multipliers(part))
             if not _is_clear(within, y, ROUGHLY_ZERO):
                 continue
             # Integers and fractions near y, and y, first without small entries.

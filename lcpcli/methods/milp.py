@@ -113,11 +113,8 @@ class ComplementarySystem:
         )
         if boxes is None:
             return True
-        (columns, rows), own = boxes, self.multipliers(y)
-        own[
-            (np.isfinite(rows.lower) & (own < 0))
-            | (np.isfinite(rows.upper) & (own > 0))
-        ] = 0.0
+        columns, rows = boxes
+        own = rows.as_multipliers(self.multipliers(y))
         used = np.flatnonzero((columns.lower != 0) | (columns.upper != 0))
         return farkas.refutes(given.M[:, used], given.q, own, columns.part(used), rows)
 
@@ -339,12 +336,10 @@ def _tried(
     if not finite:
         return Stalled("the problem overflows when it is equilibrated")
     found = alternative(M, q, partial(system.refutes, np.full(q.size, OPEN)), effort)
-    multipliers = [
-        system.multipliers(y) for y in (found.proof, found.rounded) if y is not None
-    ]
-    certificate = first_proof(problem, multipliers, rounded_from=MANY)
-    if certificate is not None:
-        return NoSolution(certificate)
+    near = found.near if found.proof is None else [found.proof]
+    proof = first_proof(problem, map(system.multipliers, near), rounded_from=MANY)
+    if proof is not None:
+        return NoSolution(proof)
     tried: set[bytes] = set()
     rough: list[Iterate] = []
     sets = sets_of(system, found.system)

@@ -214,6 +214,16 @@ class Box:
             above & (t < self.upper), (t >= self.upper) & (self.lower < self.upper)
         )
 
+    def as_multipliers(self, y: Vector) -> Vector:
+        """Return y with 0 where multipliers of rows with these bounds have another
+        sign."""
+        has_lower, has_upper = map(np.isfinite, self.vectors(y.size))
+        least, most = (
+            np.where(has_lower, 0.0, -np.inf),
+            np.where(has_upper, 0.0, np.inf),
+        )
+        return np.asarray(np.clip(y, least, most))
+
     def nonbasic(self, basis: States) -> Vector:
         """Return the z of a basis: a bound where nonbasic, 0 in place of basic
         variables."""

@@ -4,7 +4,7 @@ proof that there is none."""
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -16,7 +16,7 @@ from lcpcli.model.box import ORTHANT, Box
 from lcpcli.model.changes import scale
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Matrix, Vector
-from lcpcli.verify.farkas import SNAP, cancellation, sides
+from lcpcli.verify.farkas import SNAP, sides
 
 GRID = 2.0**20  # steps per largest entry of y, to which one candidate is rounded
 # Once a y is known, LPs for better ones may take so many times as long as the first
@@ -34,13 +34,12 @@ LARGEST_SHIFT = 1000  # of two: b is multiplied by at most 2^1000, which is fini
 class Alternative(NamedTuple):
     """One of Farkas' alternatives: a z with A z + b >= 0, z >= 0 to the tolerance of
     the LP solver, which proves nothing, or a y that is a proof; both None if neither
-    was established. rounded : then, if there is one, a y that shows
-    `farkas.cancellation`. system : what the dual simplex method has found the point by,
-    or None."""
+    was established. near : then the y that are none, but may be but for rounding.
+    system : what the dual simplex method has found the point by, or None."""
 
     point: Vector | None
     proof: Vector | None
-    rounded: Vector | None = None
+    near: Sequence[Vector] = ()
     system: DualSimplex | None = None
 
 
@@ -56,9 +55,7 @@ def alternative(
         if found.proof is None or holds(found.proof):
             return found
         near.append(found.proof)
-    return Alternative(
-        None, None, next((y for y in near if cancellation(A, b, y)), None)
-    )
+    return Alternative(None, None, near)
 
 
 def candidates(

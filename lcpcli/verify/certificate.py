@@ -295,16 +295,12 @@ def _candidates(
     with imports:
         from lcpcli.verify.alternative import dictionaries, simplest
     units = scale(problem)
-    inner, bounds = units.problem, problem.box.vectors(problem.n)
-    least, most = (
-        np.where(np.isfinite(bounds[0]), 0.0, -np.inf),
-        np.where(np.isfinite(bounds[1]), 0.0, np.inf),
-    )
+    inner = units.problem
     y = _null_vector(inner, units.z_inside(z))
     others = dictionaries(inner.M, inner.q) if has_dictionary else ()
     # Of the first, rounding decides the sign.
     multipliers = chain((y, -y), (y for _, _, y in others))
-    for y in (np.clip(y, least, most) for y in multipliers):
+    for y in map(problem.box.as_multipliers, multipliers):
         size = float(np.abs(y).max())
         if 0 < size < math.inf:
             yield from map(units.multipliers, (y / size, *simplest(y / size)))
