@@ -108,8 +108,8 @@ class InputFile:
     @cached_property
     def data(self) -> Any:
         """Return what the module of the format makes of the content."""
-        parse = getattr(load(self.kind.form), "parse", None)
-        return self.content if parse is None else self.within(parse, self.content)
+        has_parser = hasattr(load(self.kind.form), "parse")
+        return self._called("parse", self.content) if has_parser else self.content
 
     @cached_property
     def fields(self) -> Mapping[str, Any]:

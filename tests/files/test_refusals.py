@@ -362,6 +362,8 @@ solve m.json swapped.csv
     => swapped.csv: {LABEL_IN_PLACE:'c'|'a'}; {IN_ORDER_OF_UNKNOWNS}
 ,q\nc,1\na,1\nb,1\n > other.csv
 solve m.json other.csv => other.csv: {LABEL_IN_PLACE:'c'|'a'}; {IN_ORDER_OF_UNKNOWNS}
+q\nc 1\na 1\nb 1\n > other.csv
+solve m.json other.csv => other.csv: {LABEL_IN_PLACE:'c'|'a'}; {IN_ORDER_OF_UNKNOWNS}
 ,q\na,1\nb,1\nd,1\n > other.csv
 solve m.json other.csv => other.csv: {LABEL_IN_PLACE:'d'|'c'}; {IN_ORDER_OF_UNKNOWNS}
 ,q\na,1\nb,1\nc,1\na,1\n > other.csv
