@@ -8,6 +8,7 @@ from collections import Counter, UserDict
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from importlib import import_module
+from itertools import pairwise
 from textwrap import wrap
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -144,7 +145,8 @@ class Command(click.Command):
                 error.option_name,
             )
             name = name.partition("=")[0]
-            raise OptionError(name, unknown, self._suggest(ctx, name) or hint) from None
+            suggested = self._in_variant(ctx, name, given) or self._suggest(ctx, name)
+            raise OptionError(name, unknown, suggested or hint) from None
 
     def invoke(self, ctx: click.Context) -> Any:
         given = {name: _as_typed(value) for name, value in ctx.params.items()}
@@ -152,6 +154,23 @@ class Command(click.Command):
         if self.request is not None:
             ctx.params = {"request": self.request(**given)}
         return super().invoke(ctx)
+
+    def _in_variant(self, ctx: click.Context, name: str, words: Sequence[str]) -> str:
+        """Return the hint for an option of a method, which is no option of a command
+        that takes methods; "" for another one."""
+        word, params = name.lstrip("-").replace("_", "-"), self.get_params(ctx)
+        takes_methods = {"method", "methods"} & {param.name for param in params}
+        if not takes_methods or any(f"--{word}" in param.opts for param in params):
+            return ""
+        from lcpcli.methods.registry import in_variant
+
+        followed = dict(pairwise([*words, ""]))
+        chosen = followed.get("-m") or followed.get("--method", "")
+        values = dict(word.split("=", 1) for word in words if "=" in word)
+        value = values.get(name, followed.get(name, ""))
+        value = "" if value.startswith("--") else value
+        variant = in_variant(word, value, chosen)
+        return f"write --method {variant}" if variant else ""
 
     def _suggest(self, ctx: click.Context, given: str) -> str:
         """Return the hint for an unknown option, which may be a value of another

@@ -17,14 +17,10 @@ from lcpcli.files.fields import BOUNDS
 from lcpcli.files.formats import WRITTEN
 from lcpcli.methods import registry
 from lcpcli.methods.registry import (
-    ADDITIONS,
     METHODS,
-    NONLINEAR,
     OPTIONS,
-    SWITCHES,
     Variant,
     meanings,
-    options_of,
 )
 from lcpcli.options import EVERY, INFINITY, LIMITS, THREADS, Option
 from lcpcli.report.columns import OF_EVERY_METHOD
@@ -48,8 +44,10 @@ STARTS = {
     ),
 }
 
-# The options of methods, by name.
-OF_METHODS = (*OPTIONS, *STARTS, *ADDITIONS, *SWITCHES)
+# Of the paper's methods; the options of others are in METHOD:option=value.
+PAPER = ("p", "k_star", "rho", "sigma")
+# The options of methods that have flags, by name.
+OF_METHODS = (*PAPER, *STARTS)
 SWEEP, VARY = "--sweep", "--vary"
 # Options of a command that solves which its help shows on one screen: the paper's,
 # limits and output.
@@ -394,35 +392,22 @@ problem_output = reporting(  # of a command that writes a problem
 )
 
 
-def _methods(kind: str, own: Any) -> str:
-    names = [
-        name
-        for name, method in (METHODS | NONLINEAR).items()
-        if own in getattr(method, kind)
-    ]
+def _methods(own: Option) -> str:
+    names = [name for name, method in METHODS.items() if own in method.options]
     return f"Method{'s' * (len(names) > 1)} {listed(names)}"
 
 
-ITERATING = listed([name for name, method in METHODS.items() if method.iterates])
+def of_variants(name: str, own: Option | str) -> tuple[str, str]:
+    """Return an option of a method as METHOD:option=value has it, and what it means."""
+    if isinstance(own, str):
+        return f"{name}, {name}=false", own
+    term, _, meaning = _numeric(own)[0].partition("  ")
+    return term.removeprefix("--").replace(" ", "="), meaning
+
+
 # The options of the methods, the limits and the output of a command that solves.
 solving = declared(
-    *(option(_methods("options", own), own) for own in OPTIONS.values()),
-    *(
-        option(
-            f"Methods {ITERATING}",
-            f"--{name}/--no-{name}  {meaning}  [default: --no-{name}]",
-            default=None,
-        )
-        for name, meaning in ADDITIONS.items()
-    ),
-    *(
-        option(
-            _methods("switches", name),
-            f"--{name}/--no-{name}  {meaning}  [default: --{name}]",
-            default=None,
-        )
-        for name, meaning in SWITCHES.items()
-    ),
+    *(option(_methods(OPTIONS[name]), OPTIONS[name]) for name in PAPER),
     option(
         "Start",
         *(
@@ -473,8 +458,8 @@ ITERATES_STEP = ("--every", "--columns")
 OF_ITERATES = ("--trace", *ITERATES_STEP)
 FIGURES = ("--plot", "--paths")
 UNKNOWNS = ("--show",)
-OWN = {flag(f"{no}{name}") for name in OF_METHODS for no in ("", "no-")}
-OF_LINEAR = OWN - {flag(name) for name in (*options_of(NONLINEAR), "z0")}
+OWN = {flag(name) for name in OF_METHODS}
+OF_LINEAR = OWN - {"--z0"}
 OF_RUNS = {"--jobs", "--cluster", "--resume", "--sequence"}
 ONE_SOLUTION = OWN | OF_RUNS | {*OF_ITERATES[:2], "--method", "--paths", "--bound"}
 ONE_SOLUTION |= {"--tol", "--max-iterations"}

@@ -23,7 +23,7 @@ from lcpcli.cli.command import (
     lcp,
     tabulate,
 )
-from lcpcli.cli.declarations import argument, option, refuse
+from lcpcli.cli.declarations import argument, of_variants, option, refuse
 from lcpcli.cli.terminal import Line, emit, shows_progress, terminal
 from lcpcli.errors import (
     IS_EMPTY,
@@ -36,13 +36,16 @@ from lcpcli.errors import (
     unknown,
 )
 from lcpcli.methods.registry import (
+    ADDITIONS,
     METHODS,
     NONLINEAR,
+    OPTIONS,
     OTHER_NAMES,
+    SWITCHES,
     known_options,
     suggestion,
 )
-from lcpcli.options import MISSING, has_numba
+from lcpcli.options import MISSING, Option, has_numba
 from lcpcli.report import columns
 
 # One page per topic, in Markdown; its title is shown as its meaning.
@@ -208,8 +211,16 @@ def _lists_of(method: str, solve: click.Command, context: click.Context) -> str:
         for param in solve.params
         if param.name in known_options(method)
     ]
+    flags = {param.name for param in solve.params}
+    declared: dict[str, Option | str] = {**OPTIONS, **ADDITIONS, **SWITCHES}
+    settings = [
+        of_variants(name.replace("_", "-"), own)
+        for name, own in declared.items()
+        if name in known_options(method) - flags
+    ]
     lists = {
         f"Options of lcp solve for {method}": list(filter(None, records)),
+        f"Options in {method}:OPTION=VALUE,...": settings,
         f"Columns of the iterates of {method}": columns.meanings(method),
     }
     formatter = context.make_formatter()

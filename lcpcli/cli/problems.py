@@ -448,10 +448,7 @@ class Request(ManyProblems, Reporting):
     def given(self) -> dict[str, Any]:
         """Return the values of the options by flag; those of methods are all given, and
         no method stands for auto."""
-        own = {
-            flag(f"no-{name}" if value is False else name): True
-            for name, value in {**self.own, **self.numbers}.items()
-        }
+        own = {flag(name): True for name in (*self.own, *self.numbers)}
         method = None if [*self.variants] == [Variant(AUTO)] else self.variants
         return own | super().given | {"--method": method}
 
@@ -550,7 +547,7 @@ class Request(ManyProblems, Reporting):
 
         if is_nonlinear := not isinstance(problem, Problem):
             for variant in self.variants:
-                if variant.method != AUTO and variant.method not in NONLINEAR:
+                if variant != Variant(AUTO) and variant.method not in NONLINEAR:
                     fault = (
                         f"{variant} solves linear problems only, and this model is "
                         "nonlinear"
@@ -572,7 +569,7 @@ class Request(ManyProblems, Reporting):
             for variant in self.variants
         ]
         for name in (name for name in given if not any(name in own for own in known)):
-            self._refuse(name, given[name])
+            self._refuse(name)
         chosen = []
         for variant, own in zip(self.variants, known, strict=True):
             chosen.append(
@@ -582,7 +579,7 @@ class Request(ManyProblems, Reporting):
             options.check(declared(variant.method).options, chosen[-1])
         return chosen
 
-    def _refuse(self, name: str, value: Any) -> None:
+    def _refuse(self, name: str) -> None:
         """Raise OptionError for an option that none of the methods has, naming the
         methods that have it."""
         fault = f"has no effect with {' and '.join(map(str, self.variants))}"
@@ -590,14 +587,10 @@ class Request(ManyProblems, Reporting):
             fault += f", which use{'s' * (len(self.variants) == 1)} no starting point"
             raise OptionError(flag(name), fault, LEAVE_OUT)
         owners = [method for method in METHODS if name in known_options(method)]
-        if not owners:
-            raise OptionError(
-                flag(name), fault, "it is for nonlinear models: leave it out"
-            )
         is_chosen = len(self.variants) == 1 and self.variants[0].method != "auto"
         cure = "leave it out, or give" if is_chosen else "add"
         hint = f"it belongs to {listed(owners)}: {cure} --method {' or '.join(owners)}"
-        raise OptionError(flag(f"no-{name}" if value is False else name), fault, hint)
+        raise OptionError(flag(name), fault, hint)
 
 
 def taken(given: dict[str, Any], names: Iterable[str]) -> dict[str, Any]:

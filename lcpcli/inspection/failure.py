@@ -81,7 +81,7 @@ def _of_numbers(problem: Problem) -> tuple[list[str], str]:
             f"the largest entries of rows or columns of M differ by {before:.0f} "
             "decades"
         )
-        M, need = scaled, "--scale equilibrates M"
+        M, need = scaled, "the option scale equilibrates M"
     is_known = problem.n <= MOST_FACTORIZED and affordable(M)
     condition = theory.condition(M) if is_known else 0.0
     if condition > SLOW_CONDITION:

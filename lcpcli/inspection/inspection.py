@@ -137,7 +137,7 @@ class Inspection:
     spread, equilibrated_spread : the spreads of M and of R M C. spectrum : the spectrum
         of a symmetric M.
     p, smoothing_error : as `theory.smoothing` has them. published, best : the rates of
-        `fixed-point` with omega = 1 and with `--omega auto`.
+        `fixed-point` with omega = 1 and with `omega=auto`.
     presolve : what presolve leaves of a mixed problem, or a proof that there is no
         solution; None if presolve changes nothing or time ran out.
     plan : the attempts of `auto`, in order; None if time ran out.
@@ -297,7 +297,7 @@ def _hints(own: Inspection) -> list[str]:
         found.append(
             "badly scaled: the largest entries of rows or columns vary by "
             f"{before:.1f} decades, "
-            f"by {after:.1f} after equilibration; use auto, or --scale with shi "
+            f"by {after:.1f} after equilibration; use auto, or shi:scale "
             "and fixed-point"
         )
     if own.stiffness is not None:

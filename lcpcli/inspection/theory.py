@@ -112,7 +112,7 @@ def _guarantee(
     )
     if method is METHODS["fixed-point"] and only_h_plus:
         above = (
-            f"M is H+, guaranteed with --omega auto: {largest:.6g}, the largest "
+            f"M is H+, guaranteed with omega=auto: {largest:.6g}, the largest "
             "diagonal entry"
         )
         below = "M is an H+-matrix with no diagonal entry above 1"

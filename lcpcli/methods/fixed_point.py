@@ -60,7 +60,7 @@ def fixed_point(
         name = "I + M" if omega == 1 else f"{omega:g} I + M"
         reason = (
             f"{name} is singular to working precision, so the iteration is not "
-            "defined; try another --omega"
+            "defined; try another omega"
         )
         return ended(Breakdown(reason))
     return _iterates(

@@ -571,7 +571,7 @@ def sweep(
             hint = "write OPTION=VALUE,VALUE,..., as in p=1,10,100"
             raise ParameterError(where, f"{quoted(axis)} lacks a value", hint)
         if not any(name in _known(variant.method) for variant in variants):
-            if owners := _owners(name):
+            if owners := owning(name):
                 fault = (
                     f"{_dashed(name)} has no effect with "
                     f"{' and '.join(dict.fromkeys(v.method for v in variants))}"
@@ -663,7 +663,7 @@ def _checked(variant: Variant, where: str) -> Variant:
                 if words
                 else "it has none"
             )
-            if owners := _owners(name):
+            if owners := owning(name):
                 hint = f"it belongs to {listed(owners)}"
             raise ParameterError(
                 "method", f"{variant.method} has no option {_dashed(name)}", hint
@@ -703,5 +703,22 @@ def _value(name: str, text: str) -> Any:
     return int(number) if option.kind is int and number.is_integer() else number
 
 
-def _owners(name: str) -> list[str]:
+def in_variant(name: str, value: str, chosen: str) -> str:
+    """Return how METHOD:OPTION=VALUE says what an option of the name and value says, as
+    "no-scale"; "" if no method has it. chosen : the variant to which it is added, if
+    its method has the option."""
+    own = name.removeprefix("no-").replace("-", "_")
+    if not (owners := owning(own)):
+        return ""
+    variant = chosen if chosen.partition(":")[0] in owners else owners[0]
+    setting = f"{_dashed(own)}={value or 'VALUE'}"
+    if own in FLAGS:
+        setting = _dashed(own)
+        if name.startswith("no-"):
+            setting += "=false"
+    return f"{variant}{',' if ':' in variant else ':'}{setting}"
+
+
+def owning(name: str) -> list[str]:
+    """Return the names of the methods that have an option."""
     return [method for method in (*METHODS, *NONLINEAR) if name in _known(method)]

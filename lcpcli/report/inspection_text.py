@@ -179,7 +179,7 @@ def _facts(found: Inspection) -> list[Row]:
         ("eigenvalues", eigenvalues),
         ("factorization", size),
         ("fixed-point", _contraction(found.published, found)),
-        ("  --omega auto", _contraction(found.best, found)),
+        ("  omega=auto", _contraction(found.best, found)),
         ("shi", error),
         *_presolve(found.presolve),
     ]

@@ -11,7 +11,7 @@ from textwrap import wrap
 from typing import TYPE_CHECKING, Any
 
 from lcpcli.errors import ParameterError, likely, quoted, visible
-from lcpcli.methods.registry import SWITCHES
+from lcpcli.methods.registry import RESTARTS, SWITCHES
 from lcpcli.version import VERSION
 
 if TYPE_CHECKING:
@@ -251,6 +251,9 @@ def advice(result: Result) -> str:
             return "lcp solve --exact"
         if options == WHY:
             return "lcp why FILE"
+        if RESTARTS.name in options:
+            value = value_text(options[RESTARTS.name], False)
+            return f"--method {result.method}:{RESTARTS.name}={value}"
         texts = (
             (name, "" if value is True else f" {value_text(value, False)}")
             for name, value in options.items()

@@ -104,7 +104,9 @@ def test_terms_that_cancel_keep_their_domain(lcp: Lcp, folder: Path) -> None:
         (folder / f"{name}.nl").write_bytes(
             model(1, [((4, side), {0: 1}, terms)], [(3,)])
         )
-        done = lcp("solve", f"{name}.nl", "--z0", "1", "--restarts", "0", "--quiet")
+        done = lcp(
+            "solve", f"{name}.nl", "--z0", "1", "-m", "josephy-newton:restarts=0", "-q"
+        )
         assert done.code == 1, done
 
 

@@ -66,7 +66,6 @@ solve good.json --quiet=3 => --quiet: does not take a value; {SEE_HELP:solve}
 solve good.json --tol 1 --tol 2 => --tol: {GIVEN_TWICE}; {GIVE_ONCE}
 check good.json 1,1 --tol -1 --tol -1 => --tol: {GIVEN_TWICE}; {GIVE_ONCE}
 compare good.json --method shi --p 10 --p 100 => --p: {GIVEN_TWICE}; {GIVE_ONCE}
-compare good.json --scale --no-scale => --scale: {GIVEN_TWICE}; {GIVE_ONCE}
 solve good.json --columns k,tme => --columns: 'tme' is not a column; {DID_YOU_MEAN:time}
 solve bimatrx => bimatrx: {NO_SUCH_FILE}; {DID_YOU_MEAN:bimatrix, which is shipped}
 solve paper-exmple-1.json
@@ -107,12 +106,18 @@ solve good.json --method shi --sigma 1
     => --sigma: {OUT_OF_RANGE:1.0}; {IT_MUST_BE:{OF_SIGMA}}
 solve good.json --method shi --rho .3 --sigma .3
     => --sigma: {OUT_OF_RANGE:0.3}; {WITH_RHO:0.3}
-solve good.json --method fixed-point --omega 0
-    => --omega: {OUT_OF_RANGE:0.0}; {IT_MUST_BE:{OF_OMEGA}}
-solve good.json --method fixed-point --anderson -1
-    => --anderson: {OUT_OF_RANGE:-1}; {IT_MUST_BE:{WHOLE:0}}
-solve good.json --method reflections --walkers 100000000000000000000000000000
-    => --walkers: {OUT_OF_RANGE:100000000000000000000000000000};
+solve good.json --method fixed-point:omega=0
+    => --method: omega: {OUT_OF_RANGE:0.0}; {IT_MUST_BE:{OF_OMEGA}}
+solve good.json --method fixed-point:anderson=-1
+    => --method: anderson: {OUT_OF_RANGE:-1}; {IT_MUST_BE:{WHOLE:0}}
+solve good.json --omega auto
+    => --omega: {NO_OPTION:lcp solve}; write --method fixed-point:omega=auto
+solve good.json -m shi:p=3 --no-scale
+    => --no-scale: {NO_OPTION:lcp solve}; write --method shi:p=3,scale=false
+compare good.json --method lemke --cover=7 --ties lexicographic
+    => --cover: {NO_OPTION:lcp compare}; write --method lemke:cover=7
+solve good.json --method reflections:walkers=2000000
+    => --method: walkers: {OUT_OF_RANGE:2000000};
     {IT_MUST_BE:{WHOLE_TO:1|1000000}}
 """,
     GOOD,
@@ -349,8 +354,8 @@ solve steps --sequence --format json --trace
     => --trace: {STATES_OF_LAST}; {LEAVE_IT_OUT}
 solve steps --sequence --format json --z0 1,1,1
     => --z0: {STATES_OF_LAST}; {LEAVE_IT_OUT}
-solve steps --sequence --format json --scale
-    => --scale: {STATES_OF_LAST}; {LEAVE_IT_OUT}
+solve steps --sequence --format json --method auto:presolve=false
+    => --method: {STATES_OF_LAST}; {LEAVE_IT_OUT}
 solve steps --sequence --format json --p 2 => --p: {STATES_OF_LAST}; {LEAVE_IT_OUT}
 solve steps/0.json --sequence --all => --sequence: {OWN_METHOD}; {LEAVE_IT_OUT}
 solve inside/deeper.json
@@ -510,10 +515,10 @@ solve market.nl --upper 3 => --upper: {NO_EFFECT_ON:a nonlinear model}; {LEAVE_I
 solve market.nl --x0 1,1 => --x0: {NO_EFFECT_ON:a nonlinear model}; {LEAVE_IT_OUT}
 solve market.nl --basis basic,basic
     => --basis: {NO_EFFECT_ON:a nonlinear model}; {LEAVE_IT_OUT}
-solve market.nl --no-presolve
-    => --no-presolve: {NO_EFFECT_ON:a nonlinear model}; {LEAVE_IT_OUT}
-solve market.nl --start-slack 2
-    => --start-slack: {NO_EFFECT_ON:a nonlinear model}; {LEAVE_IT_OUT}
+solve market.nl --p 2 => --p: {NO_EFFECT_ON:a nonlinear model}; {LEAVE_IT_OUT}
+solve market.nl --method auto:presolve=false
+    => --method: auto:presolve=false solves linear problems only, and this model is
+    nonlinear; {JOSEPHY_NEWTON}
 solve market.nl --method lemke
     => --method: lemke solves linear problems only, and this model is nonlinear;
     {JOSEPHY_NEWTON}
@@ -523,11 +528,8 @@ compare market.nl --method shi
 compare market.nl linear.nl
     => --method: fixed-point solves linear problems only, and this model is nonlinear;
     {JOSEPHY_NEWTON}
-solve market.nl --restarts -1 => --restarts: {OUT_OF_RANGE:-1}; {IT_MUST_BE:{WHOLE:0}}
 solve market.nl --method josephy-newton:restarts=-1
     => --method: restarts: {OUT_OF_RANGE:-1}; {IT_MUST_BE:{WHOLE:0}}
-solve linear.nl --restarts 2
-    => --restarts: {NO_EFFECT:auto}; it is for nonlinear models: leave it out
 solve choice.nl --method lemke
     => --method: {NO_EFFECT:the model's objective, which has a method of its own};
     {LEAVE_IT_OUT}

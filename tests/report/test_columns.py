@@ -258,13 +258,13 @@ def test_steps_lead_on_where_the_paper_leaves_them_undefined(kind: str) -> None:
         assert abs(own["alpha"]) == float(kind == "u best")
 
 
-@pytest.mark.parametrize("options", [[], ["--omega", "2"], ["--anderson", "3"]])
+@pytest.mark.parametrize("options", ["", ":omega=2", ":anderson=3"])
 @pytest.mark.parametrize("name", EXAMPLES)
 def test_each_row_of_fixed_point_is_an_iterate_of_Schäfer(
-    name: str, options: list[str], lcp: Lcp
+    name: str, options: str, lcp: Lcp
 ) -> None:
-    asked = ("solve", name, "--method", "fixed-point", "--columns", "all", "-f", "json")
-    rows = record(lcp(*asked, *options))["trace"]
+    asked = ("solve", name, "-m", f"fixed-point{options}", "--columns", "all")
+    rows = record(lcp(*asked, "-f", "json"))["trace"]
     problem = problem_of(name)
     M, q, omega = np.array(problem.M), np.array(problem.q), rows[1]["omega"]
     identity, last = omega * np.eye(4), None
@@ -280,7 +280,7 @@ def test_each_row_of_fixed_point_is_an_iterate_of_Schäfer(
             assert row["factor"] is None
         else:
             assert row["factor"] == row["F"] / rows[k - 1]["F"]
-        if last is not None and "--anderson" not in options:
+        if last is not None and "anderson" not in options:
             right = (identity - M) @ np.abs(last) - q
             assert (identity + M) @ x == pytest.approx(right, rel=ACCURACY)
         last = x

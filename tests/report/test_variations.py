@@ -164,7 +164,7 @@ REASONS = {
     "scaling": (
         families.make("diagonal", 20),
         "the largest entries of rows or columns of M differ by 12 decades",
-        "--scale equilibrates M, and auto solves it",
+        "the option scale equilibrates M, and auto solves it",
     ),
     "condition": (
         families.make("hilbert", 12),
