@@ -23,6 +23,7 @@ import lcpcli
 from lcpcli.bench import suites
 from lcpcli.bench.timing import run_method
 from lcpcli.cli import command as group
+from lcpcli.cli import help as pages
 from lcpcli.cli.command import GONE
 from lcpcli.cli.declarations import STARTS
 from lcpcli.cli.help import FOLDER, OF_THE_SOURCE, TOPICS
@@ -45,6 +46,7 @@ FILES = {
 }
 FILES |= {topic: FOLDER / f"{topic}.md" for topic in TOPICS}
 PAGES = {page: file.read_text(encoding="utf-8") for page, file in FILES.items()}
+PAGES |= pages.PAGES  # with the keys of records
 README = PAGES["README"]
 BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", flags=re.MULTILINE | re.DOTALL)
 BLOCKS: dict[str, list[tuple[str, str]]] = {

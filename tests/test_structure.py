@@ -276,11 +276,7 @@ def test_libraries_are_imported_by_their_rooms_alone() -> None:
 
 def test_views_are_functions_of_named_modules_and_records_call_them_all() -> None:
     """Type checkers do not see them, as they are named by texts."""
-    homes = {
-        name: f"lcpcli.{room}.{name}"
-        for room, names in views.ROOMS.items()
-        for name in names.split()
-    }
+    homes = {name: f"lcpcli.{room}.{name}" for name, room in views.ROOMS.items()}
     called = {
         (node.value.attr, node.attr)
         for node in of_modules()

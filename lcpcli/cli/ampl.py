@@ -33,13 +33,18 @@ ENVIRONMENT = "lcp_options"
 OPTIONS = {option.name: option for option in (*LIMITS, THREADS, RESTARTS)}
 # solve_result_num: 0 solved, 200 to 299 no solution, 400 to 499 a point that is not
 # verified.
-NUMBERED = (
-    "SOLVED 0, INFEASIBLE 200, UNSOLVABLE 201, ILL_POSED 202, ITERATION_LIMIT "
-    "400, TIME_LIMIT 401, INTERRUPTED 402, "
-    "STALLED 403, DIVERGED 404, BREAKDOWN 405, RAY 406"
-)
 NUMBERS = {
-    Status[name]: int(number) for name, number in map(str.split, NUMBERED.split(", "))
+    Status.SOLVED: 0,
+    Status.INFEASIBLE: 200,
+    Status.UNSOLVABLE: 201,
+    Status.ILL_POSED: 202,
+    Status.ITERATION_LIMIT: 400,
+    Status.TIME_LIMIT: 401,
+    Status.INTERRUPTED: 402,
+    Status.STALLED: 403,
+    Status.DIVERGED: 404,
+    Status.BREAKDOWN: 405,
+    Status.RAY: 406,
 }
 # With an objective.
 OPTIMA = {"optimal": 0, "unsolvable": 201, "unbounded": 300, "time_limit": 401}

@@ -7,6 +7,7 @@ import itertools
 import re
 from collections.abc import Sequence
 from functools import cache
+from itertools import groupby
 from pathlib import Path
 from typing import NamedTuple
 
@@ -47,11 +48,26 @@ from lcpcli.methods.registry import (
 )
 from lcpcli.options import MISSING, Option, has_numba
 from lcpcli.report import columns
+from lcpcli.report.result_formats import keys_of
 
 # One page per topic, in Markdown; its title is shown as its meaning.
 FOLDER = Path(__file__).parent.parent / "topics"
+# The row of a table that stands for the keys of a record, which its schema explains.
+KEYS = re.compile(r"^\| keys of \| `schemas/(.+)\.json` \|$", re.MULTILINE)
+
+
+def _keys(found: re.Match[str]) -> str:
+    """Return rows with the keys of a record, neighbours of the same meaning in one."""
+    meanings = groupby(
+        keys_of(found[1]).items(), lambda each: each[1].get("description", "")
+    )
+    rows = [(", ".join(f"`{key}`" for key, _ in own), text) for text, own in meanings]
+    return "\n".join(f"| {keys} | {text} |" for keys, text in rows)
+
+
 PAGES = {
-    page.stem: page.read_text(encoding="utf-8") for page in sorted(FOLDER.glob("*.md"))
+    page.stem: KEYS.sub(_keys, page.read_text(encoding="utf-8"))
+    for page in sorted(FOLDER.glob("*.md"))
 }
 TOPICS = {
     name: page.partition("\n")[0].removeprefix("# ").strip()

@@ -34,14 +34,10 @@ from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import approximate, brief, text
 from lcpcli.report import wording
 from lcpcli.report.document import Document, Section, Table
-from lcpcli.report.result_formats import Report, place
+from lcpcli.report.result_formats import Report, keys_of, place
 from lcpcli.report.result_formats import record as plain_record
 
 SOLVED, UNDECIDED = "solved", "undecided"
-KEYS = (
-    "version file item problem n names status message complete conflict irreducible "
-    "fewest near repair repairable z ranges seconds"
-)
 MOST_NAMED = 4  # conditions, or changes, that a sentence names
 MOST_TERMS = 6  # of a row in a table
 MOST_ROWS = 400  # of a table on a screen or a page
@@ -410,7 +406,7 @@ def record(found: Explanation, source: Source = NO_SOURCE) -> dict[str, Any]:
         },
         "ranges": _ranges(found, system),
     }
-    return plain_record(KEYS, found, own)
+    return plain_record(keys_of("why"), found, own)
 
 
 def _repairable(found: Explanation) -> bool | None:

@@ -14,21 +14,24 @@ from typing import Any
 
 from lcpcli.clock import imports
 
-ROOMS = {  # the modules by their rooms
-    "verify": "digits",
-    "solving": "advice minimum",
-    "parametric": "derivative",
-    "report": (
-        "inspection_text outcome path_formats plotting result_formats tables "
-        "verification_text"
-    ),
+ROOMS = {  # of the modules
+    "digits": "verify",
+    "advice": "solving",
+    "minimum": "solving",
+    "derivative": "parametric",
+    "inspection_text": "report",
+    "outcome": "report",
+    "path_formats": "report",
+    "plotting": "report",
+    "result_formats": "report",
+    "tables": "report",
+    "verification_text": "report",
 }
 
 
 def __getattr__(name: str) -> Any:
-    for room, names in ROOMS.items():
-        if name in names.split():
-            with imports:
-                module = globals()[name] = import_module(f"lcpcli.{room}.{name}")
-            return module
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    if name not in ROOMS:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    with imports:
+        module = globals()[name] = import_module(f"lcpcli.{ROOMS[name]}.{name}")
+    return module

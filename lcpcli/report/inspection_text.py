@@ -26,21 +26,6 @@ CLOSE_TO_ONE = 0.999
 MOST_ITERATIONS = 999_999
 # For the choice of a method.
 DECISIVE = ("symmetric", "positive definite", "positive semidefinite", "P-matrix")
-KEYS = (
-    "problem n bounds sparse nonzeros density classes spread "
-    "equilibrated_spread condition equilibrated_condition "
-    "singular smallest_eigenvalue largest_eigenvalue eigenvalues_estimated "
-    "bytes bandwidth factor_entries "
-    "factor_operations fixed_point fixed_point_best p smoothing_error methods "
-    "presolve plan obvious stiffness hints"
-)
-NONLINEAR_KEYS = (
-    "problem n names bounds linear equations nonlinear_rows operators "
-    "common_expressions fixed_variables nonzeros "
-    "density structural_rank structural_rank_of_equations "
-    "structural_rank_of_free undefined_rows residual condition "
-    "singular spread classes hints"
-)
 EIGENVALUES = ("smallest_eigenvalue", "largest_eigenvalue", "eigenvalues_estimated")
 NO_RATE = {"omega": None, "factor": None, "iterations": None}
 BINARY = ((2**30, "GiB"), (2**20, "MiB"), (2**10, "KiB"), (1, "bytes"))
@@ -363,7 +348,8 @@ def _record(found: Inspection | NonlinearInspection) -> dict[str, Any]:
             "obvious": found.obvious or None,
             "stiffness": found.stiffness,
         }
-    return result_formats.record(KEYS if is_linear else NONLINEAR_KEYS, found, own)
+    keys = result_formats.keys_of("inspect" if is_linear else "inspect-nonlinear")
+    return result_formats.record(keys, found, own)
 
 
 def _decades(spread: Spread | None) -> dict[str, float] | None:

@@ -309,11 +309,6 @@ def _moving(
         yield Moving(names[i], what, float(first[i]), float(last[i]))
 
 
-KEYS = (
-    "version file to_file problem to n names end message reached verified t z w "
-    "basis changes jumps moving answer "
-    "direction certificate exact at seconds"
-)
 # Of a table; typesetting takes a millisecond a row, and nobody reads on.
 MOST_ROWS = 500
 # Named at a breakpoint; more, where pieces of no length have been left out, would make
@@ -347,7 +342,7 @@ def data(path: Path, at: At = (), files: Sequence[str] = ()) -> dict[str, Any]:
         and {**path.exact._asdict(), "answer": _answer(terms, terms.points)},
         "at": {**points._asdict(), "answer": _answer(terms, points)},
     }
-    return result_formats.record(KEYS, path, own)
+    return result_formats.record(result_formats.keys_of("path"), path, own)
 
 
 def _answer(terms: Terms, points: Points) -> dict[str, Any] | None:

@@ -6,8 +6,10 @@ from __future__ import annotations
 import csv
 import json
 import math
+import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import fields, is_dataclass
+from functools import cache
 from io import StringIO
 from itertools import chain
 from types import MappingProxyType
@@ -17,7 +19,6 @@ from lcpcli.errors import visible, visible_json
 from lcpcli.files.contents import NO_SOURCE, Source
 from lcpcli.files.formats import is_model
 from lcpcli.methods.registry import declared
-from lcpcli.options import DEFAULTS
 from lcpcli.report import columns, wording
 from lcpcli.report.document import Document, typeset
 from lcpcli.version import VERSION
@@ -253,24 +254,22 @@ class _Lines(StringIO):
         return super().write(line.removesuffix(self.END) + "\n")
 
 
-# The keys of a result in their order; `lcp help json` has their meanings.
-KEYS = (
-    "version file item problem n names method package label route status "
-    "message advice solved verified z w basis "
-    "iterations evaluations residual relative_residual negligible_q error "
-    "objective_error "
-    "digits not_unique error_bound error_bound_source "
-    "reference milestones setup_seconds solve_seconds verify_seconds seconds "
-    "conclusion_seconds spread "
-    "certificate exact "
-    f"answer others exactly_solvable {' '.join(vars(DEFAULTS))} options trace"
-)
 # Of a program's answer
 MINIMUM = (
-    "x y bound_multipliers unique_multipliers y_down y_up bound_multipliers_down "
-    "bound_multipliers_up activities slacks objective statement proved exact ray "
-    "certificate"
+    *("x", "y", "bound_multipliers", "unique_multipliers", "y_down", "y_up"),
+    *("bound_multipliers_down", "bound_multipliers_up", "activities", "slacks"),
+    *("objective", "statement", "proved", "exact", "ray", "certificate"),
 )
+# A schema for each record, whose properties are its keys, in their order.
+SCHEMAS = os.path.join(os.path.dirname(__file__), os.pardir, "schemas")
+
+
+@cache
+def keys_of(name: str) -> dict[str, Any]:
+    """Return the keys of a record of this name in their order, with their schemas."""
+    with open(os.path.join(SCHEMAS, f"{name}.json"), encoding="utf-8") as file:
+        properties: dict[str, Any] = json.load(file)["properties"]
+    return properties
 
 
 def as_list(lines: str) -> str:
@@ -359,17 +358,17 @@ def data(result: Result, source: Source = NO_SOURCE) -> dict[str, Any]:
         },
         "trace": trace and columns.records(trace),
     }
-    return record(KEYS, result, own) | dict(source.mark or {})
+    return record(keys_of("result"), result, own) | dict(source.mark or {})
 
 
 def record(
-    keys: str, thing: object, own: Mapping[str, Any], exact: bool = True
+    keys: Iterable[str], thing: object, own: Mapping[str, Any], exact: bool = True
 ) -> dict[str, Any]:
     """Return the values of the keys, in their order, by `plain`: those in `own`, and
     the attributes of the object for other keys."""
     return {
         key: plain(own[key] if key in own else getattr(thing, key), exact)
-        for key in keys.split()
+        for key in keys
     }
 
 

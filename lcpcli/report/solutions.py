@@ -33,6 +33,7 @@ from lcpcli.report import plotting, programs_and_games, wording
 from lcpcli.report.document import Document, Section, Table
 from lcpcli.report.result_formats import (
     Report,
+    keys_of,
     place,
     plain,
     record,
@@ -42,9 +43,6 @@ from lcpcli.report.result_formats import (
 from lcpcli.report.tables import longest
 
 HEADER: tuple[str, ...] = ("piece", "kind", "number", "component", "z", "w")
-START = "version file item problem n names status message"
-KEYS = f"{START} complete others solutions pieces components degenerate seconds"
-BEST_KEYS = f"{START} sense value bound gap z w x y equilibrium nodes seconds"
 PROGRAM_COLUMNS = ("part", "value")
 # rows; typesetting more takes longer than the search for the solutions.
 MOST_LINES = 1000
@@ -139,7 +137,9 @@ class Prepared:
         own = _own(found, source) | dict.fromkeys(long)
         parts = (
             f'"{key}": ' + (f"[{', '.join(long[key])}]" if key in long else text(value))
-            for key, value in record(KEYS, found, own, self._exact).items()
+            for key, value in record(
+                keys_of("solutions"), found, own, self._exact
+            ).items()
         )
         return f"{{{', '.join(parts)}}}\n"
 
@@ -382,7 +382,7 @@ def _record(found: SolutionSet, source: Source, exact: bool) -> dict[str, Any]:
             for piece in found.pieces
         ],
     }
-    return record(KEYS, found, own, exact)
+    return record(keys_of("solutions"), found, own, exact)
 
 
 def _own(found: SolutionSet, source: Source) -> dict[str, Any]:
@@ -515,7 +515,7 @@ def _best_record(found: Optimum, source: Source, exact: bool) -> dict[str, Any]:
         number = getattr(found, name)
         own[name] = number if number is None or exact else _outward(number, toward)
     own |= _meaning(problem.origin, found.z, found.equilibrium) if found.z else {}
-    return record(BEST_KEYS, found, own, exact)
+    return record(keys_of("optimum"), found, own, exact)
 
 
 def _outward(value: Fraction, toward: int) -> float:

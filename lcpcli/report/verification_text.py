@@ -8,15 +8,9 @@ from typing import Any
 
 from lcpcli.report import programs_and_games
 from lcpcli.report.document import Document, Section, Table
-from lcpcli.report.result_formats import Report, record
+from lcpcli.report.result_formats import Report, keys_of, record
 from lcpcli.report.wording import above, number, short, size, title
 from lcpcli.verify.verification import Verification
-
-KEYS = (
-    "problem n kind exact accepted message residual relative_residual "
-    "backward_error error error_bound "
-    "error_bound_source strategies violated violations statement multipliers"
-)
 
 
 def report(verifications: Sequence[Verification]) -> Report:
@@ -104,4 +98,4 @@ def _record(verification: Verification) -> dict[str, Any]:
         "statement": verification.statement
         or getattr(verification.answer, "statement", None),
     }
-    return record(KEYS, verification, own)
+    return record(keys_of("check"), verification, own)

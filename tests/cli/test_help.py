@@ -20,7 +20,7 @@ from lcpcli.bench import suites
 from lcpcli.cli import command as group
 from lcpcli.cli import help as command
 from lcpcli.cli.declarations import STARTS
-from lcpcli.cli.help import FOLDER, TOPICS
+from lcpcli.cli.help import FOLDER, PAGES, TOPICS
 from lcpcli.methods.registry import (
     METHODS,
     NONLINEAR,
@@ -236,7 +236,7 @@ def test_a_method_declares_the_options_that_it_takes() -> None:
 
 
 def source(topic: str) -> str:
-    return (FOLDER / f"{topic}.md").read_text(encoding="utf-8")
+    return PAGES[topic]
 
 
 def words(text: str) -> list[str]:
