@@ -143,7 +143,7 @@ def _feasibility(
         if data.row_lower.size
         else None
     )
-    y = None if found is None else _of_rows(problem, data, found.vector)
+    y = None if found is None else _exact_proof(problem, found.vector, data.c.size)
     if y is not None:
         return False, y
     if compressed(data.A).nnz > MOST_FRACTIONS:
@@ -155,23 +155,17 @@ def _feasibility(
         exact_y = farkas_vector(exact, Effort(FEASIBILITY_EFFORT).steps(exact))
     except TimeIsUp:
         return None, None
-    return (
-        (True, None)
-        if exact_y is None
-        else (False, _of_rows(problem, data, rounded_direction(exact_y)))
-    )
+    if exact_y is None:
+        return True, None
+    return False, _exact_proof(problem, rounded_direction(exact_y), data.c.size)
 
 
-def _of_rows(problem: Problem, data: ProgramData, y: Vector | None) -> Vector | None:
-    """Return the proof for the program itself that consists of the multipliers in y, a
-    proof for its constraints."""
+def _exact_proof(problem: Problem, y: Vector | None, columns: int = 0) -> Vector | None:
+    """Return the proof for the program itself near y, in which the multipliers of so
+    many columns count as 0; None if it is none."""
     if y is None:
         return None
-    y[: data.c.size] = 0.0
-    return _exact_proof(problem, y)
-
-
-def _exact_proof(problem: Problem, y: Vector) -> Vector | None:
+    y[:columns] = 0.0
     found = first_proof(problem, [y], whole=True)
     return None if found is None else found.vector
 

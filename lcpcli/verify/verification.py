@@ -286,32 +286,20 @@ def verify_farkas(
     doubles of the problem, with y as it is or rounded, also up to the rounding of M: of
     few unknowns only if y is known to be rounded, as that of an ill-posed problem."""
     exact, doubles = data is not None, rounded(y)
-    if data is None:
-        failure = (
-            ""
-            if Proof("farkas", doubles).holds(problem)
-            else _failed_condition(ExactProblem.of_floats(problem), y)
-        )
+    problem = problem if data is None else data.problem
+    message = f"proved infeasible: {problem.box.wording.refuted}"
+    known = data or ExactProblem.of_floats(problem)
+    is_proof = not exact and Proof("farkas", doubles).holds(problem)
+    failure = "" if is_proof else _failed_condition(known, y)
+    if failure and exact and is_rounded and exact_proof(known, doubles) is not None:
+        failure = ""
+    elif failure and not exact:
         rounded_from = 0 if is_rounded else MANY
-        if failure and (
-            proof := first_proof(problem, [doubles], rounded_from=rounded_from)
-        ):
-            message = f"proved: {proof.statement}"
-            return Verification(
-                problem, "farkas", exact=False, accepted=True, message=message
-            )
-    else:
-        problem, failure = data.problem, _failed_condition(data, y)
-        failure = (
-            ""
-            if failure and is_rounded and exact_proof(data, doubles) is not None
-            else failure
-        )
-    message = (
-        f"y proves nothing: {failure}"
-        if failure
-        else f"proved infeasible: {problem.box.wording.refuted}"
-    )
+        proof = first_proof(problem, [doubles], rounded_from=rounded_from)
+        if proof is not None:
+            failure, message = "", f"proved: {proof.statement}"
+    if failure:
+        message = f"y proves nothing: {failure}"
     return Verification(
         problem, "farkas", exact=exact, accepted=not failure, message=message
     )
