@@ -253,7 +253,12 @@ def is_full_band(M: Matrix) -> bool:
 
 def applies(problem: Problem) -> bool:
     """Return whether a problem is an LCP with few unknowns and moderate numbers."""
-    return problem.n <= MOST_UNKNOWNS and problem.box.is_orthant and problem.is_moderate
+    return has_few_moderate(problem) and problem.box.is_orthant
+
+
+def has_few_moderate(problem: Problem) -> bool:
+    """Return whether a problem has few unknowns and moderate numbers."""
+    return problem.n <= MOST_UNKNOWNS and problem.is_moderate
 
 
 def basic_zeros(problem: Problem) -> Mask | None:
@@ -277,12 +282,11 @@ def basic_zeros(problem: Problem) -> Mask | None:
 
 
 @np.errstate(all="ignore")
-def direct(
-    problem: Problem, tol: float, basic: Mask | None, made: list[Made]
+def collected(
+    steps: Generator[Made, None, DirectAnswer | None], made: list[Made]
 ) -> DirectAnswer | None:
-    """Return the answer of all `exchanges` together; `made` receives their basic
+    """Return the answer of all exchanges together; `made` receives their basic
     solutions."""
-    steps = exchanges(problem, tol, basic)
     while True:
         try:
             made.append(next(steps))
@@ -364,6 +368,46 @@ def exchanges(
         yield made
         is_single, last = guard is not None and guard.single, wrong
         basic ^= wrong
+
+
+def exchanges_within_bounds(
+    problem: Problem,
+) -> Generator[Made, None, DirectAnswer | None]:
+    """Yield the basic solutions of block pivoting on a mixed problem, from the states
+    of the reference point, as `exchanges` does on an LCP. Its answer remains to be
+    judged; what `newton` may take for rounding is left to it."""
+    M, q, n, box = problem.M, problem.q, problem.n, problem.box
+    reference = 0.0 if problem.reference_z is None else problem.reference_z
+    basis = box.basis_of((reference - problem.q_ref) / 2)
+    guard, steps, is_single = Safeguard(n, FEW_INDEX_STEPS), 0, False
+    while True:
+        P, z = np.logical_not(basis).nonzero()[0], box.nonbasic(basis)
+        block, w = M.take(P, 0).take(P, 1), M.dot(z)
+        w += q
+        try:
+            z[P] = np.linalg.solve(block, -w[P])
+        except np.linalg.LinAlgError:
+            return None
+        w = M.dot(z)
+        w += q
+        own = w[P]
+        w[P] = 0.0
+        violations = box.violations(z, w, basis)
+        wrong = violations > 0.0
+        steps, count = steps + 1, number_of(wrong)
+        terms = np.abs(M).dot(np.abs(z))
+        terms += np.abs(q)
+        if not count:
+            if number_of(np.abs(own) > ROW_ROUNDING * terms[P]):
+                z[P] -= np.linalg.solve(block, own)
+            z = box.project(z)
+            return DirectAnswer(z, False, steps, is_single=is_single)
+        yield z, w, is_single
+        guard.choose(wrong, count)
+        may_round = violations.max() <= ROW_ROUNDING * terms.max()
+        if may_round or _gives_up(guard, problem):
+            return None
+        basis, is_single = box.exchanged(basis, wrong, z), guard.single
 
 
 def _gives_up(guard: Safeguard, problem: Problem) -> bool:

@@ -30,7 +30,7 @@ from lcpcli.model.box import BASIC
 from lcpcli.model.problem import Problem
 from lcpcli.options import KERNELS, MISSING, Limits, has_numba, wants_kernels
 from lcpcli.solving.result import Result
-from lcpcli.typing import Mask, States, Vector
+from lcpcli.typing import States, Vector
 from lcpcli.verify.acceptance import (
     AT_ONCE,
     BY_CRITERION,
@@ -363,7 +363,8 @@ def _answer(
             answer = fast.direct(problem, tol, basic)
         else:
             is_continued = has_diagonal and basic is None
-            answer = yield from _pivoted(session, problem, basic, is_continued)
+            steps = direct.exchanges(problem, tol, basic)
+            answer = yield from _pivoted(session, problem, steps, is_continued)
         if answer is not None:
             return answer
     elif start is None:
@@ -376,6 +377,9 @@ def _answer(
             )
         if is_solution:
             return DirectAnswer(np.array(reference), False, 0)
+        if has_diagonal and not box.is_orthant and direct.has_few_moderate(problem):
+            steps = direct.exchanges_within_bounds(problem)
+            return (yield from _pivoted(session, problem, steps, False))
     # Newton rarely settles.
     if not has_diagonal and fast is not None and problem.box.is_orthant:
         answer = fast.lemke(problem, tol, basic)
@@ -383,16 +387,19 @@ def _answer(
 
 
 def _pivoted(
-    session: Session, problem: Problem, basic: Mask | None, is_continued: bool
+    session: Session,
+    problem: Problem,
+    steps: Generator[Made, None, DirectAnswer | None],
+    is_continued: bool,
 ) -> Generator[Made, None, DirectAnswer | None]:
     """Return the answer of exchanges in numpy. is_continued : whether the first stages
     go on from them if they lead to no solution; if not, they are shown only if they
     do."""
-    tol, made = session.limits.tol, list[Made]()
+    made = list[Made]()
     if session.is_shown:
-        answer = yield from _seen(problem, tol, basic, made, is_continued)
+        answer = yield from _seen(steps, made, is_continued)
     else:
-        answer = direct.direct(problem, tol, basic, made)
+        answer = direct.collected(steps, made)
     if answer is None:
         session.lost = made if is_continued else ()
         return None
@@ -403,15 +410,12 @@ def _pivoted(
 
 
 def _seen(
-    problem: Problem,
-    tol: float,
-    basic: Mask | None,
+    steps: Generator[Made, None, DirectAnswer | None],
     made: list[Made],
     is_continued: bool,
 ) -> Generator[Made, None, DirectAnswer | None]:
     """Return the answer of exchanges, each of which is made when it is asked for; pass
     them on if the first stages go on from them."""
-    steps = direct.exchanges(problem, tol, basic)
     while True:
         try:
             with np.errstate(all="ignore"):

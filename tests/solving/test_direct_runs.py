@@ -33,6 +33,7 @@ from lcpcli.typing import Vector
 from .. import (
     exact,
     kernels_together,  # noqa: F401
+    mixed_problems,
 )
 from ..direct_answers import direct
 from ..wordings import NO_EFFECT
@@ -117,6 +118,23 @@ def test_its_answer_is_that_of_newton_and_a_nonnegative_q_needs_no_system(
     )
     answer = way(Problem([[0, 1], [1, 0]], [1, 0]), TOL)
     assert (answer.z.tolist(), answer.is_certain, answer.steps) == ([0.0, 0.0], True, 0)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_a_problem_with_bounds_of_all_kinds_is_exchanged_as_by_newton(
+    seed: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    generator = np.random.default_rng(seed)
+    n = 5 + 3 * seed
+    M, q = mixed_problems.monotone(n, generator)
+    lower, upper = mixed_problems.with_all_bounds(n, generator)
+    problem = Problem(M, q, lower=lower, upper=upper)
+    plain = lcpcli.run(problem, "newton")
+    monkeypatch.setattr(direct_run, "compiled", lambda: None)
+    monkeypatch.setattr(direct_run, "first_steps", None)
+    found = lcpcli.run(problem)
+    assert (found.solved, found.route) == (True, ("newton",))
+    assert np.allclose(found.z, plain.z, rtol=1e-10, atol=1e-12)
 
 
 @pytest.mark.parametrize(
