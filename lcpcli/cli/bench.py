@@ -50,7 +50,7 @@ MEANINGS = {
 MEASURING = (TOL, OF_EACH_RUN, ACCEPT, BUDGET)
 
 
-@dataclass(frozen=True)
+@dataclass(eq=False, repr=False)
 class Bench(Reporting):
     """What lcp bench was asked."""
 

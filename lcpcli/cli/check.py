@@ -43,7 +43,7 @@ OF_INSPECTION = TIME_LIMIT._replace(
 )
 
 
-@dataclass(frozen=True)
+@dataclass(eq=False, repr=False)
 class Check(Bounds, Reporting):
     """What lcp check was asked; paths : of the problem, and the solution."""
 
@@ -186,7 +186,7 @@ def _verifications(
     ]
 
 
-@dataclass(frozen=True)
+@dataclass(eq=False, repr=False)
 class Inspect(OneProblem, Reporting):
     """What lcp inspect was asked; whole : by --all."""
 

@@ -74,7 +74,9 @@ PROBLEM_FILES = FILES._replace(problems=True)
 FLAGS: dict[str, str] = {}  # of all options that are declared, by name
 
 
-@dataclass(frozen=True)
+# Requests are neither compared nor printed: methods for that, and for refusing changes,
+# would take 15 ms to make at each start.
+@dataclass(eq=False, repr=False)
 class Writing:
     """What a command that writes was asked: -o and --quiet."""
 
@@ -87,7 +89,7 @@ class Writing:
         return {FLAGS.get(name, name): value for name, value in vars(self).items()}
 
 
-@dataclass(frozen=True)
+@dataclass(eq=False, repr=False)
 class Reporting(Writing):
     """What a command that reports was asked; form : by --format, None for that of the
     suffix of -o."""
@@ -95,7 +97,7 @@ class Reporting(Writing):
     form: str | None = None
 
 
-@dataclass(frozen=True)
+@dataclass(eq=False, repr=False)
 class Bounds:
     """How problems are to be read.
 
@@ -110,7 +112,7 @@ class Bounds:
     game: bool = False
 
 
-@dataclass(frozen=True)
+@dataclass(eq=False, repr=False)
 class OneProblem(Bounds):
     """A problem that was asked for, with q in a file of its own if it is separate."""
 
@@ -122,7 +124,7 @@ class OneProblem(Bounds):
         return [self.file] if self.q_file is None else [self.file, self.q_file]
 
 
-@dataclass(frozen=True)
+@dataclass(eq=False, repr=False)
 class ManyProblems(Bounds):
     """The files and folders that were asked for, of one problem or several."""
 
@@ -479,7 +481,7 @@ class Refusal(NamedTuple):
     hint: str = LEAVE_OUT
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(eq=False, repr=False)
 class Mode:
     """What a command is asked for or has found, named as messages have it, and the
     options that it cannot do anything with."""

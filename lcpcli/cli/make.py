@@ -61,7 +61,7 @@ CONDITIONS = {
 KINDS = {bool: "true or false", int: "a whole number", float: "a number"}
 
 
-@dataclass(frozen=True)
+@dataclass(eq=False, repr=False)
 class Make(Writing):
     """What lcp make was asked; listed, settings : by --list and --set."""
 
@@ -206,7 +206,7 @@ def _parameters(family: str, settings: Sequence[str]) -> dict[str, Any]:
     return values
 
 
-@dataclass(frozen=True)
+@dataclass(eq=False, repr=False)
 class Convert(OneProblem, Writing):
     """What lcp convert was asked."""
 

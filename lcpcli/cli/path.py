@@ -44,7 +44,7 @@ OF_POINTS = TOL._replace(
 )
 
 
-@dataclass(frozen=True)
+@dataclass(eq=False, repr=False)
 class PathRequest(ManyProblems, Reporting):
     """What lcp path was asked; start, stop : by --from and --to."""
 

@@ -379,7 +379,7 @@ R = TypeVar("R", bound="Request")
 Traces = Callable[[AnyProblem], "tuple[Trace | None, Trace | None]"]
 
 
-@dataclass(frozen=True)
+@dataclass(eq=False, repr=False)
 class Request(ManyProblems, Reporting):
     """What a command that solves was asked.
 

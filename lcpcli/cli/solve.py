@@ -31,7 +31,7 @@ from lcpcli.report.wording import LEVELS
 BY_DEFAULT = Variant(AUTO)
 
 
-@dataclass(frozen=True)
+@dataclass(eq=False, repr=False)
 class Solve(Request):
     """What lcp solve was asked; all_of_them : by --all."""
 
@@ -122,7 +122,7 @@ def solve(request: Solve) -> int:
     return run(request, partial(all_solutions.outcome, objective=own))
 
 
-@dataclass(frozen=True)
+@dataclass(eq=False, repr=False)
 class Compare(Request):
     """What lcp compare was asked."""
 

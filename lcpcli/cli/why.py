@@ -24,7 +24,7 @@ from lcpcli.report.document import RECORD_MEANINGS
 LEAST_SECONDS = 1e-6  # of the search, if reading has taken all the time
 
 
-@dataclass(frozen=True)
+@dataclass(eq=False, repr=False)
 class Why(OneProblem, Reporting):
     """What lcp why was asked."""
 
