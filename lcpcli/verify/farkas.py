@@ -174,10 +174,10 @@ class Multiplied:
             np.where(low, np.abs(lower), 0.0), np.where(high, np.abs(upper), 0.0)
         )
         self.everywhere = np.ones(image.size, dtype=bool)
-        # Where A'y may be 0, times a bound that is far away, it is at best rounding.
+        # Where A'y may be 0, times a bound so far away that this alone may decide.
         is_hidden = self.used & (np.abs(image) <= self.error)
         beside = self.b @ self.y + self.supremum[~is_hidden].sum()
-        is_hidden &= self.ends * self.error >= SNAP * abs(beside)
+        is_hidden &= self.ends * self.error >= abs(beside) / (8 * image.size)
         self.supremum[is_hidden] = 0.0
         self.total = float(self.b @ self.y + self.supremum.sum())
         self.terms = float(
