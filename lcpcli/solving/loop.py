@@ -30,12 +30,12 @@ from lcpcli.verify.acceptance import (
     Extent,
     accepted,
 )
-from lcpcli.verify.certificate import UNVERIFIED, Proof, confirm
 from lcpcli.verify.measure import FEW_UNKNOWNS
 from lcpcli.verify.point import Criterion, Point
 
 if TYPE_CHECKING:
     from lcpcli.solving.trace import Callback, Observe, Trace, TraceRow
+    from lcpcli.verify.certificate import Proof
 
 # Times the tolerance: the bound on the residual from which on the residual itself is
 # computed.
@@ -272,6 +272,8 @@ class Loop:
         """Return the status and the reason when the method itself ends: those that a
         certificate justifies, once it is verified on M and q."""
         if isinstance(ending, stages.NoSolution):
+            with imports:
+                from lcpcli.verify.certificate import UNVERIFIED, confirm
             claim = ending.certificate
             self.certificate = confirm(
                 self.problem, claim, declared(self.method).excludes_exactly
