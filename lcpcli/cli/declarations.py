@@ -198,7 +198,7 @@ def argument(
         function = click.argument(name, **attributes)(function)
         made = function.__click_params__[-1]
         made.heading, made.words = heading, words
-        FLAGS[made.name] = name.upper()
+        FLAGS.setdefault(made.name, name.upper())  # an option of the name goes first
         return function
 
     return declare
