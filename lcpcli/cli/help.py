@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import itertools
 import re
+from collections import UserDict
 from collections.abc import Sequence
 from functools import cache
 from itertools import groupby
@@ -48,7 +49,6 @@ from lcpcli.methods.registry import (
 )
 from lcpcli.options import MISSING, Option, has_numba
 from lcpcli.report import columns
-from lcpcli.report.result_formats import keys_of
 
 # One page per topic, in Markdown; its title is shown as its meaning.
 FOLDER = Path(__file__).parent.parent / "topics"
@@ -58,6 +58,8 @@ KEYS = re.compile(r"^\| keys of \| `schemas/(.+)\.json` \|$", re.MULTILINE)
 
 def _keys(found: re.Match[str]) -> str:
     """Return rows with the keys of a record, neighbours of the same meaning in one."""
+    from lcpcli.report.result_formats import keys_of
+
     meanings = groupby(
         keys_of(found[1]).items(), lambda each: each[1].get("description", "")
     )
@@ -65,13 +67,23 @@ def _keys(found: re.Match[str]) -> str:
     return "\n".join(f"| {keys} | {text} |" for keys, text in rows)
 
 
-PAGES = {
-    page.stem: KEYS.sub(_keys, page.read_text(encoding="utf-8"))
-    for page in sorted(FOLDER.glob("*.md"))
-}
+class Pages(UserDict[str, str]):
+    """The texts of the pages, by name. Those with the keys of records get them when
+    they are read, as schemas are rarely needed."""
+
+    def __getitem__(self, name: str) -> str:
+        return KEYS.sub(_keys, self.data[name])
+
+
+PAGES = Pages(
+    {
+        page.stem: page.read_text(encoding="utf-8")
+        for page in sorted(FOLDER.glob("*.md"))
+    }
+)
 TOPICS = {
     name: page.partition("\n")[0].removeprefix("# ").strip()
-    for name, page in PAGES.items()
+    for name, page in PAGES.data.items()
 }
 OF_THE_SOURCE = {"development": "lcpcli/development.md"}  # pages that are not installed
 OTHER_WORDS = {  # for topics
