@@ -227,7 +227,9 @@ def answered(session: Session) -> Result | None:
     """Return the result of the first of the attempts on the problem of a session that
     ends at a solution; None if none does."""
     for attempt in attempts(session):
-        result = exhausted(attempt(session))
+        steps = attempt(session)
+        is_quick = attempt is direct_steps
+        result = exhausted(steps) if is_quick else _in_time(session, steps)
         if result is not None:
             return result
     return None
@@ -241,6 +243,16 @@ def exhausted(steps: Steps) -> Result | None:
         except StopIteration as end:
             result: Result | None = end.value
             return result
+
+
+@np.errstate(all="ignore")
+def _in_time(session: Session, steps: Steps) -> Result | None:
+    """Return the result of steps that nobody sees; None if their time is up."""
+    try:
+        with within(session.limits.time_limit - session.stopwatch.elapsed()):
+            return exhausted(steps)
+    except TimeIsUp:
+        return None
 
 
 strictly_exhausted = np.errstate(over="raise", invalid="raise", divide="raise")(
@@ -263,9 +275,7 @@ def program_steps(session: Session) -> Steps:
     try:
         stage = convex_program(session.problem)
         while steps < limits.max_iterations:
-            left = limits.time_limit - session.stopwatch.elapsed()
-            with np.errstate(all="ignore"), within(left):
-                step = advance(stage)
+            step = advance(stage)
             if not isinstance(step, Iterate):
                 break
             session.stopwatch.count("solve")
@@ -289,8 +299,6 @@ def program_steps(session: Session) -> Steps:
             yield step
         if found is None and points:
             found = accepted(session.problem, points, limits.tol, BY_CRITERION)
-    except TimeIsUp:
-        return None
     except FAULTS:
         found = None
     if found is None and session.tried is not None:
