@@ -7,6 +7,7 @@ import os
 import sys
 import threading
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -257,6 +258,16 @@ def test_a_first_run_of_a_method_is_made_again_for_one_problem_as_for_many(
     assert [each["seconds"] for each in found] == pytest.approx(
         [least_of(first[1:]), last.seconds]
     )
+
+
+def test_a_run_whose_times_nobody_sees_is_made_once(
+    lcp: Lcp, runs: list[lcpcli.Result], tmp_path: Path
+) -> None:
+    for given in (["-q"], ["-o", str(tmp_path / "result.json")]):
+        lcp("solve", EXAMPLE, *given)
+        assert len(runs) == 1
+        runs.clear()
+        timing.methods_run.clear()
 
 
 def least_of(runs: list[lcpcli.Result]) -> float:
