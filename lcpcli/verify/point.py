@@ -310,18 +310,15 @@ class Point:
             decided = criterion.reference_solves or (
                 False if problem.reference_z is None else None
             )
+        if decided is not None:
+            return decided
         has_bounds = (
             problem.is_moderate
             and problem.n > FEW_UNKNOWNS
             and not is_sparse(problem.M)
         )
         with np.errstate(all="ignore"):
-            if (
-                decided is None
-                and is_plain
-                and has_bounds
-                and problem.reference_z is None
-            ):
+            if is_plain and has_bounds and problem.reference_z is None:
                 self._product = problem.w(self.z)
                 decided = decision(measure, self.z, self._product, tol)
             if decided is None and is_admissible:

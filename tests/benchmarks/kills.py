@@ -23,6 +23,8 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
+from lcpcli.bench import record
+
 MAIN = "from lcpcli.cli.main import main; main()"
 GOOD = '{"M": [[2, 1], [1, 2]], "q": [-5, -6]}\n'
 PROBLEMS = 2000  # of a log
@@ -41,16 +43,15 @@ class Kills:
     def run(self, name: str, program: str, *words: str, **environment: str) -> bool:
         """Kill a process at a random moment; return whether it had ended."""
         longest = self._usual.get(name, 2.0)
-        process = self._started(program, words, environment)
         begun = time.monotonic()
-        try:
-            process.wait(self.random.uniform(0, longest))
-        except subprocess.TimeoutExpired:
-            process.kill()
-            process.wait()
-            self.killed += 1
-            self._usual[name] = 1.05 * longest
-            return False
+        with self._started(program, words, environment) as process:
+            try:
+                process.wait(self.random.uniform(0, longest))
+            except subprocess.TimeoutExpired:
+                process.kill()
+                self.killed += 1
+                self._usual[name] = 1.05 * longest
+                return False
         self._usual[name] = 1.1 * (time.monotonic() - begun)
         return True
 
@@ -121,8 +122,9 @@ def bench(kills: Kills) -> None:
 
 
 def measured(path: Path) -> int:
-    """The number of measurements in a record, which is whole."""
-    return len(json.loads(path.read_text())["measurements"]) if path.exists() else 0
+    """The number of measurements in a record, of which a killed bench leaves each but
+    the one that it was writing."""
+    return len(record.read(str(path)).measurements) if path.exists() else 0
 
 
 def kernels(kills: Kills) -> None:
