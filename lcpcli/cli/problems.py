@@ -481,7 +481,7 @@ class Request(ManyProblems, Reporting):
         is_shown = not (self.quiet or self.output)
 
         def once(method: str, values: Values, again: bool) -> Result:
-            trace, curve = traces(problem) if compared or not again else (None, None)
+            trace, curve = traces(problem)
             own: dict[str, Any] = {
                 "limits": limits,
                 "trace": trace,

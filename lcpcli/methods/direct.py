@@ -395,17 +395,19 @@ def exchanges_within_bounds(
         violations = box.violations(z, w, basis)
         wrong = violations > 0.0
         steps, count = steps + 1, number_of(wrong)
-        terms = np.abs(M).dot(np.abs(z))
-        terms += np.abs(q)
         if not count:
+            terms = np.abs(M).dot(np.abs(z))
+            terms += np.abs(q)
             if number_of(np.abs(own) > ROW_ROUNDING * terms[P]):
                 z[P] -= np.linalg.solve(block, own)
             z = box.project(z)
             return DirectAnswer(z, False, steps, is_single=is_single)
         yield z, w, is_single
         guard.choose(wrong, count)
-        may_round = violations.max() <= ROW_ROUNDING * terms.max()
-        if may_round or _gives_up(guard, problem):
+        # A bound on all terms, without a look at M.
+        most = problem.largest * np.abs(z).sum() + problem.sizes_of_q[1]
+        may_be_rounding = violations.max() <= ROW_ROUNDING * most
+        if may_be_rounding or _gives_up(guard, problem):
             return None
         basis, is_single = box.exchanged(basis, wrong, z), guard.single
 

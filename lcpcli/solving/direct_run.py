@@ -310,8 +310,8 @@ def program_steps(session: Session) -> Steps:
 
 def direct_steps(session: Session) -> Steps:
     """Return the result of a problem to which this applies, if the answer at a start,
-    of kernels or of block pivoting is a solution; else None, with what the first stages
-    need in the session."""
+    of kernels or of block pivoting is a solution, or the first stages of `auto` lead to
+    one; else None."""
     problem, start = session.problem, session.start
     fast = compiled() if session.is_compiled else None
     if fast is not None:

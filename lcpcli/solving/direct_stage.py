@@ -1,5 +1,5 @@
 """The attempts of `direct_run` as the first iterates of a loop, for runs whose steps
-somebody sees: a trace, a callback, or who is told of progress."""
+somebody sees: a trace, a callback, or whoever is told of the progress."""
 
 from __future__ import annotations
 

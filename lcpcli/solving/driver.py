@@ -374,12 +374,11 @@ def repeated(
     once: Callable[[bool], Result], compared: bool, is_shown: bool
 ) -> Iterator[Result]:
     """Repeat a run as often as its times require to be compared or, at most
-    FEW_REPETITIONS times, to be shown; yield the result with the times of the fastest
-    repetition and their spread, or the first run if it is not repeated.
+    FEW_REPETITIONS times, to be shown; yield the fastest repetition, with the spread of
+    their times, or the first run if it is not repeated.
 
-    once : runs it, for the first time or again: without a trace, unless times are
-        compared. Raises KeyboardInterrupt after the result if a repetition was
-        interrupted.
+    once : runs it, for the first time or again. Raises KeyboardInterrupt after the
+        result if a repetition was interrupted.
     """
     runs, interrupted = [once(False)], False
     longest, enough, most = 0.0, 0.0, 0
@@ -405,8 +404,7 @@ def repeated(
     if again:
         middle = again[(len(again) - 1) // 2 : len(again) // 2 + 1]
         spread = sum(run.seconds for run in middle) / (len(middle) * again[0].seconds)
-        timed = again[0] if compared else replace(runs[0], parts=again[0].parts)
-        yield replace(timed, spread=spread)
+        yield replace(again[0], spread=spread)
     else:
         yield runs[0]
     if interrupted or (whole and len(whole) < len(runs)):
