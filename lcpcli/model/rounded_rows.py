@@ -27,8 +27,8 @@ from lcpcli.typing import Indices, Mask, Vector
 
 # Relative to the median of the sides of other rows.
 ROUNDING_OF_SIDES = 1e-15
-# Relative to that median, too: a smaller side is no rounding of the others, unless it is
-# rounding of terms of its own.
+# Relative to the same median: rounding of the other sides, or of rounding of them,
+# leaves no smaller side.
 LEAST_OF_SIDES = EPS**2
 FEW = 3  # sides with a median
 MOST_NAMED = 3
