@@ -6,7 +6,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from enum import IntEnum
-from typing import Any
+from typing import Any, TypeAlias
 
 
 class Exit(IntEnum):
@@ -194,11 +194,18 @@ def refuse_unknown(
             )
 
 
+class File(str):
+    """The name of a file in the place of an error, of which records have it apart."""
+
+
+Where: TypeAlias = "str | tuple[str, ...]"
+
+
 class LCPError(ValueError):
     """Base class of all errors that this package raises deliberately.
 
-    where : the field, option or file at fault, as the user wrote it; "" if there is
-        none.
+    where : the field, option or `File` at fault, as the user wrote it, or several of
+        these, such as the file and the field in it; "" if there is none.
     fault : what is wrong, as a clause without a full stop.
     hint : how to fix it, as an imperative clause without a full stop; "" if the fault
         makes it obvious.
@@ -206,21 +213,28 @@ class LCPError(ValueError):
 
     code = Exit.BAD_INPUT  # of the run that it ends
 
-    def __init__(self, where: str, fault: str, hint: str = "") -> None:
-        self.where, self.fault, self.hint = where, fault, hint
-        clauses = "; ".join(filter(None, (fault, hint)))
-        super().__init__(visible(": ".join(filter(None, (where, clauses)))))
+    def __init__(self, where: Where, fault: str, hint: str = "") -> None:
+        self.parts = (where,) if isinstance(where, str) else where
+        self.fault, self.hint = fault, hint
+        super().__init__(self.parts, fault, hint)
 
-    # So that it passes between processes.
-    def __reduce__(self) -> tuple[type[LCPError], tuple[str, str, str]]:
-        return type(self), (self.where, self.fault, self.hint)
+    def __str__(self) -> str:
+        clauses = "; ".join(filter(None, (self.fault, self.hint)))
+        return visible(": ".join(filter(None, (*self.parts, clauses))))
 
-    def inside(self, place: str) -> LCPError:
+    @property
+    def where(self) -> str:
+        return ": ".join(filter(None, self.parts))
+
+    @property
+    def file(self) -> str | None:
+        return next((part for part in self.parts if isinstance(part, File)), None)
+
+    def inside(self, place: Where) -> LCPError:
         """Return this error with its location given from one level further out, such as
         the file with the field."""
-        return type(self)(
-            f"{place}: {self.where}" if self.where else place, self.fault, self.hint
-        )
+        outer = (place,) if isinstance(place, str) else place
+        return type(self)((*outer, *self.parts), self.fault, self.hint)
 
 
 class ProblemError(LCPError):

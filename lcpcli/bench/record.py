@@ -144,7 +144,7 @@ def read(path: str) -> BenchRecord:
     except (ValueError, RecursionError, OverflowError) as fault:
         where = f" ({fault})" if type(fault) is ValueError else ""
         raise OptionError(
-            path, f"is not a record of a bench{where}", EXPECTED
+            place(path), f"is not a record of a bench{where}", EXPECTED
         ) from None
 
 

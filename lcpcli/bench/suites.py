@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 from lcpcli.errors import (
     LEAVE_OUT,
     NAME_FILE,
+    File,
     OptionError,
     ParameterError,
     ProblemError,
@@ -321,7 +322,8 @@ def _files(asked: Sequence[str], tell: Tell, infinity: float | None) -> Sequence
             (*known, *contents.shipped_problems()),
             f"choose one of {', '.join(known)}, or name a file",
         )
-        raise OptionError(path, "is neither a suite nor a file", GONE.get(path, hint))
+        where, hint = File(path), GONE.get(path, hint)
+        raise OptionError(where, "is neither a suite nor a file", hint)
     contents.refuse_folder(path)
     file = InputFile.read(path, WHOLE)
     if nonlinear_in(file) is not None:

@@ -15,7 +15,7 @@ from lcpcli.cli.problems import InputProblem, Request
 from lcpcli.cli.terminal import Line, shows_progress
 from lcpcli.enumeration import optimum as search
 from lcpcli.enumeration import search as sets
-from lcpcli.errors import Exit, ProblemError, count
+from lcpcli.errors import Exit, File, ProblemError, count
 from lcpcli.files.contents import within
 from lcpcli.interrupts import TimeIsUp, stopping
 from lcpcli.model.origins import Game
@@ -45,7 +45,7 @@ def outcome(
     decimals as written; success means that the list is complete or has reached
     --max-solutions, or that the solution is proved to be the best."""
     (problem,) = request.inputs.problems(work)
-    where, remarks = str(work.sources[0]), problem.remarks
+    where, remarks = File(work.sources[0]), problem.remarks
     if not isinstance(objective, str | None):
         from lcpcli.files.nl_format import LEFT_OUT
 

@@ -22,7 +22,16 @@ from lcpcli.cli.declarations import (
 from lcpcli.cli.main import of_end, refused
 from lcpcli.cli.problems import Inputs, same_file, settle_threads, taken, tell
 from lcpcli.cli.terminal import Line, shows_progress
-from lcpcli.errors import OTHER_OUTPUT, Exit, OptionError, count, listed, missing
+from lcpcli.errors import (
+    OTHER_OUTPUT,
+    Exit,
+    File,
+    OptionError,
+    ProblemError,
+    count,
+    listed,
+    missing,
+)
 from lcpcli.methods.registry import Variant, meanings
 from lcpcli.options import ACCEPT, BUDGET, INFINITY, THREADS, TIME_LIMIT, TOL
 from lcpcli.peers.registry import PEERS, load
@@ -185,7 +194,7 @@ def _run(request: Bench, destination: output.Destination) -> int:
         )
         refuse(
             holds,
-            str(destination.path),
+            File(destination.path or ""),
             "holds the record to resume",
             OTHER_OUTPUT,
         )
@@ -193,8 +202,8 @@ def _run(request: Bench, destination: output.Destination) -> int:
     files = [file for case in record.cases for file in (case.file, case.q_file) if file]
     Inputs(files).refuse({"--output": destination.path, "--plot": request.plot})
     if not record.cases:
-        for fault in record.unread:
-            refused(fault, fault.partition(": ")[0])
+        for file, _, fault in (each.partition(": ") for each in record.unread):
+            refused(ProblemError(File(file), fault))
         return Exit.BAD_INPUT
     for fault in record.unread:
         tell(fault)

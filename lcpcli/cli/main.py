@@ -200,7 +200,7 @@ def _run() -> int:
     import click
 
     from lcpcli.cli.command import VARIABLE, lcp
-    from lcpcli.errors import LCPError
+    from lcpcli.errors import LCPError, OptionError, ResourceError
     from lcpcli.interrupts import hides_interrupt
 
     output = sys.stdout
@@ -217,20 +217,18 @@ def _run() -> int:
     except click.UsageError as error:
         return of_usage(error)
     except click.ClickException as error:
-        return refused(one_line(error.format_message()))
+        return refused(OptionError("", one_line(error.format_message())))
     except LCPError as error:
-        return of_error(error)
+        return refused(error)
     except (click.Abort, KeyboardInterrupt):
         return Exit.INTERRUPTED
     except MemoryError:
-        message = "not enough memory for this problem"
-        return refused(message, code=Exit.NOT_SOLVED)
+        return refused(ResourceError("", "not enough memory for this problem"))
     except (ImportError, SystemError, RuntimeError) as error:
         if hides_interrupt(error):
             return Exit.INTERRUPTED
         if str(error) == NO_THREAD:
-            message = "the system refused a further thread"
-            return refused(message, code=Exit.NOT_SOLVED)
+            return refused(ResourceError("", "the system refused a further thread"))
         if isinstance(error, RuntimeError):
             raise
         return _complain_of_loading(error)
@@ -245,6 +243,7 @@ def _run() -> int:
 def _complain_of_system(error: OSError) -> int:
     """Report what the system has refused. Only an error with its name is one of
     standard output."""
+    from lcpcli.errors import File, OptionError, ResourceError
     from lcpcli.files.contents import GONE, is_folder_gone
 
     if error.filename == OUTPUT:
@@ -254,11 +253,11 @@ def _complain_of_system(error: OSError) -> int:
             "with -o"
         )
     if error.filename is not None:
-        return refused(f"{error.filename}: {error.strerror}", error.filename)
+        return refused(OptionError(File(error.filename), str(error.strerror)))
     if is_folder_gone():
-        return refused(GONE)
+        return refused(OptionError("", GONE))
     fault = f"the system refused: {error.strerror or error}"
-    return refused(fault, code=Exit.NOT_SOLVED)
+    return refused(ResourceError("", fault))
 
 
 def as_written(error: LCPError) -> LCPError:
@@ -284,45 +283,40 @@ def say(message: str, code: int = Exit.BAD_INPUT) -> int:
     return code
 
 
-def refused(message: str, where: str = "", code: int = Exit.BAD_INPUT) -> int:
-    """Say why a run is refused, or cannot go on, and return the exit code. where : the
-    file, the field or the option at fault, with which the message begins."""
+def refused(error: LCPError) -> int:
+    """Say why a run is refused, or cannot go on, and return the exit code."""
+    shown = as_written(error)
     # The output is closed, or there is no memory left.
     with contextlib.suppress(OSError, ValueError, MemoryError, ImportError):
-        _print_record(message, where, code)
-    return say(f"lcp: {message}", code)
+        if asks_for_json(sys.argv[1:]):
+            _print_record(shown)
+    return say(f"lcp: {shown}", shown.code)
 
 
-def _print_record(message: str, where: str, code: int) -> None:
-    """Print the record of a run that is refused, if the command line asks for JSON."""
-    words = sys.argv[1:]
-    if not asks_for_json(words):
-        return
+def _print_record(error: LCPError) -> None:
     from lcpcli.files.contents import Source
     from lcpcli.report import result_formats as formats
 
-    file, field = parted(where, words)
-    status = formats.BAD_INPUT if code == Exit.BAD_INPUT else formats.LOST
-    record = formats.record_without_result(Source(file), status, message, field)
+    source = Source(error.file)
+    status = formats.BAD_INPUT if error.code == Exit.BAD_INPUT else formats.LOST
+    field = formats.field_in(error, source)
+    record = formats.record_without_result(source, status, str(error), field)
     print(formats.line(record), end="", flush=True)
-
-
-def of_error(error: LCPError) -> int:
-    shown = as_written(error)
-    return refused(str(shown), shown.where, error.code)
 
 
 def of_usage(error: click.UsageError) -> int:
     """Refuse a command line that click cannot read."""
+    from lcpcli.errors import OptionError
+
     message = one_line(error.message)
     param = getattr(error, "param", None)
     if param is None:
         where = error.ctx.command_path if error.ctx else "lcp"
         command = where.removeprefix("lcp ")
-        return refused(f"{command}: {message}; see {where} --help", command)
+        return refused(OptionError(command, message, f"see {where} --help"))
     is_option = param.param_type_name == "option"
     name = param.opts[-1] if is_option else param.human_readable_name.strip("[]")
-    return refused(f"{name}: {message}", name)
+    return refused(OptionError(name, message))
 
 
 def asks_for_json(words: Sequence[str]) -> bool:
@@ -346,25 +340,6 @@ def asks_for_json(words: Sequence[str]) -> bool:
     has_formats = any(param.name == "form" for param in lcp.commands[known[0]].params)
     name = given.get("o", "").casefold()
     return has_formats and name.endswith((".json", *LINES))
-
-
-def parted(where: str, words: Iterable[str]) -> tuple[str | None, str | None]:
-    """Return the file and the field at fault, each None if there is none. A file is
-    what a word of the command line names, or is in a folder that a word names."""
-    from lcpcli.files.contents import Source, place
-    from lcpcli.report.result_formats import field_in
-
-    first, _, rest = where.partition(": ")
-    if first.startswith("--"):
-        file, field = parted(rest, words) if rest else (None, None)
-        return file, ": ".join(filter(None, [first, field]))
-    values = [word.partition("=")[2] for word in words]
-    for name in filter(None, map(place, [*words, *values])):
-        in_folder = first.startswith(os.path.join(name, ""))
-        if in_folder or where == name or where.startswith(f"{name}: "):
-            file = first if in_folder else name
-            return file, field_in(where, Source(file))
-    return None, where or None
 
 
 def _complain_of_loading(error: BaseException) -> int:

@@ -31,6 +31,7 @@ from lcpcli.errors import (
     LEAVE_ONE_OUT,
     NO_SUCH_FILE,
     Exit,
+    File,
     OptionError,
     count,
     quoted,
@@ -233,7 +234,8 @@ def convert(request: Convert) -> int:
     inputs = Inputs.of(request, request.files, request.quiet)
     output, q_file = request.output, request.q_file
     if q_file is not None and output is None and not Path(q_file).exists():
-        raise OptionError(q_file, NO_SUCH_FILE, f"to write it, give -o {q_file}")
+        hint = f"to write it, give -o {q_file}"
+        raise OptionError(File(q_file), NO_SUCH_FILE, hint)
     prepare(inputs, output)
     from lcpcli.files import writing
     from lcpcli.files.input_file import InputFile

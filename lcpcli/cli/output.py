@@ -22,6 +22,7 @@ from lcpcli.cli.declarations import (
 )
 from lcpcli.cli.problems import AnyProblem, Request, tell
 from lcpcli.cli.terminal import ITERATES, emit, size, terminal
+from lcpcli.errors import File
 from lcpcli.methods.registry import ALL
 from lcpcli.options import EVERY
 from lcpcli.report import columns
@@ -57,7 +58,7 @@ class Destination:
             suffixes = f"use {', '.join(filter(None, SUFFIXES))} or give --format"
             refuse(
                 ending not in SUFFIXES,
-                str(path),
+                File(path or ""),
                 f"the suffix {ending} is not a format",
                 suffixes,
             )

@@ -38,6 +38,7 @@ from lcpcli.errors import (
     LEAVE_OUT,
     NAME_FILE,
     OTHER_OUTPUT,
+    File,
     OptionError,
     ProblemError,
     listed,
@@ -161,7 +162,7 @@ class Inputs(NamedTuple):
                     if source in self.others
                     else "holds the problem"
                 )
-                raise OptionError(output, fault, OTHER_OUTPUT)
+                raise OptionError(File(output), fault, OTHER_OUTPUT)
             earlier = written.setdefault(os.path.abspath(output), option)
             refuse(
                 earlier != option,
@@ -213,7 +214,7 @@ class Inputs(NamedTuple):
 
             advice = "" if self.game else hint(self.files)
             raise (
-                ProblemError(error.where, error.fault, f"{error.hint}; {advice}")
+                ProblemError(error.parts, error.fault, f"{error.hint}; {advice}")
                 if advice
                 else error
             ) from None
@@ -263,7 +264,7 @@ class Inputs(NamedTuple):
                 from lcpcli.files.input_file import NOT_SECOND
 
                 fault = f"is not needed: {file.place} is a model"
-                raise ProblemError(others[0].path, fault, NOT_SECOND)
+                raise ProblemError(others[0].place, fault, NOT_SECOND)
             given = {flag(name): value for name, value in self.bounds.items()}
             refuse_beside(given, NONLINEAR_MODEL)
             yield InputProblem(

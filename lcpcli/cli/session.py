@@ -21,7 +21,7 @@ from lcpcli.cli.problems import (
 )
 from lcpcli.cli.terminal import STANDARD, Line, shows_progress
 from lcpcli.enumeration import others
-from lcpcli.errors import OTHER_OUTPUT, Exit, LCPError, OptionError, ProblemError
+from lcpcli.errors import OTHER_OUTPUT, Exit, File, LCPError, OptionError, ProblemError
 from lcpcli.files import contents
 from lcpcli.files.formats import has_lines
 from lcpcli.files.inputs import Work
@@ -244,7 +244,7 @@ def _results(
                     if result.interrupted:
                         return results, True
             except ProblemError as fault:  # where F is undefined at the start
-                raise fault.inside(str(source)) from None
+                raise fault.inside(File(source)) from None
         doing = "proving" if request.exact or request.bound else ""
         with Line(doing, is_shown=shows_progress(request.quiet)):
             for made, exactly in zip(results, data, strict=True):

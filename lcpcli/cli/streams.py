@@ -299,9 +299,9 @@ class Task(NamedTuple):
     ) -> list[TaskRecord]:
         records = []
         for source in sources:
-            is_named = source.file in fault.where.split(": ")
+            is_named = source.file in fault.parts
             message = str(fault) if is_named else f"{source}: {fault}"
-            field = result_formats.field_in(fault.where, source)
+            field = result_formats.field_in(fault, source)
             records.append(
                 self._without_result(
                     source, result_formats.BAD_INPUT, message, Exit.BAD_INPUT, field

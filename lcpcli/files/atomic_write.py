@@ -20,7 +20,7 @@ from io import BytesIO
 from pathlib import Path
 from typing import IO, Any, TypeAlias
 
-from lcpcli.errors import IS_DIRECTORY, NAME_FILE, OptionError
+from lcpcli.errors import IS_DIRECTORY, NAME_FILE, File, OptionError
 from lcpcli.files.contents import GONE, is_folder_gone
 from lcpcli.interrupts import deferring_signals
 from lcpcli.locks import lock
@@ -39,10 +39,10 @@ def refuse_unwritable(path: str) -> None:
     with naming(path):
         target = _target(path)
         if target.is_dir():
-            raise OptionError(path, IS_DIRECTORY, NAME_FILE)
+            raise OptionError(File(path), IS_DIRECTORY, NAME_FILE)
         if not target.parent.is_dir():
             raise OptionError(
-                path, f"there is no folder {target.parent}", "create it first"
+                File(path), f"there is no folder {target.parent}", "create it first"
             )
         if not _is_special(target):
             with suppress(FileNotFoundError):
@@ -124,7 +124,8 @@ def naming(
         yield
     except OSError as error:
         hint = GONE if is_folder_gone(path) else hint
-        raise OptionError(path, f"cannot be {what} ({error.strerror})", hint) from None
+        fault = f"cannot be {what} ({error.strerror})"
+        raise OptionError(File(path), fault, hint) from None
 
 
 def _put(content: Content, file: IO[bytes]) -> None:
@@ -214,7 +215,7 @@ def reserve(paths: Iterable[str]) -> Iterator[None]:
 def _lock(file: IO[bytes], name: str) -> None:
     if not lock(file):
         raise OptionError(
-            name,
+            File(name),
             "is being written by another run",
             "wait until it ends, or name another file",
         )
@@ -243,7 +244,7 @@ class Log:
         unfinished end, which is a line that was cut off or the record of an interrupted
         run, is removed."""
         if not Path(self._path).is_file():
-            raise OptionError(self._path, "is not a file", EXPECTED)
+            raise OptionError(File(self._path), "is not a file", EXPECTED)
         finished = place = 0
         for at, line in enumerate(self._file, 1):
             text = line.rstrip(b"\0")  # a power failure may leave zeros
@@ -256,7 +257,7 @@ class Log:
                 record = json.loads(line)
             if not isinstance(record, dict) or not record.keys() >= FIELDS:
                 raise OptionError(
-                    self._path, f"is not a log of results (line {at})", EXPECTED
+                    File(self._path), f"is not a log of results (line {at})", EXPECTED
                 )
             place += len(line)
             if record["status"] != UNFINISHED:
@@ -277,7 +278,7 @@ def open_log(path: str, anew: bool) -> Iterator[Log]:
     try:
         if anew and Path(path).is_file() and not is_empty:
             raise OptionError(
-                path,
+                File(path),
                 "is not empty",
                 f"go on with --resume {path}, or delete it to begin again",
             )

@@ -103,11 +103,9 @@ def with_bounds(
     except ProblemError as error:
         own = next((name for name in values if error.where.startswith(name)), "")
         name = own or next(iter(values))
-        before = (
-            ("--" if own else f"--{name}: ")
-            if _is_typed(texts[name])
-            else f"--{name}: {place(texts[name])}: "
-        )
+        if not _is_typed(texts[name]):
+            raise error.inside((f"--{name}", place(texts[name]))) from None
+        before = "--" if own else f"--{name}: "
         raise ProblemError(f"{before}{error.where}", error.fault, error.hint) from None
     if given["infinity"] is None:
         return problem
@@ -272,8 +270,9 @@ def read_states(given: str, problem: Problem) -> list[str]:
     try:
         basis_of_words(problem, states)
     except ProblemError as error:
-        where = f"--basis: {given}: {error.where}" if is_file else f"--{error.where}"
-        raise ProblemError(where, error.fault, error.hint) from None
+        if is_file:
+            raise error.inside(("--basis", place(given))) from None
+        raise ProblemError(f"--{error.where}", error.fault, error.hint) from None
     return states
 
 

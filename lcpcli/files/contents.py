@@ -16,7 +16,9 @@ from lcpcli.errors import (
     IS_EMPTY,
     NAME_FILE,
     NO_SUCH_FILE,
+    File,
     ProblemError,
+    Where,
     count,
 )
 from lcpcli.files.formats import (
@@ -146,21 +148,21 @@ def refuse_folder(path: str) -> None:
         is_folder = os.path.isdir(path) and os.listdir(path) is not None
     except OSError as error:
         raise ProblemError(
-            path, f"cannot be read ({error.strerror})", "make it readable"
+            place(path), f"cannot be read ({error.strerror})", "make it readable"
         ) from None
     refuse(
         is_folder,
-        path,
+        place(path),
         "is a folder without problem files",
         f"they end in {', '.join(PROBLEMS)}",
     )
 
 
-def place(path: str) -> str:
-    return "standard input" if path == STANDARD_INPUT else path
+def place(path: str) -> File:
+    return File("standard input" if path == STANDARD_INPUT else path)
 
 
-def within(where: str, parse: Callable[..., T], *given: Any) -> T:
+def within(where: Where, parse: Callable[..., T], *given: Any) -> T:
     """Call `parse` with the given arguments; prefix the place to the message of a
     ProblemError that it raises."""
     try:

@@ -12,7 +12,7 @@ from functools import cache
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, TypeAlias, cast
 
-from lcpcli.errors import ProblemError
+from lcpcli.errors import ProblemError, Where
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -305,6 +305,6 @@ def uncompressed(path: str) -> str:
     return path[:-3] if path.casefold().endswith(COMPRESSED) else path
 
 
-def refuse(is_wrong: Any, where: str, fault: str, hint: str) -> None:
+def refuse(is_wrong: Any, where: Where, fault: str, hint: str) -> None:
     if is_wrong:
         raise ProblemError(where, fault, hint)

@@ -14,6 +14,7 @@ import numpy as np
 from lcpcli.errors import (
     IS_MISSING,
     ROW_OF_NUMBERS,
+    File,
     LCPError,
     ProblemError,
     raised,
@@ -76,14 +77,14 @@ class InputFile:
         return cls(path, content_of(path, expected))
 
     @property
-    def place(self) -> str:
+    def place(self) -> File:
         return contents.place(self.path)
 
     @property
     def name(self) -> str:
         """Return the name of a problem without one of its own."""
         if self.path == STANDARD_INPUT:
-            name = self.place
+            name: str = self.place
         else:
             name = os.path.splitext(os.path.basename(uncompressed(self.path)))[0]
         return name if self.line is None else f"{name}:{self.line}"
@@ -93,7 +94,7 @@ class InputFile:
         message of a ProblemError that it raises."""
         if self.line is None:
             return contents.within(self.place, parse, *given)
-        where = f"{self.place}: line {self.line}"
+        where = self.place, f"line {self.line}"
         found: T = contents.within(where, _in_line, parse, *given)
         return found
 
@@ -162,7 +163,7 @@ class InputFile:
         fields = self.fields if number is float else self.fields_as(number)
         if q is not None:
             fault = f"is not needed: {self.place} contains M and q"
-            refuse(is_whole(fields), q.path, fault, NOT_SECOND)
+            refuse(is_whole(fields), q.place, fault, NOT_SECOND)
             names: Names = lambda: self.names  # noqa: E731
             fields = {**fields, "q": q.vector("q", number=number, names=names)}
         problem = self.within(made, fields)
@@ -256,5 +257,5 @@ def _in_line(parse: Callable[..., T], *given: Any) -> T:
     try:
         return parse(*given)
     except ProblemError as error:
-        error.where = error.where.removeprefix("line 1, ")
-        raise
+        where = error.where.removeprefix("line 1, ")
+        raise ProblemError(where, error.fault, error.hint) from None

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from lcpcli.errors import ProblemError, listed
+from lcpcli.errors import File, ProblemError, listed
 from lcpcli.files import formats
 from lcpcli.files.atomic_write import write_together
 from lcpcli.files.fields import STARTS, TEXTS
@@ -48,7 +48,7 @@ def write_as(found: Written[Problem], path: str, as_program: bool) -> None:
     ending = ending_of(path)
     if found.rounded.bounds and kind_to_write(path).keeps == formats.M_AND_Q:
         raise ProblemError(
-            path,
+            File(path),
             "cannot hold the bounds of z",
             f"use {', '.join(formats.COMPLETE)} or .csv",
         )
@@ -71,7 +71,7 @@ def contents_of(
         "is for programs, and the problem is not made from one",
         f"use {listed(formats.COMPLETE, 'or')}",
     )
-    refuse(is_for_programs and kind_of(problem) != "qp", path, fault, hint)
+    refuse(is_for_programs and kind_of(problem) != "qp", File(path), fault, hint)
     others = (
         problem.solutions
         or problem.verdict
@@ -95,12 +95,12 @@ def contents_of(
         fault = (
             f"cannot be written by the package {kind.form.partition('.')[0]}: {error}"
         )
-        raise ProblemError(path, fault, hint) from None
+        raise ProblemError(File(path), fault, hint) from None
     except UnicodeEncodeError:
         fault = "cannot hold half a character, which a text of the problem has"
-        raise ProblemError(path, fault, "write .json") from None
+        raise ProblemError(File(path), fault, "write .json") from None
     except ProblemError as error:
-        raise error.inside(path) from None
+        raise error.inside(File(path)) from None
 
 
 def _fields(problem: Problem, in_text: bool) -> dict[str, Any]:
@@ -237,9 +237,9 @@ def ending_of(path: str) -> str:
         f"use {listed(formats.COMPLETE, 'or')}, or "
         f"{listed(formats.PROGRAM_SUFFIXES, 'or')} for a program"
     )
-    refuse(kind is not None, path, "is of a format that is only read", hint)
+    refuse(kind is not None, File(path), "is of a format that is only read", hint)
     fault = f"has the unknown suffix {ending}" if ending else "has no suffix"
-    raise ProblemError(path, fault, f"use {formats.WRITTEN}")
+    raise ProblemError(File(path), fault, f"use {formats.WRITTEN}")
 
 
 def kind_to_write(path: str) -> formats.Kind:

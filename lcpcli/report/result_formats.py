@@ -168,9 +168,7 @@ def report(
             for each in own
         )
         yield from (
-            record_without_result(
-                place, BAD_INPUT, str(fault), field_in(fault.where, place)
-            )
+            record_without_result(place, BAD_INPUT, str(fault), field_in(fault, place))
             for place, fault in faults
         )
 
@@ -305,10 +303,10 @@ def record_without_result(
     }
 
 
-def field_in(where: str, source: Source) -> str | None:
+def field_in(error: LCPError, source: Source) -> str | None:
     """Return what the place of an error says besides the file and the line."""
-    field = where.removeprefix(str(source.file)).removeprefix(": ")
-    return field.removeprefix(f"line {source.item}").removeprefix(": ") or None
+    known = error.file, f"line {source.item}", ""
+    return ": ".join(part for part in error.parts if part not in known) or None
 
 
 def data(result: Result, source: Source = NO_SOURCE) -> dict[str, Any]:

@@ -170,6 +170,8 @@ def assert_one_record(records: list[Any]) -> None:
         ("solve folder", "folder/lacks.json", "q[0]"),
         ("solve good.json lacks.json", "lacks.json", "q[0]"),
         ("solve --lower=lacks.json good.json", "lacks.json", "--lower: lower"),
+        ("solve 'good.json: a.json'", "good.json: a.json", "q[0]"),
+        ("solve good.json -o no/folder.json", "no/folder.json", None),
     ],
 )
 def test_a_record_says_which_file_and_what_in_it(
@@ -180,6 +182,7 @@ def test_a_record_says_which_file_and_what_in_it(
         (in_folder / name).write_bytes(as_bytes(content))
     lacks = '{"M": [[1]], "q": ["a"]}'
     (in_folder / "lacks.json").write_text(lacks)
+    (in_folder / "good.json: a.json").write_text(lacks)
     (in_folder / "folder" / "lacks.json").write_text(lacks)
     outcome = lcp(*shlex.split(command), "-f", "json")
     record = json.loads(outcome.out.splitlines()[-1])
