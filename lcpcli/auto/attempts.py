@@ -79,9 +79,7 @@ MOST_BAND_STEPS = 5
 CHANDRASEKARAN = "Chandrasekaran's method"
 # The same for a small M, or from zeros of q, where other attempts take longer.
 MOST_SMALL_BAND_STEPS = 25
-# Unknowns from which interior is tried on M with some zeros on the diagonal, as of
-# contact.
-FEWEST_FRICTIONAL = 35
+FEWEST_FRICTIONAL = 35  # unknowns from which interior is tried on contact with friction
 # Unknowns from which on interior takes less time, if M + M' is semidefinite.
 MOST_PIVOTED_BY_NUMPY = 150
 # Unknowns up to which Lemke's path is so short that it is followed where no theorem
@@ -218,20 +216,25 @@ class Structure:
 
     @cached_property
     def is_frictional(self) -> bool:
-        """Return whether M is dense, not monotone, and has some zeros on the diagonal
-        but not only zeros, as games have, nor negative entries."""
+        """Return whether M has the blocks of contact with friction, with zeros or small
+        numbers on the diagonal, for more than a few unknowns without bounds."""
+        M = self.given.M
         if (
-            self.is_large_and_sparse
-            or self.problem.is_mixed
+            self.problem.is_mixed
             or self.problem.n < FEWEST_FRICTIONAL
-            or self.is_unsure
+            or M.diagonal().min() < 0
+            or self.has_no_positive_links
         ):
             return False
-        return (
-            self.is_no_p_matrix
-            and bool(self.problem.M.diagonal().any())
-            and not self.is_semidefinite
-        )
+        with imports:
+            from lcpcli.linalg.patterns import has_friction
+        return has_friction(M)
+
+    @property
+    def is_first_interior(self) -> bool:
+        """Return whether interior takes less time on contact with friction than any
+        other method, some of which take long to fail."""
+        return self.problem.n > direct.MOST_PIVOTED and self.is_frictional
 
     @cached_property
     def is_pivoted(self) -> bool:
@@ -245,6 +248,11 @@ class Structure:
             or self.follow is not tableau.follow
             or not self.is_semidefinite
         )
+
+    @property
+    def is_path_sure(self) -> bool:
+        """Return whether Lemke's path is sure to end at a solution if there is one."""
+        return self.is_semidefinite or self.is_frictional
 
     @cached_property
     def game(self) -> Costs | None:
@@ -401,6 +409,7 @@ BRIEFLY_LINEAR = by(
         max(SIMPLEX_EFFORT_BY_ORDER * s.problem.n**3, LEAST_SIMPLEX_EFFORT),
     ),
 )
+INTERIOR_AT_FIRST = by("interior.first_attempts", lambda s: (s.thin,))
 FIRST = (
     Row(
         *(
@@ -425,6 +434,11 @@ FIRST = (
                 max(SIMPLEX_EFFORT * s.problem.M.nnz, LEAST_SIMPLEX_EFFORT),
             ),
         ),
+    ),
+    Row(
+        *("interior", "two attempts", "M has the blocks of contact with friction"),
+        lambda s: s.is_first_interior,
+        INTERIOR_AT_FIRST,
     ),
     Row(
         *(
@@ -474,7 +488,8 @@ FIRST = (
             "M is large and sparse, of no convex program",
         ),
         lambda s: (
-            s.is_large_and_sparse and not (s.program or (s.is_narrow and s.is_stiff))
+            s.is_large_and_sparse
+            and not (s.program or (s.is_narrow and s.is_stiff) or s.is_first_interior)
         ),
         by("active_set.sparse_route", lambda s: (s.problem, s.x0, lambda: s.is_stiff)),
     ),
@@ -509,7 +524,14 @@ FIRST = (
     ),
     Row(
         *("newton", "", "it takes a few steps where M is a P-matrix, or nearly one"),
-        lambda s: not (s.is_no_p_matrix or s.is_large_and_sparse or s.is_stiff),
+        lambda s: (
+            not (
+                s.is_no_p_matrix
+                or s.is_large_and_sparse
+                or s.is_stiff
+                or s.is_first_interior
+            )
+        ),
         usual_newton,
     ),
     Row(
@@ -551,7 +573,7 @@ FIRST = (
         lambda s: s.is_pivoted and not (s.game and s.problem.n > MOST_PIVOTED_GAME),
         by(
             "lemke.pivoted",
-            lambda s: (s.problem, s.follow, s.reduction, lambda: s.is_semidefinite),
+            lambda s: (s.problem, s.follow, s.reduction, lambda: s.is_path_sure),
         ),
     ),
 )
@@ -605,6 +627,7 @@ LATER = (
                 or s.is_stiff
                 or s.game
                 or _is_first_basic(s)
+                or s.is_frictional
                 or (s.is_no_p_matrix and s.is_semidefinite)
             )
         ),
@@ -625,11 +648,11 @@ LATER = (
         *(
             "interior",
             "two attempts",
-            "M + M' is positive semidefinite, or M has the structure of a "
-            "contact problem",
+            "M + M' is positive semidefinite, or M has the blocks of contact with "
+            "friction",
         ),
-        lambda s: s.is_semidefinite or s.is_frictional,
-        by("interior.first_attempts", lambda s: (s.thin,)),
+        lambda s: s.is_path_sure and not s.is_first_interior,
+        INTERIOR_AT_FIRST,
     ),
     Row(
         *(

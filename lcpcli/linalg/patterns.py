@@ -21,8 +21,14 @@ import numpy as np
 
 from lcpcli.clock import imports
 from lcpcli.interrupts import check
-from lcpcli.linalg.doubles import distinct
-from lcpcli.linalg.matrices import compressed, is_sparse, mirrored, width
+from lcpcli.linalg.doubles import ROUNDING, distinct
+from lcpcli.linalg.matrices import (
+    compressed,
+    is_sparse,
+    mirrored,
+    principal,
+    width,
+)
 from lcpcli.typing import Indices, Matrix, Vector
 
 # Up to which factorizing a dense matrix is affordable: seconds, and 200 megabytes.
@@ -41,6 +47,8 @@ SPREADING_STEPS = 8  # in which most of a graph without small separators is reac
 # Entries of L for each of M, beyond which the search for a minimum degree order may
 # take minutes.
 MUCH_FILL = 10
+# Of the entries of a row of M: with more, it is not that of the friction of a contact.
+MOST_OF_FRICTION_ROW = 0.5
 
 
 def affordable(M: Matrix) -> bool:
@@ -209,6 +217,44 @@ def signs(M: Matrix) -> Vector | None:
     graph = of_arrays((2 * n, 2 * n), indptr, indices, np.ones(indices.size))
     plus, minus = np.split(connected_components(graph, directed=False)[1], 2)
     return None if (plus == minus).any() else np.where(plus < minus, 1.0, -1.0)
+
+
+def has_friction(M: Matrix) -> bool:
+    """Return whether M = [A B; C D] in some order, with the blocks of contact with
+    Coulomb friction: A symmetric, C = [mu I, -E'] and B = [0; E], mu and E >= 0, and D
+    diagonal.
+
+    D = 0 and A is semidefinite in D. E. Stewart, J. C. Trinkle, Int. J. Numer. Methods
+    Eng. 39 (1996) 2673-2691; engines of rigid bodies regularize the diagonal. A is not
+    examined further.
+    """
+    n = M.shape[0]
+    entries = np.diff(M.indptr) if is_sparse(M) else np.count_nonzero(M, axis=1)
+    few = (entries <= MOST_OF_FRICTION_ROW * n).nonzero()[0]
+    if not few.size:
+        return False
+    with imports:
+        from scipy.sparse import csr_array
+    places = np.arange(few.size), few
+    own = csr_array((M.diagonal()[few], places), shape=(few.size, n))
+    rows, columns = (csr_array(each) - own for each in (M[few], M[:, few].T))
+    # A column of B has what is negative in that row of C, with the other sign, alone.
+    negative = rows.minimum(0.0)
+    is_friction = np.diff(_stripped(columns + negative).indptr) == 0
+    is_friction &= np.diff(_stripped(negative).indptr) > 0
+    is_friction &= np.diff(_stripped(rows.maximum(0.0)).indptr) > 0
+    if not is_friction.any() or _stripped(rows[is_friction][:, few[is_friction]]).nnz:
+        return False
+    others = np.ones(n, dtype=np.bool_)
+    others[few[is_friction]] = False
+    A = principal(M, others.nonzero()[0])
+    return bool(abs(A - A.T).max() <= ROUNDING * abs(A).max())
+
+
+def _stripped(M: Matrix) -> Matrix:
+    """Return a sparse M, which nothing else uses, without stored zeros."""
+    M.eliminate_zeros()
+    return M
 
 
 def is_structurally_singular(A: Matrix) -> bool:

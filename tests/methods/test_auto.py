@@ -32,6 +32,7 @@ from lcpcli.auto.attempts import (
 from lcpcli.auto.policy import for_half_of_the_time
 from lcpcli.gallery import families
 from lcpcli.interrupts import check, remaining, within
+from lcpcli.linalg.patterns import has_friction
 from lcpcli.methods import lemke
 from lcpcli.methods.direct import MOST_PIVOTED
 from lcpcli.methods.stages import Finished, Iterate, OutOfTime, Stage, Turns, advance
@@ -172,6 +173,39 @@ def test_zeros_on_the_diagonal_call_for_lemke_or_where_costly_for_interior(
         {"interior", "piqp"} & {*large.route} != set(),
         "lemke" in large.route,
     ) == (True, True, False)
+
+
+@pytest.mark.parametrize("form", ["sparse", "dense"])
+@pytest.mark.parametrize("shift", [0.0, 1e-6, 1e-2])
+def test_contact_with_friction_goes_to_interior_in_any_order_and_regularized(
+    shift: float, form: str
+) -> None:
+    contact = families.make("rigid-boxes", MOST_PIVOTED + 100)
+    order = np.random.default_rng(0).permutation(contact.n)
+    M = csr_array(contact.M) + shift * identity(contact.n)
+    M, q = csr_array(M)[order][:, order], contact.q[order]
+    result = run(Problem(M if form == "sparse" else M.toarray(), q))
+    assert (result.solved, result.route) == (True, ("interior",))
+
+
+def test_the_blocks_of_friction_are_not_seen_where_they_are_not() -> None:
+    contact = csr_array(families.make("rigid-boxes", 100).M)
+    assert has_friction(contact)
+    assert has_friction(contact.toarray())
+    friction = contact.shape[0] - 1  # the row of the last cone
+    own = contact.indices[contact.indptr[friction] : contact.indptr[friction + 1]]
+    for change in (
+        [(int(own[-1]), friction, 2.0)],  # not what the row has
+        [(0, 1, 0.5)],  # A is not symmetric
+        [(friction, friction - 1, 0.5)],  # two cones in one row
+    ):
+        M = contact.toarray()
+        for i, j, value in change:
+            M[i, j] += value
+        assert not has_friction(M)
+        assert not has_friction(csr_array(M))
+    for family in ("lp", "qp", "circuit", "obstacle", "bimatrix", "harker-pang"):
+        assert not has_friction(families.make(family, 60).M)
 
 
 def test_attempts_that_the_direct_run_has_made_are_not_made_again(
