@@ -43,6 +43,9 @@ _LOADING = {
     ExtensionFileLoader.create_module.__code__,
     ExtensionFileLoader.exec_module.__code__,
 }
+# The package whose calls hand objects of LLVM from one owner to another in two steps:
+# an error between the two frees an object twice, which ends the process by a signal.
+_OWNING = "llvmlite.binding"
 _stops: list[int] = []  # those that work within `stopping` has to react to
 # By `clock.seconds`
 _deadline: ContextVar[float] = ContextVar("deadline", default=math.inf)
@@ -124,13 +127,15 @@ def terminable() -> Iterator[None]:
     """Open a context in which the first SIGTERM raises KeyboardInterrupt as Ctrl-C
     does, so that the run reports what it has found, and further ones do nothing; a
     signal that is handled or ignored already stays so. Both wait until no extension
-    module is being loaded: the set-up of many ignores every error, and the signal would
-    be lost."""
+    module is being loaded, as the set-up of many ignores every error, and the signal
+    would be lost, and until no call of LLVM is under way, as it would be left in
+    halves."""
     received.clear()
 
     def end(number: int, frame: FrameType | None) -> None:
         while frame is not None:
-            if frame.f_code in _LOADING:
+            module = str(frame.f_globals.get("__name__"))
+            if frame.f_code in _LOADING or module.startswith(_OWNING):
                 repeat(number)
                 return
             frame = frame.f_back

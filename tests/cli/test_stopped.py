@@ -310,10 +310,40 @@ def read(*_):
 InputFile.problem = read
 {MAIN}
 """
+# An object of LLVM is handed to another owner in two steps, as llvmlite does.
+HANDED_OVER = """
+def hand_over(steps):
+    steps.append(1)
+    os.kill(os.getpid(), signal.SIGINT)
+    time.sleep(0.02)
+    steps.append(2)
+"""
+IN_LLVM = f"""
+import os, signal, time
+from lcpcli.files.input_file import InputFile
+
+binding = dict(os=os, signal=signal, time=time, __name__="llvmlite.binding.module")
+exec({HANDED_OVER!r}, binding)
+
+def read(*_):
+    steps = []
+    try:
+        binding["hand_over"](steps)
+        for _ in range(1000):
+            time.sleep(0.02)
+    finally:
+        if steps != [1, 2]:
+            print("left in halves")
+
+InputFile.problem = read
+{MAIN}
+"""
 
 
 @pytest.mark.parametrize(
-    "program", [LOADING, IN_A_CALLBACK], ids=["modules are loaded", "a callback runs"]
+    "program",
+    [LOADING, IN_A_CALLBACK, IN_LLVM],
+    ids=["modules are loaded", "a callback runs", "LLVM is called"],
 )
 def test_interrupt_while_the_interpreter_is_at_work_ends_without_a_word(
     program: str,
