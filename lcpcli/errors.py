@@ -6,6 +6,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from enum import IntEnum
+from functools import lru_cache
 from typing import Any, TypeAlias
 
 
@@ -129,7 +130,7 @@ def numbers_for(n: int, noun: str, m: int, other: str) -> str:
 def likely(given: str, known: Iterable[str], otherwise: str = "") -> str:
     """Return the hint for an unknown word: the known word likely meant; failing that,
     `otherwise` or all known."""
-    known = list(known)
+    known = tuple(known)
     close = nearest(given, known)
     return (
         f"did you mean {close}?"
@@ -154,7 +155,9 @@ def meant(given: str, meanings: Mapping[str, str]) -> str:
     )
 
 
-def nearest(given: str, known: Sequence[str]) -> str | None:
+# Many lines of a file may have the same unknown word.
+@lru_cache(maxsize=64)
+def nearest(given: str, known: tuple[str, ...]) -> str | None:
     """Return the known word that begins with an unknown one, or is its beginning, or
     else resembles it; else None."""
     from difflib import get_close_matches
@@ -183,7 +186,7 @@ def refuse_unknown(
         if key not in known:
             folded = {name.casefold(): name for name in known} | dict(meant or {})
             shown = key if len(key) <= LONGEST_QUOTE else f"{key[:LONGEST_QUOTE]}..."
-            close = nearest(key, list(folded))
+            close = nearest(key, tuple(folded))
             hint = (
                 f"did you mean {folded[close]}?"
                 if close

@@ -191,7 +191,7 @@ class Command(click.Command):
             for flag in (*param.opts, *param.secondary_opts)
             if flag[:2] == "--"
         ]
-        meant = nearest(word, known) if len(word) > 1 else None
+        meant = nearest(word, tuple(known)) if len(word) > 1 else None
         return f"did you mean --{meant}?" if meant else ""
 
     def format_options(

@@ -13,7 +13,7 @@ import os
 import stat
 import sys
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field, replace
 from functools import cache, partial
 from itertools import chain, islice
@@ -210,14 +210,34 @@ class Inputs(NamedTuple):
         try:
             yield
         except ProblemError as error:
-            from lcpcli.files.games import hint
-
-            advice = "" if self.game else hint(self.files)
+            advice = self.with_tables().game_hint()
             raise (
                 ProblemError(error.parts, error.fault, f"{error.hint}; {advice}")
                 if advice
                 else error
             ) from None
+
+    def with_tables(self) -> Inputs:
+        """Return the inputs with their files read if they are two small tables."""
+        from lcpcli.files.games import may_be_payoffs
+        from lcpcli.files.input_file import InputFile
+
+        is_pair = len(self.files) == 2 and not self.game
+        if not (is_pair and all(map(may_be_payoffs, self.files))):
+            return self
+        with suppress(ProblemError):
+            read = {path: InputFile.read(path) for path in self.files}
+            return self._replace(ahead={**read, **self.ahead})
+        return self
+
+    def game_hint(self) -> str:
+        """Return the line, if any, that says that two tables, which have been read, may
+        be the payoffs of a game."""
+        if len(self.files) != 2 or not self.ahead.keys() >= {*self.files}:
+            return ""
+        from lcpcli.files.games import hint
+
+        return hint([self.ahead[path] for path in self.files])
 
     def works(self, are_many: bool = False) -> tuple[Iterator[Work], bool]:
         """Return the inputs in the files, and whether they may be several problems, as

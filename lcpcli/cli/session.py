@@ -58,11 +58,10 @@ def run(
         value is not None for value in (request.jobs, request.cluster, request.resume)
     )
     with inputs.reading():
+        inputs = inputs.with_tables()
         works, several = inputs.works(are_many and takes_many)
     if several:
-        from lcpcli.files import games
-
-        hint = games.hint(inputs.files)
+        hint = inputs.game_hint()
         refuse(
             of_one is not None,
             "--all",

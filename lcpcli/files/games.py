@@ -186,7 +186,8 @@ def game_in(paths: Sequence[str]) -> Input:
     labels name the strategies."""
     if len(paths) != 2:
         raise ParameterError("game", f"takes two files, not {len(paths)}", HINT)
-    (A, rows, columns), (B, own_rows, own_columns) = map(_table, paths)
+    tables = (_table(InputFile.read(path, HINT)) for path in paths)
+    (A, rows, columns), (B, own_rows, own_columns) = tables
     parts = [
         f'"{key}": [{", ".join(map(_row, table))}]'
         for key, table in (("A", A), ("B", B))
@@ -196,24 +197,23 @@ def game_in(paths: Sequence[str]) -> Input:
     return Input((InputFile(paths[0], f"{{{', '.join(parts)}}}".encode()),))
 
 
-def hint(paths: Sequence[str]) -> str:
+def hint(files: Sequence[InputFile]) -> str:
     """Return the line that says that two files may be the payoffs of a game, as tables
     of the same shape that are square, or have labels and no q, or have a shape that no
     problem has; "" for other files."""
-    if len(paths) != 2 or not all(map(_may_be_payoffs, paths)):
-        return ""
     try:
-        (A, rows, columns), (B, _, others) = map(_table, paths)
+        (A, rows, columns), (B, _, others) = map(_table, files)
     except LCPError:
         return ""
     m, k = len(A), len(A[0])
     is_labelled = bool(rows and columns) and not {"q", *BOUNDS} & {*columns, *others}
     if (m, k) != (len(B), len(B[0])) or k == 1 or (k == m + 1 and not is_labelled):
         return ""
-    return f"if {' and '.join(map(place, paths))} are the payoffs of a game, add --game"
+    names = " and ".join(file.place for file in files)
+    return f"if {names} are the payoffs of a game, add --game"
 
 
-def _may_be_payoffs(path: str) -> bool:
+def may_be_payoffs(path: str) -> bool:
     """Return whether a file may be a table, and is so small that it can be read again
     for a mere hint."""
     kind = kind_by_name(path)
@@ -250,10 +250,9 @@ def _row(values: Sequence[str]) -> str:
     return f"[{', '.join(texts)}]"
 
 
-def _table(path: str) -> tuple[list[list[str]], list[str], list[str]]:
+def _table(file: InputFile) -> tuple[list[list[str]], list[str], list[str]]:
     from lcpcli.files.csv_format import is_number
 
-    file = InputFile.read(path, HINT)
     hint = "write the game as JSON, with the keys A and B"
     refuse(not file.kind.is_table, file.place, "is not a table in CSV", hint)
     table = file.within(file.data.table, str)

@@ -62,8 +62,12 @@ SEVERAL = (
 )
 
 
+class NumberText(str):
+    """A number as written."""
+
+
 class JsonText:
-    """The value in a JSON text, parsed once for each meaning of its numbers."""
+    """The value in a JSON text, parsed once for doubles and once as written."""
 
     def __init__(self, content: bytes) -> None:
         self.text = decode(content)
@@ -73,11 +77,17 @@ class JsonText:
         return load(self.text)
 
     @cached_property
+    def _as_written(self) -> Any:
+        return load(self.text, NumberText)
+
+    @cached_property
     def of_payoffs(self) -> Any:
         return load(self.text, payoff)
 
     def value(self, number: Callable[[str], Any]) -> Any:
-        return self._of_doubles if number is float else load(self.text, number)
+        if number is float:
+            return self._of_doubles
+        return _converted(self._as_written, number)
 
     def is_game(self) -> bool:
         """Return whether it has the payoffs of a game in two tables. Of a text with
@@ -87,6 +97,17 @@ class JsonText:
         data = self.of_payoffs
         is_game = isinstance(data, dict) and kind_of(data) == "game"
         return is_game and _is_table(data.get("A")) and _is_table(data.get("B"))
+
+
+def _converted(value: Any, number: Callable[[str], Any]) -> Any:
+    """Return a value with its numbers, which are as written, converted."""
+    if isinstance(value, NumberText):
+        return number(value)
+    if isinstance(value, list):
+        return [_converted(part, number) for part in value]
+    if isinstance(value, dict):
+        return {key: _converted(part, number) for key, part in value.items()}
+    return value
 
 
 def parse(content: bytes) -> JsonText:

@@ -51,6 +51,7 @@ def folder(in_folder: Path) -> Path:
     io.mmwrite("q.mtx", Q[:, np.newaxis])
     texts = {
         "whole.json": '{"M": [[2, 1], [1, 2]], "q": [-5, -6]}',
+        "digits.json": '{"M": [[0.12345678901234567891]], "q": [-1]}',
         "M.json": '{"M": [[2, 1], [1, 2]]}',
         "q.json": "[-5, -6]",
         "game.json": '{"A": [[3, 0.1], [0, 2]], "B": [[2, 0], [0, 3]]}',
@@ -99,8 +100,7 @@ def counted(monkeypatch: pytest.MonkeyPatch) -> Counter[str]:
 COMMANDS = {
     "solve whole.csv": {"csv": 1},
     "solve M.csv q.csv": {"csv": 2},
-    # Two small tables are looked at again, as they may be the payoffs of a game.
-    "solve M.csv three.csv": {"csv": 4},
+    "solve M.csv three.csv": {"csv": 2},
     "solve whole.json whole.npz": {"json": 1, "npz": 1},
     "solve --game M.csv M.csv": {"csv": 2, "json": 1, "opened": 2},
     "solve whole.json": {"json": 1},
@@ -127,6 +127,8 @@ COMMANDS = {
     # and where the decimals are asked for
     "solve M.csv q.csv --exact": {"csv": 4, "opened": 2},
     "solve whole.json --exact": {"json": 2, "opened": 1},
+    "solve digits.json --exact": {"json": 2, "opened": 1},
+    "convert digits.json -o digits.csv": {"json": 1},
     "solve linear.nl --exact": {"nl": 2, "opened": 1},
     "solve program.mps --exact": {"mps": 2, "opened": 1},
 }
