@@ -360,9 +360,8 @@ PANELS_OF_A_KIND = 4  # in the figure at most, so that all axes fit on a page
 LEAST_PROBLEMS = 5
 
 
-def draw_figure(record: BenchRecord, form: str) -> bytes:
-    """Return the figure of a bench with at least one measurement; form is one of
-    `plotting.FORMS`."""
+def figure(record: BenchRecord) -> Picture:
+    """Return the figure of a bench with at least one measurement."""
     panels = _panels(record)
     growth_panels = dict(islice(growths(record).items(), PANELS_OF_A_KIND))
     medians, in_seconds = times(record), is_over_time(record)
@@ -380,9 +379,8 @@ def draw_figure(record: BenchRecord, form: str) -> bytes:
         panels or growth_panels
     ):
         profiles = []
-    return Picture(
-        "bench", (profiles, panels, growth_panels), conditions(record)
-    ).content(form)
+    drawn = profiles, panels, growth_panels
+    return Picture("bench", drawn, conditions(record))
 
 
 def _panels(record: BenchRecord) -> list[Panel]:
@@ -460,10 +458,9 @@ def render(record: BenchRecord, form: str, width: int | None, color: bool) -> st
             if section.tables[0].rows
         ]
         name = title(record)
-        figure = partial(draw_figure, record, "svg") if record.measurements else None
-        return Document(
-            name, [Section(name, facts=conditions(record), figure=figure), *sheets]
-        )
+        drawn = partial(figure, record) if record.measurements else None
+        first = Section(name, facts=conditions(record), figure=drawn)
+        return Document(name, [first, *sheets])
 
     report = Report(
         document,

@@ -68,9 +68,7 @@ def outcome(
         report.render,
         f"{where}: {best.message(numbers.approximate) if best else found.message}",
     )
-    output.add(
-        request.plot, lambda path: plotting.cones(found).content(plotting.form_of(path))
-    )
+    output.draw(request.plot, lambda: plotting.cones(found))
     return CODES.get(found.status, Exit.SOLVED)
 
 

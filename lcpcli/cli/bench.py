@@ -237,13 +237,8 @@ def _run(request: Bench, destination: output.Destination) -> int:
         except KeyboardInterrupt:
             is_interrupted = True
     save()  # the measurements in their place
-    if request.plot is not None and rows:
-        from lcpcli.report import plotting
-
-        destination.add(
-            request.plot,
-            lambda path: report.draw_figure(record, plotting.form_of(path)),
-        )
+    if rows:
+        destination.draw(request.plot, lambda: report.figure(record))
     good, false = (
         sum(row.success for row in rows),
         sum(row.false_success for row in rows),

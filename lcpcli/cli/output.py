@@ -29,6 +29,7 @@ from lcpcli.report import columns
 from lcpcli.report.document import FORMATS, SUFFIXES, TABLES
 
 if TYPE_CHECKING:
+    from lcpcli.report.plotting import Picture
     from lcpcli.solving.result import Result
     from lcpcli.solving.trace import Trace
     from lcpcli.typing import Indices
@@ -95,12 +96,19 @@ class Destination:
         if verdict and self.path is not None:
             tell(verdict, self.quiet)
 
-    def add(self, path: str | None, content: Callable[[str], str | bytes]) -> None:
-        """Write a further file, such as a figure, with its content by its name, if it
-        has one, and say so."""
+    def add(self, path: str | None, content: Callable[[], str | bytes]) -> None:
+        """Write a further file with its content, if it has a name, and say so."""
         if path is not None:
-            show(content(path), path)
+            show(content(), path)
             tell(f"wrote {path}", self.quiet)
+
+    def draw(self, path: str | None, picture: Callable[[], Picture]) -> None:
+        """Write a figure likewise, in the form of its suffix."""
+        if path is not None:
+            from lcpcli.report.plotting import form_of
+
+            form = form_of(path)
+            self.add(path, lambda: picture().content(form))
 
 
 class Output(Destination):
@@ -214,30 +222,17 @@ class Output(Destination):
             shown = result.trace.selected(*self._selection(result.problem))
         return replace(result, trace=shown)
 
-    def draw(self, runs: Sequence[Sequence[Result]]) -> None:
-        plot, paths = self.request.plot, self.request.paths
-        if plot is None and paths is None:
-            return
+    def draw_runs(self, runs: Sequence[Sequence[Result]]) -> None:
         from lcpcli.report import plotting
 
-        form_of = plotting.form_of
         if self.request.vary:
-            from lcpcli.report.variations import variations
+            from lcpcli.report.variations import picture
 
-            picture = plotting.variations(variations(runs), runs)
-            self.add(plot, lambda path: picture.content(form_of(path)))
+            self.draw(self.request.plot, lambda: picture(runs))
             return
-        self.add(
-            paths,
-            lambda path: plotting.paths(plotting.panels(runs)).content(
-                form_of(path, plotting.PATHS)
-            ),
-        )
-        self.add(
-            plot,
-            lambda path: plotting.convergence(plotting.panels(runs)).content(
-                form_of(path)
-            ),
+        self.draw(self.request.paths, lambda: plotting.paths(plotting.panels(runs)))
+        self.draw(
+            self.request.plot, lambda: plotting.convergence(plotting.panels(runs))
         )
 
     def _selection(self, problem: AnyProblem) -> tuple[int, int | None, Indices | None]:

@@ -193,7 +193,7 @@ def path(request: PathRequest) -> int:
     }
     with Line("following the path", is_shown=shows_progress(request.quiet)):
         found, code = _followed(ends, file, span, turns=request.turns, **limits)
-    from lcpcli.report import path_formats, plotting
+    from lcpcli.report import path_formats
 
     if direction is not None and found.end == REACHED:  # there is no second problem
         found = replace(found, message=f"the path reaches t = {stop}")
@@ -201,10 +201,7 @@ def path(request: PathRequest) -> int:
         path_formats.report(found, asked, files_read, names).render,
         f"{file}: {found.message}",
     )
-    destination.add(
-        request.plot,
-        lambda name: found.plot(show=names).content(plotting.form_of(name)),
-    )
+    destination.draw(request.plot, lambda: found.plot(show=names))
     return code
 
 

@@ -123,7 +123,7 @@ def _run(request: Request, works: Iterator[Work], output: Output) -> int:
         runs = list(chain.from_iterable(results))
         output.add(
             output.trace_path,
-            lambda _: result_formats.written(
+            lambda: result_formats.written(
                 *result_csv.iterates(runs, columns.with_those_of_every_method(chosen))
             ),
         )
@@ -172,7 +172,8 @@ def _run(request: Request, works: Iterator[Work], output: Output) -> int:
     ] * bool(faults)
     is_cut = interrupted or any(result.interrupted for result in made)
     output.show(lambda *_: text, verdict)
-    output.draw(results)
+    if request.plot is not None or request.paths is not None:
+        output.draw_runs(results)
     return Exit.INTERRUPTED if is_cut else of_several(codes)
 
 

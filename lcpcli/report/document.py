@@ -5,10 +5,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence
 from importlib import import_module
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from lcpcli.files.formats import LINES
 from lcpcli.report.wording import all_visible
+
+if TYPE_CHECKING:
+    from lcpcli.report.plotting import Picture
 
 
 class Table(NamedTuple):
@@ -50,8 +53,8 @@ class Section(NamedTuple):
     settled : whether the verdict is as requested. facts : lines below the verdict, or
         below the title.
     remarks : lines of advice, above the tables if there is a verdict, else below them.
-    provenance : what made the section. figure : a function that draws its figure as
-        .svg; None if it has none.
+    provenance : what made the section. figure : a function that returns its figure;
+        None if it has none.
     """
 
     title: str
@@ -61,7 +64,7 @@ class Section(NamedTuple):
     tables: Sequence[Table] = ()
     remarks: Sequence[str] = ()
     provenance: str = ""
-    figure: Callable[[], bytes] | None = None
+    figure: Callable[[], Picture] | None = None
 
 
 class Document(NamedTuple):

@@ -90,7 +90,8 @@ def _section(section: Section) -> list[str]:
             f"The figure {': '.join(missing('matplotlib'))}.",
         )
     elif section.figure is not None:
-        data = f"data:image/svg+xml;base64,{b64encode(section.figure()).decode()}"
+        drawn = b64encode(section.figure().content("svg")).decode()
+        data = f"data:image/svg+xml;base64,{drawn}"
         parts.append(
             f'<figure><img alt="{escape(section.title)}" src="{data}"></figure>'
         )

@@ -7,7 +7,7 @@ import math
 from collections import Counter
 from collections.abc import Callable, Sequence
 from fractions import Fraction
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -33,6 +33,9 @@ from lcpcli.report.wording import (
 from lcpcli.solving.result import SAID_OF_SOLVED, Result
 from lcpcli.solving.trace import Trace
 from lcpcli.verify.digits import fewest
+
+if TYPE_CHECKING:
+    from lcpcli.report.plotting import Picture
 
 
 def proofs(result: Result) -> list[str]:
@@ -420,7 +423,7 @@ def trace_text(trace: Trace) -> str:
     return f"<Trace: {count(len(rows), 'iterate')}{span}, every = {trace.every}>"
 
 
-def figure(results: Sequence[Result]) -> bytes:
+def figure(results: Sequence[Result]) -> Picture:
     from lcpcli.report import plotting
 
-    return plotting.convergence(plotting.panels([results])).content("svg")
+    return plotting.convergence(plotting.panels([results]))

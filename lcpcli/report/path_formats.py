@@ -452,9 +452,7 @@ def build(
             *[f"the path does not come to t = {', '.join(missed)}"] * bool(missed),
         ],
         f"{wording.PROGRAM}{wording.took(path.seconds, form)}",
-        (lambda: plotting.plot_path(path, show=names).content("svg"))
-        if path.t.size
-        else None,
+        (lambda: plotting.plot_path(path, show=names)) if path.t.size else None,
     )
     return Document(section.title, [section])
 

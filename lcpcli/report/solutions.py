@@ -161,11 +161,7 @@ def build(
             found, cell, longest(form), names
         )
         tables = [listing]
-        figure = (
-            partial(plotting.cones(found).content, "svg")
-            if plotting.is_plane(problem)
-            else None
-        )
+        figure = partial(plotting.cones, found) if plotting.is_plane(problem) else None
     title = f"{wording.title(problem) or 'problem'}: {wording.size(problem)}"
     made_by = (
         f"{wording.PROGRAM}, in exact arithmetic{wording.took(found.seconds, form)}"

@@ -10,7 +10,7 @@ from functools import partial
 
 from lcpcli.report import plotting, wording
 from lcpcli.report.document import Document, Section, Table
-from lcpcli.report.plotting import THEORY, Line, Variation
+from lcpcli.report.plotting import THEORY, Line, Picture, Variation
 from lcpcli.solving.result import Result
 
 NOTE = "in parentheses: the run has not reached the tolerance"
@@ -65,7 +65,7 @@ def document(runs: Sequence[Sequence[Result]]) -> Document:
     results = [result for own in runs for result in own]
     sections[-1] = sections[-1]._replace(
         provenance=wording.made_by(results, one_at_a_time=True),
-        figure=partial(_figure, drawn, runs) if _are_numbers(drawn) else None,
+        figure=partial(picture, runs) if _are_numbers(drawn) else None,
     )
     options = " and ".join(own.option for own in drawn)
     return Document(f"Error and time against {options}", sections)
@@ -75,8 +75,8 @@ def _are_numbers(drawn: Sequence[Variation]) -> bool:
     return all(plotting.is_number(value) for own in drawn for value in own.values)
 
 
-def _figure(drawn: Sequence[Variation], runs: Sequence[Sequence[Result]]) -> bytes:
-    return plotting.variations(drawn, runs).content("svg")
+def picture(runs: Sequence[Sequence[Result]]) -> Picture:
+    return plotting.variations(variations(runs), runs)
 
 
 def _section(own: Variation) -> Section:

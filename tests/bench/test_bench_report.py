@@ -181,7 +181,7 @@ def test_lines_are_no_wider_than_asked_for(
     ("form", "begins"), [("png", b"\x89PNG"), ("svg", b"<?xml"), ("pdf", b"%PDF")]
 )
 def test_picture_is_drawn(record: BenchRecord, form: str, begins: bytes) -> None:
-    assert figure.draw_figure(record, form).startswith(begins)
+    assert figure.figure(record).content(form).startswith(begins)
 
 
 def test_peer_is_a_point_in_the_picture_and_nothing_is_drawn_of_what_is_excluded(
@@ -194,7 +194,7 @@ def test_peer_is_a_point_in_the_picture_and_nothing_is_drawn_of_what_is_excluded
         return SimpleNamespace(content=lambda _: b"")
 
     monkeypatch.setattr(figure, "Picture", noted)
-    figure.draw_figure(record, "png")
+    figure.figure(record).content("png")
     _, (panel,), _ = pictures[0].data
     assert panel.title == "harker-pang 400"
     curves = {curve.name: curve for curve in panel.curves}
