@@ -5,10 +5,8 @@ from __future__ import annotations
 
 import math
 import os
-from ast import literal_eval
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
 from itertools import chain, product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -55,46 +53,50 @@ class Case:
     infinity: float | None = None
 
 
+class Grid:
+    """Cases of a family, one for each combination of the sizes and of the values of
+    parameters and of the seed, each a value or a tuple of several."""
+
+    def __init__(self, family: str, *sizes: int, **values: Any) -> None:
+        self.family, self.sizes, self.values = family, sizes, values
+
+    def cases(self) -> Iterator[Case]:
+        axes = [
+            own if isinstance(own, tuple) else (own,) for own in self.values.values()
+        ]
+        for n, *chosen in product(self.sizes, *axes):
+            yield case(self.family, n, **dict(zip(self.values, chosen, strict=True)))
+
+
+class Shipped:
+    """Shipped programs, by name."""
+
+    def __init__(self, *names: str) -> None:
+        self.names = names
+
+    def cases(self) -> Iterator[Case]:
+        for file in (f"{name}.json" for name in self.names):
+            yield Case(file, file=contents.shipped_path(f"programs/{file}"))
+
+
 @dataclass(frozen=True)
 class Suite:
     """Cases under one name.
 
-    text : the cases: families with their sizes, then values of parameters and of the
-    seed, all of which are combined, as in "planted 40 100 entries=10 seed=0,1; murty
-    5"; a parameter without a value is true. Also files of shipped programs. budget :
-    default number of seconds for a measurement. over_time : whether the report shows
-    what is solved within which time. methods : those that are measured by default.
+    grids : what the cases are made of. budget : default number of seconds for a
+    measurement. over_time : whether the report shows what is solved within which time.
+    methods : those that are measured by default.
     """
 
     meaning: str
-    text: str
+    grids: Sequence[Grid | Shipped]
     budget: float = 2.0
     over_time: bool = False
     methods: tuple[str, ...] = DEFAULT_METHODS
 
-    @cached_property
+    @property
     def cases(self) -> list[Case]:
-        made = list[Case]()
-        for part in self.text.split(";"):
-            family, *words = part.split()
-            if family.endswith(".json"):
-                made += (
-                    Case(file, file=contents.shipped_path(f"programs/{file}"))
-                    for file in (family, *words)
-                )
-                continue
-            axes = [[("n", int(word)) for word in words if word.isdecimal()]]
-            for name, _, values in (
-                word.partition("=") for word in words if not word.isdecimal()
-            ):
-                axes.append(
-                    [
-                        (name, literal_eval(value))
-                        for value in (values or "True").split(",")
-                    ]
-                )
-            made += (case(family, **dict(chosen)) for chosen in product(*axes))
-        return made
+        return [case for grid in self.grids for case in grid.cases()]
 
 
 def case(family: str, n: int, seed: int = 0, **parameters: Any) -> Case:
@@ -123,96 +125,167 @@ def method_of(solver: str) -> str:
 SUITES = {
     "quick": Suite(
         "a little of everything, in under a minute",
-        "harker-pang 25 50 100; obstacle 100 225 400; tridiagonal 300; "
-        "ben-gharbia-gilbert 51;"
-        "curtis-han-robinson 3; murty 10; diagonal 20 decades=6; bimatrix 10; "
-        "infeasible 10",
+        (
+            Grid("harker-pang", 25, 50, 100),
+            Grid("obstacle", 100, 225, 400),
+            Grid("tridiagonal", 300),
+            Grid("ben-gharbia-gilbert", 51),
+            Grid("curtis-han-robinson", 3),
+            Grid("murty", 10),
+            Grid("diagonal", 20, decades=6),
+            Grid("bimatrix", 10),
+            Grid("infeasible", 10),
+        ),
         budget=0.5,
     ),
     "paper": Suite(
         "fixed-point and shi on more than the paper's examples",
-        "tridiagonal 10 100 1000 10000; dominant 100 300 1000; obstacle 25 100 "
-        "400; journal-bearing 25 100 400;"
-        "american-put 25 100 400; near-singular 100 epsilon=1e-1,1e-2,1e-3; "
-        "near-degenerate 100 epsilon=1e-2,1e-6;"
-        "degenerate 20 50 100; ben-gharbia-gilbert 5 51 201; kostreva 3 51; "
-        "murty 3 6 9; curtis-han-robinson 3;"
-        "hilbert 4; diagonal 20 decades=2; qp 10 20",
+        (
+            Grid("tridiagonal", 10, 100, 1000, 10_000),
+            Grid("dominant", 100, 300, 1000),
+            Grid("obstacle", 25, 100, 400),
+            Grid("journal-bearing", 25, 100, 400),
+            Grid("american-put", 25, 100, 400),
+            Grid("near-singular", 100, epsilon=(1e-1, 1e-2, 1e-3)),
+            Grid("near-degenerate", 100, epsilon=(1e-2, 1e-6)),
+            Grid("degenerate", 20, 50, 100),
+            Grid("ben-gharbia-gilbert", 5, 51, 201),
+            Grid("kostreva", 3, 51),
+            Grid("murty", 3, 6, 9),
+            Grid("curtis-han-robinson", 3),
+            Grid("hilbert", 4),
+            Grid("diagonal", 20, decades=2),
+            Grid("qp", 10, 20),
+        ),
         budget=0.5,
     ),
     "dense": Suite(
         "dense problems up to n = 800",
-        "harker-pang 50 100 200 400 800; harker-pang 50 100 200 400 800 "
-        "symmetric; bimatrix 10 20 40;"
-        "contact 50 100 200; lp 50 100 200; qp 50 100 200; degenerate 50 100 200",
+        (
+            Grid("harker-pang", 50, 100, 200, 400, 800),
+            Grid("harker-pang", 50, 100, 200, 400, 800, symmetric=True),
+            Grid("bimatrix", 10, 20, 40),
+            Grid("contact", 50, 100, 200),
+            Grid("lp", 50, 100, 200),
+            Grid("qp", 50, 100, 200),
+            Grid("degenerate", 50, 100, 200),
+        ),
     ),
     "sparse": Suite(
         # Dominant ones fill in, and the time limit stops no factorization.
         "sparse problems up to n = 100,000",
-        "obstacle 900 2500 10000 40000; journal-bearing 900 2500 10000; "
-        "american-put 1000 3000 10000;"
-        "tridiagonal 1000 10000 100000; dominant 300 1000 3000",
+        (
+            Grid("obstacle", 900, 2500, 10_000, 40_000),
+            Grid("journal-bearing", 900, 2500, 10_000),
+            Grid("american-put", 1000, 3000, 10_000),
+            Grid("tridiagonal", 1000, 10_000, 100_000),
+            Grid("dominant", 300, 1000, 3000),
+        ),
     ),
     "mixed": Suite(
         "problems with bounds, free variables and equations",
-        "two-obstacles 100 2500 10000 90000; torsion 100 2500 10000; circuit 8 "
-        "80 800 8000; relays 10 50 200 800;"
-        "spatial-prices 24 120 1000; boxes 10 100 300 1000",
+        (
+            Grid("two-obstacles", 100, 2500, 10_000, 90_000),
+            Grid("torsion", 100, 2500, 10_000),
+            Grid("circuit", 8, 80, 800, 8000),
+            Grid("relays", 10, 50, 200, 800),
+            Grid("spatial-prices", 24, 120, 1000),
+            Grid("boxes", 10, 100, 300, 1000),
+        ),
     ),
     "hard": Suite(
         "problems without a structure to rely on, and models: solved over time",
-        "planted 40 60 100 200 500 seed=0,1; planted 40 100 200 500 seed=0,1 "
-        "entries=10; gaussian 20 30 40 seed=0,1;"
-        "indefinite 100 seed=0,1; indefinite 100 seed=0,1 symmetric; indefinite "
-        "100 seed=0,1 strict;"
-        "indefinite 100 seed=0,1 strict symmetric; circuit 80; relays 50 200; "
-        "spatial-prices 120; contact 100",
+        (
+            Grid("planted", 40, 60, 100, 200, 500, seed=(0, 1)),
+            Grid("planted", 40, 100, 200, 500, seed=(0, 1), entries=10),
+            Grid("gaussian", 20, 30, 40, seed=(0, 1)),
+            Grid("indefinite", 100, seed=(0, 1)),
+            Grid("indefinite", 100, seed=(0, 1), symmetric=True),
+            Grid("indefinite", 100, seed=(0, 1), strict=True),
+            Grid("indefinite", 100, seed=(0, 1), strict=True, symmetric=True),
+            Grid("circuit", 80),
+            Grid("relays", 50, 200),
+            Grid("spatial-prices", 120),
+            Grid("contact", 100),
+        ),
         0.0,
         over_time=True,
     ),
     "programs": Suite(
         "linear and quadratic programs",
-        "hs21.json hs35.json hs53.json hs76.json klee-minty.json portfolio.json "
-        "transport.json;"
-        "portfolio 100 1000 2500; control 100 1000 5000; transport 100 1000 10000",
+        (
+            Shipped(
+                "hs21", "hs35", "hs53", "hs76", "klee-minty", "portfolio", "transport"
+            ),
+            Grid("portfolio", 100, 1000, 2500),
+            Grid("control", 100, 1000, 5000),
+            Grid("transport", 100, 1000, 10_000),
+        ),
     ),
     "nonlinear": Suite(
         "nonlinear problems of the literature",
-        "kojima-shindo 4; josephy 4; mathiesen 4; billups 1; nash-cournot 5 10; "
-        "scarf 19; bratu 289 5625;"
-        "elastohydrodynamic 41 101",
+        (
+            Grid("kojima-shindo", 4),
+            Grid("josephy", 4),
+            Grid("mathiesen", 4),
+            Grid("billups", 1),
+            Grid("nash-cournot", 5, 10),
+            Grid("scarf", 19),
+            Grid("bratu", 289, 5625),
+            Grid("elastohydrodynamic", 41, 101),
+        ),
         methods=("josephy-newton",),
     ),
     "speed": Suite(
         "the problems of lcp help speed: small and large, dense and sparse",
-        "harker-pang 10 symmetric; harker-pang 10; harker-pang 300 symmetric; "
-        "harker-pang 300;"
-        "harker-pang 1000 symmetric; harker-pang 1000; harker-pang 2000 "
-        "symmetric; harker-pang 2000;"
-        "obstacle 10000 90000",
+        (
+            Grid("harker-pang", 10, symmetric=True),
+            Grid("harker-pang", 10),
+            Grid("harker-pang", 300, symmetric=True),
+            Grid("harker-pang", 300),
+            Grid("harker-pang", 1000, symmetric=True),
+            Grid("harker-pang", 1000),
+            Grid("harker-pang", 2000, symmetric=True),
+            Grid("harker-pang", 2000),
+            Grid("obstacle", 10_000, 90_000),
+        ),
     ),
     "stiff": Suite(
         "ill-conditioned, badly scaled and nearly degenerate problems",
-        "beam 100 1000 4000 20000; "
-        "beam 1000 contrast=100,10000,1000000,100000000 load=10; "
-        "plate 400 10000; frame 100 1000 4000;"
-        "diagonal 50 decades=1,2,4,8,16,50,100,150; near-singular 50 "
-        "epsilon=1e-2,1e-4,1e-6,1e-8,1e-10,1e-12;"
-        "near-degenerate 50 epsilon=1e-2,1e-4,1e-6,1e-8,1e-10,1e-12; ill-scaled "
-        "50 decades=1,2,4,8,16,32,50;"
-        "hilbert 2 4 6 8 10 12 14 16 20; obstacle 25 100 400 2500 10000; "
-        "journal-bearing 25 100 400 2500;"
-        "american-put 25 100 400 3000",
+        (
+            Grid("beam", 100, 1000, 4000, 20_000),
+            Grid("beam", 1000, contrast=(100, 10_000, 1_000_000, 100_000_000), load=10),
+            Grid("plate", 400, 10_000),
+            Grid("frame", 100, 1000, 4000),
+            Grid("diagonal", 50, decades=(1, 2, 4, 8, 16, 50, 100, 150)),
+            Grid("near-singular", 50, epsilon=(1e-2, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12)),
+            Grid("near-degenerate", 50, epsilon=(1e-2, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12)),
+            Grid("ill-scaled", 50, decades=(1, 2, 4, 8, 16, 32, 50)),
+            Grid("hilbert", 2, 4, 6, 8, 10, 12, 14, 16, 20),
+            Grid("obstacle", 25, 100, 400, 2500, 10_000),
+            Grid("journal-bearing", 25, 100, 400, 2500),
+            Grid("american-put", 25, 100, 400, 3000),
+        ),
         0.0,
         methods=("auto", "interior", "newton", "lemke", "fixed-point", "shi"),
     ),
     "extreme": Suite(
         "problems constructed to defeat a method, and problems without a solution",
-        "growth 10 20 30 40 50 60; murty 5 10 20 40 100; fathi 5 10 15 20 100; "
-        "ben-gharbia-gilbert 5 51 201;"
-        "kostreva 3 51; curtis-han-robinson 3; degenerate 10 50 100; bimatrix 4 "
-        "10 20 40; contact 10 50 100;"
-        "lp 10 50 100; infeasible 10 50 100; unsolvable 4 10 20; ray 4 10 20",
+        (
+            Grid("growth", 10, 20, 30, 40, 50, 60),
+            Grid("murty", 5, 10, 20, 40, 100),
+            Grid("fathi", 5, 10, 15, 20, 100),
+            Grid("ben-gharbia-gilbert", 5, 51, 201),
+            Grid("kostreva", 3, 51),
+            Grid("curtis-han-robinson", 3),
+            Grid("degenerate", 10, 50, 100),
+            Grid("bimatrix", 4, 10, 20, 40),
+            Grid("contact", 10, 50, 100),
+            Grid("lp", 10, 50, 100),
+            Grid("infeasible", 10, 50, 100),
+            Grid("unsolvable", 4, 10, 20),
+            Grid("ray", 4, 10, 20),
+        ),
         0.0,
     ),
 }
