@@ -264,6 +264,16 @@ class Structure:
             from lcpcli.methods.bimatrix import costs
         return costs(self.problem)
 
+    @cached_property
+    def is_constant_sum(self) -> bool:
+        """Return whether the game, of more than a few strategies, is one of constant
+        sum."""
+        if self.game is None or self.problem.n <= SHORT:
+            return False
+        with imports:
+            from lcpcli.methods.bimatrix import is_constant_sum
+        return is_constant_sum(self.game)
+
 
 Begin: TypeAlias = Callable[[Structure], Stage]
 
@@ -296,6 +306,15 @@ def _is_too_large_for_fractions(structure: Structure) -> bool:
     """Return whether M is so large, not only sparse, that exact arithmetic takes far
     longer than other methods."""
     return structure.is_large_and_sparse and structure.problem.n > direct.MOST_AS_DENSE
+
+
+def _takes_piqp(structure: Structure) -> bool:
+    """Return whether PIQP is installed, and takes no longer than a wait for Ctrl-C may
+    be."""
+    with imports:
+        from lcpcli.linalg.programs import has_piqp
+        from lcpcli.methods.bimatrix import takes_briefly
+    return structure.game is not None and has_piqp() and takes_briefly(structure.game)
 
 
 def _has_few_nodes(structure: Structure) -> bool:
@@ -512,6 +531,16 @@ FIRST = (
         ),
         lambda s: s.game is not None,
         by("bimatrix.pure_equilibrium", lambda s: (s.problem, s.game)),
+    ),
+    Row(
+        *("piqp", "of a game", "the game is one of constant sum: a linear program"),
+        lambda s: s.is_constant_sum and _takes_piqp(s),
+        by("bimatrix.by_piqp", lambda s: (s.problem, s.game)),
+    ),
+    Row(
+        *("linear", "of a game", "the game is one of constant sum: a linear program"),
+        lambda s: s.is_constant_sum,
+        by("bimatrix.by_simplex", lambda s: (s.problem, s.game)),
     ),
     Row(
         *(

@@ -1,5 +1,10 @@
-"""Equilibria of bimatrix games: pure ones by a look at the costs, others by the method
-of Lemke and Howson.
+"""Equilibria of bimatrix games: pure ones by a look at the costs, those of games of
+constant sum by a linear program, others by the method of Lemke and Howson.
+
+Optimal strategies of a game of constant sum are the minimizer and the multipliers of a
+linear program: G. B. Dantzig, A proof of the equivalence of the programming problem and
+the game problem, in T. C. Koopmans (ed.), Activity Analysis of Production and
+Allocation (1951) 330-335.
 
 C. E. Lemke and J. T. Howson, Equilibrium points of bimatrix games, J. SIAM 12 (1964)
 413-423, on two dictionaries, one for the strategies of each player, as in L. S.
@@ -9,18 +14,19 @@ Shapley, A note on the Lemke-Howson algorithm, Mathematical Programming Study 1 
 
 from __future__ import annotations
 
-from contextlib import suppress
-from typing import NamedTuple
+from collections.abc import Callable
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
 from lcpcli.basis.exchanges import BasicSolutions
 from lcpcli.clock import imports
 from lcpcli.interrupts import check
-from lcpcli.linalg.doubles import generator
+from lcpcli.linalg.doubles import ROUNDING, SIGN_ROUNDING, generator, is_finite
 from lcpcli.linalg.factors import SingularMatrix
 from lcpcli.linalg.matrices import is_sparse
-from lcpcli.methods.stages import Finished, Iterate, Stage, Stalled
+from lcpcli.linalg.programs import convex_minimum, minimized
+from lcpcli.methods.stages import Breakdown, Finished, Iterate, Stage, Stalled
 from lcpcli.model.box import of_masks
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Vector
@@ -34,6 +40,13 @@ PIVOTS, ROUNDS = 16, 12
 TIE = 1e-11  # relative to the smallest ratio: rows that block within it may be equal
 # Relative to the largest entry of a column: entries that may be rounding of 0.
 NO_PIVOT = 1e-11
+# Of PIQP: of its residuals and of the duality gap, which large games do not reach, but
+# whose supports are right by then; steps; and products in a step, for which it cannot
+# be interrupted.
+TOLERANCE, MOST_GAP, MOST_PROGRAM_STEPS = 1e-13, 1e-11, 40
+MOST_DENSE_OPERATIONS = 2e9
+
+SolveProgram: TypeAlias = Callable[[Vector], tuple[Vector, Vector] | None]
 
 
 class Costs(NamedTuple):
@@ -62,6 +75,91 @@ def costs(problem: Problem) -> Costs | None:
     if M[:m, :m].any() or M[m:, m:].any() or not (R.min() > 0.0 and C.min() > 0.0):
         return None
     return Costs(R / -q[:m, None], C / -q[m:])
+
+
+def is_constant_sum(game: Costs) -> bool:
+    """Return whether what one player pays, the other receives, up to rounding, the
+    units of the payoffs, and constants."""
+    R, C = game
+    factor = np.ptp(C) / (np.ptp(R) or 1.0)
+    rounding = ROUNDING * float(C.max() + factor * R.max())
+    return float(np.ptp(C + factor * R)) <= rounding
+
+
+def takes_briefly(game: Costs) -> bool:
+    """Return whether PIQP, which cannot be interrupted, takes at most two seconds."""
+    rows, columns = game.R.shape
+    return bool(rows * columns * max(rows, columns) <= MOST_DENSE_OPERATIONS)
+
+
+def by_piqp(problem: Problem, game: Costs) -> Stage:
+    """Yield the equilibrium of `_of_program` by PIQP."""
+    return _of_program(problem, game, _interior)
+
+
+def by_simplex(problem: Problem, game: Costs) -> Stage:
+    """Yield the equilibrium of `_of_program` by the simplex method of HiGHS, at a
+    vertex."""
+    return _of_program(problem, game, _vertex)
+
+
+def _of_program(problem: Problem, game: Costs, solve: SolveProgram) -> Stage:
+    """Yield an equilibrium of a game of constant sum: y / e'y and x / e'x, where y has
+    the least sum of those with R y >= 1, y >= 0, and x are the multipliers of its rows.
+
+    Finished : it is an equilibrium up to rounding. Stalled : the support is not that of
+    one. Breakdown : the program is not solved.
+    """
+    found = solve(game.R)
+    if found is None or not (found[0].any() and found[1].any()):
+        return Breakdown("the linear program is not solved")
+    y, x = (np.maximum(each, 0.0) for each in found)
+    z = np.concatenate((x / (x @ game.C).min(), y / (game.R @ y).min()))
+    # What is left of 0 in z is small beside w, in units of the strategies.
+    units = z.max() / np.abs(problem.q)
+    z = _of_support(problem, np.where(z > units * problem.w(z), z, 0.0))
+    w = problem.w(z)
+    gaps = np.minimum(z, units * w) / z.max()
+    is_equilibrium = bool((np.abs(gaps) <= SIGN_ROUNDING).all())
+    x = problem.box.x_of(z, w)
+    yield Iterate(x, None, "", 1, signs_final=is_equilibrium)
+    return Finished() if is_equilibrium else Stalled("other strategies cost less")
+
+
+def _interior(R: Vector) -> tuple[Vector, Vector] | None:
+    """Return y and x of `_of_program`, by PIQP."""
+    rows, columns = R.shape
+    ended = convex_minimum(
+        np.zeros((columns, columns)),
+        np.ones(columns),
+        (np.zeros((0, columns)), np.zeros(0)),
+        (R, np.ones(rows), np.full(rows, np.inf)),
+        (np.zeros(columns), np.full(columns, np.inf)),
+        TOLERANCE,
+        MOST_PROGRAM_STEPS,
+        MOST_GAP,
+    )
+    is_found = is_finite(ended.x) and is_finite(ended.of_rows)
+    return (ended.x, ended.of_rows) if is_found else None
+
+
+def _vertex(R: Vector) -> tuple[Vector, Vector] | None:
+    """Return y and x of `_of_program`, both vertices, by the simplex method."""
+    ends, bounds = (
+        (np.full(size, least), np.full(size, np.inf))
+        for size, least in zip(R.shape, (1.0, 0.0), strict=True)
+    )
+    found = minimized(np.ones(R.shape[1]), R, ends, bounds)
+    return None if found is None else (found.x, found.y)
+
+
+def _of_support(problem: Problem, z: Vector) -> Vector:
+    """Return the basic solution with the support of z; z itself where there are others
+    with this support, as where all its strategies cost the same."""
+    try:
+        return np.maximum(BasicSolutions(problem).at(of_masks(z > 0.0)).z, 0.0)
+    except SingularMatrix:
+        return z
 
 
 def pure(problem: Problem, game: Costs | None) -> Vector | None:
@@ -111,9 +209,7 @@ def lemke_howson(problem: Problem, game: Costs) -> Stage:
             evaluations += path.pivots - before
             z = path.point()
             if path.is_complete:
-                # Else all strategies in the supports of z cost the same.
-                with suppress(SingularMatrix):
-                    z = np.maximum(BasicSolutions(problem).at(of_masks(z > 0.0)).z, 0.0)
+                z = _of_support(problem, z)
             x = problem.box.x_of(z, problem.w(z))
             yield Iterate(x, None, "label", evaluations, signs_final=path.is_complete)
             if path.is_complete:

@@ -47,6 +47,7 @@ PAYOFF = re.compile(
 
 # digits: enough for sums and differences of any doubles, which have 650 at most.
 EXACT_CONTEXT = Context(prec=1000)
+MOST_DIGITS = 15  # of a decimal that the nearest double tells
 
 Payoffs = list[list[Fraction]]
 
@@ -149,12 +150,8 @@ class Game:
     def conditions(self) -> tuple[Vector, Vector]:
         """Return M and q."""
         m, k = self.A.shape
-        M, both = np.zeros((m + k, m + k)), (self.A.tolist(), self.B.tolist())
-        A, B = self.written or (
-            [[Decimal(repr(value)) for value in row] for row in own] for own in both
-        )
-        with localcontext(EXACT_CONTEXT):
-            M[:m, m:], M[m:, :m] = _costs("A", A), _costs("B", B).T
+        M, (A, B) = np.zeros((m + k, m + k)), self.written or (self.A, self.B)
+        M[:m, m:], M[m:, :m] = _costs("A", A), _costs("B", B).T
         return M, -np.ones(m + k)
 
     def exact_conditions(self) -> tuple[list[dict[int, Fraction]], list[Fraction]]:
@@ -188,15 +185,44 @@ class Game:
 
 
 def _costs(field: str, payoffs: Any) -> Vector:
-    """Return positive costs, a constant minus the payoffs, rounded once."""
-    constant = _constant(payoffs)
-    with suppress(OverflowError):
+    """Return positive costs, a constant minus the payoffs, rounded once. Doubles count
+    as their shortest decimals."""
+    if isinstance(payoffs, np.ndarray):
+        costs = _costs_of_short(payoffs)
+        if costs is not None:
+            return costs
+        payoffs = [[Decimal(repr(value)) for value in row] for row in payoffs.tolist()]
+    with suppress(OverflowError), localcontext(EXACT_CONTEXT):
+        constant = _constant(payoffs)
         costs = np.array(
             [[float(constant - value) for value in row] for row in payoffs]
         )
         if np.isfinite(costs).all():
             return costs
     raise ProblemError(field, "exceeds the double-precision range", SCALE_PAYOFFS)
+
+
+@np.errstate(over="ignore")
+def _costs_of_short(payoffs: Vector) -> Vector | None:
+    """Return the same costs where all payoffs are whole multiples of one power of ten,
+    of at most MOST_DIGITS digits, without writing any as a decimal; else None.
+
+    No other decimal of so many digits is as near to the same double, and the whole
+    numbers, their differences and the power are exact.
+    """
+    for digits in range(MOST_DIGITS):
+        unit = 10.0**digits
+        whole = np.rint(unit * payoffs[:1])
+        if not np.abs(whole).max() < 10.0**MOST_DIGITS:
+            return None
+        if np.array_equal(whole / unit, payoffs[:1]):
+            whole = np.rint(unit * payoffs)
+            if not np.abs(whole).max() < 10.0**MOST_DIGITS:
+                return None
+            if np.array_equal(whole / unit, payoffs):
+                spread = whole.max() - whole.min()
+                return np.asarray((whole.max() + (spread or unit) - whole) / unit)
+    return None
 
 
 def _constant(payoffs: Any) -> Any:

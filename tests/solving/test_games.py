@@ -1,6 +1,6 @@
 """Games as people have them: payoffs of any size and with any digits, strategies that
 are checked as such, and the ways to equilibria: pure ones by a look at the payoffs,
-others by Lemke and Howson's paths.
+those of games of constant sum by a linear program, others by Lemke and Howson's paths.
 """
 
 from __future__ import annotations
@@ -15,7 +15,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import lcpcli
-from lcpcli.methods.bimatrix import LABELS, PIVOTS, costs, lemke_howson
+from lcpcli.linalg import programs
+from lcpcli.methods.bimatrix import (
+    LABELS,
+    PIVOTS,
+    costs,
+    is_constant_sum,
+    lemke_howson,
+)
 from lcpcli.methods.stages import Finished
 from lcpcli.model.origins import Game
 from lcpcli.solving.result import Result
@@ -187,3 +194,62 @@ def test_a_game_of_nearly_zero_sum_is_solved_although_its_paths_are_long() -> No
     assert (result.solved, result.route) == (True, ("lemke-howson",))
     assert 600 < result.evaluations < 20_000
     assert_equilibrium(A, B, result)
+
+
+@pytest.mark.parametrize(
+    "payoffs", ["real", "whole", "degenerate", "in other units", "one row"]
+)
+@pytest.mark.parametrize("package", ["piqp", "none"])
+def test_a_game_of_constant_sum_is_solved_as_a_linear_program(
+    payoffs: str, package: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    if package == "none":
+        monkeypatch.setattr(programs, "has_piqp", lambda: False)
+    rng = np.random.default_rng(5)
+    A = rng.standard_normal((30, 40))
+    B = -A
+    if payoffs == "whole":
+        A = rng.integers(-5, 6, (30, 40)).astype(float)
+        B = 7.0 - A
+    if payoffs == "degenerate":
+        A = np.kron(np.eye(3), np.ones((8, 9)))
+        B = -A
+    if payoffs == "in other units":
+        B = 100.0 - 3.0 * A
+    if payoffs == "one row":
+        A = rng.standard_normal((2, 40))
+        B = -A
+    assert not pure_equilibria(A, B)
+    result = lcpcli.run(lcpcli.from_game(A, B))
+    assert result.solved
+    # One program, and no path.
+    assert set(result.route) <= {"piqp", "linear"}
+    assert package == "piqp" or result.route == ("linear",)
+    assert result.evaluations <= 2
+    assert_equilibrium(A, B, result)
+
+
+def test_a_game_that_is_not_quite_of_constant_sum_is_no_program() -> None:
+    rng = np.random.default_rng(5)
+    A = rng.standard_normal((30, 40))
+    B = -A
+    B[3, 4] += 1e-6
+    game = costs(lcpcli.from_game(A, -A)), costs(lcpcli.from_game(A, B))
+    assert [each is not None and is_constant_sum(each) for each in game] == [
+        True,
+        False,
+    ]
+
+
+@given(
+    st.integers(0, 15),
+    st.lists(st.integers(-(10**15), 10**15), min_size=2, max_size=6),
+)
+def test_costs_of_short_decimals_are_those_of_exact_numbers(
+    digits: int, payoffs: list[int]
+) -> None:
+    rounded = np.array([[float(Fraction(each, 10**digits)) for each in payoffs]])
+    M, _ = Game.of(rounded, rounded, (), ()).conditions()
+    exact = [Fraction(repr(each)) for each in rounded[0].tolist()]
+    constant = 2 * max(exact) - min(exact) if len(set(exact)) > 1 else exact[0] + 1
+    assert M[0, 1:].tolist() == [float(constant - each) for each in exact]
