@@ -41,7 +41,6 @@ LONG = {
     "lcpcli.report.figures.plane_figures.draw",
     "lcpcli.report.path_formats._columns",
     "lcpcli.report.tables._summary",
-    "lcpcli.solving.driver.run",
     "lcpcli.solving.many.solve_many",
     "lcpcli.solving.solve_mcp.run_nonlinear",
 }

@@ -1,16 +1,19 @@
-"""Runs of `auto` that its first stages complete, in compiled form if there is one, or
-PIQP. Where nobody sees their steps, they take no loop, which takes as long as they do
-for few unknowns; or else the loop takes them as the first iterates of `auto`."""
+"""What may answer a problem at once, before the loop of `auto`: a table of attempts,
+each a quick form of rows of the table in `auto.attempts`, by kernels if there are any.
+
+Where nobody sees their steps, they take no loop, which takes as long as they do for few
+unknowns; or else the loop takes them as the first iterates of `auto`.
+"""
 
 from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache
-from itertools import chain
-from typing import TYPE_CHECKING, Any, TypeAlias
+from itertools import chain, islice
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -20,13 +23,15 @@ from lcpcli.interrupts import TimeIsUp, hides_interrupt, within
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.methods import direct
 from lcpcli.methods.direct import (
+    FEWEST_FOR_PIQP,
     MOST_COMPILED,
     MOST_PIVOTED,
+    MOST_UNKNOWNS,
     DirectAnswer,
     Made,
     may_be_program,
 )
-from lcpcli.model.box import BASIC
+from lcpcli.model.box import BASIC, of_masks
 from lcpcli.model.problem import Problem
 from lcpcli.options import KERNELS, MISSING, Limits, has_numba, wants_kernels
 from lcpcli.solving.result import Result
@@ -47,9 +52,9 @@ if TYPE_CHECKING:
     from types import ModuleType
 
     from lcpcli.auto.attempts import Structure
-    from lcpcli.basis.free_variables import Reduction
     from lcpcli.methods.stages import Iterate, Stage, Tried
     from lcpcli.model.words import Start
+    from lcpcli.solving.kept import Kept
 
 # Unknowns of a program up to which kernels for mixed problems take less time than PIQP.
 MOST_BY_KERNELS = 100
@@ -65,6 +70,9 @@ EARLY = 0.1
 FIRST_STAGES = Extent(CLEANED, is_exact=True)
 # Of the largest |q_i|: the natural residual of a z that may solve the problem.
 NEARLY_SOLVED = 1e-6
+# Basic solutions from the last states of a sequence: if they are not enough, these were
+# not near.
+MOST_TRIED_BASES = 3
 
 
 @cache
@@ -124,30 +132,17 @@ def use_kernels(wanted: bool = True) -> None:
     wants_kernels.cache_clear()
 
 
-def applies(problem: Problem, is_compiled: bool = False) -> bool:
-    """Return whether a problem has so few unknowns and moderate numbers that pivoting
-    comes first, perhaps by kernels, without a start of its own and with the bounds as
-    they are."""
-    if not problem.is_moderate or problem.x0 is not None:
-        return False
-    if is_compiled and problem.is_mixed:  # the kernels look for far bounds
-        return problem.n <= MOST_COMPILED and (
-            problem.origin is None or not problem.has_far_sides
-        )
-    return problem.n <= MOST_PIVOTED and not problem.has_far_sides
-
-
 @dataclass(eq=False, repr=False)
 class Session:
     """A run of `auto` that has been set up: what its attempts share, each of which
     returns the result of `judged`.
 
-    options : those in force. start : whose basis is tried first, if it is given.
-        reduced : returns the `Reduction` of a problem, if it is kept for many. tried :
-        receives the first stages, as they went. is_compiled : whether kernels are used,
-        if there are any. is_shown : whether somebody sees the steps. interrupted :
-        whether Ctrl-C has ended an attempt. lost : the basic solutions from which
-        `newton` goes on in the first stages. answer : the last one that was judged.
+    options : those in force. start : whose basis is tried first, if it is given. tried
+        : receives the first stages, as they went. kept : what a sequence keeps of M.
+        is_compiled : whether kernels are used, if there are any. is_shown : whether
+        somebody sees the steps. interrupted : whether Ctrl-C has ended an attempt. lost
+        : the basic solutions from which `newton` goes on in the first stages. answer :
+        the last one that was judged.
     """
 
     problem: Problem
@@ -157,7 +152,7 @@ class Session:
     is_compiled: bool = False
     start: Start | None = None
     tried: Tried | None = None
-    reduced: Callable[[Problem], Reduction] | None = None
+    kept: Kept | None = None
     is_shown: bool = False
     interrupted: bool = False
     lost: Sequence[Made] = ()
@@ -223,13 +218,25 @@ Steps: TypeAlias = Generator["Made | Iterate", None, Result | None]
 """The steps of an attempt, which returns the result at a solution, or None."""
 
 
+class Quick(NamedTuple):
+    """An attempt that may answer at once.
+
+    fewest, applies : for how many unknowns it is made, and for which sessions. steps :
+    how. is_timed : whether it may take so long that a time limit has to end it.
+    """
+
+    fewest: int
+    applies: Callable[[Session], bool]
+    steps: Callable[[Session], Steps]
+    is_timed: bool = False
+
+
 def answered(session: Session) -> Result | None:
-    """Return the result of the first of the attempts on the problem of a session that
-    ends at a solution; None if none does."""
+    """Return the result of the first attempt on the problem of a session that ends at a
+    solution; None if none does. Nobody sees its steps."""
     for attempt in attempts(session):
-        steps = attempt(session)
-        is_quick = attempt is direct_steps
-        result = exhausted(steps) if is_quick else _in_time(session, steps)
+        steps = attempt.steps(session)
+        result = _in_time(session, steps) if attempt.is_timed else exhausted(steps)
         if result is not None:
             return result
     return None
@@ -321,7 +328,7 @@ def direct_steps(session: Session) -> Steps:
         answer = fast.mixed(problem, session.limits.tol)
         if answer is not None:
             return session.of_answer(answer)
-    if problem.n > MOST_PIVOTED or problem.has_far_sides:
+    if session.is_compiled and (problem.n > MOST_PIVOTED or problem.has_far_sides):
         return None
     is_kept = not is_sparse(problem.M) or (
         fast is None and direct.is_full_band(problem.M)
@@ -340,21 +347,21 @@ def direct_steps(session: Session) -> Steps:
                 return session.judged(point, 0, ("auto",), is_certain=True)
         # Pivoting takes no longer than a system and judging it.
         if not start.is_near or problem.n <= FEW_UNKNOWNS:
-            session.start = None
-    result = session.of_answer((yield from _answer(session, dense, fast)))
+            start = None
+    result = session.of_answer((yield from _answer(session, start, dense, fast)))
     if result is not None or not session.is_in_time:
         return result
-    steps = first_steps(session, dense, fast)
+    steps = first_steps(session, start, dense, fast)
     # The loop raises errors of numpy, too.
     return (yield from steps) if session.is_shown else strictly_exhausted(steps)
 
 
 def _answer(
-    session: Session, problem: Problem, fast: ModuleType | None
+    session: Session, start: Start | None, problem: Problem, fast: ModuleType | None
 ) -> Generator[Made, None, DirectAnswer | None]:
     """Return the answer of a direct attempt on a problem with dense M, from the basis
     of a start if there is one; None if none finds an answer."""
-    tol, start = session.limits.tol, session.start
+    tol = session.limits.tol
     answer: DirectAnswer | None = None
     basic = None if start is None else start.basis == BASIC
     has_diagonal = 0.0 not in problem.M.diagonal().tolist()
@@ -364,7 +371,8 @@ def _answer(
         z = pure(problem, costs(problem))
         if z is not None:
             return DirectAnswer(z, False, 1, "pure")
-    if (has_diagonal or problem.n <= MOST_DECIDED) and direct.applies(problem):
+    is_small, box = problem.n <= MOST_UNKNOWNS, problem.box
+    if is_small and box.is_orthant and (has_diagonal or problem.n <= MOST_DECIDED):
         if start is None and has_diagonal:
             basic = direct.basic_zeros(problem)
         if fast is not None:
@@ -377,7 +385,7 @@ def _answer(
             return answer
     elif start is None:
         # As far as the signs of w show whether it is a solution.
-        reference, box = problem.reference_point, problem.box
+        reference = problem.reference_point
         is_solution = not np.count_nonzero(problem.q < 0) if box.is_orthant else None
         if is_solution is None:
             is_solution = np.array_equal(
@@ -385,11 +393,11 @@ def _answer(
             )
         if is_solution:
             return DirectAnswer(np.array(reference), False, 0)
-        if has_diagonal and not box.is_orthant and direct.has_few_moderate(problem):
+        if has_diagonal and is_small and not box.is_orthant:
             steps = direct.exchanges_within_bounds(problem)
             return (yield from _pivoted(session, problem, steps, False))
     # Newton rarely settles.
-    if not has_diagonal and fast is not None and problem.box.is_orthant:
+    if not has_diagonal and fast is not None and box.is_orthant:
         answer = fast.lemke(problem, tol, basic)
     return answer
 
@@ -435,7 +443,9 @@ def _seen(
             yield made[-1]
 
 
-def first_steps(session: Session, dense: Problem, fast: ModuleType | None) -> Steps:
+def first_steps(
+    session: Session, start: Start | None, dense: Problem, fast: ModuleType | None
+) -> Steps:
     """Return the result of the first stages of `auto` on the problem, also given as
     these take it, as the loop of `auto` returns it; None if they do not end at a
     solution that is beyond doubt."""
@@ -456,10 +466,11 @@ def first_steps(session: Session, dense: Problem, fast: ModuleType | None) -> St
     passed = {id(each.x) for each in iterates}  # when they were made
     if iterates:
         made_before = {"newton": [ended(Stalled(SLOW), *iterates)]}
-    structure, start = Structure(dense, np.zeros(dense.n), made_before), session.start
+    structure = Structure(dense, np.zeros(dense.n), made_before)
     if fast is not None:
         structure.follow = fast.follow
-    structure.reduced = session.reduced
+    if session.kept is not None:
+        structure.reduced = session.kept.reduced
     turns, route = Turns(structure.x0), list[str]()
     stages = in_rounds(structure, FIRST)
     if start is not None:
@@ -488,19 +499,6 @@ def first_steps(session: Session, dense: Problem, fast: ModuleType | None) -> St
     return None
 
 
-def attempts(session: Session) -> list[Callable[[Session], Steps]]:
-    """Return the attempts that are made on the problem of a session, in their
-    order."""
-    problem = session.problem
-    applicable: list[Callable[[Session], Steps]] = []
-    if applies(problem, session.is_compiled):
-        applicable.append(direct_steps)
-    if session.start is None and may_be_program(problem):
-        is_last = session.is_compiled and problem.n <= MOST_BY_KERNELS
-        applicable.insert(len(applicable) * is_last, program_steps)
-    return applicable
-
-
 def _from(start: Start, problem: Problem, structure: Structure) -> Stage:
     """Return the stage that tries the states of a start: exchanges, or where M may have
     singular blocks one system, as for contact, or if z is given for many unknowns,
@@ -515,3 +513,109 @@ def _from(start: Start, problem: Problem, structure: Structure) -> Stage:
     with imports:
         from lcpcli.methods.interior import at_point
     return at_point(structure.thin, start.x)
+
+
+def elimination_steps(session: Session) -> Steps:
+    """Return the result of a problem of a sequence whose M is a tridiagonal M-matrix,
+    if rounding leaves it a solution; else None."""
+    yield from ()
+    assert session.kept is not None
+    assert session.kept.elimination is not None
+    session.stopwatch.count("setup")
+    z, basic = session.kept.elimination.solution(session.problem.q)
+    session.stopwatch.count("solve")
+    point, route = session.point(z), ("elimination",)
+    return session.judged(point, 1, route, end=of_masks(basic))
+
+
+def near_steps(session: Session) -> Steps:
+    """Return the result of a problem of a sequence that is solved by the states of the
+    last solution, or by a few exchanges from them; else None."""
+    yield from ()
+    kept, start, result = session.kept, session.start, None
+    assert kept is not None
+    if start is not None and not kept.is_paused:
+        result = _near(session, start.basis, kept)
+        kept.pause(result is not None)
+    kept.next()
+    return result
+
+
+@np.errstate(all="ignore")
+def _near(session: Session, basis: States, kept: Kept) -> Result | None:
+    with imports:
+        from lcpcli.basis.exchanges import BasicSolutions
+        from lcpcli.methods.stages import FAULTS
+    box, limits = session.problem.box, session.limits
+    exchanges = BasicSolutions(session.problem, kept.principal).exchanging(basis)
+    pivoting = islice(exchanges, min(MOST_TRIED_BASES, limits.max_iterations))
+    try:
+        with within(limits.time_limit):
+            steps, found = next(
+                (k, found) for k, found in enumerate(pivoting, 1) if found.is_solution
+            )
+    except (*FAULTS, TimeIsUp, StopIteration):
+        return None
+    session.stopwatch.count("solve")
+    z = box.z_of(box.x_within(found.z, found.w, found.basis))
+    return session.judged(session.point(z), steps, ("newton",))
+
+
+def is_pivoted(session: Session) -> bool:
+    """Return whether a problem has so few unknowns and moderate numbers that pivoting
+    comes first, perhaps by kernels, without a start of its own and with the bounds as
+    they are."""
+    problem = session.problem
+    if not problem.is_moderate or problem.x0 is not None:
+        return False
+    is_compiled = session.is_compiled and session.kept is None
+    if is_compiled and problem.is_mixed:  # the kernels look for far bounds
+        return problem.n <= MOST_COMPILED and (
+            problem.origin is None or not problem.has_far_sides
+        )
+    return problem.n <= MOST_PIVOTED and not problem.has_far_sides
+
+
+def _is_program(session: Session) -> bool:
+    return session.start is None and may_be_program(session.problem)
+
+
+def _has_quick_kernels(session: Session) -> bool:
+    return session.is_compiled and session.problem.n <= MOST_BY_KERNELS
+
+
+def _is_eliminated(session: Session) -> bool:
+    problem, kept = session.problem, session.kept
+    has_elimination = kept is not None and kept.elimination is not None
+    return has_elimination and problem.is_moderate and problem.box.is_orthant
+
+
+PIVOTING = Quick(0, is_pivoted, direct_steps)
+QUICK = (
+    Quick(
+        FEWEST_FOR_PIQP,
+        lambda s: not _has_quick_kernels(s) and _is_program(s),
+        program_steps,
+        is_timed=True,
+    ),
+    PIVOTING,
+    Quick(
+        FEWEST_FOR_PIQP,
+        lambda s: _has_quick_kernels(s) and _is_program(s),
+        program_steps,
+        is_timed=True,
+    ),
+)
+# Of the problems of a sequence.
+IN_SEQUENCE = (
+    Quick(2, _is_eliminated, elimination_steps),
+    PIVOTING,
+    Quick(0, lambda s: not is_pivoted(s), near_steps),
+)
+
+
+def attempts(session: Session) -> Iterator[Quick]:
+    """Yield the attempts that are made on the problem of a session, in their order."""
+    for row in QUICK if session.kept is None else IN_SEQUENCE:
+        if session.problem.n >= row.fewest and row.applies(session):
+            yield row

@@ -22,9 +22,10 @@ def shown(session: Session, others: Callable[[], Stage]) -> Stage:
     """Pass on the steps of the direct attempts on the problem of a session, and if none
     ends at a solution, the stage that `others` sets up. What that or a later attempt
     takes over from an earlier one, or makes again, is passed on once."""
-    seen = list[Vector]()
+    seen, session.is_compiled = list[Vector](), False  # no kernel shows its steps
     for attempt in attempts(session):
-        result = yield from _once(_iterates(attempt(session), session), seen)
+        steps = _iterates(attempt.steps(session), session)
+        result = yield from _once(steps, seen)
         if result is not None:
             return Finished()
     return (yield from _once(others(), seen))

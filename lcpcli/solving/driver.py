@@ -32,6 +32,7 @@ from lcpcli.options import DEFAULTS, Limits
 from lcpcli.solving import direct_run
 from lcpcli.solving.direct_run import Session
 from lcpcli.solving.result import Result, Status
+from lcpcli.solving.trace import NOBODY, Seen
 from lcpcli.typing import Vector, VectorLike
 from lcpcli.verify.acceptance import Extent, accepted
 from lcpcli.verify.point import Criterion, Point
@@ -87,44 +88,57 @@ def run(
     imports.
     """
     stopwatch = Stopwatch(clock, clock() if began is None else began)
-    limits = limits or DEFAULTS
-    has_start = not (x0 is z0 is basis is None)
-    additions: dict[str, Any] = {}
+    is_auto, additions = method == "auto", dict[str, Any]()
     if scale or finish:
-        additions = {
-            name: True
-            for name, wanted in (("scale", scale), ("finish", finish))
-            if wanted
-        }
-    if method != "auto" or additions or callback is not None:
+        wanted = {"scale": scale, "finish": finish}
+        additions = {name: True for name, value in wanted.items() if value}
+    if not is_auto or additions or callback is not None:
         _refuse_other(method, additions, compiled, callback)
-    compiled, original = (
-        direct_run.uses_kernels(compiled, 1) and method == "auto",
-        problem,
-    )
-    if method == "auto" and problem.n > MOST_NARROW_AS_DENSE:
-        problem = as_sparse(problem, stored(problem.M))
-    given = (
-        _start(problem, method, {"x0": x0, "z0": z0, "basis": basis})
-        if has_start
-        else None
-    )
-    finishes, is_shown = method == "auto" or finish, False
+    compiled = direct_run.uses_kernels(compiled, 1) and is_auto
+    stored_problem = problem
+    if is_auto and problem.n > MOST_NARROW_AS_DENSE:
+        stored_problem = as_sparse(problem, stored(problem.M))
+    start = None
+    if not (x0 is z0 is basis is None):
+        start = _start(stored_problem, method, {"x0": x0, "z0": z0, "basis": basis})
+    options: dict[str, Any] = {}
+    if is_auto:
+        options = methods.options_in_force(method, stored_problem, chosen)
+    seen = NOBODY
+    if any(each is not None for each in (trace, curve, observe, callback)):
+        seen = Seen((trace, curve), observe, callback)
     session = Session(
-        problem, limits, {}, stopwatch, compiled, given, {} if given is None else None
+        stored_problem,
+        limits or DEFAULTS,
+        options,
+        stopwatch,
+        compiled,
+        start,
+        {} if start is None else None,
+        is_shown=seen is not NOBODY,
     )
-    if method == "auto" and not additions:
-        session.options = methods.options_in_force(method, problem, chosen)
-        is_shown = not (
-            trace is None and curve is None and callback is None and observe is None
-        )
-        session.is_shown = is_shown
-        session.is_compiled = compiled and not is_shown
-        if not is_shown:
-            result = _without_loop(session)
-            if result is not None:
-                return _of(original, result, compiled, finishes)
-    literal, rounded = problem, problem.rounded_rows
+    result = None
+    if is_auto and seen is NOBODY:
+        try:
+            result = direct_run.answered(session)
+        except KeyboardInterrupt:  # the loop is to say that it has ended the attempts
+            session.interrupted = True
+    if result is None:
+        result = _in_loop(session, method, seen, chosen, additions)
+    return _of(problem, result, compiled, is_auto or finish)
+
+
+def _in_loop(
+    session: Session,
+    method: str,
+    seen: Seen,
+    chosen: dict[str, Any],
+    additions: dict[str, Any],
+) -> Result:
+    """Return the result of a session whose method the loop runs, with its options and
+    additions."""
+    problem, start = session.problem, session.start
+    rounded, is_shown = problem.rounded_rows, session.is_shown and method == "auto"
     if rounded is not None:
         # What has been tried is of the other problem.
         M, q, lower, upper = rounded.conditions
@@ -133,55 +147,38 @@ def run(
     with imports:
         from lcpcli.solving.loop import Loop
     with np.errstate(all="ignore"):  # overflow counts as infinite
-        start = problem.start if given is None else given.x
-        change = variables_of(method, problem, scale)
-        if (
-            problem.x1 is not None
-            and not has_start
-            and "x1" in methods.declared(method).vectors
-        ):
-            chosen.setdefault("x1", problem.x1)
-        if chosen.get("x1") is not None:
-            chosen["x1"] = as_vector("x1", chosen["x1"], problem.n)
-        in_force = methods.options_in_force(method, change.problem, chosen)
+        x = problem.start if start is None else start.x
+        change = variables_of(method, problem, "scale" in additions)
+        options = _with_second_point(method, problem, chosen, start is not None)
+        in_force = methods.options_in_force(method, change.problem, options)
         known: dict[str, Any] = {}
         if method == "auto":
-            known = {"tried": session.tried} if given is None else given.known_to_auto
-        stage = partial(_stage, method, change, start, in_force | known, finish)
+            known = {"tried": session.tried} if start is None else start.known_to_auto
+        finishes = "finish" in additions
+        stage = partial(_stage, method, change, x, in_force | known, finishes)
         if is_shown:
             with imports:
                 from lcpcli.solving.direct_stage import shown
             stage = partial(shown, session, stage)
-        stopwatch.count("setup")
-        criterion = Criterion(
-            problem, limits.tol, judge=direct_run.judge if compiled else None
-        )
-        loop = Loop(
-            criterion,
-            method,
-            limits,
-            (trace, curve),
-            stopwatch,
-            observe,
-            start,
-            callback,
-        )
+        session.stopwatch.count("setup")
+        judge = direct_run.judge if session.is_compiled else None
+        criterion = Criterion(problem, session.limits.tol, judge=judge)
+        loop = Loop(criterion, method, session.limits, session.stopwatch, x, seen)
         loop.interrupted = session.interrupted
-        loop.finishes = finishes
+        loop.finishes = method == "auto" or finishes
         result = ended(loop, stage, in_force | additions)
-        if rounded is not None:
-            result = _of_literal(literal, result)
-        return _of(original, result, compiled, finishes)
+        return result if rounded is None else _of_literal(session.problem, result)
 
 
-def _without_loop(session: Session) -> Result | None:
-    """Return the result of the attempts that need no loop; None if there is none, or
-    the loop is to say that Ctrl-C has ended them."""
-    try:
-        return direct_run.answered(session)
-    except KeyboardInterrupt:
-        session.interrupted = True
-    return None
+def _with_second_point(
+    method: str, problem: Problem, chosen: dict[str, Any], has_start: bool
+) -> dict[str, Any]:
+    """Return the chosen options of a method, x1 as a vector: that of the problem if
+    none is chosen, and the run starts from the problem's x0."""
+    x1 = chosen.get("x1")
+    if x1 is None and not has_start and "x1" in methods.declared(method).vectors:
+        x1 = problem.x1
+    return chosen if x1 is None else chosen | {"x1": as_vector("x1", x1, problem.n)}
 
 
 def _of_literal(problem: Problem, result: Result) -> Result:
@@ -293,10 +290,8 @@ def variables_of(method: str, problem: Problem, is_scaled: bool) -> Change:
 def ended(loop: Loop, stage: Callable[[], Stage], options: dict[str, Any]) -> Result:
     """Run the loop within its time limit and return the result, also if Ctrl-C comes
     while it is made."""
-    limit, watch = (
-        loop.limits.time_limit,
-        None if loop.observe is None else loop.report_if_due,
-    )
+    limit = loop.limits.time_limit
+    watch = None if loop.seen.observe is None else loop.report_if_due
     with (
         within(limit - loop.stopwatch.elapsed(), watch)
         if watch or limit < math.inf

@@ -21,6 +21,7 @@ from lcpcli.methods.stages import Ending, Iterate, Stage
 from lcpcli.model.box import LARGEST_X, in_range
 from lcpcli.options import DEFAULTS, Limits
 from lcpcli.solving.result import Result, Status
+from lcpcli.solving.trace import NOBODY, Seen
 from lcpcli.typing import States, Vector
 from lcpcli.verify.acceptance import (
     AT_ONCE,
@@ -34,7 +35,7 @@ from lcpcli.verify.measure import FEW_UNKNOWNS
 from lcpcli.verify.point import Criterion, Point
 
 if TYPE_CHECKING:
-    from lcpcli.solving.trace import Callback, Observe, Trace, TraceRow
+    from lcpcli.solving.trace import Callback, TraceRow
     from lcpcli.verify.certificate import Proof
 
 # Times the tolerance: the bound on the residual from which on the residual itself is
@@ -85,19 +86,16 @@ NEAR_THE_CRITERION = Extent(WITHOUT_ROUNDING)
 @dataclass(eq=False, repr=False)
 class Loop:
     """The state of one run. The residual bound of an iterate is a bound on its relative
-    residual that F gives at no cost, or else the residual. kept : the trace and the
-    curve. interrupted : whether Ctrl-C has come, also before. finishes : whether a
-    solution with other small entries is answered in place of an iterate, as by
-    `auto`."""
+    residual that F gives at no cost, or else the residual. interrupted : whether Ctrl-C
+    has come, also before. finishes : whether a solution with other small entries is
+    answered in place of an iterate, as by `auto`."""
 
     criterion: Criterion
     method: str
     limits: Limits
-    kept: tuple[Trace | None, Trace | None]
     stopwatch: Stopwatch
-    observe: Observe | None
     last: Vector
-    callback: Callback | None = None
+    seen: Seen = NOBODY
     interrupted: bool = False
     finishes: bool = False
     k: int = -1
@@ -115,14 +113,14 @@ class Loop:
 
     def __post_init__(self) -> None:
         self.problem, self.route = self.criterion.problem, list[str]()
-        self.traces = [trace for trace in self.kept if trace is not None]
+        self.traces = [trace for trace in self.seen.traces if trace is not None]
         self.asks_for_quantities = any(trace.columns for trace in self.traces)
         if self.problem.reference_z is not None and self.criterion.reference_solves:
             self.last = self.problem.box.x_of(
                 self.problem.reference_point, self.problem.q_ref
             )
         self.start, self.best = Iterate(self.last, None, "", 0), self.last
-        self._seen, self._began = (self.method, 0, math.inf), time.monotonic()
+        self._told, self._began = (self.method, 0, math.inf), time.monotonic()
         self._due = self._began + INTERVAL
 
     def run(self, begin: Callable[[], Stage]) -> tuple[Status, str]:
@@ -150,9 +148,8 @@ class Loop:
                     if not isinstance(step, Iterate):
                         break
                     stop = self._take(step)
-                    if self.callback is not None and self._calls_for_the_end(
-                        step, self.callback
-                    ):
+                    callback = self.seen.callback
+                    if callback is not None and self._calls_for_the_end(step, callback):
                         stop = stop or (Status.INTERRUPTED, BY_CALLBACK)
                     if stop:
                         return stop
@@ -185,8 +182,8 @@ class Loop:
         if bound < self.best_bound:
             self.best_bound, self.best, self.best_by = bound, iterate.x, iterate.method
         self.first_bound = self.first_bound if self.first_bound < math.inf else bound
-        if self.observe is not None:
-            self._seen = iterate.method or self.method, self.k, bound
+        if self.seen.observe is not None:
+            self._told = iterate.method or self.method, self.k, bound
             self.report_if_due()
         solution = None
         # One near it is sought for many unknowns, not within an iteration, which goes
@@ -307,9 +304,9 @@ class Loop:
         """Call `observe` with what was seen last, if it is time; also during a long
         step."""
         now = time.monotonic()
-        if self.observe is not None and now >= self._due:
+        if self.seen.observe is not None and now >= self._due:
             self._due = now + INTERVAL
-            self.observe(*self._seen, now - self._began)
+            self.seen.observe(*self._told, now - self._began)
 
     def _time_is_up(self) -> bool:
         """Return whether the time of this run, or of what it is part of, is up;
@@ -388,8 +385,8 @@ class Loop:
             parts=self.stopwatch.parts,
             limits=self.limits,
             options=in_force,
-            trace=self.kept[0],
-            curve=self.kept[1],
+            trace=self.seen.traces[0],
+            curve=self.seen.traces[1],
             route=tuple(self.route) or (self.method,),
             certificate=self.certificate if status is not Status.SOLVED else None,
             interrupted=self.interrupted,

@@ -63,7 +63,7 @@ from lcpcli.solving.direct_run import compiled as kernels
 from lcpcli.solving.direct_run import uses_kernels
 from lcpcli.solving.loop import Loop
 from lcpcli.solving.result import Result, Status
-from lcpcli.solving.trace import Callback, Trace
+from lcpcli.solving.trace import Callback, Seen, Trace
 from lcpcli.typing import BoundLike, Interrupts, Matrix, States, Vector, VectorLike
 from lcpcli.verify.nonlinear_point import (
     NonlinearCriterion,
@@ -260,16 +260,8 @@ def run_nonlinear(
             is_brief="restarts" not in chosen,
         )
         stopwatch.count("setup")
-        loop = Loop(
-            criterion,
-            METHOD,
-            limits,
-            (kept, curve),
-            stopwatch,
-            None,
-            start / 2,
-            callback,
-        )
+        seen = Seen((kept, curve), None, callback)
+        loop = Loop(criterion, METHOD, limits, stopwatch, start / 2, seen)
         result = driver.ended(
             loop, stage, in_force if fast is None else {**in_force, "compiled": True}
         )

@@ -5,27 +5,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sized
-from itertools import islice
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lcpcli.basis.exchanges import BasicSolutions
-from lcpcli.basis.free_variables import Reduction
 from lcpcli.clock import Stopwatch, seconds
 from lcpcli.errors import ProblemError, count
-from lcpcli.interrupts import TimeIsUp, within
-from lcpcli.linalg.factors import PrincipalSolver
 from lcpcli.linalg.krylov import dot, norm
 from lcpcli.linalg.matrices import are_equal
 from lcpcli.linalg.threads import with_limited_threads
 from lcpcli.methods import registry as methods
-from lcpcli.methods.direct import MOST_PIVOTED, as_dense, as_sparse, stored
-from lcpcli.methods.lemke import reduced
-from lcpcli.methods.stages import FAULTS
-from lcpcli.methods.z_matrix import of_tridiagonal
 from lcpcli.model.arrays import as_vector, by_names
-from lcpcli.model.box import ORTHANT, Box, bounds_of, of_masks
+from lcpcli.model.box import ORTHANT, Box, bounds_of
 from lcpcli.model.problem import Problem, as_problem
 from lcpcli.model.right_hand_sides import like_with
 from lcpcli.model.words import Start
@@ -33,14 +24,13 @@ from lcpcli.options import Limits
 from lcpcli.solving import direct_run
 from lcpcli.solving.call import SolverOptions, chosen, run
 from lcpcli.solving.direct_run import Session
+from lcpcli.solving.kept import Kept
 from lcpcli.solving.result import Result
 from lcpcli.typing import BoundLike, States, VectorLike
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
 
-# Basic solutions: if they are not enough, the states were not near.
-MOST_TRIED_BASES = 3
 # Of the angle between two q, from which their solutions may have the same states.
 CLOSE_COSINE = 0.9
 
@@ -115,16 +105,10 @@ class Solver:
         return solver
 
     def _prepare(self, like: Problem) -> None:
-        like = as_sparse(like, stored(like.M))
-        self._elimination = of_tridiagonal(like.M)
-        self._like = (
-            as_dense(like) if like.n <= MOST_PIVOTED and not self._elimination else like
-        )
-        self._principal: PrincipalSolver | None = None
-        self._reduction: Reduction | None = None
+        self._kept = Kept(like)
+        self._like = self._kept.like
         self._last = self._last if like.n == self.n else None
         self.M, self.n = self._like.M, self._like.n
-        self._paused, self._pause = 0, 1
 
     def update(self, M: Any) -> None:
         """Replace M and keep the bounds; the next problem still starts from the last
@@ -179,17 +163,17 @@ class Solver:
         self, problem: Problem, warm: bool = True, began: float | None = None
     ) -> Result:
         """Return the result for a problem with the M of the Solver."""
-        options = methods.options_in_force("auto", problem, {})
-        stopwatch = Stopwatch(seconds, seconds() if began is None else began)
         session = Session(
             problem,
             self._limits,
-            options,
-            stopwatch,
+            methods.options_in_force("auto", problem, {}),
+            Stopwatch(seconds, seconds() if began is None else began),
             self.compiled,
-            reduced=self._reduced,
+            kept=self._kept,
         )
-        result = self._attempted(session, warm, threads=self._given.get("threads"))
+        if warm and (basis := self._states(problem)) is not None:
+            session.start = Start(problem, basis)
+        result = self._answered(session, threads=self._given.get("threads"))
         result = run(problem, **self._given) if result is None else result
         self._last = result if result.solved else self._last
         return result
@@ -206,50 +190,12 @@ class Solver:
         return self.next(problem)
 
     @with_limited_threads
-    def _attempted(
+    def _answered(
         self,
         session: Session,
-        warm: bool,
         threads: int | None,  # noqa: ARG002 (the decorator limits them)
     ) -> Result | None:
-        """Return the result where elimination, the direct route, or a few exchanges
-        from the states of the last solution, suffice; else None."""
-        problem = session.problem
-        if (
-            self._elimination is not None
-            and problem.is_moderate
-            and problem.box.is_orthant
-        ):
-            session.stopwatch.count("setup")
-            z, basic = self._elimination.solution(problem.q)
-            session.stopwatch.count("solve")
-            result = session.judged(
-                session.point(z), 1, ("elimination",), end=of_masks(basic)
-            )
-            if result is not None:
-                return result
-        basis, result = self._states(problem) if warm else None, None
-        if direct_run.applies(problem):
-            session.start = None if basis is None else Start(problem, basis)
-            return direct_run.exhausted(direct_run.direct_steps(session))
-        if basis is not None and not self._paused:
-            self._principal = self._principal or PrincipalSolver(
-                self._like.M, self._like.latest
-            )
-            result = _near(session, basis, self._principal)
-            self._pause = 1 if result is not None else 2 * self._pause
-            self._paused = self._pause if self._pause > 1 else 0
-        self._paused = max(self._paused - 1, 0)
-        return result
-
-    def _reduced(self, problem: Problem) -> Reduction:
-        """Return the problem in bounded variables; it is kept as long as the same
-        variables are bounded."""
-        kept = self._reduction
-        if kept is not None and kept.box is not problem.box:
-            kept = kept.within(problem.box)
-        self._reduction = kept or reduced(problem)
-        return self._reduction
+        return direct_run.answered(session)
 
     @np.errstate(over="ignore")
     def _states(self, problem: Problem) -> States | None:
@@ -274,22 +220,3 @@ def _order(M: Any) -> int:
         if isinstance(M, Sized)
         else 1
     )
-
-
-@np.errstate(all="ignore")
-def _near(session: Session, basis: States, solver: PrincipalSolver) -> Result | None:
-    """Return the result, if the problem is solved by these states or by a few exchanges
-    from them; else None."""
-    box, limits = session.problem.box, session.limits
-    exchanges = BasicSolutions(session.problem, solver).exchanging(basis)
-    pivoting = islice(exchanges, min(MOST_TRIED_BASES, limits.max_iterations))
-    try:
-        with within(limits.time_limit):
-            steps, found = next(
-                (k, found) for k, found in enumerate(pivoting, 1) if found.is_solution
-            )
-    except (*FAULTS, TimeIsUp, StopIteration):
-        return None
-    session.stopwatch.count("solve")
-    z = box.z_of(box.x_within(found.z, found.w, found.basis))
-    return session.judged(session.point(z), steps, ("newton",))

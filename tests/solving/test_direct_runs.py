@@ -69,7 +69,7 @@ def compiled_from_the_first_problem(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def through_the_loop(problem: Problem, monkeypatch: pytest.MonkeyPatch) -> Result:
     with monkeypatch.context() as patch:
-        patch.setattr(direct_run, "applies", lambda *_: False)
+        patch.setattr(direct_run, "QUICK", ())
         return lcpcli.run(problem)
 
 

@@ -1,0 +1,56 @@
+"""What a sequence of problems with one M keeps of it."""
+
+from __future__ import annotations
+
+from functools import cached_property
+
+from lcpcli.basis.free_variables import Reduction
+from lcpcli.linalg.factors import PrincipalSolver
+from lcpcli.methods.direct import MOST_PIVOTED, as_dense, as_sparse, stored
+from lcpcli.methods.lemke import reduced
+from lcpcli.methods.z_matrix import of_tridiagonal
+from lcpcli.model.problem import Problem
+
+
+class Kept:
+    """One M, prepared for problems with it.
+
+    like : a problem with M in the form whose route takes less time. elimination : of a
+        tridiagonal M-matrix; None for any other M. is_paused : whether the states of
+        the last solution are not tried, as they have led to none: each time for twice
+        as many problems.
+    """
+
+    def __init__(self, like: Problem) -> None:
+        like = as_sparse(like, stored(like.M))
+        self.elimination = of_tridiagonal(like.M)
+        is_pivoted = like.n <= MOST_PIVOTED and not self.elimination
+        self.like = as_dense(like) if is_pivoted else like
+        self._reduction: Reduction | None = None
+        self._left, self._pause = 0, 1
+
+    @cached_property
+    def principal(self) -> PrincipalSolver:
+        return PrincipalSolver(self.like.M, self.like.latest)
+
+    def reduced(self, problem: Problem) -> Reduction:
+        """Return the problem in bounded variables; it is kept as long as the same
+        variables are bounded."""
+        kept = self._reduction
+        if kept is not None and kept.box is not problem.box:
+            kept = kept.within(problem.box)
+        self._reduction = kept or reduced(problem)
+        return self._reduction
+
+    @property
+    def is_paused(self) -> bool:
+        return self._left > 0
+
+    def pause(self, has_led: bool) -> None:
+        """Pause unless the states of the last solution have led to one."""
+        self._pause = 1 if has_led else 2 * self._pause
+        self._left = self._pause if self._pause > 1 else 0
+
+    def next(self) -> None:
+        """Count a problem."""
+        self._left = max(self._left - 1, 0)
