@@ -22,12 +22,8 @@ LONGEST_FUNCTION = 60  # lines: a function fits on a screen
 # Functions that have more lines since lines have 88 columns. None may be added.
 LONG = {
     "lcpcli.auto.policy._search",
-    "lcpcli.cli.bench._run",
     "lcpcli.cli.check._verifications",
-    "lcpcli.cli.command.Command.parse_args",
     "lcpcli.cli.path.path",
-    "lcpcli.cli.session._run",
-    "lcpcli.cli.streams.run",
     "lcpcli.cli.streams.all_records",
     "lcpcli.expressions.tape.Tape.__init__",
     "lcpcli.files.mps_format.render",

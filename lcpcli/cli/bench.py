@@ -38,7 +38,7 @@ from lcpcli.peers.registry import PEERS, load
 from lcpcli.report.document import MEANINGS as MEANINGS_OF_FORMATS
 
 if TYPE_CHECKING:
-    from lcpcli.bench.record import BenchRecord, Measurement
+    from lcpcli.bench.record import BenchRecord
     from lcpcli.bench.suites import Case
 
 FORMATS = {
@@ -174,31 +174,9 @@ def bench(request: Bench) -> int:
 
 
 def _run(request: Bench, destination: output.Destination) -> int:
-    from lcpcli.bench import report, timing
-    from lcpcli.files.atomic_write import append
-    from lcpcli.report import result_formats
+    from lcpcli.bench import report
 
-    saved = [
-        path
-        for path in [destination.path]
-        if path is not None and destination.form == "json"
-    ]
-    if request.resume is None:
-        record = _new_record(request)
-    else:
-        record = _read_record(request)
-        holds = (
-            not saved
-            and destination.path is not None
-            and same_file(destination.path, request.resume)
-        )
-        refuse(
-            holds,
-            File(destination.path or ""),
-            "holds the record to resume",
-            OTHER_OUTPUT,
-        )
-        saved[:0] = [request.resume] * bool(record.pending())
+    record, saved = _record_and_files(request, destination)
     files = [file for case in record.cases for file in (case.file, case.q_file) if file]
     Inputs(files).refuse({"--output": destination.path, "--plot": request.plot})
     if not record.cases:
@@ -210,42 +188,16 @@ def _run(request: Bench, destination: output.Destination) -> int:
     if record.missing and not request.quiet:
         _, hint = missing(*(load(name).module for name in record.missing))
         tell(f"not installed, left out: {', '.join(record.missing)}; {hint}")
-    rows, left = (
-        record.measurements,
-        sum(len(solvers) for _, solvers in record.pending()),
-    )
-    before, number, is_interrupted = len(rows), len(rows) + left, False
-    files = [path for path in saved if Path(path).is_file() or not Path(path).exists()]
-
-    def save() -> None:
-        for path in files:
-            output.show(report.render(record, "json", None, False), path)
-
-    def add(row: Measurement) -> None:
-        for path in files:
-            append(path, result_formats.line(result_formats.plain(row)))
-
-    # Between measurements, whose times it would disturb.
-    def starting(case: Case, solver: str) -> None:
-        line.show(f"{case.name}: {solver}", len(rows) - before)
-
-    save()
-    with Line(total=left, is_shown=shows_progress(request.quiet)) as line:
-        try:
-            for row in timing.run(record, starting):
-                add(row)
-        except KeyboardInterrupt:
-            is_interrupted = True
-    save()  # the measurements in their place
+    left = sum(len(solvers) for _, solvers in record.pending())
+    rows, number = record.measurements, len(record.measurements) + left
+    line = Line(total=left, is_shown=shows_progress(request.quiet))
+    is_interrupted = _measured(record, saved, line)
     if rows:
         destination.draw(request.plot, lambda: report.figure(record))
-    good, false = (
-        sum(row.success for row in rows),
-        sum(row.false_success for row in rows),
-    )
-    told = (
-        f"{good} of {count(len(rows), 'measurement')} succeeded"
-        + f"; {count(false, 'false claim')}" * bool(false)
+    false = sum(row.false_success for row in rows)
+    good, measured = sum(row.success for row in rows), count(len(rows), "measurement")
+    told = f"{good} of {measured} succeeded" + f"; {count(false, 'false claim')}" * (
+        false > 0
     )
     destination.show(partial(report.render, record), told)
     if not is_interrupted:
@@ -257,6 +209,52 @@ def _run(request: Bench, destination: output.Destination) -> int:
     )
     tell(f"interrupted after {len(rows)} of {number} measurements; {hint}")
     return Exit.INTERRUPTED
+
+
+def _record_and_files(
+    request: Bench, destination: output.Destination
+) -> tuple[BenchRecord, list[str]]:
+    """Return the record, new or to be resumed, and the files in which it is saved."""
+    path = destination.path
+    saved = [path] if path is not None and destination.kind.has_records else []
+    if request.resume is None:
+        return _new_record(request), saved
+    record = _read_record(request)
+    if path is not None and not saved:
+        holds = same_file(path, request.resume)
+        refuse(holds, File(path), "holds the record to resume", OTHER_OUTPUT)
+    return record, [*[request.resume] * bool(record.pending()), *saved]
+
+
+def _measured(record: BenchRecord, saved: Sequence[str], line: Line) -> bool:
+    """Make the measurements that are pending, and save each; return whether Ctrl-C has
+    ended that."""
+    from lcpcli.bench import report, timing
+    from lcpcli.files.atomic_write import append
+    from lcpcli.report import result_formats
+
+    files = [path for path in saved if Path(path).is_file() or not Path(path).exists()]
+    before = len(record.measurements)
+
+    def save() -> None:
+        for path in files:
+            output.show(report.render(record, "json", None, False), path)
+
+    # Between measurements, whose times it would disturb.
+    def starting(case: Case, solver: str) -> None:
+        line.show(f"{case.name}: {solver}", len(record.measurements) - before)
+
+    save()
+    is_interrupted = False
+    with line:
+        try:
+            for row in timing.run(record, starting):
+                for path in files:
+                    append(path, result_formats.line(result_formats.plain(row)))
+        except KeyboardInterrupt:
+            is_interrupted = True
+    save()  # the measurements in their place
+    return is_interrupted
 
 
 def _new_record(request: Bench) -> BenchRecord:

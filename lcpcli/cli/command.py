@@ -43,6 +43,7 @@ GONE = {  # options of earlier versions
 MOVED = {  # commands of earlier versions
     "compare-runs": "python tests/benchmarks/compare_runs.py of the source does it",
 }
+NO_OPTION = "is not an option of {}"
 WHOLE = "lcpcli.whole"  # in the context: help shows all options
 HELP = "Help"  # the heading of options that click declares
 WIDEST = 100  # columns of help on a wide terminal, as longer lines are hard to read
@@ -83,48 +84,20 @@ class Command(click.Command):
         self.exits = {code: own[code] for code in Exit if code in own}
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        given, hint, unknown = (
-            list(args),
-            f"see {ctx.command_path} --help",
-            f"is not an option of {ctx.command_path}",
-        )
-        if (
-            ctx.allow_interspersed_args
-            and "--all" in args
-            and not {"-h", "--help"}.isdisjoint(args)
-        ):
-            ctx.meta[WHOLE], args = True, ["--help"]
-        options = {flag for param in self.get_params(ctx) for flag in param.opts}
-        # -max-iterations is not -m ax-iterations.
-        for word in args if ctx.allow_interspersed_args else []:
-            if (
-                word[:2] != "--"
-                and word.startswith("-")
-                and word not in options
-                and f"-{word}" in options
-            ):
-                raise OptionError(word, unknown, f"did you mean -{word}?")
-        if ctx.allow_interspersed_args:  # otherwise the words belong to another command
+        given = list(args)
+        if ctx.allow_interspersed_args:  # else the words belong to another command
+            if "--all" in args and not {"-h", "--help"}.isdisjoint(args):
+                ctx.meta[WHOLE], args = True, ["--help"]
+            self._refuse_single_dash(ctx, args)
             # With a blank, a number is no option, until `_as_typed` takes it away.
             end = args.index("--") if "--" in args else len(args)
             args = [
                 " " * bool(at < end and NEGATIVE.match(word)) + word
                 for at, word in enumerate(args)
             ]
+        hint = f"see {ctx.command_path} --help"
         try:
-            for param, times in Counter(
-                self.make_parser(ctx).parse_args(list(args))[2]
-            ).items():
-                # Which may be repeated.
-                is_yes = getattr(param, "is_flag", False) and not param.secondary_opts
-                if (
-                    times > 1
-                    and isinstance(param, click.Option)
-                    and not (param.multiple or is_yes)
-                ):
-                    raise OptionError(
-                        param.opts[-1], f"is given {times} times", "give it once"
-                    )
+            self._refuse_repeated(ctx, args)
             return super().parse_args(ctx, args)
         except click.MissingParameter as error:
             if OPTIONAL in given[:-1]:  # it takes the next word as its file
@@ -134,19 +107,34 @@ class Command(click.Command):
             name, _, _ = getattr(error.param, "human_readable_name", "").partition(" ")
             raise OptionError(name, IS_MISSING, hint) from None
         except click.BadOptionUsage as error:
-            fault = error.message.removeprefix(f"Option {error.option_name!r} ").rstrip(
-                "."
-            )
-            raise OptionError(error.option_name, fault, hint) from None
+            fault = error.message.removeprefix(f"Option {error.option_name!r} ")
+            raise OptionError(error.option_name, fault.rstrip("."), hint) from None
         except click.NoSuchOption as error:
             # For -tol, click's parser reports only -t.
-            name = next(
-                (word for word in given if word.startswith(error.option_name)),
-                error.option_name,
-            )
-            name = name.partition("=")[0]
+            begun = (word for word in given if word.startswith(error.option_name))
+            name = next(begun, error.option_name).partition("=")[0]
             suggested = self._in_variant(ctx, name, given) or self._suggest(ctx, name)
-            raise OptionError(name, unknown, suggested or hint) from None
+            fault = NO_OPTION.format(ctx.command_path)
+            raise OptionError(name, fault, suggested or hint) from None
+
+    def _refuse_single_dash(self, ctx: click.Context, words: Sequence[str]) -> None:
+        """Refuse -max-iterations, which would be read as -m ax-iterations."""
+        options = {flag for param in self.get_params(ctx) for flag in param.opts}
+        for word in words:
+            is_short = word.startswith("-") and not word.startswith("--")
+            if is_short and word not in options and f"-{word}" in options:
+                fault = NO_OPTION.format(ctx.command_path)
+                raise OptionError(word, fault, f"did you mean -{word}?")
+
+    def _refuse_repeated(self, ctx: click.Context, words: Sequence[str]) -> None:
+        _, _, order = self.make_parser(ctx).parse_args(list(words))
+        for param, times in Counter(order).items():
+            if times == 1 or not isinstance(param, click.Option) or param.multiple:
+                continue
+            # A flag that says yes may be repeated.
+            if not param.is_flag or param.secondary_opts:
+                name = param.opts[-1]
+                raise OptionError(name, f"is given {times} times", "give it once")
 
     def invoke(self, ctx: click.Context) -> Any:
         given = {name: _as_typed(value) for name, value in ctx.params.items()}

@@ -26,7 +26,7 @@ from lcpcli.errors import File
 from lcpcli.methods.registry import ALL
 from lcpcli.options import EVERY
 from lcpcli.report import columns
-from lcpcli.report.document import FORMATS, SUFFIXES, TABLES
+from lcpcli.report.document import FORMATS, SUFFIXES
 
 if TYPE_CHECKING:
     from lcpcli.report.plotting import Picture
@@ -66,8 +66,9 @@ class Destination:
             form = SUFFIXES[ending]
         self.form, self.path, self.quiet = form, path, quiet
         self.width, color = (None, False) if path else terminal()
-        self.color, self.silent = color and self.form == "table", quiet and path is None
-        if self.form == "html":
+        self.kind, self.silent = FORMATS[form], quiet and path is None
+        self.color = color and self.kind.fits_screen
+        if self.kind.has_figures:
             hush()
 
     @classmethod
@@ -78,7 +79,7 @@ class Destination:
     def is_json_file(self) -> bool:
         """Return whether the output is a .json file, which has one JSON text, and not
         an object in each line."""
-        return self.form == "json" and (self.path or "").casefold().endswith(".json")
+        return self.kind.has_records and (self.path or "").casefold().endswith(".json")
 
     def show(
         self, render: Callable[[str, int | None, bool], str], verdict: str = ""
@@ -126,8 +127,9 @@ class Output(Destination):
             bool(request.every or request.columns) and self.trace_path is None
         )
         self.with_iterates = asks and not self.silent
-        in_table = self.form in TABLES and not (
-            request.vary or (request.sweep and self.form != "html")
+        kind, has_axes = self.kind, bool(request.sweep or request.vary)
+        in_table = bool(kind.renderer) and not (
+            request.vary or (request.sweep and not kind.has_figures)
         )
         self._keeps_iterates = (
             self.with_iterates
@@ -137,15 +139,14 @@ class Output(Destination):
         self.columns = request.columns or ()
         columns.require(self.columns, [each.method for each in request.variants])
         self._of_traces = columns.of_traces(self.columns)
-        is_json = self.form == "json" and not self.silent
-        is_csv, has_axes = self.form == "csv", bool(request.sweep or request.vary)
+        is_json = kind.has_records and not self.silent
         modes = {
             QUIET: self.silent,
             NO_ITERATES: not self._keeps_iterates,
             JSON: is_json,
             ITERATES_IN_JSON: is_json and not self._of_traces,
-            NO_UNKNOWNS: is_csv and has_axes and not self.with_iterates,
-            CSV: is_csv,
+            NO_UNKNOWNS: not kind.has_proofs and has_axes and not self.with_iterates,
+            CSV: not kind.has_proofs,
         }
         # Not to a file.
         given = request.given | {"--trace": request.trace == ITERATES}
@@ -178,7 +179,9 @@ class Output(Destination):
         curve for the figure and for the levels; each keeps only what is needed."""
         request, levels = self.request, self.request.levels if problem.solutions else ()
         draws = not request.vary and (
-            request.plot is not None or request.paths is not None or self.form == "html"
+            request.plot is not None
+            or request.paths is not None
+            or self.kind.has_figures
         )
         has_curve = draws or bool(levels)
         if not (self._keeps_iterates or has_curve):
@@ -189,7 +192,7 @@ class Output(Destination):
 
         trace = curve = None
         if self._keeps_iterates and (
-            self.form not in TABLES or self.trace_path is not None
+            not self.kind.renderer or self.trace_path is not None
         ):
             trace = Trace(request.every or 1, columns=self._of_traces)
         elif self._keeps_iterates:
@@ -218,7 +221,7 @@ class Output(Destination):
         if self.trace_path is None or result.trace is None:
             return result
         shown = result.trace if self.with_iterates else None
-        if self.form in TABLES:
+        if self.kind.renderer:
             shown = result.trace.selected(*self._selection(result.problem))
         return replace(result, trace=shown)
 
@@ -240,15 +243,15 @@ class Output(Destination):
         iterates, and their components."""
         from lcpcli.report.tables import kept_components
 
-        width = self.width if self.form == "table" else None
+        width = self.width if self.kind.fits_screen else None
         components = kept_components(problem, width, self.request.names)
         if self.request.every is not None:
             return self.request.every, None, components
-        if self.form == "html":
+        if self.kind.has_figures:
             return 1, MOST_POINTS, components
         most = MOST_ROWS
         # A screen has room for them.
-        if self.form == "table" and self.width is not None and not self.request.levels:
+        if width is not None and not self.request.levels:
             most = min(MOST_ROWS, max(FEWEST_ROWS, size().lines - SUMMARY_LINES))
         return int(EVERY.value), most, components
 

@@ -82,51 +82,15 @@ def _run(request: Request, works: Iterator[Work], output: Output) -> int:
     problems, sources, faults = _read(request.inputs, list(works))
 
     def text_of(results: Results) -> str:
-        shown = [
-            [output.with_visible_trace(result) for result in own] for own in results
-        ]
-        report = result_formats.report(
-            shown,
-            sources[: len(shown)],  # the others were not reached
-            faults,
-            compared=bool(request.levels),
-            swept=bool(request.sweep or request.vary),
-            whole=output.path is not None,
-            iterates=output.with_iterates,
-            columns=request.columns,
-            names=request.names,
-        )
-        if request.vary and shown:
-            from lcpcli.report import variations
-
-            report = report._replace(document=lambda *_: variations.document(shown))
-        return (
-            report.render(output.form, output.width, output.color)
-            if shown or output.form == "json"
-            else ""
-        )
+        return _text(request, output, results, sources, faults)
 
     if not problems:
         output.show(lambda *_: text_of([]))
         return Exit.BAD_INPUT
     first = problems[0]
-    is_asked = (
-        not request.levels
-        and first.exactly is not None
-        and others.is_asked(first.problem)
-    )
     results, interrupted = _results(request, problems, sources, output)
     if output.trace_path is not None:
-        from lcpcli.report import columns, result_csv
-
-        chosen = output.columns
-        runs = list(chain.from_iterable(results))
-        output.add(
-            output.trace_path,
-            lambda: result_formats.written(
-                *result_csv.iterates(runs, columns.with_those_of_every_method(chosen))
-            ),
-        )
+        output.add(output.trace_path, lambda: _iterates(results, output))
     text = verdict = ""
     if not output.silent:
         try:
@@ -135,21 +99,8 @@ def _run(request: Request, works: Iterator[Work], output: Output) -> int:
                 concluded = [
                     [driver.verified(result) for result in own] for own in results
                 ]
-            elif is_asked and not interrupted:
-                ((result,),) = results
-                if result.solved and not result.interrupted:
-                    found = others.search_others(
-                        result.problem, result.z, first.exactly, first.length
-                    )
-                    concluded = [
-                        [
-                            replace(
-                                result,
-                                others=found.others,
-                                exactly_solvable=found.solvable,
-                            )
-                        ]
-                    ]
+            elif not interrupted:
+                concluded = _with_others(results, first)
             text, results = text_of(concluded), concluded
         except KeyboardInterrupt:  # without the conclusions
             results = [
@@ -157,24 +108,67 @@ def _run(request: Request, works: Iterator[Work], output: Output) -> int:
             ]
             text = text_of(results)
     made = list(chain.from_iterable(results))
-    if made and output.path is not None:
+    if len(made) == 1 and output.path is not None:
         from lcpcli.report import outcome
 
-        solved = f"{sum(result.solved for result in made)} of {len(made)} runs solved"
-        verdict = (
-            f"{sources[0].file}: {outcome.verdict(made[0])}"
-            if len(made) == 1
-            else solved
-        )
-    added = {AUTO} if request.adds_auto else set()
-    codes = [of_result(result) for result in made if result.label not in added] + [
-        Exit.BAD_INPUT
-    ] * bool(faults)
-    is_cut = interrupted or any(result.interrupted for result in made)
+        verdict = f"{sources[0].file}: {outcome.verdict(made[0])}"
+    elif made:
+        verdict = f"{sum(result.solved for result in made)} of {len(made)} runs solved"
     output.show(lambda *_: text, verdict)
     if request.plot is not None or request.paths is not None:
         output.draw_runs(results)
-    return Exit.INTERRUPTED if is_cut else of_several(codes)
+    if interrupted or any(result.interrupted for result in made):
+        return Exit.INTERRUPTED
+    added = {AUTO} if request.adds_auto else set()
+    codes = [of_result(result) for result in made if result.label not in added]
+    return of_several(codes + [Exit.BAD_INPUT] * bool(faults))
+
+
+def _text(
+    request: Request,
+    output: Output,
+    results: Results,
+    sources: Sequence[contents.Source],
+    faults: Faults,
+) -> str:
+    shown = [[output.with_visible_trace(result) for result in own] for own in results]
+    if not (shown or output.kind.has_records):
+        return ""
+    report = result_formats.report(
+        shown,
+        sources[: len(shown)],  # the others were not reached
+        faults,
+        compared=bool(request.levels),
+        swept=bool(request.sweep or request.vary),
+        whole=output.path is not None,
+        iterates=output.with_iterates,
+        columns=request.columns,
+        names=request.names,
+    )
+    if request.vary and shown:
+        from lcpcli.report import variations
+
+        report = report._replace(document=lambda *_: variations.document(shown))
+    return report.render(output.form, output.width, output.color)
+
+
+def _iterates(results: Results, output: Output) -> str:
+    from lcpcli.report import columns, result_csv
+
+    runs = list(chain.from_iterable(results))
+    names = columns.with_those_of_every_method(output.columns)
+    return result_formats.written(*result_csv.iterates(runs, names))
+
+
+def _with_others(results: Results, read: InputProblem) -> Results:
+    """Return the result of a run with what is known of other solutions, if that is to
+    be shown."""
+    ((result,),) = results
+    is_asked = read.exactly is not None and others.is_asked(read.problem)
+    if not is_asked or not result.solved or result.interrupted:
+        return results
+    found = others.search_others(result.problem, result.z, read.exactly, read.length)
+    return [[replace(result, others=found.others, exactly_solvable=found.solvable)]]
 
 
 def _read(

@@ -18,7 +18,7 @@ from functools import partial
 from itertools import chain, repeat, takewhile
 from pathlib import Path
 from threading import Event, Semaphore, Thread
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias, cast
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 from lcpcli.cli.declarations import (
     CLUSTER,
@@ -36,7 +36,7 @@ from lcpcli.cli.output import Output
 from lcpcli.cli.problems import Inputs, Request, tell
 from lcpcli.cli.resuming import Kind, Past
 from lcpcli.cli.terminal import Line, emit, shows_progress
-from lcpcli.errors import Exit, LCPError, OptionError, count
+from lcpcli.errors import Exit, LCPError, count
 from lcpcli.files import formats
 from lcpcli.files.atomic_write import gradual_writing, open_log, refuse_unwritable
 from lcpcli.files.contents import Source, place
@@ -57,64 +57,16 @@ Write = Callable[[str], object]
 
 def run(works: Iterator[Work], output: Output, request: Request) -> int:
     """Solve the problems in the inputs, write each result, and return the exit code."""
-    hint = "give --trace without a file, and JSON"
-    refuse(
-        output.trace_path is not None,
-        "--trace",
-        "writes the iterates of one problem only",
-        hint,
-    )
-    is_whole = not output.silent and output.form not in result_formats.FORMS
-    refuse(is_whole, "--format", f"{output.form} is for one problem only", COMPARE)
-    modes = {
-        SEVERAL: True,
-        SEVERAL_IN_TABLES: output.form != "json",
-        RESUME: bool(request.resume),
-        CLUSTER: bool(request.cluster),
-        SEQUENCE: request.sequence,
-    }
-    refuse_beside(request.given, *among(modes))
-    is_log = output.form == "json" and has_lines(output.path or "")
+    _refuse(request, output)
+    is_log = output.kind.has_records and has_lines(output.path or "")
     log_path = request.resume or (output.path if is_log else None)
-    if request.resume and not Path(request.resume).exists():
-        if not has_lines(request.resume):
-            raise OptionError(
-                "--resume",
-                f"there is no log {request.resume}",
-                "name a log or a new FILE.jsonl",
-            )
-        refuse_unwritable(request.resume)
-    form = "json" if request.resume else "" if output.silent else output.form
-    every = (request.every or 1) if output.with_iterates else None
-    task = Task(
-        request,
-        form,
-        result_formats.Layout.of(list(map(place, request.inputs.files)), output.width),
-        every,
-    )
-    if request.sequence:
-        from lcpcli.solving.solver import Solver
-
-        task = task._replace(
-            steps=Solver.of(None, {**request.numbers, "interrupts": "return"})
-        )
-    past: Past | None = None
+    task, past, left = _task(request, output), None, works
     with ExitStack() as stack:
-        pool: Pool | None = None
         # Processes would keep files that are open.
-        if request.cluster is not None or (request.jobs or 1) > 1:
-            from lcpcli.cli import pools
-
-            pool = (
-                pools.Local(request.jobs or 1)
-                if request.cluster is None
-                else pools.Cluster(request.cluster)
-            )
+        pool = _pool(request)
+        if pool is not None:
             stack.enter_context(closing(pool))
-        left, write = (
-            works,
-            cast(Write, len if output.silent else partial(emit, color=False)),
-        )
+        write: Write = len if output.silent else partial(emit, color=False)
         # Each record as soon as it is known, but for problems that have one.
         if log_path is not None:
             book = stack.enter_context(open_log(log_path, anew=not request.resume))
@@ -125,12 +77,11 @@ def run(works: Iterator[Work], output: Output, request: Request) -> int:
             write = stack.enter_context(gradual_writing(output.path))
             if output.is_json_file:
                 write = stack.enter_context(_in_list(write))
-        records = all_records(task, left, pool, in_order=log_path is None)
         if log_path is None:
             write(result_formats.heading(task.form, task.layout))
         is_to_file = log_path is not None or output.path is not None
         ends, is_interrupted = _written(
-            records,
+            all_records(task, left, pool, in_order=log_path is None),
             write,
             Line(
                 total=_total(request.inputs),
@@ -141,22 +92,68 @@ def run(works: Iterator[Work], output: Output, request: Request) -> int:
         ends = past.ends + ends  # counted by the thread that reads
         for remark in [] if is_interrupted else past.remarks():
             tell(remark, request.quiet)
+    tell(_summary(ends, is_interrupted, log_path), request.quiet)
+    if is_interrupted:
+        return Exit.INTERRUPTED
+    return of_several({Exit.SOLVED, *(code for _, code in ends)})
+
+
+def _refuse(request: Request, output: Output) -> None:
+    """Refuse what several problems cannot have, and a log that is not there."""
+    hint = "give --trace without a file, and JSON"
+    fault = "writes the iterates of one problem only"
+    refuse(output.trace_path is not None, "--trace", fault, hint)
+    is_whole = not (output.silent or output.kind.takes_many)
+    refuse(is_whole, "--format", f"{output.form} is for one problem only", COMPARE)
+    modes = {
+        SEVERAL: True,
+        SEVERAL_IN_TABLES: not output.kind.has_records,
+        RESUME: bool(request.resume),
+        CLUSTER: bool(request.cluster),
+        SEQUENCE: request.sequence,
+    }
+    refuse_beside(request.given, *among(modes))
+    if request.resume and not Path(request.resume).exists():
+        fault = f"there is no log {request.resume}"
+        hint = "name a log or a new FILE.jsonl"
+        refuse(not has_lines(request.resume), "--resume", fault, hint)
+        refuse_unwritable(request.resume)
+
+
+def _task(request: Request, output: Output) -> Task:
+    form = "json" if request.resume else "" if output.silent else output.form
+    every = (request.every or 1) if output.with_iterates else None
+    layout = Layout.of(list(map(place, request.inputs.files)), output.width)
+    if not request.sequence:
+        return Task(request, form, layout, every)
+    from lcpcli.solving.solver import Solver
+
+    steps = Solver.of(None, {**request.numbers, "interrupts": "return"})
+    return Task(request, form, layout, every, steps)
+
+
+def _pool(request: Request) -> Pool | None:
+    if request.cluster is None and (request.jobs or 1) == 1:
+        return None
+    from lcpcli.cli import pools
+
+    if request.cluster is None:
+        return pools.Local(request.jobs or 1)
+    return pools.Cluster(request.cluster)
+
+
+def _summary(ends: Counter[Kind], is_interrupted: bool, log_path: str | None) -> str:
+    """Return the line on how many problems ended how, and how to go on."""
     words = Counter(word for word, _ in ends.elements())
     numbers = ", ".join(
         f"{number} {word.replace('_', ' ')}" for word, number in words.most_common()
     )
     line = f"{count(words.total(), 'problem')}{': ' * bool(numbers)}{numbers}"
-    hint = (
-        f"go on with --resume {log_path}"
-        if log_path
-        else "with -o FILE.jsonl it could be resumed"
-    )
-    tell(f"{line}; interrupted; {hint}" if is_interrupted else line, request.quiet)
-    return (
-        Exit.INTERRUPTED
-        if is_interrupted
-        else of_several({Exit.SOLVED, *(code for _, code in ends)})
-    )
+    if not is_interrupted:
+        return line
+    if log_path is None:
+        return f"{line}; interrupted; with -o FILE.jsonl it could be resumed"
+    return f"{line}; interrupted; go on with --resume {log_path}"
 
 
 def _total(inputs: Inputs) -> int | None:

@@ -87,22 +87,41 @@ class Form(NamedTuple):
     """A format.
 
     meaning : its description in help. suffix : the suffix of its files.
-    renderer : the module of lcpcli.report whose `render` makes a text of a document; ""
-        for a format with all numbers.
+    renderer : the module of lcpcli.report whose `render` makes a text of a document,
+        with a selection of iterates and components; "" for a format with all numbers.
+    fits_screen : whether it fits the width of a terminal, and has colours.
+    is_printed : whether it is for readers who do not run the program.
+    has_figures : whether it has the figures. has_records : whether it has a record for
+        each input, with all that is known. has_proofs : whether it has proofs.
+    takes_many : whether each of many problems has a part of its own.
     """
 
     meaning: str
     suffix: str
     renderer: str = ""
+    fits_screen: bool = False
+    is_printed: bool = False
+    has_figures: bool = False
+    has_records: bool = False
+    has_proofs: bool = True
+    takes_many: bool = False
 
 
 FORMATS = {
-    "table": Form("human-readable", ".txt", "terminal"),
-    "json": Form("one object per line, for scripts", ".json"),
-    "csv": Form("z and w with all digits", ".csv"),
+    "table": Form(
+        "human-readable", ".txt", "terminal", fits_screen=True, takes_many=True
+    ),
+    "json": Form(
+        "one object per line, for scripts", ".json", has_records=True, takes_many=True
+    ),
+    "csv": Form("z and w with all digits", ".csv", has_proofs=False, takes_many=True),
     "markdown": Form("the table in Markdown", ".md", "markdown"),
-    "latex": Form("the table in LaTeX with booktabs", ".tex", "latex"),
-    "html": Form("a page with tables and figures", ".html", "html_page"),
+    "latex": Form("the table in LaTeX with booktabs", ".tex", "latex", is_printed=True),
+    "html": Form(
+        *("a page with tables and figures", ".html", "html_page"),
+        is_printed=True,
+        has_figures=True,
+    ),
 }
 MEANINGS = {name: form.meaning for name, form in FORMATS.items()}
 RECORD_MEANINGS = dict(
@@ -111,8 +130,6 @@ RECORD_MEANINGS = dict(
     csv="a key and its value per line",
     html="a page",
 )
-# They show a selection of iterates and components.
-TABLES = [name for name, form in FORMATS.items() if form.renderer]
 SUFFIXES = {
     "": "table",
     **{form.suffix: name for name, form in FORMATS.items()},

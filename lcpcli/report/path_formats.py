@@ -24,7 +24,7 @@ from lcpcli.parametric.path import INFEASIBLE, REACHED, TURN, Path, StateChange
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import shortest_decimal
 from lcpcli.report import plotting, programs_and_games, result_formats, tables, wording
-from lcpcli.report.document import Document, Section, Table
+from lcpcli.report.document import FORMATS, Document, Section, Table
 from lcpcli.typing import Vector
 
 
@@ -562,7 +562,7 @@ def _remarks(terms: Terms, form: str, elided: bool) -> list[str]:
             f"the first {MOST_ROWS} of {path.t.size} rows; --format json and "
             "csv have all of them"
         )
-    if form not in tables.PRINTED:
+    if not FORMATS[form].is_printed:
         remarks += ["with --turns the path goes on, with t decreasing"] * (
             path.end == TURN
         )

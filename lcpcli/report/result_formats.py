@@ -29,8 +29,6 @@ if TYPE_CHECKING:
     from lcpcli.model.problem import Problem
     from lcpcli.solving.result import Result
 
-# The formats in which each of many problems has a part of its own.
-FORMS = ("table", "json", "csv")
 BAD_INPUT = "bad_input"  # the status of an input that cannot be used
 LOST = "breakdown"  # that of one whose result was lost
 # Of the name of one of many problems: at most half a line, and at least where it is

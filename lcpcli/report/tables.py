@@ -18,7 +18,7 @@ from lcpcli.model.problem import WITHOUT_SOLUTION, Problem
 from lcpcli.model.words import in_own_sense
 from lcpcli.options import AUTO
 from lcpcli.report import columns, html_page, outcome, wording
-from lcpcli.report.document import Document, Section, Table
+from lcpcli.report.document import FORMATS, Document, Section, Table
 from lcpcli.solving.result import Result
 from lcpcli.typing import Indices
 
@@ -34,7 +34,6 @@ PIPE_COMPONENTS = 12
 # Runs whose failures are explained, a line or two each; more, as in a sweep, would be
 # too many.
 MOST_EXPLAINED = 5
-PRINTED = ("latex", "html")  # the formats for readers who do not run the program
 NONE = "-"  # in place of the costs to a level that is not reached
 
 
@@ -63,7 +62,7 @@ def kept_components(
 def longest(form: str) -> float:
     """Return the least length at which a name is too long for a column of a format;
     only a screen limits it."""
-    return CELL if form == "table" else math.inf
+    return CELL if FORMATS[form].fits_screen else math.inf
 
 
 def build(
@@ -119,7 +118,7 @@ def build(
                 first.answer, problem.origin, whole or form != "table"
             )
     remarks = _remarks(results, compared, form, shows_times) + meanings
-    if elided and form not in PRINTED:
+    if elided and not FORMATS[form].is_printed:
         remarks.append(f"see all {n} components of z with --format csv")
     return Section(
         title=_title(problem, "" if disproof else problem.verdict),
@@ -235,7 +234,7 @@ def _remarks(
     for print, and without reasons why some of many runs failed."""
     failed, hints = (
         [result for result in results if compared and not result.solved],
-        form not in PRINTED,
+        not FORMATS[form].is_printed,
     )
     are_many = len(results) > MOST_EXPLAINED
     # It stands there.
