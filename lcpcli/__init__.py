@@ -67,7 +67,7 @@ if TYPE_CHECKING:
     from lcpcli.files.nl_format import read_nl as read_nl
     from lcpcli.files.reading import read as read
     from lcpcli.files.writing import write as write
-    from lcpcli.games.problems import from_efg as from_efg
+    from lcpcli.formulations.game_tree.game import from_efg as from_efg
     from lcpcli.games.problems import from_game as from_game
     from lcpcli.inspection.inspection import inspect as inspect
     from lcpcli.inspection.inspection import plan as plan
@@ -105,7 +105,8 @@ _PUBLIC = {  # the public names of each module, loaded on first use
     "files.nl_format": "read_nl",
     "files.reading": "read",
     "files.writing": "write",
-    "games.problems": "from_efg from_game",
+    "formulations.game_tree.game": "from_efg",
+    "games.problems": "from_game",
     "inspection.inspection": "inspect plan",
     "model.problem": "Problem",
     "model.reductions": "from_osqp from_qp from_qpsolvers",

@@ -80,7 +80,7 @@ ROOMS: dict[str, set[str]] = {
     "enumeration": {"linalg", "model", "rational", "verify", "solving"},
     "parametric": {"linalg", "model", "rational", "verify", "inspection", "solving"},
     "files": {"linalg", "expressions", "model", "games", "rational"},
-    "gallery": {"linalg", "model", "games"},
+    "gallery": {"linalg", "model"},
     "peers": {"linalg", "model"},
     "report": {
         "linalg",
@@ -135,6 +135,17 @@ ROOMS: dict[str, set[str]] = {
         "report",
         "explanation",
         "bench",
+    },
+    "formulations": {
+        "linalg",
+        "model",
+        "games",
+        "rational",
+        "verify",
+        "solving",
+        "enumeration",
+        "files",
+        "report",
     },
 }
 # Libraries that one room alone imports.

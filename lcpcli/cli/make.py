@@ -52,13 +52,6 @@ BOOLEANS = {
     "no": False,
     "0": False,
 }
-# Of an origin, as users call them.
-PARTS = {"qp": ["objective"], "game": ["payoffs"], "efg": ["game tree"]}
-CONDITIONS = {
-    "qp": "written as the program's optimality conditions,",
-    "game": "written as the game's LCP,",
-    "efg": "written as the game's mixed problem,",
-}
 KINDS = {bool: "true or false", int: "a whole number", float: "a number"}
 
 
@@ -239,7 +232,7 @@ def convert(request: Convert) -> int:
     prepare(inputs, output)
     from lcpcli.files import writing
     from lcpcli.files.input_file import InputFile
-    from lcpcli.files.writing import exact_endings, is_rounded, kind_of, kind_to_write
+    from lcpcli.files.writing import exact_endings, is_rounded, kind_to_write
 
     written = read_written(inputs)
     # The problem has no name of its own.
@@ -253,7 +246,7 @@ def convert(request: Convert) -> int:
         return 0
     if left_out := losses(written.rounded, output):
         kept = kind_to_write(output).keeps
-        form = CONDITIONS.get(kind_of(written.rounded), "the format keeps only")
+        form = written.rounded.formulation.form
         tell(f"{output}: {form} {kept}; left out: {', '.join(left_out)}", inputs.quiet)
     if kind_to_write(output).keeps == PROGRAM:
         from lcpcli.files.mps_format import new_names
@@ -341,7 +334,7 @@ def losses(problem: Problem, output: str) -> list[str]:
     """Return the names of those parts of a problem that the format of the file does not
     keep."""
     from lcpcli.files import csv_format
-    from lcpcli.files.writing import kind_of, kind_to_write
+    from lcpcli.files.writing import kind_to_write
 
     kind = kind_to_write(output)
     if kind.keeps == ALL:
@@ -360,7 +353,7 @@ def losses(problem: Problem, output: str) -> list[str]:
     if known[-1:] == ["origin"]:
         is_headed = kind.is_table and csv_format.can_head(problem.names)
         known[-1:] = [
-            *PARTS.get(kind_of(problem), []),
+            *problem.formulation.left_out,
             *["names"] * (any(problem.names) and not is_headed),
         ]
     return [*known, *(["solution"] if problem.solutions else [])]

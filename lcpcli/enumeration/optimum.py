@@ -26,6 +26,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from lcpcli import clock, options
+from lcpcli.enumeration.meaning import meaning_of
 from lcpcli.enumeration.search import (
     TIME_LIMIT,
     UNSOLVABLE,
@@ -37,7 +38,6 @@ from lcpcli.errors import ProblemError
 from lcpcli.interrupts import TimeIsUp, remaining, within
 from lcpcli.linalg.matrices import dense
 from lcpcli.model.arrays import as_vector
-from lcpcli.model.extensive import ExtensiveGame
 from lcpcli.model.origins import Game
 from lcpcli.model.problem import Problem
 from lcpcli.model.program import SENSES, sense_of
@@ -55,17 +55,11 @@ PREFIX = "payoff of "
 PLAYERS = ("row", "column")
 
 
-def names_of_payoffs(problem: Problem) -> Sequence[str]:
+def names_of_payoffs(data: ExactProblem) -> Sequence[str]:
     """Return the names of the payoffs of both players of a game, none for another
     problem."""
-    origin = problem.origin
-    players = (
-        PLAYERS
-        if isinstance(origin, Game)
-        else origin.tree.names()
-        if isinstance(origin, ExtensiveGame)
-        else ()
-    )
+    is_game = isinstance(data.problem.origin, Game)
+    players = PLAYERS if is_game else meaning_of(data).payoffs()
     return [PREFIX + player for player in players]
 
 
@@ -75,20 +69,15 @@ def in_costs(
     """Return a problem, an objective in its unknowns and a constant in place of an
     objective that has payoffs of the players of a game beside unknowns, or only
     payoffs; the same ones, and 0, if it has none. Raises ProblemError."""
-    origin, called = data.problem.origin, names_of_payoffs(data.problem)
+    origin, called = data.problem.origin, names_of_payoffs(data)
     own = [objective.get(name, Fraction(0)) for name in called]
     if not any(name in objective for name in called):
         return data, objective, Fraction(0)
     others = {name: value for name, value in objective.items() if name not in called}
     # payoffs are constants - slopes z at two places
-    if isinstance(origin, ExtensiveGame):
-        one, two = origin.costs
-        place = origin.sizes[0] + origin.sizes[1]
-        places, slopes = (
-            (place, place + origin.sizes[2]),
-            (1 / one.factor, 1 / two.factor),
-        )
-        constants = one.constant, two.constant
+    if not isinstance(origin, Game):
+        terms = meaning_of(data).payoffs().values()
+        places, slopes, constants = zip(*terms, strict=True)
     elif others:
         fault = (
             f"has {next(iter(others))!r} beside payoffs, which are not linear in "
@@ -98,7 +87,6 @@ def in_costs(
             "objective", fault, f"use {' and '.join(map(repr, called))} alone"
         )
     else:
-        assert isinstance(origin, Game)
         places, slopes, constants = (
             (data.n, data.n + 1),
             (Fraction(1), Fraction(1)),
@@ -299,9 +287,7 @@ def optimum(
         )
         searched, objective, constant = in_costs(data, own)
     began = clock.seconds()
-    search = Search(
-        searched, [sign * cost for cost in _costs(searched.problem, objective)]
-    )
+    search = Search(searched, [sign * cost for cost in _costs(searched, objective)])
     try:
         with within(math.inf if time_limit is None else time_limit):
             search.begin()
@@ -341,13 +327,14 @@ def best(
     return replace(found, value=value, bound=bound)
 
 
-def _costs(problem: Problem, objective: Any) -> list[Fraction]:
+def _costs(data: ExactProblem, objective: Any) -> list[Fraction]:
     """Return the coefficients of an objective as fractions."""
+    problem = data.problem
     if not isinstance(objective, Mapping):
         return _fractions(objective, problem.n)
     costs, turned = [Fraction(0)] * problem.n, reversed_names(problem)
     for name, value in objective.items():
-        i = _index(problem, name)
+        i = _index(data, name)
         costs[i] += -value if i in turned and name == problem.names[i] else value
     return costs
 
@@ -362,17 +349,17 @@ def _fractions(given: Any, n: int) -> list[Fraction]:
     ]
 
 
-def _index(problem: Problem, name: Any) -> int:
+def _index(data: ExactProblem, name: Any) -> int:
     """Return the index of the unknown with a name, or with a place such as z1, or raise
     ProblemError."""
-    names, places = list(problem.names), [f"z{i}" for i in range(1, problem.n + 1)]
+    names, places = list(data.problem.names), [f"z{i}" for i in range(1, data.n + 1)]
     own = next((each for each in (names, places) if name and name in each), None)
     if own is None:
         hint = f"use names of unknowns, or {places[0]} to {places[-1]}"
         raise ProblemError(
             "objective",
             f"names {name!r}",
-            ", or ".join([hint, *map(repr, names_of_payoffs(problem))]),
+            ", or ".join([hint, *map(repr, names_of_payoffs(data))]),
         )
     if own.count(name) > 1:
         raise ProblemError(

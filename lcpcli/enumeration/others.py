@@ -49,13 +49,11 @@ class Findings(NamedTuple):
 
 
 def is_asked(problem: Problem) -> bool:
-    """Return whether the problem is small enough for an answer at once, and comes from
-    no program or game tree."""
+    """Return whether the problem is small enough for an answer at once, and other
+    solutions are worth a word."""
     if problem.n > MOST_UNKNOWNS or problem.origin is None:
         return problem.n <= MOST_UNKNOWNS
-    with imports:
-        from lcpcli.model.origins import Game, OwnNames
-    return isinstance(problem.origin, (Game, OwnNames))
+    return problem.origin.counts_solutions
 
 
 def search_others(

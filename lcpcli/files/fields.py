@@ -2,8 +2,8 @@
 made from them.
 
 A program has either the native keys Q, c, A, row_lower, row_upper, lower, upper or the
-names of qpsolvers or of OSQP; a game has A and B, or, as a tree, efg. Each may have
-name, source and note.
+names of qpsolvers or of OSQP; a game has A and B. Each may have name, source
+and note.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 from lcpcli import errors
 from lcpcli.errors import IS_MISSING, ProblemError
 from lcpcli.files.formats import refuse
+from lcpcli.model import formulations
 from lcpcli.options import INFINITY
 
 if TYPE_CHECKING:
@@ -114,7 +115,7 @@ FOREIGN_FIELDS = dict(  # names of quadprog and linprog, with those of qpsolvers
         strict=True,
     )
 )
-KNOWN = {*NATIVE, *QPSOLVERS, *OSQP, *GAME, "efg", *FOREIGN_FIELDS}
+KNOWN = {*NATIVE, *QPSOLVERS, *OSQP, *GAME, *FOREIGN_FIELDS, *formulations.KEYS}
 TELLING = {"Q", "c", "P", "G", "h", "row_lower", "row_upper", *FOREIGN_FIELDS} - {"f"}
 
 
@@ -166,14 +167,16 @@ FORMS = {
 
 
 def kind_of(keys: Collection[str]) -> str:
-    """Return "program", "game" or "tree" if the keys of an object show that it is one,
-    else ""."""
+    """Return "program", "game" or the kind of another formulation if the keys of an
+    object show that it is one, else ""."""
     given = set(keys)
-    if given & {"M", "efg"}:
-        return "" if "M" in given else "tree"
+    if "M" in given:
+        return ""
     if given & TELLING or ({"A", "q"} <= given and given & {"b", "l", "u"}):
         return "program"
-    return "game" if given & {"A", "B"} and not given & {"b", "q"} else ""
+    if given & {"A", "B"} and not given & {"b", "q"}:
+        return "game"
+    return formulations.told_by(given)
 
 
 def is_whole(fields: Collection[str]) -> bool:
@@ -201,7 +204,11 @@ def made(fields: Mapping[str, Any]) -> Problem | Matrix:
         Unknown fields have been refused, except in an origin.
     """
     if kind := kind_of(fields):
-        return {"program": _program, "game": _game, "tree": _tree}[kind](fields)
+        makers = {"program": _program, "game": _game}
+        if kind in makers:
+            return makers[kind](fields)
+        problem: Problem = formulations.load(kind).of_fields(fields)
+        return problem
     from lcpcli.model.arrays import as_matrix
     from lcpcli.model.problem import Problem
 
@@ -219,7 +226,7 @@ def made(fields: Mapping[str, Any]) -> Problem | Matrix:
         key: fields[key] for key in KEYS if key in fields and key != "solution"
     }
     if "names" in fields:
-        from lcpcli.model.program import names_of
+        from lcpcli.model.formulation import names_of
 
         arguments["names"] = names_of("names", fields["names"])
     return Problem(solutions=fields.get("solution", ()), **arguments)
@@ -291,14 +298,6 @@ def _game(data: Mapping[str, Any]) -> Problem:
     from lcpcli.games.problems import from_game
 
     return from_game(**data)
-
-
-def _tree(data: Mapping[str, Any]) -> Problem:
-    refuse_unknown("", data, ("efg", *TEXTS), "a game tree")
-    from lcpcli.games.problems import from_efg
-
-    texts = without_nulls({key: data.get(key) for key in TEXTS})
-    return from_efg(data["efg"], **texts)
 
 
 def _depth(payoffs: Any) -> int:

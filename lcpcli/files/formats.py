@@ -13,6 +13,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, TypeAlias, cast
 
 from lcpcli.errors import ProblemError, Where
+from lcpcli.model import formulations
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -94,9 +95,17 @@ FORMATS = {
     ".nfg": Kind(
         "games", "", is_packed=True, beginning=b"NFG ", has_no_vector="is a game"
     ),
-    ".efg": Kind(
-        "games", "", is_packed=True, beginning=b"EFG ", has_no_vector="is a game"
-    ),
+}
+FORMATS |= {
+    suffix: Kind(
+        f"{row.home}.{form.module}",
+        "",
+        is_packed=True,
+        beginning=form.beginning,
+        has_no_vector=f"is {row.noun}",
+    )
+    for row in formulations.TABLE.values()
+    for suffix, form in row.files.items()
 }
 
 
@@ -141,7 +150,17 @@ class Format(Protocol):
 
 @cache
 def load(form: str) -> Format:
+    for suffix, row in formulations.FILES.items():
+        if FORMATS[suffix].form == form:
+            module = row.files[suffix].module
+            return cast(Format, formulations.module_of(row, module, suffix))
     return cast(Format, import_module(form if "." in form else f"lcpcli.files.{form}"))
+
+
+def package_of(form: str) -> str:
+    """Return the other package that has a format; "" for one of this package."""
+    package = form.partition(".")[0] if "." in form else ""
+    return "" if package == "lcpcli" else package
 
 
 def kind_with(suffix: str) -> Kind | None:

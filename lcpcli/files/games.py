@@ -1,6 +1,5 @@
-"""Games of two players: in Gambit's strategic form, .nfg, in its extensive form, .efg,
-of which `model.extensive` makes a tree, and in two tables, one with the payoffs of each
-player.
+"""Games of two players: in Gambit's strategic form, .nfg, and in two tables, one with
+the payoffs of each player.
 
 A .nfg file lists the payoffs of all pairs of strategies, or outcomes with payoffs and
 then the outcome of each pair; the first player's strategy changes fastest; outcome 0
@@ -12,7 +11,6 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Sequence
-from contextlib import suppress
 from decimal import Decimal
 from fractions import Fraction
 from pathlib import Path
@@ -33,22 +31,18 @@ from lcpcli.files.formats import Number, kind_by_name, refuse
 from lcpcli.files.input_file import InputFile
 from lcpcli.files.inputs import Input
 from lcpcli.files.json_format import payoff_of
-from lcpcli.model.extensive import TOKEN
 from lcpcli.rational.numbers import ratio
 
 HINT = "give the payoffs of the row player and those of the column player"
 
+# A text, a brace, a word, or an open quote.
+TOKEN = re.compile(r'"(?:\\.|[^"\\])*"|[{}]|[^\s,{}"]+|"', re.DOTALL)
 Pair = tuple[Fraction, Fraction]
 
 
 # As in every format.
 def fields(content: bytes, number: Number = float) -> dict[str, Any]:  # noqa: ARG001
-    """Return the game in an .nfg file, or the text of an .efg file: old ones have
-    labels in Latin-1."""
-    if content.lstrip().startswith(b"EFG"):
-        with suppress(ProblemError):
-            return {"efg": decode(content)}
-        return {"efg": decode(content.decode("latin-1").encode())}
+    """Return the game in an .nfg file."""
     parts: list[Any] = [*_nested(decode(content)), *6 * [""]]
     begin, version, _, title, players, sides, *cells = parts
     if (begin, version) != ("NFG", "1"):

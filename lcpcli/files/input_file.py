@@ -29,6 +29,7 @@ from lcpcli.files.formats import (
     is_result,
     kind_in,
     load,
+    package_of,
     refuse,
     uncompressed,
 )
@@ -141,9 +142,9 @@ class InputFile:
             try:
                 return getattr(load(form), function)(*given)
             except Exception as error:
-                if isinstance(error, LCPError) or "." not in form:
+                package = package_of(form)
+                if isinstance(error, LCPError) or not package:
                     raise
-                package = form.partition(".")[0]
                 fault = f"cannot be read by the package {package}: {raised(error)}"
                 raise ProblemError("", fault, OF_PACKAGE) from None
 
@@ -218,10 +219,12 @@ class InputFile:
     def exactly(self, problem: Problem, q: InputFile | None = None) -> ExactProblem:
         """Return what `problem` has made of this file, and of one with q, with numbers
         as written: arrays in their own type, texts with all decimals."""
-        from lcpcli.rational.exact_problem import ExactProblem, is_game
+        from lcpcli.rational.exact_problem import ExactProblem
 
-        if is_game(problem.origin):  # which keeps its payoffs as written
-            return ExactProblem.of_decimals(problem)
+        # Of numbers that it keeps as written.
+        parts = problem.formulation.exact_conditions()
+        if parts is not None:
+            return ExactProblem(problem, *parts)
         M, own_q, lower, upper = self._exact_parts(lacks_q=q is not None)
         exact_q = own_q if q is None else q.exact_vector("q")
         return ExactProblem(problem, M, exact_q, lower, upper)

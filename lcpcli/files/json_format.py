@@ -43,6 +43,7 @@ from lcpcli.files.fields import (
 )
 from lcpcli.files.formats import Exact, Number, refuse
 from lcpcli.linalg.matrices import is_sparse
+from lcpcli.model import formulations
 from lcpcli.model.arrays import as_vector
 from lcpcli.typing import Matrix, Vector
 
@@ -51,7 +52,7 @@ if TYPE_CHECKING:
 
 # The keys whose values have no numbers, or are read by themselves.
 WITHOUT_NUMBERS = {*TEXTS, "rows", "columns", "players", "names", "sense", "verdict"}
-WITHOUT_NUMBERS |= {"origin", "efg"}
+WITHOUT_NUMBERS |= {"origin", *formulations.TEXTS}
 OF_COORDINATES = ("format", "shape", "rows", "cols", "values")
 # Decimals with so few digits are always the shortest decimals of their doubles.
 DIGITS = 15

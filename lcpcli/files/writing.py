@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import json
 import os
+from collections.abc import Mapping, Sequence
+from fractions import Fraction
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -15,8 +18,7 @@ from lcpcli.files.atomic_write import write_together
 from lcpcli.files.fields import STARTS, TEXTS
 from lcpcli.files.formats import refuse
 from lcpcli.linalg.matrices import is_sparse
-from lcpcli.model.extensive import ExtensiveGame
-from lcpcli.model.origins import Game, OwnNames
+from lcpcli.model.origins import Game
 from lcpcli.model.problem import Problem, conditions_of
 from lcpcli.model.program import SENSES, Program
 from lcpcli.rational.numbers import Doubles, Written, places, written
@@ -80,21 +82,20 @@ def contents_of(
     )
     # Its origin has a key for all that it holds.
     is_whole = as_program and kind.keeps == formats.ALL and not others
-    # An array holds no text of a game tree.
-    kinds = (Program, Game, ExtensiveGame)[: 3 if in_text else 2]
-    is_origin = is_for_programs or (is_whole and isinstance(problem.origin, kinds))
+    own = None
+    if is_for_programs or is_whole:
+        own = _fields_of_origin(problem, in_text)
     fields: dict[str, Any] = {
         key: getattr(problem, key) for key in TEXTS if getattr(problem, key)
     }
-    fields |= (_fields_of_origin if is_origin else _fields)(problem, in_text)
+    fields |= _fields(problem, in_text) if own is None else own
     try:
         return formats.load(kind.form).render(fields, exact)
     except AttributeError as error:
-        if "." not in kind.form:
+        package = formats.package_of(kind.form)
+        if not package:
             raise
-        fault = (
-            f"cannot be written by the package {kind.form.partition('.')[0]}: {error}"
-        )
+        fault = f"cannot be written by the package {package}: {error}"
         raise ProblemError(File(path), fault, hint) from None
     except UnicodeEncodeError:
         fault = "cannot hold half a character, which a text of the problem has"
@@ -120,22 +121,21 @@ def _fields(problem: Problem, in_text: bool) -> dict[str, Any]:
         )
     if problem.verdict:
         fields["verdict"] = problem.verdict
-    if isinstance(problem.origin, OwnNames):
+    if problem.formulation.is_names_alone:
         fields["names"] = list(problem.names)
     elif problem.origin is not None:
-        fields["origin"] = (
-            problem.origin.data() if in_text else json.dumps(problem.origin.data())
-        )
+        data = problem.origin.data()
+        fields["origin"] = data if in_text else json.dumps(data)
     return fields
 
 
-def _fields_of_origin(problem: Problem, in_text: bool) -> dict[str, Any]:
+def _fields_of_origin(problem: Problem, in_text: bool) -> dict[str, Any] | None:
     """Return the fields of the program, in its own sense, or of the game that a problem
-    was made from, without default values; of a game tree its text. In formats of text,
-    payoffs are as written."""
+    was made from, without default values; None for a problem made from neither. In
+    formats of text, payoffs are as written."""
     origin = problem.origin
-    if isinstance(origin, ExtensiveGame):
-        return {"efg": origin.tree.text}
+    if not isinstance(origin, (Program, Game)):
+        return problem.formulation.fields(problem, in_text=in_text)
     fields: dict[str, Any] = {}
     if isinstance(origin, Game):
         exact = origin.written if in_text else None
@@ -193,8 +193,10 @@ def is_rounded(found: Written[Problem], path: str) -> bool:
     """Return whether a file with the problem of `with_costs` has rounded doubles in
     place of written numbers."""
     game, kind = found.own.origin, kind_to_write(path)
-    if isinstance(game, ExtensiveGame):
-        return game.is_rounded and kind.keeps != formats.ALL
+    if not isinstance(game, Game) and game is not None and kind.keeps != formats.ALL:
+        parts = game.exact_conditions()
+        if parts is not None:
+            return not _are_doubles(parts[0])
     if kind.in_decimals:
         is_lost = not kind.has_fractions and not _are_decimals(found)
         return is_lost or (isinstance(game, Game) and kind.keeps != formats.ALL)
@@ -205,6 +207,11 @@ def kind_of(problem: Problem) -> str:
     return "" if problem.origin is None else str(problem.origin.data()["kind"])
 
 
+def _are_doubles(rows: Sequence[Mapping[int, Fraction]]) -> bool:
+    values = chain.from_iterable(row.values() for row in rows)
+    return all(Fraction(float(value)) == value for value in values)
+
+
 def _are_decimals(found: Written[Problem]) -> bool:
     return all(places(value) is not None for value in found.exact.values())
 
@@ -212,15 +219,11 @@ def _are_decimals(found: Written[Problem]) -> bool:
 def exact_endings(found: Written[Problem]) -> list[str]:
     """Return the suffixes of the formats that keep all numbers of a problem."""
     problem = found.rounded
-    of_origin = {
-        "qp": [".json", *formats.PROGRAM_SUFFIXES],
-        "game": [".json"],
-        "efg": [".json"],
-    }
     holding = formats.WITH_BOUNDS if problem.bounds else formats.GENERAL_SUFFIXES
-    endings = of_origin.get(kind_of(problem)) or [
-        ending for ending in holding if formats.FORMATS[ending].in_decimals
-    ]
+    endings = [ending for ending in holding if formats.FORMATS[ending].in_decimals]
+    if problem.origin is not None and not problem.origin.is_names_alone:
+        of_programs = formats.PROGRAM_SUFFIXES if kind_of(problem) == "qp" else ()
+        endings = [".json", *of_programs]
     return [
         ending
         for ending in endings

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from importlib import import_module
 from operator import le, lt
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -20,11 +21,13 @@ from lcpcli.errors import (
     LONGEST_QUOTE,
     OptionError,
     ParameterError,
+    ProblemError,
     likely,
     out_of_range,
     quoted,
     unknown,
 )
+from lcpcli.model import formulations
 
 if TYPE_CHECKING:
     from lcpcli.model.problem import Problem
@@ -34,7 +37,7 @@ LARGEST_SIZE = 10**8  # unknowns; the vectors of a larger problem alone take gig
 
 
 class Entry(NamedTuple):
-    """A family: its file, meaning, class of matrices and source, and its number of
+    """A family: its module, meaning, class of matrices and source, and its number of
     unknowns if that is fixed."""
 
     file: str
@@ -79,9 +82,6 @@ rigid-boxes | a time step of rigid boxes: tower, pyramid, heap, crushed | coposi
 Stewart and Trinkle 1996, a time step of boxes in the plane
 systems:
 bimatrix | random two-player game | copositive | Lemke and Howson 1964, random costs
-poker | poker with one card of each rank, a game tree | copositive | after Kuhn 1950
-bargaining | offers under incomplete information, a game tree | copositive | \
-after Chatterjee and Samuelson 1983
 circuit | bridge rectifiers with ideal diodes, free potentials | PSD | \
 Acary, Bonnefon and Brogliato 2011, nodal analysis with ideal diodes
 relays | switching system, with bounds | PSD | Acary and Brogliato 2008, random systems
@@ -148,27 +148,37 @@ RANGE_OF = {
 }
 
 
-def _entries() -> Iterator[tuple[str, Entry]]:
-    text, file = (
-        TABLE.replace(" PSD", " positive semidefinite").replace(
-            " SPD", " symmetric positive definite"
-        ),
-        "",
-    )
+def _entries(table: str, home: str) -> Iterator[tuple[str, Entry]]:
+    """Yield the names and the families of a table. home : the package of its files."""
+    text = table.replace(" PSD", " positive semidefinite")
+    text, file = text.replace(" SPD", " symmetric positive definite"), ""
     for name, *texts in (line.split(" | ") for line in text.strip().split("\n")):
         if texts:
             yield name, Entry(file, texts[0], texts[1], texts[2], *map(int, texts[3:]))
         else:
-            file = name[:-1]
+            file = f"{home}.{name[:-1]}"
 
 
-REGISTRY = dict(_entries())
+def _with_formulations(known: dict[str, Entry]) -> dict[str, Entry]:
+    """Return these families and those of the formulations that are installed, each
+    behind the family that its table names."""
+    for kind in formulations.TABLE:
+        row = formulations.row_of(kind)
+        with suppress(ProblemError):
+            place, table = formulations.module_of(row, "gallery", "").FAMILIES
+            names, added = [*known], dict(_entries(table, row.home))
+            first = names[: names.index(place) + 1] if place in known else names
+            known = {name: known[name] for name in first} | added | known
+    return known
+
+
+REGISTRY = _with_formulations(dict(_entries(TABLE, "lcpcli.gallery")))
 FAMILIES = {name: entry.meaning for name, entry in REGISTRY.items()}
 
 
 def load(name: str) -> Callable[..., Problem]:
     family: Callable[..., Problem] = getattr(
-        import_module(f"lcpcli.gallery.{entry(name).file}"), name.replace("-", "_")
+        import_module(entry(name).file), name.replace("-", "_")
     )
     return family
 

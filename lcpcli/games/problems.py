@@ -1,5 +1,4 @@
-"""Games of two players, in strategic and in extensive form, as complementarity
-problems."""
+"""Games of two players in strategic form as complementarity problems."""
 
 from __future__ import annotations
 
@@ -8,7 +7,6 @@ from typing import Any
 
 from lcpcli.errors import IS_MISSING, ProblemError, quoted
 from lcpcli.model.arrays import by_label, texts
-from lcpcli.model.extensive import ExtensiveGame
 from lcpcli.model.origins import Game
 from lcpcli.model.problem import Problem
 
@@ -67,42 +65,3 @@ def from_game(
             'give "max" for payoffs or "min" for costs',
         )
     return Problem(*game.conditions(), name=name, source=source, note=note, origin=game)
-
-
-def from_efg(text: str, *, name: str = "", source: str = "", note: str = "") -> Problem:
-    """Return the mixed problem whose solutions are the equilibria of a game tree of two
-    players with perfect recall.
-
-    text : the game in the format of Gambit's .efg files; `lcpcli.read` takes such a
-        file.
-    name : by default the title of the game. source, note : further texts of the
-        problem.
-
-    The unknowns are the realization plans of both players and their costs, as in
-    `ExtensiveGame`; `Result.answer` maps them back to probabilities of actions at
-    information sets. Raises ProblemError, which names the line at fault.
-
-    >>> import lcpcli
-    >>> entry = '''EFG 2 R "entry" { "entrant" "incumbent" }
-    ... p "" 1 1 "" { "in" "out" } 0
-    ... p "" 2 1 "" { "fight" "share" } 0
-    ... t "" 1 "" { -1 -1 }
-    ... t "" 2 "" { 1 1 }
-    ... t "" 3 "" { 0 2 }'''
-    >>> answer = lcpcli.run(lcpcli.from_efg(entry)).answer
-    >>> answer.payoffs
-    (1.0, 1.0)
-    """
-    game = ExtensiveGame.of(text)
-    M, q, lower, upper = game.conditions()
-    problem = Problem(
-        M,
-        q,
-        name=name or game.tree.title,
-        source=source,
-        note=note,
-        lower=lower,
-        upper=upper,
-    )
-    # `Problem` would check whether it fits, but it has just made them.
-    return problem.having(origin=game)

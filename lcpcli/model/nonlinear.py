@@ -15,6 +15,7 @@ from lcpcli.errors import MAKE_AGREE, ProblemError, count, kind, numbers_for
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.arrays import as_solutions, as_vector, own
 from lcpcli.model.box import Box, as_intervals
+from lcpcli.model.formulation import Named
 from lcpcli.typing import BoundLike, Matrix, Vector, VectorLike
 
 # Beginnings of ValueErrors of module math.
@@ -70,6 +71,11 @@ class NonlinearProblem:
     """
 
     origin: ClassVar[None] = None  # as of a Problem that is given by its numbers
+
+    @property
+    def formulation(self) -> Named:
+        """Return the names of the unknowns as those of a Problem."""
+        return Named(self.names)
 
     def __init__(
         self,

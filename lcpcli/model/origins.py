@@ -1,5 +1,4 @@
-"""The origins of problems, pure data that map a solution back: games, names alone, and
-the programs of `program`.
+"""Games of two players, and what a file says about what its problem was made from.
 
 Games: C. E. Lemke, J. T. Howson, Equilibrium points of bimatrix games, J. SIAM 12
 (1964) 413-423.
@@ -8,17 +7,15 @@ Games: C. E. Lemke, J. T. Howson, Equilibrium points of bimatrix games, J. SIAM 
 from __future__ import annotations
 
 import re
-from collections import Counter
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from decimal import Context, Decimal, localcontext
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import Any
 
 import numpy as np
 
-from lcpcli.clock import imports
 from lcpcli.errors import (
     IS_MISSING,
     LEAVE_ONE_OUT,
@@ -31,12 +28,17 @@ from lcpcli.errors import (
 )
 from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import EPS
+from lcpcli.model import formulations
 from lcpcli.model.arrays import as_matrix, own
-from lcpcli.model.program import Conditions, Program, names_of
+from lcpcli.model.formulation import (
+    FULL,
+    Conditions,
+    Formulation,
+    named,
+    names_of,
+)
+from lcpcli.model.program import Program
 from lcpcli.typing import Vector
-
-if TYPE_CHECKING:
-    from lcpcli.model.extensive import ExtensiveGame
 
 GAME_KEYS = ("kind", "A", "B", "rows", "columns", "players")
 # A payoff as a text: a decimal or a ratio, of a size that costs little.
@@ -53,7 +55,7 @@ Payoffs = list[list[Fraction]]
 
 
 @dataclass(frozen=True, eq=False)
-class Game:
+class Game(Formulation):
     """The game whose equilibria are given by M = [0 R; C' 0] and q = -e, with costs R =
     r - A and C = c - B.
 
@@ -70,6 +72,11 @@ class Game:
     columns: tuple[str, ...] = ()
     written: tuple[Payoffs, Payoffs] | None = None
     players: tuple[str, ...] = ()
+
+    kind = "game"
+    form = "written as the game's LCP,"
+    left_out = ("payoffs",)
+    counts_solutions = True
 
     @classmethod
     def parse(cls, data: Mapping[str, Any]) -> Game:
@@ -174,7 +181,7 @@ class Game:
         r, c = map(_constant, self.payoffs())
         return r, c
 
-    def names(self, n: int) -> Sequence[str]:  # noqa: ARG002 (as in every origin)
+    def names(self, n: int, purpose: str = FULL) -> Sequence[str]:  # noqa: ARG002
         """Return the names of the strategies, "" where they have none."""
         m, k = self.A.shape
         return [*(self.rows or [""] * m), *(self.columns or [""] * k)]
@@ -273,38 +280,15 @@ def _listed(payoffs: Vector, exact: Payoffs | None) -> list[list[float | str]]:
     return rows
 
 
-@dataclass(frozen=True)
-class OwnNames:
-    """The names of the unknowns, for tables and CSV."""
-
-    texts: tuple[str, ...]
-
-    def data(self) -> dict[str, Any]:
-        return {"kind": "names", "names": list(self.texts)}
-
-    def fits(self, given: Conditions) -> bool:
-        return len(self.texts) == given.q.size
-
-    def names(self, n: int) -> Sequence[str]:  # noqa: ARG002 (as in every origin)
-        return self.texts
+OLD: dict[str, type[Formulation]] = {"qp": Program, "game": Game}
 
 
-Origin: TypeAlias = "Program | Game | ExtensiveGame | OwnNames"
-ORIGIN_KINDS = ("qp", "game", "efg")
-
-
-def origin_of(given: Any, names: Sequence[str], problem: Conditions) -> Origin:
+def origin_of(given: Any, names: Sequence[str], problem: Conditions) -> Formulation:
     """Return the origin that is given as such, as the object in a file, or as names; or
     raise ProblemError."""
     if given is None:
-        own = names_of("names", names, problem.q.size, "unknown")
-        for name, times in Counter(own).items():
-            if name and times > 1:
-                fault = f"has {quoted(name)} for {times} unknowns"
-                hint = "give each its own name, or an empty one"
-                raise ProblemError("names", fault, hint)
-        return OwnNames(own)
-    origin: Origin = given if hasattr(given, "fits") else _parsed(given)
+        return named(names, problem.q.size)
+    origin: Formulation = given if isinstance(given, Formulation) else _parsed(given)
     if not origin.fits(problem):
         raise ProblemError(
             "origin",
@@ -318,26 +302,20 @@ def origin_of(given: Any, names: Sequence[str], problem: Conditions) -> Origin:
     return origin
 
 
-def _parsed(given: Any) -> Program | Game | ExtensiveGame:
+def _parsed(given: Any) -> Formulation:
     if not isinstance(given, Mapping):
         raise ProblemError(
             "origin", f"is {kind(given)}", "give an object with the key kind"
         )
+    known = ", ".join(OLD | formulations.TABLE)
     if "kind" not in given:
-        raise ProblemError(
-            "origin.kind", IS_MISSING, f"add one of {', '.join(ORIGIN_KINDS)}"
-        )
+        raise ProblemError("origin.kind", IS_MISSING, f"add one of {known}")
     name = given["kind"]
-    if not isinstance(name, str) or name not in ORIGIN_KINDS:
+    if not isinstance(name, str) or not (name in OLD or formulations.is_known(name)):
         shown = quoted(name) if isinstance(name, str) else kind(name)
-        raise ProblemError(
-            "origin.kind", f"is {shown}", f"use one of {', '.join(ORIGIN_KINDS)}"
-        )
-    own: type[Program | Game | ExtensiveGame] = Game if name == "game" else Program
-    if name == "efg":
-        with imports:
-            from lcpcli.model.extensive import ExtensiveGame as own
+        raise ProblemError("origin.kind", f"is {shown}", f"use one of {known}")
     try:
-        return own.parse(given)
+        origin: Formulation = (OLD.get(name) or formulations.load(name)).parse(given)
     except ProblemError as error:
         raise ProblemError(f"origin.{error.where}", error.fault, error.hint) from None
+    return origin

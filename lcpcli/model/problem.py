@@ -31,8 +31,8 @@ from lcpcli.typing import BoundLike, Matrix, Vector, VectorLike
 
 if TYPE_CHECKING:
     from lcpcli.model.far_sides import FarSides
-    from lcpcli.model.origins import Origin
-    from lcpcli.model.program import Conditions, Program
+    from lcpcli.model.formulation import Conditions, Formulation
+    from lcpcli.model.program import Program
     from lcpcli.model.rounded_rows import RoundedRows
 
 # Fields that are no data.
@@ -145,7 +145,7 @@ class Problem:
     source: str = ""
     note: str = ""
     reference: str = "known"
-    origin: Origin | None = None
+    origin: Formulation | None = None
     lower: Vector | float = 0.0
     upper: Vector | float = math.inf
     # Of which q is the sum, or None.
@@ -284,7 +284,7 @@ class Problem:
             {"lower": self.box.lower, "upper": self.box.upper} if self.is_mixed else {}
         )
 
-    def named(self, name: str, origin: Origin | None = None) -> Problem:
+    def named(self, name: str, origin: Formulation | None = None) -> Problem:
         """Return the same problem with another name and, if given, another origin,
         whose names then apply."""
         own = (
@@ -310,6 +310,15 @@ class Problem:
     def facts(self) -> Facts:
         """Return the facts about M, which all problems with this M share."""
         return Facts(self.M, None if self.origin is None else self.program_origin)
+
+    @property
+    def formulation(self) -> Formulation:
+        """Return what the problem was made from, a plain one if that is M and q."""
+        if self.origin is not None:
+            return self.origin
+        with imports:
+            from lcpcli.model.formulation import PLAIN
+        return PLAIN
 
     @property
     def signs(self) -> Vector | None:
@@ -447,7 +456,7 @@ def as_problem(given: Any) -> Problem:
 def conditions_of(problem: Problem) -> Conditions:
     """Return the problem with both bounds as vectors."""
     with imports:
-        from lcpcli.model.program import Conditions
+        from lcpcli.model.formulation import Conditions
     bounds = (
         np.full(problem.n, bound, dtype=float)
         for bound in (problem.lower, problem.upper)

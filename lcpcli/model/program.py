@@ -17,10 +17,8 @@ from lcpcli.clock import imports
 from lcpcli.errors import (
     GIVE_FINITE,
     GIVE_NUMBER,
-    MAKE_AGREE,
     ProblemError,
     kind,
-    numbers_for,
     quoted,
     refuse_unknown,
 )
@@ -33,8 +31,8 @@ from lcpcli.linalg.matrices import (
     largest_asymmetry,
     symmetric_part,
 )
-from lcpcli.model.arrays import FROM_0
 from lcpcli.model.box import as_intervals
+from lcpcli.model.formulation import FULL, LABELS, Conditions, Formulation, names_of
 from lcpcli.typing import Mask, Matrix, Vector
 
 PROGRAM_KEYS = ("kind", "variables", "ranges", "sense", "constant", "rows", "columns")
@@ -54,15 +52,6 @@ def symmetrized(Q: Matrix, eps: float = EPS) -> Matrix | None:
     entries = Q.data if is_sparse(Q) else Q
     bound = Q.shape[0] * eps * float(np.abs(entries).max())
     return symmetric_part(Q) if largest_asymmetry(Q)[0] <= bound else None
-
-
-class Conditions(NamedTuple):
-    """A mixed problem."""
-
-    M: Matrix
-    q: Vector
-    lower: Vector
-    upper: Vector
 
 
 class ProgramData(NamedTuple):
@@ -144,7 +133,7 @@ class ProgramData(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Program:
+class Program(Formulation):
     """The data that map a solution z = (x, y, s) of the conditions of a `ProgramData`
     back to the original program.
 
@@ -162,6 +151,10 @@ class Program:
     constant: float = 0.0
     rows: tuple[str, ...] = ()
     columns: tuple[str, ...] = ()
+
+    kind = "qp"
+    form = "written as the program's optimality conditions,"
+    left_out = ("objective",)
 
     @classmethod
     def parse(cls, data: Mapping[str, Any]) -> Program:
@@ -277,12 +270,16 @@ class Program:
         s = np.clip(program.A @ x, program.row_lower, program.row_upper)[program.ranges]
         return np.concatenate((x, y, s))
 
-    def names(self, n: int) -> Sequence[str]:
-        """Return the names of the components of z, "" where there is none."""
+    def names(self, n: int, purpose: str = FULL) -> Sequence[str]:
+        """Return the names of the components of z, "" where there is none; where they
+        are labels, those of multipliers begin with y."""
         m = n - self.variables - self.ranges
+        rows = self.rows or [""] * m
+        if purpose == LABELS:
+            rows = [f"y {name}" if name else "" for name in rows]
         return [
             *(self.columns or [""] * self.variables),
-            *(self.rows or [""] * m),
+            *rows,
             *[""] * self.ranges,
         ]
 
@@ -332,27 +329,6 @@ def bordered(
         M.eliminate_zeros()
     M.data.setflags(write=False)  # so that it is not copied again
     return M
-
-
-def names_of(
-    field: str, given: Any, size: int | None = None, of: str = ""
-) -> tuple[str, ...]:
-    """Return a list of names, one for each of `size` things of a kind, or none; or
-    raise ProblemError."""
-    if not isinstance(given, (list, tuple)):
-        raise ProblemError(field, f"is {kind(given)}", "give a list of names")
-    for i, name in enumerate(given):
-        if not isinstance(name, str):
-            raise ProblemError(
-                f"{field}[{i}]", f"is {kind(name)}", f"give a text {FROM_0}"
-            )
-    if given and size is not None and len(given) != size:
-        raise ProblemError(
-            field,
-            numbers_for(len(given), "name", size, of),
-            MAKE_AGREE,
-        )
-    return tuple(given)
 
 
 def sense_of(given: Any) -> str:

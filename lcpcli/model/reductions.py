@@ -29,12 +29,12 @@ from lcpcli.linalg.matrices import (
 )
 from lcpcli.model.arrays import FROM_0, as_matrix, as_square, as_vector, by_label
 from lcpcli.model.box import NO_BOUND, as_intervals
+from lcpcli.model.formulation import names_of
 from lcpcli.model.problem import Problem
 from lcpcli.model.program import (
     Program,
     ProgramData,
     constant_of,
-    names_of,
     sense_of,
     symmetrized,
 )

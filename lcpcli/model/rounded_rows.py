@@ -22,7 +22,8 @@ import numpy as np
 from lcpcli.errors import listed
 from lcpcli.linalg.doubles import EPS
 from lcpcli.linalg.matrices import dense
-from lcpcli.model.program import Conditions, Program
+from lcpcli.model.formulation import Conditions
+from lcpcli.model.program import Program
 from lcpcli.typing import Indices, Mask, Vector
 
 # Relative to the median of the sides of other rows.

@@ -12,7 +12,7 @@ from fractions import Fraction
 from functools import cached_property
 from itertools import chain
 from operator import mul
-from typing import TYPE_CHECKING, Any, TypeAlias, TypeGuard
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -31,10 +31,6 @@ from lcpcli.rational.numbers import (
     written,
 )
 from lcpcli.typing import Indices, Matrix, States, Vector
-
-if TYPE_CHECKING:
-    from lcpcli.model.extensive import ExtensiveGame
-    from lcpcli.model.origins import Game
 
 Rows = list[dict[int, Fraction]]  # of a matrix: each nonzero entry, by its column
 Bounds = list[Fraction | None]  # None for no bound
@@ -316,16 +312,10 @@ def bounds_of(bound: Vector, number: Callable[[Any], Fraction] = number_of) -> B
 def decimal_parts_of(problem: Problem) -> ExactParts:
     """Return the parts of a problem with the shortest decimal of each double; for a
     game, those from its payoffs."""
-    if is_game(problem.origin):
-        parts = problem.origin.exact_conditions()
+    parts = problem.formulation.exact_conditions()
+    if parts is not None:
         return parts[0], parts[1], parts[2] if len(parts) == 3 else None, None
     return parts_of(problem, shortest_decimal)
-
-
-def is_game(origin: Any) -> TypeGuard[Game | ExtensiveGame]:
-    """Return whether a problem comes from a game, whose payoffs have their digits as
-    written."""
-    return hasattr(origin, "exact_conditions")
 
 
 def gap(

@@ -278,13 +278,7 @@ def _cells(result: Result, part: slice, by_name: bool = False) -> list[str]:
         cells.append(f"{v + 0.0:.{digits}g}" if digits > 0 else "0")
     if problem.origin is None:
         return cells
-    from lcpcli.model.origins import OwnNames
-
-    names = (
-        problem.names[part]
-        if isinstance(problem.origin, OwnNames)
-        else [""] * len(cells)
-    )
+    names = problem.names[part] if problem.origin.is_names_alone else [""] * len(cells)
     return [
         f"{visible(own)} {cell}".strip() for own, cell in zip(names, cells, strict=True)
     ]

@@ -23,7 +23,7 @@ from lcpcli.model.program import SENSES, Program, ProgramData
 from lcpcli.parametric.path import INFEASIBLE, REACHED, TURN, Path, StateChange
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import shortest_decimal
-from lcpcli.report import plotting, programs_and_games, result_formats, tables, wording
+from lcpcli.report import plotting, result_formats, tables, wording
 from lcpcli.report.document import FORMATS, Document, Section, Table
 from lcpcli.typing import Vector
 
@@ -541,7 +541,7 @@ def _remarks(terms: Terms, form: str, elided: bool) -> list[str]:
     path, remarks = terms.path, []
     has_names = any(path.problem.names)
     named = partial(
-        programs_and_games.named,
+        wording.named,
         names=terms.names() if has_names else (),
         sparing=has_names,
     )

@@ -4,17 +4,16 @@ or strategies and payoffs."""
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
-from itertools import chain, islice
+from collections.abc import Callable
+from itertools import islice
 from typing import Any
 
 from lcpcli.errors import count
-from lcpcli.games.behavior import Behavior, InformationSetStrategy
-from lcpcli.model.extensive import ExtensiveGame
+from lcpcli.model.formulation import Answer
 from lcpcli.rational.numbers import brief
 from lcpcli.report import wording
 from lcpcli.report.document import Table
-from lcpcli.solving.minimum import BehaviorEquilibrium, Minimum
+from lcpcli.solving.minimum import Equilibrium, Minimum
 from lcpcli.solving.no_minimum import Conclusion
 from lcpcli.solving.result import Result
 
@@ -29,23 +28,26 @@ def lines(result: Result, compared: bool) -> list[str]:
     answer: Any = result.answer
     if answer is None:
         return []
+    if isinstance(answer, Answer):
+        return [
+            f"{wording.name(result)}: " * compared + text for text in answer.lines()
+        ]
     origin: Any = result.problem.origin
     parts: list[str] = []
-    if isinstance(answer, BehaviorEquilibrium):
-        if answer.payoffs is not None:
-            parts = [payoffs_of(answer.exact or answer)]
-    elif not isinstance(answer, Minimum):
+    if isinstance(answer, Equilibrium):
         if answer.row is not None:
             parts = strategies(origin, answer)
     elif answer.x is not None and answer.y is not None and answer.objective is not None:
         multipliers = (
-            [f"y = {named(answer.y.tolist(), origin.rows)}"] if answer.y.size else []
+            [f"y = {wording.named(answer.y.tolist(), origin.rows)}"]
+            if answer.y.size
+            else []
         )
         if answer.unique_multipliers is False:
             multipliers = [f"{own}, one of several" for own in multipliers]
         point = (
             f"{'' if result.solved else 'best '}x = "
-            f"{named(answer.x.tolist(), origin.columns)}"
+            f"{wording.named(answer.x.tolist(), origin.columns)}"
         )
         shown = result.solved and not compared  # in the verdict
         parts = [
@@ -54,7 +56,7 @@ def lines(result: Result, compared: bool) -> list[str]:
             *[f"objective {wording.plain_number(answer.objective)}"] * (not shown),
         ]
     texts = [", ".join(parts), answer.statement, *no_optimum(answer, origin)]
-    if answer.exact and not isinstance(answer, BehaviorEquilibrium):
+    if answer.exact:
         texts += [
             f"exact {key} = {wording.vector(part, brief)}"
             for key, part in answer.exact.items()
@@ -69,71 +71,21 @@ def strategies(
     """Return lines with the mixed strategies row and column, as vectors or by the names
     of the strategies played, and with the payoffs."""
     one, other = game.players or ("row", "column")
+    row = wording.named(list(own.row), game.rows, cell, sparing=True)
+    column = wording.named(list(own.column), game.columns, cell, sparing=True)
     return [
-        f"{one} = {named(list(own.row), game.rows, cell, sparing=True)}",
-        f"{other} = {named(list(own.column), game.columns, cell, sparing=True)}",
+        f"{one} = {row}",
+        f"{other} = {column}",
         f"payoffs {cell(own.payoffs[0])} and {cell(own.payoffs[1])}",
     ]
-
-
-def payoffs_of(own: Any) -> str:
-    pairs = zip(own.players, own.payoffs, strict=True)
-    return (
-        "payoffs "
-        f"{', '.join(f'{name} {wording.number(value)}' for name, value in pairs)}"
-    )
-
-
-def behavior_of(game: Any, z: Sequence[Any]) -> Behavior | None:
-    """Return the strategies that the plans in z stand for; None for another game than a
-    tree."""
-    if not isinstance(game, ExtensiveGame):
-        return None
-    x, y, *_ = game.parts(z)
-    return Behavior.of_plans(game, list(x), list(y))
-
-
-def moves(own: Any) -> list[list[Any]]:
-    """Return for each player of a game tree the probabilities of the last moves of the
-    sequences, the first of which has none. own : a `Behavior` or an answer."""
-    sets = (
-        [each.probabilities for each in own.information_sets if each.player == name]
-        for name in own.players
-    )
-    return [[1, *chain(*probabilities)] for probabilities in sets]
-
-
-def behavior(sets: Sequence[InformationSetStrategy]) -> Table:
-    """Return a table of what players do at their information sets, actions that are not
-    chosen left out."""
-    chosen = (
-        named(list(own.probabilities), own.actions, wording.number, True)[1:-1]
-        for own in sets
-    )
-    shown = zip(sets[:MOST_SETS], chosen, strict=False)
-    rows = [
-        [own.player, own.label, wording.number(own.reached), actions]
-        for own, actions in shown
-    ]
-    notes = [f"the first {MOST_SETS} of {len(sets)} information sets; JSON has all"] * (
-        len(sets) > MOST_SETS
-    )
-    return Table(
-        ["player", "information set", "reached", "probabilities"],
-        [rows],
-        (0, 1, 3),
-        (3,),
-        notes=notes,
-    )
 
 
 def tables(answer: Any, origin: Any, whole: bool = True) -> list[Table]:
     """Return a table of the rows of a program, with activities, slacks and multipliers,
     and of its variables, with the multipliers of their bounds, which are their reduced
-    costs; or of the strategies of a game tree, in fractions if they are proved. whole :
-    whether a program has more of them than fit on a screen."""
-    if isinstance(answer, BehaviorEquilibrium) and answer.payoffs is not None:
-        return [behavior((answer.exact or answer).information_sets or [])]
+    costs. whole : whether a program has more of them than fit on a screen."""
+    if isinstance(answer, Answer):
+        return answer.tables(whole=whole)
     if (
         not isinstance(answer, Minimum)
         or answer.x is None
@@ -206,24 +158,6 @@ def no_optimum(answer: Any, origin: Any) -> list[str]:
     )
     known = ((what, v.tolist(), names) for what, v, names in proofs if v is not None)
     return [
-        f"{what} {named(v, names, wording.multiplier, sparing=True)}"
+        f"{what} {wording.named(v, names, wording.multiplier, sparing=True)}"
         for what, v, names in known
     ]
-
-
-def named(
-    values: list[Any],
-    names: Sequence[str],
-    cell: Callable[[Any], str] = wording.plain_number,
-    sparing: bool = False,
-) -> str:
-    """Return a vector, or its entries with their names if there are any. sparing :
-    whether zeros are left out."""
-    if not names:
-        return wording.vector(values, cell)
-    pairs = [
-        (name, value)
-        for name, value in zip(names, values, strict=True)
-        if value or not sparing
-    ]
-    return wording.vector(pairs, lambda each: f"{each[0]} {cell(each[1])}")

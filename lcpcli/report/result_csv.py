@@ -4,16 +4,17 @@ the runs."""
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from itertools import chain, count
 from typing import Any, TypeAlias
 
 import numpy as np
 
 from lcpcli.games.behavior import Strategies
-from lcpcli.model.extensive import ExtensiveGame
+from lcpcli.model.formulation import Answer
 from lcpcli.model.origins import Game
 from lcpcli.model.program import Program
-from lcpcli.report import columns, programs_and_games, wording
+from lcpcli.report import columns, wording
 from lcpcli.report.tables import reached
 from lcpcli.solving.result import Result
 
@@ -38,8 +39,7 @@ def answers(
     that have a row, as for `wording.places`."""
     origins = [result.problem.origin for result in results]
     programs, games = (
-        any(isinstance(own, kinds) for own in origins)
-        for kinds in (Program, (Game, ExtensiveGame))
+        any(isinstance(own, kinds) for own in origins) for kinds in (Program, Game)
     )
     parts = [
         *[STATES] * any(result.problem.bounds for result in results),
@@ -47,6 +47,7 @@ def answers(
         * (games or any(any(result.problem.names) for result in results)),
         *[(PROGRAM_COLUMNS, _of_program)] * programs,
         *[(("player", "probability", "payoff"), _of_game)] * games,
+        *_of_answers(results),
     ]
     header = [
         *["problem", "method"] * compared,
@@ -162,7 +163,7 @@ def _fractions(values: Cells) -> Cells:
     from lcpcli.rational.numbers import text
 
     return [
-        value if value is None or isinstance(value, float) else text(value)
+        value if value is None or isinstance(value, (float, str)) else text(value)
         for value in values
     ]
 
@@ -203,20 +204,29 @@ def _of_game(result: Result) -> list[Cells]:
     game: Any = result.problem.origin
     answer: Any = result.answer
     own = getattr(answer, "exact", None)
-    if getattr(answer, "payoffs", None) is None:
+    if getattr(answer, "row", None) is None:
         return []
-    if isinstance(game, ExtensiveGame):
-        players, payoffs, parts = (
-            answer.players,
-            (own or answer).payoffs,
-            programs_and_games.moves(own or answer),
-        )
-    else:
-        row, column = (
-            np.array(own[key]) if own else getattr(answer, key)
-            for key in ("row", "column")
-        )
-        players, payoffs = ("row", "column"), Strategies.of(game, row, column).payoffs
-        parts = [row.tolist(), column.tolist()]
+    row, column = (
+        np.array(own[key]) if own else getattr(answer, key) for key in ("row", "column")
+    )
+    players, payoffs = ("row", "column"), Strategies.of(game, row, column).payoffs
+    parts = [row.tolist(), column.tolist()]
     rows = zip(players, _fractions(payoffs), parts, strict=True)
     return [(name, p, payoff) for name, payoff, part in rows for p in _fractions(part)]
+
+
+def _of_answers(results: Sequence[Result]) -> list[Part]:
+    """Return the columns of the answers of formulations, each once."""
+    found: dict[tuple[str, ...], Part] = {}
+    for result in results:
+        if isinstance(result.answer, Answer) and (own := result.answer.cells()):
+            names = tuple(own)
+            found[names] = names, partial(_cells_of_answer, names)
+    return list(found.values())
+
+
+def _cells_of_answer(names: Sequence[str], result: Result) -> list[Cells]:
+    own = result.answer.cells() if isinstance(result.answer, Answer) else {}
+    if tuple(own) != names:
+        return []
+    return list(zip(*map(_fractions, own.values()), strict=True))

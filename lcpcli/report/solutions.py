@@ -11,6 +11,7 @@ from itertools import chain, cycle, islice
 from typing import Any, TypeAlias
 
 from lcpcli import clock
+from lcpcli.enumeration.meaning import meaning_of
 from lcpcli.enumeration.optimum import OPTIMAL, Optimum
 from lcpcli.enumeration.pieces import Piece
 from lcpcli.enumeration.search import (
@@ -22,7 +23,6 @@ from lcpcli.enumeration.search import (
 from lcpcli.errors import count
 from lcpcli.files.contents import Source
 from lcpcli.linalg.doubles import LARGEST_DOUBLE
-from lcpcli.model.extensive import ExtensiveGame
 from lcpcli.model.problem import Problem
 from lcpcli.model.program import Program
 from lcpcli.model.words import in_own_sense
@@ -187,8 +187,8 @@ def _best(
     ]
     if each := found.equilibrium:
         facts += programs_and_games.strategies(problem.origin, each, cell)
-    tree = programs_and_games.behavior_of(problem.origin, found.z) if found.z else None
-    facts += [programs_and_games.payoffs_of(tree)] if tree else []
+    said, meant = meaning_of(found.data).best(found.z) if found.z else ([], [])
+    facts += said
     own, kept = (
         wording.headings(problem, most),
         wording.places(wording.labels_of(problem), names),
@@ -199,10 +199,7 @@ def _best(
     table, remarks = _listing(["", "z", "w"], [rows], len(kept) if z else 0, [])
     return (
         facts,
-        [
-            *([programs_and_games.behavior(tree.information_sets)] if tree else []),
-            table,
-        ],
+        [*meant, table],
         remarks,
     )
 
@@ -232,18 +229,11 @@ def _pieces(
     if not found.pieces:  # with many unknowns, a header alone would take a while
         return Table([], []), []
     program = origin if isinstance(origin, Program) else None
-    tree = origin if isinstance(origin, ExtensiveGame) else None
+    meaning = meaning_of(data)
     names = wording.headings(data.problem, most)
     kept = wording.places(wording.labels_of(data.problem), shown_names)
-    if tree is not None:
-        plans = sum(tree.sizes[:2])
-        kept = [i for i in kept if i < plans and i not in (0, tree.sizes[0])]
-    header = ["piece", "", *(names[i] for i in kept)]
-    header += (
-        [f"{name} gets" for name in tree.tree.names()]
-        if tree
-        else [f"w{i + 1}" for i in kept]
-    )
+    kept = meaning.shown(kept)
+    header = ["piece", "", *(names[i] for i in kept), *meaning.headings(kept)]
     header += ["objective"] * bool(program)
 
     def rows(number: int, piece: Piece) -> Iterator[list[str]]:
@@ -253,15 +243,8 @@ def _pieces(
                 if program
                 else []
             )
-            shown, more = in_own_sense(data.problem, z), [cell(w[i]) for i in kept]
-            if tree is not None:  # a direction has the changes of the plans
-                plan = (
-                    programs_and_games.behavior_of(tree, z)
-                    if kind == "vertex"
-                    else None
-                )
-                shown = list(chain(*programs_and_games.moves(plan))) if plan else shown
-                more = [*map(cell, plan.payoffs)] if plan else ["", ""]
+            shown, more = meaning.row(kind, z, w, kept, cell)
+            shown = in_own_sense(data.problem, shown)
             numbers = [*(cell(shown[i]) for i in kept), *more]
             yield ["" if k else str(number), kind, *numbers, *own]
 
@@ -272,10 +255,7 @@ def _pieces(
         len(piece.vertices) + len(piece.rays) + len(piece.lines)
         for piece in found.pieces
     )
-    remark = (
-        "the solutions of a face are the averages of "
-        f"{'the plans at ' if tree else ''}its vertices"
-    )
+    remark = f"the solutions of a face are the averages of {meaning.vertices}"
     if any(piece.rays or piece.lines for piece in found.pieces):
         remark += (
             ", plus any nonnegative multiples of its rays and any multiples of its "
@@ -397,10 +377,13 @@ def _solution(
 ) -> dict[str, Any]:
     origin = data.problem.origin
     value = objective(data, origin, z) if isinstance(origin, Program) else None
-    return {"z": z, "w": data.w(z), "objective": value, **_meaning(origin, z, each)}
+    return {"z": z, "w": data.w(z), "objective": value, **_meaning(data, z, each)}
 
 
-def _meaning(origin: Any, z: Values, each: ExactEquilibrium | None) -> dict[str, Any]:
+def _meaning(
+    data: ExactProblem, z: Values, each: ExactEquilibrium | None
+) -> dict[str, Any]:
+    origin = data.problem.origin
     parts = (
         zip("xy", origin.own_parts(z), strict=False)
         if isinstance(origin, Program)
@@ -408,10 +391,8 @@ def _meaning(origin: Any, z: Values, each: ExactEquilibrium | None) -> dict[str,
     )
     own = {key: getattr(each, key) for key in ("row", "column", "payoffs") if each}
     own |= {"pure": each.is_pure, "index": each.index} if each else {}
-    return {
-        **dict(parts),
-        "equilibrium": own or programs_and_games.behavior_of(origin, z),
-    }
+    found = {"equilibrium": own} if own else meaning_of(data).record(z)
+    return {**dict(parts), **found}
 
 
 def _rows(
@@ -510,7 +491,7 @@ def _best_record(found: Optimum, source: Source, exact: bool) -> dict[str, Any]:
     for name, toward in found.outward.items():
         number = getattr(found, name)
         own[name] = number if number is None or exact else _outward(number, toward)
-    own |= _meaning(problem.origin, found.z, found.equilibrium) if found.z else {}
+    own |= _meaning(found.data, found.z, found.equilibrium) if found.z else {}
     return record(keys_of("optimum"), found, own, exact)
 
 

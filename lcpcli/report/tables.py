@@ -114,8 +114,9 @@ def build(
             for line in programs_and_games.lines(result, compared)
         ]
         if not compared:
+            is_whole = whole or form != "table"
             strategies = programs_and_games.tables(
-                first.answer, problem.origin, whole or form != "table"
+                first.answer, problem.origin, is_whole
             )
     remarks = _remarks(results, compared, form, shows_times) + meanings
     if elided and not FORMATS[form].is_printed:

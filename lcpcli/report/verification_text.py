@@ -6,7 +6,8 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-from lcpcli.report import programs_and_games
+from lcpcli.games.behavior import Strategies
+from lcpcli.report import programs_and_games, wording
 from lcpcli.report.document import Document, Section, Table
 from lcpcli.report.result_formats import Report, keys_of, record
 from lcpcli.report.wording import above, number, short, size, title
@@ -23,10 +24,7 @@ def report(verifications: Sequence[Verification]) -> Report:
 
 
 def _section(verification: Verification) -> Section:
-    problem, sets = (
-        verification.problem,
-        getattr(verification.strategies, "information_sets", None),
-    )
+    problem, own = verification.problem, verification.strategies
     measures = {
         "residual": verification.residual,
         "relative residual": verification.relative_residual,
@@ -58,7 +56,7 @@ def _section(verification: Verification) -> Section:
         verification.accepted,
         _of_origin(verification),
         [
-            *([] if sets is None else [programs_and_games.behavior(sets)]),
+            *([] if own is None else own.tables()),
             Table(["", "", ""], [rows], words=(0, 2), texts=(2,)),
             Table(
                 ["component", "violated", "z", "w"],
@@ -79,13 +77,13 @@ def _of_origin(verification: Verification) -> list[str]:
         verification.problem.origin,
     )
     lines = [verification.statement] * bool(verification.statement)
-    if hasattr(own, "information_sets"):
-        return [programs_and_games.payoffs_of(own), *lines]
-    if own is not None:
+    if isinstance(own, Strategies):
         return [", ".join(programs_and_games.strategies(origin, own, number)), *lines]
+    if own is not None:
+        return [*own.lines(), *lines]
     if multipliers is None:
         return [*lines, *programs_and_games.no_optimum(verification.answer, origin)]
-    y = programs_and_games.named(multipliers.tolist(), getattr(origin, "rows", ()))
+    y = wording.named(multipliers.tolist(), getattr(origin, "rows", ()))
     return [*lines, f"found y = {y}"]
 
 

@@ -94,6 +94,24 @@ def vector(entries: Sequence[Any], cell: Callable[[Any], str] = plain_number) ->
     return f"({', '.join([*map(cell, entries[:LINE_ENTRIES]), *more])})"
 
 
+def named(
+    values: list[Any],
+    names: Sequence[str],
+    cell: Callable[[Any], str] = plain_number,
+    sparing: bool = False,
+) -> str:
+    """Return a vector, or its entries with their names if there are any. sparing :
+    whether zeros are left out."""
+    if not names:
+        return vector(values, cell)
+    pairs = [
+        (name, value)
+        for name, value in zip(names, values, strict=True)
+        if value or not sparing
+    ]
+    return vector(pairs, lambda each: f"{each[0]} {cell(each[1])}")
+
+
 def folded(line: str, width: int | None) -> list[str]:
     """Return a line of words wrapped to this width, all lines but the first indented;
     None stands for no limit."""
@@ -114,14 +132,13 @@ def short_names(names: Sequence[str], most: float, letter: str = "z") -> list[st
 
 
 def headings(problem: Problem, most: float) -> list[str]:
-    """Return the names of the components for a table, by `short_names`: of a game tree,
-    the players' moves."""
-    moves = getattr(problem.origin, "headings", None)
-    return (
-        short_names(problem.names, most)
-        if moves is None
-        else short_names(moves, 2 * most)
-    )
+    """Return the names of the components for a table, by `short_names`; those that the
+    formulation has for tables may be wider, as they are all that is said."""
+    from lcpcli.model.formulation import HEADINGS
+
+    names = problem.names
+    short = problem.formulation.names(problem.n, HEADINGS)
+    return short_names(short, most if list(short) == list(names) else 2 * most)
 
 
 def multiplier(value: float) -> str:
@@ -414,17 +431,13 @@ def require(problem: Problem | NonlinearProblem, patterns: Sequence[str]) -> Non
 def labels_of(problem: Problem | NonlinearProblem) -> Sequence[str]:
     """Return the names by which the unknowns of a problem are chosen: of a game, those
     of the strategies; those of a program's multipliers begin with y."""
+    from lcpcli.model.formulation import LABELS
     from lcpcli.model.origins import Game
-    from lcpcli.model.program import Program
 
     origin = problem.origin
     if isinstance(origin, Game):
         return [*chain(*strategy_names(origin, math.inf))]
-    k = origin.variables if isinstance(origin, Program) else problem.n
-    return [
-        *problem.names[:k],
-        *(f"y {name}" if name else "" for name in problem.names[k:]),
-    ]
+    return problem.formulation.names(problem.n, LABELS)
 
 
 def strategy_names(game: Game, most: float) -> tuple[list[str], list[str]]:

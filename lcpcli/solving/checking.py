@@ -25,7 +25,6 @@ from lcpcli.errors import IS_MISSING, LEAVE_ONE_OUT, LEAVE_OUT, ParameterError, 
 from lcpcli.linalg.matrices import absolute_product, product, row_maxima, scaled
 from lcpcli.linalg.programs import minimized
 from lcpcli.model.arrays import FROM_1, as_vector, by_names
-from lcpcli.model.extensive import ExtensiveGame
 from lcpcli.model.nonlinear import NonlinearProblem
 from lcpcli.model.origins import Game
 from lcpcli.model.problem import Problem, as_problem
@@ -39,9 +38,10 @@ from lcpcli.solving.no_minimum import undecided, without_minimum
 from lcpcli.typing import Vector, VectorLike
 from lcpcli.verify import exact_solution
 from lcpcli.verify.certificate import Proof
+from lcpcli.verify.equilibria import of_game
 from lcpcli.verify.verification import (
+    Proposed,
     Verification,
-    of_game,
     verify,
     verify_exactly,
     verify_farkas,
@@ -166,12 +166,10 @@ def lengths(problem: Problem | NonlinearProblem) -> dict[int, str]:
     origin = problem.origin
     if isinstance(origin, Game):
         return {problem.n: "{} and {} strategies".format(*origin.A.shape)}
-    others: dict[int, str] = {}
-    if isinstance(origin, ExtensiveGame):
-        others = {origin.actions: "the probabilities of all actions"}
-    elif isinstance(origin, Program):
+    if isinstance(origin, Program):
         others = {problem.n - origin.ranges: "x and y", origin.variables: "x"}
-    return {problem.n: "z", **others}
+        return {problem.n: "z", **others}
+    return problem.formulation.lengths(problem)
 
 
 def verified(
@@ -184,7 +182,8 @@ def verified(
     """
     origin = problem.origin
     if not isinstance(origin, Program):
-        return of_game(problem, values, partial(verify, problem, tol=tol), tol=tol)
+        of_z = partial(verify, problem, tol=tol)
+        return _of_origin(Proposed(problem, values, tol, None, of_z, own))
     proposal = _Proposal(origin, problem, values)
     readings = proposal.readings(
         values,
@@ -193,6 +192,14 @@ def verified(
         lambda: proposal.step[0],
     )
     return proposal.verified((verify(problem, z, tol) for z in readings), tol)
+
+
+def _of_origin(proposed: Proposed) -> Verification:
+    game = proposed.problem.origin
+    if isinstance(game, Game):
+        return of_game(game, proposed)
+    found: Verification = proposed.problem.formulation.verified(proposed)
+    return found
 
 
 def accepting(
@@ -235,9 +242,8 @@ def verified_exactly(
     be verified too."""
     origin = data.problem.origin
     if not isinstance(origin, Program):
-        return of_game(
-            data.problem, values, partial(verify_exactly, data, given_w=w), data=data
-        )
+        of_z = partial(verify_exactly, data, given_w=w)
+        return _of_origin(Proposed(data.problem, values, 0.0, data, of_z, own))
     proposal, exact = (
         _Proposal(origin, data.problem, rounded(values)),
         np.array(values, dtype=object),

@@ -230,10 +230,15 @@ def _of(problem: Problem, result: Result, compiled: bool, finishes: bool) -> Res
         result.options["compiled"] = True
     if problem.origin is None or not result.solved:
         return result
-    if hasattr(problem.origin, "exact_conditions"):
+    with imports:
+        from lcpcli.model.origins import Game
+    if isinstance(problem.origin, Game):
         with imports:
-            from lcpcli.solving.minimum import checked
-        return checked(result)
+            from lcpcli.solving.minimum import accepted
+        return accepted(result, problem.origin)
+    result = problem.origin.accepted(result)
+    if not result.solved:
+        return result
     may_go_on = finishes and problem.n >= FEWEST_FOR_PIQP
     may_go_on = may_go_on and not INEXACT.isdisjoint(result.route)
     if not (may_go_on or result.limits.gap < math.inf):

@@ -1,41 +1,33 @@
 """What results mean for the linear or quadratic program, or the game, from which their
-problem was made.
-
-The strategies of a solved game are checked by best responses: a payoff that is far
-larger than all that are reached, as a penalty for a forbidden move, makes the residual
-of strategies small that are no equilibrium.
-"""
+problem was made."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
-from contextlib import suppress
+from collections.abc import Callable
 from copy import copy
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property, partial
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
 
 from lcpcli.clock import imports, seconds
-from lcpcli.games.behavior import Behavior, InformationSetStrategy
 from lcpcli.inspection.classes import definiteness
 from lcpcli.inspection.verdict import NO, YES
-from lcpcli.interrupts import TimeIsUp, within
 from lcpcli.linalg.matrices import product
 from lcpcli.linalg.threads import with_limited_threads
-from lcpcli.model.extensive import ExtensiveGame
+from lcpcli.model.formulation import Answer
 from lcpcli.model.origins import Game
 from lcpcli.model.problem import Problem, conditions_of
 from lcpcli.model.program import SENSES, Program, ProgramData
-from lcpcli.rational import elimination
+from lcpcli.rational.elimination import Effort
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import (
     approximate,
 )
-from lcpcli.rational.tree import first_solution
+from lcpcli.solving import equilibria
 from lcpcli.solving.no_minimum import (
     OPTIMUM,
     SEVERAL,
@@ -49,16 +41,11 @@ from lcpcli.solving.other_minimum import has_other_minimum
 from lcpcli.solving.result import Result, Status
 from lcpcli.solving.sensitivity import Sensitivities, sensitivities
 from lcpcli.typing import Vector
-from lcpcli.verify.point import Criterion, Point
-from lcpcli.verify.verification import of_solution, point_of_game
+from lcpcli.verify.equilibria import point_of_game, strategies_at
 
 WORDS = {"min": "minimizer", "max": "maximizer"}
 DEFINITE = {"min": "positive", "max": "negative"}
-MOST_UNKNOWNS = 60  # of a game tree for which exact arithmetic is tried
-EFFORT = 20.0  # seconds of it, counted as work
 PLAYERS = "row", "column"
-UNSOLVED = "not solved, so there are no strategies"
-REASON = "z solves the problem to the tolerance, but its strategies are {}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -157,147 +144,64 @@ class Equilibrium:
     exact: dict[str, list[Fraction]] | None = None
 
 
-@dataclass(frozen=True, eq=False)
-class BehaviorEquilibrium:
-    """What a solution of the mixed problem says about a game tree.
-
-    players : the names of both players.
-    information_sets : behavior strategies, the first player's and then the second
-        player's information sets, in the order of the file; None, as are the plans,
-        payoffs and gains, if the problem is not solved. Where a player's own moves
-        exclude an information set, its actions have the same probability; any others
-        give an equilibrium too.
-    plans : the realization plans, for each sequence of a player's moves the product of
-        their probabilities.
-    payoffs : the expected payoffs of both players. gains : how much each player would
-        gain by a best response, computed on the tree, backward over its information
-        sets; 0 if the gain is only rounding error.
-    statement : whether the strategies are an equilibrium. That they are one in each
-        subgame is not asked.
-    exact : the same in fractions if z is proved, else None.
-    """
-
-    players: list[str]
-    information_sets: list[InformationSetStrategy] | None
-    plans: tuple[Vector, Vector] | None
-    payoffs: tuple[float, float] | None
-    gains: tuple[float, float] | None
-    statement: str
-    exact: Behavior | None = None
-
-
-Answer: TypeAlias = Minimum | Equilibrium | BehaviorEquilibrium
-
-
-def answer(result: Result) -> Answer | None:
+def answer(result: Result) -> Answer | Minimum | Equilibrium | None:
     """Return what a result means for the origin of its problem; None for a problem
     without origin."""
     origin = result.problem.origin
     if isinstance(origin, Program):
         return minimum(result, origin)
-    return (
-        equilibrium(result, origin)
-        if isinstance(origin, (Game, ExtensiveGame))
-        else None
-    )
+    if isinstance(origin, Game):
+        return equilibrium(result, origin)
+    return result.problem.formulation.answer(result)
 
 
-def equilibrium(
-    result: Result, game: Game | ExtensiveGame
-) -> Equilibrium | BehaviorEquilibrium:
+def equilibrium(result: Result, game: Game) -> Equilibrium:
     """Return strategies, payoffs and gains if the result is solved, and whether the
     strategies are an equilibrium."""
-    found = of_solution(result.problem, result.z, result.tol) if result.solved else None
-    own: Any = None if found is None else found.own
-    parts = (
-        ()
-        if result.exact is None or result.exact.z is None
-        else game.parts(result.exact.z)
-    )
-    exact: Any = None
-    if isinstance(game, Game):
-        if found is None:
-            return Equilibrium(None, None, None, None, UNSOLVED)
-        if parts:
-            exact = {
-                name: [value / sum(part) for value in part]
-                for name, part in zip(PLAYERS, parts, strict=True)
-            }
-        return Equilibrium(
-            own.row,
-            own.column,
-            own.payoffs,
-            own.gains,
-            own.statement(found.are_equilibrium),
-            exact,
-        )
+    found = strategies_of(game, result.z, result.tol) if result.solved else None
     if found is None:
-        return BehaviorEquilibrium(game.tree.names(), None, None, None, None, UNSOLVED)
-    if parts:
-        exact = Behavior.of_plans(game, parts[0], parts[1])
-    plans, said = (
-        (np.array(own.plans[0]), np.array(own.plans[1])),
-        (exact or own).statement(found.are_equilibrium),
-    )
-    return BehaviorEquilibrium(
-        own.players, own.information_sets, plans, own.payoffs, own.gains, said, exact
-    )
-
-
-def checked(result: Result) -> Result:
-    """Return the result of a run that has solved a game, if its strategies, if it has
-    any, are an equilibrium to the tolerance; else one of exact arithmetic by `auto`, or
-    one that is stalled and says what the players would gain."""
-    problem = result.problem
-    found = of_solution(problem, result.z, result.tol)
-    if found is None or found.are_equilibrium:
-        return result
-    began = seconds()
-    is_decided = isinstance(problem.origin, Game) or problem.n <= MOST_UNKNOWNS
-    z = _exact(result) if is_decided and result.method == "auto" else None
-    if z is not None and (point := Point(Criterion(problem, result.tol), z)).solves():
-        exact = of_solution(problem, z, result.tol)
-        if exact is not None and exact.are_equilibrium:
-            parts = {
-                **result.parts,
-                "verify": result.parts["verify"] + seconds() - began,
-            }
-            route = (*result.route, "exact")
-            return replace(
-                result, point=point, route=route, parts=parts, nearest="exact", end=None
-            )
-    reason = REASON.format(found.own.statement(False))
-    return replace(
-        result, status=Status.STALLED, message=Status.STALLED.sentence(reason), end=None
+        return Equilibrium(None, None, None, None, equilibria.UNSOLVED)
+    own: Any = found.profile
+    exact = None
+    if result.exact is not None and result.exact.z is not None:
+        parts = game.parts(result.exact.z)
+        exact = {
+            name: [value / sum(part) for value in part]
+            for name, part in zip(PLAYERS, parts, strict=True)
+        }
+    return Equilibrium(
+        own.row,
+        own.column,
+        own.payoffs,
+        own.gains,
+        own.verdict(found.are_equilibrium),
+        exact,
     )
 
 
-def _exact(result: Result) -> Vector | None:
-    """Return an equilibrium of the game with its payoffs as written, rounded; None if
-    none is found in time."""
+@np.errstate(all="ignore")
+def strategies_of(game: Game, z: Any, tol: float) -> equilibria.Found | None:
+    """Return the strategies that z stands for, in its numbers; None if it stands for
+    none."""
+    found = strategies_at(game, z)
+    return None if found is None else equilibria.Found(found, found.are_best(game, tol))
+
+
+def accepted(result: Result, game: Game) -> Result:
+    return equilibria.checked(
+        result, partial(strategies_of, game), partial(_exact, result, game)
+    )
+
+
+def _exact(result: Result, game: Game, effort: Effort) -> Any:
     with imports:
         from lcpcli.rational import pivoting
-        from lcpcli.verify.exact_solution import finitely_rounded, from_point
-    problem, game = result.problem, result.problem.origin
-    assert isinstance(game, (Game, ExtensiveGame))
-    z: Sequence[Fraction] | None = None
-    with suppress(TimeIsUp), within(result.limits.time_limit - result.seconds):
-        data, effort = (
-            ExactProblem(problem, *game.exact_conditions()),
-            elimination.Effort(EFFORT),
-        )
-        if isinstance(game, Game):
-            found = pivoting.equilibrium(data, game.A.shape[0], effort)
-            z = (
-                None
-                if found is None
-                else point_of_game(problem, np.array(found), data).tolist()
-            )
-        else:
-            z = from_point(data, result.z, effort) or first_solution(
-                data, effort.steps(data)
-            )
-    return None if z is None else finitely_rounded(z)
+    problem = result.problem
+    data = ExactProblem(problem, *game.exact_conditions())
+    found = pivoting.equilibrium(data, game.A.shape[0], effort)
+    if found is None:
+        return None
+    return point_of_game(problem, np.array(found), data).tolist()
 
 
 def minimum(result: Result, program: Program) -> Minimum:

@@ -15,7 +15,7 @@ import lcpcli
 from lcpcli import errors, read
 from lcpcli.files import contents
 from lcpcli.files.games import game_in
-from lcpcli.model.extensive import ExtensiveGame
+from lcpcli.formulations.game_tree.game import ExtensiveGame
 from lcpcli.model.origins import Game
 
 from ..cli.conftest import Lcp

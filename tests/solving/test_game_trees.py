@@ -16,9 +16,16 @@ import numpy as np
 import pytest
 
 import lcpcli
+from lcpcli.formulations.game_tree.behavior import (
+    Behavior,
+    Strategy,
+    plan_of,
+    point_of,
+    strategy_of,
+)
+from lcpcli.formulations.game_tree.game import ExtensiveGame
+from lcpcli.formulations.game_tree.tree import CHANCE, GameTree
 from lcpcli.gallery.families import make
-from lcpcli.games.behavior import Behavior, Strategy, plan_of, point_of, strategy_of
-from lcpcli.model.extensive import CHANCE, ExtensiveGame, GameTree
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.solving.proof import prove
 

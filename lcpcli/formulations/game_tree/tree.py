@@ -1,11 +1,4 @@
-"""Games of two players in extensive form: the tree, its text in .efg files, and as its
-sequence form a mixed problem of the size of the tree.
-
-With perfect recall, the moves that a player has made before an information set are the
-same at all of its nodes; so each action of each information set stands for one sequence
-of the player's moves: D. Koller, N. Megiddo, B. von Stengel, Efficient computation of
-equilibria for extensive two-person games, Games and Economic Behavior 14 (1996)
-247-259; B. von Stengel, Efficient computation of behavior strategies, 220-246.
+"""The tree of a game, as it stands in the text of an .efg file.
 
 A file has a title, the names of the players and perhaps a comment, and then the nodes,
 each before its children, which are in the order of its actions: chance nodes, personal
@@ -19,19 +12,15 @@ https://www.gambit-project.org, file formats.)
 
 from __future__ import annotations
 
-import math
 import re
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 from itertools import islice
 from typing import Any, NamedTuple, TypeVar
 
-import numpy as np
-
-from lcpcli.clock import imports
 from lcpcli.errors import (
     CUT_OFF,
     ENDS_TOO_EARLY,
@@ -40,19 +29,12 @@ from lcpcli.errors import (
     count,
     kind,
     quoted,
-    refuse_unknown,
 )
-from lcpcli.linalg.doubles import EPS
-from lcpcli.linalg.matrices import compressed
-from lcpcli.model.program import Conditions
 
-MOST_DENSE = 200  # unknowns up to which M is dense, as pivoting is fast there
-LARGEST_INTEGER = 2**53  # up to here every integer is a double
 MOST_BITS = 3322  # of denominators: a thousand digits
 CHANCE, TERMINAL = -1, -2  # in place of a player, 0 or 1
 
 Payoffs = tuple[Fraction, Fraction]
-Rows = list[dict[int, Fraction]]
 NOTHING = Fraction(0), Fraction(0)
 
 T = TypeVar("T")
@@ -175,6 +157,13 @@ NUMBER = re.compile(
 )
 LARGEST = 10**300  # payoff: sums and differences of a few are doubles
 NODES = {"c": "chance", "p": "a player", "t": "the end"}
+
+
+def tree_in(text: Any) -> GameTree:
+    """Return the game in a text, or raise ProblemError."""
+    if not isinstance(text, str):
+        raise ProblemError("efg", f"is {kind(text)}", "give the text of an .efg file")
+    return _Reading(text).tree()
 
 
 class _Reading:
@@ -426,178 +415,3 @@ class _Reading:
                 place,
             )
         return known
-
-
-class Costs(NamedTuple):
-    """The costs of a player: factor (constant - payoff), at each pair of sequences that
-    leads to ends of the game the expectation over chance moves, summed over these
-    ends."""
-
-    at: dict[tuple[int, int], Fraction]
-    constant: Fraction
-    factor: Fraction
-
-
-@dataclass(frozen=True, eq=False)
-class ExtensiveGame:
-    """The game tree whose equilibria are given by z = (x, y, u, v), with costs C and D
-    of both players:
-
-        0 <= x,  C y - E'u >= 0,  u free,  Ex = e,
-        0 <= y,  D'x - F'v >= 0,  v free,  Fy = f.
-
-    x and y are the realization plans: for each sequence of the player the product of
-    the probabilities of its moves. Ex = e says that the empty sequence has probability
-    1, and that what leads to an information set is distributed over its actions. u has
-    the cost of the game to its player, and then of what follows each information set.
-    Costs are positive, so that M is copositive, and Lemke's method ends at a solution:
-    the largest payoff plus their range, minus the payoff, times what makes all costs
-    integers, if doubles have these, and a power of two.
-    """
-
-    tree: GameTree
-
-    @classmethod
-    def parse(cls, data: Mapping[str, Any]) -> ExtensiveGame:
-        refuse_unknown("", data, ("kind", "efg"))
-        return cls.of(data.get("efg"))
-
-    @classmethod
-    def of(cls, text: Any) -> ExtensiveGame:
-        """Return the game in a text, or raise ProblemError."""
-        if not isinstance(text, str):
-            raise ProblemError(
-                "efg", f"is {kind(text)}", "give the text of an .efg file"
-            )
-        return cls(_Reading(text).tree())
-
-    def data(self) -> dict[str, Any]:
-        return {"kind": "efg", "efg": self.tree.text}
-
-    def fits(self, given: Conditions) -> bool:
-        own = self.conditions()
-        if given.M.shape != own.M.shape or not all(
-            map(np.array_equal, given[1:], own[1:])
-        ):
-            return False
-        return bool(
-            abs(compressed(given.M) - compressed(own.M)).max()
-            <= 8 * EPS * abs(own.M).max()
-        )
-
-    @cached_property
-    def costs(self) -> tuple[Costs, Costs]:
-        return _costs(self.tree, 0), _costs(self.tree, 1)
-
-    @property
-    def is_rounded(self) -> bool:
-        """Return whether some costs are no doubles."""
-        return any(
-            Fraction(float(cost)) != cost
-            for own in self.costs
-            for cost in own.at.values()
-        )
-
-    @property
-    def sizes(self) -> tuple[int, int, int, int]:
-        one, two = self.tree.players
-        return one.sequences, two.sequences, 1 + len(one.sets), 1 + len(two.sets)
-
-    @property
-    def actions(self) -> int:
-        return sum(player.sequences - 1 for player in self.tree.players)
-
-    def parts(self, z: Any) -> list[Any]:
-        ends = np.cumsum(self.sizes)
-        return [z[end - size : end] for end, size in zip(ends, self.sizes, strict=True)]
-
-    def exact_conditions(self) -> tuple[Rows, list[Fraction], list[Fraction | None]]:
-        """Return the rows of M, q and the lower bounds, as fractions."""
-        size_x, size_y, size_u, size_v = self.sizes
-        x, y, u, v = 0, size_x, size_x + size_y, size_x + size_y + size_u
-        rows: Rows = [{} for _ in range(v + size_v)]
-        for (i, j), cost in self.costs[0].at.items():
-            rows[x + i][y + j] = cost
-        for (i, j), cost in self.costs[1].at.items():
-            rows[y + j][x + i] = cost
-        for player, plan, value in zip(self.tree.players, (x, y), (u, v), strict=True):
-            sets = (
-                (i + 1, player.moves(i), [before])
-                for i, before in enumerate(player.before)
-            )
-            # Of row k of E, the columns of its entries 1 and -1.
-            for k, moves, before in [(0, [0], []), *sets]:
-                for entry, sequences in ((1, moves), (-1, before)):
-                    for sequence in sequences:
-                        rows[value + k][plan + sequence] = Fraction(entry)
-                        rows[plan + sequence][value + k] = Fraction(-entry)
-        q = [Fraction(-1 if i in (u, v) else 0) for i in range(len(rows))]
-        return rows, q, [Fraction(0) if i < u else None for i in range(len(rows))]
-
-    def conditions(self) -> Conditions:
-        rows, q, lower = self.exact_conditions()
-        values = np.array([float(a) for row in rows for a in row.values()])
-        places = (
-            [i for i, row in enumerate(rows) for _ in row],
-            [j for row in rows for j in row],
-        )
-        if len(q) > MOST_DENSE:
-            with imports:
-                from scipy.sparse import csr_array
-            M: Any = csr_array((values, places), shape=(len(q), len(q)))
-        else:
-            M = np.zeros((len(q), len(q)))
-            M[places] = values
-        low = np.array([-np.inf if bound is None else 0.0 for bound in lower])
-        return Conditions(M, np.array(q, dtype=float), low, np.full(len(q), np.inf))
-
-    def _names(self) -> list[tuple[str, str, str]]:
-        """Return three ever longer names of each component: of a sequence by its last
-        move, of a cost by its set."""
-        plans, values = list[tuple[str, str, str]](), list[str]()
-        for who, player in zip(self.tree.names(), self.tree.players, strict=True):
-            plans.append((who, who, who))
-            values.append(f"cost of {who}")
-            for label, own in zip(player.labels(), player.sets, strict=True):
-                moves = (
-                    (move, f"{label}: {move}") for move in distinct_labels(own.actions)
-                )
-                plans += [(move, longer, f"{who}: {longer}") for move, longer in moves]
-                values.append(f"cost of {who}: {label}")
-        return [*plans, *((name, name, name) for name in values)]
-
-    def names(self, n: int) -> Sequence[str]:  # noqa: ARG002 (as in every origin)
-        return [name for *_, name in self._names()]
-
-    @property
-    def headings(self) -> list[str]:
-        """Return the shortest names of the components that differ, for tables."""
-        short, longer, full = zip(*self._names(), strict=True)
-        times, times_longer = Counter([*short, *full]), Counter(longer)
-        return [
-            one
-            if times[one] == 1 or one == name
-            else two
-            if times_longer[two] == 1
-            else name
-            for one, two, name in zip(short, longer, full, strict=True)
-        ]
-
-
-def _costs(tree: GameTree, player: int) -> Costs:
-    """Return the costs of a player."""
-    largest, least = (
-        extreme(payoffs[player] for *_, payoffs in tree.ends) for extreme in (max, min)
-    )
-    constant, at = largest + ((largest - least) or 1), dict[tuple[int, int], Fraction]()
-    for sequences, chance, payoffs in tree.ends:
-        at[sequences] = at.get(sequences, 0) + chance * (constant - payoffs[player])
-    greatest, common = max(at.values()), 1
-    for cost in at.values():
-        if common.bit_length() <= MOST_BITS:
-            common = math.lcm(common, cost.denominator)
-    factor = Fraction(common, math.gcd(*(cost.numerator for cost in at.values())))
-    whole = greatest * factor
-    is_double = common.bit_length() <= MOST_BITS and whole <= LARGEST_INTEGER
-    factor = factor / 2 ** int(whole).bit_length() if is_double else 1 / greatest
-    return Costs({pair: cost * factor for pair, cost in at.items()}, constant, factor)

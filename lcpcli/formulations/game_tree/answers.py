@@ -1,0 +1,271 @@
+"""What a z says about a game tree: behavior strategies, checked by best responses."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import partial
+from itertools import chain
+from typing import Any
+
+import numpy as np
+
+from lcpcli.enumeration.meaning import Meaning, Payoff, Values
+from lcpcli.errors import ProblemError
+from lcpcli.formulations.game_tree.behavior import (
+    Behavior,
+    InformationSetStrategy,
+    point_of,
+)
+from lcpcli.formulations.game_tree.game import ExtensiveGame
+from lcpcli.model.formulation import Answer
+from lcpcli.rational import elimination
+from lcpcli.rational.exact_problem import ExactProblem
+from lcpcli.rational.tree import first_solution
+from lcpcli.report import wording
+from lcpcli.report.document import Table
+from lcpcli.solving import equilibria
+from lcpcli.solving.result import Result
+from lcpcli.typing import Vector
+from lcpcli.verify.equilibria import (
+    HINT,
+    are_probabilities,
+    of_strategies,
+    with_strategies,
+)
+from lcpcli.verify.exact_solution import from_point
+from lcpcli.verify.verification import Proposed, Verification
+
+MOST_UNKNOWNS = 60  # of a game tree for which exact arithmetic is tried
+MOST_SETS = 100  # information sets in a table, a few screens
+
+
+@dataclass(frozen=True, eq=False)
+class BehaviorEquilibrium(Answer):
+    """What a solution of the mixed problem says about a game tree.
+
+    players : the names of both players.
+    information_sets : behavior strategies, the first player's and then the second
+        player's information sets, in the order of the file; None, as are the plans,
+        payoffs and gains, if the problem is not solved. Where a player's own moves
+        exclude an information set, its actions have the same probability; any others
+        give an equilibrium too.
+    plans : the realization plans, for each sequence of a player's moves the product of
+        their probabilities.
+    payoffs : the expected payoffs of both players. gains : how much each player would
+        gain by a best response, computed on the tree, backward over its information
+        sets; 0 if the gain is only rounding error.
+    statement : whether the strategies are an equilibrium. That they are one in each
+        subgame is not asked.
+    exact : the same in fractions if z is proved, else None.
+    """
+
+    players: list[str]
+    information_sets: list[InformationSetStrategy] | None
+    plans: tuple[Vector, Vector] | None
+    payoffs: tuple[float, float] | None
+    gains: tuple[float, float] | None
+    statement: str
+    exact: Behavior | None = None
+
+    @property
+    def _best(self) -> Any:
+        return self.exact or self
+
+    def lines(self) -> list[str]:
+        if self.payoffs is None:
+            return [self.statement]
+        return [payoffs_of(self._best), self.statement]
+
+    def tables(self, *, whole: bool = True) -> list[Table]:  # noqa: ARG002
+        return [] if self.payoffs is None else [table_of(self._best.information_sets)]
+
+    def cells(self) -> Mapping[str, Sequence[Any]]:
+        headings = ("player", "probability", "payoff")
+        if self.payoffs is None:
+            return dict.fromkeys(headings, ())
+        own = self._best
+        players = zip(own.players, moves(own), own.payoffs, strict=True)
+        rows = [(name, p, payoff) for name, part, payoff in players for p in part]
+        return dict(zip(headings, zip(*rows, strict=True), strict=True))
+
+
+def answer(game: ExtensiveGame, result: Result) -> BehaviorEquilibrium:
+    """Return strategies, payoffs and gains if the result is solved, and whether the
+    strategies are an equilibrium."""
+    found = profile_of(game, result.z, result.tol) if result.solved else None
+    if found is None:
+        unsolved = equilibria.UNSOLVED
+        return BehaviorEquilibrium(game.tree.names(), None, None, None, None, unsolved)
+    own, are_equilibrium = found
+    assert isinstance(own, Behavior)
+    exact = None
+    if result.exact is not None and result.exact.z is not None:
+        exact = behavior_at(game, result.exact.z)
+    return BehaviorEquilibrium(
+        own.players,
+        own.information_sets,
+        (np.array(own.plans[0]), np.array(own.plans[1])),
+        own.payoffs,
+        own.gains,
+        (exact or own).verdict(are_equilibrium),
+        exact,
+    )
+
+
+def accepted(game: ExtensiveGame, result: Result) -> Result:
+    exactly = None
+    if result.problem.n <= MOST_UNKNOWNS:
+        exactly = partial(_exact_solution, game, result)
+    return equilibria.checked(result, partial(profile_of, game), exactly)
+
+
+def _exact_solution(
+    game: ExtensiveGame, result: Result, effort: elimination.Effort
+) -> Sequence[Fraction] | None:
+    data = ExactProblem(result.problem, *game.exact_conditions())
+    found = from_point(data, result.z, effort)
+    return found or first_solution(data, effort.steps(data))
+
+
+def behavior_at(game: ExtensiveGame, z: Sequence[Any]) -> Behavior:
+    """Return the strategies that the plans in z stand for."""
+    x, y, *_ = game.parts(z)
+    return Behavior.of_plans(game, list(x), list(y))
+
+
+@np.errstate(all="ignore")
+def profile_of(
+    game: ExtensiveGame, z: Sequence[Any] | Vector, tol: float
+) -> equilibria.Found | None:
+    """Return the strategies that z stands for, in its numbers, and whether they are an
+    equilibrium to the tolerance; None if it stands for none."""
+    values = z.tolist() if isinstance(z, np.ndarray) else z
+    x, y, *_ = game.parts(values)
+    if min(*x, *y) < 0 or not (x[0] and y[0]):
+        return None
+    behavior = behavior_at(game, values)
+    return equilibria.Found(behavior, behavior.are_best(game, tol))
+
+
+@np.errstate(all="ignore")  # overflow counts as infinite
+def verified(game: ExtensiveGame, proposed: Proposed) -> Verification:
+    """Verify z, or the probabilities of all actions."""
+    if len(proposed.values) == proposed.problem.n:
+        found = profile_of(game, proposed.array, proposed.tol)
+        verification = proposed.of_z(proposed.values)
+        return verification if found is None else with_strategies(verification, *found)
+    behavior = _proposed(game, proposed.values)
+    # A player without moves has a plan of integers.
+    number: Callable[[Any], Any] = float if proposed.data is None else Fraction
+    z = point_of(game, *(list(map(number, plan)) for plan in behavior.plans))
+    are_equilibrium = behavior.are_best(game, proposed.tol)
+    return of_strategies(proposed, z, behavior, are_equilibrium)
+
+
+def _proposed(game: ExtensiveGame, values: Sequence[Any] | Vector) -> Behavior:
+    """Return the strategies with these probabilities of all actions, divided by their
+    sums, or raise ProblemError."""
+    left, found = iter(values), list[list[list[Any]]]()
+    for player in game.tree.players:
+        given = [[next(left) for _ in each.actions] for each in player.sets]
+        for label, probabilities in zip(player.labels(), given, strict=True):
+            if not are_probabilities(np.array(probabilities, dtype=float)):
+                fault = (
+                    f"has {', '.join(f'{float(p):.7g}' for p in probabilities)} as "
+                    "the probabilities of its actions"
+                )
+                raise ProblemError(
+                    f"information set {label} of {player.name}", fault, HINT
+                )
+        found.append([[p / sum(each) for p in each] for each in given])
+    return Behavior.of(game, found)
+
+
+def moves(own: Any) -> list[list[Any]]:
+    """Return for each player the probabilities of the last moves of the sequences, the
+    first of which has none. own : a `Behavior` or an answer."""
+    sets = (
+        [each.probabilities for each in own.information_sets if each.player == name]
+        for name in own.players
+    )
+    return [[1, *chain(*probabilities)] for probabilities in sets]
+
+
+def payoffs_of(own: Any) -> str:
+    pairs = zip(own.players, own.payoffs, strict=True)
+    payoffs = (f"{name} {wording.number(value)}" for name, value in pairs)
+    return f"payoffs {', '.join(payoffs)}"
+
+
+def table_of(sets: Sequence[InformationSetStrategy]) -> Table:
+    """Return a table of what players do at their information sets, actions that are not
+    chosen left out."""
+    chosen = (
+        wording.named(list(own.probabilities), own.actions, wording.number, True)[1:-1]
+        for own in sets
+    )
+    shown = zip(sets[:MOST_SETS], chosen, strict=False)
+    rows = [
+        [own.player, own.label, wording.number(own.reached), actions]
+        for own, actions in shown
+    ]
+    notes = [f"the first {MOST_SETS} of {len(sets)} information sets; JSON has all"] * (
+        len(sets) > MOST_SETS
+    )
+    return Table(
+        ["player", "information set", "reached", "probabilities"],
+        [rows],
+        (0, 1, 3),
+        (3,),
+        notes=notes,
+    )
+
+
+class Plans(Meaning):
+    """What plans of players mean: the probabilities of their moves, and payoffs."""
+
+    vertices = "the plans at its vertices"
+
+    def __init__(self, data: ExactProblem, game: ExtensiveGame) -> None:
+        super().__init__(data)
+        self._game = game
+
+    def payoffs(self) -> Mapping[str, Payoff]:
+        game, first = self._game, sum(self._game.sizes[:2])
+        indices = first, first + game.sizes[2]
+        return {
+            name: Payoff(i, 1 / costs.factor, costs.constant)
+            for name, i, costs in zip(
+                game.tree.names(), indices, game.costs, strict=True
+            )
+        }
+
+    def shown(self, indices: list[int]) -> list[int]:
+        sizes = self._game.sizes
+        empty = 0, sizes[0]
+        return [i for i in indices if i < sum(sizes[:2]) and i not in empty]
+
+    def headings(self, indices: Sequence[int]) -> list[str]:  # noqa: ARG002
+        return [f"{name} gets" for name in self._game.tree.names()]
+
+    def row(
+        self,
+        kind: str,
+        z: Values,
+        w: Values,  # noqa: ARG002
+        indices: Sequence[int],  # noqa: ARG002
+        cell: Callable[[Fraction], str],
+    ) -> tuple[Values, list[str]]:
+        if kind != "vertex":  # a direction has the changes of the plans
+            return z, ["", ""]
+        behavior = behavior_at(self._game, z)
+        return list(chain(*moves(behavior))), [*map(cell, behavior.payoffs)]
+
+    def record(self, z: Values) -> dict[str, Any]:
+        return {"equilibrium": behavior_at(self._game, z)}
+
+    def best(self, z: Values) -> tuple[list[str], list[Any]]:
+        behavior = behavior_at(self._game, z)
+        return [payoffs_of(behavior)], [table_of(behavior.information_sets)]

@@ -1,0 +1,201 @@
+"""Behavior strategies of a game tree: what a best response to them would gain, computed
+from the ends of the tree, backward over a player's information sets, not from the
+matrices of the sequence form."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+from lcpcli.formulations.game_tree.game import ExtensiveGame
+from lcpcli.formulations.game_tree.tree import GameTree, Player, distinct_labels
+from lcpcli.games.profile import PER_UNKNOWN, Profile
+from lcpcli.linalg.doubles import EPS, ROW_ROUNDING
+
+# A realization plan: for each sequence of the player the product of the probabilities
+# of its moves.
+Plan = list[Any]
+Strategy = list[list[Any]]  # for each information set the probabilities of its actions
+
+
+@dataclass(frozen=True, eq=False)
+class InformationSetStrategy:
+    """What a player does at an information set: the player's name, the label, the
+    actions and their probabilities, and the probability that the information set is
+    reached."""
+
+    player: str
+    label: str
+    actions: list[str]
+    probabilities: list[Any]
+    reached: Any
+
+
+@dataclass(frozen=True, eq=False)
+class Behavior(Profile):
+    """Behavior strategies of both players of a game tree, all numbers in doubles or in
+    fractions: what they do at all information sets, in the order of the file, the
+    realization plans, the expected payoffs, and how much each player would gain by a
+    best response, 0 if that is only rounding."""
+
+    players: list[str]
+    information_sets: list[InformationSetStrategy]
+    plans: tuple[Plan, Plan]
+    payoffs: tuple[Any, Any]
+    gains: tuple[Any, Any]
+
+    @classmethod
+    def of(cls, game: ExtensiveGame, strategies: Sequence[Strategy]) -> Behavior:
+        """Return what these strategies are, in the numbers that they have."""
+        tree, players = game.tree, game.tree.players
+        one, two = map(plan_of, players, strategies)
+        exact = not any(isinstance(value, float) for value in (*one, *two))
+        number: Any = Fraction if exact else float
+        one, two = list(map(number, one)), list(map(number, two))
+        ends, payoffs, gains = _ends(tree, number), list[Any](), list[Any]()
+        for player, (own, other) in enumerate(((one, two), (two, one))):
+            best = _best_plan(players[player], ends, player, other)
+            now, then = (_expected(ends, player, plan, other) for plan in (own, best))
+            gain, rounding = (
+                then[0] - now[0],
+                0 if exact else ROW_ROUNDING * (now[1] + then[1]),
+            )
+            payoffs.append(now[0])
+            gains.append(gain if gain > rounding else 0 * abs(gain))
+        names, reached = (
+            tree.names(),
+            [[number(0)] * len(player.sets) for player in players],
+        )
+        for node in tree.nodes:
+            if node.owner >= 0:
+                i, j = node.sequences
+                reached[node.owner][node.where] += number(node.chance) * one[i] * two[j]
+        sets = [
+            InformationSetStrategy(name, label, distinct_labels(own.actions), *values)
+            for name, player, *both in zip(
+                names, players, strategies, reached, strict=True
+            )
+            for label, own, *values in zip(
+                player.labels(), player.sets, *both, strict=True
+            )
+        ]
+        return cls(
+            names, sets, (one, two), (payoffs[0], payoffs[1]), (gains[0], gains[1])
+        )
+
+    @classmethod
+    def of_plans(cls, game: ExtensiveGame, x: Plan, y: Plan) -> Behavior:
+        return cls.of(
+            game,
+            [
+                strategy_of(*each)
+                for each in zip(game.tree.players, (x, y), strict=True)
+            ],
+        )
+
+    def are_best(self, game: ExtensiveGame, tol: float) -> bool:
+        """Return whether no player gains more than is allowed of the terms of its gain,
+        counted from what it gets."""
+        allowed = PER_UNKNOWN * sum(game.sizes) * tol
+        ends, plans = (
+            _ends(game.tree, float),
+            [list(map(float, plan)) for plan in self.plans],
+        )
+        for player, gain in enumerate(self.gains):
+            centre, other = float(self.payoffs[player]), plans[1 - player]
+            both = (
+                plans[player],
+                _best_plan(game.tree.players[player], ends, player, other),
+            )
+            if not gain <= allowed * sum(
+                _expected(ends, player, plan, other, centre)[1] for plan in both
+            ):
+                return False
+        return True
+
+
+def point_of(game: ExtensiveGame, x: Plan, y: Plan) -> list[Any]:
+    """Return the z with these plans, and with the costs of best responses to them, in
+    the numbers that they have."""
+    z = [*x, *y]
+    for player, other in ((0, y), (1, x)):
+        own, exact = (
+            game.tree.players[player],
+            not any(isinstance(value, float) for value in other),
+        )
+        behind: Plan = [0] * own.sequences
+        for pair, cost in game.costs[player].at.items():
+            behind[pair[player]] -= (cost if exact else float(cost)) * other[
+                pair[1 - player]
+            ]
+        z += [0 - value for value in _best_response(own, behind)[1]]
+    return z
+
+
+def plan_of(player: Player, strategy: Strategy) -> Plan:
+    plan: Plan = [1]
+    for before, probabilities in zip(player.before, strategy, strict=True):
+        plan += [plan[before] * probability for probability in probabilities]
+    return plan
+
+
+def strategy_of(player: Player, plan: Plan) -> Strategy:
+    """Return the behavior strategy of a plan, uniform at information sets that the
+    player's own moves exclude."""
+    found: Strategy = []
+    for i in range(len(player.sets)):
+        total = sum(own := [plan[sequence] for sequence in player.moves(i)])
+        if total <= (EPS * len(plan) if isinstance(total, float) else 0):
+            own, total = [total * 0 + 1] * len(own), len(own)
+        found.append([value / total for value in own])
+    return found
+
+
+def _ends(tree: GameTree, number: Any) -> list[tuple[tuple[int, int], Any, list[Any]]]:
+    """Return the ends of a tree with their numbers as doubles or fractions."""
+    return [
+        (at, number(chance), list(map(number, payoffs)))
+        for at, chance, payoffs in tree.ends
+    ]
+
+
+def _expected(
+    ends: Sequence[Any], player: int, own: Plan, other: Plan, centre: Any = 0
+) -> tuple[Any, Any]:
+    """Return the expected payoff of a player less the centre, and the sum of the sizes
+    of its terms."""
+    weights = (
+        (chance * own[at[player]] * other[at[1 - player]], payoffs)
+        for at, chance, payoffs in ends
+    )
+    terms = [
+        weight * (payoffs[player] - centre) for weight, payoffs in weights if weight
+    ]
+    zero = 0 * ends[0][1]
+    return sum(terms, zero), sum(map(abs, terms), zero)
+
+
+def _best_plan(own: Player, ends: Sequence[Any], player: int, other: Plan) -> Plan:
+    """Return the plan of a pure best response to the plan of the other player."""
+    behind: Plan = [0 * ends[0][1]] * own.sequences
+    for at, chance, payoffs in ends:
+        if weight := chance * other[at[1 - player]]:
+            behind[at[player]] += weight * payoffs[player]
+    return plan_of(own, _best_response(own, behind)[0])
+
+
+def _best_response(own: Player, behind: Plan) -> tuple[Strategy, list[Any]]:
+    """Return a pure best response, with the first action of the largest payoff at each
+    information set, and the payoff of the game and of what follows each information
+    set. behind : what each sequence gets where the game then ends. Information sets
+    behind other ones of the player come later, and are decided first."""
+    behind, strategy, largest = [*behind], list[list[Any]](), list[Any]()
+    for i in range(len(own.sets) - 1, -1, -1):
+        payoffs = [behind[sequence] for sequence in own.moves(i)]
+        largest.append(max(payoffs))
+        chosen = payoffs.index(largest[-1])
+        strategy.append([int(move == chosen) for move in range(len(payoffs))])
+        behind[own.before[i]] += largest[-1]
+    return strategy[::-1], [behind[0], *reversed(largest)]

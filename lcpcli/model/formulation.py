@@ -1,0 +1,227 @@
+"""What a problem may be made from: a formulation has the way to M and q, and the way
+back (the "source problems" of R. W. Cottle, J.-S. Pang, R. E. Stone, The Linear
+Complementarity Problem (1992), section 1.2).
+
+The rest of the package knows a formulation by the class `Formulation` alone, and by a
+row of the table in `model/formulations.py`, which says what has to be known of it
+before it is imported.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from importlib import import_module
+from typing import Any, ClassVar, NamedTuple
+
+from lcpcli.clock import imports
+from lcpcli.errors import MAKE_AGREE, ProblemError, kind, numbers_for, quoted
+from lcpcli.model.arrays import FROM_0
+from lcpcli.typing import Matrix, Vector
+
+TEXTS = ("name", "source", "note")  # keys of any problem, and of what it is made from
+# What names are for: to be complete, to choose components by, to head narrow columns.
+FULL, LABELS, HEADINGS = "full", "labels", "headings"
+
+
+class Conditions(NamedTuple):
+    """A mixed problem."""
+
+    M: Matrix
+    q: Vector
+    lower: Vector
+    upper: Vector
+
+
+class Answer:
+    """What a solution, or the absence of one, means in the users' words.
+
+    Text, CSV and JSON are made from it. All methods have defaults; a dataclass that
+    derives from it is an object in JSON with its fields as keys.
+    """
+
+    statement: str = ""  # a sentence that the answer begins or ends with
+    exact: Any = None  # the same in fractions, if the solution is proved
+
+    def lines(self) -> list[str]:
+        """Return lines of text, the statement among them."""
+        return [self.statement] if self.statement else []
+
+    def tables(self, *, whole: bool = True) -> list[Any]:  # noqa: ARG002
+        """Return tables, each a `report.document.Table`. whole : whether they may be
+        longer than a screen."""
+        return []
+
+    def cells(self) -> Mapping[str, Sequence[Any]]:
+        """Return columns of CSV by their headings, each with a cell for each
+        component of z; empty if there are none. Numbers may be fractions."""
+        return {}
+
+    def record(self) -> Mapping[str, Any] | None:
+        """Return the keys and values of the answer in JSON; by default, for None, the
+        fields of the dataclass."""
+        return None
+
+
+class Formulation:
+    """What a problem was made from, kept with it as `Problem.origin`.
+
+    To add one, derive a class from this one and add its row to the table. These twelve
+    methods are all that the package calls. A class has to define the first two, which
+    make problems and write them; the others have defaults, which treat the problem as
+    one that was given by M and q.
+
+    The way to M and q:
+        of_fields    the problem for the keys of a file
+        data, parse  this object as JSON, for files with M and q, and back
+        fits         whether M and q are those of this object
+        conditions   M, q and the lower bounds in fractions, where doubles may be too
+                     short for them
+        fields       the keys of `of_fields` for a problem, to be written to a file
+        names        of the components of z
+
+    The way back:
+        answer       what a result means: an `Answer`, for text, CSV and JSON
+        accepted     the result, if the answer stands a check of its own
+        lengths      what `lcp check` takes, besides z, by its length
+        verified     the verification of one of these
+        meaning      what exact solutions mean, for lists of all solutions
+
+    Files in a format of their own are read by modules as `files/formats.py` describes
+    them; a function `from_...` for Python is best a thin one, called by `of_fields`. A
+    family of problems is a function as in `gallery`, and named in FAMILIES of the
+    folder.
+
+    kind : the word for it in files and answers, as in the table.
+    saddle : for M = [Q -A' 0; A 0 -E; 0 E' 0] with Q symmetric, the lengths of its
+        parts, so that methods use its signs; else None.
+    """
+
+    kind: ClassVar[str] = ""
+    # What lcp make and lcp convert call its conditions, and what files without the
+    # object leave out.
+    form: ClassVar[str] = "the format keeps only"
+    left_out: ClassVar[Sequence[str]] = ()
+    # Whether it is nothing but names, and whether it is worth saying of an answer that
+    # the problem has others.
+    is_names_alone: ClassVar[bool] = False
+    counts_solutions: ClassVar[bool] = False
+
+    def beside(self, name: str) -> Any:
+        """Return a module in the folder of this class, which is loaded on first use: as
+        for the way back, of which reading a file has no need."""
+        with imports:
+            return import_module(f"{type(self).__module__.rpartition('.')[0]}.{name}")
+
+    @classmethod
+    def of_fields(cls, fields: Mapping[str, Any]) -> Any:
+        """Return the Problem with the keys of a file, or raise ProblemError."""
+        raise NotImplementedError
+
+    def data(self) -> dict[str, Any]:
+        """Return this object for JSON, with its kind under the key kind."""
+        raise NotImplementedError
+
+    @classmethod
+    def parse(cls, data: Mapping[str, Any]) -> Any:  # noqa: ARG003
+        """Return the object with this data, or raise ProblemError."""
+        raise ProblemError("kind", f"is {quoted(cls.kind)}", "leave origin out")
+
+    def fits(self, given: Conditions) -> bool:  # noqa: ARG002
+        """Return whether the problem may be made from this object."""
+        return True
+
+    def exact_conditions(self) -> tuple[Any, ...] | None:
+        """Return the rows of M, each with its entries by their columns, and q, as
+        fractions, with the lower bounds behind them if these are not all 0; None if
+        they are the doubles of the problem, or the decimals in its file."""
+        return None
+
+    def fields(self, problem: Any, *, in_text: bool) -> dict[str, Any] | None:  # noqa: ARG002
+        """Return the keys of a file for a problem, but for TEXTS; None if M and q have
+        to be written instead. in_text : whether the format is a text, so that numbers
+        may be fractions and objects."""
+        return None
+
+    def names(self, n: int, purpose: str = FULL) -> Sequence[str]:  # noqa: ARG002
+        """Return the names of the n components, "" where there is none. purpose : FULL,
+        LABELS or HEADINGS."""
+        return [""] * n
+
+    def answer(self, result: Any) -> Answer | None:  # noqa: ARG002
+        """Return what a result means. This is computed when it is first asked for."""
+        return None
+
+    def accepted(self, result: Any) -> Any:
+        """Return a solved result, as it is if its answer is right, too; else a better
+        one, or the same with the status `stalled` and the reason."""
+        return result
+
+    def lengths(self, problem: Any) -> dict[int, str]:
+        """Return what may be verified, in words, by its number of entries."""
+        return {problem.n: "z"}
+
+    def verified(self, proposed: Any) -> Any:
+        """Return the Verification of what was proposed. proposed : a
+        `verify.verification.Proposed`, with the problem, the values, the tolerance or
+        the exact data, and the verification of a z."""
+        return proposed.of_z(proposed.values)
+
+    def meaning(self, data: Any) -> Any:  # noqa: ARG002
+        """Return what exact solutions of a problem mean: an
+        `enumeration.meaning.Meaning`. data : the problem in exact numbers."""
+        return None
+
+
+class Named(Formulation):
+    """No formulation, but names of the unknowns, for tables and CSV."""
+
+    kind = "names"
+    is_names_alone = counts_solutions = True
+
+    def __init__(self, texts: tuple[str, ...]) -> None:
+        self.texts = texts
+
+    def data(self) -> dict[str, Any]:
+        return {"kind": self.kind, "names": list(self.texts)}
+
+    def fits(self, given: Conditions) -> bool:
+        return len(self.texts) == given.q.size
+
+    def names(self, n: int, purpose: str = FULL) -> Sequence[str]:  # noqa: ARG002
+        return self.texts
+
+
+PLAIN = Formulation()  # of a problem that is given by M and q
+
+
+def named(given: Sequence[str], n: int) -> Named:
+    """Return the names of n unknowns, or raise ProblemError."""
+    own = names_of("names", given, n, "unknown")
+    for name, times in Counter(own).items():
+        if name and times > 1:
+            fault = f"has {quoted(name)} for {times} unknowns"
+            hint = "give each its own name, or an empty one"
+            raise ProblemError("names", fault, hint)
+    return Named(own)
+
+
+def names_of(
+    field: str, given: Any, size: int | None = None, of: str = ""
+) -> tuple[str, ...]:
+    """Return a list of names, one for each of `size` things of a kind, or none; or
+    raise ProblemError."""
+    if not isinstance(given, (list, tuple)):
+        raise ProblemError(field, f"is {kind(given)}", "give a list of names")
+    for i, name in enumerate(given):
+        if not isinstance(name, str):
+            raise ProblemError(
+                f"{field}[{i}]", f"is {kind(name)}", f"give a text {FROM_0}"
+            )
+    if given and size is not None and len(given) != size:
+        raise ProblemError(
+            field,
+            numbers_for(len(given), "name", size, of),
+            MAKE_AGREE,
+        )
+    return tuple(given)

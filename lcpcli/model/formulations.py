@@ -1,0 +1,145 @@
+"""The table of formulations, each imported when a file or a call needs it.
+
+A row says what has to be known before: by which keys an object in a file is known to
+be one, and the suffixes of its own formats. The folder may be missing; what needs it is
+then refused in one line. Other packages add rows by entry points of the group
+lcpcli.formulations. numpy is not loaded, so that shell completion responds at once.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Mapping
+from importlib import import_module
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from lcpcli.clock import imports
+from lcpcli.errors import LCPError, ProblemError
+
+if TYPE_CHECKING:
+    from lcpcli.model.formulation import Formulation
+
+INSTALL = "install the package again, with all of its files"
+
+
+class FileForm(NamedTuple):
+    """A format of files that only this formulation has.
+
+    module : in its folder, a `files.formats.Format`. beginning : what such a file
+    begins with, by which it is recognized whatever its suffix; b"" if nothing.
+    """
+
+    module: str
+    beginning: bytes = b""
+
+
+class Row(NamedTuple):
+    """A formulation before it is imported.
+
+    home : its folder, as a package, or the module of another package that has all of
+        it.
+    location : the module in this folder and the name of its `Formulation` in it, as
+        "module:name"; the name alone if it is in home.
+    noun : what a file of it is, in messages.
+    tells : texts with keys that show that an object in a file is one: where all keys of
+        one of these texts are there, and none of those with ! before them.
+    texts : keys whose values have no numbers.
+    files : its own formats, by suffix.
+    """
+
+    home: str
+    location: str
+    noun: str
+    tells: tuple[str, ...] = ()
+    texts: tuple[str, ...] = ()
+    files: Mapping[str, FileForm] = {}
+
+    def is_told_by(self, keys: Collection[str]) -> bool:
+        return any(
+            all((key[1:] not in keys) if key[0] == "!" else key in keys for key in own)
+            for own in map(str.split, self.tells)
+        )
+
+
+# By the words for them in files, under the key kind of origin.
+TABLE = {
+    "efg": Row(
+        "lcpcli.formulations.game_tree",
+        "game:ExtensiveGame",
+        "a game",
+        ("efg",),
+        ("efg",),
+        {".efg": FileForm("efg_format", b"EFG ")},
+    ),
+}
+
+
+def row_of(kind: str) -> Row:
+    """Return the row of a kind that is known, or raise LCPError."""
+    if kind not in TABLE:
+        from lcpcli import additions
+
+        row = additions.addition("formulations", kind)
+        if not isinstance(row, Row):
+            fault = "of another package is no Row of lcpcli.model.formulations"
+            raise LCPError(kind, fault, "see lcp help development")
+        TABLE[kind] = row
+    return TABLE[kind]
+
+
+def told_by(keys: Collection[str]) -> str:
+    """Return the kind of the formulation that has these keys in a file; "" if there is
+    none, as for a problem that is given by M."""
+    if "M" in keys:
+        return ""
+    return next((kind for kind in kinds() if row_of(kind).is_told_by(keys)), "")
+
+
+FILES = {suffix: row for row in TABLE.values() for suffix in row.files}
+TEXTS = {key for row in TABLE.values() for key in row.texts}
+# All keys that tell of one.
+KEYS = {
+    key
+    for row in TABLE.values()
+    for own in row.tells
+    for key in own.split()
+    if key[0] != "!"
+}
+
+
+def kinds() -> Iterator[str]:
+    """Yield the kinds in the table, then those of other packages."""
+    yield from [*TABLE]
+    yield from sorted(_added() - {*TABLE})
+
+
+def _added() -> set[str]:
+    from lcpcli import additions
+
+    return additions.names("formulations")
+
+
+def is_known(kind: str) -> bool:
+    return kind in TABLE or kind in _added()
+
+
+def load(kind: str) -> type[Formulation]:
+    """Return the formulation of a kind, or raise ProblemError if it is missing."""
+    row = row_of(kind)
+    module, _, name = row.location.rpartition(":")
+    loaded = module_of(row, module, row.noun)
+    formulation: type[Formulation] = getattr(loaded, name)
+    return formulation
+
+
+def module_of(row: Row, module: str, asked: str) -> Any:
+    """Return a module in the home of a formulation, or home itself for "". asked : what
+    needs it, in the message if the formulation is not installed."""
+    place = f"{row.home}.{module}" if module else row.home
+    try:
+        with imports:
+            return import_module(place)
+    except ModuleNotFoundError as error:
+        if not (error.name and f"{place}.".startswith(f"{error.name}.")):
+            raise
+        fault = f"this installation has no formulation for {asked}"
+        raise ProblemError("", fault, INSTALL) from None
