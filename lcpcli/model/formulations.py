@@ -76,8 +76,8 @@ TABLE = {
 def row_of(kind: str) -> Row:
     """Return the row of a kind that is known, or raise LCPError."""
     if kind not in TABLE:
-        from lcpcli import additions
-
+        with imports:
+            from lcpcli import additions
         row = additions.addition("formulations", kind)
         if not isinstance(row, Row):
             fault = "of another package is no Row of lcpcli.model.formulations"
@@ -113,8 +113,8 @@ def kinds() -> Iterator[str]:
 
 
 def _added() -> set[str]:
-    from lcpcli import additions
-
+    with imports:
+        from lcpcli import additions
     return additions.names("formulations")
 
 
