@@ -218,12 +218,14 @@ class Structure:
     def is_frictional(self) -> bool:
         """Return whether M has the blocks of contact with friction, with zeros or small
         numbers on the diagonal, for more than a few unknowns without bounds."""
-        M = self.given.M
+        M = self.given.M if is_sparse(self.given.M) else self.thin.M
         if (
             self.problem.is_mixed
             or self.problem.n < FEWEST_FRICTIONAL
             or M.diagonal().min() < 0
             or self.has_no_positive_links
+            or self.program
+            or self.game
         ):
             return False
         with imports:
@@ -432,6 +434,16 @@ INTERIOR_AT_FIRST = by("interior.first_attempts", lambda s: (s.thin,))
 FIRST = (
     Row(
         *(
+            "pure",
+            "",
+            "M is that of a bimatrix game, most of which have an equilibrium in "
+            "pure strategies",
+        ),
+        lambda s: s.game is not None,
+        by("bimatrix.pure_equilibrium", lambda s: (s.problem, s.game)),
+    ),
+    Row(
+        *(
             "piqp",
             "",
             "M may be that of a convex program, and the package PIQP is installed",
@@ -521,16 +533,6 @@ FIRST = (
         ),
         lambda s: s.is_stiff,
         by("interior.of_stiff", lambda s: (s.given,)),
-    ),
-    Row(
-        *(
-            "pure",
-            "",
-            "M is that of a bimatrix game, most of which have an equilibrium in "
-            "pure strategies",
-        ),
-        lambda s: s.game is not None,
-        by("bimatrix.pure_equilibrium", lambda s: (s.problem, s.game)),
     ),
     Row(
         *("piqp", "of a game", "the game is one of constant sum: a linear program"),

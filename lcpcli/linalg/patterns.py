@@ -27,9 +27,10 @@ from lcpcli.linalg.matrices import (
     is_sparse,
     mirrored,
     principal,
+    unit_columns,
     width,
 )
-from lcpcli.typing import Indices, Matrix, Vector
+from lcpcli.typing import Indices, Mask, Matrix, Vector
 
 # Up to which factorizing a dense matrix is affordable: seconds, and 200 megabytes.
 MOST_DENSE_ROWS = 5000
@@ -47,8 +48,6 @@ SPREADING_STEPS = 8  # in which most of a graph without small separators is reac
 # Entries of L for each of M, beyond which the search for a minimum degree order may
 # take minutes.
 MUCH_FILL = 10
-# Of the entries of a row of M: with more, it is not that of the friction of a contact.
-MOST_OF_FRICTION_ROW = 0.5
 
 
 def affordable(M: Matrix) -> bool:
@@ -229,32 +228,36 @@ def has_friction(M: Matrix) -> bool:
     examined further.
     """
     n = M.shape[0]
-    entries = np.diff(M.indptr) if is_sparse(M) else np.count_nonzero(M, axis=1)
-    few = (entries <= MOST_OF_FRICTION_ROW * n).nonzero()[0]
+    positive = M > 0.0
+    # A row of C has mu, and perhaps an entry on the diagonal.
+    if is_sparse(M):
+        number = np.diff(positive.indptr)
+    else:
+        number = np.count_nonzero(positive, axis=1)
+    few = ((number > 0) & (number <= 2)).nonzero()[0]
     if not few.size:
         return False
-    with imports:
-        from scipy.sparse import csr_array
-    places = np.arange(few.size), few
-    own = csr_array((M.diagonal()[few], places), shape=(few.size, n))
-    rows, columns = (csr_array(each) - own for each in (M[few], M[:, few].T))
+    rows, columns = M[few], M[:, few].T
+    own = unit_columns(n, few, is_sparse(M)).T * M.diagonal()[few][:, np.newaxis]
+    rows, columns = rows - own, columns - own
     # A column of B has what is negative in that row of C, with the other sign, alone.
-    negative = rows.minimum(0.0)
-    is_friction = np.diff(_stripped(columns + negative).indptr) == 0
-    is_friction &= np.diff(_stripped(negative).indptr) > 0
-    is_friction &= np.diff(_stripped(rows.maximum(0.0)).indptr) > 0
-    if not is_friction.any() or _stripped(rows[is_friction][:, few[is_friction]]).nnz:
+    lower, upper = (rows - abs(rows)) / 2, (rows + abs(rows)) / 2
+    is_friction = _has_entries(lower) & _has_entries(upper)
+    is_friction &= ~_has_entries(columns + lower)
+    cones = few[is_friction]
+    if not cones.size or _has_entries(rows[is_friction][:, cones]).any():
         return False
     others = np.ones(n, dtype=np.bool_)
-    others[few[is_friction]] = False
+    others[cones] = False
     A = principal(M, others.nonzero()[0])
     return bool(abs(A - A.T).max() <= ROUNDING * abs(A).max())
 
 
-def _stripped(M: Matrix) -> Matrix:
-    """Return a sparse M, which nothing else uses, without stored zeros."""
-    M.eliminate_zeros()
-    return M
+def _has_entries(M: Matrix) -> Mask:
+    """Return which rows of M have entries other than 0."""
+    if not is_sparse(M):
+        return np.asarray(M.any(axis=1))
+    return np.bincount(M.nonzero()[0], minlength=M.shape[0]) > 0
 
 
 def is_structurally_singular(A: Matrix) -> bool:

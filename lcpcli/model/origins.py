@@ -50,6 +50,7 @@ PAYOFF = re.compile(
 # digits: enough for sums and differences of any doubles, which have 650 at most.
 EXACT_CONTEXT = Context(prec=1000)
 MOST_DIGITS = 15  # of a decimal that the nearest double tells
+SURELY = 2.0**-50  # relative: more than the rounding of a sum of small terms
 
 Payoffs = list[list[Fraction]]
 
@@ -194,16 +195,15 @@ class Game(Formulation):
 def _costs(field: str, payoffs: Any) -> Vector:
     """Return positive costs, a constant minus the payoffs, rounded once. Doubles count
     as their shortest decimals."""
-    if isinstance(payoffs, np.ndarray):
-        costs = _costs_of_short(payoffs)
-        if costs is not None:
-            return costs
-        payoffs = [[Decimal(repr(value)) for value in row] for row in payoffs.tolist()]
     with suppress(OverflowError), localcontext(EXACT_CONTEXT):
-        constant = _constant(payoffs)
-        costs = np.array(
-            [[float(constant - value) for value in row] for row in payoffs]
-        )
+        if isinstance(payoffs, np.ndarray):
+            costs = _costs_of_short(payoffs)
+            costs = _costs_of_doubles(payoffs) if costs is None else costs
+        else:
+            constant = _constant(payoffs)
+            costs = np.array(
+                [[float(constant - value) for value in row] for row in payoffs]
+            )
         if np.isfinite(costs).all():
             return costs
     raise ProblemError(field, "exceeds the double-precision range", SCALE_PAYOFFS)
@@ -230,6 +230,32 @@ def _costs_of_short(payoffs: Vector) -> Vector | None:
                 spread = whole.max() - whole.min()
                 return np.asarray((whole.max() + (spread or unit) - whole) / unit)
     return None
+
+
+@np.errstate(all="ignore")
+def _costs_of_doubles(payoffs: Vector) -> Vector:
+    """Return the same costs of any doubles; only those are written as decimals of which
+    the last half of a unit decides how their cost is rounded.
+
+    A cost is s + t less what separates the payoff from its decimal, where s + t is
+    exact by D. E. Knuth's sum.
+    """
+    ends = [[Decimal(repr(float(end))) for end in (payoffs.max(), payoffs.min())]]
+    exact = _constant(ends)
+    constant = float(exact)
+    s = constant - payoffs
+    minus = s - constant
+    t = (constant - (s - minus)) - (payoffs + minus)
+    t += float(exact - Decimal(constant))
+    costs = s + t
+    left = np.abs((s - costs) + t) + 0.5 * np.abs(np.spacing(payoffs))
+    left += SURELY * (np.spacing(costs) + np.spacing(constant))
+    is_sure = left < 0.5 * (costs - np.nextafter(costs, 0.0))
+    places = np.logical_not(is_sure).nonzero()
+    costs[places] = [
+        float(exact - Decimal(repr(value))) for value in payoffs[places].tolist()
+    ]
+    return np.asarray(costs)
 
 
 def _constant(payoffs: Any) -> Any:

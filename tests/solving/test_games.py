@@ -24,6 +24,7 @@ from lcpcli.methods.bimatrix import (
     lemke_howson,
 )
 from lcpcli.methods.stages import Finished
+from lcpcli.model import origins
 from lcpcli.model.origins import Game
 from lcpcli.solving.result import Result
 from lcpcli.typing import Vector
@@ -253,3 +254,45 @@ def test_costs_of_short_decimals_are_those_of_exact_numbers(
     exact = [Fraction(repr(each)) for each in rounded[0].tolist()]
     constant = 2 * max(exact) - min(exact) if len(set(exact)) > 1 else exact[0] + 1
     assert M[0, 1:].tolist() == [float(constant - each) for each in exact]
+
+
+@given(
+    st.lists(
+        st.floats(allow_nan=False, allow_infinity=False, width=64),
+        min_size=2,
+        max_size=6,
+    )
+)
+def test_costs_of_doubles_are_those_of_their_shortest_decimals(
+    payoffs: list[float],
+) -> None:
+    given_payoffs = np.array([payoffs]) / 2**10  # whose costs do not overflow
+    M, _ = Game.of(given_payoffs, given_payoffs, (), ()).conditions()
+    exact = [Fraction(repr(each)) for each in given_payoffs[0].tolist()]
+    constant = 2 * max(exact) - min(exact) if len(set(exact)) > 1 else exact[0] + 1
+    assert M[0, 1:].tolist() == [float(constant - each) for each in exact]
+
+
+def test_few_payoffs_are_written_as_decimals(monkeypatch: pytest.MonkeyPatch) -> None:
+    written, decimal = [], origins.Decimal
+    monkeypatch.setattr(
+        origins, "Decimal", lambda value: written.append(value) or decimal(value)
+    )
+    rng = np.random.default_rng(0)
+    for A, most in (
+        (rng.integers(-99, 100, (50, 60)) / 100, 0),
+        (rng.standard_normal((50, 60)), 0.15 * 3000),
+        (rng.random((50, 60)), 0.4 * 3000),
+    ):
+        written.clear()
+        lcpcli.from_game(A, np.zeros(A.shape))
+        assert len(written) <= most
+
+
+def test_a_pure_equilibrium_of_many_strategies_is_found_before_anything_else() -> None:
+    A = np.random.default_rng(0).random((200, 210))
+    B = A.copy()  # its largest payoff is one
+    result = lcpcli.run(lcpcli.from_game(A, B))
+    assert (result.solved, result.route, result.evaluations) == (True, ("pure",), 1)
+    game = lcpcli.from_game(A, B)
+    assert lcpcli.plan(game)[0].method == "pure"
