@@ -17,6 +17,7 @@ from typing import Any
 
 import numpy as np
 from numba import njit, types
+from numba.extending import register_jitable
 
 from lcpcli.auto.attempts import NEWTON_SETTLING_FACTOR, SETTLED_CHANGES
 from lcpcli.linalg.doubles import ROW_ROUNDING
@@ -24,9 +25,9 @@ from lcpcli.linalg.matrices import TINY_TERMS
 from lcpcli.methods import direct
 from lcpcli.methods.newton import LEAST_INDEX_STEPS
 from lcpcli.model.box import BASIC, LOWER, UPPER
-from lcpcli.verify.enclosure import regular_change
+from lcpcli.verify.enclosure import open_signs, regular_change
 from lcpcli.verify.final_states import HIDDEN_TERM, LONG_NUMBER, SURE_DIGITS
-from lcpcli.verify.measure import FEW_UNKNOWNS
+from lcpcli.verify.measure import CERTAIN, FEW_UNKNOWNS
 
 OPTIONS = {
     "cache": True,
@@ -37,8 +38,9 @@ OPTIONS = {
 compiled = njit(**OPTIONS)
 # What one kernel calls once: numba takes half as long.
 inlined = njit(inline="always", **OPTIONS)
-_safeguarded, _is_hopeless, _regular_change = map(
-    compiled, (direct.safeguarded, direct.is_hopeless, regular_change)
+register_jitable(nogil=True, error_model="numpy")(regular_change)
+_safeguarded, _is_hopeless, _open_signs = map(
+    compiled, (direct.safeguarded, direct.is_hopeless, open_signs)
 )
 NUMBER, COUNT = types.float64, types.int64
 VECTOR, MATRIX, MATRICES = (
@@ -197,6 +199,22 @@ def _block_pivoting(
                 basic[i] = not basic[i]
 
 
+@compiled
+def _is_capped(M: Any, q: Any, i: int, violation: float, tol: float) -> bool:
+    """Return whether a violation of row i is at most tol times what
+    `measure.least_caps` returns."""
+    largest = q.argmin()
+    logarithm = 0.0
+    for k in range(q.size):
+        for j in range(q.size):
+            if M[k, j] == 0.0:
+                return False
+    for j in range(q.size):
+        logarithm += np.log2(abs(M[i, j] / M[largest, j]))
+    cap = CERTAIN * -q[largest] * 2.0 ** (logarithm / q.size)
+    return bool(violation <= tol * cap)
+
+
 @inlined
 def _judged(
     M: Any, q: Any, tol: float, k: int, A: Any, rows: Any, P: Any, z: Any, b: Any
@@ -219,7 +237,9 @@ def _judged(
             term = M[i, j] * z[j]
             w += term
             terms += abs(term)
-        if not (abs(w) if z[i] > 0.0 else -w) + ROW_ROUNDING * terms <= tol * abs(q[i]):
+        worst = (abs(w) if z[i] > 0.0 else -w) + ROW_ROUNDING * terms
+        is_small = worst <= tol * abs(q[i])
+        if not (is_small or (worst <= tol * terms and _is_capped(M, q, i, worst, tol))):
             found = direct.CANDIDATE
         if terms <= TINY_TERMS:
             for j in range(n):
@@ -247,26 +267,11 @@ def _hides_terms(q: Any, largest: float, z: Any) -> bool:
 def _is_sure(M: Any, q: Any, k: int, P: Any, z: Any) -> bool:
     """Return whether a solution with the states of z surely differs from it by its last
     digits alone."""
-    B = P[:k]
-    y, columns = z[B], M[:, B]
-    sizes, w = np.abs(columns), columns @ y + q
-    terms = sizes @ y + np.abs(q)
-    if not (
-        (y > 0.0).all()
-        and ((terms > TINY_TERMS) | (terms == 0.0)).all()
-        and np.isfinite(terms).all()
-    ):
-        return False
-    error = ROW_ROUNDING * terms
-    if k:
-        distance = y * _regular_change(columns[B] * y, np.abs(w[B]) + error[B])
-        if not (distance <= SURE_DIGITS * y).all():
-            return False
-        error += 2.0 * (sizes @ distance)
-    left = 0
+    is_open = _open_signs(M, q, P[:k], z, SURE_DIGITS)
     for i in range(q.size):
-        left += not (z[i] > 0.0 or w[i] >= error[i] or _repeats(M, q, i, k, P))
-    return left == 0
+        if is_open[i] and (z[i] > 0.0 or not _repeats(M, q, i, k, P)):
+            return False
+    return True
 
 
 @njit(FOUND(MATRIX, VECTOR, BASIC_ONES, types.boolean, NUMBER, NUMBER), **OPTIONS)

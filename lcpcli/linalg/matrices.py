@@ -552,12 +552,15 @@ CANCELLED = 2.0**-80
 def accurate_residual(A: Matrix, x: Vector, b: Vector) -> Vector:
     """Return b - A x for A dense or in compressed sparse rows, rounded once (except for
     over- and underflow)."""
-    if not is_sparse(A):
-        pairs = zip(b.tolist(), A, strict=True)
-        return np.array(
-            [math.fsum(chain((value,), *_products(row, x))) for value, row in pairs]
-        )
     w = np.empty(b.size)
+    if not is_sparse(A):
+        used = x.nonzero()[0]
+        for part in row_parts(b.size, max(used.size, 1)):
+            check()
+            rows = split_products(A[part].take(used, 1), x[used])
+            sums = zip(b[part].tolist(), *(each.tolist() for each in rows), strict=True)
+            w[part] = [math.fsum(chain((value,), *row)) for value, *row in sums]
+        return w
     for part in row_parts(b.size):
         rows = A if w.size <= part.stop - part.start else A[part]
         longest = int(np.diff(rows.indptr).max())

@@ -42,10 +42,9 @@ from lcpcli.verify.final_states import (
     LONG_NUMBER,
     confirmed,
     hides_term_of_row,
-    is_doubtful,
     without_rounding,
 )
-from lcpcli.verify.measure import FEW_UNKNOWNS
+from lcpcli.verify.measure import FEW_UNKNOWNS, least_caps
 from lcpcli.verify.point import Point
 
 MOST_UNKNOWNS = 100
@@ -299,8 +298,6 @@ def beyond_doubt(problem: Problem, answer: DirectAnswer) -> DirectAnswer | None:
     """Return an answer of `exchanges` as it is, unless rounding of its terms leaves
     doubt: then the solution that its states confirm, or None if it may have to be
     replaced by an exact one, as `small` does for few unknowns."""
-    if not is_doubtful(problem, answer.z):
-        return answer
     found = confirmed(problem, answer.z)
     if found is None or found.z is answer.z:
         return None if found is None else answer
@@ -460,7 +457,22 @@ def _judged(
     np.negative(w, out=w)
     w[P] = np.abs(own)
     w += row_errors(M, z, terms)
-    return DirectAnswer(z, number_of(w <= tol * size) == q.size, steps)
+    left = np.logical_not(w <= tol * size).nonzero()[0]
+    return DirectAnswer(z, _are_small(problem, w, terms, left, tol), steps)
+
+
+def _are_small(
+    problem: Problem, worst: Vector, terms: Vector, rows: Indices, tol: float
+) -> bool:
+    """Return whether the violations of these rows are small beside their terms and
+    their caps, as where q_i is 0, by bounds that need no units of M."""
+    if not rows.size:
+        return True
+    worst, terms = worst[rows], terms[rows]
+    if number_of(worst <= tol * terms) < rows.size:
+        return False
+    caps = least_caps(problem, -problem.q, rows)
+    return caps is not None and number_of(worst <= tol * caps) == rows.size
 
 
 def is_rounding(problem: Problem, z: Vector, w: Vector) -> bool:

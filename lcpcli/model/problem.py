@@ -66,6 +66,15 @@ class Facts:
         return row_maxima(self._M)
 
     @cached_property
+    def row_means(self) -> Vector | None:
+        """Return the binary logarithm of the geometric mean of each row of a dense M;
+        None if some M_ij is 0."""
+        if is_sparse(self._M) or not self._M.all():
+            return None
+        sums = np.log2(np.abs(self._M)).sum(axis=1)
+        return np.asarray(sums / self._M.shape[0])
+
+    @cached_property
     def has_moderate_rows(self) -> bool:
         return are_moderate(self.row_maxima)
 

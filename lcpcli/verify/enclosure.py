@@ -27,9 +27,10 @@ import numpy as np
 
 from lcpcli.clock import imports
 from lcpcli.linalg import matrices
-from lcpcli.linalg.doubles import EPS, SMALLEST_NORMAL
+from lcpcli.linalg.doubles import EPS, ROW_ROUNDING, SMALLEST_NORMAL
 from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix
 from lcpcli.linalg.matrices import (
+    TINY_TERMS,
     absolute_product,
     accurate_residual,
     dense,
@@ -109,6 +110,29 @@ def regular_change(B: Vector, size: Vector) -> Vector:
     a = 2.0 * (errors @ np.ones(k)).max()
     change: Vector = 2.0 * (absolute @ size + rounding * SMALLEST_NORMAL)
     return change + 2.0 * a * change.max() if a < 0.5 else nothing
+
+
+def open_signs(M: Vector, q: Vector, B: Indices, z: Vector, digits: float) -> Mask:
+    """Return where rounding may decide w_i >= 0 for the exact solution, of an LCP with
+    dense M, that has the same basic variables B as z: nowhere else. All entries are
+    True where that solution is not shown to exist within `digits`, relatively, of each
+    z_i. It takes doubles alone, and is compiled as well."""
+    y, columns = z[B], M[:, B]
+    sizes, w = np.abs(columns), columns @ y + q
+    terms = sizes @ y + np.abs(q)
+    is_open = np.ones(q.size, np.bool_)
+    is_plain = ((terms > TINY_TERMS) | (terms == 0.0)).all()
+    if not (is_plain and (y > 0.0).all() and np.isfinite(terms).all()):
+        return is_open
+    error = ROW_ROUNDING * terms
+    if B.size:
+        distance = y * regular_change(columns[B] * y, np.abs(w[B]) + error[B])
+        if not (distance <= digits * y).all():
+            return is_open
+        error += 2.0 * (sizes @ distance)
+    is_open = w < error
+    is_open[B] = False
+    return is_open
 
 
 TOO_LARGE = (

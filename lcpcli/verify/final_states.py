@@ -25,6 +25,7 @@ from lcpcli.linalg.doubles import (
     is_finite,
     sizes,
 )
+from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.box import BASIC
 from lcpcli.model.problem import Problem
 from lcpcli.typing import States, Vector
@@ -46,14 +47,19 @@ MOST_LOOKS = 3
 def is_doubtful(problem: Problem, z: Vector) -> bool:
     """Return whether rounding hides a term of a row of a small problem at z, most of
     the time without a look at M."""
+    return _may_hide_term(problem, z) and hides_term_of_row(problem, z)
+
+
+def _may_hide_term(problem: Problem, z: Vector) -> bool:
+    """Return whether sizes alone leave it open whether rounding hides a term of a row
+    of a small problem, or integers may have been rounded."""
     if problem.n > FEW_UNKNOWNS:
         return False
     (least_z, largest_z), (least_q, largest_q) = sizes(z), problem.sizes_of_q
-    if min(problem.largest * least_z, least_q) < HIDDEN_TERM * max(
-        problem.largest * largest_z, largest_q
-    ):
-        return hides_term_of_row(problem, z)
-    return max(problem.largest, largest_q) > LONG_NUMBER
+    largest_term = max(problem.largest * largest_z, largest_q)
+    least_term = min(problem.largest * least_z, least_q)
+    is_long = max(problem.largest, largest_q) > LONG_NUMBER
+    return is_long or least_term < HIDDEN_TERM * largest_term
 
 
 def hides_term_of_row(problem: Problem, z: Vector) -> bool:
@@ -99,11 +105,18 @@ def confirmed(
     itself is returned also where only rounding makes signs of the exact basic solution
     wrong, or its singular system contradictory."""
     given = Confirmed(z, basis)
-    if not is_doubtful(problem, z):
+    if not _may_hide_term(problem, z):
         return given
     with imports:
-        from lcpcli.verify.enclosure import fault
+        from lcpcli.verify.enclosure import fault, open_signs
     is_long = max(problem.largest, problem.sizes_of_q[1]) > LONG_NUMBER
+    # Bounds in doubles take less time than to look for the term.
+    if not (is_long or is_sparse(problem.M)) and problem.box.is_orthant:
+        B = z.nonzero()[0]
+        if not open_signs(problem.M, problem.q, B, z, SURE_DIGITS).any():
+            return given
+    if not hides_term_of_row(problem, z):
+        return given
     if not (is_long or fault(problem, z, SURE_DIGITS)):
         return given
     shown = problem.box.basis_at(z)

@@ -450,16 +450,18 @@ def decision(measure: Measure, z: Vector, w: Vector, tol: float) -> bool | None:
     # Caps may be infinite, too, in a component without a size.
     if not (largest <= tol * terms).all():
         return None
-    is_small = problem.M.all() and (largest <= tol * _least_caps(problem, rows)).all()
+    violations = np.maximum(problem.box.excess(problem.reference_point, problem.q), 0.0)
+    caps = least_caps(problem, violations, rows)
+    is_small = caps is not None and (largest <= tol * caps).all()
     return True if is_small or (largest <= tol * measure.caps(z)[rows]).all() else None
 
 
-def _least_caps(problem: Problem, rows: Indices) -> Vector:
-    """Return lower bounds on the caps of these rows, for M without zeros."""
-    violations = np.maximum(problem.box.excess(problem.reference_point, problem.q), 0.0)
+def least_caps(problem: Problem, violations: Vector, rows: Indices) -> Vector | None:
+    """Return lower bounds on the caps of these rows, for a dense M without zeros and
+    the violations at the reference point; else None."""
+    means = problem.facts.row_means
+    if means is None:
+        return None
     worst = int(violations.argmax())
-    # Minus units of the rows, up to a constant.
-    logarithms = np.log2(np.abs(problem.M[[worst, *rows]])).mean(axis=1)
-    return np.asarray(
-        CERTAIN * violations[worst] * np.exp2(logarithms[1:] - logarithms[0])
-    )
+    # The units of the rows are inverse to their geometric means.
+    return np.asarray(CERTAIN * violations[worst] * np.exp2(means[rows] - means[worst]))

@@ -27,8 +27,11 @@ from lcpcli.methods.direct import (
     DirectAnswer,
     exchanges,
 )
+from lcpcli.model import problem as problems
 from lcpcli.solving import direct_run
 from lcpcli.typing import Vector
+from lcpcli.verify import enclosure
+from lcpcli.verify.measure import Measure
 
 from .. import (
     exact,
@@ -89,15 +92,41 @@ def test_what_is_certain_holds_in_exact_arithmetic(
     way: Way, matrix: Vector, data: st.DataObject
 ) -> None:
     q = data.draw(arrays(float, len(matrix), elements=st.integers(-4, 4)))
-    answer = way(Problem(matrix, q), TOL)
+    problem = Problem(matrix, q)
+    answer = way(problem, TOL)
     if answer is not None and answer.is_certain:
         z = [Fraction(value) for value in answer.z.tolist()]
-        for value, row, own in zip(z, matrix.tolist(), q.tolist(), strict=True):
-            w = Fraction(own) + sum(
-                Fraction(entry) * each for entry, each in zip(row, z, strict=True)
-            )
+        caps = Measure(problem).caps(answer.z).tolist() if answer.z.any() else q
+        for value, row, own, cap in zip(z, matrix.tolist(), q, caps, strict=True):
+            products = [Fraction(entry) * z[j] for j, entry in enumerate(row)]
+            w, terms = Fraction(own) + sum(products), sum(map(abs, (own, *products)))
             assert value >= 0
-            assert (abs(w) if value > 0 else -w) <= TOL * abs(own)
+            violation = abs(w) if value > 0 else -w
+            assert violation <= TOL * min(terms, max(cap, abs(own)))
+
+
+@pytest.mark.parametrize("way", ["numpy", "compiled"])
+@pytest.mark.parametrize("value", [0.0, 1e-12])
+def test_zeros_and_tiny_entries_of_q_ask_for_no_units_of_M_and_no_exact_sums(
+    value: float, way: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    rng = np.random.default_rng(0)
+    A = rng.standard_normal((20, 20))
+    M = A @ A.T / 20 + np.eye(20)
+    asked: list[object] = []
+    units = problems.units
+    monkeypatch.setattr(problems, "units", lambda *M: asked.append(M) or units(*M))
+    certain = 0
+    for _ in range(20):
+        q = rng.standard_normal(20)
+        problem = Problem(M, np.where(np.abs(q) > 0.5, q, value))
+        with monkeypatch.context() as patch:
+            patch.setattr(enclosure, "fault", lambda *_: "not asked for")
+            answer = WAYS[way](problem, TOL)
+        certain += answer is not None and answer.is_certain
+    assert asked == []
+    # A z_i that is far smaller than others takes exact sums.
+    assert certain == 20 or (value > 0 and certain >= 16)
 
 
 @of_each_way
@@ -231,6 +260,7 @@ def test_limits_hold() -> None:
 LOADED = """
 import sys, lcpcli, numpy as np
 from scipy import sparse
+from lcpcli.model import problem as problems
 from lcpcli.solving import direct_run
 direct_run.MANY = 4
 for _ in range(30):
