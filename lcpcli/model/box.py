@@ -370,6 +370,8 @@ def reference(M: Matrix, q: Vector, box: Box) -> Reference:
     """Return the z within the bounds nearest to 0, or with every z_i at a finite bound,
     whichever leaves the smaller residual; 0 if w overflows at both. Rows of w that
     cancel there are summed exactly. q : shape (n,), or (m, n)."""
+    if not np.count_nonzero(box.lower):
+        return Reference(None, q, 0.0)
     z, corner = box.project(np.zeros(q.shape)), box.corner
     differ = np.count_nonzero(z != corner)
     if not differ and not np.count_nonzero(z):
@@ -441,14 +443,14 @@ def as_intervals(
 ) -> tuple[Vector, Vector]:
     """Return lower and upper bounds for each of n things of a kind, infinite if absent
     or if they have at least the size `infinity`, or raise ProblemError."""
-    are_plain = all(
-        type(v) is np.ndarray and v.dtype == np.float64 and v.shape == (n,)
-        for v in (lower, upper)
-    )
-    if infinity == math.inf and are_plain:
+    if infinity == math.inf and _is_plain(lower, n) and _is_plain(upper, n):
         valid = (lower <= upper) & (lower < math.inf) & (upper > -math.inf)
         if np.count_nonzero(valid) == n:
-            return lower, upper
+            plain_ends = lower, upper
+            low, high = (
+                np.full(n, end) if type(end) is float else end for end in plain_ends
+            )
+            return low, high
     below, above = fields
     ends = (
         as_bound(below, lower, n, of, -math.inf),
@@ -480,6 +482,14 @@ def as_intervals(
             f"make every lower bound at most the upper one {FROM_0}",
         )
     return low, high
+
+
+def _is_plain(bound: Any, n: int) -> bool:
+    """Return whether a bound is a number or a vector of doubles, which need not be
+    converted."""
+    if type(bound) is np.ndarray:
+        return bool(bound.dtype == np.float64 and bound.shape == (n,))
+    return type(bound) is float
 
 
 def with_infinity(bound: Vector, infinity: float) -> Vector:

@@ -257,7 +257,10 @@ def shifted(given: Problem) -> Change:
         box = given.box.moved_by(reference_z)
     terms = np.abs(given.q) + matrices.absolute_product(given.M, np.abs(reference_z))
     problem = Problem(given.M, given.q_ref, lower=box.lower, upper=box.upper)
-    return Shifted(problem.having(terms_of_q=terms), given)
+    known: dict[str, Any] = {"terms_of_q": terms}
+    if given.program_origin is None:  # else facts are those of the program
+        known["facts"] = given.facts
+    return Shifted(problem.having(**known), given)
 
 
 @dataclass(eq=False, repr=False)

@@ -414,6 +414,18 @@ class Problem:
         return self._reference.z
 
     @property
+    def is_shifted_lcp(self) -> bool:
+        """Return whether z - l, for finite lower bounds alone, solves an LCP, whose q
+        is q_ref."""
+        box = self.box
+        if box.is_orthant:
+            return True
+        is_bounded_below = box.lower.min() > -math.inf and box.upper.min() == math.inf
+        return bool(
+            is_bounded_below and np.array_equal(self.reference_point, box.lower)
+        )
+
+    @property
     def reference_point(self) -> Vector:
         return np.zeros(self.n) if self.reference_z is None else self.reference_z
 

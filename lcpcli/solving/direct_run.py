@@ -519,10 +519,13 @@ def elimination_steps(session: Session) -> Steps:
     """Return the result of a problem of a sequence whose M is a tridiagonal M-matrix,
     if rounding leaves it a solution; else None."""
     yield from ()
+    problem = session.problem
     assert session.kept is not None
     assert session.kept.elimination is not None
     session.stopwatch.count("setup")
-    z, basic = session.kept.elimination.solution(session.problem.q)
+    z, basic = session.kept.elimination.solution(problem.q_ref)
+    if problem.reference_z is not None:
+        z += problem.reference_z
     session.stopwatch.count("solve")
     point, route = session.point(z), ("elimination",)
     return session.judged(point, 1, route, end=of_masks(basic))
@@ -587,7 +590,7 @@ def _has_quick_kernels(session: Session) -> bool:
 def _is_eliminated(session: Session) -> bool:
     problem, kept = session.problem, session.kept
     has_elimination = kept is not None and kept.elimination is not None
-    return has_elimination and problem.is_moderate and problem.box.is_orthant
+    return has_elimination and problem.is_moderate and problem.is_shifted_lcp
 
 
 PIVOTING = Quick(0, is_pivoted, direct_steps)
