@@ -31,9 +31,9 @@ from lcpcli.linalg.matrices import (
     has_no_positive_links,
     is_narrow,
     is_sparse,
+    may_be_eliminated,
     may_be_stiff,
     thinned,
-    width,
 )
 from lcpcli.linalg.patterns import affordable, is_forest
 from lcpcli.methods import direct, stages
@@ -475,13 +475,10 @@ FIRST = (
         *(
             "elimination",
             "",
-            "M is tridiagonal, and no entry off the diagonal is positive",
+            "M is tridiagonal, and no entry off the diagonal is positive, or few are",
         ),
         lambda s: (
-            s.is_narrow
-            and s.problem.box.is_orthant
-            and s.is_z_matrix
-            and width(s.problem.M) <= 1
+            s.is_narrow and s.problem.box.is_orthant and may_be_eliminated(s.problem.M)
         ),
         by("z_matrix.eliminated"),
     ),

@@ -48,6 +48,8 @@ MODERATE_FACTOR = 2.0**100
 # where all sums are smaller, the condition number is below 2 / (1 - 0.95) = 40, by
 # Gershgorin's theorem.
 DOMINATED = 0.95
+# Of the unknowns: positive entries off the diagonal, which change few states.
+MOST_POSITIVE = 0.02
 
 
 def is_sparse(M: Any) -> bool:
@@ -103,6 +105,20 @@ def has_no_positive_links(M: Matrix) -> bool:
     if entries.ndim > 1 and entries.size and np.count_nonzero(entries[0] > 0) > 1:
         return False
     return bool(np.count_nonzero(entries > 0) == np.count_nonzero(M.diagonal() > 0))
+
+
+def positive_links(M: Matrix) -> int:
+    """Return how many entries of a sparse M off the diagonal are positive."""
+    return int(np.count_nonzero(M.data > 0) - np.count_nonzero(M.diagonal() > 0))
+
+
+def may_be_eliminated(M: Matrix) -> bool:
+    """Return whether a sparse M is tridiagonal, and at most few of its entries off the
+    diagonal are positive, as where drift exceeds diffusion at the end of a grid."""
+    n = M.shape[0]
+    if not (is_sparse(M) and n > 1 and M.nnz <= 3 * n and width(M) <= 1):
+        return False
+    return bool(M.diagonal().min() > 0.0 and positive_links(M) <= MOST_POSITIVE * n)
 
 
 def may_be_stiff(M: Matrix) -> bool:

@@ -21,6 +21,7 @@ inequalities and the pricing of American options, Acta Applicandae Mathematicae 
 (1990) 263-289. Any number of runs in O(n) operations, one variable after another: R. W.
 Cottle and R. S. Sacher, On the solution of large, structured linear complementarity
 problems: the tridiagonal case, Applied Mathematics and Optimization 3 (1977) 321-340.
+A few positive entries off the diagonal are left out; exchanges go on from the states.
 """
 
 from __future__ import annotations
@@ -36,7 +37,12 @@ from lcpcli.clock import imports
 from lcpcli.interrupts import TimeIsUp, check
 from lcpcli.linalg.doubles import each_step
 from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix
-from lcpcli.linalg.matrices import dense, is_sparse, width
+from lcpcli.linalg.matrices import (
+    dense,
+    is_sparse,
+    may_be_eliminated,
+    positive_links,
+)
 from lcpcli.methods.newton import from_states
 from lcpcli.methods.stages import (
     Breakdown,
@@ -230,27 +236,26 @@ MOST_PASSES = 50  # after which exchanges take over
 
 
 class Elimination:
-    """A tridiagonal matrix, prepared for LCPs with one right-hand side after another.
+    """A tridiagonal matrix, without its positive entries off the diagonal, prepared for
+    LCPs with one right-hand side after another.
 
-    is_of_m_matrix : whether it is an M-matrix: no entry off the diagonal is positive,
-        and all pivots are.
+    is_of_m_matrix : whether it is an M-matrix, as all pivots are positive. is_changed :
+        whether it had such entries, so that of its solutions only the states are near
+        right ones.
     """
 
     def __init__(self, M: Matrix) -> None:
         with imports:
             from scipy.linalg.lapack import dpttrf, dtbtrs
         self._factorize, self._solve = dpttrf, dtbtrs
-        self._below, self._diagonal, self._above = (
-            M.diagonal(side) for side in (-1, 0, 1)
+        self.is_changed, self._diagonal = positive_links(M) > 0, M.diagonal()
+        self._below, self._above = (
+            np.minimum(M.diagonal(side), 0.0) for side in (-1, 1)
         )
-        with np.errstate(invalid="ignore"):
-            # Of a symmetric matrix with the same pivots.
-            self._link = np.sqrt(-self._below) * np.sqrt(-self._above)
-        has_signs = max(self._below.max(), self._above.max()) <= 0.0
+        # Of a symmetric matrix with the same pivots.
+        self._link = np.sqrt(-self._below) * np.sqrt(-self._above)
         self._known = dict[int, tuple[Vector, Vector]]()
-        self.is_of_m_matrix = bool(
-            has_signs and not dpttrf(self._diagonal, self._link)[2]
-        )
+        self.is_of_m_matrix = not dpttrf(self._diagonal, self._link)[2]
 
     def _whole(self, turn: int) -> tuple[Vector, Vector]:
         """Return the factors L and U without cuts, in the order of rows (1) or in the
@@ -329,24 +334,23 @@ class Elimination:
 
 
 def of_tridiagonal(M: Matrix) -> Elimination | None:
-    """Return the elimination of a sparse tridiagonal M-matrix; None for any other M."""
-    if not (
-        is_sparse(M) and M.shape[0] > 1 and M.nnz <= 3 * M.shape[0] and width(M) <= 1
-    ):
+    """Return the elimination of a sparse tridiagonal M-matrix, or nearly one; None for
+    any other M."""
+    if not may_be_eliminated(M):
         return None
     own = Elimination(M)
     return own if own.is_of_m_matrix else None
 
 
 def eliminated(problem: Problem) -> Stage:
-    """Yield the solution by elimination. Stalled : M is no M-matrix, or rounding has
-    led to wrong states."""
+    """Yield the solution by elimination, or near its states. Stalled : M is no
+    M-matrix, or nearly one, or these states are wrong."""
     own = of_tridiagonal(problem.M)
     if own is None:
         return Stalled("M is no tridiagonal M-matrix")
     z, basic = own.solution(problem.q)
     basis = of_masks(basic)
-    if Point(Criterion(problem), z).solves():
+    if not own.is_changed and Point(Criterion(problem), z).solves():
         yield Iterate(problem.box.x_within(z, problem.w(z), basis), None, "", 1)
         return Finished()
     return (yield from from_states(problem, basis))

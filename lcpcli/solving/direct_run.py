@@ -517,13 +517,15 @@ def _from(start: Start, problem: Problem, structure: Structure) -> Stage:
 
 def elimination_steps(session: Session) -> Steps:
     """Return the result of a problem of a sequence whose M is a tridiagonal M-matrix,
-    if rounding leaves it a solution; else None."""
+    or nearly one, if rounding, or a few exchanges, leave it a solution; else None."""
     yield from ()
-    problem = session.problem
-    assert session.kept is not None
-    assert session.kept.elimination is not None
+    problem, kept = session.problem, session.kept
+    assert kept is not None
+    assert kept.elimination is not None
     session.stopwatch.count("setup")
-    z, basic = session.kept.elimination.solution(problem.q_ref)
+    z, basic = kept.elimination.solution(problem.q_ref)
+    if kept.elimination.is_changed:
+        return _near(session, of_masks(basic), kept)
     if problem.reference_z is not None:
         z += problem.reference_z
     session.stopwatch.count("solve")

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from scipy.sparse import coo_array, csr_array, diags_array, eye_array
 
 import lcpcli
-from lcpcli import Problem, run
+from lcpcli import Problem, Solver, run
 from lcpcli.gallery import families
 from lcpcli.linalg.krylov import conjugate_gradients
 from lcpcli.linalg.matrices import is_symmetric
@@ -24,6 +24,7 @@ from lcpcli.methods.active_set import multilevel, sparse_route
 from lcpcli.methods.multilevel import FullApproximation, Hierarchy, VCycles
 from lcpcli.methods.stages import Breakdown, Finished, Stalled, limited
 from lcpcli.methods.z_matrix import eliminated
+from lcpcli.model import problem as problems
 from lcpcli.model.box import ORTHANT
 from lcpcli.rational.elimination import Effort
 from lcpcli.rational.exact_problem import ExactProblem
@@ -307,6 +308,53 @@ def test_optimal_stopping_with_two_free_boundaries_takes_a_few_passes_on_every_g
         assert (result.route, result.evaluations) == (("elimination",), 1)
         assert len(passes) < 6
         assert np.count_nonzero(np.diff((result.z > 0).astype(int))) == 2
+
+
+def american_put(volatility: float, n: int = 1001) -> tuple[Matrix, Vector]:
+    """An implicit step of an American put by central differences, whose first rows have
+    positive entries off the diagonal where the square of the volatility is below the
+    rate; and the payoff, below which the value must not fall."""
+    i, rate = np.arange(n), 0.06
+    diffusion, drift = 0.5 * volatility**2 * i**2, 0.5 * rate * i
+    diagonals = [(drift - diffusion)[1:], 2 * diffusion + rate, -(diffusion + drift)]
+    diagonals[2] = diagonals[2][:-1]
+    diagonals[0][-1] = diagonals[1][-1] = diagonals[2][0] = 0.0
+    L = diags_array(diagonals, offsets=(-1, 0, 1))
+    payoff = np.maximum(40 - i * 200 / (n - 1), 0)
+    return csr_array(eye_array(n) + L / 50), payoff
+
+
+@pytest.mark.parametrize("volatility", [0.1, 0.2, 0.3])
+def test_a_few_positive_entries_leave_elimination_the_right_states(
+    volatility: float,
+) -> None:
+    M, payoff = american_put(volatility)
+    exact = lcpcli.solve(M, M @ payoff - payoff, "lemke").z
+    result = lcpcli.solve(M, M @ payoff - payoff)
+    assert (result.solved, result.route) == (True, ("elimination",))
+    assert result.evaluations <= 2
+    np.testing.assert_allclose(result.z, exact, rtol=1e-6, atol=1e-9)
+    with_bounds = lcpcli.solve(M, -payoff, lower=payoff)
+    assert (with_bounds.solved, with_bounds.route) == (True, ("elimination",))
+    np.testing.assert_allclose(with_bounds.z, exact + payoff, rtol=1e-6, atol=1e-12)
+    for own, q in (
+        (Solver(M, lower=payoff, compiled=False), -payoff),
+        (Solver(M, compiled=False), M @ payoff - payoff),
+    ):
+        step = own.solve(q)
+        assert (step.solved, step.iterations) == (True, 1)
+        assert step.route in [("elimination",), ("newton",)]
+
+
+def test_a_shifted_problem_has_the_units_of_its_matrix_computed_once(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    asked = list[object]()
+    units = problems.units
+    monkeypatch.setattr(problems, "units", lambda *M: asked.append(M) or units(*M))
+    M, payoff = american_put(0.3)
+    assert lcpcli.solve(M, -payoff, lower=payoff).solved
+    assert len(asked) <= 1
 
 
 def test_a_dense_tridiagonal_matrix_takes_the_route_of_compressed_rows() -> None:
