@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 
 import lcpcli
+from lcpcli.formulations.game_tree import tree
 from lcpcli.formulations.game_tree.behavior import (
     Behavior,
     Strategy,
@@ -371,3 +372,25 @@ def test_information_sets_are_reached_as_often_as_chance_leads_there() -> None:
         [1 / 3, 2 / 3, 2 / 3]
     )
     assert answer.payoffs == pytest.approx([2 / 3, -2 / 3])
+
+
+def test_words_of_a_game_tree_that_come_again_are_read_once(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    read = list[str]()
+    fraction = Fraction
+
+    class Counted(fraction):
+        def __new__(cls, value: object = 0, *rest: int) -> fraction:
+            read.extend([value] if isinstance(value, str) else [])
+            return fraction(value, *rest)
+
+    monkeypatch.setattr(tree, "Fraction", Counted)
+    lines = ['EFG 2 R "repeated" { "one" "two" }', 'p "" 1 1 "" { "a" "b" "c" } 0']
+    for k in range(3):
+        lines.append('p "" 2 1 "" { "left \\"{" "right}" } 0')
+        lines += [f't "" {2 * k + j + 1} "" {{ 1/3, {j}.5 }}' for j in range(2)]
+    problem = lcpcli.from_efg("\n".join(lines))
+    assert sorted(read) == ["0.5", "1.5", "1/3"]
+    assert problem.n == 4 + 3 + 2 + 2
+    assert lcpcli.run(problem).solved

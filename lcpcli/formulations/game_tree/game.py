@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
@@ -169,6 +169,7 @@ class ExtensiveGame(Formulation):
         size_x, size_y, size_u, size_v = self.sizes
         x, y, u, v = 0, size_x, size_x + size_y, size_x + size_y + size_u
         rows: Rows = [{} for _ in range(v + size_v)]
+        zero, one = Fraction(0), Fraction(1)
         for (i, j), cost in self.costs[0].at.items():
             rows[x + i][y + j] = cost
         for (i, j), cost in self.costs[1].at.items():
@@ -180,16 +181,22 @@ class ExtensiveGame(Formulation):
             )
             # Of row k of E, the columns of its entries 1 and -1.
             for k, moves, before in [(0, [0], []), *sets]:
-                for entry, sequences in ((1, moves), (-1, before)):
+                for entry, other, sequences in (
+                    (one, -one, moves),
+                    (-one, one, before),
+                ):
                     for sequence in sequences:
-                        rows[value + k][plan + sequence] = Fraction(entry)
-                        rows[plan + sequence][value + k] = Fraction(-entry)
-        q = [Fraction(-1 if i in (u, v) else 0) for i in range(len(rows))]
-        return rows, q, [Fraction(0) if i < u else None for i in range(len(rows))]
+                        rows[value + k][plan + sequence] = entry
+                        rows[plan + sequence][value + k] = other
+        q = [-one if i in (u, v) else zero for i in range(len(rows))]
+        return rows, q, [zero if i < u else None for i in range(len(rows))]
 
     def conditions(self) -> Conditions:
         rows, q, lower = self.exact_conditions()
-        values = np.array([float(a) for row in rows for a in row.values()])
+        # As `float` does, in half the time.
+        values = np.array(
+            [a.numerator / a.denominator for row in rows for a in row.values()]
+        )
         places = (
             [i for i, row in enumerate(rows) for _ in row],
             [j for row in rows for j in row],
@@ -253,6 +260,10 @@ class ExtensiveGame(Formulation):
 
 def _costs(tree: GameTree, player: int) -> Costs:
     """Return the costs of a player."""
+    chances = _common(chance.denominator for _, chance, _ in tree.ends)
+    units = _common(payoffs[player].denominator for *_, payoffs in tree.ends)
+    if chances and units:
+        return _whole_costs(tree, player, chances, units)
     largest, least = (
         extreme(payoffs[player] for *_, payoffs in tree.ends) for extreme in (max, min)
     )
@@ -268,3 +279,39 @@ def _costs(tree: GameTree, player: int) -> Costs:
     is_double = common.bit_length() <= MOST_BITS and whole <= LARGEST_INTEGER
     factor = factor / 2 ** int(whole).bit_length() if is_double else 1 / greatest
     return Costs({pair: cost * factor for pair, cost in at.items()}, constant, factor)
+
+
+def _common(denominators: Iterable[int]) -> int:
+    """Return the least common multiple of some denominators; 0 if it is long."""
+    common = 1
+    for each in set(denominators):
+        common = math.lcm(common, each)
+        if common.bit_length() > MOST_BITS:
+            return 0
+    return common
+
+
+def _whole_costs(tree: GameTree, player: int, chances: int, units: int) -> Costs:
+    """Return the costs of a player, computed as integers: in these parts of chances and
+    of payoffs."""
+    payoffs_of = [
+        payoffs[player].numerator * (units // payoffs[player].denominator)
+        for *_, payoffs in tree.ends
+    ]
+    largest, least = max(payoffs_of), min(payoffs_of)
+    constant, at = largest + ((largest - least) or units), dict[tuple[int, int], int]()
+    for (sequences, chance, _), payoff in zip(tree.ends, payoffs_of, strict=True):
+        parts = chance.numerator * (chances // chance.denominator)
+        at[sequences] = at.get(sequences, 0) + parts * (constant - payoff)
+    whole, divisor = chances * units, math.gcd(*at.values())
+    greatest = max(at.values())
+    common = whole // math.gcd(whole, divisor)
+    is_long = common.bit_length() > MOST_BITS
+    if is_long or greatest // divisor > LARGEST_INTEGER:
+        divisor, power = 1, greatest  # costs are rounded, whatever the factor
+    else:
+        power = 2 ** (greatest // divisor).bit_length()
+    factor = Fraction(whole, divisor * power)
+    scaled = {each: Fraction(each // divisor, power) for each in set(at.values())}
+    costs = {pair: scaled[each] for pair, each in at.items()}
+    return Costs(costs, Fraction(constant, units), factor)

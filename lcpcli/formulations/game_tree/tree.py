@@ -15,6 +15,7 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
@@ -157,6 +158,8 @@ NUMBER = re.compile(
 )
 LARGEST = 10**300  # payoff: sums and differences of a few are doubles
 NODES = {"c": "chance", "p": "a player", "t": "the end"}
+NODE, NAME, WHOLE = map(re.compile, ("|".join(NODES), r'(?s)".*"', "[0-9]{1,9}"))
+ESCAPED = re.compile(r"\\(.)", re.DOTALL)
 
 
 def tree_in(text: Any) -> GameTree:
@@ -176,6 +179,10 @@ class _Reading:
         self.sets: dict[int, list[InformationSet]] = {CHANCE: [], 0: [], 1: []}
         # The index of each set, by its number.
         self.numbers: dict[int, dict[int, int]] = {CHANCE: {}, 0: {}, 1: {}}
+        # What words that come again and again say: numbers, and between the same braces
+        # as before the actions of an information set.
+        self.values: dict[str, Fraction] = {}
+        self.actions: dict[tuple[int, int], tuple[str, ...]] = {}
 
     def fault(self, fault: str, hint: str, place: int | None = None) -> ProblemError:
         """Return the error for the word at a place, by default the last one that was
@@ -188,12 +195,12 @@ class _Reading:
         )
 
     def word(
-        self, pattern: str | re.Pattern[str] = "", of: str = "", hint: str = ""
+        self, pattern: re.Pattern[str] | None = None, of: str = "", hint: str = ""
     ) -> str:
         """Return the next word, which has to match a pattern, in full."""
         self.place += 1
         word = self.words[self.place - 1]
-        if pattern and not re.fullmatch(pattern, word):
+        if pattern is not None and not pattern.fullmatch(word):
             raise self.fault(f"has {quoted(word)} in place of {of}", hint)
         return word
 
@@ -202,25 +209,35 @@ class _Reading:
         return self.words[self.place][:1] == '"' and len(self.words[self.place]) > 1
 
     def name(self) -> str:
-        word = self.word(r'(?s)".*"', "a name", "put names in quotes")
-        return re.sub(r"\\(.)", r"\1", word[1:-1], flags=re.DOTALL)
+        word = self.word(NAME, "a name", "put names in quotes")[1:-1]
+        return ESCAPED.sub(r"\1", word) if "\\" in word else word
 
     def whole(self, of: str) -> int:
-        return int(
-            self.word("[0-9]{1,9}", f"the number of {of}", "give a whole number")
-        )
+        return int(self.word(WHOLE, f"the number of {of}", "give a whole number"))
 
     def number(self) -> Fraction:
-        value = Fraction(
-            word := self.word(
-                NUMBER, "a number", "give an integer, a decimal or a fraction"
-            )
-        )
+        word = self.words[self.place]
+        if word in self.values:
+            self.place += 1
+            return self.values[word]
+        hint = "give an integer, a decimal or a fraction"
+        value = Fraction(self.word(NUMBER, "a number", hint))
         if abs(value) > LARGEST:
             raise self.fault(
                 f"has {quoted(word)}, too large for doubles", SCALE_PAYOFFS
             )
+        self.values[word] = value
         return value
+
+    def in_braces(self) -> tuple[str, ...] | None:
+        """Return the words between the braces that come next, which are not read by
+        that; None if there are none."""
+        if self.words[self.place] != "{":
+            return None
+        with suppress(ValueError):  # no brace closes the list
+            end = self.words.index("}", self.place)
+            return tuple(self.words[self.place + 1 : end])
+        return None
 
     def listed(self, each: Callable[[], T]) -> tuple[T, ...] | None:
         """Return what is between braces; None if there is no list."""
@@ -278,9 +295,7 @@ class _Reading:
         letters = ", ".join(f"{letter} for {what}" for letter, what in NODES.items())
         while pending:
             place, (parent, move) = self.place, pending.pop()
-            word = self.word(
-                "|".join(NODES), "a node", f"begin each node with {letters}"
-            )
+            word = self.word(NODE, "a node", f"begin each node with {letters}")
             self.name()
             owner = {"c": CHANCE, "t": TERMINAL}.get(word) or self.player()
             index = self.information_set(owner) if owner != TERMINAL else -1
@@ -356,6 +371,10 @@ class _Reading:
         )
         named = f"{what} {number}" + f" of player {owner + 1}" * (owner >= 0)
         label, place = self.name() if self.next_is_text else "", self.place
+        words = self.in_braces()
+        if words is not None and self.actions.get((owner, number)) == words:
+            self.place += len(words) + 2
+            return known[number]
         given = self.listed(
             lambda: (self.name(), self.number() if owner == CHANCE else Fraction(0))
         )
@@ -377,6 +396,7 @@ class _Reading:
             if number not in known:
                 known[number] = len(self.sets[owner])
                 self.sets[owner].append(own)
+                self.actions[owner, number] = words or ()
             elif (first := self.sets[owner][known[number]])[2:] != own[2:]:
                 listed = "actions" if first.actions != actions else "probabilities"
                 raise self.fault(
