@@ -44,7 +44,7 @@ from lcpcli.verify.final_states import (
     hides_term_of_row,
     without_rounding,
 )
-from lcpcli.verify.measure import FEW_UNKNOWNS, least_caps
+from lcpcli.verify.measure import FEW_UNKNOWNS, FINEST, least_caps
 from lcpcli.verify.point import Point
 
 MOST_UNKNOWNS = 100
@@ -368,10 +368,10 @@ def exchanges(
 
 
 def exchanges_within_bounds(
-    problem: Problem,
+    problem: Problem, tol: float
 ) -> Generator[Made, None, DirectAnswer | None]:
     """Yield the basic solutions of block pivoting on a mixed problem, from the states
-    of the reference point, as `exchanges` does on an LCP. Its answer remains to be
+    of the reference point, as `exchanges` does on an LCP. Its answer may remain to be
     judged; what `newton` may take for rounding is left to it."""
     M, q, n, box = problem.M, problem.q, problem.n, problem.box
     reference = 0.0 if problem.reference_z is None else problem.reference_z
@@ -379,10 +379,11 @@ def exchanges_within_bounds(
     guard, steps, is_single = Safeguard(n, FEW_INDEX_STEPS), 0, False
     while True:
         P, z = np.logical_not(basis).nonzero()[0], box.nonbasic(basis)
-        block, w = M.take(P, 0).take(P, 1), M.dot(z)
-        w += q
+        block, start = M.take(P, 0).take(P, 1), q[P]
+        if np.count_nonzero(z):
+            start = start + M.dot(z)[P]
         try:
-            z[P] = np.linalg.solve(block, -w[P])
+            z[P] = np.linalg.solve(block, -start)
         except np.linalg.LinAlgError:
             return None
         w = M.dot(z)
@@ -393,12 +394,18 @@ def exchanges_within_bounds(
         wrong = violations > 0.0
         steps, count = steps + 1, number_of(wrong)
         if not count:
+            size = np.abs(q)
             terms = np.abs(M).dot(np.abs(z))
-            terms += np.abs(q)
-            if number_of(np.abs(own) > ROW_ROUNDING * terms[P]):
+            terms += size
+            errors, left, is_sure = ROW_ROUNDING * terms, np.abs(own), False
+            if number_of(left > errors[P]):
                 z[P] -= np.linalg.solve(block, own)
+            else:
+                if problem.reference_z is not None:
+                    size = np.minimum(np.abs(problem.q_ref), FINEST * terms)
+                is_sure = _is_sure(size, errors, left, tol)
             z = box.project(z)
-            return DirectAnswer(z, False, steps, is_single=is_single)
+            return DirectAnswer(z, is_sure, steps, is_single=is_single)
         yield z, w, is_single
         guard.choose(wrong, count)
         # A bound on all terms, without a look at M.
@@ -447,18 +454,22 @@ def _judged(
         own = w[P]
         terms = absolute.dot(z)
         terms += size
-    else:
-        least = min(size.tolist())
-        if (
-            least > TINY_TERMS
-            and max(errors.tolist()) + max(violations.tolist()) <= tol * least
-        ):
-            return DirectAnswer(z, True, steps)
+    elif _is_sure(size, errors, violations, tol):
+        return DirectAnswer(z, True, steps)
     np.negative(w, out=w)
     w[P] = np.abs(own)
     w += row_errors(M, z, terms)
     left = np.logical_not(w <= tol * size).nonzero()[0]
     return DirectAnswer(z, _are_small(problem, w, terms, left, tol), steps)
+
+
+def _is_sure(size: Vector, errors: Vector, violations: Vector, tol: float) -> bool:
+    """Return whether violations, of basic rows, and rounding errors in w are together
+    at most tol times the least of these sizes of rows, which the smallest of their
+    terms and of their caps exceed."""
+    least = min(size.tolist())
+    most = max(errors.tolist()) + max(violations.tolist(), default=0.0)
+    return bool(least > TINY_TERMS and most <= tol * least)
 
 
 def _are_small(

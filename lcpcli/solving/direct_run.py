@@ -394,7 +394,7 @@ def _answer(
         if is_solution:
             return DirectAnswer(np.array(reference), False, 0)
         if has_diagonal and is_small and not box.is_orthant:
-            steps = direct.exchanges_within_bounds(problem)
+            steps = direct.exchanges_within_bounds(problem, tol)
             return (yield from _pivoted(session, problem, steps, False))
     # Newton rarely settles.
     if not has_diagonal and fast is not None and box.is_orthant:

@@ -35,6 +35,7 @@ from lcpcli.verify.measure import Measure
 
 from .. import (
     exact,
+    exact_measure,
     kernels_together,  # noqa: F401
     mixed_problems,
 )
@@ -164,6 +165,47 @@ def test_a_problem_with_bounds_of_all_kinds_is_exchanged_as_by_newton(
     found = lcpcli.run(problem)
     assert (found.solved, found.route) == (True, ("newton",))
     assert np.allclose(found.z, plain.z, rtol=1e-10, atol=1e-12)
+
+
+def within_bounds(problem: Problem) -> DirectAnswer | None:
+    with np.errstate(all="ignore"):
+        return module.collected(module.exchanges_within_bounds(problem, TOL), [])
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_what_is_certain_within_bounds_solves_by_the_exact_measure(seed: int) -> None:
+    generator = np.random.default_rng(seed)
+    n = 2 + seed % 9
+    M, q = mixed_problems.monotone(n, generator)
+    lower, upper = mixed_problems.with_all_bounds(n, generator)
+    if seed % 2:
+        q, lower = np.rint(q), np.rint(lower * 1e3)
+        upper = np.maximum(np.rint(upper), lower)
+    problem = Problem(M, q, lower=lower, upper=upper)
+    answer = within_bounds(problem)
+    if answer is not None and answer.is_certain:
+        assert exact_measure.relative_residual(problem, answer.z) <= TOL
+
+
+def test_a_call_with_a_bound_is_judged_without_a_look_at_units_or_rows(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    rng = np.random.default_rng(0)
+    A = rng.standard_normal((20, 20))
+    M = A @ A.T / 20 + np.eye(20)
+    judged = list[object]()
+    rows = Measure.rows
+    monkeypatch.setattr(
+        Measure, "rows", lambda *given: judged.append(given) or rows(*given)
+    )
+    monkeypatch.setattr(direct_run, "uses_kernels", lambda *_: False)
+    for bound in ("lower", "upper"):
+        bounds = {"lower": np.zeros(20), "upper": np.full(20, np.inf)}
+        bounds[bound][0] = 0.5
+        for _ in range(20):
+            result = lcpcli.solve(M, rng.standard_normal(20), **bounds)
+            assert (result.solved, result.route) == (True, ("newton",))
+    assert judged == []
 
 
 @pytest.mark.parametrize(
