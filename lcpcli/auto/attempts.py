@@ -655,8 +655,8 @@ LATER = (
                 or s.is_stiff
                 or s.game
                 or _is_first_basic(s)
-                or s.is_frictional
                 or (s.is_no_p_matrix and s.is_semidefinite)
+                or s.is_frictional
             )
         ),
         all_basic,

@@ -227,6 +227,8 @@ def has_friction(M: Matrix) -> bool:
     Eng. 39 (1996) 2673-2691; engines of rigid bodies regularize the diagonal. A is not
     examined further.
     """
+    if is_sparse(M) and mirrored(M) is not None:
+        return False  # nothing is opposite to mu I, as it is in a program
     n = M.shape[0]
     positive = M > 0.0
     # A row of C has mu, and perhaps an entry on the diagonal.
