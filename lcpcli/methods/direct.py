@@ -42,6 +42,7 @@ from lcpcli.verify.final_states import (
     LONG_NUMBER,
     confirmed,
     hides_term_of_row,
+    may_hide_term,
     without_rounding,
 )
 from lcpcli.verify.measure import FEW_UNKNOWNS, FINEST, least_caps
@@ -298,6 +299,8 @@ def beyond_doubt(problem: Problem, answer: DirectAnswer) -> DirectAnswer | None:
     """Return an answer of `exchanges` as it is, unless rounding of its terms leaves
     doubt: then the solution that its states confirm, or None if it may have to be
     replaced by an exact one, as `small` does for few unknowns."""
+    if not may_hide_term(problem, answer.z):
+        return answer
     found = confirmed(problem, answer.z)
     if found is None or found.z is answer.z:
         return None if found is None else answer

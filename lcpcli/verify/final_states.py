@@ -47,10 +47,10 @@ MOST_LOOKS = 3
 def is_doubtful(problem: Problem, z: Vector) -> bool:
     """Return whether rounding hides a term of a row of a small problem at z, most of
     the time without a look at M."""
-    return _may_hide_term(problem, z) and hides_term_of_row(problem, z)
+    return may_hide_term(problem, z) and hides_term_of_row(problem, z)
 
 
-def _may_hide_term(problem: Problem, z: Vector) -> bool:
+def may_hide_term(problem: Problem, z: Vector) -> bool:
     """Return whether sizes alone leave it open whether rounding hides a term of a row
     of a small problem, or integers may have been rounded."""
     if problem.n > FEW_UNKNOWNS:
@@ -105,7 +105,7 @@ def confirmed(
     itself is returned also where only rounding makes signs of the exact basic solution
     wrong, or its singular system contradictory."""
     given = Confirmed(z, basis)
-    if not _may_hide_term(problem, z):
+    if not may_hide_term(problem, z):
         return given
     with imports:
         from lcpcli.verify.enclosure import fault, open_signs
