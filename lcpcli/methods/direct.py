@@ -45,7 +45,7 @@ from lcpcli.verify.final_states import (
     may_hide_term,
     without_rounding,
 )
-from lcpcli.verify.measure import FEW_UNKNOWNS, FINEST, least_caps
+from lcpcli.verify.measure import FEW_UNKNOWNS, FINEST, Measure, least_caps
 from lcpcli.verify.point import Point
 
 MOST_UNKNOWNS = 100
@@ -463,7 +463,7 @@ def _judged(
     w[P] = np.abs(own)
     w += row_errors(M, z, terms)
     left = np.logical_not(w <= tol * size).nonzero()[0]
-    return DirectAnswer(z, _are_small(problem, w, terms, left, tol), steps)
+    return DirectAnswer(z, _are_small(problem, z, w, terms, left, tol), steps)
 
 
 def _is_sure(size: Vector, errors: Vector, violations: Vector, tol: float) -> bool:
@@ -476,16 +476,19 @@ def _is_sure(size: Vector, errors: Vector, violations: Vector, tol: float) -> bo
 
 
 def _are_small(
-    problem: Problem, worst: Vector, terms: Vector, rows: Indices, tol: float
+    problem: Problem, z: Vector, worst: Vector, terms: Vector, rows: Indices, tol: float
 ) -> bool:
     """Return whether the violations of these rows are small beside their terms and
-    their caps, as where q_i is 0, by bounds that need no units of M."""
+    their caps, as where q_i is 0, if that is known without the units of M or these have
+    been computed."""
     if not rows.size:
         return True
     worst, terms = worst[rows], terms[rows]
     if number_of(worst <= tol * terms) < rows.size:
         return False
     caps = least_caps(problem, -problem.q, rows)
+    if caps is None and "units" in vars(problem.facts):
+        caps = Measure(problem).caps(z)[rows]
     return caps is not None and number_of(worst <= tol * caps) == rows.size
 
 

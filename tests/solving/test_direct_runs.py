@@ -167,6 +167,15 @@ def test_a_problem_with_bounds_of_all_kinds_is_exchanged_as_by_newton(
     assert np.allclose(found.z, plain.z, rtol=1e-10, atol=1e-12)
 
 
+def test_zeros_of_M_and_q_are_decided_by_units_that_are_known() -> None:
+    M = 2.5 * np.eye(20) - np.eye(20, k=1) - np.eye(20, k=-1)
+    q = np.random.default_rng(0).standard_normal(20)
+    problem = Problem(M, np.where(np.abs(q) > 0.5, q, 0.0))
+    assert not direct(problem, TOL).is_certain
+    assert problem.units.parts == 1
+    assert direct(problem, TOL).is_certain
+
+
 def within_bounds(problem: Problem) -> DirectAnswer | None:
     with np.errstate(all="ignore"):
         return module.collected(module.exchanges_within_bounds(problem, TOL), [])
