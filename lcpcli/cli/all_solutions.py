@@ -18,7 +18,6 @@ from lcpcli.enumeration import search as sets
 from lcpcli.errors import Exit, File, ProblemError, count
 from lcpcli.files.contents import within
 from lcpcli.interrupts import TimeIsUp, stopping
-from lcpcli.model.origins import Game
 from lcpcli.rational import exact_problem, numbers
 from lcpcli.report import plotting, solutions, wording
 
@@ -59,11 +58,8 @@ def outcome(
     best = (
         None if objective is None else _best(request, problem, where, objective, sense)
     )
-    found: Any
-    found, prepared = (best, None) if best else _search(request, problem, where, output)
-    report = solutions.report(
-        found, work.sources[0], request.exact, request.names, prepared
-    )
+    found: Any = best or _search(request, problem, where)
+    report = solutions.report(found, work.sources[0], request.exact, request.names)
     output.show(
         report.render,
         f"{where}: {best.message(numbers.approximate) if best else found.message}",
@@ -72,11 +68,9 @@ def outcome(
     return CODES.get(found.status, Exit.SOLVED)
 
 
-def _search(
-    request: Request, problem: InputProblem, where: str, output: Output
-) -> tuple[sets.SolutionSet, solutions.Prepared | None]:
+def _search(request: Request, problem: InputProblem, where: str) -> sets.SolutionSet:
     """Search until the list is complete, a signal comes or the time is up, in which the
-    numbers are also made exact; return what was found, and its texts."""
+    numbers are also made exact."""
     began, most = clock.seconds(), request.max_solutions
     try:
         with interrupts.within(request.limits.time_limit):
@@ -96,17 +90,10 @@ def _search(
     )
     if left <= 0:
         search.stop()
-    prepared = None
-    is_game = isinstance(problem.problem.origin, Game)
-    if not output.silent and output.form in ("json", *["csv"] * (not is_game)):
-        how = request.exact, request.names
-        prepared = solutions.Prepared(search, output.form, *how)
     shown = shows_progress(request.quiet)
     with stopping() as signals, Line("searching", is_shown=shown) as line:
-        for piece in search:
+        for _ in search:
             line.doing = f"searching: {count(len(search.pieces), 'piece')} found"
-            if prepared is not None:
-                prepared.take(piece)
         is_interrupted = bool(signals)
     ended = (
         sets.INTERRUPTED
@@ -115,8 +102,7 @@ def _search(
         if len(search.pieces) == most
         else sets.TIME_LIMIT
     )
-    seconds = clock.seconds() - began - (prepared.seconds if prepared else 0.0)
-    return sets.SolutionSet(search, ended, seconds), prepared
+    return sets.SolutionSet(search, ended, clock.seconds() - began)
 
 
 def objective_in(file: InputFile) -> LinearObjective | None:

@@ -12,7 +12,6 @@ from dataclasses import fields, is_dataclass
 from functools import cache
 from io import StringIO
 from itertools import chain
-from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from lcpcli.errors import visible, visible_json
@@ -95,22 +94,18 @@ class Report(NamedTuple):
         there is none.
     records : returns objects of plain values. rows : returns rows of cells, and lines
     of comments above them; None if CSV has the keys and values of the records. pipe :
-    the width where there is no terminal; None for no limit. ready : functions that
-    return the text of a format of which most was made before.
+    the width where there is no terminal; None for no limit.
     """
 
     document: Callable[[str, int | None], Document]
     records: Callable[[], Iterable[Mapping[str, Any]]]
     rows: Callable[[], tuple[Iterable[Sequence[Any]], Iterable[str]]] | None = None
     pipe: int | None = None
-    ready: Mapping[str, Callable[[], str]] = MappingProxyType({})
 
     def render(
         self, form: str = "table", width: int | None = None, color: bool = False
     ) -> str:
         """Return the report as text in a format. width, color : as for `typeset`."""
-        if form in self.ready:
-            return self.ready[form]()
         if form == "json":
             return "".join(map(line, self.records()))
         if form == "csv":

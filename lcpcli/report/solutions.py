@@ -4,29 +4,25 @@ JSON and as CSV."""
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from fractions import Fraction
 from functools import partial
 from itertools import chain, cycle, islice
 from typing import Any, TypeAlias
 
-from lcpcli import clock
 from lcpcli.enumeration.meaning import meaning_of
 from lcpcli.enumeration.optimum import OPTIMAL, Optimum
 from lcpcli.enumeration.pieces import Piece
 from lcpcli.enumeration.search import (
     ExactEquilibrium,
-    Solutions,
     SolutionSet,
     objective,
 )
 from lcpcli.errors import count
 from lcpcli.files.contents import Source
 from lcpcli.linalg.doubles import LARGEST_DOUBLE
-from lcpcli.model.problem import Problem
 from lcpcli.model.program import Program
 from lcpcli.model.words import in_own_sense
-from lcpcli.rational.dictionary import Point
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import approximate, brief, rounded
 from lcpcli.report import plotting, programs_and_games, wording
@@ -37,8 +33,6 @@ from lcpcli.report.result_formats import (
     place,
     plain,
     record,
-    text,
-    written,
 )
 from lcpcli.report.tables import longest
 
@@ -62,86 +56,16 @@ def report(
     source: Source,
     exact: bool,
     names: Sequence[str] = (),
-    prepared: Prepared | None = None,
 ) -> Report:
-    """Return the report on what was found. prepared : has received all pieces."""
+    """Return the report on what was found."""
     made: Callable[..., dict[str, Any]] = (
         _best_record if isinstance(found, Optimum) else _record
     )
-    ready = dict[str, Callable[[], str]]()
-    if prepared is not None and isinstance(found, SolutionSet):
-        ready[prepared.form] = partial(prepared.text, found, source)
     return Report(
         lambda form, _: build(found, exact, form, names),
         lambda: [made(found, source, exact)],
         lambda: _rows(found, exact, names),
-        ready=ready,
     )
-
-
-class Prepared:
-    """The texts of the pieces that a search has found, made while it is under way: to
-    make those of all takes about as long as the search, and Ctrl-C does not wait so
-    long.
-
-    form : the format of the report, JSON or CSV. exact : whether it has fractions.
-    names : of the unknowns in CSV, as for `build`. seconds : those that it has taken.
-    """
-
-    def __init__(
-        self, search: Solutions, form: str, exact: bool, names: Sequence[str] = ()
-    ) -> None:
-        self.form, self.seconds = form, 0.0
-        self._search, self._exact = search, exact
-        labels = wording.labels_of(search.problem.problem)
-        self._kept = set(wording.places(labels, names))
-        self._solutions = dict[Point, str]()
-        # Behind the vertices of a piece, by its states, of which no other has the same.
-        self._rest = dict[Any, str]()
-        self._lines = list[str]()
-
-    def take(self, piece: Piece) -> None:
-        began = clock.seconds()
-        if self.form == "json":
-            self._take_object(piece)
-        else:
-            number, data = len(self._lines) + 1, self._search.problem
-            rows = _rows_of_piece(data, number, piece, self._exact)
-            has_names = any(data.problem.names)
-            chosen = _chosen(data.problem, rows, self._kept, has_names)
-            self._lines.append(written(chosen))
-        self.seconds += clock.seconds() - began
-
-    def _take_object(self, piece: Piece) -> None:
-        data, exact = self._search.problem, self._exact
-        for z in piece.vertices:
-            if z not in self._solutions:
-                each = self._search.equilibrium(z)
-                self._solutions[z] = text(plain(_solution(data, z, each), exact))
-        rest = {name: value for name, value in vars(piece).items() if name != VERTICES}
-        self._rest[piece.states] = text(plain(rest, exact))[1:]
-
-    def text(self, found: SolutionSet, source: Source) -> str:
-        """Return the report on the pieces that were received."""
-        if self.form == "csv":
-            return written(*_head(found)) + "".join(self._lines)
-        number = {point: k for k, point in enumerate(found.points)}
-        long = {
-            "solutions": map(self._solutions.__getitem__, number),
-            "pieces": (
-                f'{{"{VERTICES}": {[number[z] for z in piece.vertices]}, '
-                f"{self._rest[piece.states]}"
-                for piece in found.pieces
-            ),
-        }
-        own = _own(found, source) | dict.fromkeys(long)
-        parts = (
-            f'"{key}": ' + (f"[{', '.join(long[key])}]" if key in long else text(value))
-            for key, value in record(
-                keys_of("solutions"), found, own, self._exact
-            ).items()
-        )
-        return f"{{{', '.join(parts)}}}\n"
 
 
 def build(
@@ -349,7 +273,10 @@ def _record(found: SolutionSet, source: Source, exact: bool) -> dict[str, Any]:
     data, points, equilibria = found.data, found.points, found.equilibria
     number = {point: k for k, point in enumerate(points)}
     extreme = [None] * len(points) if equilibria is None else equilibria.extreme
-    own = _own(found, source) | {
+    own = {
+        **place(source, data.problem),
+        "components": equilibria and equilibria.components,
+        "degenerate": equilibria and equilibria.is_degenerate,
         "solutions": [
             _solution(data, z, each) for z, each in zip(points, extreme, strict=True)
         ],
@@ -359,17 +286,6 @@ def _record(found: SolutionSet, source: Source, exact: bool) -> dict[str, Any]:
         ],
     }
     return record(keys_of("solutions"), found, own, exact)
-
-
-def _own(found: SolutionSet, source: Source) -> dict[str, Any]:
-    """Return what the record has besides the solutions, the pieces, and the attributes
-    of these."""
-    equilibria = found.equilibria
-    return {
-        **place(source, found.data.problem),
-        "components": equilibria and equilibria.components,
-        "degenerate": equilibria and equilibria.is_degenerate,
-    }
 
 
 def _solution(
@@ -404,20 +320,23 @@ def _rows(
     its value in the program's own sense. For a game there is a line for each strategy
     in each extreme equilibrium: its probability, and the expected payoff of its player.
     shown : as names for `build`."""
+    problem, header = found.data.problem, HEADER
+    has_names = isinstance(found, Optimum) or any(problem.names)
+    message = found.message(brief) if isinstance(found, Optimum) else found.message
+    rows: Iterable[Cells] = ()
     if isinstance(found, Optimum):
-        data = found.data
-        rows = (
-            _components(data.problem.origin, found.z, found.w or [], exact)
-            if found.z
-            else iter(())
-        )
+        header = HEADER[3:]
+        if found.z:
+            rows = _components(problem.origin, found.z, found.w or [], exact)
     elif found.equilibria is None:
         rows = (
-            row
+            (number, kind, k, *cells)
             for number, piece in enumerate(found.pieces, 1)
-            for row in _rows_of_piece(found.data, number, piece, exact)
+            for k, (kind, z, w) in enumerate(_parts(found.data, piece), 1)
+            for cells in _components(problem.origin, z, w, exact)
         )
     else:
+        header = ("equilibrium", "player", "strategy", "probability", "payoff")
         rows = (
             (number, player, i, probability, payoff)
             for number, each in enumerate(found.equilibria.extreme, 1)
@@ -426,45 +345,14 @@ def _rows(
             )
             for i, probability in enumerate(plain(getattr(each, player), exact), 1)
         )
-    (header,), comments = _head(found)
-    problem, has_names = found.data.problem, header[-1] == "name"
-    kept = wording.places(wording.labels_of(problem), shown)
-    return [header, *_chosen(problem, rows, set(kept), has_names)], comments
-
-
-def _head(found: SolutionSet | Optimum) -> tuple[list[Cells], list[str]]:
-    """Return the first row of CSV, and the comment above it."""
-    problem, header = found.data.problem, HEADER
-    if isinstance(found, Optimum):
-        header, message = HEADER[3:], found.message(brief)
-    else:
-        message = found.message
-        if found.equilibria is not None:
-            header = ("equilibrium", "player", "strategy", "probability", "payoff")
-    has_names = isinstance(found, Optimum) or any(problem.names)
-    header = (
-        *header,
-        *PROGRAM_COLUMNS * isinstance(problem.origin, Program),
-        *["name"] * has_names,
-    )
-    return [header], [": ".join(filter(None, [problem.name, message]))]
-
-
-def _rows_of_piece(
-    data: ExactProblem, number: int, piece: Piece, exact: bool
-) -> Iterator[Cells]:
-    for k, (kind, z, w) in enumerate(_parts(data, piece), 1):
-        for cells in _components(data.problem.origin, z, w, exact):
-            yield number, kind, k, *cells
-
-
-def _chosen(
-    problem: Problem, rows: Iterable[Cells], kept: Collection[int], has_names: bool
-) -> Iterator[Cells]:
-    """Yield the rows of the unknowns that are shown, with their names: those of each
-    solution are in the order of the unknowns."""
+    columns = PROGRAM_COLUMNS * isinstance(problem.origin, Program)
+    named = ["name"] * has_names
+    kept = set(wording.places(wording.labels_of(problem), shown))
+    # The rows of each solution are in the order of the unknowns.
     lines = zip(rows, cycle(enumerate(problem.names)), strict=False)
-    return ((*row, *[name] * has_names) for row, (i, name) in lines if i in kept)
+    chosen = ((*row, *[name] * has_names) for row, (i, name) in lines if i in kept)
+    comment = ": ".join(filter(None, [problem.name, message]))
+    return [(*header, *columns, *named), *chosen], [comment]
 
 
 def _components(origin: Any, z: Values, w: Values, exact: bool) -> Iterator[Cells]:

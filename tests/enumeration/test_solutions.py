@@ -590,39 +590,3 @@ def test_a_limit_holds_where_there_are_more_subsets_than_can_be_listed(
     pieces = list(found)
     assert (len(pieces) > 1, found.complete) == (True, False)
     assert next(seconds) < 0.75
-
-
-NAMED = Problem([[1, 2], [2, 1]], [-1, -1], names=["a", "b c"])
-PREPARED = {
-    "points": NAMED,
-    "faces": Problem([[0, 1], [0, 0]], [-1, 0], name="faces"),
-    "line": Problem([[1, -1], [-1, 1]], [0, 0], lower=-np.inf),
-    "none": Problem([[0, -1], [1, 0]], [-1, -1]),
-    "program": lcpcli.from_qp(Q=None, c=[1, 1], A=[[1, 1]], row_lower=[1]),
-    "game": lcpcli.from_game([[3, 0], [0, 2]], [[2, 0], [0, 3]]),
-    "degenerate game": lcpcli.from_game([[1, 1], [0, 2]], [[1, 1], [0, 3]]),
-}
-
-
-@pytest.mark.parametrize("most", [1, None])
-@pytest.mark.parametrize("exact", [False, True])
-@pytest.mark.parametrize("name", PREPARED)
-def test_texts_made_during_the_search_are_those_made_after_it(
-    name: str, exact: bool, most: int | None
-) -> None:
-    problem = PREPARED[name]
-    forms = ["json"] if "game" in name else ["json", "csv"]
-    labels = ["b c"] if problem is NAMED else []
-    for form in forms:
-        search = lcpcli.solutions(problem, max_solutions=most)
-        prepared = solutions.Prepared(search, form, exact, labels)
-        for piece in search:
-            prepared.take(piece)
-        found = SolutionSet(search, ENOUGH, 0.0)
-        reports = (
-            solutions.report(found, Source("file", None), exact, labels, *given)
-            for given in ([prepared], [])
-        )
-        one, other = (report.render(form) for report in reports)
-        assert one == other
-        assert form != "json" or json.loads(one)["pieces"] != [] or name == "none"
