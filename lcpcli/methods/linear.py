@@ -30,7 +30,8 @@ from lcpcli.methods.stages import (
 from lcpcli.model import changes
 from lcpcli.model.problem import Problem, conditions_of
 from lcpcli.typing import Matrix, Vector
-from lcpcli.verify.certificate import MANY, farkas_certificate
+from lcpcli.verify.alternative import farkas_multipliers
+from lcpcli.verify.certificate import MANY, first_proof
 
 
 def linear(problem: Problem, effort: float = math.inf) -> Stage:
@@ -42,7 +43,8 @@ def linear(problem: Problem, effort: float = math.inf) -> Stage:
         if isinstance(ending, Finished):
             return Stalled("the solution of the linear program is not accurate enough")
     # As it may take three LPs of half of that.
-    proof = farkas_certificate(problem, 2 * effort / 3, MANY)
+    sought = farkas_multipliers(problem, 2 * effort / 3)
+    proof = first_proof(problem, sought, rounded_from=MANY)
     if proof is not None:
         return NoSolution(proof)
     if problem.is_mixed or not is_skew(problem.M):

@@ -24,7 +24,8 @@ from lcpcli.rational.exact_problem import ExactProblem, rows_of
 from lcpcli.rational.numbers import rounded_direction
 from lcpcli.solving.result import INFEASIBLE, NONE, UNBOUNDED, WITHOUT_OPTIMUM
 from lcpcli.typing import Matrix, Vector
-from lcpcli.verify.certificate import MANY, Proof, farkas_certificate, first_proof
+from lcpcli.verify.alternative import farkas_multipliers
+from lcpcli.verify.certificate import MANY, Proof, first_proof
 from lcpcli.verify.enclosure import enclosure, is_enclosable
 from lcpcli.verify.farkas import farkas_vector
 
@@ -138,11 +139,10 @@ def _feasibility(
         zero.eliminate_zeros()
     M, q, lower, upper = data._replace(Q=zero, c=np.zeros(data.c.size)).conditions()
     constraints = Problem(M, q, lower=lower, upper=upper)
-    found = (
-        farkas_certificate(constraints, FEASIBILITY_EFFORT)
-        if data.row_lower.size
-        else None
-    )
+    found = None
+    if data.row_lower.size:
+        sought = farkas_multipliers(constraints, FEASIBILITY_EFFORT)
+        found = first_proof(constraints, sought)
     y = None if found is None else _exact_proof(problem, found.vector, data.c.size)
     if y is not None:
         return False, y

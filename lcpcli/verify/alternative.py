@@ -58,17 +58,17 @@ def alternative(
     return Alternative(None, None, near)
 
 
-def candidates(
-    A: Matrix, b: Vector, box: Box, effort: float = math.inf
-) -> Iterator[Vector]:
-    """Yield vectors y that may be proofs that no z within its bounds has A z + b with
-    the signs that `farkas.refutes` asks for, the likeliest first; none if there is such
-    a z, to the tolerance of the LP solver."""
-    return (
-        found.proof
-        for found in _searched(A, b, box, effort, MOST_BRIEF)
-        if found.proof is not None
-    )
+def farkas_multipliers(problem: Problem, effort: float = math.inf) -> Iterator[Vector]:
+    """Yield vectors y that may prove that a problem is infeasible, the likeliest first,
+    by at most three LPs of half the effort each, for the equilibrated problem R M C,
+    R q, whose y' gives y = R y'; none if it is feasible, to the tolerance of the LP
+    solver."""
+    with np.errstate(all="ignore"):
+        units = scale(problem)
+    inner = units.problem
+    for found in _searched(inner.M, inner.q, inner.box, effort, MOST_BRIEF):
+        if found.proof is not None:
+            yield units.multipliers(found.proof)
 
 
 def _searched(

@@ -249,22 +249,6 @@ def _stated(problem: Problem, claim: Proof) -> Proof:
     return replace(claim, statement=f"{claim.statement}, up to rounding of y")
 
 
-def farkas_certificate(
-    problem: Problem, effort: float = math.inf, rounded_from: float = math.inf
-) -> Proof | None:
-    """Return a proof that the problem is infeasible, by at most three LPs of half the
-    effort each, for the equilibrated problem R M C, R q, whose proof y' gives y = R y'.
-    None if it is feasible, to the tolerance of the LP solver, or no proof passed the
-    check."""
-    with imports:
-        from lcpcli.verify.alternative import candidates
-    with np.errstate(all="ignore"):
-        units = scale(problem)
-    found = candidates(units.problem.M, units.problem.q, units.problem.box, effort)
-    multipliers = map(units.multipliers, found)
-    return first_proof(problem, multipliers, rounded_from=rounded_from)
-
-
 EFFORT = 2.0  # of LPs for a proof, by the seconds that they usually take
 
 
@@ -277,14 +261,15 @@ def proof_near(problem: Problem, z: Vector) -> Proof | None:
         and problem.box.is_orthant
         and problem.n <= MOST_DENSE
     )
+    with imports:
+        from lcpcli.verify.alternative import farkas_multipliers
     with suppress(TimeIsUp):
         near = _candidates(problem, z, has_dictionary)
         found = first_proof(problem, near, rounded_from=0)
-        return (
-            found
-            if found is not None or has_dictionary
-            else farkas_certificate(problem, EFFORT, MANY)
-        )
+        if found is not None or has_dictionary:
+            return found
+        sought = farkas_multipliers(problem, EFFORT)
+        return first_proof(problem, sought, rounded_from=MANY)
     return None
 
 

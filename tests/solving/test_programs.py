@@ -33,7 +33,6 @@ from lcpcli import (
 )
 from lcpcli.report.result_formats import plain
 from lcpcli.solving import no_minimum
-from lcpcli.verify.certificate import Proof
 from lcpcli.verify.point import Criterion, Point
 
 from ..methods.programs import bounded_program
@@ -409,8 +408,8 @@ def test_every_proof_for_the_constraints_is_one_for_the_program(
 ) -> None:
     """Also one with multipliers of columns without entries, which have costs in the
     program alone."""
-    found = Proof("farkas", np.array([0.0, 0.0, 0.0, 1.0, 1.0, 1.0]), "")
-    monkeypatch.setattr(no_minimum, "farkas_certificate", lambda *_, **__: found)
+    y = np.array([0.0, 0.0, 0.0, 1.0, 1.0, 1.0])
+    monkeypatch.setattr(no_minimum, "farkas_multipliers", lambda *_: iter([y]))
     monkeypatch.setattr(no_minimum, "MOST_FRACTIONS", 0)
     rows = [[1.0, 1.0, 0.0, 0.0], [-1.0, -1.0, 0.0, 0.0]]
     result = run(from_qp(None, [0.0, 0.0, -1.0, 5.0], rows, [1.0, -0.5]))

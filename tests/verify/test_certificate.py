@@ -27,12 +27,8 @@ from lcpcli.rational.tree import first_solution
 from lcpcli.report import result_formats, wording
 from lcpcli.solving import proof as solving
 from lcpcli.solving.no_minimum import Constraints
-from lcpcli.verify.alternative import FarkasSystem
-from lcpcli.verify.certificate import (
-    Proof,
-    farkas_certificate,
-    first_proof,
-)
+from lcpcli.verify.alternative import FarkasSystem, farkas_multipliers
+from lcpcli.verify.certificate import Proof, first_proof
 from lcpcli.verify.enclosure import enclosure
 from lcpcli.verify.farkas import exact_proof, refutes
 
@@ -40,9 +36,12 @@ from .. import exact
 from ..methods.programs import random_program
 
 INF = np.inf
-farkas = farkas_certificate
 INFEASIBLE = Problem([[0, -1], [1, 0]], [-1, -1])
 ULP = 2.0**-52
+
+
+def farkas(problem: Problem) -> Proof | None:
+    return first_proof(problem, farkas_multipliers(problem))
 
 
 def nearly_infeasible(seed: int) -> tuple[Problem, np.ndarray]:
