@@ -219,11 +219,12 @@ class Inputs(NamedTuple):
 
     def with_tables(self) -> Inputs:
         """Return the inputs with their files read if they are two small tables."""
+        if len(self.files) != 2 or self.game:
+            return self
         from lcpcli.files.games import may_be_payoffs
         from lcpcli.files.input_file import InputFile
 
-        is_pair = len(self.files) == 2 and not self.game
-        if not (is_pair and all(map(may_be_payoffs, self.files))):
+        if not all(map(may_be_payoffs, self.files)):
             return self
         with suppress(ProblemError):
             read = {path: InputFile.read(path) for path in self.files}

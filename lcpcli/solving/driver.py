@@ -31,8 +31,8 @@ from lcpcli.model.problem import Problem
 from lcpcli.options import DEFAULTS, Limits
 from lcpcli.solving import direct_run
 from lcpcli.solving.direct_run import Session
+from lcpcli.solving.observers import NOBODY, Seen
 from lcpcli.solving.result import Result, Status
-from lcpcli.solving.trace import NOBODY, Seen
 from lcpcli.typing import Vector, VectorLike
 from lcpcli.verify.acceptance import Extent, accepted
 from lcpcli.verify.point import Criterion, Point
@@ -41,7 +41,8 @@ if TYPE_CHECKING:
     from lcpcli.methods.stages import Stage
     from lcpcli.model.words import Start
     from lcpcli.solving.loop import Loop
-    from lcpcli.solving.trace import Callback, Observe, Trace
+    from lcpcli.solving.observers import Observe
+    from lcpcli.solving.trace import Callback, Trace
 
 # Seconds of a run up to which it is repeated to show its time, for as long, and how
 # often at most: the wait goes unnoticed.
@@ -104,8 +105,9 @@ def run(
     options: dict[str, Any] = {}
     if is_auto:
         options = methods.options_in_force(method, stored_problem, chosen)
+    has_trace = trace is not None or curve is not None
     seen = NOBODY
-    if any(each is not None for each in (trace, curve, observe, callback)):
+    if has_trace or observe is not None or callback is not None:
         seen = Seen((trace, curve), observe, callback)
     session = Session(
         stored_problem,
@@ -230,20 +232,18 @@ def _of(problem: Problem, result: Result, compiled: bool, finishes: bool) -> Res
         result.options["compiled"] = True
     if problem.origin is None or not result.solved:
         return result
-    with imports:
-        from lcpcli.model.origins import Game
-    if isinstance(problem.origin, Game):
+    if problem.program_origin is None:
         with imports:
-            from lcpcli.solving.minimum import accepted
-        return accepted(result, problem.origin)
-    result = problem.origin.accepted(result)
-    if not result.solved:
-        return result
+            from lcpcli.model.origins import Game
+        if isinstance(problem.origin, Game):
+            with imports:
+                from lcpcli.solving.minimum import accepted
+            return accepted(result, problem.origin)
+        checked: Result = problem.origin.accepted(result)
+        return checked
     may_go_on = finishes and problem.n >= FEWEST_FOR_PIQP
     may_go_on = may_go_on and not INEXACT.isdisjoint(result.route)
     if not (may_go_on or result.limits.gap < math.inf):
-        return result
-    if problem.program_origin is None:
         return result
     with imports:
         from lcpcli.solving.objective import with_objective

@@ -20,8 +20,8 @@ from lcpcli.methods.registry import declared
 from lcpcli.methods.stages import Ending, Iterate, Stage
 from lcpcli.model.box import LARGEST_X, in_range
 from lcpcli.options import DEFAULTS, Limits
+from lcpcli.solving.observers import NOBODY, Seen
 from lcpcli.solving.result import Result, Status
-from lcpcli.solving.trace import NOBODY, Seen
 from lcpcli.typing import States, Vector
 from lcpcli.verify.acceptance import (
     AT_ONCE,

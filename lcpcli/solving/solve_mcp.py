@@ -62,8 +62,9 @@ from lcpcli.solving.call import (
 from lcpcli.solving.direct_run import compiled as kernels
 from lcpcli.solving.direct_run import uses_kernels
 from lcpcli.solving.loop import Loop
+from lcpcli.solving.observers import Seen
 from lcpcli.solving.result import Result, Status
-from lcpcli.solving.trace import Callback, Seen, Trace
+from lcpcli.solving.trace import Callback, Trace
 from lcpcli.typing import BoundLike, Interrupts, Matrix, States, Vector, VectorLike
 from lcpcli.verify.nonlinear_point import (
     NonlinearCriterion,

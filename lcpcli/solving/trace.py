@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias, cast
+from typing import TYPE_CHECKING, Any, TypeAlias, cast
 
 import numpy as np
 
@@ -339,21 +339,3 @@ class Trace:
                     **self._asked_of(row),
                 )
             )
-
-
-Observe: TypeAlias = Callable[[str, int, float, float], None]
-"""What is called with the method at work, the number k of the last iterate, the bound
-on its relative residual that the loop uses, infinite if there is none yet, and the
-seconds since the loop was made."""
-
-
-class Seen(NamedTuple):
-    """Who sees the iterates of a run: a trace and a curve, which keep them, and who is
-    told of its progress, and called after each iterate."""
-
-    traces: tuple[Trace | None, Trace | None] = (None, None)
-    observe: Observe | None = None
-    callback: Callback | None = None
-
-
-NOBODY = Seen()
