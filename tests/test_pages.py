@@ -246,7 +246,7 @@ def test_benchmark_runs_on_one_small_problem_in_place_of_its_suite(
     folders: Callable[[str], Path],
 ) -> None:
     held = {
-        name: replace(suite, text="diagonal 3", budget=0.0)
+        name: replace(suite, grids=[suites.Grid("diagonal", 3)], budget=0.0)
         for name, suite in suites.SUITES.items()
     }
     monkeypatch.setattr(suites, "SUITES", held)

@@ -203,7 +203,9 @@ def test_examples_run(
     """In their order, in an empty folder; a suite is one small problem, to be quick."""
     for suite, its in suites.SUITES.items():
         monkeypatch.setitem(
-            suites.SUITES, suite, replace(its, text="tridiagonal 10", budget=0.0)
+            suites.SUITES,
+            suite,
+            replace(its, grids=[suites.Grid("tridiagonal", 10)], budget=0.0),
         )
     for line in COMMANDS[name].examples:
         before = set(in_folder.iterdir())

@@ -16,14 +16,15 @@ from lcpcli.errors import ProblemError
 from lcpcli.formulations.game_tree.behavior import (
     Behavior,
     InformationSetStrategy,
+    payoffs_of,
     point_of,
+    table_of,
 )
 from lcpcli.formulations.game_tree.game import ExtensiveGame
 from lcpcli.model.formulation import Answer
 from lcpcli.rational import elimination
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.tree import first_solution
-from lcpcli.report import wording
 from lcpcli.report.document import Table
 from lcpcli.solving import equilibria
 from lcpcli.solving.result import Result
@@ -38,7 +39,6 @@ from lcpcli.verify.exact_solution import from_point
 from lcpcli.verify.verification import Proposed, Verification
 
 MOST_UNKNOWNS = 60  # of a game tree for which exact arithmetic is tried
-MOST_SETS = 100  # information sets in a table, a few screens
 
 
 @dataclass(frozen=True, eq=False)
@@ -191,36 +191,6 @@ def moves(own: Any) -> list[list[Any]]:
         for name in own.players
     )
     return [[1, *chain(*probabilities)] for probabilities in sets]
-
-
-def payoffs_of(own: Any) -> str:
-    pairs = zip(own.players, own.payoffs, strict=True)
-    payoffs = (f"{name} {wording.number(value)}" for name, value in pairs)
-    return f"payoffs {', '.join(payoffs)}"
-
-
-def table_of(sets: Sequence[InformationSetStrategy]) -> Table:
-    """Return a table of what players do at their information sets, actions that are not
-    chosen left out."""
-    chosen = (
-        wording.named(list(own.probabilities), own.actions, wording.number, True)[1:-1]
-        for own in sets
-    )
-    shown = zip(sets[:MOST_SETS], chosen, strict=False)
-    rows = [
-        [own.player, own.label, wording.number(own.reached), actions]
-        for own, actions in shown
-    ]
-    notes = [f"the first {MOST_SETS} of {len(sets)} information sets; JSON has all"] * (
-        len(sets) > MOST_SETS
-    )
-    return Table(
-        ["player", "information set", "reached", "probabilities"],
-        [rows],
-        (0, 1, 3),
-        (3,),
-        notes=notes,
-    )
 
 
 class Plans(Meaning):

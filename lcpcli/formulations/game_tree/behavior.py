@@ -13,6 +13,10 @@ from lcpcli.formulations.game_tree.game import ExtensiveGame
 from lcpcli.formulations.game_tree.tree import GameTree, Player, distinct_labels
 from lcpcli.games.profile import PER_UNKNOWN, Profile
 from lcpcli.linalg.doubles import EPS, ROW_ROUNDING
+from lcpcli.report import wording
+from lcpcli.report.document import Table
+
+MOST_SETS = 100  # information sets in a table, a few screens
 
 # A realization plan: for each sequence of the player the product of the probabilities
 # of its moves.
@@ -45,6 +49,12 @@ class Behavior(Profile):
     plans: tuple[Plan, Plan]
     payoffs: tuple[Any, Any]
     gains: tuple[Any, Any]
+
+    def lines(self) -> list[str]:
+        return [payoffs_of(self)]
+
+    def tables(self, *, whole: bool = True) -> list[Table]:  # noqa: ARG002
+        return [table_of(self.information_sets)]
 
     @classmethod
     def of(cls, game: ExtensiveGame, strategies: Sequence[Strategy]) -> Behavior:
@@ -199,3 +209,33 @@ def _best_response(own: Player, behind: Plan) -> tuple[Strategy, list[Any]]:
         strategy.append([int(move == chosen) for move in range(len(payoffs))])
         behind[own.before[i]] += largest[-1]
     return strategy[::-1], [behind[0], *reversed(largest)]
+
+
+def payoffs_of(own: Any) -> str:
+    pairs = zip(own.players, own.payoffs, strict=True)
+    payoffs = (f"{name} {wording.number(value)}" for name, value in pairs)
+    return f"payoffs {', '.join(payoffs)}"
+
+
+def table_of(sets: Sequence[InformationSetStrategy]) -> Table:
+    """Return a table of what players do at their information sets, actions that are not
+    chosen left out."""
+    chosen = (
+        wording.named(list(own.probabilities), own.actions, wording.number, True)[1:-1]
+        for own in sets
+    )
+    shown = zip(sets[:MOST_SETS], chosen, strict=False)
+    rows = [
+        [own.player, own.label, wording.number(own.reached), actions]
+        for own, actions in shown
+    ]
+    notes = [f"the first {MOST_SETS} of {len(sets)} information sets; JSON has all"] * (
+        len(sets) > MOST_SETS
+    )
+    return Table(
+        ["player", "information set", "reached", "probabilities"],
+        [rows],
+        (0, 1, 3),
+        (3,),
+        notes=notes,
+    )
