@@ -137,7 +137,12 @@ class Formulation:
         they are the doubles of the problem, or the decimals in its file."""
         return None
 
-    def fields(self, problem: Any, *, in_text: bool) -> dict[str, Any] | None:  # noqa: ARG002
+    def fields(
+        self,
+        problem: Any,  # noqa: ARG002
+        *,
+        in_text: bool,  # noqa: ARG002
+    ) -> dict[str, Any] | None:
         """Return the keys of a file for a problem, but for TEXTS; None if M and q have
         to be written instead. in_text : whether the format is a text, so that numbers
         may be fractions and objects."""

@@ -124,7 +124,12 @@ class ExtensiveGame(Formulation):
         texts = files.without_nulls({key: fields.get(key) for key in TEXTS})
         return from_efg(fields["efg"], **texts)
 
-    def fields(self, problem: Problem, *, in_text: bool) -> dict[str, Any] | None:  # noqa: ARG002
+    def fields(
+        self,
+        problem: Problem,  # noqa: ARG002
+        *,
+        in_text: bool,
+    ) -> dict[str, Any] | None:
         # An array holds no text of a game tree.
         return {"efg": self.tree.text} if in_text else None
 
