@@ -16,6 +16,7 @@ from lcpcli import errors
 from lcpcli.errors import IS_MISSING, ProblemError
 from lcpcli.files.formats import refuse
 from lcpcli.model import formulations
+from lcpcli.model.formulations import TEXTS
 from lcpcli.options import INFINITY
 
 if TYPE_CHECKING:
@@ -25,7 +26,6 @@ if TYPE_CHECKING:
 # Unknowns up to which matrices are kept dense: 320 kB each, for which dense arithmetic
 # is faster.
 LARGEST_DENSE = 200
-TEXTS = ("name", "source", "note")
 BOUNDS = ("lower", "upper")
 BOUND_OPTIONS = (*BOUNDS, INFINITY.name)  # the options that say what the bounds are
 STARTS = ("x0", "x1")

@@ -110,7 +110,7 @@ class InputFile:
     @cached_property
     def data(self) -> Any:
         """Return what the module of the format makes of the content."""
-        has_parser = hasattr(load(self.kind.form), "parse")
+        has_parser = hasattr(self.within(load, self.kind.form), "parse")
         return self._called("parse", self.content) if has_parser else self.content
 
     @cached_property

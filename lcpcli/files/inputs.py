@@ -19,11 +19,12 @@ import numpy as np
 from lcpcli.errors import ProblemError
 from lcpcli.files import contents
 from lcpcli.files.contents import STANDARD_INPUT, Source, checked, place, within
-from lcpcli.files.fields import BOUNDS, TEXTS, is_whole, made
+from lcpcli.files.fields import BOUNDS, is_whole, made
 from lcpcli.files.formats import has_lines, refuse
 from lcpcli.files.input_file import LINE, WHOLE, InputFile
 from lcpcli.linalg.matrices import dense, is_sparse
 from lcpcli.model.arrays import as_matrix
+from lcpcli.model.formulations import TEXTS
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Matrix
 

@@ -36,7 +36,6 @@ from lcpcli.files.fields import (
     KEYS,
     MATRICES,
     STARTS,
-    TEXTS,
     kind_of,
     refuse_unknown,
     without_nulls,
@@ -45,6 +44,7 @@ from lcpcli.files.formats import Exact, Number, refuse
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model import formulations
 from lcpcli.model.arrays import as_vector
+from lcpcli.model.formulations import TEXTS
 from lcpcli.typing import Matrix, Vector
 
 if TYPE_CHECKING:
@@ -52,7 +52,7 @@ if TYPE_CHECKING:
 
 # The keys whose values have no numbers, or are read by themselves.
 WITHOUT_NUMBERS = {*TEXTS, "rows", "columns", "players", "names", "sense", "verdict"}
-WITHOUT_NUMBERS |= {"origin", *formulations.TEXTS}
+WITHOUT_NUMBERS |= {"origin", *formulations.WORDED}
 OF_COORDINATES = ("format", "shape", "rows", "cols", "values")
 # Decimals with so few digits are always the shortest decimals of their doubles.
 DIGITS = 15

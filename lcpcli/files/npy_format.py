@@ -20,7 +20,6 @@ from lcpcli.files.fields import (
     BOUNDS,
     KEYS,
     MATRICES,
-    TEXTS,
     kind_of,
     of_table,
     without_nulls,
@@ -28,6 +27,7 @@ from lcpcli.files.fields import (
 from lcpcli.files.formats import Exact, Number, refuse
 from lcpcli.linalg import matrices
 from lcpcli.linalg.matrices import is_sparse
+from lcpcli.model.formulations import TEXTS
 
 UNREAD = "of numbers or texts, or is damaged"
 # The end of the pickle that numpy writes for an array of objects of shape (): its last

@@ -15,9 +15,10 @@ import numpy as np
 from lcpcli.errors import File, ProblemError, listed
 from lcpcli.files import formats
 from lcpcli.files.atomic_write import write_together
-from lcpcli.files.fields import STARTS, TEXTS
+from lcpcli.files.fields import STARTS
 from lcpcli.files.formats import refuse
 from lcpcli.linalg.matrices import is_sparse
+from lcpcli.model.formulations import TEXTS
 from lcpcli.model.origins import Game
 from lcpcli.model.problem import Problem, conditions_of
 from lcpcli.model.program import SENSES, Program

@@ -446,11 +446,11 @@ def as_intervals(
     if infinity == math.inf and _is_plain(lower, n) and _is_plain(upper, n):
         valid = (lower <= upper) & (lower < math.inf) & (upper > -math.inf)
         if np.count_nonzero(valid) == n:
-            plain_ends = lower, upper
-            low, high = (
-                np.full(n, end) if type(end) is float else end for end in plain_ends
-            )
-            return low, high
+            if type(lower) is float:
+                lower = np.full(n, lower)
+            if type(upper) is float:
+                upper = np.full(n, upper)
+            return lower, upper
     below, above = fields
     ends = (
         as_bound(below, lower, n, of, -math.inf),

@@ -19,7 +19,6 @@ from lcpcli.errors import MAKE_AGREE, ProblemError, kind, numbers_for, quoted
 from lcpcli.model.arrays import FROM_0
 from lcpcli.typing import Matrix, Vector
 
-TEXTS = ("name", "source", "note")  # keys of any problem, and of what it is made from
 # What names are for: to be complete, to choose components by, to head narrow columns.
 FULL, LABELS, HEADINGS = "full", "labels", "headings"
 
@@ -67,16 +66,16 @@ class Formulation:
     """What a problem was made from, kept with it as `Problem.origin`.
 
     To add one, derive a class from this one and add its row to the table. These twelve
-    methods are all that the package calls. A class has to define the first two, which
-    make problems and write them; the others have defaults, which treat the problem as
-    one that was given by M and q.
+    methods are all that the package calls. A class has to define `of_fields`, `data`
+    and `parse`, which make problems from files and keep them in files; the others have
+    defaults, which treat the problem as one that was given by M and q.
 
     The way to M and q:
         of_fields    the problem for the keys of a file
         data, parse  this object as JSON, for files with M and q, and back
         fits         whether M and q are those of this object
-        conditions   M, q and the lower bounds in fractions, where doubles may be too
-                     short for them
+        exact_conditions  M, q and the lower bounds in fractions, where doubles may be
+                          too short for them
         fields       the keys of `of_fields` for a problem, to be written to a file
         names        of the components of z
 
@@ -93,8 +92,6 @@ class Formulation:
     folder.
 
     kind : the word for it in files and answers, as in the table.
-    saddle : for M = [Q -A' 0; A 0 -E; 0 E' 0] with Q symmetric, the lengths of its
-        parts, so that methods use its signs; else None.
     """
 
     kind: ClassVar[str] = ""

@@ -18,6 +18,7 @@ from lcpcli.errors import LCPError, ProblemError
 if TYPE_CHECKING:
     from lcpcli.model.formulation import Formulation
 
+TEXTS = ("name", "source", "note")  # keys of any problem, and of what it is made from
 INSTALL = "install the package again, with all of its files"
 
 
@@ -95,7 +96,7 @@ def told_by(keys: Collection[str]) -> str:
 
 
 FILES = {suffix: row for row in TABLE.values() for suffix in row.files}
-TEXTS = {key for row in TABLE.values() for key in row.texts}
+WORDED = {key for row in TABLE.values() for key in row.texts}
 # All keys that tell of one.
 KEYS = {
     key

@@ -518,7 +518,7 @@ def _from(start: Start, problem: Problem, structure: Structure) -> Stage:
 def elimination_steps(session: Session) -> Steps:
     """Return the result of a problem of a sequence whose M is a tridiagonal M-matrix,
     or nearly one, if rounding, or a few exchanges, leave it a solution; else None."""
-    yield from ()
+    yield from ()  # no step of a sequence is seen
     problem, kept = session.problem, session.kept
     assert kept is not None
     assert kept.elimination is not None
@@ -536,7 +536,7 @@ def elimination_steps(session: Session) -> Steps:
 def near_steps(session: Session) -> Steps:
     """Return the result of a problem of a sequence that is solved by the states of the
     last solution, or by a few exchanges from them; else None."""
-    yield from ()
+    yield from ()  # no step of a sequence is seen
     kept, start, result = session.kept, session.start, None
     assert kept is not None
     if start is not None and not kept.is_paused:

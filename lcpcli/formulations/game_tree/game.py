@@ -33,11 +33,11 @@ from lcpcli.linalg.matrices import compressed
 from lcpcli.model.formulation import (
     FULL,
     HEADINGS,
-    TEXTS,
     Answer,
     Conditions,
     Formulation,
 )
+from lcpcli.model.formulations import TEXTS
 from lcpcli.model.problem import Problem
 
 MOST_DENSE = 200  # unknowns up to which M is dense, as pivoting is fast there

@@ -31,6 +31,7 @@ from lcpcli.errors import (
     kind,
     quoted,
 )
+from lcpcli.files.games import TOKEN
 
 MOST_BITS = 3322  # of denominators: a thousand digits
 CHANCE, TERMINAL = -1, -2  # in place of a player, 0 or 1
@@ -149,8 +150,6 @@ def distinct_labels(labels: Sequence[str], numbers: Sequence[int] = ()) -> list[
     ]
 
 
-# A text, a brace, a word, or an open quote.
-TOKEN = re.compile(r'"(?:\\.|[^"\\])*"|[{}]|[^\s,{}"]+|"', re.DOTALL)
 NUMBER = re.compile(
     r"[-+]?(?:[0-9]{1,1000}(?:\.[0-9]{0,1000})?|\.[0-9]{1,1000})"
     r"(?:[eE][-+]?[0-9]{1,3})?|"

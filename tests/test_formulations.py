@@ -1,0 +1,79 @@
+"""The package without the folder of a formulation."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import lcpcli
+
+PACKAGE = Path(lcpcli.__file__).parent
+FOLDERS = sorted(
+    path.name
+    for path in (PACKAGE / "formulations").iterdir()
+    if (path / "__init__.py").exists()
+)
+TREE = 'EFG 2 R "" { "one" "two" }\nt "" 1 "" { 1 0 }\n'
+MISSING = (
+    "this installation has no formulation for {}; install the package again, with all "
+    "of its files"
+)
+
+
+@pytest.fixture(scope="module")
+def alone(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with the package, without the folders of all formulations, and files."""
+    folder = tmp_path_factory.mktemp("alone")
+    ignored = shutil.ignore_patterns("__pycache__", *FOLDERS)
+    shutil.copytree(PACKAGE, folder / "lcpcli", ignore=ignored)
+    (folder / "p.json").write_text('{"M": [[2, 1], [1, 2]], "q": [-5, -6]}')
+    (folder / "p.csv").write_text("2,1,-5\n1,2,-6\n")
+    (folder / "tree.efg").write_text(TREE)
+    (folder / "tree.json").write_text(json.dumps({"efg": TREE}))
+    return folder
+
+
+def run(folder: Path, line: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, "-m", "lcpcli", *line.split()],
+        cwd=folder,
+        env=os.environ | {"PYTHONPATH": str(folder)},
+        capture_output=True,
+        text=True,
+    )
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "solve p.json",
+        "solve p.csv --all",
+        "solve p.json --exact -f json",
+        "compare p.json",
+        "check p.json 1.3333333333333333,2.3333333333333335",
+        "inspect p.json",
+        "bench p.json --method auto --budget 0",
+        "make bimatrix -n 4",
+        "make --list",
+    ],
+)
+def test_lcps_need_no_formulation(alone: Path, line: str) -> None:
+    done = run(alone, line)
+    assert (done.returncode, done.stderr) == (0, ""), done.stderr
+
+
+@pytest.mark.parametrize(
+    ("file", "what"), [("tree.efg", ".efg"), ("tree.json", "a game")]
+)
+def test_a_file_without_its_formulation_gets_one_line(
+    alone: Path, file: str, what: str
+) -> None:
+    done = run(alone, f"solve {file}")
+    told = f"lcp: {file}: {MISSING.format(what)}\n"
+    assert (done.returncode, done.stdout, done.stderr) == (2, "", told)
