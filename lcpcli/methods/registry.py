@@ -50,6 +50,7 @@ SWITCHES = {  # options of auto that are on unless they are switched off
         "its equations in the best way."
     )
 }
+OF_AUTO = dict.fromkeys(SWITCHES, True)  # its options in force, if none is chosen
 START_OPTIONS = ("x0", "z0", "basis")  # of which one may be given
 ANY = "any matrix"  # in place of a class
 
@@ -485,6 +486,8 @@ def options_in_force(
     Raises OptionError as `check` does, whether or not the method will have anything to
     do.
     """
+    if name == "auto" and not chosen:
+        return OF_AUTO.copy()
     method = declared(name)
     if chosen:
         check(name, chosen)

@@ -7,7 +7,6 @@ unknowns; or else the loop takes them as the first iterates of `auto`.
 
 from __future__ import annotations
 
-import math
 import os
 from collections.abc import Callable, Generator, Iterator, Sequence
 from dataclasses import dataclass
@@ -20,7 +19,6 @@ import numpy as np
 from lcpcli.clock import Stopwatch, imports
 from lcpcli.errors import OptionError, ParameterError
 from lcpcli.interrupts import TimeIsUp, hides_interrupt, within
-from lcpcli.linalg.matrices import is_sparse
 from lcpcli.methods import direct
 from lcpcli.methods.direct import (
     FEWEST_FOR_PIQP,
@@ -158,12 +156,9 @@ class Session:
     lost: Sequence[Made] = ()
     answer: DirectAnswer | None = None
 
-    @property
-    def is_in_time(self) -> bool:
-        return (
-            self.limits.time_limit == math.inf
-            or self.stopwatch.total < self.limits.time_limit
-        )
+    def is_late(self) -> bool:
+        """Return whether the time is up."""
+        return not self.stopwatch.total < self.limits.time_limit
 
     def point(self, z: Vector, problem: Problem | None = None) -> Point:
         """Return the point of a z, for the problem or another form of it."""
@@ -187,7 +182,7 @@ class Session:
             elif found := accepted(self.problem, [point], self.limits.tol, AT_ONCE):
                 reason = found.reason
         self.stopwatch.count("verify")
-        if reason is None or not self.is_in_time:
+        if reason is None or self.is_late():
             return None
         of_run = self.limits, self.options, self.stopwatch.parts, evaluations, end
         return Result.of_solution(
@@ -330,10 +325,10 @@ def direct_steps(session: Session) -> Steps:
             return session.of_answer(answer)
     if session.is_compiled and (problem.n > MOST_PIVOTED or problem.has_far_sides):
         return None
-    is_kept = not is_sparse(problem.M) or (
-        fast is None and direct.is_full_band(problem.M)
-    )
-    dense = problem if is_kept else direct.as_dense(problem)
+    dense = problem
+    if type(problem.M) is not np.ndarray:
+        is_kept = fast is None and direct.is_full_band(problem.M)
+        dense = problem if is_kept else direct.as_dense(problem)
     if start is not None and start.z is not None:
         if start.gap <= NEARLY_SOLVED * problem.sizes_of_q[1]:
             point, box = session.point(start.z, dense), dense.box
@@ -349,7 +344,7 @@ def direct_steps(session: Session) -> Steps:
         if not start.is_near or problem.n <= FEW_UNKNOWNS:
             start = None
     result = session.of_answer((yield from _answer(session, start, dense, fast)))
-    if result is not None or not session.is_in_time:
+    if result is not None or session.is_late():
         return result
     steps = first_steps(session, start, dense, fast)
     # The loop raises errors of numpy, too.
