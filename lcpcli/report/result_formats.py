@@ -18,6 +18,7 @@ from lcpcli.errors import visible, visible_json
 from lcpcli.files.contents import NO_SOURCE, Source
 from lcpcli.files.formats import is_model
 from lcpcli.methods.registry import declared
+from lcpcli.model.formulation import Answer
 from lcpcli.report import columns, wording
 from lcpcli.report.document import Document, typeset
 from lcpcli.version import VERSION
@@ -425,7 +426,10 @@ def _answer(result: Result) -> dict[str, Any] | None:
     if answer is None or result.problem.origin is None:
         return None
     origin = result.problem.origin.data()
-    own = record(MINIMUM, answer, {}) if hasattr(answer, "x") else plain(answer)
+    if isinstance(answer, Answer):
+        own = plain(answer.record() or answer)
+    else:
+        own = record(MINIMUM, answer, {}) if hasattr(answer, "x") else plain(answer)
     return {
         "kind": origin["kind"],
         **own,
