@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from lcpcli.gallery.random_problems import complementary, integer_matrix
-from lcpcli.model import program, reductions
+from lcpcli.model import block_form, reductions
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Vector
 
@@ -81,7 +81,7 @@ def _program(kind: str, n: int, seed: int, note: str) -> Problem:
         for length in (k, m)
     )
     c = A.T @ y + r if Q is None else A.T @ y + r - Q @ x
-    M = program.bordered(Q, A, sparse=kind == "lp" and n > 200)
+    M = block_form.bordered(Q, A, sparse=kind == "lp" and n > 200)
     q, z = np.concatenate((c, s - A @ x)), np.concatenate((x, y))
     return Problem(M, q, solutions=[z], note=note)
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -25,15 +25,15 @@ from lcpcli.errors import (
 from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import EPS
 from lcpcli.linalg.matrices import (
-    are_equal,
     is_sparse,
     is_symmetric,
     largest_asymmetry,
     symmetric_part,
 )
+from lcpcli.model.block_form import BlockForm, Blocks
 from lcpcli.model.box import as_intervals
-from lcpcli.model.formulation import FULL, LABELS, Conditions, Formulation, names_of
-from lcpcli.typing import Mask, Matrix, Vector
+from lcpcli.model.formulation import Conditions, names_of
+from lcpcli.typing import Matrix, Vector
 
 PROGRAM_KEYS = ("kind", "variables", "ranges", "sense", "constant", "rows", "columns")
 SENSES = {"min": 1.0, "max": -1.0}
@@ -54,31 +54,14 @@ def symmetrized(Q: Matrix, eps: float = EPS) -> Matrix | None:
     return symmetric_part(Q) if largest_asymmetry(Q)[0] <= bound else None
 
 
-class ProgramData(NamedTuple):
+class ProgramData(Blocks):
     """min x'Qx / 2 + c'x subject to row_lower <= Ax <= row_upper and lower <= x <=
-    upper, for k variables and m rows.
+    upper, for k variables and m rows, in the order of `Blocks`; Q is symmetric.
 
-    Q, A : shapes (k, k) and (m, k), both dense or both in compressed sparse rows; Q
-        symmetric.
-    c, lower, upper, row_lower, row_upper : vectors; bounds may be infinite.
+    Of its first-order conditions in z = (x, y, s), y are the multipliers.
     """
 
-    Q: Matrix
-    c: Vector
-    A: Matrix
-    row_lower: Vector
-    row_upper: Vector
-    lower: Vector
-    upper: Vector
-
-    @property
-    def ranges(self) -> Mask:
-        """Return where rows lie between two different finite bounds."""
-        return (
-            np.isfinite(self.row_lower)
-            & np.isfinite(self.row_upper)
-            & (self.row_lower < self.row_upper)
-        )
+    __slots__ = ()
 
     @np.errstate(over="ignore", invalid="ignore")
     def objective(self, x: Vector) -> float:
@@ -105,35 +88,9 @@ class ProgramData(NamedTuple):
         )
         return ProgramData(self.Q, self.c, self.A, *rows, *variables)
 
-    def conditions(self) -> Conditions:
-        """Return the first-order conditions in z = (x, y, s).
-
-        y_i is the multiplier of row i: free for an equation, y_i >= 0 or <= 0 for a row
-        with only a lower or an upper bound, 0 for a row without bounds; w is then Ax
-        minus the bound. For a row i between two bounds, y_i is free and w_i = (Ax)_i -
-        s_i, where s_i, within the bounds, has w = y_i.
-        """
-        m, ranges = self.row_lower.size, self.ranges
-        low, high = np.isfinite(self.row_lower), np.isfinite(self.row_upper)
-        bound = np.where(low, self.row_lower, np.where(high, self.row_upper, 0.0))
-        q = (
-            np.concatenate(
-                (self.c, np.where(ranges, 0.0, -bound), np.zeros(int(ranges.sum())))
-            )
-            + 0.0
-        )  # no -0
-        lower = np.concatenate(
-            (self.lower, np.where(high, -np.inf, 0.0), self.row_lower[ranges])
-        )
-        upper = np.concatenate(
-            (self.upper, np.where(low, np.inf, 0.0), self.row_upper[ranges])
-        )
-        M = bordered(self.Q, self.A, ranges, is_sparse(self.A)) if m else self.Q
-        return Conditions(M, q, lower, upper)
-
 
 @dataclass(frozen=True)
-class Program(Formulation):
+class Program(BlockForm):
     """The data that map a solution z = (x, y, s) of the conditions of a `ProgramData`
     back to the original program.
 
@@ -186,44 +143,14 @@ class Program(Formulation):
     def fits(self, given: Conditions) -> bool:
         """Return whether the problem is made from a program of this size, and the
         number of names fits it."""
-        k, m = self.variables, given.q.size - self.variables - self.ranges
-        if m < self.ranges or any(
-            len(names) not in (0, size)
-            for names, size in ((self.rows, m), (self.columns, k))
-        ):
-            return False
-        found = self.program(given)
-        if (
-            found is None
-            or int(found.ranges.sum()) != self.ranges
-            or symmetrized(found.Q) is None
-        ):
-            return False
-        made = found.conditions()
-        return are_equal(made.M, given.M) and all(
-            map(np.array_equal, made[1:], given[1:])
-        )
+        found = self.blocks_that_fit(given)
+        return found is not None and symmetrized(found.Q) is not None
 
     def program(self, given: Conditions) -> ProgramData | None:
         """Return the program, to be minimized, whose conditions these are; None if
         there is none."""
-        k, n = self.variables, given.q.size
-        M, q, rows = given.M, given.q, slice(k, n - self.ranges)
-        low, high = -q[rows] + 0.0, -q[rows] + 0.0
-        low[given.upper[rows] == 0], high[given.lower[rows] == 0] = -np.inf, np.inf
-        places, columns = M[rows, n - self.ranges :].nonzero()
-        if (
-            len(columns) != self.ranges
-            or (np.sort(columns) != np.arange(self.ranges)).any()
-        ):
-            return None
-        low[places], high[places] = (
-            given.lower[n - self.ranges + columns],
-            given.upper[n - self.ranges + columns],
-        )
-        return ProgramData(
-            M[:k, :k], q[:k], M[rows, :k], low, high, given.lower[:k], given.upper[:k]
-        )
+        found = self.blocks(given)
+        return None if found is None else ProgramData(*found)
 
     def symmetric(self, M: Matrix) -> Matrix:
         """Return the M of conditions that `fits` has accepted, with Q symmetric where
@@ -245,10 +172,6 @@ class Program(Formulation):
         S[self.variables : n - self.ranges] = -1.0
         return S
 
-    def parts(self, z: Any) -> tuple[Any, Any]:
-        """Return the x and y in z, a sequence of numbers of any type."""
-        return z[: self.variables], z[self.variables : len(z) - self.ranges]
-
     def reversed(self, n: int) -> range:
         """Return the components of z that have the other sign in the sense of the
         program: y of a maximization."""
@@ -264,71 +187,6 @@ class Program(Formulation):
             [value if self.sense == "min" else 0 - value for value in y],
             list(z[len(x) + len(y) :]),
         )
-
-    def z_of(self, x: Vector, y: Vector, program: ProgramData) -> Vector:
-        """Return z for x and the multipliers y of the program to be minimized."""
-        s = np.clip(program.A @ x, program.row_lower, program.row_upper)[program.ranges]
-        return np.concatenate((x, y, s))
-
-    def names(self, n: int, purpose: str = FULL) -> Sequence[str]:
-        """Return the names of the components of z, "" where there is none; where they
-        are labels, those of multipliers begin with y."""
-        m = n - self.variables - self.ranges
-        rows = self.rows or [""] * m
-        if purpose == LABELS:
-            rows = [f"y {name}" if name else "" for name in rows]
-        return [
-            *(self.columns or [""] * self.variables),
-            *rows,
-            *[""] * self.ranges,
-        ]
-
-
-def bordered(
-    Q: Matrix | None, A: Matrix, ranges: Mask | None = None, sparse: bool = False
-) -> Matrix:
-    """Return [Q -A' 0; A 0 -E; 0 E' 0] for Q of shape (k, k), or None for zero, with E
-    the columns of the identity that `ranges`, of shape (m,), selects; as a sparse or a
-    dense matrix."""
-    m, k = A.shape
-    selected = np.zeros(0, dtype=np.intp) if ranges is None else np.flatnonzero(ranges)
-    n = k + m + selected.size
-    if not sparse:
-        M = np.zeros((n, n))
-        M[:k, :k] = 0.0 if Q is None else Q
-        A, rows, columns = matrices.dense(A), k + selected, range(k + m, n)
-        M[k : k + m, :k], M[:k, k : k + m] = A, -A.T
-        M[rows, columns], M[columns, rows] = -1.0, 1.0
-        return M + 0.0  # no -0
-    with imports:
-        from lcpcli.linalg.compressed_rows import of_entries
-    A = matrices.compressed(A)
-    numbers, columns, ones = (
-        np.arange(n, dtype=A.indices.dtype),
-        A.indices,
-        np.ones(selected.size),
-    )
-    above, selected, beyond = (
-        np.repeat(numbers[k : k + m], np.diff(A.indptr)),
-        numbers[k + selected],
-        numbers[k + m :],
-    )
-    entries = [
-        (columns, above, -A.data),
-        (above, columns, A.data),
-        (selected, beyond, -ones),
-        (beyond, selected, ones),
-    ]
-    if Q is not None:
-        Q = matrices.compressed(Q)
-        entries.insert(
-            0, (np.repeat(numbers[:k], np.diff(Q.indptr)), Q.indices, Q.data)
-        )
-    M = of_entries((n, n), *zip(*entries, strict=True))
-    if not M.data.all():
-        M.eliminate_zeros()
-    M.data.setflags(write=False)  # so that it is not copied again
-    return M
 
 
 def sense_of(given: Any) -> str:

@@ -11,14 +11,10 @@ import numpy as np
 from lcpcli.clock import imports
 from lcpcli.errors import (
     IS_EMPTY,
-    IS_MISSING,
     KEEP_ONE,
-    LEAVE_ONE_OUT,
-    MAKE_AGREE,
     ONE_VARIABLE,
     ProblemError,
     kind,
-    numbers_for,
 )
 from lcpcli.linalg.doubles import EPS, distinct
 from lcpcli.linalg.matrices import (
@@ -27,7 +23,8 @@ from lcpcli.linalg.matrices import (
     largest_asymmetry,
     stack,
 )
-from lcpcli.model.arrays import FROM_0, as_matrix, as_square, as_vector, by_label
+from lcpcli.model.arrays import FROM_0, as_square, as_vector, by_label
+from lcpcli.model.block_form import matrix_of_rows, rows_between
 from lcpcli.model.box import NO_BOUND, as_intervals
 from lcpcli.model.formulation import names_of
 from lcpcli.model.problem import Problem
@@ -125,14 +122,8 @@ def from_qp(
         if distinct(indices.astype(np.intp)).size < indices.size:
             raise ProblemError("free", "names an index twice", KEEP_ONE)
         low[indices.astype(np.intp)] = -np.inf
-    if b is not None and row_lower is not None:
-        raise ProblemError(
-            "b", "is short for row_lower, which is given too", LEAVE_ONE_OUT
-        )
-    field, row_low = ("row_lower", row_lower) if b is None else ("b", b)
-    matrix = _rows("A", A, k, {field: row_low, "row_upper": row_upper})
+    matrix, ends = rows_between(A, k, b, row_lower, row_upper, infinity)
     m = matrix.shape[0]
-    ends = as_intervals((field, "row_upper"), row_low, row_upper, m, "row", infinity)
     names = (
         names_of("rows", rows, m, "row"),
         names_of("columns", columns, k, "variable"),
@@ -194,7 +185,10 @@ def from_qpsolvers(
     quadratic, linear = _objective("P", P, "q", q)
     k = linear.size
     bounds = as_intervals(("lb", "ub"), lb, ub, k, "variable", infinity)
-    below, equal = _rows("G", G, k, {"h": h}), _rows("A", A, k, {"b": b})
+    below, equal = (
+        matrix_of_rows("G", G, k, {"h": h}),
+        matrix_of_rows("A", A, k, {"b": b}),
+    )
     least, most = as_intervals(("h", "h"), None, h, below.shape[0], "row", infinity)
     value = as_vector("b", [] if b is None else b, equal.shape[0], "row")
     if is_sparse(equal):
@@ -234,7 +228,7 @@ def from_osqp(
     """
     quadratic, linear = _objective("P", P, "q", q, may_be_triangle=True)
     k = linear.size
-    matrix = _rows("A", A, k, {"l": l, "u": u})
+    matrix = matrix_of_rows("A", A, k, {"l": l, "u": u})
     ends = as_intervals(("l", "u"), l, u, matrix.shape[0], "row", NO_BOUND)
     return _problem(
         quadratic,
@@ -289,31 +283,6 @@ def _mirrored_triangle(matrix: Matrix) -> Matrix:
     if (triu(matrix.T, 1) != 0).sum():
         return matrix
     return matrix + triu(matrix, 1).T
-
-
-def _rows(field: str, given: Any, k: int, bounds: Mapping[str, Any]) -> Matrix:
-    """Return the matrix of the rows, of shape (m, k), with m = 0 if neither it nor its
-    bounds are given."""
-    present = [name for name, bound in bounds.items() if bound is not None]
-    if given is None and not present:
-        return np.zeros((0, k))
-    if given is None:
-        raise ProblemError(
-            field, IS_MISSING, f"give it with {present[0]}, or leave both out"
-        )
-    if not present:
-        raise ProblemError(
-            next(iter(bounds)), IS_MISSING, f"give it with {field}, or leave both out"
-        )
-    is_array = isinstance(given, np.ndarray) and given.ndim == 1 and given.size > 0
-    is_row = is_array or (
-        isinstance(given, (list, tuple)) and len(given) > 0 and np.ndim(given[0]) == 0
-    )
-    matrix = as_matrix(field, [given] if is_row else given)
-    if matrix.shape[1] != k:
-        fault = numbers_for(matrix.shape[1], "column", k, "variable")
-        raise ProblemError(field, fault, MAKE_AGREE)
-    return matrix
 
 
 def _problem(

@@ -1,0 +1,251 @@
+"""Conditions with rows and bounds, in blocks: a matrix for the variables, bordered by
+the rows, their multipliers, and a slack for each row between two bounds.
+
+F. Facchinei, J.-S. Pang, Finite-Dimensional Variational Inequalities and
+Complementarity Problems (2003), section 1.3.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from lcpcli.clock import imports
+from lcpcli.errors import (
+    IS_MISSING,
+    LEAVE_ONE_OUT,
+    MAKE_AGREE,
+    ProblemError,
+    numbers_for,
+)
+from lcpcli.linalg import matrices
+from lcpcli.linalg.matrices import are_equal, is_sparse
+from lcpcli.model.arrays import as_matrix
+from lcpcli.model.box import as_intervals
+from lcpcli.model.formulation import FULL, LABELS, Conditions, Formulation
+from lcpcli.typing import Mask, Matrix, Vector
+
+
+class Blocks(NamedTuple):
+    """k variables x, of which the conditions have Qx + c, under row_lower <= Ax <=
+    row_upper and lower <= x <= upper, with m rows.
+
+    Q, A : shapes (k, k) and (m, k), both dense or both in compressed sparse rows.
+    c, lower, upper, row_lower, row_upper : vectors; bounds may be infinite.
+    """
+
+    Q: Matrix
+    c: Vector
+    A: Matrix
+    row_lower: Vector
+    row_upper: Vector
+    lower: Vector
+    upper: Vector
+
+    @property
+    def ranges(self) -> Mask:
+        """Return where rows lie between two different finite bounds."""
+        return (
+            np.isfinite(self.row_lower)
+            & np.isfinite(self.row_upper)
+            & (self.row_lower < self.row_upper)
+        )
+
+    def conditions(self) -> Conditions:
+        """Return the first-order conditions in z = (x, y, s).
+
+        y_i is the multiplier of row i: free for an equation, y_i >= 0 or <= 0 for a row
+        with only a lower or an upper bound, 0 for a row without bounds; w is then Ax
+        minus the bound. For a row i between two bounds, y_i is free and w_i = (Ax)_i -
+        s_i, where s_i, within the bounds, has w = y_i.
+        """
+        m, ranges = self.row_lower.size, self.ranges
+        low, high = np.isfinite(self.row_lower), np.isfinite(self.row_upper)
+        bound = np.where(low, self.row_lower, np.where(high, self.row_upper, 0.0))
+        q = (
+            np.concatenate(
+                (self.c, np.where(ranges, 0.0, -bound), np.zeros(int(ranges.sum())))
+            )
+            + 0.0
+        )  # no -0
+        lower = np.concatenate(
+            (self.lower, np.where(high, -np.inf, 0.0), self.row_lower[ranges])
+        )
+        upper = np.concatenate(
+            (self.upper, np.where(low, np.inf, 0.0), self.row_upper[ranges])
+        )
+        M = bordered(self.Q, self.A, ranges, is_sparse(self.A)) if m else self.Q
+        return Conditions(M, q, lower, upper)
+
+
+class BlockForm(Formulation):
+    """A formulation whose conditions are those of `Blocks`, in z = (x, y, s).
+
+    variables, ranges : the lengths of x and of s, the number of rows between two
+        different finite bounds.
+    rows, columns : the names of the rows of A and of its columns, the variables; empty
+        if they have none.
+    """
+
+    variables: int
+    ranges: int
+    rows: tuple[str, ...]
+    columns: tuple[str, ...]
+
+    def blocks_that_fit(self, given: Conditions) -> Blocks | None:
+        """Return the blocks of these conditions, if they have no other entries, and as
+        many rows and columns as there are names; else None."""
+        k, m = self.variables, given.q.size - self.variables - self.ranges
+        if m < self.ranges or any(
+            len(names) not in (0, size)
+            for names, size in ((self.rows, m), (self.columns, k))
+        ):
+            return None
+        found = self.blocks(given)
+        if found is None or int(found.ranges.sum()) != self.ranges:
+            return None
+        made = found.conditions()
+        is_same = are_equal(made.M, given.M) and all(
+            map(np.array_equal, made[1:], given[1:])
+        )
+        return found if is_same else None
+
+    def blocks(self, given: Conditions) -> Blocks | None:
+        """Return the blocks of these conditions; None if they have none of this
+        size."""
+        k, n = self.variables, given.q.size
+        M, q, rows = given.M, given.q, slice(k, n - self.ranges)
+        low, high = -q[rows] + 0.0, -q[rows] + 0.0
+        low[given.upper[rows] == 0], high[given.lower[rows] == 0] = -np.inf, np.inf
+        places, columns = M[rows, n - self.ranges :].nonzero()
+        if (
+            len(columns) != self.ranges
+            or (np.sort(columns) != np.arange(self.ranges)).any()
+        ):
+            return None
+        low[places], high[places] = (
+            given.lower[n - self.ranges + columns],
+            given.upper[n - self.ranges + columns],
+        )
+        return Blocks(
+            M[:k, :k], q[:k], M[rows, :k], low, high, given.lower[:k], given.upper[:k]
+        )
+
+    def parts(self, z: Any) -> tuple[Any, Any]:
+        """Return the x and y in z, a sequence of numbers of any type."""
+        return z[: self.variables], z[self.variables : len(z) - self.ranges]
+
+    def z_of(self, x: Vector, y: Vector, blocks: Blocks) -> Vector:
+        """Return z for x and the multipliers y."""
+        s = np.clip(blocks.A @ x, blocks.row_lower, blocks.row_upper)[blocks.ranges]
+        return np.concatenate((x, y, s))
+
+    def names(self, n: int, purpose: str = FULL) -> Sequence[str]:
+        """Return the names of the components of z, "" where there is none; where they
+        are labels, those of multipliers begin with y."""
+        m = n - self.variables - self.ranges
+        rows = self.rows or [""] * m
+        if purpose == LABELS:
+            rows = [f"y {name}" if name else "" for name in rows]
+        return [
+            *(self.columns or [""] * self.variables),
+            *rows,
+            *[""] * self.ranges,
+        ]
+
+
+def bordered(
+    Q: Matrix | None, A: Matrix, ranges: Mask | None = None, sparse: bool = False
+) -> Matrix:
+    """Return [Q -A' 0; A 0 -E; 0 E' 0] for Q of shape (k, k), or None for zero, with E
+    the columns of the identity that `ranges`, of shape (m,), selects; as a sparse or a
+    dense matrix."""
+    m, k = A.shape
+    selected = np.zeros(0, dtype=np.intp) if ranges is None else np.flatnonzero(ranges)
+    n = k + m + selected.size
+    if not sparse:
+        M = np.zeros((n, n))
+        M[:k, :k] = 0.0 if Q is None else Q
+        A, rows, columns = matrices.dense(A), k + selected, range(k + m, n)
+        M[k : k + m, :k], M[:k, k : k + m] = A, -A.T
+        M[rows, columns], M[columns, rows] = -1.0, 1.0
+        return M + 0.0  # no -0
+    with imports:
+        from lcpcli.linalg.compressed_rows import of_entries
+    A = matrices.compressed(A)
+    numbers, columns, ones = (
+        np.arange(n, dtype=A.indices.dtype),
+        A.indices,
+        np.ones(selected.size),
+    )
+    above, selected, beyond = (
+        np.repeat(numbers[k : k + m], np.diff(A.indptr)),
+        numbers[k + selected],
+        numbers[k + m :],
+    )
+    entries = [
+        (columns, above, -A.data),
+        (above, columns, A.data),
+        (selected, beyond, -ones),
+        (beyond, selected, ones),
+    ]
+    if Q is not None:
+        Q = matrices.compressed(Q)
+        entries.insert(
+            0, (np.repeat(numbers[:k], np.diff(Q.indptr)), Q.indices, Q.data)
+        )
+    M = of_entries((n, n), *zip(*entries, strict=True))
+    if not M.data.all():
+        M.eliminate_zeros()
+    M.data.setflags(write=False)  # so that it is not copied again
+    return M
+
+
+def rows_between(
+    A: Any,
+    k: int,
+    b: Any,
+    row_lower: Any,
+    row_upper: Any,
+    infinity: float = math.inf,
+) -> tuple[Matrix, tuple[Vector, Vector]]:
+    """Return the matrix of rows, of shape (m, k), and their lower and upper sides, or
+    raise ProblemError. b : the same as row_lower, in its place."""
+    if b is not None and row_lower is not None:
+        raise ProblemError(
+            "b", "is short for row_lower, which is given too", LEAVE_ONE_OUT
+        )
+    field, low = ("row_lower", row_lower) if b is None else ("b", b)
+    matrix = matrix_of_rows("A", A, k, {field: low, "row_upper": row_upper})
+    m = matrix.shape[0]
+    return matrix, as_intervals(
+        (field, "row_upper"), low, row_upper, m, "row", infinity
+    )
+
+
+def matrix_of_rows(field: str, given: Any, k: int, bounds: Mapping[str, Any]) -> Matrix:
+    """Return the matrix of the rows, of shape (m, k), with m = 0 if neither it nor its
+    bounds are given."""
+    present = [name for name, bound in bounds.items() if bound is not None]
+    if given is None and not present:
+        return np.zeros((0, k))
+    if given is None:
+        raise ProblemError(
+            field, IS_MISSING, f"give it with {present[0]}, or leave both out"
+        )
+    if not present:
+        raise ProblemError(
+            next(iter(bounds)), IS_MISSING, f"give it with {field}, or leave both out"
+        )
+    is_array = isinstance(given, np.ndarray) and given.ndim == 1 and given.size > 0
+    is_row = is_array or (
+        isinstance(given, (list, tuple)) and len(given) > 0 and np.ndim(given[0]) == 0
+    )
+    matrix = as_matrix(field, [given] if is_row else given)
+    if matrix.shape[1] != k:
+        fault = numbers_for(matrix.shape[1], "column", k, "variable")
+        raise ProblemError(field, fault, MAKE_AGREE)
+    return matrix
