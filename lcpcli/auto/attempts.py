@@ -85,6 +85,9 @@ MOST_PIVOTED_BY_NUMPY = 150
 # Unknowns up to which Lemke's path is so short that it is followed where no theorem
 # says how it ends.
 SHORT = 20
+# Of all rows: with no more than one entry, from which on presolve may help the best
+# methods too.
+MANY_SHORT_ROWS = 0.2
 MOST_UNFILLED = 100  # unknowns up to which sparse factors cost no less than dense ones
 
 
@@ -215,6 +218,22 @@ class Structure:
         )
 
     @cached_property
+    def may_gain_by_presolve(self) -> bool:
+        """Return whether many rows have at most one entry, or variables are fixed; or
+        else M is not monotone as it is. Sparse convex programs gain nothing: they take
+        as many steps as before."""
+        if self.program:
+            return False
+        problem, M = self.problem, self.problem.M
+        lengths = np.diff(M.indptr) if is_sparse(M) else np.count_nonzero(M, axis=1)
+        short = np.count_nonzero(problem.box.fixed | (lengths <= 1))
+        if short >= MANY_SHORT_ROWS * problem.n:
+            return True
+        if self.is_large_and_sparse:
+            return self.is_no_p_matrix
+        return not self.is_semidefinite
+
+    @cached_property
     def is_frictional(self) -> bool:
         """Return whether M has the blocks of contact with friction, with zeros or small
         numbers on the diagonal, for more than a few unknowns without bounds."""
@@ -285,7 +304,8 @@ class Row(NamedTuple):
 
     method, part : the method that it belongs to, and what of it is tried; "" if that is
         all of it.
-    reason : why it is tried, in words. applies : whether it is. begin : how. share :
+    reason : why it is tried, in words. applies : whether it is. begin : how; None if it
+    takes no turns in rounds, but is begun by `policy` on the problem as given. share :
     the iterates of its first round; infinite if it is never suspended. first_round :
     the round in which it begins, from 0.
     """
@@ -294,7 +314,7 @@ class Row(NamedTuple):
     part: str
     reason: str
     applies: Callable[[Structure], bool]
-    begin: Begin
+    begin: Begin | None
     share: Callable[[Structure], float] = lambda _: math.inf
     first_round: int = 0
 
@@ -762,7 +782,40 @@ LATER = (
         lambda _: LOOKS,
     ),
 )
-TABLE = (*FIRST, *LATER)
+PRESOLVE = Row(
+    *(
+        "presolve",
+        "",
+        "rows with one entry may decide variables: what is left is tried first",
+    ),
+    lambda s: s.problem.is_mixed and s.may_gain_by_presolve,
+    None,
+)
+EXACT = Row(
+    *(
+        "exact",
+        "",
+        f"there are at most {FEW_UNKNOWNS} unknowns, whose states can be searched",
+    ),
+    lambda s: s.problem.n <= FEW_UNKNOWNS,
+    None,
+)
+MILP = Row("milp", "", "it needs no property of M", lambda _: True, None)
+
+
+def phases(structure: Structure) -> tuple[tuple[Row, ...], ...]:
+    """Return the rows for a problem in the order of a run: each phase takes its turns
+    in rounds, or is begun by `policy`.
+
+    Presolve takes no longer than the first attempts only if M is large and sparse. Few
+    unknowns are decided by exact arithmetic before what may take long.
+    """
+    presolve, exact, milp = (PRESOLVE,), (EXACT,), (MILP,)
+    if EXACT.applies(structure):
+        return FIRST, BRIEF, exact, presolve, LATER, milp
+    if structure.is_large_and_sparse:
+        return presolve, FIRST, LATER, milp
+    return FIRST, presolve, LATER, milp
 
 
 class _Attempt:
@@ -770,10 +823,9 @@ class _Attempt:
 
     def __init__(self, row: Row, structure: Structure) -> None:
         made = structure.tried.get(row.method)
-        self._stage, self._evaluations = (
-            made.pop(0) if made else row.begin(structure),
-            0,
-        )
+        assert row.begin is not None
+        self._stage = made.pop(0) if made else row.begin(structure)
+        self._evaluations = 0
         self.share, self.is_over = row.share(structure), False
 
     def turn(self, iterates: float) -> Stage:
@@ -795,15 +847,15 @@ class _Attempt:
 
 
 def in_rounds(
-    structure: Structure, table: Sequence[Row] = TABLE
+    structure: Structure, phase: Sequence[Row]
 ) -> Iterator[tuple[str, Stage]]:
-    """Yield the turns of the attempts that apply, by the names of their methods; each
-    begins when its turn comes."""
+    """Yield the turns of the attempts of a phase that apply, by the names of their
+    methods; each begins when its turn comes."""
     suspended = dict[int, _Attempt]()
     for number in range(
         ROUNDS_BEFORE_MILP if structure.problem.n <= MOST_FOR_MILP else ROUNDS
     ):
-        for i, row in enumerate(table):
+        for i, row in enumerate(phase):
             attempt = suspended.pop(i, None)
             if row.first_round == number and row.applies(structure):
                 attempt = _Attempt(row, structure)
@@ -813,6 +865,6 @@ def in_rounds(
             if not attempt.is_over and structure.problem.n <= MOST_HELD:
                 suspended[i] = attempt
         if not suspended and number >= max(
-            (row.first_round for row in table), default=0
+            (row.first_round for row in phase), default=0
         ):
             return

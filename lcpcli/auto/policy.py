@@ -12,18 +12,27 @@ take the problem as given: in other variables, rounding might lose the proof.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Generator, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterator
 from contextlib import suppress
 from dataclasses import replace
 from fractions import Fraction
 from functools import cache, cached_property, partial
-from itertools import chain
-from typing import Any
+from itertools import chain, takewhile
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from lcpcli import clock
-from lcpcli.auto.attempts import BRIEF, FIRST, LATER, TABLE, Row, Structure, in_rounds
+from lcpcli.auto.attempts import (
+    EXACT,
+    FIRST,
+    LATER,
+    MILP,
+    PRESOLVE,
+    Structure,
+    in_rounds,
+    phases,
+)
 from lcpcli.clock import imports
 from lcpcli.interrupts import TimeIsUp, check, remaining, within
 from lcpcli.linalg import factors
@@ -63,6 +72,9 @@ from lcpcli.verify.farkas import farkas_vector
 from lcpcli.verify.final_states import MOST_DECIDED, is_doubtful
 from lcpcli.verify.point import Criterion, Point
 
+if TYPE_CHECKING:
+    from lcpcli.presolve.presolve import Presolved
+
 REFINED = "refined"
 # Of one point: each may change states that those before it have left wrong.
 MOST_REFINEMENTS = 3
@@ -82,7 +94,7 @@ UNDECIDED_IN_TIME = "exact arithmetic did not decide the problem in time"
 # What is asked of a point that a search may end at: whether a solution near it is
 # proved; the run asks whether anything speaks against it. And of one whose rows may
 # hide terms: whether exact arithmetic confirms it.
-IF_PROVED, EXACT = Extent(PROVED), Extent(AS_IT_IS, is_exact=True)
+IF_PROVED, IF_EXACT = Extent(PROVED), Extent(AS_IT_IS, is_exact=True)
 NOTHING = list[Fraction]()  # after all nodes of a tree without a solution
 MOST_PIVOTED_EXACTLY = 100  # unknowns, from states that are nearly right
 # Of a problem with far sides: each leaves fewer of them out; at first only those less
@@ -264,14 +276,12 @@ def _search(
     near: bool = False,
     milp: bool = True,
     tried: stages.Tried | None = None,
-    begun: bool = False,
     is_decided: Callable[[], bool] = lambda: False,
 ) -> Stage:
     """Take the methods before milp in turn, from the start in `turns`; presolve,
-    states, near, tried : as in `auto`;
-    milp : whether nodes of its tree are examined; begun : whether the first ones have
-    had their turns; is_decided : called after each turn, for other work between the
-    turns; if it returns True, the search ends."""
+    states, near, tried : as in `auto`; milp : whether nodes of its tree are examined;
+    is_decided : called after each turn, for other work between the turns; if it returns
+    True, the search ends."""
     x0, criterion = turns.last.x, cache(partial(Criterion, problem))
     first = (
         [("newton", from_start(problem, problem.box.basis_of(x0)))] if states else []
@@ -289,7 +299,7 @@ def _search(
         LEAST_PATIENCE,
         min(4 * problem.n, MOST_SPARSE_PATIENCE) if is_sparse(problem.M) else 0,
     )
-    for name, stage in chain(first, all_stages(problem, x0, presolve, tried, begun)):
+    for name, stage in chain(first, all_stages(problem, x0, presolve, tried)):
         # Which may have a proof.
         if (name == "milp" and not milp) or (left <= 0 and name != "linear"):
             continue
@@ -367,72 +377,51 @@ def _improved(
     return found is not None and found.solved
 
 
-# Of all rows: with no more than one entry, from which on presolve may help the best
-# methods too.
-MANY_SHORT_ROWS = 0.2
 # Of the unknowns: what presolve may leave if milp is to begin with that.
 MUCH_SMALLER = 0.8
 
 
 def all_stages(
-    problem: Problem,
-    x0: Vector,
-    presolve: bool,
-    tried: stages.Tried | None = None,
-    begun: bool = False,
+    problem: Problem, x0: Vector, presolve: bool, tried: stages.Tried | None = None
 ) -> Iterator[tuple[str, Stage]]:
-    """Yield the stages before milp in order; with presolve first on what that leaves of
-    a mixed problem, but a small or dense one is first given to newton, which takes no
-    longer than presolve. milp comes after all others for what presolve leaves too, for
-    half of the time that is left. tried : as in `Structure`. begun : whether the first
-    stages of the table have had their turns."""
-    structure = Structure(problem, x0, tried)
-    rows: Sequence[Row] = LATER if begun else TABLE
-    if not (presolve and problem.is_mixed):
-        yield from in_rounds(structure, rows)
-        return
-    if not (begun or structure.is_large_and_sparse):
-        yield from in_rounds(structure, FIRST)
-        rows = LATER
-    given = in_rounds(structure, rows)
+    """Yield the stages before milp in order, for few unknowns those after exact
+    arithmetic; milp comes for what presolve leaves too, for half of the time that is
+    left. presolve : whether it takes part. tried : as in `Structure`."""
+    structure, change = Structure(problem, x0, tried), None
+    after = phases(structure)
+    if (EXACT,) in after:
+        after = after[after.index((EXACT,)) + 1 :]
+    for phase in after:
+        if phase == (PRESOLVE,):
+            if presolve and PRESOLVE.applies(structure):
+                change = yield from _of_presolved(problem, x0)
+        elif phase != (MILP,):
+            yield from in_rounds(structure, phase)
+        elif change is not None and change.kept.size <= MUCH_SMALLER * problem.n:
+            milp = stages.changed(change, x0, partial(stages.begin, "milp"))
+            yield "milp", for_half_of_the_time(milp)
+
+
+def _of_presolved(
+    problem: Problem, x0: Vector
+) -> Generator[tuple[str, Stage], None, Presolved | None]:
+    """Yield the stages for what presolve leaves of a mixed problem; return what it
+    leaves, None if that is not worthwhile."""
     with imports:
         from lcpcli.presolve.presolve import Presolved, presolved
         from lcpcli.presolve.system import Refuted
-    change = None
-    if may_gain_by_presolve(structure):
-        change = presolved(problem)
+    change = presolved(problem)
     if isinstance(change, Refuted) and (proof := clear_proof(problem, change.y)):
         yield "presolve", stages.ended(NoSolution(proof))
     if not isinstance(change, Presolved) or not (
         problem.n <= factors.MOST_NUMPY_ROWS or change.is_worthwhile
     ):
-        yield from given
-        return
+        return None
     left = Structure(change.problem, change.start(x0))
-    for name, stage in in_rounds(left):
-        yield name, _clearly(problem, stages.in_given_variables(change, stage))
-    yield from given
-    if change.kept.size <= MUCH_SMALLER * problem.n:
-        milp = stages.changed(change, x0, partial(stages.begin, "milp"))
-        yield "milp", for_half_of_the_time(milp)
-
-
-def may_gain_by_presolve(structure: Structure) -> bool:
-    """Return whether many rows have at most one entry, or variables are fixed; or else
-    M is not monotone as it is. Sparse convex programs gain nothing: they take as many
-    steps as before."""
-    problem, M = structure.problem, structure.problem.M
-    if structure.program:
-        return False
-    lengths = np.diff(M.indptr) if is_sparse(M) else np.count_nonzero(M, axis=1)
-    if (
-        np.count_nonzero(problem.box.fixed | (lengths <= 1))
-        >= MANY_SHORT_ROWS * problem.n
-    ):
-        return True
-    if structure.is_large_and_sparse:
-        return not M.diagonal().all()
-    return not structure.is_semidefinite
+    for phase in FIRST, LATER:
+        for name, stage in in_rounds(left, phase):
+            yield name, _clearly(problem, stages.in_given_variables(change, stage))
+    return change
 
 
 def for_half_of_the_time(stage: Stage) -> Stage:
@@ -527,7 +516,7 @@ def small(
     if not isinstance(ending, Stalled):
         return ending
     start = np.zeros(problem.n) if states else turns.last.x
-    others = search(problem, start, begun=True, is_decided=tree.goes_on)
+    others = search(problem, start, is_decided=tree.goes_on)
     last = yield from _without_doubt(problem, turns, others)
     if _is_proof(last):
         return last
@@ -552,7 +541,9 @@ def _without_doubt(
         found = None
         if step.signs_final and is_doubtful(problem, z):
             point = Point(Criterion(problem), z)
-            found = accepted(problem, [point], point.criterion.tol, EXACT, step.basis)
+            found = accepted(
+                problem, [point], point.criterion.tol, IF_EXACT, step.basis
+            )
         if found is not None and not found.solved:
             ending = yield from exactly(problem, Turns(step.x, step.evaluations), tree)
             if not isinstance(ending, Stalled):
@@ -579,7 +570,9 @@ def _pivoting(
     structure = Structure(
         problem, np.zeros(problem.n) if states else turns.last.x, tried
     )
-    for name, stage in chain(first, in_rounds(structure, (*FIRST, *BRIEF))):
+    before = takewhile(lambda phase: phase != (EXACT,), phases(structure))
+    rounds = chain.from_iterable(in_rounds(structure, phase) for phase in before)
+    for name, stage in chain(first, rounds):
         ending = yield from turns.take(name, stage)
         if isinstance(ending, Finished) or _is_proof(ending):
             break

@@ -20,8 +20,8 @@ from typing import NamedTuple, overload
 import numpy as np
 
 from lcpcli import clock
-from lcpcli.auto.attempts import BRIEF, FIRST, LATER, Row, Structure
-from lcpcli.auto.policy import clear_proof, may_gain_by_presolve
+from lcpcli.auto.attempts import Structure, phases
+from lcpcli.auto.policy import clear_proof
 from lcpcli.clock import imports
 from lcpcli.errors import count
 from lcpcli.inspection import theory
@@ -43,7 +43,6 @@ from lcpcli.presolve.system import Refuted
 from lcpcli.typing import Matrix, Vector
 from lcpcli.verify.digits import DOUBLE_DIGITS
 from lcpcli.verify.error_theorems import semidefinite_by_rounding
-from lcpcli.verify.measure import FEW_UNKNOWNS
 
 
 class Attempt(NamedTuple):
@@ -60,21 +59,6 @@ class Attempt(NamedTuple):
     part: str
     iterations: int | None
     reason: str
-
-
-PRESOLVE = Attempt(
-    "presolve",
-    "",
-    None,
-    "rows with one entry may decide variables: what is left is tried first",
-)
-EXACT = Attempt(
-    "exact",
-    "",
-    None,
-    f"there are at most {FEW_UNKNOWNS} unknowns, whose states can be searched",
-)
-MILP = Attempt("milp", "", None, "it needs no property of M")
 
 
 @np.errstate(all="ignore")
@@ -94,33 +78,17 @@ def plan(problem: Problem) -> list[Attempt]:
     problem = composed(as_problem(problem), relaxed, shifted).problem
     structure = Structure(problem, problem.q)
 
-    def attempts(rows: tuple[Row, ...]) -> list[Attempt]:
-        applying = sorted(
-            (row for row in rows if row.applies(structure)),
-            key=lambda row: row.first_round,
-        )
-        shares = ((row, row.share(structure)) for row in applying)
-        return [
-            Attempt(row.method, row.part, None if n == math.inf else int(n), row.reason)
-            for row, n in shares
-        ]
-
-    first, brief, others = map(attempts, (FIRST, BRIEF, LATER))
-    presolve = (
-        [PRESOLVE] if problem.is_mixed and may_gain_by_presolve(structure) else []
+    rows = dict.fromkeys(
+        row
+        for phase in phases(structure)
+        for row in sorted(phase, key=lambda row: row.first_round)
+        if row.applies(structure)
     )
-    if structure.is_large_and_sparse:
-        return [*presolve, *first, *others, MILP]
-    if problem.n <= FEW_UNKNOWNS:
-        return [
-            *first,
-            *brief,
-            EXACT,
-            *presolve,
-            *(attempt for attempt in others if attempt not in brief),
-            MILP,
-        ]
-    return [*first, *presolve, *others, MILP]
+    shares = [(row, row.share(structure)) for row in rows]
+    return [
+        Attempt(row.method, row.part, None if n == math.inf else int(n), row.reason)
+        for row, n in shares
+    ]
 
 
 # Relative to the largest entry: a smaller difference of M and M' looks like rounding.

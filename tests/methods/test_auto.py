@@ -457,9 +457,7 @@ def test_a_row_that_is_added_is_tried_and_shown_and_its_claim_is_not_believed(
         )
     )
     new = (liar, known._replace(reason="it is known"))
-    for place in ("auto.attempts", "auto.policy", "inspection.inspection"):
-        monkeypatch.setattr(f"lcpcli.{place}.FIRST", (*new, *auto_table.FIRST))
-    monkeypatch.setattr("lcpcli.auto.policy.TABLE", (*new, *auto_table.TABLE))
+    monkeypatch.setattr(auto_table, "FIRST", (*new, *auto_table.FIRST))
     result = run(problem)
     assert (result.solved, result.route[-1]) == (True, "known")
     assert plan(problem)[1] == ("known", "", None, "it is known")
