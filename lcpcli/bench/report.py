@@ -4,6 +4,7 @@ and CSV have all digits."""
 from __future__ import annotations
 
 import math
+import statistics
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import fields
@@ -20,7 +21,7 @@ from lcpcli.bench.record import (
     summary,
     times,
 )
-from lcpcli.bench.suites import SUITES, method_of, series
+from lcpcli.bench.suites import SUITES, kinds_of, method_of, series
 from lcpcli.bench.timing import ABSOLUTE, NATURAL, RELATIVE
 from lcpcli.errors import count
 from lcpcli.model.problem import WITHOUT_SOLUTION
@@ -46,7 +47,7 @@ PROGRAM_SHIFT = 1e-2
 
 
 TEXTS = ("how it ended", "why")  # headings of texts, and of words:
-WORDS = ("solver", "problem", "family", "up", "then", *TEXTS)
+WORDS = ("solver", "problem", "family", "kind", *TEXTS)
 
 
 def sheet(
@@ -237,6 +238,41 @@ def _beside(record: BenchRecord) -> Section:
     return sheet(
         f"Beside {method}, on the problems that the other takes", header, [rows], note
     )
+
+
+def _by_kind(record: BenchRecord) -> Section:
+    """Return, for each kind of the suites' problems, how many of those that a solver
+    takes it answers rightly, and its time beside that of the first method."""
+    medians = times(record)
+    false = {row.key for row in record.measurements if row.false_success}
+    groups = []
+    first = medians[record.solvers[0]]
+    for kind in kinds_of(record.suite):
+        rows: list[list[str]] = []
+        names = {case.name for case in kind.cases()}
+        for solver, seconds in medians.items():
+            taken = [problem for problem in seconds if problem in names]
+            if not taken:
+                continue
+            right = [problem for problem in taken if seconds[problem] < math.inf]
+            wrong = [problem for problem in taken if (problem, solver) in false]
+            ratios = [
+                seconds[problem] / first[problem]
+                for problem in right
+                if first.get(problem, math.inf) < math.inf
+            ]
+            ratio = wording.digits(statistics.geometric_mean(ratios)) if ratios else ""
+            counts = map(str, (len(taken), len(right), len(wrong)))
+            rows.append(["" if rows else kind.name, solver, *counts, ratio])
+        groups += [rows] * bool(rows)
+    header = ["kind", "solver", "of", "right", "false", f"time/{record.solvers[0]}"]
+    note = (
+        "of: the problems that the solver takes. right: the residual, recomputed from "
+        "the problem, is small, or the problem has no solution and the solver says so. "
+        "false: claimed but wrong by every measure. time: geometric mean of the ratios "
+        "to the first solver's time, on problems that both answer rightly."
+    )
+    return sheet("By kind of problem", header, groups, note)
 
 
 def is_over_time(record: BenchRecord) -> bool:
@@ -444,6 +480,7 @@ def render(record: BenchRecord, form: str, width: int | None, color: bool) -> st
     def document(*_: object) -> Document:
         makers = (
             _solvers,
+            _by_kind,
             _beside,
             _over_time,
             _times,

@@ -79,6 +79,16 @@ class Shipped:
             yield Case(file, file=contents.shipped_path(f"programs/{file}"))
 
 
+class Kind:
+    """Cases of one kind, which have rows of the report under its name."""
+
+    def __init__(self, name: str, *grids: Grid | Shipped) -> None:
+        self.name, self.grids = name, grids
+
+    def cases(self) -> Iterator[Case]:
+        return chain.from_iterable(grid.cases() for grid in self.grids)
+
+
 @dataclass(frozen=True)
 class Suite:
     """Cases under one name.
@@ -89,7 +99,7 @@ class Suite:
     """
 
     meaning: str
-    grids: Sequence[Grid | Shipped]
+    grids: Sequence[Grid | Shipped | Kind]
     budget: float = 2.0
     over_time: bool = False
     methods: tuple[str, ...] = DEFAULT_METHODS
@@ -250,6 +260,61 @@ SUITES = {
             Grid("obstacle", 10_000, 90_000),
         ),
     ),
+    "peers": Suite(
+        "the kinds of problems of the table in README",
+        (
+            Kind(
+                "small LCPs",
+                Grid("harker-pang", 5, 10, 20, 50),
+                Grid("harker-pang", 5, 10, 20, 50, symmetric=True),
+                Grid("murty", 10, 20),
+                Grid("degenerate", 10, 50),
+            ),
+            Kind(
+                "dense LCPs",
+                Grid("harker-pang", 300, 1000),
+                Grid("harker-pang", 300, 1000, symmetric=True),
+            ),
+            Kind(
+                "sparse LCPs",
+                Grid("obstacle", 2500, 10_000),
+                Grid("journal-bearing", 2500),
+                Grid("american-put", 3000),
+                Grid("tridiagonal", 10_000),
+            ),
+            Kind("mixed LCPs", Grid("boxes", 10, 100), Grid("torsion", 2500)),
+            Kind("contact, friction", Grid("contact", 20, 100, seed=(0, 1))),
+            Kind("bimatrix games", Grid("bimatrix", 4, 10, 20, 40)),
+            Kind(
+                "stiff LCPs",
+                Grid("beam", 100, 1000),
+                Grid("beam", 1000, contrast=(10_000, 1_000_000), load=10),
+                Grid("plate", 400),
+                Grid("frame", 100, 1000),
+                Grid("hilbert", 8, 12),
+                Grid("near-singular", 50, epsilon=(1e-6, 1e-12)),
+                Grid("ill-scaled", 50, decades=(8, 32)),
+            ),
+            Kind("no solution", Grid("infeasible", 10, 50), Grid("ray", 10)),
+            Kind(
+                "convex programs",
+                Shipped(
+                    "hs21",
+                    "hs35",
+                    "hs53",
+                    "hs76",
+                    "klee-minty",
+                    "portfolio",
+                    "transport",
+                ),
+                Grid("portfolio", 100, 1000),
+                Grid("control", 100, 1000),
+                Grid("transport", 100, 1000),
+            ),
+        ),
+        budget=0.2,
+        methods=("auto",),
+    ),
     "stiff": Suite(
         "ill-conditioned, badly scaled and nearly degenerate problems",
         (
@@ -302,6 +367,11 @@ def methods_of(asked: Sequence[str]) -> list[str]:
             chain.from_iterable(SUITES.get(name, Suite).methods for name in asked)
         )
     )
+
+
+def kinds_of(asked: Sequence[str]) -> list[Kind]:
+    grids = chain.from_iterable(SUITES[name].grids for name in asked if name in SUITES)
+    return [grid for grid in grids if isinstance(grid, Kind)]
 
 
 def cases_of(

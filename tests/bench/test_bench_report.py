@@ -25,7 +25,7 @@ from lcpcli.bench.record import (
     summary,
 )
 from lcpcli.bench.report import render
-from lcpcli.bench.suites import case
+from lcpcli.bench.suites import SUITES, Grid, Kind, Suite, case
 from lcpcli.bench.timing import (
     CURVES,
     LEAST_REPEATS,
@@ -140,6 +140,40 @@ def test_a_bench_prints_what_the_document_shows(name: str, record: BenchRecord) 
         for form in forms.split()
     )
     assert_as_before(f"bench/{name}", "\n".join(text))
+
+
+def test_kinds_of_a_suite_have_rows_of_what_is_right_false_and_slower(
+    record: BenchRecord, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """On one kind lemke is 20 and 100 times slower; on the other a peer lies."""
+    rows = [
+        measurement("harker-pang 10", "auto", seconds=[0.1]),
+        measurement("harker-pang 10", "lemke", seconds=[2.0]),
+        measurement("harker-pang 20", "auto", seconds=[0.1]),
+        measurement("harker-pang 20", "lemke", seconds=[10.0]),
+        measurement("ray 4", "auto", seconds=[0.1]),
+        measurement("ray 4", "lemke", success=False, false_success=True, seconds=[1.0]),
+    ]
+    kinds = Kind("dense", Grid("harker-pang", 10, 20)), Kind("rays", Grid("ray", 4))
+    monkeypatch.setitem(SUITES, "two kinds", Suite("made up", kinds))
+    two = replace(
+        record,
+        suite=["two kinds"],
+        cases=SUITES["two kinds"].cases,
+        methods=["auto", "lemke"],
+        peers=[],
+        measurements=rows,
+    )
+    shown = render(two, "table", 80, False)
+    _, _, table = shown.partition("By kind of problem")
+    cells = [line.split() for line in table.splitlines()[3:8]]
+    assert cells == [
+        ["dense", "auto", "2", "2", "0", "1"],
+        ["lemke", "2", "2", "0", "44.7"],  # the square root of 20 x 100
+        cells[2],
+        ["rays", "auto", "1", "1", "0", "1"],
+        ["lemke", "1", "0", "1"],
+    ]
 
 
 def test_an_empty_record_can_be_shown(record: BenchRecord) -> None:
