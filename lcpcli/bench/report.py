@@ -242,37 +242,41 @@ def _beside(record: BenchRecord) -> Section:
 
 def _by_kind(record: BenchRecord) -> Section:
     """Return, for each kind of the suites' problems, how many of those that a solver
-    takes it answers rightly, and its time beside that of the first method."""
+    takes it answers rightly, and its time beside that of the first solver."""
     medians = times(record)
     false = {row.key for row in record.measurements if row.false_success}
-    groups = []
-    first = medians[record.solvers[0]]
+    rows = []
     for kind in kinds_of(record.suite):
-        rows: list[list[str]] = []
         names = {case.name for case in kind.cases()}
+        cells = []
         for solver, seconds in medians.items():
-            taken = [problem for problem in seconds if problem in names]
-            if not taken:
-                continue
-            right = [problem for problem in taken if seconds[problem] < math.inf]
-            wrong = [problem for problem in taken if (problem, solver) in false]
-            ratios = [
-                seconds[problem] / first[problem]
-                for problem in right
-                if first.get(problem, math.inf) < math.inf
-            ]
-            ratio = wording.digits(statistics.geometric_mean(ratios)) if ratios else ""
-            counts = map(str, (len(taken), len(right), len(wrong)))
-            rows.append(["" if rows else kind.name, solver, *counts, ratio])
-        groups += [rows] * bool(rows)
-    header = ["kind", "solver", "of", "right", "false", f"time/{record.solvers[0]}"]
+            taken = {name: own for name, own in seconds.items() if name in names}
+            wrong = sum((name, solver) in false for name in taken)
+            cells.append(_of_kind(taken, medians[record.solvers[0]], wrong))
+        rows.append([kind.name, *cells])
     note = (
-        "of: the problems that the solver takes. right: the residual, recomputed from "
-        "the problem, is small, or the problem has no solution and the solver says so. "
-        "false: claimed but wrong by every measure. time: geometric mean of the ratios "
-        "to the first solver's time, on problems that both answer rightly."
+        "Right answers of the problems that a solver takes: the residual, recomputed "
+        "from the problem, is small, or there is no solution, and the solver says so. "
+        f"Behind it, the geometric mean of the ratios of its times to those of "
+        f"{record.solvers[0]}, on problems that both answer rightly. false: claimed "
+        "but wrong by every measure."
     )
-    return sheet("By kind of problem", header, groups, note)
+    return sheet("By kind of problem", ["kind", *record.solvers], [rows], note)
+
+
+def _of_kind(taken: dict[str, float], first: dict[str, float], wrong: int) -> str:
+    """Return the cell of a solver with these times, infinite where it failed."""
+    if not taken:
+        return "-"
+    right = [name for name, seconds in taken.items() if seconds < math.inf]
+    shown = [f"{len(right)}/{len(taken)}"]
+    compared = [name for name in right if first.get(name, math.inf) < math.inf]
+    if compared:
+        ratios = (taken[name] / first[name] for name in compared)
+        shown.append(wording.digits(statistics.geometric_mean(ratios)))
+    if wrong:
+        shown.append(f"{wrong} false")
+    return ", ".join(shown)
 
 
 def is_over_time(record: BenchRecord) -> bool:
