@@ -40,6 +40,8 @@ M is a real matrix of shape (n, n), dense or sparse, and q is a vector of n numb
                  minimizer and multipliers
     from_qpsolvers, from_osqp  the same, from the arguments of qpsolvers or OSQP
     add_to_qpsolvers  makes qpsolvers.solve_qp(..., solver="lcp") possible
+    from_avi     the Problem of an affine variational inequality on a polyhedron, with H
+                 not symmetric
     from_game    the Problem of a two-player game; Result.answer has its equilibrium
     from_efg     the same for a game tree, from the text of one of Gambit's .efg files
 
@@ -68,6 +70,9 @@ if TYPE_CHECKING:
     from lcpcli.files.reading import read as read
     from lcpcli.files.writing import write as write
     from lcpcli.formulations.game_tree.game import from_efg as from_efg
+    from lcpcli.formulations.variational_inequality.inequality import (
+        from_avi as from_avi,
+    )
     from lcpcli.games.problems import from_game as from_game
     from lcpcli.inspection.inspection import inspect as inspect
     from lcpcli.inspection.inspection import plan as plan
@@ -106,6 +111,7 @@ _PUBLIC = {  # the public names of each module, loaded on first use
     "files.reading": "read",
     "files.writing": "write",
     "formulations.game_tree.game": "from_efg",
+    "formulations.variational_inequality.inequality": "from_avi",
     "games.problems": "from_game",
     "inspection.inspection": "inspect plan",
     "model.problem": "Problem",

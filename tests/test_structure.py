@@ -142,6 +142,7 @@ ROOMS: dict[str, set[str]] = {
         "games",
         "rational",
         "verify",
+        "inspection",
         "solving",
         "enumeration",
         "files",

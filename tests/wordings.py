@@ -185,8 +185,8 @@ CORRECT_THEM = "correct them"
 OR_DECLARE = "correct it, or declare it there"
 SCALE_PAYOFFS = "scale the payoffs"
 SYMMETRIZE = (
-    "for a minimum give ({0} + {0}') / 2; for a variational inequality M = {0}, in "
-    "Python solve({0}, {1}, lower=l, upper=u): see lcp help mixed"
+    "for a minimum give ({0} + {0}') / 2; for a variational inequality call it H and "
+    "{1} h, in Python from_avi: see lcp help equilibria"
 )
 
 # Hints: files.
@@ -323,7 +323,7 @@ SECTIONS = (
 CORRECT_LP = (
     "correct it there; quadratic constraints and integer variables are not read"
 )
-KINDS_OF_ORIGIN = "use one of qp, game, efg"
+KINDS_OF_ORIGIN = "use one of qp, game, efg, avi"
 MAKE_AGAIN = "make the problem again, or leave origin out"
 NO_LCP = "its equilibria are not the solutions of an LCP"
 TWO_PLAYERS = "give one of two: only its equilibria are the solutions of an LCP"

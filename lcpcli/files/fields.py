@@ -84,7 +84,7 @@ OTHER_NAMES |= (
     | dict.fromkeys(OF_LOWER, "lower")
     | dict.fromkeys(OF_UPPER, "upper")
 )
-MATRICES = ("Q", "P", "A", "G", "B")  # of programs and games
+MATRICES = ("Q", "P", "A", "G", "B", "H")  # of programs, games and inequalities
 NATIVE = (
     "Q",
     "c",
@@ -172,6 +172,8 @@ def kind_of(keys: Collection[str]) -> str:
     given = set(keys)
     if "M" in given:
         return ""
+    if own := formulations.told_in_table(given):
+        return own
     if given & TELLING or ({"A", "q"} <= given and given & {"b", "l", "u"}):
         return "program"
     if given & {"A", "B"} and not given & {"b", "q"}:

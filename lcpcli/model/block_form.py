@@ -20,12 +20,13 @@ from lcpcli.errors import (
     MAKE_AGREE,
     ProblemError,
     numbers_for,
+    refuse_unknown,
 )
 from lcpcli.linalg import matrices
 from lcpcli.linalg.matrices import are_equal, is_sparse
 from lcpcli.model.arrays import as_matrix
 from lcpcli.model.box import as_intervals
-from lcpcli.model.formulation import FULL, LABELS, Conditions, Formulation
+from lcpcli.model.formulation import FULL, LABELS, Conditions, Formulation, names_of
 from lcpcli.typing import Mask, Matrix, Vector
 
 
@@ -95,6 +96,33 @@ class BlockForm(Formulation):
     rows: tuple[str, ...]
     columns: tuple[str, ...]
 
+    @classmethod
+    def parse(cls, data: Mapping[str, Any]) -> Any:
+        refuse_unknown("", data, ("kind", "variables", "ranges", "rows", "columns"))
+        names = (names_of(key, data.get(key, ())) for key in ("rows", "columns"))
+        made: Any = cls  # a dataclass with these fields
+        return made(size_of(data, "variables", 1), size_of(data, "ranges", 0), *names)
+
+    def data(self) -> dict[str, Any]:
+        fields = {"kind": self.kind, "variables": self.variables, "ranges": self.ranges}
+        names = {"rows": list(self.rows), "columns": list(self.columns)}
+        return {key: value for key, value in (fields | names).items() if value}
+
+    def fits(self, given: Conditions) -> bool:
+        return self.blocks_that_fit(given) is not None
+
+    def fields_of(self, blocks: Blocks, matrix: str, vector: str) -> dict[str, Any]:
+        """Return the keys of a file for these blocks, without defaults, with these keys
+        for Q and c."""
+        fields = {matrix: blocks.Q, vector: blocks.c + 0.0}
+        if blocks.row_lower.size:
+            sides = {"row_lower": blocks.row_lower, "row_upper": blocks.row_upper}
+            fields |= {"A": blocks.A, **sides}
+        fields |= {"lower": blocks.lower} if blocks.lower.any() else {}
+        fields |= {"upper": blocks.upper} if np.isfinite(blocks.upper).any() else {}
+        names = {"rows": list(self.rows), "columns": list(self.columns)}
+        return fields | {key: value for key, value in names.items() if value}
+
     def blocks_that_fit(self, given: Conditions) -> Blocks | None:
         """Return the blocks of these conditions, if they have no other entries, and as
         many rows and columns as there are names; else None."""
@@ -155,6 +183,20 @@ class BlockForm(Formulation):
             *rows,
             *[""] * self.ranges,
         ]
+
+
+def size_of(data: Mapping[str, Any], field: str, least: int) -> int:
+    given = data.get(field, 0)
+    if (
+        isinstance(given, bool)
+        or not isinstance(given, (int, float))
+        or not given >= least
+        or given % 1 != 0
+    ):
+        raise ProblemError(
+            field, f"is not a number of {field}", f"give a whole number from {least}"
+        )
+    return int(given)
 
 
 def bordered(

@@ -71,6 +71,12 @@ TABLE = {
         ("efg",),
         {".efg": FileForm("efg_format", b"EFG ")},
     ),
+    "avi": Row(
+        "lcpcli.formulations.variational_inequality",
+        "inequality:Inequality",
+        "a variational inequality",
+        ("H h !f !q",),
+    ),
 }
 
 
@@ -93,6 +99,12 @@ def told_by(keys: Collection[str]) -> str:
     if "M" in keys:
         return ""
     return next((kind for kind in kinds() if row_of(kind).is_told_by(keys)), "")
+
+
+def told_in_table(keys: Collection[str]) -> str:
+    """Return the same by the table alone, without a look at other packages."""
+    own = (kind for kind, row in TABLE.items() if row.is_told_by(keys))
+    return next(own, "")
 
 
 FILES = {suffix: row for row in TABLE.values() for suffix in row.files}

@@ -30,7 +30,7 @@ from lcpcli.linalg.matrices import (
     largest_asymmetry,
     symmetric_part,
 )
-from lcpcli.model.block_form import BlockForm, Blocks
+from lcpcli.model.block_form import BlockForm, Blocks, size_of
 from lcpcli.model.box import as_intervals
 from lcpcli.model.formulation import Conditions, names_of
 from lcpcli.typing import Matrix, Vector
@@ -120,8 +120,8 @@ class Program(BlockForm):
             names_of(key, data.get(key, ())) for key in ("rows", "columns")
         )
         k, ranges = (
-            _number_of("variables", data.get("variables"), 1),
-            _number_of("ranges", data.get("ranges", 0), 0),
+            size_of(data, "variables", 1),
+            size_of(data, "ranges", 0),
         )
         sense, constant = (
             sense_of(data.get("sense", "min")),
@@ -207,16 +207,3 @@ def constant_of(given: Any) -> float:
     if not math.isfinite(given):
         raise ProblemError("constant", "is not a finite number", GIVE_FINITE)
     return float(given)
-
-
-def _number_of(field: str, given: Any, least: int) -> int:
-    if (
-        isinstance(given, bool)
-        or not isinstance(given, (int, float))
-        or not given >= least
-        or given % 1 != 0
-    ):
-        raise ProblemError(
-            field, f"is not a number of {field}", f"give a whole number from {least}"
-        )
-    return int(given)

@@ -265,8 +265,8 @@ def _objective(
         )
         hint = (
             f"for a minimum give ({field} + {field}') / 2; for a variational "
-            f"inequality M = {field}, in Python solve({field}, {other}, lower=l, "
-            f"upper=u): see lcp help mixed {FROM_0}"
+            f"inequality call it H and {other} h, in Python from_avi: see lcp help "
+            f"equilibria {FROM_0}"
         )
         raise ProblemError(f"{field}[{i}][{j}]", fault, hint)
     return symmetric, vector

@@ -1,0 +1,262 @@
+"""What a result means for a variational inequality: x with its multipliers, and what is
+proved about it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from fractions import Fraction
+from itertools import chain
+from typing import Any
+
+import numpy as np
+
+from lcpcli.enumeration.search import Solutions
+from lcpcli.formulations.variational_inequality.hull import Directions, form_on, hull
+from lcpcli.formulations.variational_inequality.inequality import Inequality
+from lcpcli.inspection.classes import definiteness
+from lcpcli.inspection.verdict import YES
+from lcpcli.interrupts import TimeIsUp
+from lcpcli.linalg.doubles import size
+from lcpcli.model.formulation import Answer
+from lcpcli.rational.elimination import Effort
+from lcpcli.rational.exact_problem import ExactProblem
+from lcpcli.rational.numbers import brief, rounded
+from lcpcli.report import wording
+from lcpcli.solving.result import Result, Status
+from lcpcli.typing import Vector
+from lcpcli.verify.exact_solution import from_point
+
+# Of each question in exact arithmetic, by the seconds that it usually takes.
+EFFORT = 0.5
+AGREEMENT = (
+    1e-7  # of the largest |x_i|: by how much x may differ from an exact solution
+)
+MOST_UNKNOWNS = 200  # for which exact arithmetic is tried
+AGREES = "it agrees to seven digits with a solution in rational arithmetic"
+EMPTY = "C is empty"
+UNDECIDED, POSITIVE = "not decided", "H + H' is positive definite"
+
+
+@dataclass(frozen=True)
+class Claim:
+    """What is asked, whether it holds, None if that is not decided, and why."""
+
+    holds: bool | None
+    proof: str = UNDECIDED
+
+
+@dataclass(frozen=True)
+class Proved:
+    """What is proved, in exact arithmetic or by bounds on rounding errors, for the
+    shortest decimals of all numbers.
+
+    solves : whether a solution agrees with x to seven digits; False if there is none.
+    monotone : whether d'Hd >= 0 for all d in the directions of the affine hull of C.
+    only : whether x is the only solution, whatever its multipliers.
+    """
+
+    solves: Claim
+    monotone: Claim
+    only: Claim
+
+
+@dataclass(frozen=True, eq=False)
+class Solution(Answer):
+    """What a result says about a variational inequality.
+
+    x : shape (k,); the best iterate if the conditions are not solved; None if it is
+        proved that there is no solution.
+    y : multipliers of the m rows, positive for lower and negative for upper sides.
+    proved : what is proved about x, H and other solutions.
+    origin : the variational inequality.
+    statement : whether x solves.
+    exact : x and y as fractions if z is proved, else None.
+    """
+
+    x: Vector | None
+    y: Vector | None
+    proved: Proved
+    origin: Inequality
+    statement: str = ""
+    exact: Mapping[str, list[Fraction]] | None = None
+
+    def record(self) -> Mapping[str, Any]:
+        names = ("x", "y", "statement", "proved", "exact")
+        return {name: getattr(self, name) for name in names}
+
+    def lines(self) -> list[str]:
+        names = {"x": self.origin.columns, "y": self.origin.rows}
+        lines = [
+            f"{key} = {wording.named(own.tolist(), names[key])}"
+            for key in names
+            if (own := getattr(self, key)) is not None and own.size
+        ]
+        lines += [self.statement, *_sentences(self.proved)]
+        exact = (self.exact or {}).items()
+        return lines + [
+            f"exact {key} = {wording.named(list(own), names[key], brief)}"
+            for key, own in exact
+            if own
+        ]
+
+    def cells(self) -> Mapping[str, Sequence[Any]]:
+        if self.x is None or self.y is None:
+            return {"part": (), "value": ()}
+        own = self.exact or {"x": self.x.tolist(), "y": self.y.tolist()}
+        parts = ["x"] * len(own["x"]) + ["y"] * len(own["y"])
+        return {"part": parts, "value": list(chain(own["x"], own["y"]))}
+
+
+def _sentences(proved: Proved) -> Iterator[str]:
+    monotone, only = proved.monotone, proved.only
+    words = {True: "H is monotone", False: "H is not monotone"}
+    where = " on the affine hull of C"
+    if monotone.proof == EMPTY:
+        return
+    if monotone.holds is None:
+        yield f"whether H is monotone{where} is not decided"
+    else:
+        yield f"{words[monotone.holds]}{where}: {monotone.proof}"
+    if proved.solves.holds is False:
+        return
+    if only.holds is None:
+        yield "whether there are other solutions is not decided"
+    else:
+        found = "x is the only solution" if only.holds else "x is not the only solution"
+        yield f"{found}: {only.proof}"
+
+
+@np.errstate(all="ignore")
+def answer(origin: Inequality, result: Result) -> Solution:
+    """Return x and y, and what is proved about them."""
+    proved = _Examination(origin, result).proved()
+    x, y = origin.parts(result.z + 0.0)
+    exact = None
+    if result.exact is not None and result.exact.z is not None:
+        exact = dict(zip("xy", map(list, origin.parts(result.exact.z)), strict=True))
+    has_none = proved.solves.holds is False
+    return Solution(
+        None if has_none else x,
+        None if has_none else y,
+        proved,
+        origin,
+        _statement(result, proved.solves),
+        exact,
+    )
+
+
+def _statement(result: Result, solves: Claim) -> str:
+    if solves.holds is False:
+        return f"no x solves the variational inequality: {solves.proof}"
+    if not result.solved:
+        return "x does not solve the variational inequality: it is the best iterate"
+    if solves.holds:
+        return f"x solves the variational inequality: {solves.proof}"
+    return "x solves the variational inequality to the tolerance"
+
+
+class _Examination:
+    """What can be proved about a result within the effort. data : the conditions in
+    exact numbers, if they are few. is_known : whether the directions of the affine hull
+    of C are known; there are none to speak of, None, if C is empty."""
+
+    def __init__(self, origin: Inequality, result: Result) -> None:
+        self.origin, self.result, self.k = origin, result, origin.variables
+        self.data = ExactProblem(result.problem, [{}], [Fraction(0)])
+        self.is_known, self.directions = False, None
+        if result.problem.n <= MOST_UNKNOWNS:
+            self.data = ExactProblem.of_decimals(result.problem)
+            with suppress(TimeIsUp):
+                self.directions = hull(self.data, self.k, origin.ranges, self.steps())
+                self.is_known = True
+
+    def steps(self) -> Callable[[], None]:
+        return Effort(EFFORT).steps(self.data)
+
+    def proved(self) -> Proved:
+        solves = self.solves()
+        monotone, strict = self.monotone()
+        only = Claim(None)
+        if solves.holds:
+            only = Claim(True, strict) if strict else self.only()
+        return Proved(solves, monotone, only)
+
+    def solves(self) -> Claim:
+        result = self.result
+        if self.is_known and self.directions is None:
+            return Claim(False, EMPTY)
+        if result.status.has_no_solution:
+            certificate = result.certificate
+            return Claim(
+                False, certificate.statement if certificate else result.message
+            )
+        if not result.solved:
+            return Claim(None)
+        if result.exact is not None and result.exact.status is Status.SOLVED:
+            return Claim(True, "its conditions hold in rational arithmetic")
+        z = None
+        if result.problem.n <= MOST_UNKNOWNS:
+            with suppress(TimeIsUp):
+                z = from_point(self.data, result.z, Effort(EFFORT))
+        if z is not None:
+            exact, x = rounded(z[: self.k]), result.z[: self.k]
+            if size(exact - x) <= AGREEMENT * max(size(exact), size(x)):
+                return Claim(True, AGREES)
+        return Claim(None)
+
+    def monotone(self) -> tuple[Claim, str]:
+        """Return whether H is monotone on the affine hull of C, and why it is strictly
+        monotone there, if it is."""
+        if self.is_known and not self.directions:
+            if self.directions is None:
+                return Claim(True, EMPTY), ""
+            return Claim(True, "C is a single point"), "C has no other point"
+        H = self.result.problem.M[: self.k, : self.k]
+        whole = definiteness(H + H.T)
+        if whole.definite == YES:
+            return Claim(True, POSITIVE), POSITIVE
+        if whole.within is not None:
+            near = f"H + H' is semidefinite but for {whole.within:.1e} of its diagonal"
+            return Claim(None, f"{UNDECIDED}: {near}"), ""
+        with suppress(TimeIsUp):
+            if self.directions is not None:
+                return self.on_hull(self.directions)
+        if whole.semidefinite == YES:
+            return Claim(True, "H + H' is positive semidefinite"), ""
+        return Claim(None), ""
+
+    def on_hull(self, directions: Directions) -> tuple[Claim, str]:
+        found = form_on(self.data, self.k, directions, self.steps())
+        if found.negative is not None:
+            return Claim(False, "d'Hd < 0 for a direction d in it"), ""
+        proof = "exact elimination of H + H' on it gives no negative pivot"
+        strict = "H is strictly monotone there" * (found.zero is None)
+        return Claim(True, proof), strict
+
+    def only(self) -> Claim:
+        """Return whether all solutions, which are searched for in exact arithmetic,
+        have the same x."""
+        if self.result.problem.n > MOST_UNKNOWNS:
+            return Claim(None)
+        search = Solutions(self.data, np.inf, None, Effort(EFFORT))
+        first: Sequence[Fraction] | None = None
+        for piece in search:
+            if any(any(each[: self.k]) for each in (*piece.rays, *piece.lines)):
+                return Claim(False, "there are infinitely many")
+            for vertex in piece.vertices:
+                first = first or vertex[: self.k]
+                if vertex[: self.k] != first:
+                    return Claim(False, self.other((first, vertex[: self.k])))
+        if not search.complete or first is None:
+            return Claim(None)
+        return Claim(True, "all other choices of states are excluded")
+
+    def other(self, both: Sequence[Sequence[Fraction]]) -> str:
+        """Return the one of two solutions that is farther from x, in words."""
+        x = self.result.z[: self.k]
+        other = max(both, key=lambda each: size(rounded(each) - x))
+        return (
+            f"another one is {wording.named(list(other), self.origin.columns, brief)}"
+        )

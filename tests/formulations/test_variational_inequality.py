@@ -1,0 +1,204 @@
+"""Affine variational inequalities: what is found, and what is proved about it."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.optimize import linprog
+
+import lcpcli
+from lcpcli.errors import ProblemError
+from lcpcli.model.problem import Problem
+
+TURN = [[0, 1], [-1, 0]]  # H + H' = 0
+INDEFINITE = [[-1, 0], [0, -1]]
+
+
+def claims(problem: Problem) -> tuple[bool | None, ...]:
+    proved: Any = lcpcli.run(problem).answer.proved
+    return proved.solves.holds, proved.monotone.holds, proved.only.holds
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_no_other_point_of_c_is_better_by_the_gradient_at_x(seed: int) -> None:
+    random = np.random.default_rng(seed)
+    n, m = 6, 4
+    B, skew = random.integers(-2, 3, (2, n, n)).astype(float)
+    H, h, A = B @ B.T + skew - skew.T, random.integers(-9, 9, n), random.random((m, n))
+    sides = A @ np.ones(n) - 1.0, A @ np.ones(n) + random.integers(0, 2, m)
+    problem = lcpcli.from_avi(
+        H, h, A, row_lower=sides[0], row_upper=sides[1], upper=2.0
+    )
+    result = lcpcli.run(problem)
+    x = result.answer.x
+    gradient = H @ x + h
+    best = linprog(
+        gradient,
+        np.vstack((A, -A)),
+        np.concatenate((sides[1], -sides[0])),
+        bounds=[(0, 2)] * n,
+    )
+    assert result.solved
+    assert gradient @ x <= best.fun + 1e-7
+    assert result.answer.proved.solves.holds
+
+
+@pytest.mark.parametrize(
+    ("problem", "expected"),
+    [
+        (lcpcli.from_avi([[2, 1], [-1, 2]], [-4, -4]), (True, True, True)),
+        (lcpcli.from_avi(TURN, [0, 0], upper=1), (True, True, False)),
+        (lcpcli.from_avi(TURN, [-1, 1], upper=3), (True, True, True)),
+        (lcpcli.from_avi(INDEFINITE, [1, 1], upper=2), (True, False, False)),
+        # On x1 + x2 = 1 alone H is monotone, and so it is where two sides say that.
+        (
+            lcpcli.from_avi([[1, 3], [3, 1]], [0, 0], [[1, 1]], row_lower=1),
+            (True, False, False),
+        ),
+        (
+            lcpcli.from_avi([[3, 4], [4, 3]], [0, 0], [[1, 1]], [1], row_upper=1),
+            (True, False, False),
+        ),
+        (
+            lcpcli.from_avi(
+                [[1, -3], [-3, 1]], [0, 0], [[1, 1], [1, 1]], [1, -9], row_upper=[9, 1]
+            ),
+            (True, True, True),
+        ),
+        (lcpcli.from_avi(INDEFINITE, [0, 0], lower=1, upper=1), (True, True, True)),
+        (lcpcli.from_avi([[1]], [0], [[1]], [5], upper=2), (False, True, None)),
+        (lcpcli.from_avi([[0]], [-1]), (False, True, None)),
+        (lcpcli.from_avi([[-1]], [-1]), (False, False, None)),
+    ],
+)
+def test_what_is_proved(problem: Problem, expected: tuple[bool | None, ...]) -> None:
+    assert claims(problem) == expected
+
+
+def test_other_solutions_that_differ_in_multipliers_alone_do_not_count() -> None:
+    # x1 <= 1 twice.
+    problem = lcpcli.from_avi([[1]], [-3], [[1], [1]], row_upper=1)
+    assert not lcpcli.solutions(problem).equilibria
+    assert claims(problem) == (True, True, True)
+
+
+def test_large_ones_that_are_not_definite_are_not_decided() -> None:
+    n = 201
+    H = np.triu(np.ones((n, n)), 1)
+    H -= H.T
+    assert claims(lcpcli.from_avi(H, np.ones(n))) == (None, True, None)
+
+
+def test_a_symmetric_h_gives_the_minimizer() -> None:
+    data: Any = [[2, 1], [1, 2]], [-4, -1], [[1, 1]]
+    avi = lcpcli.run(lcpcli.from_avi(*data, row_upper=1))
+    program = lcpcli.run(lcpcli.from_qp(*data, row_upper=1))
+    assert avi.answer.x.tolist() == program.answer.x.tolist()
+    assert avi.answer.y.tolist() == program.answer.y.tolist()
+
+
+@pytest.mark.parametrize("suffix", ["json", "npz", "mat"])
+def test_files_hold_it(tmp_path: Path, suffix: str) -> None:
+    names: Any = {"rows": ["one", "two"], "columns": ["a", "b"]}
+    problem = lcpcli.from_avi(
+        [[2, 1], [-1, 2]],
+        [-4, -4],
+        [[1, 1], [1, -1]],
+        row_lower=[-1, 0],
+        row_upper=[2, np.inf],
+        lower=-1,
+        **names,
+    )
+    file = str(tmp_path / f"p.{suffix}")
+    for as_program in (False, True):
+        lcpcli.write(problem, file, as_program=as_program)
+        again = lcpcli.read(file)
+        assert np.array_equal(again.M, problem.M)
+        assert again.formulation == problem.formulation
+        assert again.bounds.keys() == problem.bounds.keys()
+
+
+@pytest.mark.parametrize(
+    ("values", "accepted"),
+    [
+        ([Fraction(1, 2), Fraction(3, 2)], True),
+        ([0.5, 1.5], True),
+        ([0.5, 1.5, -1.5], True),
+        ([0.5, 1.5, 1.5], False),
+        ([1.0, 1.0], False),
+        ([Fraction(1), Fraction(1)], False),
+    ],
+)
+def test_check_takes_x_and_finds_multipliers(values: list[Any], accepted: bool) -> None:
+    problem = lcpcli.from_avi([[2, 1], [-1, 2]], [-4, -4], [[1, 1]], row_upper=2)
+    found = lcpcli.check(problem, values)
+    assert found.accepted == accepted
+    assert (found.multipliers is None) == (len(values) == 3)
+
+
+def test_check_completes_slacks_of_rows_between_two_sides() -> None:
+    problem = lcpcli.from_avi(
+        [[2, 1], [-1, 2]], [-4, -4], [[1, 1]], row_lower=0, row_upper=2
+    )
+    assert lcpcli.check(problem, [0.5, 1.5])
+    assert lcpcli.check(problem, [Fraction(1, 2), Fraction(3, 2)]).exact
+
+
+DATA = {"H": [[2, 1], [-1, 2]], "h": [-4, -4], "A": [[1, 1]], "row_upper": 2}
+
+
+def test_its_answer_in_text_json_and_csv(
+    lcp: Callable[..., Any], tmp_path: Path
+) -> None:
+    file = tmp_path / "avi.json"
+    file.write_text(json.dumps({**DATA, "columns": ["left", "right"]}))
+    text = lcp("solve", str(file), "--exact").out
+    assert "exact x = (left 1/2, right 3/2)" in text
+    assert "x is the only solution: H + H' is positive definite" in text
+    data = json.loads(lcp("solve", str(file), "--format", "json").out)
+    assert data["answer"]["kind"] == "avi"
+    assert data["answer"]["proved"]["monotone"]["holds"] is True
+    rows = lcp("solve", str(file), "--exact", "--format", "csv").out.splitlines()
+    assert rows[-3:] == [
+        "1,1/2,0,basic,left,x,1/2",
+        "2,3/2,0,basic,right,x,3/2",
+        "3,-3/2,0,basic,,y,-3/2",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("changed", "where", "fault"),
+    [
+        ({"H": None}, "H", "is null"),
+        ({"H": [[1, 2]]}, "H", "is 1 x 2"),
+        ({"H": [[1]]}, "H", "is 1 x 1 but h has 2 entries"),
+        ({"h": []}, "h", "is empty"),
+        ({"h": ["x", 1]}, "h[0]", "is"),
+        ({"A": [[1]]}, "A", "has 1 column for 2 variables"),
+        ({"A": None}, "A", "is missing"),
+        ({"row_upper": None}, "row_lower", "is missing"),
+        ({"row_lower": 3}, "row_lower[0]", "is 3, above row_upper[0] = 2"),
+        ({"b": 1, "row_lower": 0}, "b", "is short for row_lower"),
+        ({"upper": [1]}, "upper", "has 1 entry for 2 variables"),
+        ({"upper": -1}, "lower[0]", "is 0, above upper[0] = -1"),
+        ({"rows": ["a", "b"]}, "rows", "has 2 names for 1 row"),
+        ({"columns": ["a"]}, "columns", "has 1 name for 2 variables"),
+        ({"sense": "max"}, "sense", "is not a key of a variational inequality"),
+        ({"Q": [[1]]}, "Q", "is not a key of a variational inequality"),
+    ],
+)
+def test_what_is_wrong_is_named(
+    changed: dict[str, Any], where: str, fault: str, tmp_path: Path
+) -> None:
+    file = tmp_path / "avi.json"
+    file.write_text(json.dumps(DATA | changed))
+    with pytest.raises(ProblemError) as error:
+        lcpcli.read(str(file))
+    assert error.value.parts[-1] == where
+    assert fault in error.value.fault
