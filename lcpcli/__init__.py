@@ -44,6 +44,9 @@ M is a real matrix of shape (n, n), dense or sparse, and q is a vector of n numb
                  not symmetric
     from_game    the Problem of a two-player game; Result.answer has its equilibrium
     from_efg     the same for a game tree, from the text of one of Gambit's .efg files
+    nnls, lsq    the fit that minimizes |Ax - b|, with x >= 0, or with bounds and
+                 equations; its coefficients are in Result.answer
+    from_lsq     the Problem of such a fit
 
 >>> import lcpcli
 >>> result = lcpcli.solve([[2, 1], [1, 2]], [-5, -6])
@@ -70,6 +73,9 @@ if TYPE_CHECKING:
     from lcpcli.files.reading import read as read
     from lcpcli.files.writing import write as write
     from lcpcli.formulations.game_tree.game import from_efg as from_efg
+    from lcpcli.formulations.least_squares.fit import from_lsq as from_lsq
+    from lcpcli.formulations.least_squares.fitting import lsq as lsq
+    from lcpcli.formulations.least_squares.fitting import nnls as nnls
     from lcpcli.formulations.variational_inequality.inequality import (
         from_avi as from_avi,
     )
@@ -112,6 +118,8 @@ _PUBLIC = {  # the public names of each module, loaded on first use
     "files.writing": "write",
     "formulations.game_tree.game": "from_efg",
     "formulations.variational_inequality.inequality": "from_avi",
+    "formulations.least_squares.fit": "from_lsq",
+    "formulations.least_squares.fitting": "lsq nnls",
     "games.problems": "from_game",
     "inspection.inspection": "inspect plan",
     "model.problem": "Problem",

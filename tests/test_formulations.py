@@ -36,6 +36,7 @@ def alone(tmp_path_factory: pytest.TempPathFactory) -> Path:
     (folder / "p.csv").write_text("2,1,-5\n1,2,-6\n")
     (folder / "tree.efg").write_text(TREE)
     (folder / "tree.json").write_text(json.dumps({"efg": TREE}))
+    (folder / "fit.json").write_text('{"lsq": true, "A": [[1]], "b": [1]}')
     return folder
 
 
@@ -69,7 +70,12 @@ def test_lcps_need_no_formulation(alone: Path, line: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("file", "what"), [("tree.efg", ".efg"), ("tree.json", "a game")]
+    ("file", "what"),
+    [
+        ("tree.efg", ".efg"),
+        ("tree.json", "a game"),
+        ("fit.json", "a least-squares problem"),
+    ],
 )
 def test_a_file_without_its_formulation_gets_one_line(
     alone: Path, file: str, what: str

@@ -101,6 +101,7 @@ OTHER_WORDS = {  # for topics
     **dict.fromkeys(("figures", "plot"), "measuring"),
     **dict.fromkeys(("ncp", "mcp", "josephy-newton"), "nonlinear"),
     **dict.fromkeys(("nl", "sol", "ampl", "pyomo", "jump", "gams"), "models"),
+    **dict.fromkeys(("nnls", "lsq", "bvls"), "fits"),
     "frontier": "paths",
 }
 SECTIONS = re.compile(r"^(?=#+ )", re.MULTILINE)

@@ -84,7 +84,8 @@ OTHER_NAMES |= (
     | dict.fromkeys(OF_LOWER, "lower")
     | dict.fromkeys(OF_UPPER, "upper")
 )
-MATRICES = ("Q", "P", "A", "G", "B", "H")  # of programs, games and inequalities
+# Of programs, games, inequalities and fits.
+MATRICES = ("Q", "P", "A", "G", "B", "H", "E")
 NATIVE = (
     "Q",
     "c",

@@ -32,6 +32,15 @@ class Conditions(NamedTuple):
     upper: Vector
 
 
+class Proposal(NamedTuple):
+    """A z that may be a solution, the number of steps that led there, and the name of
+    the method."""
+
+    z: Vector
+    steps: int
+    method: str
+
+
 class Answer:
     """What a solution, or the absence of one, means in the users' words.
 
@@ -65,10 +74,10 @@ class Answer:
 class Formulation:
     """What a problem was made from, kept with it as `Problem.origin`.
 
-    To add one, derive a class from this one and add its row to the table. These twelve
-    methods are all that the package calls. A class has to define `of_fields`, `data`
-    and `parse`, which make problems from files and keep them in files; the others have
-    defaults, which treat the problem as one that was given by M and q.
+    To add one, derive a class from this one and add its row to the table. The package
+    calls no methods but these. A class has to define `of_fields`, `data` and `parse`,
+    which make problems from files and keep them in files; the others have defaults,
+    which treat the problem as one that was given by M and q.
 
     The way to M and q:
         of_fields    the problem for the keys of a file
@@ -78,6 +87,9 @@ class Formulation:
                           too short for them
         fields       the keys of `of_fields` for a problem, to be written to a file
         names        of the components of z
+
+    On the way:
+        proposed     a point that a method of its own reaches
 
     The way back:
         answer       what a result means: an `Answer`, for text, CSV and JSON
@@ -149,6 +161,11 @@ class Formulation:
         """Return the names of the n components, "" where there is none. purpose : FULL,
         LABELS or HEADINGS."""
         return [""] * n
+
+    def proposed(self, problem: Any) -> Proposal | None:  # noqa: ARG002
+        """Return a point that may be a solution, which `auto` tries before anything
+        else; None if there is no method for that, or it does not end."""
+        return None
 
     def answer(self, result: Any) -> Answer | None:  # noqa: ARG002
         """Return what a result means. This is computed when it is first asked for."""

@@ -43,7 +43,7 @@ class Row(NamedTuple):
     noun : what a file of it is, in messages.
     tells : texts with keys that show that an object in a file is one: where all keys of
         one of these texts are there, and none of those with ! before them.
-    texts : keys whose values have no numbers.
+    texts : keys whose values have no numbers. others : keys that it has besides.
     files : its own formats, by suffix.
     """
 
@@ -53,6 +53,7 @@ class Row(NamedTuple):
     tells: tuple[str, ...] = ()
     texts: tuple[str, ...] = ()
     files: Mapping[str, FileForm] = {}
+    others: tuple[str, ...] = ()
 
     def is_told_by(self, keys: Collection[str]) -> bool:
         return any(
@@ -76,6 +77,13 @@ TABLE = {
         "inequality:Inequality",
         "a variational inequality",
         ("H h !f !q",),
+    ),
+    "lsq": Row(
+        "lcpcli.formulations.least_squares",
+        "fit:LeastSquares",
+        "a least-squares problem",
+        ("A b lsq",),
+        others=("lower", "upper", "E", "d", "columns"),
     ),
 }
 
@@ -109,11 +117,11 @@ def told_in_table(keys: Collection[str]) -> str:
 
 FILES = {suffix: row for row in TABLE.values() for suffix in row.files}
 WORDED = {key for row in TABLE.values() for key in row.texts}
-# All keys that tell of one.
+# All keys that tell of one, and the others that they have.
 KEYS = {
     key
     for row in TABLE.values()
-    for own in row.tells
+    for own in (*row.tells, *row.others)
     for key in own.split()
     if key[0] != "!"
 }

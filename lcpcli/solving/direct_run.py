@@ -262,6 +262,19 @@ strictly_exhausted = np.errstate(over="raise", invalid="raise", divide="raise")(
 )
 
 
+def proposed_steps(session: Session) -> Steps:
+    """Return the result at the point that the formulation of the problem proposes, if
+    there is one and it is a solution; else None."""
+    yield from ()
+    session.stopwatch.count("setup")
+    proposal = session.problem.formulation.proposed(session.problem)
+    session.stopwatch.count("solve")
+    if proposal is None:
+        return None
+    point = session.point(proposal.z)
+    return session.judged(point, proposal.steps, (proposal.method,))
+
+
 def program_steps(session: Session) -> Steps:
     """Return the result of a convex program to whose solution PIQP and a few basic
     solutions lead; else None."""
@@ -576,6 +589,10 @@ def is_pivoted(session: Session) -> bool:
     return problem.n <= MOST_PIVOTED and not problem.has_far_sides
 
 
+def _has_formulation(session: Session) -> bool:
+    return session.start is None and session.problem.origin is not None
+
+
 def _is_program(session: Session) -> bool:
     return session.start is None and may_be_program(session.problem)
 
@@ -592,6 +609,7 @@ def _is_eliminated(session: Session) -> bool:
 
 PIVOTING = Quick(0, is_pivoted, direct_steps)
 QUICK = (
+    Quick(0, _has_formulation, proposed_steps, is_timed=True),
     Quick(
         FEWEST_FOR_PIQP,
         lambda s: not _has_quick_kernels(s) and _is_program(s),

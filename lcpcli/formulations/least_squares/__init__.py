@@ -1,0 +1,2 @@
+"""Linear least squares with signs, bounds and equations: coefficients of a fit, without
+the product A'A."""

@@ -1,0 +1,278 @@
+"""The active-set method for least squares with bounds and equations.
+
+Coefficients are at a bound or free. The free ones solve a problem without bounds, by
+orthogonal factors of their columns; a step that would leave the bounds ends at the
+first of them, and one coefficient at a time is freed, by the sign of its multiplier:
+C. L. Lawson, R. J. Hanson, Solving Least Squares Problems (1974), chapter 23; with
+upper bounds P. B. Stark, R. L. Parker, Bounded-variable least squares, Computational
+Statistics 10 (1995) 129-141. |A x - b| decreases, so that no set of free coefficients
+comes twice. The first set is found by exchanges of many at a time: L. F. Portugal, J.
+J. Judice, L. N. Vicente, A comparison of block pivoting and interior-point algorithms
+for linear least squares problems with nonnegative variables, Mathematics of Computation
+63 (1994) 625-643.
+
+Near the end, residuals are computed with more digits than doubles have, so that signs
+are wrong only where the data leave them open.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from lcpcli.formulations.least_squares.factors import Factors
+from lcpcli.formulations.least_squares.fit import Data
+from lcpcli.linalg.doubles import EPS
+from lcpcli.linalg.matrices import accurate_residual
+from lcpcli.model.box import BASIC, LOWER, UPPER
+from lcpcli.typing import Indices, States, Vector
+
+# Of the terms of a multiplier: what rounding may make of it.
+ROUNDING_OF_MULTIPLIERS = 16 * EPS
+ROUNDING_OF_RESIDUALS = 4 * EPS
+MAX_REFINEMENTS = 6
+# Steps for each coefficient, after which rounding must have led in a circle.
+MAX_STEPS = 6
+# Exchanges of many coefficients that may leave more of them wrong than before.
+MAX_FAILED_EXCHANGES = 3
+MAX_EXCHANGES = 50
+MAX_REFINED_POINTS = 20
+
+
+@dataclass
+class Minimizer:
+    """The state of the method, in its units.
+
+    x, r, y : coefficients, residuals b - A x, and multipliers of the equations.
+    states : LOWER, BASIC or UPPER for each coefficient; BASIC for one that is free. A
+        coefficient without bounds may also be LOWER, at 0, if its column depends on
+        those of the free ones.
+    steps : how many sets of free coefficients were tried.
+    """
+
+    x: Vector
+    r: Vector
+    y: Vector
+    states: States
+    steps: int = 0
+
+    @property
+    def free(self) -> Indices:
+        return np.flatnonzero(self.states == BASIC)
+
+
+def minimize(data: Data) -> Minimizer | None:
+    """Return the minimizer of a problem in the units of `Scaled`; None if no x within
+    the bounds satisfies the equations, or rounding hides the way."""
+    start = _start(data)
+    if data.d.size:
+        none = data.E[:0], data.d[:0]
+        of_equations = Data(data.E, data.d, data.lower, data.upper, *none)
+        start = _of_states(of_equations, start.x, start.states)
+        feasible = _descended(of_equations, start, _noise(of_equations, start))
+        if feasible is None or not _are_satisfied(data, feasible.x):
+            return None
+        start = _of_states(data, feasible.x, feasible.states)
+    else:
+        start = _exchanged(data, start)
+    found = _descended(data, start, _noise(data, start))
+    return None if found is None else _settled(data, found)
+
+
+def _start(data: Data) -> Minimizer:
+    """Return the point at the bounds nearest to 0, without free coefficients; those
+    without bounds are 0."""
+    is_upper = np.abs(data.upper) < np.abs(data.lower)
+    x = np.where(is_upper, data.upper, data.lower)
+    x[np.isinf(x)] = 0.0
+    return _of_states(data, x, np.where(is_upper, UPPER, LOWER).astype(np.int8))
+
+
+def _of_states(data: Data, x: Vector, states: States) -> Minimizer:
+    return Minimizer(x, data.b - data.A @ x, np.zeros(data.d.size), states)
+
+
+def _are_satisfied(data: Data, x: Vector) -> bool:
+    terms = np.abs(data.E) @ np.abs(x) + np.abs(data.d)
+    return bool((np.abs(data.E @ x - data.d) <= 64 * EPS * x.size * terms).all())
+
+
+def _exchanged(data: Data, start: Minimizer) -> Minimizer:
+    """Return the point to which exchanges of all wrong coefficients at once lead, moved
+    into the bounds; or the start, if they fail.
+
+    They take A'A, as a guess alone: what comes of it is a start.
+    """
+    A, b, lower, upper, *_ = data
+    n = lower.size
+    if len(A) < n:
+        return start
+    gram, side, x = A.T @ A, A.T @ b, start.x.copy()
+    states = np.where(np.isinf(lower) & np.isinf(upper), BASIC, start.states)
+    fewest, failures = n + 1, 0
+    for _ in range(MAX_EXCHANGES):
+        free = np.flatnonzero(states == BASIC)
+        x = np.where(states == UPPER, upper, lower)
+        x[free] = 0.0
+        try:
+            of_free = gram[np.ix_(free, free)]
+            x[free] = np.linalg.solve(of_free, side[free] - gram[free] @ x)
+        except np.linalg.LinAlgError:
+            return start
+        slopes = gram @ x - side
+        wrong = np.where(
+            states == BASIC, (x < lower) | (x > upper), slopes * states > 0
+        ) & (lower < upper)
+        number = int(np.count_nonzero(wrong))
+        if number < fewest:
+            fewest, failures = number, 0
+        else:
+            failures += 1
+        if not number or failures > MAX_FAILED_EXCHANGES:
+            break
+        to_bounds = np.where(x < lower, LOWER, UPPER)
+        states = np.where(wrong, np.where(states == BASIC, to_bounds, BASIC), states)
+    x = np.clip(x, lower, upper)
+    if not np.isfinite(x).all():
+        return start
+    is_inside = (lower < x) & (x < upper)
+    states = np.where(is_inside, BASIC, np.where(x <= lower, LOWER, UPPER))
+    found = _of_states(data, x, states.astype(np.int8))
+    is_better = found.r @ found.r < start.r @ start.r
+    return found if is_better and _factors(data, found).is_regular else start
+
+
+def _factors(data: Data, found: Minimizer) -> Factors:
+    free = found.free
+    return Factors(data.A[:, free], data.E[:, free])
+
+
+def _descended(data: Data, found: Minimizer, noise: Vector) -> Minimizer | None:
+    """Return the point at which steps to minimizers of the free coefficients end; None
+    if they do not. noise : what rounding may make of the multipliers."""
+    n = found.x.size
+    for _ in range(MAX_STEPS * (n + 10)):
+        while not _step(data, found, _factors(data, found)):
+            found.steps += 1
+        found.steps += 1
+        if not _freed(data, found, noise):
+            return found
+    return None
+
+
+def _step(data: Data, found: Minimizer, factors: Factors) -> bool:
+    """Move the free coefficients to their minimizer, or up to the first bounds on the
+    way, which they then keep. Return whether it is reached."""
+    free = found.free
+    step = factors.step(found.r, np.zeros(free.size), data.d - data.E @ found.x)
+    start, low, high = found.x[free], data.lower[free], data.upper[free]
+    target = start + step.dx
+    outside = np.flatnonzero((target < low) | (target > high))
+    if not outside.size:
+        found.x[free], found.r, found.y = target, step.dr, step.dy
+        return True
+    bounds = np.where(target < low, low, high)
+    ratios = np.ones(free.size)
+    ratios[outside] = (bounds - start)[outside] / step.dx[outside]
+    ratio = float(ratios.min())
+    reached = ratios == ratio
+    moved = np.clip(start + ratio * step.dx, low, high)
+    found.x[free] = np.where(reached, bounds, moved)
+    found.r = found.r - factors.A @ (found.x[free] - start)
+    states = np.where(target < low, LOWER, UPPER)
+    found.states[free[reached]] = states[reached]
+    return False
+
+
+def _freed(data: Data, found: Minimizer, noise: Vector) -> bool:
+    """Free the coefficient at a bound whose multiplier has the wrong sign by most, if
+    one has by more than rounding."""
+    slopes = data.A.T @ found.r + data.E.T @ found.y
+    gains = np.where(found.states == UPPER, -slopes, slopes)
+    has_none = np.isinf(data.lower) & np.isinf(data.upper)
+    gains[has_none] = np.abs(slopes[has_none])
+    gains[(found.states == BASIC) | (data.lower == data.upper)] = 0.0
+    gains[gains <= noise] = 0.0
+    for j in np.argsort(-gains, kind="stable").tolist():
+        if not gains[j] > 0:
+            return False
+        before, found.states[j] = found.states[j], BASIC
+        # Else the multiplier is rounding, or the column depends on others.
+        if _moves_inside(data, found, j, slopes[j]):
+            return True
+        found.states[j] = before
+    return False
+
+
+def _moves_inside(data: Data, found: Minimizer, j: int, slope: float) -> bool:
+    """Return whether the step of the free coefficients moves one of them along its
+    slope."""
+    factors = _factors(data, found)
+    if not factors.is_regular:
+        return False
+    e = data.d - data.E @ found.x
+    dx = factors.step(found.r, np.zeros(found.free.size), e).dx
+    return bool(dx[np.searchsorted(found.free, j)] * slope > 0)
+
+
+def _noise(data: Data, found: Minimizer) -> Vector:
+    """Return what rounding may make of the multipliers at points that are not
+    refined."""
+    norms = np.sqrt(np.einsum("ij,ij->j", data.A, data.A))
+    terms = norms * (np.sqrt(data.b @ data.b) + norms @ np.abs(found.x))
+    of_E = np.abs(data.E).T @ np.abs(found.y)
+    return np.asarray(ROUNDING_OF_MULTIPLIERS * (terms + of_E))
+
+
+def _settled(data: Data, found: Minimizer) -> Minimizer | None:
+    """Return the minimizer to which refined points lead, whose signs are known to more
+    digits than those of others."""
+    for _ in range(MAX_REFINED_POINTS):
+        found = _refined(data, found)
+        inside = (data.lower <= found.x) & (found.x <= data.upper)
+        terms = np.abs(data.A) @ np.abs(found.x) + np.abs(data.b)
+        if inside.all() and (np.abs(found.r) <= ROUNDING_OF_RESIDUALS * terms).all():
+            found.r, found.y = np.zeros_like(found.r), np.zeros_like(found.y)
+            return found
+        noise = ROUNDING_OF_MULTIPLIERS * (
+            np.abs(data.A).T @ np.abs(found.r) + np.abs(data.E).T @ np.abs(found.y)
+        )
+        if not inside.all():
+            _put_on_bounds(data, found)
+        elif not _freed(data, found, noise):
+            return found
+        again = _descended(data, found, noise)
+        if again is None:
+            return None
+        found = again
+    return found
+
+
+def _put_on_bounds(data: Data, found: Minimizer) -> None:
+    """Put the coefficients that refinement has moved beyond their bounds there."""
+    below, above = found.x < data.lower, found.x > data.upper
+    found.states[below], found.states[above] = LOWER, UPPER
+    found.x = np.clip(found.x, data.lower, data.upper)
+    found.r = data.b - data.A @ found.x
+
+
+def _refined(data: Data, found: Minimizer) -> Minimizer:
+    """Return the point with x, r and y refined to nearly all of their digits."""
+    free, last = found.free, np.inf
+    factors = _factors(data, found)
+    both = np.vstack((factors.A, factors.E)).T
+    for _ in range(MAX_REFINEMENTS):
+        x = np.append(found.x, 1.0)
+        f = accurate_residual(np.column_stack((data.A, found.r)), x, data.b)
+        g = accurate_residual(both, np.append(found.r, found.y), np.zeros(free.size))
+        step = factors.step(f, g, accurate_residual(data.E, found.x, data.d))
+        sizes = np.abs(found.x[free]) + EPS
+        size = float((np.abs(step.dx) / sizes).max(initial=0.0))
+        if not size <= last / 2:
+            break
+        last = size
+        found.x[free] += step.dx
+        found.r = found.r + step.dr
+        found.y = found.y + step.dy
+    return found

@@ -1,0 +1,265 @@
+"""What a result says about a fit: coefficients, residuals and multipliers, whether they
+are the only ones, and points that are given to be checked."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from fractions import Fraction
+from functools import cached_property
+from itertools import islice
+from typing import Any
+
+import numpy as np
+
+from lcpcli.errors import count
+from lcpcli.formulations.least_squares.active_set import Minimizer
+from lcpcli.formulations.least_squares.determinacy import (
+    ROUNDED,
+    SEVERAL,
+    UNIQUE,
+    Determinacy,
+    determinacy,
+    states_of,
+)
+from lcpcli.formulations.least_squares.fit import Data, LeastSquares
+from lcpcli.linalg.doubles import EPS
+from lcpcli.linalg.matrices import accurate_residual, dense
+from lcpcli.model.box import BASIC, in_words
+from lcpcli.model.formulation import Answer
+from lcpcli.rational.numbers import brief
+from lcpcli.report import wording
+from lcpcli.report.document import Table
+from lcpcli.solving.result import Result
+from lcpcli.typing import Indices, States, Vector
+from lcpcli.verify.verification import Proposed, Verification
+
+MAX_COEFFICIENTS = 100  # in a table, a few screens
+MAX_ON_SCREEN = 24
+MAX_NAMED = 6  # in a sentence
+MAX_EXAMINED = 3000  # measurements, free coefficients and equations
+UNSOLVED = "the fit was not found"
+INFEASIBLE = "no x within the bounds satisfies the equations"
+KEYS = (
+    "x",
+    "residual",
+    "norm",
+    "norm_error",
+    "multipliers",
+    "equation_multipliers",
+    "states",
+    "support",
+    "proved",
+    "other",
+    "uncertain",
+    "statement",
+    "exact",
+)
+STATEMENTS = {
+    UNIQUE: "x is the only minimizer, also for data that differ by rounding",
+    SEVERAL: "x is one of several minimizers: {names} can change without changing A x",
+    ROUNDED: "rounding of the data decides whether {names} {are} at {their}",
+    None: "it was not examined whether there are other minimizers",
+}
+DEPENDENT = "up to rounding of the data, {names} can change without changing A x"
+
+
+@dataclass(frozen=True, eq=False)
+class Fit(Answer):
+    """What a solution of the mixed problem says about a fit.
+
+    names : those of the coefficients.
+    x : the coefficients that minimize |A x - b|, shape (n,); None, as are the others,
+        if the problem is not solved.
+    residual : b - A x, shape (m,), each number rounded once.
+    norm : its 2-norm. norm_error : a bound on the rounding error in norm.
+    multipliers : the derivatives of the minimum of |A x - b|^2 / 2 with respect to the
+        bounds, shape (n,): 0 for free coefficients, positive at lower and negative at
+        upper bounds.
+    equation_multipliers : the same for d, shape (k,).
+    states : for each coefficient "lower", "upper" or "basic", which is free.
+    support : the indices, from 0, of the coefficients that are not 0.
+    exact : x in fractions if z is proved, else None.
+
+    The following are computed when one of them is first read:
+    proved : "unique" if there is no other minimizer, and none for data that differ by
+        rounding has others of its coefficients at bounds; "several", with `other`,
+        another minimizer of shape (n,); or "up to rounding": which values the
+        coefficients with the indices `uncertain` have hangs on rounding of the data.
+        None if the problem is not solved, or too large to examine.
+    statement : what is proved, in a sentence.
+    """
+
+    names: Sequence[str]
+    x: Vector | None = None
+    residual: Vector | None = None
+    norm: float | None = None
+    norm_error: float | None = None
+    multipliers: Vector | None = None
+    equation_multipliers: Vector | None = None
+    states: list[str] | None = None
+    support: Indices | None = None
+    exact: list[Fraction] | None = None
+    _status: str = ""
+    _problem: tuple[Data, Minimizer] | None = field(default=None, repr=False)
+
+    @cached_property
+    def _determinacy(self) -> Determinacy | None:
+        if self._problem is None:
+            return None
+        data, found = self._problem
+        if data.b.size + found.free.size + data.d.size > MAX_EXAMINED:
+            return None
+        return determinacy(data, found)
+
+    @property
+    def proved(self) -> str | None:
+        return None if self._determinacy is None else self._determinacy.proved
+
+    @property
+    def other(self) -> Vector | None:
+        return None if self._determinacy is None else self._determinacy.other
+
+    @property
+    def uncertain(self) -> list[int]:
+        return [] if self._determinacy is None else self._determinacy.uncertain
+
+    @property
+    def statement(self) -> str:  # type: ignore[override]
+        if self.x is None:
+            return INFEASIBLE if self._status == "infeasible" else UNSOLVED
+        determined = self._determinacy
+        if determined is None:
+            return STATEMENTS[None]
+        template = STATEMENTS[determined.proved]
+        if determined.proved == ROUNDED and determined.changing:
+            template = DEPENDENT
+        indices = determined.changing or determined.uncertain
+        one = len(indices) == 1
+        are, their = ("is", "its bound") if one else ("are", "their bounds")
+        return template.format(names=self._named(indices), are=are, their=their)
+
+    def _named(self, indices: Sequence[int]) -> str:
+        named = [self.names[j] for j in indices[:MAX_NAMED]]
+        if len(indices) > MAX_NAMED:
+            named.append(count(len(indices) - MAX_NAMED, "other"))
+        *first, last = named or [""]
+        return f"{', '.join(first)} and {last}" if first else last
+
+    def lines(self) -> list[str]:
+        if self.norm is None or self.support is None or self.x is None:
+            return [self.statement]
+        fitted = f"|A x - b| = {wording.plain_number(self.norm)}"
+        used = f"{self.support.size} of {count(self.x.size, 'coefficient')} not 0"
+        return [f"{fitted}, {used}", self.statement]
+
+    def tables(self, *, whole: bool = True) -> list[Table]:
+        if self.x is None or self.multipliers is None or self.states is None:
+            return []
+        limit = MAX_COEFFICIENTS if whole else MAX_ON_SCREEN
+        cell = wording.plain_number
+        x, value = (self.exact, brief) if self.exact else (self.x.tolist(), cell)
+        columns = self.names, x, self.multipliers.tolist(), self.states
+        rows = [
+            [name, value(x), cell(multiplier), "free" if state == "basic" else state]
+            for name, x, multiplier, state in islice(zip(*columns, strict=True), limit)
+        ]
+        notes = list[str]()
+        if self.x.size > limit:
+            total = count(self.x.size, "coefficient")
+            notes = [f"the first {limit} of {total}; --format csv has all"]
+        header = ["coefficient", "value", "multiplier", "at"]
+        return [Table(header, [rows], (0, 3), notes=notes)]
+
+    def cells(self) -> Mapping[str, Sequence[Any]]:
+        headings = ("part", "value", "multiplier")
+        parts = self.residual, self.x, self.equation_multipliers
+        if self.residual is None or self.x is None or self.multipliers is None:
+            return dict.fromkeys(headings, ())
+        rows = [("residual", value, "") for value in self.residual.tolist()]
+        x = self.exact or self.x.tolist()
+        pairs = zip(x, self.multipliers.tolist(), strict=True)
+        rows += [("coefficient", *pair) for pair in pairs]
+        assert parts[2] is not None
+        rows += [("equation", "", value) for value in parts[2].tolist()]
+        return dict(zip(headings, zip(*rows, strict=True), strict=True))
+
+    def record(self) -> Mapping[str, Any]:
+        return {key: getattr(self, key) for key in KEYS}
+
+
+@np.errstate(all="ignore")
+def answer(origin: LeastSquares, result: Result) -> Fit:
+    names = origin.coefficient_names()
+    status = result.status.word
+    if not result.solved:
+        return Fit(names, _status=status)
+    data = origin.data_in(result.problem)
+    data = data._replace(A=dense(data.A), E=dense(data.E))
+    r, x, y = origin.parts(result.z)
+    residual = accurate_residual(data.A, x, data.b)
+    states = states_of(data, x)
+    exact = None
+    if result.exact is not None and result.exact.z is not None:
+        exact = origin.parts(result.exact.z)[1]
+    norm, norm_error = _norm(residual)
+    return Fit(
+        names,
+        x,
+        residual,
+        norm,
+        norm_error,
+        _multipliers(data, states, r, y),
+        y,
+        in_words(states),
+        np.flatnonzero(x),
+        exact,
+        status,
+        (data, Minimizer(x, r, y, states)),
+    )
+
+
+def _norm(residual: Vector) -> tuple[float, float]:
+    """Return the 2-norm of residuals that are rounded once, and a bound on its
+    error."""
+    exponent = math.frexp(np.abs(residual).max(initial=0.0))[1]
+    scaled = np.ldexp(residual, -exponent)
+    norm = math.ldexp(math.sqrt(math.fsum((scaled * scaled).tolist())), exponent)
+    return norm, 4 * EPS * norm
+
+
+def _multipliers(data: Data, states: States, r: Vector, y: Vector) -> Vector:
+    slopes = data.A.T @ r + data.E.T @ y
+    return np.where(states == BASIC, 0.0, 0.0 - slopes)
+
+
+@np.errstate(all="ignore")  # overflow counts as infinite
+def verified(origin: LeastSquares, proposed: Proposed) -> Verification:
+    """Verify z, or coefficients with their residuals and the multipliers that fit
+    best."""
+    if len(proposed.values) == proposed.problem.n:
+        return proposed.of_z(proposed.values)
+    data = origin.data_in(proposed.problem)
+    x = np.array(proposed.values, dtype=float)
+    A, E = dense(data.A), dense(data.E)
+    r = accurate_residual(A, x, data.b)
+    free = np.flatnonzero(states_of(data, x) == BASIC)
+    y = np.zeros(len(E))
+    if len(E):
+        y = np.linalg.lstsq(E[:, free].T, -A[:, free].T @ r)[0]
+    if proposed.data is None:
+        return proposed.of_z(np.concatenate((r, x, y)))
+    exact = [Fraction(value) for value in proposed.values]
+    residuals = [0 - value for value in _rows(proposed, origin, exact)]
+    return proposed.of_z([*residuals, *exact, *map(Fraction, y.tolist())])
+
+
+def _rows(
+    proposed: Proposed, origin: LeastSquares, x: Sequence[Fraction]
+) -> list[Fraction]:
+    """Return A x - b in exact numbers."""
+    assert proposed.data is not None
+    m, k = origin.measurements, proposed.problem.n - origin.measurements - len(x)
+    zero = Fraction(0)
+    return list(proposed.data.w([*[zero] * m, *x, *[zero] * k])[:m])

@@ -1,0 +1,204 @@
+"""Which coefficients the data of a fit determine: whether other minimizers exist, and
+which coefficients are at a bound, or not, only by rounding of the data.
+
+How far rounding of A, b, E and d may move coefficients and multipliers, to first order,
+follows from the inverse of the system of the free coefficients: A. Bjorck, Numerical
+Methods for Least Squares Problems (1996), section 1.4.
+"""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from typing import NamedTuple
+
+import numpy as np
+
+from lcpcli.formulations.least_squares.active_set import Minimizer, minimize
+from lcpcli.formulations.least_squares.factors import Factors
+from lcpcli.formulations.least_squares.fit import Data
+from lcpcli.formulations.least_squares.scaling import Scaled
+from lcpcli.linalg.doubles import EPS
+from lcpcli.model.box import BASIC, LOWER, UPPER
+from lcpcli.typing import Indices, Mask, Matrix, States, Vector
+
+UNIQUE, SEVERAL, ROUNDED = "unique", "several", "up to rounding"
+# Relative errors of the data, and of the computed minimizer, that count as rounding.
+ROUNDING_OF_DATA = 4 * EPS
+# Of a direction in which A x stays the same: what is rounding of 0.
+ZERO = 1e-13
+FULL_RANK = 1e-8  # relative: the least singular value of rows that are independent
+MAX_EXACT_TERMS = 200_000  # products of fractions that take a second
+
+
+class Determinacy(NamedTuple):
+    """What the data say about a minimizer.
+
+    proved : UNIQUE, SEVERAL or ROUNDED. other : another minimizer, shape (n,), if there
+    are several. uncertain : the indices, from 0, of the coefficients that are at a
+    bound, or not, by rounding of the data. changing : those of coefficients that can
+    change without changing A x, if there are several, or up to rounding.
+    """
+
+    proved: str
+    other: Vector | None
+    uncertain: list[int]
+    changing: list[int]
+
+
+@np.errstate(all="ignore")
+def determinacy(data: Data, found: Minimizer) -> Determinacy:
+    """Return what the data say about a minimizer, both in the units of the problem."""
+    scaled = Scaled.of(data)
+    own = scaled.minimizer(found)
+    uncertain = _uncertain(scaled.data, own)
+    listed = np.flatnonzero(uncertain).tolist()
+    is_fixed = data.lower == data.upper
+    inside = (own.states == BASIC) | (uncertain & ~is_fixed)
+    direction = _direction(scaled.data, own, inside)
+    if direction is None:
+        return Determinacy(ROUNDED if listed else UNIQUE, None, listed, [])
+    along = scaled.x(direction)
+    changing = np.flatnonzero(direction).tolist()
+    if _is_exact(scaled.data, direction):
+        other = _moved(data, found.x, along)
+        if not np.array_equal(other, found.x):
+            return Determinacy(SEVERAL, other, listed, changing)
+    return Determinacy(ROUNDED, None, listed, changing)
+
+
+def _uncertain(data: Data, found: Minimizer) -> Mask:
+    """Return which coefficients rounding of the data may put at a bound or free."""
+    A, E, states = data.A, data.E, found.states
+    free, fixed = found.free, np.flatnonzero(states != BASIC)
+    factors = Factors(A[:, free], E[:, free])
+    uncertain = np.zeros(states.size, dtype=bool)
+    if not factors.is_regular:
+        uncertain[:] = True
+        return uncertain & (data.lower < data.upper)
+    errors = ROUNDING_OF_DATA * np.concatenate(_terms(data, found, free))
+    inverse = factors.inverse()
+    p = free.size
+    moves = np.abs(inverse[:p]) @ errors
+    gaps = np.minimum(found.x - data.lower, data.upper - found.x)[free]
+    uncertain[free] = gaps <= moves
+    slopes = np.hstack((A[:, fixed].T, E[:, fixed].T))
+    own = np.abs(A[:, fixed]).T @ np.abs(found.r) + np.abs(E[:, fixed]).T @ np.abs(
+        found.y
+    )
+    of_others = np.abs(slopes @ inverse[p:]) @ errors
+    sizes = np.abs(slopes @ np.concatenate((found.r, found.y)))
+    is_free_value = data.lower[fixed] < data.upper[fixed]
+    is_rounding = sizes <= ROUNDING_OF_DATA * own + of_others
+    uncertain[fixed] = is_rounding & is_free_value
+    return uncertain
+
+
+def _terms(
+    data: Data, found: Minimizer, free: Indices
+) -> tuple[Vector, Vector, Vector]:
+    """Return the sizes of the terms in the rows of the system of the free
+    coefficients."""
+    sizes = np.abs(found.x)
+    of_A = np.abs(data.A) @ sizes + np.abs(data.b)
+    of_E = np.abs(data.E) @ sizes + np.abs(data.d)
+    slopes = np.abs(data.A[:, free]).T @ np.abs(found.r)
+    return of_A, slopes + np.abs(data.E[:, free]).T @ np.abs(found.y), of_E
+
+
+def _direction(data: Data, found: Minimizer, inside: Mask) -> Vector | None:
+    """Return a direction in which A x and E x stay the same to rounding and x stays
+    within its bounds; None if there is none. inside : which coefficients may move, away
+    from their bound if they are at one."""
+    free = found.free
+    both = np.vstack((data.A, data.E))
+    direction = np.zeros(found.x.size)
+    independent: list[int] = []
+    for j in free.tolist():
+        columns = both[:, [*independent, j]]
+        if not Factors(columns, columns[:0]).is_regular:
+            before = columns[:, :-1]
+            direction[independent] = -np.linalg.lstsq(before, columns[:, -1])[0]
+            direction[j] = 1.0
+            return _without_rounding(direction)
+        independent.append(j)
+    at_bounds = np.flatnonzero(inside & (found.states != BASIC))
+    if not at_bounds.size:
+        return None
+    return _along_bounds(data, found, both, at_bounds)
+
+
+def _along_bounds(
+    data: Data, found: Minimizer, both: Matrix, at_bounds: Indices
+) -> Vector | None:
+    """Return a direction that leaves bounds: the smallest A v, with E v, for v that
+    moves off them by 1 in all."""
+    moving = np.concatenate((found.free, at_bounds))
+    signs = np.ones(moving.size)
+    signs[found.free.size :] = np.where(found.states[at_bounds] == UPPER, -1.0, 1.0)
+    lower = np.zeros(moving.size)
+    lower[: found.free.size] = -np.inf
+    is_unbounded = np.isinf(data.lower[moving]) & np.isinf(data.upper[moving])
+    lower[is_unbounded] = -np.inf
+    weights = np.zeros((1, moving.size))
+    weights[0, found.free.size :] = 1.0
+    columns = both[:, moving] * signs
+    zero, high = np.zeros(len(both)), np.full(moving.size, np.inf)
+    cone = minimize(Data(columns, zero, lower, high, weights, np.ones(1)))
+    if cone is None:
+        return None
+    sizes = np.abs(columns) @ np.abs(cone.x)
+    if not (np.abs(cone.r) <= ZERO * sizes.max(initial=0.0)).all():
+        return None
+    direction = np.zeros(found.x.size)
+    direction[moving] = signs * cone.x
+    return _without_rounding(direction)
+
+
+def _without_rounding(direction: Vector) -> Vector:
+    """Return a direction whose smallest entries, if they are rounding, are 0, and whose
+    others are rounded to 40 binary digits, so that ratios of small numbers are exact
+    again."""
+    largest = np.abs(direction).max()
+    direction = np.where(np.abs(direction) <= ZERO * largest, 0.0, direction)
+    smallest = np.abs(direction[direction != 0]).min()
+    whole = np.round(direction / smallest)
+    is_whole = np.abs(direction / smallest - whole) <= 1e-9
+    return np.asarray(whole if is_whole.all() else direction)
+
+
+def _is_exact(data: Data, direction: Vector) -> bool:
+    """Return whether A v = 0 and E v = 0 hold exactly for a direction, or for one near
+    it with the same signs."""
+    moving = np.flatnonzero(direction)
+    both = np.vstack((data.A, data.E))[:, moving]
+    sizes = np.linalg.svd(both, compute_uv=False)
+    # Then a small change of v makes up for any A v and E v.
+    if moving.size > len(both) and sizes[-1] > FULL_RANK * sizes[0]:
+        return True
+    if both.size > MAX_EXACT_TERMS:
+        return False
+    v = [Fraction(value) for value in direction[moving].tolist()]
+    return all(
+        sum((Fraction(a) * c for a, c in zip(row, v, strict=True)), Fraction(0)) == 0
+        for row in both.tolist()
+    )
+
+
+def _moved(data: Data, x: Vector, along: Vector) -> Vector:
+    """Return the point in a direction that is as far as x is large, or at the first
+    bound."""
+    largest = np.abs(x[along != 0]).max(initial=0.0)
+    length = (largest or 1.0) / np.abs(along).max()
+    rooms = np.where(along > 0, data.upper - x, x - data.lower)[along != 0]
+    length = min(length, float((rooms / np.abs(along[along != 0])).min()))
+    if not length > 0 and (along < 0).any() and (along > 0).any():
+        return _moved(data, x, -along) if (x - along >= data.lower).all() else x
+    moved: Vector = np.clip(x + length * along, data.lower, data.upper)
+    return moved
+
+
+def states_of(data: Data, x: Vector) -> States:
+    """Return the state of each coefficient at a point within the bounds."""
+    states = np.where(x >= data.upper, UPPER, BASIC)
+    found: States = np.where(x <= data.lower, LOWER, states).astype(np.int8)
+    return found

@@ -1,0 +1,307 @@
+"""Linear least squares with bounds and equations as a mixed problem, without A'A.
+
+    min |A x - b|^2 / 2  subject to  lower <= x <= upper,  E x = d.
+
+With the residual r = b - A x as an unknown, the optimality conditions are linear in the
+numbers of A, b, E and d: A. Bjorck, Numerical Methods for Least Squares Problems
+(1996), sections 1.4 (the augmented system) and 5.2 (bounds).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from lcpcli.clock import imports
+from lcpcli.errors import MAKE_AGREE, ProblemError, numbers_for, refuse_unknown
+from lcpcli.files import fields as files
+from lcpcli.linalg.matrices import compressed, dense, is_sparse
+from lcpcli.model.arrays import as_matrix, as_vector, by_label, texts
+from lcpcli.model.box import as_intervals
+from lcpcli.model.formulation import (
+    FULL,
+    LABELS,
+    Answer,
+    Conditions,
+    Formulation,
+    names_of,
+)
+from lcpcli.model.formulations import TEXTS
+from lcpcli.model.problem import Problem, conditions_of
+from lcpcli.typing import BoundLike, Matrix, Vector, VectorLike
+
+MAX_DENSE_UNKNOWNS = 200  # for which M is dense, as pivoting is fast there
+COEFFICIENT = "coefficient"
+KEYS = ("A", "b", "lsq", "lower", "upper", "E", "d", "columns", *TEXTS)
+
+
+class Data(NamedTuple):
+    """The problem min |A x - b|^2 / 2 with lower <= x <= upper and E x = d, for m
+    measurements, n coefficients and k equations.
+
+    A, E : shapes (m, n) and (k, n), both dense or both in compressed sparse rows.
+    b, d : shapes (m,) and (k,). lower, upper : shape (n,); bounds may be infinite.
+    """
+
+    A: Matrix
+    b: Vector
+    lower: Vector
+    upper: Vector
+    E: Matrix
+    d: Vector
+
+    def conditions(self) -> Conditions:
+        """Return the optimality conditions in z = (r, x, y), as `LeastSquares` has
+        them."""
+        m, k = self.b.size, self.d.size
+        n = self.lower.size
+        free = np.inf
+        lower = np.concatenate((np.full(m, -free), self.lower, np.full(k, -free)))
+        upper = np.concatenate((np.full(m, free), self.upper, np.full(k, free)))
+        q = np.concatenate((-self.b, np.zeros(n), -self.d)) + 0.0  # no -0
+        return Conditions(self._matrix(), q, lower, upper)
+
+    def _matrix(self) -> Matrix:
+        m, n = self.b.size, self.lower.size
+        size = m + n + self.d.size
+        x = slice(m, m + n)
+        if size <= MAX_DENSE_UNKNOWNS:
+            A, E = dense(self.A), dense(self.E)
+            M = np.zeros((size, size))
+            M[:m, :m] = np.eye(m)
+            M[:m, x], M[x, :m] = A, -A.T
+            M[m + n :, x], M[x, m + n :] = E, -E.T
+            return M + 0.0  # no -0
+        with imports:
+            from scipy.sparse import block_array, eye_array
+        A, E = compressed(self.A), compressed(self.E)
+        return block_array(
+            [[eye_array(m), A, None], [-A.T, None, -E.T], [None, E, None]],
+            format="csr",
+        )
+
+
+def from_lsq(
+    A: Any,
+    b: VectorLike,
+    lower: BoundLike = -math.inf,
+    upper: BoundLike = math.inf,
+    E: Any = None,
+    d: VectorLike | None = None,
+    *,
+    columns: Sequence[str] = (),
+    name: str = "",
+    source: str = "",
+    note: str = "",
+) -> Problem:
+    """Return the mixed problem whose solutions are the coefficients x that minimize |A
+    x - b|, subject to lower <= x <= upper and E x = d.
+
+    Parameters
+    ----------
+    A, b : the model, shape (m, n), dense or sparse, and the m measurements. A may have
+        more columns than rows, or columns that depend on others. A pandas data frame
+        gives the names of the coefficients.
+    lower, upper : each a number or of shape (n,), by default no bounds; lower=0 makes
+        it nonnegative least squares.
+    E, d : equations E x = d, shapes (k, n) and (k,); a single equation may be a vector
+        and a number.
+    columns : n texts, the names of the coefficients.
+    name, source, note : texts of the problem.
+
+    The unknowns are z = (r, x, y): the residuals r = b - A x, the coefficients, and the
+    multipliers of the equations. `Result.answer` has them under their names
+    (`lcpcli.lsq` solves such a problem in one call). No product of A with itself is
+    formed, so that the answer has the accuracy that the data allow.
+
+    Raises ProblemError, which names the argument at fault.
+
+    >>> import lcpcli
+    >>> problem = lcpcli.from_lsq([[1, 1], [1, 2], [1, 3]], [1, 0, 1], lower=0)
+    >>> answer = lcpcli.run(problem).answer
+    >>> answer.x.round(6).tolist(), round(answer.norm, 6)
+    ([0.666667, 0.0], 0.816497)
+    """
+    data, labels = data_of(A, b, lower, upper, E, d)
+    n = data.A.shape[1]
+    own = names_of("columns", columns, n, COEFFICIENT) if len(columns) else labels
+    conditions = data.conditions()
+    problem = Problem(
+        conditions.M,
+        conditions.q,
+        name=name,
+        source=source,
+        note=note,
+        lower=conditions.lower,
+        upper=conditions.upper,
+    )
+    # `Problem` would check whether it fits, but it has just been made from it.
+    origin = LeastSquares(data.b.size, n, own)
+    return problem.having(origin=origin)
+
+
+def data_of(
+    A: Any,
+    b: VectorLike,
+    lower: BoundLike = -math.inf,
+    upper: BoundLike = math.inf,
+    E: Any = None,
+    d: VectorLike | None = None,
+) -> tuple[Data, tuple[str, ...]]:
+    """Return the validated data with the names of the columns of A, if it has any; or
+    raise ProblemError."""
+    labels: tuple[str, ...] = ()
+    if type(A) is not np.ndarray and hasattr(A, "columns"):
+        labels = texts(A.columns)
+        lower, upper = by_label(A, of="the columns of A", lower=lower, upper=upper)
+        (b,) = by_label(A, of="the rows of A", b=b)
+    matrix = as_matrix("A", A)
+    m, n = matrix.shape
+    low, high = as_intervals(("lower", "upper"), lower, upper, n, COEFFICIENT)
+    vector = as_vector("b", b, m, "row of A")
+    rows, sides = _equations(E, d, n)
+    if is_sparse(matrix) or is_sparse(rows):
+        matrix, rows = compressed(matrix), compressed(rows)
+    return Data(matrix, vector, low, high, rows, sides), labels
+
+
+def _equations(E: Any, d: Any, n: int) -> tuple[Matrix, Vector]:
+    """Return the equations E x = d, without rows if there are none."""
+    if E is None and d is None:
+        return np.zeros((0, n)), np.zeros(0)
+    for key, value, other in (("E", E, "d"), ("d", d, "E")):
+        if value is None:
+            fault = f"is missing, though there is {other}"
+            raise ProblemError(key, fault, f"add it, or leave {other} out")
+    E = E if is_sparse(E) else np.atleast_2d(np.asarray(E, dtype=object)).tolist()
+    matrix = as_matrix("E", E)
+    if matrix.shape[1] != n:
+        fault = numbers_for(matrix.shape[1], "column", n, COEFFICIENT)
+        raise ProblemError("E", fault, MAKE_AGREE)
+    sides = as_vector("d", [d] if np.ndim(d) == 0 else d, matrix.shape[0], "row of E")
+    return matrix, sides
+
+
+@dataclass(frozen=True)
+class LeastSquares(Formulation):
+    """The least-squares problem whose minimizers are given by z = (r, x, y):
+
+        r free,              r + A x - b = 0,
+        lower <= x <= upper, w = -A'r - E'y,
+        y free,              E x - d = 0.
+
+    w has the multipliers of the bounds, and y those of the equations; both are the
+    derivatives of the minimum of |A x - b|^2 / 2 with respect to the active bound and
+    to d, where they are unique.
+
+    measurements, coefficients : the lengths of r and x.
+    columns : the names of the coefficients; empty if they have none.
+    """
+
+    measurements: int
+    coefficients: int
+    columns: tuple[str, ...] = ()
+
+    kind = "lsq"
+    form = "written as the optimality conditions of the fit,"
+
+    @classmethod
+    def of_fields(cls, fields: Mapping[str, Any]) -> Problem:
+        files.refuse_unknown("", fields, KEYS, "a least-squares problem")
+        known = files.without_nulls(fields)
+        flag = known.pop("lsq", None)
+        # An array of one number in MAT files.
+        if isinstance(flag, str) or np.size(flag) != 1 or not np.all(flag):
+            raise ProblemError("lsq", "is not true", "write true, or leave it out")
+        for key in ("A", "b"):
+            if key not in known:
+                raise ProblemError(key, "is missing", f"add the key {key}")
+        columns = names_of("columns", known.pop("columns", ()))
+        return from_lsq(**known, columns=columns)
+
+    @classmethod
+    def parse(cls, data: Mapping[str, Any]) -> LeastSquares:
+        refuse_unknown("", data, ("kind", "measurements", "coefficients", "columns"))
+        sizes = [data.get(key) for key in ("measurements", "coefficients")]
+        for key, size in zip(("measurements", "coefficients"), sizes, strict=True):
+            if not isinstance(size, (int, float)) or size < 1 or size % 1:
+                raise ProblemError(key, "is no size", "write a whole number from 1")
+        m, n = (int(size) for size in sizes if size is not None)
+        return cls(m, n, names_of("columns", data.get("columns", ()), n, COEFFICIENT))
+
+    def data(self) -> dict[str, Any]:
+        sizes = {"measurements": self.measurements, "coefficients": self.coefficients}
+        names = {"columns": list(self.columns)} if self.columns else {}
+        return {"kind": self.kind, **sizes, **names}
+
+    def fits(self, given: Conditions) -> bool:
+        m, n = self.measurements, self.coefficients
+        if given.q.size < m + n:
+            return False
+        own = self.fitted(given).conditions()
+        difference = compressed(given.M) - compressed(own.M)
+        return not difference.count_nonzero() and all(
+            map(np.array_equal, given[1:], own[1:])
+        )
+
+    def fields(
+        self,
+        problem: Problem,
+        *,
+        in_text: bool,  # noqa: ARG002
+    ) -> dict[str, Any]:
+        data = self.fitted(conditions_of(problem))
+        found: dict[str, Any] = {"A": data.A, "b": data.b, "lsq": True}
+        found |= {"lower": data.lower} if np.isfinite(data.lower).any() else {}
+        found |= {"upper": data.upper} if np.isfinite(data.upper).any() else {}
+        found |= {"E": data.E, "d": data.d} if data.d.size else {}
+        return found | ({"columns": list(self.columns)} if self.columns else {})
+
+    def fitted(self, given: Conditions) -> Data:
+        """Return the data from which conditions of these sizes are made."""
+        m, n = self.measurements, self.coefficients
+        x, y = slice(m, m + n), slice(m + n, None)
+        M, q = given.M, given.q
+        sides = -q[:m] + 0.0, given.lower[x], given.upper[x]
+        return Data(M[:m, x], *sides, M[y, x], -q[y] + 0.0)
+
+    def data_in(self, problem: Problem) -> Data:
+        """Return the data of a problem that was made from this object."""
+        return self.fitted(conditions_of(problem))
+
+    def parts(self, z: Any) -> tuple[Any, Any, Any]:
+        """Return the r, x and y in a z, or in a w, a sequence of any numbers."""
+        m, end = self.measurements, self.measurements + self.coefficients
+        return z[:m], z[m:end], z[end:]
+
+    def names(self, n: int, purpose: str = FULL) -> Sequence[str]:
+        """Return the names of the components; labels are never empty."""
+        m = self.measurements
+        k = n - m - self.coefficients
+        if purpose != LABELS:
+            return ["", *[""] * (m - 1), *self.coefficient_names(), *[""] * k]
+        r, y = (
+            [f"{letter}{i + 1}" for i in range(size)]
+            for letter, size in (("r", m), ("y", k))
+        )
+        return [*r, *self.coefficient_names(), *y]
+
+    def coefficient_names(self) -> Sequence[str]:
+        return self.columns or [f"x{j + 1}" for j in range(self.coefficients)]
+
+    def proposed(self, problem: Problem) -> Any:
+        return self.beside("fitting").proposed(self.data_in(problem))
+
+    def answer(self, result: Any) -> Answer:
+        found: Answer = self.beside("answers").answer(self, result)
+        return found
+
+    def lengths(self, problem: Problem) -> dict[int, str]:
+        return {problem.n: "z", self.coefficients: "the coefficients x"}
+
+    def verified(self, proposed: Any) -> Any:
+        return self.beside("answers").verified(self, proposed)

@@ -1,0 +1,191 @@
+"""Least squares with signs, bounds and equations: minimizers against scipy and exact
+arithmetic, what is said of them, and files."""
+
+from __future__ import annotations
+
+import json
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy import optimize
+from scipy.sparse import csr_array
+
+import lcpcli
+from lcpcli.errors import ProblemError
+
+from ..cli.conftest import Lcp
+
+PEAKS = {
+    "lsq": True,
+    "A": [[1, 1, 0], [1, 2, 0.5], [1, 3, 0], [1, 4, 2]],
+    "b": [1, 0, 1, 2.5],
+    "lower": 0,
+    "columns": ["level", "slope", "peak"],
+}
+
+
+def random_fit(seed: int) -> tuple[Any, Any]:
+    """A and b of a random shape, columns in units up to 1e6 apart, some of them
+    dependent."""
+    rng = np.random.default_rng(seed)
+    m, n = rng.integers(1, 20, 2)
+    A = rng.standard_normal((m, n)) * 10.0 ** rng.integers(-3, 4, n)
+    if seed % 3 == 0 and n > 2:
+        A[:, 1] = 2 * A[:, 0]
+    return A, rng.standard_normal(m)
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_no_fit_is_worse_than_that_of_scipy(seed: int) -> None:
+    A, b = random_fit(seed)
+    result = lcpcli.nnls(A, b)
+    assert result.solved
+    assert result.answer.x.min() >= 0
+    assert result.answer.norm <= optimize.nnls(A, b)[1] + 1e-12 * np.linalg.norm(b)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_fits_within_bounds_are_not_worse_than_those_of_scipy(seed: int) -> None:
+    A, b = random_fit(seed)
+    lower, upper = -0.2 / np.abs(A).max(axis=0), 0.3 / np.abs(A).max(axis=0)
+    answer = lcpcli.lsq(A, b, lower, upper).answer
+    other = optimize.lsq_linear(A, b, (lower, upper), tol=1e-12).x
+    assert ((lower <= answer.x) & (answer.x <= upper)).all()
+    assert answer.norm <= np.linalg.norm(A @ other - b) + 1e-12
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_fits_with_equations_satisfy_their_conditions(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    m, n = rng.integers(3, 12, 2)
+    A, b = rng.standard_normal((m, n)), rng.standard_normal(m)
+    E = np.vstack((np.ones(n), rng.standard_normal(n)))
+    inside = rng.dirichlet(np.ones(n))
+    answer = lcpcli.lsq(A, b, 0, 1, E, E @ inside).answer
+    assert np.allclose(E @ answer.x, E @ inside, rtol=0, atol=1e-12)
+    slopes = -A.T @ (b - A @ answer.x) - E.T @ answer.equation_multipliers
+    assert np.allclose(slopes, answer.multipliers, rtol=0, atol=1e-10)
+    assert (answer.multipliers * (answer.x - 0.5) <= 1e-12).all()
+
+
+@given(st.integers(0, 30), st.integers(-200, 200), st.integers(0, 2**30))
+@settings(max_examples=30, deadline=None)
+def test_powers_of_two_change_nothing_but_the_powers(
+    seed: int, power: int, other: int
+) -> None:
+    A, b = random_fit(seed)
+    powers = np.random.default_rng(other).integers(-100, 100, A.shape[1])
+    answer = lcpcli.nnls(A, b).answer
+    scaled = lcpcli.nnls(np.ldexp(A, powers), np.ldexp(b, power)).answer
+    assert np.ldexp(scaled.x, powers - power).tolist() == answer.x.tolist()
+    assert scaled.proved == answer.proved
+
+
+def test_supports_are_those_of_fractions_where_A_A_has_no_digits_left() -> None:
+    """cond(A) is 1e10: the square of it is beyond doubles."""
+    rng = np.random.default_rng(3)
+    planted, lost = np.array([1.0, 0, 2, 0, 3, 0]), 0
+    for _ in range(10):
+        left, _ = np.linalg.qr(rng.standard_normal((9, 6)))
+        right, _ = np.linalg.qr(rng.standard_normal((6, 6)))
+        A = left * np.logspace(0, -10, 6) @ right
+        result = lcpcli.nnls(A, A @ planted + 1e-12 * rng.standard_normal(9))
+        exact = lcpcli.exact(result.problem)
+        support = [i for i, value in enumerate(exact.exact.z[9:]) if value]
+        if result.answer.proved == "unique":
+            assert result.answer.support.tolist() == support
+        lost += result.answer.proved != "unique"
+    assert lost < 5
+
+
+@pytest.mark.parametrize(
+    ("A", "b", "x", "proved"),
+    [
+        ([[1, 0], [0, 1]], [1, -1], [1, 0], "unique"),
+        ([[1, 0], [0, 1]], [1, 0], [1, 0], "up to rounding"),
+        ([[1, 1], [1, 1]], [1, 2], [1.5, 0], "several"),
+        ([[1, 2, 3]], [-6], [0, 0, 0], "unique"),
+        ([[1, 2, 3]], [6], [0, 0, 2], "several"),
+        ([[0, 0], [0, 0]], [1, 2], [0, 0], "several"),
+        ([[2]], [0], [0], "up to rounding"),
+    ],
+)
+def test_what_is_proved_of_small_fits(A: Any, b: Any, x: Any, proved: str) -> None:
+    answer = lcpcli.nnls(A, b).answer
+    assert answer.x.tolist() == pytest.approx(x)
+    assert answer.proved == proved
+    if proved == "several":
+        assert not np.array_equal(answer.other, answer.x)
+        assert answer.other.min() >= 0
+        assert np.allclose(np.array(A) @ answer.other, np.array(A) @ answer.x)
+
+
+def test_equations_that_no_x_within_the_bounds_satisfies_are_infeasible() -> None:
+    result = lcpcli.lsq(np.eye(2), [1, 1], 0, 1, E=[1, 1], d=3)
+    assert result.status.word == "infeasible"
+    assert result.answer.x is None
+    assert "no x within the bounds" in result.answer.statement
+
+
+@pytest.mark.parametrize(
+    ("given", "line"),
+    [
+        (([[1, 2]], [1, 2]), "b: has 2 entries for 1 row of A; make them agree"),
+        (([[1, 2], [3]], [1, 2]), "A[1]: has 1 entry where A[0] has 2; make all "),
+        (([[1, float("nan")]], [1]), "A[0][1]: is not a finite number"),
+        (([[]], [1]), "A: has empty rows; give a list of rows of numbers"),
+        (([[1]], [1], 2, 1), "lower[0]: is 2, above upper[0] = 1; make every lower "),
+        (([[1]], [1], 0, 1, [[1]]), "d: is missing, though there is E; add it, or "),
+        (([[1]], [1], 0, 1, [1, 1], 1), "E: has 2 columns for 1 coefficient; make "),
+    ],
+)
+def test_bad_input_gets_a_line_that_names_the_argument(given: Any, line: str) -> None:
+    with pytest.raises(ProblemError) as caught:
+        lcpcli.lsq(*given)
+    assert str(caught.value).startswith(line)
+
+
+@pytest.mark.parametrize("suffix", ["json", "npz", "mat"])
+@pytest.mark.parametrize("as_program", [False, True])
+@pytest.mark.usefixtures("in_folder")
+def test_files_keep_a_fit(suffix: str, as_program: bool) -> None:
+    A = np.random.default_rng(0).standard_normal((6, 3))
+    problem = lcpcli.from_lsq(
+        A, A[:, 0], 0, [1, 2, np.inf], [1, 1, 1], 1, columns=["a", "b", "c"]
+    )
+    lcpcli.write(problem, f"fit.{suffix}", as_program=as_program)
+    read = lcpcli.read(f"fit.{suffix}")
+    assert read.origin == problem.origin
+    assert np.array_equal(read.M, problem.M)
+    assert np.array_equal(read.upper, problem.upper)
+
+
+def test_sparse_and_dense_A_give_the_same_fit() -> None:
+    A = np.random.default_rng(1).standard_normal((300, 5)) * ([1, 0, 1, 1, 1] * 60)[0]
+    b = A @ [1, 2, -1, 0.5, 3]
+    x = lcpcli.nnls(A, b).answer.x
+    assert lcpcli.nnls(csr_array(A), b).answer.x.tolist() == x.tolist()
+
+
+@pytest.mark.usefixtures("in_folder")
+def test_the_command_prints_coefficients_with_their_multipliers(lcp: Lcp) -> None:
+    Path("fit.json").write_text(json.dumps(PEAKS | {"b": [1, 0, 1, -2.5]}))
+    lines = lcp("solve", "fit.json").out.splitlines()
+    assert "|A x - b| = 2.872281, 0 of 3 coefficients not 0" in lines
+    assert "x is the only minimizer, also for data that differ by rounding" in lines
+    assert any(line.split() == ["level", "0", "0.5", "lower"] for line in lines)
+
+
+@pytest.mark.usefixtures("in_folder")
+def test_fractions_of_a_fit_are_those_of_its_decimals(lcp: Lcp) -> None:
+    Path("fit.json").write_text(json.dumps(PEAKS))
+    record = json.loads(lcp("solve", "fit.json", "--exact", "--format", "json").out)
+    assert record["answer"]["exact"] == ["17/94", "11/47", "27/47"]
+    x = [Fraction(value) for value in record["answer"]["exact"]]
+    assert lcp("check", "fit.json", ",".join(map(str, x)), "--exact").code == 0
+    assert lcp("check", "fit.json", "0.18,0.23,0.57").code == 1
