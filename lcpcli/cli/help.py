@@ -81,9 +81,13 @@ PAGES = Pages(
         for page in sorted(FOLDER.glob("*.md"))
     }
 )
+FIRST = "tasks"  # the page that says which page has what, in the order of tasks
 TOPICS = {
-    name: page.partition("\n")[0].removeprefix("# ").strip()
-    for name, page in PAGES.data.items()
+    name: PAGES.data[name].partition("\n")[0].removeprefix("# ").strip()
+    for name in dict.fromkeys(
+        [FIRST, *re.findall(r"`(\w+)`", PAGES.data[FIRST]), *PAGES.data]
+    )
+    if name in PAGES.data
 }
 OF_THE_SOURCE = {"development": "lcpcli/development.md"}  # pages that are not installed
 OTHER_WORDS = {  # for topics
@@ -95,9 +99,8 @@ OTHER_WORDS = {  # for topics
     **dict.fromkeys(("citing", "citation", "bibtex"), "cite"),
     **dict.fromkeys(("residual", "residuals"), "statuses"),
     **dict.fromkeys(("bounds", "equations"), "mixed"),
-    **dict.fromkeys(
-        ("qp", "lp", "mps", "qps", "game", "games", "nfg", "efg"), "programs"
-    ),
+    **dict.fromkeys(("qp", "lp", "mps", "qps"), "programs"),
+    **dict.fromkeys(("game", "nfg", "efg"), "games"),
     **dict.fromkeys(("figures", "plot"), "measuring"),
     **dict.fromkeys(("ncp", "mcp", "josephy-newton"), "nonlinear"),
     **dict.fromkeys(("nl", "sol", "ampl", "pyomo", "jump", "gams"), "models"),

@@ -82,7 +82,7 @@ class Make(Writing):
     "its known solutions and, for a "
     "program or a game, what lcp solve needs to report the minimizer or the "
     "equilibrium. lcp solve also takes the file "
-    "of a program or a game itself; lcp help programs has the keys.",
+    "of a program or a game itself, whose keys are in lcp help programs and games.",
 )
 @argument(
     "Family",
@@ -112,7 +112,7 @@ class Make(Writing):
 @option(
     "Program or game, in place of a family",
     "--from-qp FILE  A linear or quadratic program, as in lcp help programs.",
-    "--from-game FILE  A game of two players, as in lcp help programs.",
+    "--from-game FILE  A game of two players, as in lcp help games.",
 )
 @problem_output
 def make(request: Make) -> int:

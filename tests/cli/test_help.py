@@ -308,7 +308,6 @@ def test_help_on_a_word_with_sections_of_its_own_is_these_sections(lcp: Lcp) -> 
     headings = {
         "mps": "### Files: MPS, LP and arrays",
         "shi": "## shi",
-        "games": "## Games",
         "nfg": "## Games",
     }
     headings |= {
@@ -397,9 +396,9 @@ WORDS = {
     "sensitivity": "paths",
     "shadow prices": "programs",
     "SVM": "programs",
-    "zero-sum": "programs",
-    "zero sum games": "programs",
-    "Zero-Sum Game": "programs",
+    "zero-sum": "games",
+    "zero sum games": "games",
+    "Zero-Sum Game": "games",
     "vertical lcp": "mixed",
     "gpus": "many",
 }
