@@ -34,7 +34,7 @@ REGISTRY = {
     "path-start": (
         "path_library",
         "stabilized Newton method from a problem's start, also nonlinear ones "
-        "(PATH 5.2)",
+        "(PATH 5.2, a proprietary library)",
     ),
     "gambit": ("packages", "Lemke's method for one equilibrium of a game (Gambit)"),
 }
