@@ -42,6 +42,8 @@ M is a real matrix of shape (n, n), dense or sparse, and q is a vector of n numb
     add_to_qpsolvers  makes qpsolvers.solve_qp(..., solver="lcp") possible
     from_avi     the Problem of an affine variational inequality on a polyhedron, with H
                  not symmetric
+    from_players  the same for the equilibria of players with convex quadratic costs,
+                 shared or own constraints, and bounds
     from_game    the Problem of a two-player game; Result.answer has its equilibrium
     from_efg     the same for a game tree, from the text of one of Gambit's .efg files
     nnls, lsq    the fit that minimizes |Ax - b|, with x >= 0, or with bounds and
@@ -76,6 +78,7 @@ if TYPE_CHECKING:
     from lcpcli.formulations.least_squares.fit import from_lsq as from_lsq
     from lcpcli.formulations.least_squares.fitting import lsq as lsq
     from lcpcli.formulations.least_squares.fitting import nnls as nnls
+    from lcpcli.formulations.players.quadratic import from_players as from_players
     from lcpcli.formulations.variational_inequality.inequality import (
         from_avi as from_avi,
     )
@@ -117,6 +120,7 @@ _PUBLIC = {  # the public names of each module, loaded on first use
     "files.reading": "read",
     "files.writing": "write",
     "formulations.game_tree.game": "from_efg",
+    "formulations.players.quadratic": "from_players",
     "formulations.variational_inequality.inequality": "from_avi",
     "formulations.least_squares.fit": "from_lsq",
     "formulations.least_squares.fitting": "lsq nnls",

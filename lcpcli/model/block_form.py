@@ -55,6 +55,12 @@ class Blocks(NamedTuple):
             & (self.row_lower < self.row_upper)
         )
 
+    def with_rows(self, rows: Sequence[int]) -> Blocks:
+        """Return the blocks with these rows, which may be repeated."""
+        own = (each[rows] for each in (self.A, self.row_lower, self.row_upper))
+        A, row_lower, row_upper = own
+        return self._replace(A=A, row_lower=row_lower, row_upper=row_upper)
+
     def conditions(self) -> Conditions:
         """Return the first-order conditions in z = (x, y, s).
 
@@ -123,19 +129,31 @@ class BlockForm(Formulation):
         names = {"rows": list(self.rows), "columns": list(self.columns)}
         return fields | {key: value for key, value in names.items() if value}
 
+    @property
+    def names_of_rows(self) -> Sequence[str]:
+        """Return the names of the multipliers."""
+        return self.rows
+
+    def conditions(self, blocks: Blocks) -> Conditions:
+        return blocks.conditions()
+
+    def lengths_of_parts(self, n: int) -> dict[int, str]:
+        """Return what may be verified, in words, by its number of entries."""
+        return {self.variables: "x", n - self.ranges: "x and y", n: "z"}
+
     def blocks_that_fit(self, given: Conditions) -> Blocks | None:
         """Return the blocks of these conditions, if they have no other entries, and as
         many rows and columns as there are names; else None."""
         k, m = self.variables, given.q.size - self.variables - self.ranges
         if m < self.ranges or any(
             len(names) not in (0, size)
-            for names, size in ((self.rows, m), (self.columns, k))
+            for names, size in ((self.names_of_rows, m), (self.columns, k))
         ):
             return None
         found = self.blocks(given)
         if found is None or int(found.ranges.sum()) != self.ranges:
             return None
-        made = found.conditions()
+        made = self.conditions(found)
         is_same = are_equal(made.M, given.M) and all(
             map(np.array_equal, made[1:], given[1:])
         )
@@ -175,7 +193,7 @@ class BlockForm(Formulation):
         """Return the names of the components of z, "" where there is none; where they
         are labels, those of multipliers begin with y."""
         m = n - self.variables - self.ranges
-        rows = self.rows or [""] * m
+        rows = self.names_of_rows or [""] * m
         if purpose == LABELS:
             rows = [f"y {name}" if name else "" for name in rows]
         return [

@@ -85,6 +85,14 @@ TABLE = {
         ("A b lsq",),
         others=("lower", "upper", "E", "d", "columns"),
     ),
+    "players": Row(
+        "lcpcli.formulations.players",
+        "quadratic:Players",
+        "a game of players",
+        ("sizes H c",),
+        ("owner", "shared"),
+        others=("owner", "shared"),
+    ),
 }
 
 

@@ -12,6 +12,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from lcpcli.clock import imports
 from lcpcli.errors import IS_EMPTY, ONE_VARIABLE, ProblemError
 from lcpcli.files import fields as files
 from lcpcli.files.formats import refuse
@@ -124,8 +125,9 @@ class Inequality(BlockForm):
         return found
 
     def lengths(self, problem: Problem) -> dict[int, str]:
-        n = problem.n
-        return {self.variables: "x", n - self.ranges: "x and y", n: "z"}
+        return self.lengths_of_parts(problem.n)
 
     def verified(self, proposed: Any) -> Any:
-        return self.beside("checks").verified(self, proposed)
+        with imports:
+            from lcpcli.verify.blocks import verified
+        return verified(self, proposed)

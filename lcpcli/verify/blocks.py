@@ -1,7 +1,8 @@
-"""The verification of x, with or without multipliers, as a solution of a variational
-inequality.
+"""The verification of x, with or without multipliers, for conditions with rows and
+bounds, as of a variational inequality.
 
-x is a solution if and only if d = 0 minimizes (Hx + h)'d over the x + d in C; the
+x is a solution if and only if d = 0 minimizes (Qx + c)'d over the x + d that satisfy
+rows and bounds, where rows of single players limit the d of these alone; the
 multipliers of this linear program are those of x.
 """
 
@@ -13,22 +14,20 @@ from typing import Any
 
 import numpy as np
 
-from lcpcli.formulations.variational_inequality.inequality import Inequality
-from lcpcli.linalg.matrices import product
+from lcpcli.linalg.matrices import absolute_product, product
 from lcpcli.linalg.programs import minimized
-from lcpcli.model.block_form import Blocks
-from lcpcli.model.problem import conditions_of
-from lcpcli.rational.elimination import Effort
-from lcpcli.rational.numbers import rounded
+from lcpcli.model.block_form import BlockForm, Blocks
+from lcpcli.model.problem import Problem, conditions_of
+from lcpcli.rational import elimination
+from lcpcli.rational.numbers import over_one_denominator, rounded
 from lcpcli.typing import Vector
-from lcpcli.verify.exact_solution import from_point
 from lcpcli.verify.verification import Proposed, Verification
 
-EFFORT = 60.0  # for exact multipliers: as for exact proofs
+ZERO = 1e-9  # of the terms of a row: a smaller value is 0 but for rounding
 
 
 @np.errstate(all="ignore")
-def verified(origin: Inequality, proposed: Proposed) -> Verification:
+def verified(origin: BlockForm, proposed: Proposed) -> Verification:
     """Verify z, x and y, or x alone, for which multipliers are sought."""
     n, k, values = proposed.problem.n, origin.variables, list(proposed.values)
     if len(values) == n:
@@ -43,7 +42,7 @@ def verified(origin: Inequality, proposed: Proposed) -> Verification:
     return replace(found, multipliers=multipliers)
 
 
-def _with_slacks(origin: Inequality, proposed: Proposed, both: list[Any]) -> list[Any]:
+def _with_slacks(origin: BlockForm, proposed: Proposed, both: list[Any]) -> list[Any]:
     """Return z for x and y: s is the value of its row, or the nearer side."""
     data, problem = proposed.data, proposed.problem
     zeros = [0 * both[0]] * origin.ranges
@@ -62,22 +61,35 @@ def _with_slacks(origin: Inequality, proposed: Proposed, both: list[Any]) -> lis
     return [*both, *slacks]
 
 
-def _multipliers(origin: Inequality, proposed: Proposed) -> list[Any]:
+def _multipliers(origin: BlockForm, proposed: Proposed) -> list[Any]:
     """Return multipliers of the rows at x, zeros if there are none in the range of
-    doubles; exact ones for exact data, if they are known."""
-    k, m = origin.variables, proposed.problem.n - origin.variables - origin.ranges
-    blocks = origin.blocks(conditions_of(proposed.problem))
+    doubles; for exact data those with the same support, if there are any."""
+    problem, data = proposed.problem, proposed.data
+    blocks = origin.blocks(conditions_of(problem))
     assert blocks is not None
     x = rounded(map(Fraction, proposed.values))
-    y = _of_program(blocks, x)
-    if proposed.data is None:
+    y = _of_program(problem, blocks, x)
+    if data is None:
         return list(y.tolist())
-    near = origin.z_of(x, y, blocks)
-    z = from_point(proposed.data, near, Effort(EFFORT))
-    return [Fraction(value) for value in y] if z is None else z[k : k + m]
+    k, support = x.size, np.flatnonzero(y).tolist()
+    z = np.concatenate((x, y, np.zeros(origin.ranges)))
+    terms = absolute_product(problem.M, np.abs(z)) + np.abs(problem.q)
+    is_zero = np.abs(product(problem.M, z) + problem.q) <= ZERO * terms
+    M, zeros = data.M, [Fraction(0)] * (data.n - k)
+    w = data.w([*map(Fraction, proposed.values), *zeros])
+    equations = [
+        [*(M[j].get(k + i, Fraction(0)) for i in support), -w[j]]
+        for j in np.flatnonzero(is_zero[:k]).tolist()
+    ]
+    whole = [over_one_denominator(each)[0] for each in equations]
+    found = elimination.solve([row[:-1] for row in whole], [row[-1] for row in whole])
+    exact = dict(zip(support, found[0] or map(Fraction, y[support]), strict=True))
+    return [exact.get(i, Fraction(0)) for i in range(y.size)]
 
 
-def _of_program(blocks: Blocks, x: Vector) -> Vector:
+def _of_program(problem: Problem, blocks: Blocks, x: Vector) -> Vector:
+    k, m = x.size, blocks.row_lower.size
+    limiting = -problem.M[:k, k : k + m].T
     g, Ax = product(blocks.Q, x) + blocks.c, product(blocks.A, x)
     # A box keeps the program bounded where x is no solution.
     reach = 1.0 + np.abs(x)
@@ -89,7 +101,7 @@ def _of_program(blocks: Blocks, x: Vector) -> Vector:
         np.minimum(blocks.row_lower - Ax, 0.0),
         np.maximum(blocks.row_upper - Ax, 0.0),
     )
-    found = minimized(g, blocks.A, sides, bounds)
+    found = minimized(g, limiting, sides, bounds)
     if found is None or not np.isfinite(found.y).all():
         return np.zeros(Ax.size)
     return found.y

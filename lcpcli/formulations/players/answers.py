@@ -1,0 +1,255 @@
+"""What a z says about a game of players with quadratic costs: what each does, its cost,
+and what it would gain by a best response, from a problem of that player alone."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+
+from lcpcli.enumeration.meaning import Meaning, Values
+from lcpcli.formulations.players.quadratic import Players
+from lcpcli.games.profile import PER_UNKNOWN, Profile
+from lcpcli.linalg.doubles import ROW_ROUNDING
+from lcpcli.linalg.matrices import absolute_product, dense, product
+from lcpcli.model.block_form import Blocks
+from lcpcli.model.problem import Problem, conditions_of
+from lcpcli.options import TOL
+from lcpcli.rational.exact_problem import ExactProblem
+from lcpcli.rational.numbers import brief, rounded
+from lcpcli.report import wording
+from lcpcli.solving import driver
+from lcpcli.solving.result import Result
+from lcpcli.typing import Vector
+from lcpcli.verify import blocks as verification
+from lcpcli.verify.verification import Proposed, Verification
+
+
+@dataclass(frozen=True, eq=False)
+class PlayersEquilibrium(Profile):
+    """What the players do.
+
+    players : their names.
+    x : shape (k,), the unknowns of all players; None, as are the others, if the
+        conditions are not solved. strategies : the same by players.
+    costs : of each player. gains : by how much a best response of each player, in its
+        constraints and with the others as they are, would lower its cost; 0 if that is
+        only rounding error, infinite if there is no bound.
+    statement : whether that is an equilibrium.
+    y : multipliers of the rows, of each copy in turn.
+    exact : strategies and costs as fractions if z is proved, else None.
+    """
+
+    players: Sequence[str]
+    x: Vector | None
+    strategies: Sequence[Any] | None
+    costs: tuple[Any, ...] | None
+    gains: tuple[Any, ...]
+    statement: str = ""
+    y: Vector | None = None
+    exact: Mapping[str, Any] | None = None
+    columns: Sequence[Sequence[str]] = field(default=(), repr=False)
+
+    def record(self) -> Mapping[str, Any]:
+        names = ("players", "x", "strategies", "costs", "gains", "statement", "y")
+        return {name: getattr(self, name) for name in (*names, "exact")}
+
+    def lines(self) -> list[str]:
+        if self.x is None:
+            return [self.statement]
+        own: Any = self.exact or {"strategies": self.strategies, "costs": self.costs}
+        cell = brief if self.exact else wording.plain_number
+        parts = zip(self.players, own["strategies"], self.columns, strict=True)
+        lines = [f"{who} = {wording.named(list(x), of, cell)}" for who, x, of in parts]
+        pairs = zip(self.players, own["costs"], strict=True)
+        costs = ", ".join(f"{who} {cell(cost)}" for who, cost in pairs)
+        return [*lines, f"costs: {costs}", self.statement]
+
+    def cells(self) -> Mapping[str, Sequence[Any]]:
+        if self.x is None:
+            return {"player": (), "cost": ()}
+        own: Any = self.exact or {"strategies": self.strategies, "costs": self.costs}
+        rows = [
+            (who, cost)
+            for who, part, cost in zip(
+                self.players, own["strategies"], own["costs"], strict=True
+            )
+            for _ in part
+        ]
+        return dict(zip(("player", "cost"), zip(*rows, strict=True), strict=True))
+
+    def verdict(self, are_equilibrium: bool) -> str:
+        tolerance = "" if isinstance((self.costs or [0])[0], Fraction) else TOLERANCE
+        found = (
+            "an equilibrium" if are_equilibrium else f"not an equilibrium{tolerance}"
+        )
+        return f"{found}: by a best response {gained(self.players, self.gains)}"
+
+
+TOLERANCE = " to the tolerance"
+
+
+def gained(players: Sequence[str], gains: Sequence[Any]) -> str:
+    """Return what players would gain, in words."""
+    each = [
+        f"{who} {'would gain ' * (not i)}{float(gain):.1g}"
+        for i, (who, gain) in enumerate(zip(players, gains, strict=True))
+    ]
+    return ", ".join(each)
+
+
+class _Examination:
+    """A game with its numbers in doubles."""
+
+    def __init__(self, game: Players, problem: Problem) -> None:
+        blocks = game.blocks(conditions_of(problem))
+        assert blocks is not None
+        self.game, self.problem, self.blocks = game, problem, blocks
+
+    def profile(self, x: Vector, tol: float) -> tuple[PlayersEquilibrium, bool]:
+        """Return what the players do at x, and whether no gain is above the
+        tolerance."""
+        game, parts = self.game, self.game.parts_of_players()
+        g = product(self.blocks.Q, x) + self.blocks.c
+        sizes = absolute_product(self.blocks.Q, np.abs(x)) + np.abs(self.blocks.c)
+        costs, gains, is_best = list[float](), list[float](), True
+        for player, part in enumerate(parts):
+            own = x[part] @ dense(self.blocks.Q[part, part]) @ x[part] / 2
+            costs.append(float(x[part] @ g[part] - own))
+            best, moved = self.best(player, part, x, g)
+            terms = float(np.maximum(np.abs(x[part]), np.abs(moved)) @ sizes[part])
+            gain = costs[-1] - best
+            gains.append(gain if not gain <= ROW_ROUNDING * terms else 0.0)
+            is_best &= gains[-1] <= PER_UNKNOWN * x.size * tol * terms
+        columns = [game.columns[part] for part in parts]
+        profile = PlayersEquilibrium(
+            game.names_of_players(),
+            x,
+            [x[part] for part in parts],
+            tuple(costs),
+            tuple(gains),
+            columns=columns,
+        )
+        return replace(profile, statement=profile.verdict(is_best)), is_best
+
+    def best(
+        self, player: int, part: slice, x: Vector, g: Vector
+    ) -> tuple[float, Vector]:
+        """Return the least cost of a player, given what the others do, and where it is;
+        minus infinity if there is no bound, nan if it is not known."""
+        blocks, copies = self.blocks, self.game.copies
+        H, numbers = dense(blocks.Q[part, part]), [i for i, _ in copies]
+        rows = [
+            numbers.index(i)
+            for i, own in enumerate(self.game.owner)
+            if own in (None, player)
+        ]
+        A, c = dense(blocks.A[rows])[:, part], g[part] - H @ x[part]
+        own, all_of_it = A @ x[part], product(blocks.A[rows], x)
+        others, matters = all_of_it - own, A.any(axis=1)
+        # x counts as feasible, as it is but for rounding.
+        sides = (
+            np.minimum(blocks.row_lower[rows] - others, own)[matters],
+            np.maximum(blocks.row_upper[rows] - others, own)[matters],
+        )
+        bounds = blocks.lower[part], blocks.upper[part]
+        alone = Blocks(H, c, A[matters], *sides, *bounds)
+        M, q, low, high = alone.conditions()
+        result = driver.run(Problem(M, q, lower=low, upper=high), "auto")
+        moved = result.z[: c.size]
+        if result.status.has_no_solution:
+            return -math.inf, x[part]
+        if not result.solved:
+            return math.nan, x[part]
+        return float(moved @ (H @ moved / 2 + c)), moved
+
+
+@np.errstate(all="ignore")
+def answer(game: Players, result: Result) -> PlayersEquilibrium:
+    names = game.names_of_players()
+    if not result.solved:
+        return PlayersEquilibrium(names, None, None, None, (), UNSOLVED)
+    x, y = game.parts(result.z + 0.0)
+    found, _ = _Examination(game, result.problem).profile(x, result.tol)
+    exact = None
+    if result.exact is not None and result.exact.z is not None:
+        own = game.parts(result.exact.z)[0]
+        data = ExactProblem.of_decimals(result.problem)
+        strategies = [list(own[part]) for part in game.parts_of_players()]
+        exact = {"strategies": strategies, "costs": costs_at(game, data, own)}
+    return replace(found, y=y, exact=exact)
+
+
+UNSOLVED = "not solved, so there is no equilibrium"
+
+
+def verified(game: Players, proposed: Proposed) -> Verification:
+    """Verify z, x and y, or x alone, for which multipliers are sought, and what the
+    players would gain."""
+    found = verification.verified(game, proposed)
+    x = rounded(map(Fraction, proposed.values))[: game.variables]
+    profile, is_best = _Examination(game, proposed.problem).profile(
+        x, proposed.tol or TOL.value
+    )
+    joint = (
+        "; as strategies, " if is_best == found.accepted else ", but as strategies, "
+    )
+    message = f"{found.message}{joint}{profile.statement}"
+    return replace(found, message=message, strategies=profile)
+
+
+def costs_at(
+    game: Players, data: ExactProblem, x: Sequence[Fraction]
+) -> list[Fraction]:
+    """Return the costs of all players in fractions."""
+    rows, costs = data.M[: game.variables], list[Fraction]()
+    constants = data.w([Fraction(0)] * data.n)
+    for part in game.parts_of_players():
+        own = range(part.start, part.stop)
+        total = Fraction(0)
+        for i in own:
+            terms = (
+                a * x[j] / (2 if j in own else 1)
+                for j, a in rows[i].items()
+                if j < game.variables
+            )
+            total += x[i] * (constants[i] + sum(terms, Fraction(0)))
+        costs.append(total)
+    return costs
+
+
+class Costs(Meaning):
+    """What solutions mean: the costs of the players."""
+
+    def __init__(self, data: ExactProblem, game: Players) -> None:
+        super().__init__(data)
+        self._game = game
+
+    def headings(self, indices: Sequence[int]) -> list[str]:  # noqa: ARG002
+        return [f"cost of {name}" for name in self._game.names_of_players()]
+
+    def row(
+        self,
+        kind: str,
+        z: Values,
+        w: Values,  # noqa: ARG002
+        indices: Sequence[int],  # noqa: ARG002
+        cell: Callable[[Fraction], str],
+    ) -> tuple[Values, list[str]]:
+        if kind != "vertex":
+            return z, [""] * len(self._game.sizes)
+        return z, [*map(cell, costs_at(self._game, self.data, z))]
+
+    def record(self, z: Values) -> dict[str, Any]:
+        strategies = [list(z[part]) for part in self._game.parts_of_players()]
+        costs = costs_at(self._game, self.data, z)
+        return {"equilibrium": {"strategies": strategies, "costs": costs}}
+
+    def best(self, z: Values) -> tuple[list[str], list[Any]]:
+        costs = costs_at(self._game, self.data, z)
+        pairs = zip(self._game.names_of_players(), costs, strict=True)
+        return [f"costs: {', '.join(f'{who} {brief(own)}' for who, own in pairs)}"], []

@@ -1,0 +1,199 @@
+"""Games of any number of players: their conditions, answers, files and faults."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import lcpcli
+from lcpcli.errors import ProblemError
+
+INF = np.inf
+# Three producers with costs 1, 2, 3 and 4, 3, 2 a unit, at a price of 20 less all that
+# they sell: the gradient of the loss of each.
+MARKET: Any = {
+    "sizes": [1, 1, 1],
+    "H": [[2, 1, 1], [1, 2, 1], [1, 1, 2]],
+    "c": [-10, -9, -8],
+    "players": ["Ann", "Bob", "Cid"],
+}
+
+
+def losses(x: np.ndarray[Any, Any]) -> list[float]:
+    H, c = np.array(MARKET["H"], dtype=float), np.array(MARKET["c"], dtype=float)
+    return [float(x[i] * (H[i] @ x - H[i, i] * x[i] / 2 + c[i])) for i in range(3)]
+
+
+def test_no_player_gains_by_another_output() -> None:
+    result = lcpcli.run(lcpcli.from_players(**MARKET, upper=4))
+    answer = result.answer
+    assert result.solved
+    assert answer.costs == pytest.approx(losses(answer.x))
+    for player in range(3):
+        for output in np.linspace(0, 4, 41):
+            other = answer.x.copy()
+            other[player] = output
+            assert losses(other)[player] >= answer.costs[player] - 1e-9
+    assert answer.gains == (0, 0, 0)
+
+
+def test_gains_are_those_of_best_responses() -> None:
+    problem = lcpcli.from_players(**MARKET, upper=4)
+    found: Any = lcpcli.check(problem, [2, 2, 2])
+    best = min(losses(np.array([t, 2, 2]))[0] for t in np.linspace(0, 4, 401))
+    now = losses(np.full(3, 2.0))[0]
+    assert not found.accepted
+    assert found.strategies.gains[0] == pytest.approx(now - best)
+
+
+def test_a_shared_row_has_one_price_for_all_or_one_for_each() -> None:
+    data = {**MARKET, "A": [[1, 1, 1]], "row_upper": 4}
+    common = lcpcli.from_players(**data)
+    each = lcpcli.from_players(**data, shared="each")
+    assert (common.n, each.n) == (4, 6)
+    variational = list(lcpcli.solutions(common))
+    general = list(lcpcli.solutions(each))
+    assert len(variational) == 1
+    assert variational[0].is_point
+    assert any(not piece.is_point for piece in general)
+    x = variational[0].vertices[0][:3]
+    assert lcpcli.check(each, list(x)).accepted
+
+
+def test_a_row_of_one_player_limits_no_other() -> None:
+    # Bob's output counts in Ann's limit, which is no reason for him to sell less.
+    limited = lcpcli.from_players(
+        [1, 1], [[2, 0], [0, 2]], [-8, -8], [[1, 1]], row_upper=5, owner=[0]
+    )
+    assert lcpcli.run(limited).answer.x.tolist() == [1, 4]
+    shared = lcpcli.from_players(
+        [1, 1], [[2, 0], [0, 2]], [-8, -8], [[1, 1]], row_upper=5
+    )
+    assert lcpcli.run(shared).answer.x.tolist() == [2.5, 2.5]
+
+
+def test_sparse_and_dense_matrices_give_the_same() -> None:
+    sparse = pytest.importorskip("scipy.sparse")
+    data = {**MARKET, "row_upper": [4, 3], "owner": [None, "Ann"], "shared": "each"}
+    A = [[1, 1, 1], [1, 1, 0]]
+    one = lcpcli.from_players(**data, A=A)
+    other = lcpcli.from_players(**data, A=sparse.csr_array(A))
+    assert np.array_equal(one.M, other.M.toarray())
+    assert one.names == other.names
+
+
+@pytest.mark.parametrize("suffix", ["json", "npz"])
+def test_files_hold_it(tmp_path: Path, suffix: str) -> None:
+    problem = lcpcli.from_players(
+        **MARKET,
+        A=[[1, 1, 1], [1, 1, 0]],
+        row_lower=[-INF, 0],
+        row_upper=[4, 3],
+        owner=[None, "Ann"],
+        shared="each",
+        rows=["net", "line"],
+        columns=["a", "b", "c"],
+    )
+    file = str(tmp_path / f"p.{suffix}")
+    for as_program in (False, True):
+        lcpcli.write(problem, file, as_program=as_program)
+        again = lcpcli.read(file)
+        assert np.array_equal(again.M, problem.M)
+        assert again.formulation == problem.formulation
+        assert list(again.names) == list(problem.names)
+
+
+def test_its_answer_in_text_json_and_csv(
+    lcp: Callable[..., Any], tmp_path: Path
+) -> None:
+    file = tmp_path / "market.json"
+    file.write_text(json.dumps({**MARKET, "A": [[1, 1, 1]], "row_upper": 4}))
+    text = lcp("solve", str(file), "--exact").out
+    assert "Ann = (7/3)" in text
+    assert "an equilibrium: by a best response Ann would gain 0, Bob 0, Cid 0" in text
+    data = json.loads(lcp("solve", str(file), "--format", "json").out)["answer"]
+    assert data["players"] == MARKET["players"]
+    assert data["costs"] == pytest.approx([-14, -20 / 3, -4 / 3])
+    rows = lcp("solve", str(file), "--exact", "--format", "csv").out.splitlines()
+    assert rows[-4].startswith("1,7/3,0,basic")
+    listed = lcp("solve", str(file), "--all").out
+    assert "cost of Ann" in listed
+    record = json.loads(
+        lcp("solve", str(file), "--all", "--exact", "--format", "json").out
+    )
+    (solution,) = record["solutions"]
+    assert solution["equilibrium"]["costs"] == ["-14", "-20/3", "-4/3"]
+    best = lcp("solve", str(file), "--minimize", "z1").out
+    assert "costs: Ann -14, Bob -20/3, Cid -4/3" in best
+
+
+def test_check_takes_fractions_of_all_players(
+    lcp: Callable[..., Any], tmp_path: Path
+) -> None:
+    file = tmp_path / "market.json"
+    file.write_text(json.dumps({**MARKET, "A": [[1, 1, 1]], "row_upper": 4}))
+    assert lcp("check", str(file), "7/3,4/3,1/3", "--exact").code == 0
+    assert lcp("check", str(file), "2,1,1").code == 1
+
+
+@pytest.mark.parametrize(
+    ("changed", "where", "fault"),
+    [
+        ({"sizes": [1, 1]}, "sizes", "have the sum 2 and c has 3 entries"),
+        ({"sizes": []}, "sizes", "is empty"),
+        ({"sizes": 3}, "sizes", "is a number"),
+        ({"sizes": [1, 1, 0]}, "sizes[2]", "is 0"),
+        ({"sizes": [1.5, 1, 1]}, "sizes[0]", "is 1.5"),
+        ({"sizes": ["a", 1, 1]}, "sizes[0]", "is the text 'a'"),
+        ({"sizes": None}, "sizes", "is null"),
+        ({"c": []}, "c", "is empty"),
+        ({"H": [[1, 2, 3]]}, "H", "is 1 x 3"),
+        ({"sizes": [2, 1], "players": []}, "H[0][1]", "is 1"),
+        (
+            {"H": [[-1, 1, 1], [1, 2, 1], [1, 1, 2]]},
+            "H",
+            "makes the cost of Ann not convex in its own variables",
+        ),
+        ({"owner": [0]}, "owner", "has 1 entry for 0 rows"),
+        ({"owner": 3}, "owner", "is a number"),
+        (
+            {"A": [[1, 1, 1]], "b": [1], "owner": ["Dan"]},
+            "owner[0]",
+            "is the text 'Dan'",
+        ),
+        ({"A": [[1, 1, 1]], "b": [1], "owner": [3]}, "owner[0]", "is 3"),
+        ({"A": [[1, 1, 1]], "b": [1], "owner": [0.5]}, "owner[0]", "is 0.5"),
+        ({"A": [[1, 1, 1]], "b": [1], "owner": [True]}, "owner[0]", "is true"),
+        ({"shared": "some"}, "shared", "is the text 'some'"),
+        ({"shared": 3}, "shared", "is a number"),
+        ({"players": ["Ann"]}, "players", "has 1 name for 3 players"),
+        ({"free": [0]}, "free", "is not a key of a game of players"),
+    ],
+)
+def test_what_is_wrong_is_named(
+    changed: dict[str, Any], where: str, fault: str, tmp_path: Path
+) -> None:
+    data = {**MARKET, **changed}
+    if where == "H[0][1]":
+        data["H"] = [[2, 1, 1], [3, 2, 1], [1, 1, 2]]
+    file = tmp_path / "game.json"
+    file.write_text(json.dumps(data))
+    with pytest.raises(ProblemError) as error:
+        lcpcli.read(str(file))
+    assert error.value.parts[-1] == where
+    assert fault in error.value.fault
+
+
+def test_check_of_exact_numbers_is_exact() -> None:
+    problem = lcpcli.from_players(**MARKET)
+    exact = lcpcli.exact(problem)
+    found = lcpcli.check(problem, exact.exact.z)
+    assert found.exact
+    assert found.accepted
+    assert sum(exact.answer.exact["costs"], Fraction(0)) < 0
