@@ -49,6 +49,9 @@ M is a real matrix of shape (n, n), dense or sparse, and q is a vector of n numb
     nnls, lsq    the fit that minimizes |Ax - b|, with x >= 0, or with bounds and
                  equations; its coefficients are in Result.answer
     from_lsq     the Problem of such a fit
+    from_findex, from_contact  the Problem of contact with friction, from bounds and
+                 friction indices or from a Delassus matrix; Result.answer has impulses,
+                 velocities and the states of the contacts
 
 >>> import lcpcli
 >>> result = lcpcli.solve([[2, 1], [1, 2]], [-5, -6])
@@ -74,6 +77,8 @@ if TYPE_CHECKING:
     from lcpcli.files.nl_format import read_nl as read_nl
     from lcpcli.files.reading import read as read
     from lcpcli.files.writing import write as write
+    from lcpcli.formulations.contact.friction import from_contact as from_contact
+    from lcpcli.formulations.contact.friction import from_findex as from_findex
     from lcpcli.formulations.game_tree.game import from_efg as from_efg
     from lcpcli.formulations.least_squares.fit import from_lsq as from_lsq
     from lcpcli.formulations.least_squares.fitting import lsq as lsq
@@ -119,6 +124,7 @@ _PUBLIC = {  # the public names of each module, loaded on first use
     "files.nl_format": "read_nl",
     "files.reading": "read",
     "files.writing": "write",
+    "formulations.contact.friction": "from_contact from_findex",
     "formulations.game_tree.game": "from_efg",
     "formulations.players.quadratic": "from_players",
     "formulations.variational_inequality.inequality": "from_avi",

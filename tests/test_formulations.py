@@ -37,6 +37,7 @@ def alone(tmp_path_factory: pytest.TempPathFactory) -> Path:
     (folder / "tree.efg").write_text(TREE)
     (folder / "tree.json").write_text(json.dumps({"efg": TREE}))
     (folder / "fit.json").write_text('{"lsq": true, "A": [[1]], "b": [1]}')
+    (folder / "contact.json").write_text('{"W": [[1]], "q": [1], "mu": 1}')
     return folder
 
 
@@ -75,6 +76,7 @@ def test_lcps_need_no_formulation(alone: Path, line: str) -> None:
         ("tree.efg", ".efg"),
         ("tree.json", "a game"),
         ("fit.json", "a least-squares problem"),
+        ("contact.json", "contact with friction"),
     ],
 )
 def test_a_file_without_its_formulation_gets_one_line(

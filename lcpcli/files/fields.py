@@ -84,8 +84,8 @@ OTHER_NAMES |= (
     | dict.fromkeys(OF_LOWER, "lower")
     | dict.fromkeys(OF_UPPER, "upper")
 )
-# Of programs, games, inequalities and fits.
-MATRICES = ("Q", "P", "A", "G", "B", "H", "E")
+# Of programs, games, inequalities, fits and contact.
+MATRICES = ("Q", "P", "A", "G", "B", "H", "E", "W")
 NATIVE = (
     "Q",
     "c",

@@ -130,7 +130,7 @@ def fields(content: JsonText, number: Number = float) -> dict[str, Any]:
     if of := kind_of(data):
         data = _with_numbers(data, number)
         data |= {
-            key: _sparse(key, data[key])
+            key: sparse_matrix(key, data[key])
             for key in MATRICES
             if isinstance(data.get(key), dict)
         }
@@ -142,7 +142,7 @@ def fields(content: JsonText, number: Number = float) -> dict[str, Any]:
     refuse("M" not in data, "M", IS_MISSING, "add the key M")
     data |= {key: as_vector(key, data[key]) for key in STARTS if key in data}
     if isinstance(data["M"], dict):
-        data["M"] = _sparse(
+        data["M"] = sparse_matrix(
             "M", data["M"], as_vector("q", data["q"]).size if "q" in data else None
         )
     if "solution" in data:
@@ -331,7 +331,7 @@ def _decoder(number: Callable[[str], Any]) -> json.JSONDecoder:
 OF_DOUBLES = _decoder(float)
 
 
-def _sparse(field: str, given: dict[str, Any], n: int | None = None) -> Matrix:
+def sparse_matrix(field: str, given: dict[str, Any], n: int | None = None) -> Matrix:
     """Return the sparse matrix, after checking that its indices fit its shape, which is
     n x n unless n is None."""
     from lcpcli.linalg.patterns import outside

@@ -142,8 +142,9 @@ class Formulation:
 
     def exact_conditions(self) -> tuple[Any, ...] | None:
         """Return the rows of M, each with its entries by their columns, and q, as
-        fractions, with the lower bounds behind them if these are not all 0; None if
-        they are the doubles of the problem, or the decimals in its file."""
+        fractions, with the lower bounds behind them if these are not all 0, and then
+        the upper ones if some are finite; None if they are the doubles of the problem,
+        or the decimals in its file."""
         return None
 
     def fields(

@@ -64,6 +64,13 @@ class Row(NamedTuple):
 
 # By the words for them in files, under the key kind of origin.
 TABLE = {
+    "contact": Row(
+        "lcpcli.formulations.contact",
+        "friction:Contact",
+        "contact with friction",
+        ("findex", "W !Q !P !c"),
+        others=("b", "lo", "hi", "q", "mu", "dimension", "facets"),
+    ),
     "efg": Row(
         "lcpcli.formulations.game_tree",
         "game:ExtensiveGame",

@@ -314,7 +314,8 @@ def decimal_parts_of(problem: Problem) -> ExactParts:
     game, those from its payoffs."""
     parts = problem.formulation.exact_conditions()
     if parts is not None:
-        return parts[0], parts[1], parts[2] if len(parts) == 3 else None, None
+        M, q, lower, upper = (*parts, None, None)[:4]
+        return M, q, lower, upper
     return parts_of(problem, shortest_decimal)
 
 

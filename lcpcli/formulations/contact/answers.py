@@ -1,0 +1,244 @@
+"""What a z says about contacts: impulses and velocities in the order of the caller, and
+whether each contact is separated, sticks or slides; recomputed from A and b."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+
+from lcpcli.errors import count, listed
+from lcpcli.formulations.contact.friction import Contact
+from lcpcli.linalg.doubles import ROW_ROUNDING
+from lcpcli.linalg.matrices import absolute_product, product
+from lcpcli.model.formulation import Answer
+from lcpcli.model.problem import Problem
+from lcpcli.rational.exact_problem import rows_of
+from lcpcli.rational.numbers import shortest_decimal
+from lcpcli.report import wording
+from lcpcli.report.document import Table
+from lcpcli.solving.result import Result, Status
+from lcpcli.typing import Vector
+from lcpcli.verify.point import Criterion, Point
+from lcpcli.verify.verification import Proposed, Verification
+
+SEPARATED, STICKING, SLIDING = "separated", "sticking", "sliding"
+STATES = (STICKING, SLIDING, SEPARATED)
+MOST_CONTACTS = 100  # in a table, a few screens
+UNSOLVED = "not solved, so the states of the contacts are not known"
+JAMMED = (
+    "jammed: no impulses within the cones of friction lead to velocities that the "
+    "contacts allow; b is outside what impulses can reach"
+)
+REASON = "z solves the problem to the tolerance, but x and w = A x + b do not"
+
+
+@dataclass(frozen=True, eq=False)
+class ContactState:
+    """A contact.
+
+    normal, tangential : the indices of its unknowns in x, from 0.
+    state : "separated" without an impulse; else "sticking" without a tangential
+        velocity, and "sliding" with one.
+    """
+
+    normal: int
+    tangential: list[int]
+    state: str
+
+
+@dataclass(frozen=True, eq=False)
+class Impulses(Answer):
+    """What a solution says about contacts.
+
+    x, w : the impulses or forces, and the velocities A x + b, 0 where these are only
+        rounding error, in the order of A; None, as are the contacts, if the problem is
+        not solved.
+    contacts : their states, in the order of their normal unknowns.
+    statement : how many of them stick, slide and are separated, or why that is not
+        known.
+    exact : x and w in fractions if z is proved, else None.
+    """
+
+    x: Vector | None
+    w: Vector | None
+    contacts: list[ContactState] | None
+    statement: str
+    exact: dict[str, list[Fraction]] | None = None
+
+    @property
+    def _values(self) -> tuple[Sequence[Any], Sequence[Any]]:
+        if self.exact is not None:
+            return self.exact["x"], self.exact["w"]
+        assert self.x is not None
+        assert self.w is not None
+        return self.x.tolist(), self.w.tolist()
+
+    def tables(self, *, whole: bool = True) -> list[Table]:  # noqa: ARG002
+        if not self.contacts:
+            return []
+        x, w = self._values
+        rows = [
+            [
+                str(number),
+                wording.number(x[own.normal]),
+                _numbers(x, own.tangential),
+                wording.number(w[own.normal]),
+                _numbers(w, own.tangential),
+                own.state,
+            ]
+            for number, own in enumerate(self.contacts[:MOST_CONTACTS], 1)
+        ]
+        notes = []
+        if len(self.contacts) > MOST_CONTACTS:
+            notes = [f"the first {MOST_CONTACTS} of {len(self.contacts)} contacts"]
+        impulses = ["normal", "tangential"]
+        velocities = [f"{each} velocity" for each in impulses]
+        header = ["contact", *impulses, *velocities, "state"]
+        return [Table(header, [rows], (5,), notes=notes)]
+
+    def cells(self) -> Mapping[str, Sequence[Any]]:
+        headings = ("impulse", "velocity", "contact")
+        if self.contacts is None:
+            return dict.fromkeys(headings, ())
+        x, w = self._values
+        states = [""] * len(x)
+        for own in self.contacts:
+            for i in (own.normal, *own.tangential):
+                states[i] = own.state
+        return dict(zip(headings, (x, w, states), strict=True))
+
+
+def _numbers(values: Sequence[Any], indices: Sequence[int]) -> str:
+    return ", ".join(wording.number(values[i]) for i in indices)
+
+
+@np.errstate(all="ignore")  # overflow counts as infinite
+def answer(contact: Contact, result: Result) -> Impulses:
+    """Return the impulses, the velocities and the states of contacts if the result is
+    solved."""
+    if not result.solved:
+        statement = JAMMED if result.status.has_no_solution else UNSOLVED
+        return Impulses(None, None, None, statement)
+    x, w = impulses_at(contact, result.z)
+    terms = absolute_product(contact.A, abs(x)) + abs(contact.b)
+    w[abs(w) <= ROW_ROUNDING * terms] = 0.0
+    exact, proved = None, result.exact
+    if proved is not None and proved.z and proved.w and contact.is_planar:
+        exact = _exactly(contact, proved.z, proved.w)
+    if exact is not None:
+        states = _states(contact, exact["x"], exact["w"], 0, [0] * len(x))
+    else:
+        zeros = (result.tol * terms).tolist()
+        size = result.tol * abs(x).max(initial=0.0)
+        states = _states(contact, x.tolist(), w.tolist(), size, zeros)
+    return Impulses(x, w, states, _statement(states), exact)
+
+
+def impulses_at(contact: Contact, z: Vector) -> tuple[Vector, Vector]:
+    """Return x, with tangential impulses in their bounds, and w = A x + b."""
+    x = np.asarray(product(contact.T, z))
+    friction = contact.friction
+    if contact.is_planar:
+        tangents = friction.tangents[:, 0]
+        most = friction.coefficients * np.maximum(x[friction.normals], 0.0)
+        # A lambda that is not 0 asks for the upper end, exactly.
+        at_end = z[contact.b.size :] > 0
+        x[tangents] = np.where(at_end, most, np.clip(x[tangents], -most, most))
+    return x, np.asarray(product(contact.A, x) + contact.b)
+
+
+def _exactly(
+    contact: Contact, z: Sequence[Fraction], rows: Sequence[Fraction]
+) -> dict[str, list[Fraction]]:
+    """Return x and w of an exact z with the rows M z + q, of whatever exact numbers
+    these are: those of beta and lambda are w + lambda and mu x_f - x_t."""
+    n = contact.b.size
+    x, w = list(z[:n]), list(rows[:n])
+    for place, t in enumerate(contact.friction.tangents[:, 0].tolist(), n):
+        x[t] = (x[t] - rows[place]) / 2
+        w[t] -= z[place]
+    return {"x": x, "w": w}
+
+
+def _states(
+    contact: Contact,
+    x: Sequence[Any],
+    w: Sequence[Any],
+    size: Any,
+    rounding: Sequence[Any],
+) -> list[ContactState]:
+    """Return the states of all contacts. size : of impulses that count as 0. rounding :
+    the velocities that count as 0."""
+    found = []
+    for normal, *places in contact.contacts:
+        tangential = contact.friction.tangents[places].ravel().tolist()
+        state = STICKING
+        if x[normal] <= size:
+            state = SEPARATED
+        elif any(abs(w[i]) > rounding[i] for i in tangential):
+            state = SLIDING
+        found.append(ContactState(normal, tangential, state))
+    return found
+
+
+def _statement(states: Sequence[ContactState]) -> str:
+    if not states:
+        return ""
+    times = Counter(own.state for own in states)
+    parts = [f"{times[state]} {state}" for state in STATES if times[state]]
+    return f"{count(len(states), 'contact')}: {listed(parts)}"
+
+
+@np.errstate(all="ignore")
+def accepted(contact: Contact, result: Result) -> Result:
+    """Return a result whose x and w satisfy the laws of contact to the tolerance, or
+    the same as stalled."""
+    if not contact.is_planar or _is_solved(contact, result.z, result.tol):
+        return result
+    message = Status.STALLED.sentence(REASON)
+    return replace(result, status=Status.STALLED, message=message, end=None)
+
+
+def _is_solved(contact: Contact, z: Vector, tol: float) -> bool:
+    """Return whether x solves the boxed problem of A and b with the bounds of friction
+    that its own normal impulses give."""
+    x, _ = impulses_at(contact, z)
+    friction, lower, upper = contact.friction, contact.lower, contact.upper
+    tangents = friction.tangents[:, 0]
+    most = friction.coefficients * np.maximum(x[friction.normals], 0.0)
+    lower, upper = lower.copy(), upper.copy()
+    lower[tangents], upper[tangents] = -most, most
+    box = Problem(contact.A, contact.b, lower=lower, upper=upper)
+    return bool(Point(Criterion(box, tol), np.clip(x, lower, upper)).solves())
+
+
+@np.errstate(all="ignore")
+def verified(contact: Contact, proposed: Proposed) -> Verification:
+    """Verify z, or x."""
+    if len(proposed.values) == proposed.problem.n or not contact.is_planar:
+        return proposed.of_z(proposed.values)
+    x, friction = list(proposed.values), contact.friction
+    exact = proposed.data is not None
+    number = Fraction if exact else float
+    mu = [
+        shortest_decimal(each) if exact else each
+        for each in friction.coefficients.tolist()
+    ]
+    tangents = friction.tangents[:, 0].tolist()
+    z = [number(value) for value in x]
+    for t, f, each in zip(tangents, friction.normals.tolist(), mu, strict=True):
+        z[t] += each * z[f]
+    rows = rows_of(contact.A, shortest_decimal)
+    for t in tangents:
+        if exact:
+            w = sum((a * x[j] for j, a in rows[t].items()), Fraction(0))
+            w += shortest_decimal(float(contact.b[t]))
+        else:
+            w = float(product(contact.A[[t]], np.array(x))[0] + contact.b[t])
+        z.append(max(-w, 0 * w))
+    return proposed.of_z(z if exact else np.array(z))

@@ -1,0 +1,198 @@
+"""Contact with friction as M and q, in two ways.
+
+An unknown x_i that is a tangential force or impulse lies between -mu x_f and mu x_f,
+where x_f is the normal one of its contact; w = A x + b are velocities. The law of
+Coulomb asks for w_i >= 0 at the lower end, w_i <= 0 at the upper one, and w_i = 0
+between.
+
+The compact form has two unknowns for each tangential one, beta and lambda, with
+x_i = beta - mu x_f:
+
+    beta >= 0,    w_i + lambda >= 0,     their product 0,
+    lambda >= 0,  2 mu x_f - beta >= 0,  their product 0.
+
+Its solutions are those of the problem itself, but its matrix need not be copositive:
+A = [1 1.2; 1.2 2] and mu = 1 have the diagonal entry 1 - 1.2.
+
+The form of D. E. Stewart, J. C. Trinkle, Int. J. Numer. Methods Eng. 39 (1996)
+2673-2691, has a beta >= 0 for each of several directions d in the tangent line or
+plane, of which the tangential unknowns are the sum, and lambda against
+mu x_f - sum beta. Its matrix is copositive if A is positive semidefinite. In a plane
+these directions are the vertices of a regular polygon inside the circle of Coulomb.
+"""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from lcpcli.clock import imports
+from lcpcli.linalg.matrices import is_sparse
+from lcpcli.model.formulation import Conditions
+from lcpcli.rational.exact_problem import rows_of
+from lcpcli.rational.numbers import shortest_decimal
+from lcpcli.typing import Indices, Matrix, Vector
+
+ONE = Fraction(1)
+
+
+class Friction(NamedTuple):
+    """The friction of k pairs of a normal and a tangential unknown, or of triples with
+    two tangential ones.
+
+    normals, coefficients : shape (k,), the indices of the normal unknowns, and mu.
+    tangents : shape (k, 1) or (k, 2), the indices of the tangential ones.
+    """
+
+    normals: Indices
+    tangents: Indices
+    coefficients: Vector
+
+
+class Form(NamedTuple):
+    """A problem in z with x = T z.
+
+    conditions : M, q and the bounds of z. T : shape (n, number of unknowns in z).
+    """
+
+    conditions: Conditions
+    T: Matrix
+
+
+def compact(
+    A: Matrix, b: Vector, lower: Vector, upper: Vector, friction: Friction
+) -> Form:
+    """Return the compact form, z = (x with beta in place of tangential ones, lambda).
+
+    friction : with one tangential unknown each.
+    """
+    n, k = b.size, friction.normals.size
+    tangents, mu = friction.tangents[:, 0], friction.coefficients
+    own = np.arange(n)
+    T = _matrix(
+        A, (n, n + k), (own, own), (tangents, friction.normals, -mu), values=1.0
+    )
+    rows = np.arange(k)
+    C = _matrix(
+        A, (k, n + k), (rows, tangents), (rows, friction.normals, 2 * mu), values=-1.0
+    )
+    E = _matrix(A, (n, n + k), (tangents, n + rows))
+    low, high = lower.copy(), upper.copy()
+    low[tangents], high[tangents] = 0.0, math.inf
+    return _form(A @ T + E, b, C, (low, high), T)
+
+
+def stewart_trinkle(
+    A: Matrix,
+    b: Vector,
+    lower: Vector,
+    upper: Vector,
+    friction: Friction,
+    directions: Vector,
+) -> Form:
+    """Return the form of Stewart and Trinkle, z = (the unknowns that are not
+    tangential, beta by pairs and directions, lambda).
+
+    directions : shape (m, 1) or (m, 2), unit vectors.
+    """
+    n, k, m = b.size, friction.normals.size, len(directions)
+    others = np.setdiff1d(np.arange(n), friction.tangents.ravel())
+    first, last = others.size, others.size + k * m
+    size = last + k
+    betas = np.arange(first, last).reshape(k, m)
+    parts = [
+        (np.repeat(tangent, m), betas.ravel(), np.tile(along, k))
+        for tangent, along in zip(friction.tangents.T, directions.T, strict=True)
+    ]
+    T = _matrix(A, (n, size), (others, np.arange(first)), *parts)
+    rows, places = np.arange(k), np.empty(n, dtype=np.intp)
+    places[others] = np.arange(first)
+    of_betas = np.repeat(rows, m), betas.ravel(), np.full(k * m, -1.0)
+    of_normals = rows, places[friction.normals], friction.coefficients
+    C = _matrix(A, (k, size), of_betas, of_normals)
+    E = _matrix(A, (last, size), (betas.ravel(), last + np.repeat(rows, m)))
+    S = T[:, :last].T
+    free = np.full(k * m, math.inf)
+    low = np.concatenate((lower[others], np.zeros(k * m)))
+    high = np.concatenate((upper[others], free))
+    return _form(S @ (A @ T) + E, S @ b, C, (low, high), T)
+
+
+def polygon(facets: int) -> Vector:
+    """Return the vertices of a regular polygon in the unit circle, shape (facets, 2),
+    each with its opposite exactly; of a segment for 2, shape (2, 1)."""
+    if facets == 2:
+        return np.array([[1.0], [-1.0]])
+    angles = 2 * np.pi * np.arange(facets // 2) / facets
+    half = np.column_stack((np.cos(angles), np.sin(angles)))
+    half[abs(half) < 1e-15] = 0.0  # as of the cosine of a right angle
+    return np.concatenate((half, -half))
+
+
+def exact_compact(
+    A: Matrix, b: Vector, lower: Vector, upper: Vector, friction: Friction
+) -> tuple[Any, ...]:
+    """Return the compact form of the shortest decimals of the numbers: the rows of M, q
+    and the bounds, as fractions."""
+    n, normals = b.size, friction.normals.tolist()
+    tangents = friction.tangents[:, 0].tolist()
+    mus = [shortest_decimal(mu) for mu in friction.coefficients.tolist()]
+    rows = rows_of(A, shortest_decimal)
+    for row in rows:
+        for f, t, mu in zip(normals, tangents, mus, strict=True):
+            if entry := row.get(t):
+                row[f] = row.get(f, Fraction(0)) - mu * entry
+    for k, (f, t, mu) in enumerate(zip(normals, tangents, mus, strict=True)):
+        rows[t][n + k] = ONE
+        rows.append({f: 2 * mu, t: -ONE})
+    q = [*map(shortest_decimal, b.tolist()), *[Fraction(0)] * len(mus)]
+    low, high = (
+        [None if math.isinf(end) else shortest_decimal(end) for end in ends.tolist()]
+        for ends in (lower, upper)
+    )
+    for t in tangents:
+        low[t], high[t] = Fraction(0), None
+    low += [Fraction(0)] * len(mus)
+    high += [None] * len(mus)
+    return rows, q, low, high
+
+
+def _form(
+    upper_rows: Matrix, b: Vector, C: Matrix, ends: tuple[Vector, Vector], T: Matrix
+) -> Form:
+    k = C.shape[0]
+    if is_sparse(C):
+        with imports:
+            from scipy.sparse import vstack
+        M: Matrix = vstack((upper_rows, C)).tocsr()
+    else:
+        M = np.concatenate((upper_rows, C))
+    q = np.concatenate((b, np.zeros(k)))
+    low = np.concatenate((ends[0], np.zeros(k)))
+    high = np.concatenate((ends[1], np.full(k, math.inf)))
+    return Form(Conditions(M, q, low, high), T)
+
+
+def _matrix(
+    like: Matrix, shape: tuple[int, int], *parts: tuple[Any, ...], values: float = 1.0
+) -> Matrix:
+    """Return a matrix, dense or sparse as another one, of entries at rows and columns.
+
+    parts : rows, columns and values; these may be left out, and are then `values`.
+    """
+    if not is_sparse(like):
+        M = np.zeros(shape)
+        for rows, columns, *given in parts:
+            M[rows, columns] = given[0] if given else values
+        return M
+    with imports:
+        from scipy.sparse import csr_array
+    rows = np.concatenate([part[0] for part in parts])
+    columns = np.concatenate([part[1] for part in parts])
+    entries = np.concatenate(
+        [part[2] if part[2:] else np.full(len(part[0]), values) for part in parts]
+    )
+    return csr_array((entries, (rows, columns)), shape=shape)

@@ -1,0 +1,387 @@
+"""Contact with Coulomb friction from what engineers hold: A, b, lo, hi and findex, as
+ODE, Bullet and DART do, or a Delassus matrix W, q and mu, as Siconos does."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from lcpcli.errors import IS_MISSING, MAKE_AGREE, ProblemError, count, refuse_unknown
+from lcpcli.files import fields as files
+from lcpcli.files.json_format import sparse_matrix
+from lcpcli.formulations.contact import cones
+from lcpcli.formulations.contact.cones import Form, Friction
+from lcpcli.linalg.doubles import EPS
+from lcpcli.linalg.matrices import compressed, is_sparse
+from lcpcli.model.arrays import FROM_0, as_flat, as_square, as_vector, own_matrix, plain
+from lcpcli.model.box import as_bound, as_intervals
+from lcpcli.model.formulation import FULL, Answer, Conditions, Formulation
+from lcpcli.model.formulations import TEXTS
+from lcpcli.model.problem import Problem
+from lcpcli.typing import BoundLike, Indices, Matrix, Vector, VectorLike
+
+NONE = -1  # in findex: an unknown that has no normal one
+FACETS = 8
+# Of the largest entry: how far M and q may be from those that are made again.
+ROUNDING = 64 * EPS
+NAME_NORMAL = f"give the index of a normal unknown, or {NONE} for none {FROM_0}"
+FROM_ZERO = f"give a number from 0 {FROM_0}"
+FILE_KEYS = {
+    "findex": ("A", "b", "lo", "hi", "findex"),
+    "W": ("W", "q", "mu", "dimension", "facets"),
+}
+
+
+def from_findex(
+    A: Any,
+    b: VectorLike,
+    lower: BoundLike,
+    upper: BoundLike,
+    findex: Any,
+    *,
+    name: str = "",
+    source: str = "",
+    note: str = "",
+) -> Problem:
+    """Return the problem of contact with friction that is given by bounds and friction
+    indices: find x in its bounds with w = A x + b, w_i >= 0 where x_i is below its
+    upper bound, and w_i <= 0 where it is above its lower one.
+
+    A : shape (n, n), dense or sparse; symmetric and positive semidefinite if it is the
+        inverse mass at the contacts. b : shape (n,). A x is a velocity or an
+        acceleration, x an impulse or a force.
+    lower, upper : each a number or of shape (n,), infinite for no bound.
+    findex : shape (n,), -1, or the index f of a normal unknown; then x_i is tangential,
+        upper_i = -lower_i is its coefficient of friction mu, and -mu x_f <= x_i <=
+        mu x_f. x_f itself must not be tangential, and its lower bound is at least 0.
+    name, source, note : texts of the problem.
+
+    ODE and DART hold A x = b + w: give them as from_findex(A, -b, lo, hi, findex). With
+    -1 everywhere this is the mixed problem with M = A and q = b. Otherwise it is
+    exactly the law of Coulomb, not a box from the step before; its matrix need not be
+    copositive, so that Lemke's method may end in a ray, whatever A is.
+    `Result.answer` has x, w, and whether each contact is separated, sticks or slides.
+    Raises ProblemError, which names the entry at fault.
+
+    >>> import lcpcli
+    >>> from math import inf
+    >>> A, b = [[1, 0.2], [0.2, 2]], [-1, -3]
+    >>> problem = lcpcli.from_findex(A, b, [0, -0.5], [inf, 0.5], [-1, 0])
+    >>> answer = lcpcli.run(problem).answer
+    >>> answer.x.round(6).tolist(), [each.state for each in answer.contacts]
+    ([0.909091, 0.454545], ['sliding'])
+    """
+    own = _of_findex(A, b, (lower, upper), findex, ("lower", "upper"))
+    return own.problem(name=name, source=source, note=note)
+
+
+def from_contact(
+    W: Any,
+    q: VectorLike,
+    mu: float | VectorLike,
+    *,
+    dimension: int = 2,
+    facets: int = FACETS,
+    name: str = "",
+    source: str = "",
+    note: str = "",
+) -> Problem:
+    """Return the problem of contact with friction that is given by a Delassus matrix:
+    find impulses r with velocities u = W r + q, by the laws of Signorini and Coulomb.
+
+    W : shape (n, n), dense or sparse, with rows and columns by contacts: normal and
+        tangential, in three dimensions normal and two tangential ones.
+    q : shape (n,), the velocities at the contacts without impulses. For Newton's law of
+        impact with a coefficient of restitution e, add e times the normal velocity
+        before the step to each normal entry.
+    mu : the coefficient of friction, a number or one for each contact.
+    dimension : 2 or 3. In the plane the problem is exact.
+    facets : in three dimensions, the even number of edges of a polygon in the circle of
+        Coulomb, that replaces it; friction is too small by at most the share
+        1 - cos(pi / facets), by 8 percent for 8.
+    name, source, note : texts of the problem.
+
+    `Result.answer` has the impulses x and the velocities w in this order, and whether
+    each contact is separated, sticks or slides. Raises ProblemError, which names the
+    entry at fault.
+
+    >>> import lcpcli
+    >>> W = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]
+    >>> problem = lcpcli.from_contact(W, [-1, -0.2, 0.1], 0.5, dimension=3)
+    >>> answer = lcpcli.run(problem).answer
+    >>> answer.x.round(6).tolist(), answer.contacts[0].state
+    ([1.0, 0.2, -0.1], 'sticking')
+    """
+    own = _of_delassus(W, q, mu, dimension, facets)
+    return own.problem(name=name, source=source, note=note)
+
+
+@dataclass(frozen=True, eq=False)
+class Contact(Formulation):
+    """What a problem of contact with friction was made from.
+
+    A, b, lower, upper : as in `from_findex`, or W and q, without bounds of tangential
+        unknowns. friction : which unknowns are tangential.
+    facets : the number of directions of friction, 2 in the plane.
+    key : "findex" or "W", by which a file has it.
+    """
+
+    A: Matrix
+    b: Vector
+    lower: Vector
+    upper: Vector
+    friction: Friction
+    facets: int
+    key: str
+
+    kind = "contact"
+    form = "written as the complementarity problem of the contacts,"
+    left_out = ("contacts",)
+
+    @classmethod
+    def of_fields(cls, fields: Mapping[str, Any]) -> Problem:
+        key = "findex" if "findex" in fields else "W"
+        keys = FILE_KEYS[key]
+        files.refuse_unknown("", fields, (*keys, *TEXTS), "a problem of contact")
+        texts = files.without_nulls({key: fields.get(key) for key in TEXTS})
+        return cls.parse({key: fields[key] for key in keys if key in fields}).problem(
+            **texts
+        )
+
+    @classmethod
+    def parse(cls, data: Mapping[str, Any]) -> Contact:
+        key = "findex" if "findex" in data else "W"
+        keys = FILE_KEYS[key]
+        refuse_unknown("", data, ("kind", *keys))
+        given = {key: data[key] for key in keys if data.get(key) is not None}
+        needed = {"findex": ("A", "b", "findex"), "W": ("W", "q", "mu")}[key]
+        for each in needed:
+            if each not in given:
+                raise ProblemError(each, IS_MISSING, f"add the key {each}")
+        matrix = given.pop(keys[0])
+        if isinstance(matrix, Mapping):
+            matrix = sparse_matrix(keys[0], dict(matrix))
+        if key == "findex":
+            ends = given.get("lo"), given.get("hi")
+            return _of_findex(matrix, given["b"], ends, given["findex"], ("lo", "hi"))
+        dimension, facets = given.get("dimension", 2), given.get("facets", FACETS)
+        return _of_delassus(matrix, given["q"], given["mu"], dimension, facets)
+
+    def data(self) -> dict[str, Any]:
+        return {"kind": self.kind} | {
+            key: _listed(value) for key, value in self._fields().items()
+        }
+
+    def fields(
+        self,
+        problem: Problem,  # noqa: ARG002
+        *,
+        in_text: bool,  # noqa: ARG002
+    ) -> dict[str, Any]:
+        return self._fields()
+
+    def _fields(self) -> dict[str, Any]:
+        friction = self.friction
+        if self.key == "W":
+            mu, width = friction.coefficients, 1 + friction.tangents.shape[1]
+            fields = {"W": self.A, "q": self.b, "mu": mu, "dimension": width}
+            return fields | ({"facets": self.facets} if width > 2 else {})
+        findex = np.full(self.b.size, float(NONE))
+        findex[friction.tangents[:, 0]] = friction.normals
+        bounds = {"lo": self.lower, "hi": self.upper}
+        return {"A": self.A, "b": self.b, **bounds, "findex": findex}
+
+    def problem(self, **texts: Any) -> Problem:
+        """Return the problem, with these texts."""
+        M, q, lower, upper = self._form.conditions
+        problem = Problem(M, q, lower=lower, upper=upper, **texts)
+        # `Problem` would check whether it fits, but it has just made them.
+        return problem.having(origin=self)
+
+    @property
+    def is_planar(self) -> bool:
+        return self.friction.tangents.shape[1:] == (1,)
+
+    @cached_property
+    def _form(self) -> Form:
+        parts = self.A, self.b, self.lower, self.upper, self.friction
+        if self.is_planar:
+            return cones.compact(*parts)
+        return cones.stewart_trinkle(*parts, cones.polygon(self.facets))
+
+    @property
+    def T(self) -> Matrix:
+        """Return T with x = T z."""
+        return self._form.T
+
+    def fits(self, given: Conditions) -> bool:
+        own = self._form.conditions
+        if given.M.shape != own.M.shape or not all(
+            map(np.array_equal, given[2:], own[2:])
+        ):
+            return False
+        off = abs(compressed(given.M) - compressed(own.M)).max()
+        off_q = abs(given.q - own.q).max()
+        size, size_q = abs(own.M).max(), abs(own.q).max()
+        return bool(off <= ROUNDING * size and off_q <= ROUNDING * size_q)
+
+    def exact_conditions(self) -> tuple[Any, ...] | None:
+        """Return those of the shortest decimals of all numbers; None in space, where
+        the directions are no fractions."""
+        if not self.is_planar:
+            return None
+        parts = self.A, self.b, self.lower, self.upper, self.friction
+        return cones.exact_compact(*parts)
+
+    @cached_property
+    def contacts(self) -> list[list[int]]:
+        """Return the normal unknown of each contact, and its pairs or triples in
+        `friction`, in the order of the normal unknowns."""
+        found: dict[int, list[int]] = {}
+        for place, normal in enumerate(self.friction.normals.tolist()):
+            found.setdefault(normal, [normal]).append(place)
+        return [found[normal] for normal in sorted(found)]
+
+    def names(self, n: int, purpose: str = FULL) -> Sequence[str]:  # noqa: ARG002
+        if self.key == "findex":
+            own = [f"x{i}" for i in range(1, self.b.size + 1)]
+            for k, (tangent,) in enumerate(self.friction.tangents.tolist()):
+                own.append(f"slip {own[tangent]}")
+                normal = own[self.friction.normals[k]]
+                own[tangent] += f" + {self.friction.coefficients[k]:g} {normal}"
+            return own
+        k, width = len(self.contacts), 1 if self.is_planar else self.facets
+        numbers = range(1, k + 1)
+        slips = [f"slip {i}" for i in numbers]
+        if self.is_planar:
+            pairs = ((f"normal {i}", f"tangential {i} + mu normal") for i in numbers)
+            return [*(name for pair in pairs for name in pair), *slips]
+        sides = [f"tangential {i}.{j + 1}" for i in numbers for j in range(width)]
+        return [*(f"normal {i}" for i in numbers), *sides, *slips]
+
+    def answer(self, result: Any) -> Answer:
+        found: Answer = self.beside("answers").answer(self, result)
+        return found
+
+    def accepted(self, result: Any) -> Any:
+        return self.beside("answers").accepted(self, result)
+
+    def lengths(self, problem: Problem) -> dict[int, str]:
+        return {problem.n: "z", self.b.size: "x"}
+
+    def verified(self, proposed: Any) -> Any:
+        return self.beside("answers").verified(self, proposed)
+
+
+def _of_findex(
+    A: Any,
+    b: Any,
+    ends: tuple[Any, Any],
+    findex: Any,
+    fields: tuple[str, str],
+) -> Contact:
+    """Return the contacts of these data, or raise ProblemError. fields : the names of
+    the bounds in messages."""
+    b = as_vector("b", b)
+    n = b.size
+    matrix = own_matrix(as_square("A", A, n, "b")[0], A)
+    normal_of = _friction_indices(findex, n)
+    tangents = np.flatnonzero(normal_of >= 0)
+    normals = normal_of[tangents]
+    lower, upper = as_intervals(fields, *ends, n)
+    for t, f in zip(tangents.tolist(), normals.tolist(), strict=True):
+        _refuse_friction(t, f, lower, upper, fields)
+    friction = Friction(normals, tangents[:, np.newaxis], upper[tangents])
+    return Contact(matrix, b, lower, upper, friction, 2, "findex")
+
+
+def _refuse_friction(
+    t: int, f: int, lower: Vector, upper: Vector, fields: tuple[str, str]
+) -> None:
+    """Raise ProblemError for bounds of a tangential and of its normal unknown that are
+    no friction."""
+    below, above = fields
+    mu = upper[t]
+    if mu == math.inf:
+        hint = f"give a finite one, or findex {NONE} for no limit {FROM_0}"
+        fault = "is infinite, but findex makes it a coefficient of friction"
+        raise ProblemError(f"{above}[{t}]", fault, hint)
+    if mu < 0:
+        fault = f"is {mu:g}, but findex makes it a coefficient of friction"
+        raise ProblemError(f"{above}[{t}]", fault, FROM_ZERO)
+    if lower[t] != -mu:
+        fault = f"is {lower[t]:g}, but findex makes it minus {above}[{t}], {-mu:g}"
+        raise ProblemError(f"{below}[{t}]", fault, f"{MAKE_AGREE} {FROM_0}")
+    if lower[f] < 0:
+        fault = f"is {lower[f]:g}, but findex[{t}] makes unknown {f} a normal one"
+        raise ProblemError(f"{below}[{f}]", fault, FROM_ZERO)
+
+
+def _friction_indices(given: Any, n: int) -> Indices:
+    """Return findex as integers, or raise ProblemError for an entry that names no
+    normal unknown."""
+    values = as_flat(
+        "findex", plain("findex", given, "a list of indices"), n, "unknown"
+    )
+    for i, value in enumerate(values.tolist()):
+        if not (value.is_integer() and NONE <= value < n):
+            last = f"the indices of {count(n, 'unknown')} end at {n - 1}"
+            raise ProblemError(f"findex[{i}]", f"is {value:g}, but {last}", NAME_NORMAL)
+        if value == i:
+            raise ProblemError(f"findex[{i}]", f"is {i}, its own index", NAME_NORMAL)
+        if value >= 0 and values[int(value)] >= 0:
+            fault = f"is {value:g}, a tangential unknown itself"
+            raise ProblemError(f"findex[{i}]", fault, NAME_NORMAL)
+    return values.astype(np.intp)
+
+
+def _of_delassus(W: Any, q: Any, mu: Any, dimension: Any, facets: Any) -> Contact:
+    width, edges = _whole(dimension), _whole(facets)
+    if width not in (2, 3):
+        raise ProblemError("dimension", f"is {dimension!r}", "give 2 or 3")
+    if width == 3 and (edges < 4 or edges % 2):
+        raise ProblemError("facets", f"is {facets!r}", "give an even number from 4")
+    q = as_vector("q", q)
+    contacts, rest = divmod(q.size, width)
+    if rest:
+        fault = f"has {count(q.size, 'entry')} for contacts of {width} each"
+        raise ProblemError("q", fault, MAKE_AGREE)
+    matrix = own_matrix(as_square("W", W, q.size)[0], W)
+    coefficients = as_vector("mu", as_bound("mu", mu, contacts, "contact", 0.0))
+    for k in np.flatnonzero(coefficients < 0)[:1].tolist():
+        raise ProblemError(f"mu[{k}]", f"is {coefficients[k]:g}", FROM_ZERO)
+    places = np.arange(q.size).reshape(contacts, width)
+    friction = Friction(places[:, 0], places[:, 1:], coefficients)
+    lower = np.zeros(q.size)
+    lower[friction.tangents] = -math.inf
+    upper = np.full(q.size, math.inf)
+    edges = 2 if width == 2 else edges
+    return Contact(matrix, q, lower, upper, friction, edges, "W")
+
+
+def _whole(given: Any) -> int:
+    """Return a whole number, which may stand in an array of one entry; -1 for anything
+    else."""
+    if isinstance(given, np.ndarray) and given.size == 1:
+        given = given.item()
+    is_whole = isinstance(given, (int, float, np.number)) and given == int(given)
+    return int(given) if is_whole else -1
+
+
+def _listed(value: Any) -> Any:
+    """Return an array or a sparse matrix for JSON."""
+    if is_sparse(value):
+        coo = value.tocoo()
+        parts = {"rows": coo.row, "cols": coo.col, "values": coo.data}
+        lists = {key: part.tolist() for key, part in parts.items()}
+        return {"format": "coo", "shape": list(value.shape), **lists}
+    if not isinstance(value, np.ndarray):
+        return value
+    if np.isfinite(value).all():
+        return value.tolist()
+    return [None if math.isinf(entry) else entry for entry in value.tolist()]

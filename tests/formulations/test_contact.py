@@ -1,0 +1,332 @@
+"""Contact with friction from bounds and friction indices, and from Delassus matrices:
+the laws of contact hold for the answers, in the order of the caller."""
+
+from __future__ import annotations
+
+import json
+from fractions import Fraction
+from math import inf
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.sparse import csr_array
+
+import lcpcli
+from lcpcli import Problem
+from lcpcli.formulations.contact import cones
+from lcpcli.formulations.contact.friction import Contact
+from lcpcli.typing import Vector
+
+from ..refusals import Refusal, calls, contents, raised
+
+A, B = [[1, 0.2], [0.2, 2]], [-1, -3]
+LOWER, UPPER, FINDEX = [0, -0.5], [inf, 0.5], [-1, 0]
+SLIDE = {"A": A, "b": B, "lo": LOWER, "hi": [None, 0.5], "findex": FINDEX}
+TOL = 1e-10
+
+
+def generated(seed: int) -> tuple[Vector, Vector, Vector, Vector, Vector]:
+    """A, b, bounds and findex of bodies with mass ratios up to 1e6, of which some
+    contacts are redundant, with limits and motors beside the contacts."""
+    random = np.random.default_rng(seed)
+    n = int(random.integers(3, 30))
+    J = random.normal(size=(n, n + 3))
+    if seed % 2:
+        J[-(n // 3) :] = J[: n // 3]
+    J /= 10 ** random.uniform(0, 3, size=n + 3)
+    matrix = J @ J.T + (seed % 3 == 0) * 1e-6 * np.eye(n)
+    b = J @ random.normal(size=n + 3)
+    lower, upper, findex = np.zeros(n), np.full(n, inf), np.full(n, -1)
+    for i in range(0, n - 2, 3):
+        upper[i] = random.choice([inf, 0.3])
+        upper[i + 1] = random.choice([0.0, 0.3, 1.2])
+        lower[i + 1], findex[i + 1] = -upper[i + 1], i
+        lower[i + 2], upper[i + 2] = random.choice([-inf, -0.1]), 0.1
+    return matrix, b, lower, upper, findex
+
+
+def violation(answer: Any, given: tuple[Vector, ...]) -> float:
+    """By how much x violates the laws, relative to the terms of the rows."""
+    matrix, b, lower, upper, findex = given
+    x, is_tangential = answer.x, findex >= 0
+    lower, upper = lower.copy(), upper.copy()
+    upper[is_tangential] *= x[findex[is_tangential]]
+    lower[is_tangential] = -upper[is_tangential]
+    off = abs(x - np.clip(x - (matrix @ x + b), lower, upper))
+    terms = abs(matrix) @ abs(x) + abs(b)
+    return float((off / np.maximum(terms, abs(x).max())).max())
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_generated_contacts_satisfy_the_laws_in_the_order_of_the_caller(
+    seed: int,
+) -> None:
+    given = generated(seed)
+    result = lcpcli.run(lcpcli.from_findex(*given))
+    assert result.solved
+    assert violation(result.answer, given) < TOL
+    w = given[0] @ result.answer.x + given[1]
+    assert np.allclose(result.answer.w, w, atol=1e-12 * abs(w).max())
+
+
+def test_without_tangential_unknowns_it_is_the_mixed_problem() -> None:
+    matrix, b, lower, upper, _ = generated(4)
+    problem = lcpcli.from_findex(matrix, b, lower, upper, [-1] * len(b))
+    assert np.array_equal(problem.M, matrix)
+    assert np.array_equal(problem.q, b)
+    mixed = lcpcli.solve(matrix, b, lower=lower, upper=upper)
+    assert np.allclose(lcpcli.run(problem).answer.x, mixed.z)
+
+
+def test_the_order_of_unknowns_is_free() -> None:
+    given = generated(3)
+    order = np.random.default_rng(0).permutation(len(given[1]))
+    findex = np.array([-1 if f < 0 else list(order).index(f) for f in given[4][order]])
+    moved = (given[0][order][:, order], *(each[order] for each in given[1:4]), findex)
+    result = lcpcli.run(lcpcli.from_findex(*moved))
+    assert result.solved
+    assert violation(result.answer, moved) < TOL
+
+
+@pytest.mark.parametrize("seed", [2, 4, 6])
+def test_three_unknowns_have_the_impulses_of_stewart_and_trinkle(seed: int) -> None:
+    """Whose M is built by hand, of contacts whose impulses are unique."""
+    random = np.random.default_rng(seed)
+    k = 4
+    J = random.normal(size=(2 * k, 3 * k))
+    W, q, mu = J @ J.T, random.normal(size=2 * k), 0.1
+    N, T = slice(0, None, 2), slice(1, None, 2)
+    S = np.block([[W[N, N], W[N, T]], [W[T, N], W[T, T]]])
+    P = np.block([[np.eye(k), np.zeros((k, 2 * k))], [np.zeros((k, k)), *SIGNS(k)]])
+    E = np.vstack([np.zeros((k, k)), np.eye(k), np.eye(k)])
+    C = np.hstack([mu * np.eye(k), -np.eye(k), -np.eye(k), np.zeros((k, k))])
+    M = np.vstack([np.hstack([P.T @ S @ P, E]), C])
+    by_hand = lcpcli.solve(M, np.concatenate([P.T @ np.r_[q[N], q[T]], np.zeros(k)]))
+    answer = lcpcli.run(lcpcli.from_contact(W, q, mu)).answer
+    assert by_hand.solved
+    x = P @ by_hand.z[: 3 * k]
+    assert np.allclose(answer.x[N], x[:k], atol=1e-9)
+    assert np.allclose(answer.x[T], x[k:], atol=1e-9)
+
+
+def SIGNS(k: int) -> tuple[Vector, Vector]:
+    return np.eye(k), -np.eye(k)
+
+
+def test_both_calls_say_the_same_of_contacts_in_the_plane() -> None:
+    one = lcpcli.from_findex(A, B, LOWER, UPPER, FINDEX)
+    other = lcpcli.from_contact(A, B, 0.5)
+    assert np.array_equal(one.M, other.M)
+    assert lcpcli.run(one).answer.statement == lcpcli.run(other).answer.statement
+
+
+@pytest.mark.parametrize(
+    ("q", "state"),
+    [
+        ([1.0, -3.0], "separated"),
+        ([-1.0, -0.3], "sticking"),
+        ([-1.0, -3.0], "sliding"),
+        ([-1.0, 3.0], "sliding"),
+        ([-1.0, -0.7], "sticking"),  # at the end of the cone, without a velocity
+    ],
+)
+def test_contacts_separate_stick_and_slide(q: list[float], state: str) -> None:
+    W = [[1, 0], [0, 1]]
+    answer = lcpcli.run(lcpcli.from_contact(W, q, 0.7)).answer
+    assert [each.state for each in answer.contacts] == [state]
+    assert answer.statement == f"1 contact: 1 {state}"
+    spatial = lcpcli.from_contact(np.eye(3), [*q, 0.0], 0.7, dimension=3)
+    assert [each.state for each in lcpcli.run(spatial).answer.contacts] == [state]
+
+
+@pytest.mark.parametrize("facets", [4, 8, 16])
+def test_friction_of_a_polygon_is_too_small_by_at_most_its_share(facets: int) -> None:
+    mu = 0.5
+    for angle in np.linspace(0, np.pi / 2, 9):
+        q = [-1.0, -3 * np.cos(angle), -3 * np.sin(angle)]
+        problem = lcpcli.from_contact(np.eye(3), q, mu, dimension=3, facets=facets)
+        x = lcpcli.run(problem).answer.x
+        size = np.hypot(x[1], x[2])
+        assert mu * np.cos(np.pi / facets) - 1e-9 <= size <= mu + 1e-9
+        assert x[1] * q[1] + x[2] * q[2] < 0
+    assert np.array_equal(
+        cones.polygon(facets)[: facets // 2], -cones.polygon(facets)[facets // 2 :]
+    )
+
+
+def test_ode_and_dart_have_the_other_sign_of_b() -> None:
+    """As of a block on a floor, A x = b + w: b is what has to be overcome."""
+    b = np.array([9.81, 0.0])
+    x = lcpcli.run(
+        lcpcli.from_findex(np.eye(2), -b, [0, -0.5], [inf, 0.5], [-1, 0])
+    ).answer.x
+    assert x.tolist() == [9.81, 0.0]
+
+
+def test_a_mass_between_two_walls_is_jammed() -> None:
+    """Both normal rows are opposite, and both walls approach."""
+    W = np.array([[1.0, 0, -1, 0], [0, 1, 0, 1], [-1, 0, 1, 0], [0, 1, 0, 1]])
+    result = lcpcli.run(lcpcli.from_contact(W, [-1, 0, -1, 0], 0.5))
+    assert result.status.has_no_solution
+    assert result.answer.statement.startswith("jammed")
+    assert result.answer.x is None
+
+
+def test_without_contacts_there_is_an_answer() -> None:
+    result = lcpcli.run(lcpcli.from_contact(np.zeros((0, 0)), [], 0.5))
+    assert result.solved
+    assert (result.answer.x.size, result.answer.contacts) == (0, [])
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_sparse_matrices_have_the_same_problem(dimension: int) -> None:
+    W, q = np.eye(6) + 0.1, -np.ones(6)
+    dense, sparse = (
+        lcpcli.from_contact(each, q, [0.5] * (6 // dimension), dimension=dimension)
+        for each in (W, csr_array(W))
+    )
+    assert np.allclose(dense.M, sparse.M.toarray())
+    assert np.allclose(lcpcli.run(dense).answer.x, lcpcli.run(sparse).answer.x)
+
+
+@pytest.mark.parametrize("suffix", [".json", ".npz", ".mat"])
+@pytest.mark.parametrize("as_program", [False, True])
+@pytest.mark.parametrize("matrix", [np.array, csr_array])
+def test_files_keep_contacts(
+    tmp_path: Path, suffix: str, as_program: bool, matrix: Any
+) -> None:
+    problems = (
+        lcpcli.from_findex(matrix(A), B, LOWER, UPPER, FINDEX),
+        lcpcli.from_contact(matrix(np.eye(4)), [-1, 0, 1, 0], [0.5, 0.25]),
+        lcpcli.from_contact(matrix(np.eye(3)), [-1, 0, 1], 0.5, dimension=3, facets=6),
+    )
+    for problem in problems:
+        file = tmp_path / f"contact{suffix}"
+        lcpcli.write(problem, file, as_program=as_program)
+        read = lcpcli.read(file)
+        assert isinstance(read.origin, Contact)
+        assert read.origin.data() == problem.origin.data()  # type: ignore[union-attr]
+        assert np.allclose(as_dense(read.M), as_dense(problem.M), atol=1e-15)
+
+
+def as_dense(M: Any) -> Vector:
+    return np.asarray(M.toarray() if hasattr(M, "toarray") else M)
+
+
+def test_an_exact_answer_has_fractions(tmp_path: Path, lcp: Any) -> None:
+    problem = lcpcli.from_findex(A, B, LOWER, UPPER, FINDEX)
+    x, w = lcpcli.exact(problem).answer.exact.values()
+    assert (abs(x[1]) == x[0] / 2, w[0]) == (True, 0)  # of the doubles, in fractions
+    (tmp_path / "slide.json").write_text(json.dumps(SLIDE))
+    out = lcp("solve", str(tmp_path / "slide.json"), "--exact", "-f", "json").out
+    exact = json.loads(out)["answer"]["exact"]
+    assert exact == {"x": ["10/11", "5/11"], "w": ["0", "-21/11"]}
+
+
+def test_numbers_are_exact_as_decimals() -> None:
+    """A - mu a is no double here."""
+    problem = lcpcli.from_findex([[1.1, 0.3], [0.3, 1.3]], B, LOWER, UPPER, FINDEX)
+    rows, q, lower, upper = problem.formulation.exact_conditions()
+    assert rows[0][0] == Fraction(11, 10) - Fraction(1, 2) * Fraction(3, 10)
+    assert (q[0], lower[0], upper[0]) == (-1, 0, None)
+
+
+def test_x_is_verified_in_place_of_z() -> None:
+    problem = lcpcli.from_findex(A, B, LOWER, UPPER, FINDEX)
+    assert lcpcli.check(problem, [10 / 11, 5 / 11]).accepted
+    assert not lcpcli.check(problem, [1, 0.5]).accepted
+    assert lcpcli.check(problem, lcpcli.run(problem).z).accepted
+
+
+def test_a_file_that_is_solved_has_the_answer_in_text_json_and_csv(
+    tmp_path: Path, lcp: Any
+) -> None:
+    (tmp_path / "slide.json").write_text(json.dumps(SLIDE))
+    file = str(tmp_path / "slide.json")
+    text = lcp("solve", file).out
+    assert "1 contact: 1 sliding" in text
+    answer = json.loads(lcp("solve", file, "-f", "json").out)["answer"]
+    assert answer["contacts"] == [{"normal": 0, "tangential": [1], "state": "sliding"}]
+    assert np.allclose(answer["x"], [10 / 11, 5 / 11])
+    rows = lcp("solve", file, "-f", "csv").out.splitlines()
+    assert rows[2] == "component,z,w,name,impulse,velocity,contact"
+    assert rows[3].endswith(",sliding")
+
+
+def test_names_say_what_the_unknowns_are() -> None:
+    names = lcpcli.from_findex(A, B, LOWER, UPPER, FINDEX).names
+    assert names == ["x1", "x2 + 0.5 x1", "slip x2"]
+    spatial = lcpcli.from_contact(np.eye(3), [-1, 0, 0], 0.5, dimension=3, facets=4)
+    assert len(spatial.names) == spatial.n
+
+
+def test_an_origin_of_other_numbers_is_refused() -> None:
+    problem = lcpcli.from_findex(A, B, LOWER, UPPER, FINDEX)
+    with pytest.raises(lcpcli.errors.ProblemError, match="does not yield"):
+        Problem(2 * problem.M, problem.q, origin=problem.origin)
+
+
+NAME = "give the index of a normal unknown, or -1 for none"
+REFUSED = calls(
+    "ProblemError",
+    """
+from_findex(A, B, 0, [1, 1], [-1, 1])
+    => findex[1]: is 1, its own index; give the index of a normal unknown, or -1 for \
+none{FROM_0}
+from_findex(A, B, 0, [1, 1], [-1, 2])
+    => findex[1]: is 2, but the indices of 2 unknowns end at 1; give the index of a \
+normal unknown, or -1 for none{FROM_0}
+from_findex(np.eye(3), [1, 1, 1], -1, 1, [1, 2, -1])
+    => findex[0]: is 1, a tangential unknown itself; give the index of a normal \
+unknown, or -1 for none{FROM_0}
+from_findex(A, B, 0, 1, [-1]) => findex: {ENTRIES:1 entry|2 unknowns}; {AGREE}
+from_findex(A, B, 1, 0, [-1, -1]) => lower[0]: {ABOVE:1|upper[0]|0}; {IN_ORDER}{FROM_0}
+from_findex([[1, 2]], B, 0, 1, [-1, -1]) => A: {SHAPE:1|2}; {SQUARE}
+from_findex(A, B, [0, -1], [1, -0.5], [-1, 0])
+    => upper[1]: is -0.5, but findex makes it a coefficient of friction; give a \
+number from 0{FROM_0}
+from_findex(A, B, 0, inf, [-1, 0])
+    => upper[1]: is infinite, but findex makes it a coefficient of friction; give a \
+finite one, or findex -1 for no limit{FROM_0}
+from_findex(A, B, 0, [1, 0.5], [-1, 0])
+    => lower[1]: is 0, but findex makes it minus upper[1], -0.5; {AGREE}{FROM_0}
+from_findex(A, B, -0.5, 0.5, [-1, 0])
+    => lower[0]: is -0.5, but findex[1] makes unknown 0 a normal one; give a number \
+from 0{FROM_0}
+from_contact(A, B, -0.5) => mu[0]: {IS:-0.5}; give a number from 0{FROM_0}
+from_contact(A, B, [1, 1]) => mu: {ENTRIES:2 entries|1 contact}; {AGREE}
+from_contact([[1, 2]], B, 0.5) => W: {SHAPE:1|2}; {SQUARE}
+from_contact(A, [1, 2, 3], 0.5)
+    => q: {ENTRIES:3 entries|contacts of 2 each}; {AGREE}
+from_contact(A, B, 0.5, dimension=4) => dimension: {IS:4}; give 2 or 3
+from_contact(np.eye(3), [1, 2, 3], 0.5, dimension=3, facets=5)
+    => facets: {IS:5}; give an even number from 4
+""",
+)
+FILES = contents(
+    "slide.json",
+    """
+{"findex": [-1, 1], "A": [[1, 0], [0, 1]], "b": [1, 1], "hi": 1}
+    => findex[1]: is 1, its own index; give the index of a normal unknown, or -1 for \
+none{FROM_0}
+{"findex": [-1, 0], "A": [[1, 0], [0, 1]], "b": [1, 1], "lo": [0, 0], "hi": [1, 0.5]}
+    => lo[1]: is 0, but findex makes it minus hi[1], -0.5; {AGREE}{FROM_0}
+{"findex": [-1, 0], "b": [1, 2]} => A: {MISSING}; add the key A
+{"W": [[1, 0], [0, 1]], "q": [1, 1]} => mu: {MISSING}; add the key mu
+{"W": [[1, 0], [0, 1]], "q": [1, 1], "mu": 1, "e": 0.1}
+    => e: {NO_KEY:a problem of contact}; the keys are W, q, mu, dimension, facets, \
+name, source, note
+""",
+)
+
+
+@pytest.mark.parametrize("refusal", REFUSED, ids=str)
+def test_bad_input_is_one_line(refusal: Refusal) -> None:
+    assert raised(refusal.command, {"A": A, "B": B}) == refusal.line
+
+
+@pytest.mark.parametrize("refusal", FILES, ids=str)
+def test_bad_files_are_one_line(refusal: Refusal, refused: Any) -> None:
+    assert refused(refusal.command, refusal.files) == refusal.line
