@@ -70,7 +70,7 @@ from lcpcli.linalg.patterns import affordable
 from lcpcli.linalg.units import half_power
 from lcpcli.rational import elimination, numbers
 from lcpcli.rational.rank import has_rank
-from lcpcli.typing import Matrix, Vector
+from lcpcli.typing import Indices, Matrix, Vector
 from lcpcli.verify.error_theorems import (
     proof_of_definiteness,
     scaling,
@@ -653,7 +653,7 @@ def copositive(context: Context) -> Verdict:
     for v in vectors:
         if context.form_is_low(v, strict=False):
             return Verdict(NO, f"v'Mv < 0 for v = {text_of(v)} >= 0", vector=v)
-    found = _beside_zeros_on_diagonal(context)
+    found = _beside_nonnegative_rows(context)
     if found is not None or context.n > ALL_SETS:
         return found or _undecided(context)
     for P, S_PP in verdict.blocks(
@@ -698,21 +698,22 @@ def copositive_plus(context: Context) -> Verdict:
     return found or _by_zeros(context, plus=True)
 
 
-def _beside_zeros_on_diagonal(context: Context) -> Verdict | None:
-    """Return YES if M + M' has no negative entry in the rows where its diagonal is 0,
-    as those of the slacks of friction cones, and is positive semidefinite without them;
-    UNDECIDED if rounding decides the latter, and index sets are too many; else None."""
-    rows, rest = np.flatnonzero(context.diagonal == 0), np.flatnonzero(context.diagonal)
-    if not rows.size or not rest.size or context.symmetric_part[rows].min() < 0:
+def _beside_nonnegative_rows(context: Context) -> Verdict | None:
+    """Return YES if M + M' is positive semidefinite without its rows that have no
+    negative entry, as those of the slacks of friction cones; UNDECIDED if rounding
+    decides that, and index sets are too many; else None."""
+    rows = nonnegative_rows(context.symmetric_part)
+    rest = np.setdiff1d(np.arange(context.n), rows)
+    if not rows.size or not rest.size:
         return None
     part = Context(context.M[rest][:, rest], context.check)
+    # Opposite directions of friction have opposite rows.
+    first = np.flatnonzero(merged(part.M).first == np.arange(rest.size))
+    if first.size < rest.size:
+        part = Context(part.M[first][:, first], context.check)
     part.verdicts["positive_definite"] = positive_definite(part)
     beside = positive_semidefinite(part)
-    where = (
-        f"{'the row' if rows.size == 1 else f'the {rows.size} rows'} where its "
-        "diagonal is 0"
-    )
-    are_nonnegative = f"M + M' has no negative entry in {where}"
+    are_nonnegative = f"M + M' has no negative entry in {_named(context, rows)}"
     if beside.word == YES:
         evidence = f"{are_nonnegative}, and is positive semidefinite without them"
         return Verdict(YES, evidence)
@@ -720,6 +721,70 @@ def _beside_zeros_on_diagonal(context: Context) -> Verdict | None:
         evidence = f"{are_nonnegative}; without them {beside.evidence}"
         return Verdict(UNDECIDED, evidence)
     return None
+
+
+def _named(context: Context, rows: Indices) -> str:
+    """Return some rows for a sentence."""
+    is_one = rows.size == 1
+    if np.array_equal(rows, np.flatnonzero(context.diagonal == 0)):
+        number = "the row" if is_one else f"the {rows.size} rows"
+        return f"{number} where its diagonal is 0"
+    return f"row {rows[0] + 1}" if is_one else f"{rows.size} of its rows"
+
+
+def nonnegative_rows(S: Matrix) -> Indices:
+    """Return the indices of the rows of a symmetric matrix without a negative entry. It
+    is copositive if it is so without these rows and columns."""
+    return np.flatnonzero(np.asarray((S < 0).sum(axis=1)).ravel() == 0)
+
+
+class Merged(NamedTuple):
+    """Which rows of M are equal or opposite, and its columns too: v'Mv is a function of
+    the sums of sign_i v_i over all i with the same first_i, the first of these."""
+
+    first: Indices
+    sign: Vector
+
+
+def merged(M: Matrix) -> Merged:
+    known: dict[tuple[bytes, ...], int] = {}
+    first, sign = np.arange(M.shape[0]), np.ones(M.shape[0])
+    both = matrices.compressed(M), matrices.compressed(M.T)
+    for i in range(M.shape[0]):
+        key: list[bytes] = []
+        for A in both:
+            own = slice(A.indptr[i], A.indptr[i + 1])
+            order = np.argsort(A.indices[own])
+            data, indices = A.data[own][order], A.indices[own][order]
+            if not key and data.size and data[0] < 0:
+                sign[i] = -1.0
+            key += [indices.tobytes(), (sign[i] * data).tobytes()]
+        first[i] = known.setdefault(tuple(key), i)
+    return Merged(first, sign)
+
+
+def ends_at_solution(M: Matrix, q: Vector, check: verdict.Check) -> bool:
+    """Return whether q'v >= 0 for all v >= 0 with v'Mv = 0 is proved for a copositive
+    M, by which Lemke's method ends with a solution (R. W. Cottle, J.-S. Pang, R. E.
+    Stone, The Linear Complementarity Problem (1992), section 4.4): for contact with
+    friction, if no contact is redundant.
+
+    It is so if M + M' is definite in the sums of `Merged`, without its nonnegative
+    rows: v'Mv = 0 then leaves only opposite pairs and what these rows have.
+    """
+    S = matrices.symmetric_part(M)
+    rows = nonnegative_rows(S)
+    rest = np.setdiff1d(np.arange(M.shape[0]), rows)
+    if q[rows].min(initial=0.0) < 0 or not rest.size:
+        return not rest.size and q.min(initial=0.0) >= 0
+    part = M[rest][:, rest]
+    first, sign = merged(part)
+    for i in np.unique(first):
+        sides = (q[rest][(first == i) & (sign == side)] for side in (1.0, -1.0))
+        if sum(side.min(initial=np.inf) for side in sides) < 0:
+            return False
+    own = np.unique(first)
+    return positive_definite(Context(part[own][:, own], check)).word == YES
 
 
 def _undecided(context: Context, what: str = "index sets") -> Verdict:

@@ -35,7 +35,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from lcpcli import interrupts
 from lcpcli.clock import imports
+from lcpcli.inspection.classes import ends_at_solution
 from lcpcli.inspection.verdict import NO, UNDECIDED, YES, Verdict, called
 from lcpcli.linalg import factors, krylov, matrices
 from lcpcli.linalg.factors import SingularMatrix, finite
@@ -133,6 +135,12 @@ def _guarantee(
     for name, gain in gains.items():  # the first class to which M belongs decides
         if classes[name].word == YES:
             return Guarantee(YES, f"M is {called(name)}: {gain}")
+    if method is METHODS["lemke"] and _is_copositive_for_q(classes, problem):
+        reason = (
+            "M is copositive, and q'v >= 0 wherever v >= 0 and v'Mv = 0: it finds a "
+            "solution"
+        )
+        return Guarantee(YES, reason)
     if undecided := [called(name) for name in gains if classes[name].word == UNDECIDED]:
         return Guarantee(
             UNDECIDED, f"whether M is {' or '.join(undecided)} is not decided"
@@ -142,6 +150,14 @@ def _guarantee(
         f"M is {'not' if len(gains) == 1 else 'neither'} "
         f"{' nor '.join(map(called, gains))}",
     )
+
+
+def _is_copositive_for_q(classes: Mapping[str, Verdict], problem: Problem) -> bool:
+    """Return whether Lemke's method is proved to end with a solution for this q, as for
+    contact with friction."""
+    if classes["copositive"].word != YES or problem.is_mixed:
+        return False
+    return ends_at_solution(problem.M, problem.q, interrupts.check)
 
 
 def rates(M: Matrix, ends: Spectrum | None) -> tuple[Rate, Rate | None]:

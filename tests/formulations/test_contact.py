@@ -16,6 +16,7 @@ from scipy.sparse import csr_array
 import lcpcli
 from lcpcli import Problem
 from lcpcli.formulations.contact import cones
+from lcpcli.formulations.contact.cones import Friction
 from lcpcli.formulations.contact.friction import Contact
 from lcpcli.typing import Vector
 
@@ -189,6 +190,35 @@ def test_sparse_matrices_have_the_same_problem(dimension: int) -> None:
     )
     assert np.allclose(dense.M, sparse.M.toarray())
     assert np.allclose(lcpcli.run(dense).answer.x, lcpcli.run(sparse).answer.x)
+
+
+@pytest.mark.parametrize("shift", [0.0, 1e-6])
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_lemke_is_guaranteed_without_redundant_contacts_in_any_order(
+    shift: float, dimension: int
+) -> None:
+    """By an exact proof, also with a compliance on the diagonal; not for a q that asks
+    for something else of opposite directions, or of the slacks."""
+    random, k, facets = np.random.default_rng(3), 6, 2 * (dimension - 1)
+    J = random.normal(size=(dimension * k, 4 * k)).round(2)
+    places = np.arange(dimension * k).reshape(k, dimension)
+    friction = Friction(places[:, 0], places[:, 1:], np.full(k, 0.5))
+    bounds = np.zeros(len(J)), np.full(len(J), inf)
+    b, directions = random.normal(size=len(J)), cones.polygon(facets)
+    form = cones.stewart_trinkle(J @ J.T, b, *bounds, friction, directions)
+    M, q, *_ = form.conditions
+    M = M + shift * np.eye(q.size)
+    order = random.permutation(q.size)
+    problem = Problem(M[order][:, order], q[order])
+    found = lcpcli.inspect(problem)
+    assert found.classes["copositive"].word == "yes"
+    assert found.guarantees["lemke"].word == "yes"
+    assert lcpcli.run(problem, "lemke").solved
+    for place in (q.size - 1,) if shift else (k, q.size - 1):
+        other = q.copy()
+        other[place] -= 9.0
+        changed = lcpcli.inspect(Problem(problem.M, other[order]))
+        assert changed.guarantees["lemke"].word == "not decided"
 
 
 @pytest.mark.parametrize("suffix", [".json", ".npz", ".mat"])
