@@ -703,7 +703,7 @@ def _beside_nonnegative_rows(context: Context) -> Verdict | None:
     negative entry, as those of the slacks of friction cones; UNDECIDED if rounding
     decides that, and index sets are too many; else None."""
     rows = nonnegative_rows(context.symmetric_part)
-    rest = np.setdiff1d(np.arange(context.n), rows)
+    rest = outside(rows, context.n)
     if not rows.size or not rest.size:
         return None
     part = Context(context.M[rest][:, rest], context.check)
@@ -736,6 +736,12 @@ def nonnegative_rows(S: Matrix) -> Indices:
     """Return the indices of the rows of a symmetric matrix without a negative entry. It
     is copositive if it is so without these rows and columns."""
     return np.flatnonzero(np.asarray((S < 0).sum(axis=1)).ravel() == 0)
+
+
+def outside(indices: Indices, n: int) -> Indices:
+    others = np.ones(n, dtype=np.bool_)
+    others[indices] = False
+    return np.flatnonzero(others)
 
 
 class Merged(NamedTuple):
@@ -774,16 +780,16 @@ def ends_at_solution(M: Matrix, q: Vector, check: verdict.Check) -> bool:
     """
     S = matrices.symmetric_part(M)
     rows = nonnegative_rows(S)
-    rest = np.setdiff1d(np.arange(M.shape[0]), rows)
+    rest = outside(rows, M.shape[0])
     if q[rows].min(initial=0.0) < 0 or not rest.size:
         return not rest.size and q.min(initial=0.0) >= 0
     part = M[rest][:, rest]
     first, sign = merged(part)
-    for i in np.unique(first):
+    own = np.flatnonzero(first == np.arange(rest.size))
+    for i in own.tolist():
         sides = (q[rest][(first == i) & (sign == side)] for side in (1.0, -1.0))
         if sum(side.min(initial=np.inf) for side in sides) < 0:
             return False
-    own = np.unique(first)
     return positive_definite(Context(part[own][:, own], check)).word == YES
 
 

@@ -385,7 +385,7 @@ WORDS = {
     "conflict": "conflicts",
     "cournot": "nonlinear",
     "dantzig": "methods",
-    "findex": "conflicts",
+    "findex": "contact",
     "gauss-seidel": "methods",
     "horizontal": "mixed",
     "IIS": "conflicts",

@@ -99,7 +99,9 @@ def stewart_trinkle(
     directions : shape (m, 1) or (m, 2), unit vectors.
     """
     n, k, m = b.size, friction.normals.size, len(directions)
-    others = np.setdiff1d(np.arange(n), friction.tangents.ravel())
+    is_other = np.ones(n, dtype=np.bool_)
+    is_other[friction.tangents] = False
+    others = np.flatnonzero(is_other)
     first, last = others.size, others.size + k * m
     size = last + k
     betas = np.arange(first, last).reshape(k, m)
