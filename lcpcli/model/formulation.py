@@ -17,7 +17,7 @@ from typing import Any, ClassVar, NamedTuple
 from lcpcli.clock import imports
 from lcpcli.errors import MAKE_AGREE, ProblemError, kind, numbers_for, quoted
 from lcpcli.model.arrays import FROM_0
-from lcpcli.typing import Matrix, Vector
+from lcpcli.typing import Matrix, States, Vector
 
 # What names are for: to be complete, to choose components by, to head narrow columns.
 FULL, LABELS, HEADINGS = "full", "labels", "headings"
@@ -94,6 +94,7 @@ class Formulation:
     The way back:
         answer       what a result means: an `Answer`, for text, CSV and JSON
         accepted     the result, if the answer stands a check of its own
+        update       the next problem of a sequence
         lengths      what `lcp check` takes, besides z, by its length
         verified     the verification of one of these
         meaning      what exact solutions mean, for lists of all solutions
@@ -171,6 +172,17 @@ class Formulation:
     def answer(self, result: Any) -> Answer | None:  # noqa: ARG002
         """Return what a result means. This is computed when it is first asked for."""
         return None
+
+    def update(
+        self,
+        states: States | None,  # noqa: ARG002
+        data: Mapping[str, Any],
+    ) -> tuple[Any, States | None]:
+        """Return the next problem of a sequence, with other data, and the states from
+        which it starts. states : of the last solution, None if there is none. data : by
+        name, as the calls that make such problems have them."""
+        fault = "is no data of the problem of this Solver"
+        raise ProblemError(", ".join(data) or "M", fault, "give M, or another problem")
 
     def accepted(self, result: Any) -> Any:
         """Return a solved result, as it is if its answer is right, too; else a better

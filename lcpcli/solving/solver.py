@@ -42,7 +42,8 @@ class Solver:
 
     Parameters
     ----------
-    M : shape (n, n), as in `solve`; it is copied unless it is read-only.
+    M : shape (n, n), as in `solve`; it is copied unless it is read-only. Or a Problem,
+        with its bounds, whose data `update` replaces.
     lower, upper, infinity : the bounds of z, as in `solve`, for all problems that have
         none of their own.
     compiled : whether the kernels of the extra `fast` are used, by default where it is
@@ -66,6 +67,8 @@ class Solver:
     # The bounds where they are the same for all unknowns, however many these are.
     _ends: Mapping[str, Any] | None = None
     _last: Result | None = None
+    # The states from which a problem with other data starts.
+    _moved: States | None = None
 
     def __init__(
         self,
@@ -84,6 +87,9 @@ class Solver:
         if compiled is not None:
             self.compiled = direct_run.uses_kernels(compiled, direct_run.MANY)
             self._given["compiled"] = compiled
+        if isinstance(M, Problem):
+            self._prepare(M)
+            return
         self._infinity = infinity
         ends: dict[str, Any] = {"lower": lower, "upper": upper}
         self._ends = None if any(map(np.ndim, ends.values())) else ends
@@ -110,12 +116,21 @@ class Solver:
         self._last = self._last if like.n == self.n else None
         self.M, self.n = self._like.M, self._like.n
 
-    def update(self, M: Any) -> None:
+    def update(self, M: Any = None, **data: Any) -> None:
         """Replace M and keep the bounds; the next problem still starts from the last
         states, which is what this saves: M is checked and prepared anew, as by another
         Solver. Where the bounds are two numbers, as for LCPs, the new M may have
-        another shape, as when contacts come and go; the last states are then
-        dropped."""
+        another shape, as when contacts come and go; the last states are then dropped.
+
+        data : in place of M, other data of what the problem was made from, such as W,
+            q, mu and ids of contacts, which then keep their states; `solve()` solves
+            that problem (see `Formulation.update`).
+        """
+        if M is None:
+            states = self._last_states()
+            problem, self._moved = self._like.formulation.update(states, data)
+            self._prepare(problem)
+            return
         box, other = self._like.box, Problem(M, np.zeros(_order(M)))
         if other.n != self.n and self._ends is not None:
             self._prepare(Problem(M, other.q, **self._ends, infinity=self._infinity))
@@ -130,7 +145,7 @@ class Solver:
 
     def solve(
         self,
-        q: VectorLike,
+        q: VectorLike | None = None,
         *,
         lower: BoundLike = None,
         upper: BoundLike = None,
@@ -138,12 +153,14 @@ class Solver:
     ) -> Result:
         """Return the result for a right-hand side, as `solve` does.
 
-        q : shape (n,). lower, upper : bounds for this problem only, each as in `solve`;
-            None for those of the Solver.
+        q : shape (n,); None for that of the last `update`. lower, upper : bounds for
+            this problem only, each as in `solve`; None for those of the Solver.
         warm : whether to start from the states of the last solution.
         """
         began = seconds()
         box, n = self._like.box, self.n
+        if q is None:
+            q = self._like.q
         q, lower, upper = by_names(
             lambda: self._like.names, q=q, lower=lower, upper=upper
         )
@@ -174,8 +191,12 @@ class Solver:
         if warm and (basis := self._states(problem)) is not None:
             session.start = Start(problem, basis)
         result = self._answered(session, threads=self._given.get("threads"))
-        result = run(problem, **self._given) if result is None else result
-        self._last = result if result.solved else self._last
+        if result is None:
+            result = run(problem, **self._given)
+        elif problem.origin is not None:
+            result = problem.origin.accepted(result)
+        if result.solved:
+            self._last, self._moved = result, None
         return result
 
     def follow(self, problem: Problem, compiled: bool = True) -> Result:
@@ -202,6 +223,8 @@ class Solver:
         """Return the states of the last solution; None if q points in too different a
         direction."""
         last, box = self._last, problem.box
+        if self._moved is not None:
+            return self._moved
         if last is None or (
             box is not last.problem.box and box.kinds != last.problem.box.kinds
         ):
@@ -209,7 +232,13 @@ class Solver:
         q, before = problem.q_ref, last.problem.q_ref
         if dot(q, before) < CLOSE_COSINE * norm(q) * norm(before):
             return None
-        return box.basis_at(last.z) if last.end is None else last.end
+        return self._last_states()
+
+    def _last_states(self) -> States | None:
+        last = self._last
+        if last is None or last.problem.n != self.n:
+            return self._moved
+        return last.problem.box.basis_at(last.z) if last.end is None else last.end
 
 
 def _order(M: Any) -> int:

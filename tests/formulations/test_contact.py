@@ -4,6 +4,7 @@ the laws of contact hold for the answers, in the order of the caller."""
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator
 from fractions import Fraction
 from math import inf
 from pathlib import Path
@@ -18,6 +19,7 @@ from lcpcli import Problem
 from lcpcli.formulations.contact import cones
 from lcpcli.formulations.contact.cones import Friction
 from lcpcli.formulations.contact.friction import Contact
+from lcpcli.gallery.rigid_bodies import contact_in_time
 from lcpcli.typing import Vector
 
 from ..refusals import Refusal, calls, contents, raised
@@ -57,7 +59,7 @@ def violation(answer: Any, given: tuple[Vector, ...]) -> float:
     lower[is_tangential] = -upper[is_tangential]
     off = abs(x - np.clip(x - (matrix @ x + b), lower, upper))
     terms = abs(matrix) @ abs(x) + abs(b)
-    return float((off / np.maximum(terms, abs(x).max())).max())
+    return float((off / np.maximum(terms, abs(x).max() or 1.0)).max())
 
 
 @pytest.mark.parametrize("seed", range(12))
@@ -192,6 +194,71 @@ def test_sparse_matrices_have_the_same_problem(dimension: int) -> None:
     assert np.allclose(lcpcli.run(dense).answer.x, lcpcli.run(sparse).answer.x)
 
 
+def falling(steps: int, compiled: bool) -> Iterator[tuple[Any, Any, int]]:
+    """A heap of boxes: the results of each step by W and by friction indices, with the
+    data, and the number of contacts."""
+    scene = contact_in_time("heap", 3, 1)
+    by_W: Any = None
+    by_findex: Any = None
+    for _ in range(steps):
+        k = len(scene.contacts)
+        if not k:
+            scene.advance()
+            continue
+        step, order = scene.problem(), np.arange(2 * k).reshape(2, k).T.ravel()
+        M: Any = step.M
+        W, q = M[order][:, order], step.q[order]
+        pairs = [(each.first, each.second) for each in scene.contacts]
+        ids = [(*pair, pairs[:i].count(pair)) for i, pair in enumerate(pairs)]
+        lower, upper = np.tile([0.0, -0.5], k), np.tile([inf, 0.5], k)
+        findex = np.where(np.arange(2 * k) % 2, np.arange(2 * k) - 1, -1)
+        if by_W is None:
+            first = lcpcli.from_contact(W, q, 0.5)
+            by_W = lcpcli.Solver(first, compiled=compiled)
+            first = lcpcli.from_findex(W, q, lower, upper, findex)
+            by_findex = lcpcli.Solver(first, compiled=compiled)
+        by_W.update(W=W, q=q, mu=0.5, ids=ids)
+        own = [(*each, side) for each in ids for side in (0, 1)]
+        box = {"lower": lower, "upper": upper, "findex": findex}
+        by_findex.update(A=W, b=q, ids=own, **box)
+        given = W, q, lower, upper, findex
+        results = by_W.solve(), by_findex.solve()
+        yield results, given, k
+        x = results[0].answer.x
+        scene.advance(np.concatenate((x[::2], x[1::2], np.zeros(2 * k))))
+
+
+@pytest.mark.parametrize("compiled", [False, True])
+def test_contacts_come_and_go_in_a_loop_until_it_is_at_rest(compiled: bool) -> None:
+    numbers = set()
+    for results, given, k in falling(60, compiled):
+        numbers.add(k)
+        for result in results:
+            assert result.solved
+            assert violation(result.answer, given) < TOL
+    assert len(numbers) > 2
+
+
+def test_contacts_that_persist_keep_their_states() -> None:
+    """In any order, with others before them, which begin without an impulse."""
+    W, q = np.eye(6) + 0.1, np.array([-1, 0.1, -1, -5.0, 3.0, 0])
+    solver = lcpcli.Solver(lcpcli.from_contact(W, q, 0.5))
+    solver.update(ids=["a", "b", "c"])
+    first = solver.solve()
+    states = [each.state for each in first.answer.contacts]
+    assert states == ["sticking", "sliding", "separated"]
+    origin: Any = first.problem.origin
+    own = np.array([2, 3, 0, 1])
+    data = {"W": np.eye(6) + 0.1, "q": np.r_[9.0, 0.0, q[own]], "ids": ["d", "b", "a"]}
+    problem, moved = origin.update(np.array(first.problem.box.basis_at(first.z)), data)
+    again = lcpcli.run(problem)
+    kept = first.problem.box.basis_at(first.z)
+    assert moved[[0, 1, 6]].tolist() == [-1, -1, -1]
+    assert moved[[2, 3, 7]].tolist() == kept[[2, 3, 7]].tolist()
+    assert moved[[4, 5, 8]].tolist() == kept[[0, 1, 6]].tolist()
+    assert again.solved
+
+
 @pytest.mark.parametrize("shift", [0.0, 1e-6])
 @pytest.mark.parametrize("dimension", [2, 3])
 def test_lemke_is_guaranteed_without_redundant_contacts_in_any_order(
@@ -298,7 +365,6 @@ def test_an_origin_of_other_numbers_is_refused() -> None:
         Problem(2 * problem.M, problem.q, origin=problem.origin)
 
 
-NAME = "give the index of a normal unknown, or -1 for none"
 REFUSED = calls(
     "ProblemError",
     """
@@ -330,6 +396,14 @@ from_contact(A, B, [1, 1]) => mu: {ENTRIES:2 entries|1 contact}; {AGREE}
 from_contact([[1, 2]], B, 0.5) => W: {SHAPE:1|2}; {SQUARE}
 from_contact(A, [1, 2, 3], 0.5)
     => q: {ENTRIES:3 entries|contacts of 2 each}; {AGREE}
+Solver(from_contact(A, B, 1)).update(ids=[1, 2]) => ids: {ENTRIES:2 ids|1 contact}; \
+{AGREE}
+Solver(from_contact(np.eye(4), [1, 2, 3, 4], 1)).update(ids=["a", "a"])
+    => ids[1]: is 'a', as ids[0] is; give each contact another one
+Solver(from_contact(A, B, 1)).update(b=[1, 2])
+    => b: {NO_KEY:the data of contacts}; the keys are W, q, mu, ids
+Solver(A).update(q=[1, 2])
+    => q: is no data of the problem of this Solver; give M, or another problem
 from_contact(A, B, 0.5, dimension=4) => dimension: {IS:4}; give 2 or 3
 from_contact(np.eye(3), [1, 2, 3], 0.5, dimension=3, facets=5)
     => facets: {IS:5}; give an even number from 4

@@ -4,7 +4,7 @@ ODE, Bullet and DART do, or a Delassus matrix W, q and mu, as Siconos does."""
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -23,7 +23,7 @@ from lcpcli.model.box import as_bound, as_intervals
 from lcpcli.model.formulation import FULL, Answer, Conditions, Formulation
 from lcpcli.model.formulations import TEXTS
 from lcpcli.model.problem import Problem
-from lcpcli.typing import BoundLike, Indices, Matrix, Vector, VectorLike
+from lcpcli.typing import BoundLike, Indices, Matrix, States, Vector, VectorLike
 
 NONE = -1  # in findex: an unknown that has no normal one
 FACETS = 8
@@ -76,7 +76,7 @@ def from_findex(
     >>> answer.x.round(6).tolist(), [each.state for each in answer.contacts]
     ([0.909091, 0.454545], ['sliding'])
     """
-    own = _of_findex(A, b, (lower, upper), findex, ("lower", "upper"))
+    own = of_findex(A, b, (lower, upper), findex, ("lower", "upper"))
     return own.problem(name=name, source=source, note=note)
 
 
@@ -117,7 +117,7 @@ def from_contact(
     >>> answer.x.round(6).tolist(), answer.contacts[0].state
     ([1.0, 0.2, -0.1], 'sticking')
     """
-    own = _of_delassus(W, q, mu, dimension, facets)
+    own = of_delassus(W, q, mu, dimension, facets)
     return own.problem(name=name, source=source, note=note)
 
 
@@ -129,6 +129,8 @@ class Contact(Formulation):
         unknowns. friction : which unknowns are tangential.
     facets : the number of directions of friction, 2 in the plane.
     key : "findex" or "W", by which a file has it.
+    ids : of the contacts, or of the unknowns of findex, in a sequence; None for their
+        indices.
     """
 
     A: Matrix
@@ -138,6 +140,7 @@ class Contact(Formulation):
     friction: Friction
     facets: int
     key: str
+    ids: tuple[Hashable, ...] | None = None
 
     kind = "contact"
     form = "written as the complementarity problem of the contacts,"
@@ -168,9 +171,9 @@ class Contact(Formulation):
             matrix = sparse_matrix(keys[0], dict(matrix))
         if key == "findex":
             ends = given.get("lo"), given.get("hi")
-            return _of_findex(matrix, given["b"], ends, given["findex"], ("lo", "hi"))
+            return of_findex(matrix, given["b"], ends, given["findex"], ("lo", "hi"))
         dimension, facets = given.get("dimension", 2), given.get("facets", FACETS)
-        return _of_delassus(matrix, given["q"], given["mu"], dimension, facets)
+        return of_delassus(matrix, given["q"], given["mu"], dimension, facets)
 
     def data(self) -> dict[str, Any]:
         return {"kind": self.kind} | {
@@ -191,10 +194,14 @@ class Contact(Formulation):
             mu, width = friction.coefficients, 1 + friction.tangents.shape[1]
             fields = {"W": self.A, "q": self.b, "mu": mu, "dimension": width}
             return fields | ({"facets": self.facets} if width > 2 else {})
-        findex = np.full(self.b.size, float(NONE))
-        findex[friction.tangents[:, 0]] = friction.normals
         bounds = {"lo": self.lower, "hi": self.upper}
-        return {"A": self.A, "b": self.b, **bounds, "findex": findex}
+        return {"A": self.A, "b": self.b, **bounds, "findex": self.findex()}
+
+    def findex(self) -> Vector:
+        """Return the friction indices as numbers for a file."""
+        findex = np.full(self.b.size, float(NONE))
+        findex[self.friction.tangents[:, 0]] = self.friction.normals
+        return findex
 
     def problem(self, **texts: Any) -> Problem:
         """Return the problem, with these texts."""
@@ -274,11 +281,18 @@ class Contact(Formulation):
     def lengths(self, problem: Problem) -> dict[int, str]:
         return {problem.n: "z", self.b.size: "x"}
 
+    def update(
+        self, states: States | None, data: Mapping[str, Any]
+    ) -> tuple[Problem, States | None]:
+        found: tuple[Problem, States | None]
+        found = self.beside("sequence").following(self, states, data)
+        return found
+
     def verified(self, proposed: Any) -> Any:
         return self.beside("answers").verified(self, proposed)
 
 
-def _of_findex(
+def of_findex(
     A: Any,
     b: Any,
     ends: tuple[Any, Any],
@@ -340,7 +354,7 @@ def _friction_indices(given: Any, n: int) -> Indices:
     return values.astype(np.intp)
 
 
-def _of_delassus(W: Any, q: Any, mu: Any, dimension: Any, facets: Any) -> Contact:
+def of_delassus(W: Any, q: Any, mu: Any, dimension: Any, facets: Any) -> Contact:
     width, edges = _whole(dimension), _whole(facets)
     if width not in (2, 3):
         raise ProblemError("dimension", f"is {dimension!r}", "give 2 or 3")

@@ -1,0 +1,125 @@
+"""Contact over time: the problem of the next step, and the states of the contacts that
+persist."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from lcpcli.errors import MAKE_AGREE, ProblemError, numbers_for, refuse_unknown
+from lcpcli.formulations.contact.friction import (
+    Contact,
+    of_delassus,
+    of_findex,
+)
+from lcpcli.model.box import BASIC, LOWER, UPPER
+from lcpcli.model.problem import Problem
+from lcpcli.typing import Indices, States
+
+KEYS = {
+    "W": ("W", "q", "mu", "ids"),
+    "findex": ("A", "b", "lower", "upper", "findex", "ids"),
+}
+ABSENT = -1  # in place of an unknown that there is not
+
+
+def following(
+    before: Contact, states: States | None, data: Mapping[str, Any]
+) -> tuple[Problem, States | None]:
+    """Return the problem with other data, each by default as before, and the states of
+    its unknowns: those of before where a contact, or with friction indices an unknown,
+    has the same id, and where it is new those of no impulse."""
+    refuse_unknown("", data, KEYS[before.key], "the data of contacts")
+    contact = _with(before, data)
+    number = len(_places(contact))
+    ids = data.get("ids")
+    known = before.ids if before.ids is not None else range(len(_places(before)))
+    if ids is not None:
+        contact = replace(contact, ids=_distinct(ids, number, contact.key))
+    elif number == len(known):
+        contact = replace(contact, ids=before.ids)
+    else:
+        states = None
+    problem = contact.problem()
+    if states is None:
+        return problem, None
+    now = range(number) if contact.ids is None else contact.ids
+    return problem, _moved(before, contact, problem, states, (known, now))
+
+
+def _with(before: Contact, data: Mapping[str, Any]) -> Contact:
+    friction = before.friction
+    if before.key == "W":
+        W, q = data.get("W", before.A), data.get("q", before.b)
+        width = 1 + friction.tangents.shape[1]
+        mu = data.get("mu")
+        if mu is None:
+            mu = friction.coefficients
+            if np.unique(mu).size == 1:  # also of another number of contacts
+                mu = float(mu[0])
+        return of_delassus(W, q, mu, width, before.facets)
+    own = before.findex()
+    names = ("A", "b", "lower", "upper", "findex")
+    defaults = (before.A, before.b, before.lower, before.upper, own)
+    parts = [data.get(name, value) for name, value in zip(names, defaults, strict=True)]
+    A, b, lower, upper, findex = parts
+    return of_findex(A, b, (lower, upper), findex, ("lower", "upper"))
+
+
+def _distinct(ids: Any, number: int, key: str) -> tuple[Hashable, ...]:
+    """Return the ids as a tuple, or raise ProblemError."""
+    given = tuple(ids.tolist() if isinstance(ids, np.ndarray) else ids)
+    of = "contact" if key == "W" else "unknown"
+    if len(given) != number:
+        raise ProblemError("ids", numbers_for(len(given), "id", number, of), MAKE_AGREE)
+    known: dict[Hashable, int] = {}
+    for i, each in enumerate(given):
+        first = known.setdefault(each, i)
+        if first != i:
+            fault = f"is {each!r}, as ids[{first}] is"
+            raise ProblemError(f"ids[{i}]", fault, f"give each {of} another one")
+    return given
+
+
+def _places(contact: Contact) -> Indices:
+    """Return the places in z of the unknowns of each contact, or with friction indices
+    of each unknown: a row for each, with ABSENT where it has fewer."""
+    n, friction = contact.b.size, contact.friction
+    k = friction.normals.size
+    if contact.key == "findex":
+        slips = np.full(n, ABSENT)
+        slips[friction.tangents[:, 0]] = n + np.arange(k)
+        return np.column_stack((np.arange(n), slips))
+    if contact.is_planar:
+        slips = n + np.arange(k)
+        return np.column_stack((friction.normals, friction.tangents, slips))
+    m = contact.facets
+    betas = k + np.arange(k * m).reshape(k, m)
+    return np.column_stack((np.arange(k), betas, k + k * m + np.arange(k)))
+
+
+def _moved(
+    before: Contact,
+    contact: Contact,
+    problem: Problem,
+    states: States,
+    ids: tuple[Sequence[Hashable], Sequence[Hashable]],
+) -> States:
+    """Return the states of the unknowns of a problem from those of the problem before.
+    ids : those of before, and of now."""
+    low, high = problem.box.vectors(problem.n)
+    new = np.full(problem.n, LOWER, dtype=np.int8)
+    new[low == -np.inf] = UPPER
+    new[(low == -np.inf) & (high == np.inf)] = BASIC
+    place_of = {each: i for i, each in enumerate(ids[0])}
+    pairs = [(place_of[each], i) for i, each in enumerate(ids[1]) if each in place_of]
+    if not pairs:
+        return new
+    old, own = np.array(pairs).T
+    source, target = _places(before)[old], _places(contact)[own]
+    both = (source != ABSENT) & (target != ABSENT)
+    new[target[both]] = states[source[both]]
+    return new
