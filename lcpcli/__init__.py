@@ -74,7 +74,6 @@ if TYPE_CHECKING:
     from lcpcli.enumeration.optimum import optimum as optimum
     from lcpcli.enumeration.search import solutions as solutions
     from lcpcli.explanation.explanation import why as why
-    from lcpcli.files.nl_format import read_nl as read_nl
     from lcpcli.files.reading import read as read
     from lcpcli.files.writing import write as write
     from lcpcli.formulations.contact.friction import from_contact as from_contact
@@ -83,6 +82,7 @@ if TYPE_CHECKING:
     from lcpcli.formulations.least_squares.fit import from_lsq as from_lsq
     from lcpcli.formulations.least_squares.fitting import lsq as lsq
     from lcpcli.formulations.least_squares.fitting import nnls as nnls
+    from lcpcli.formulations.nonlinear_model.nl_format import read_nl as read_nl
     from lcpcli.formulations.players.quadratic import from_players as from_players
     from lcpcli.formulations.variational_inequality.inequality import (
         from_avi as from_avi,
@@ -121,12 +121,12 @@ _PUBLIC = {  # the public names of each module, loaded on first use
     "enumeration.optimum": "optimum",
     "enumeration.search": "solutions",
     "explanation.explanation": "why",
-    "files.nl_format": "read_nl",
     "files.reading": "read",
     "files.writing": "write",
     "formulations.contact.friction": "from_contact from_findex",
     "formulations.game_tree.game": "from_efg",
     "formulations.players.quadratic": "from_players",
+    "formulations.nonlinear_model.nl_format": "read_nl",
     "formulations.variational_inequality.inequality": "from_avi",
     "formulations.least_squares.fit": "from_lsq",
     "formulations.least_squares.fitting": "lsq nnls",

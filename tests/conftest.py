@@ -26,9 +26,9 @@ from lcpcli.cli import output
 from lcpcli.files import contents
 from lcpcli.files.input_file import InputFile
 from lcpcli.files.inputs import Input
-from lcpcli.files.nl_format import Model
 from lcpcli.files.reading import files_of
 from lcpcli.linalg.matrices import is_sparse
+from lcpcli.model.nonlinear import NonlinearProblem
 from lcpcli.options import KERNELS, wants_kernels
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.solving import driver
@@ -101,9 +101,10 @@ def read_exact(*paths: str) -> ExactProblem:
     return work.exactly(work.read())
 
 
-def model_of(content: bytes, path: str) -> Model:
-    """The model of AMPL in the content of a file."""
-    return Model(InputFile(path, content))
+def problem_of(content: bytes, path: str) -> Problem | NonlinearProblem:
+    """The problem in the content of a file, which may be a model."""
+    file = InputFile(path, content)
+    return file.nonlinear or file.problem()
 
 
 @pytest.fixture

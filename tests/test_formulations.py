@@ -13,6 +13,8 @@ import pytest
 
 import lcpcli
 
+from .files.nl_writing import model
+
 PACKAGE = Path(lcpcli.__file__).parent
 FOLDERS = sorted(
     path.name
@@ -35,6 +37,7 @@ def alone(tmp_path_factory: pytest.TempPathFactory) -> Path:
     (folder / "p.json").write_text('{"M": [[2, 1], [1, 2]], "q": [-5, -6]}')
     (folder / "p.csv").write_text("2,1,-5\n1,2,-6\n")
     (folder / "tree.efg").write_text(TREE)
+    (folder / "model.nl").write_bytes(model(1, [((5, 1, 1), {0: 1}, -1)], [(2, 0)]))
     (folder / "tree.json").write_text(json.dumps({"efg": TREE}))
     (folder / "fit.json").write_text('{"lsq": true, "A": [[1]], "b": [1]}')
     (folder / "contact.json").write_text('{"W": [[1]], "q": [1], "mu": 1}')
@@ -77,6 +80,7 @@ def test_lcps_need_no_formulation(alone: Path, line: str) -> None:
         ("tree.json", "a game"),
         ("fit.json", "a least-squares problem"),
         ("contact.json", "contact with friction"),
+        ("model.nl", ".nl"),
     ],
 )
 def test_a_file_without_its_formulation_gets_one_line(
@@ -84,4 +88,10 @@ def test_a_file_without_its_formulation_gets_one_line(
 ) -> None:
     done = run(alone, f"solve {file}")
     told = f"lcp: {file}: {MISSING.format(what)}\n"
+    assert (done.returncode, done.stdout, done.stderr) == (2, "", told)
+
+
+def test_a_word_without_its_formulation_gets_one_line(alone: Path) -> None:
+    done = run(alone, "model.nl -AMPL")
+    told = f"lcp: {MISSING.format('-AMPL')}\n"
     assert (done.returncode, done.stdout, done.stderr) == (2, "", told)

@@ -25,7 +25,7 @@ LONG = {
     "lcpcli.cli.check._verifications",
     "lcpcli.cli.path.path",
     "lcpcli.cli.streams.all_records",
-    "lcpcli.expressions.tape.Tape.__init__",
+    "lcpcli.formulations.nonlinear_model.tape.Tape.__init__",
     "lcpcli.files.mps_format.render",
     "lcpcli.files.mps_format._Reader.program",
     "lcpcli.kernels.measure_kernels._judgement",
@@ -46,7 +46,6 @@ LOOSE = 10  # modules at the root of the package, which every room may use
 # table.
 ROOMS: dict[str, set[str]] = {
     "linalg": set(),
-    "expressions": set(),
     "model": {"linalg"},
     "basis": {"linalg", "model"},
     "presolve": {"linalg", "model"},
@@ -79,7 +78,7 @@ ROOMS: dict[str, set[str]] = {
     },
     "enumeration": {"linalg", "model", "rational", "verify", "solving"},
     "parametric": {"linalg", "model", "rational", "verify", "inspection", "solving"},
-    "files": {"linalg", "expressions", "model", "games", "rational"},
+    "files": {"linalg", "model", "games", "rational"},
     "gallery": {"linalg", "model"},
     "peers": {"linalg", "model"},
     "report": {
@@ -142,6 +141,7 @@ ROOMS: dict[str, set[str]] = {
         "games",
         "rational",
         "verify",
+        "methods",
         "inspection",
         "solving",
         "enumeration",
@@ -308,6 +308,31 @@ def test_rooms_use_the_rooms_of_the_table_which_are_above_them_in_it() -> None:
     assert all(
         order.index(other) < order.index(room) for room in ROOMS for other in used[room]
     )
+
+
+FORMULATIONS = sorted(
+    file.parent.name for file in ROOT.glob("lcpcli/formulations/*/__init__.py")
+)
+# The table, and the names of the public functions.
+NAMING = {"lcpcli.model.formulations", "lcpcli"}
+
+
+@pytest.mark.parametrize("folder", FORMULATIONS)
+def test_only_a_table_names_the_folder_of_a_formulation(folder: str) -> None:
+    path = f"formulations.{folder}"
+    texts = {
+        name: {
+            str(getattr(node, kind))
+            for node in own
+            for kind in ("value", "id", "attr", "module", "name")
+            if isinstance(getattr(node, kind, None), str)
+        }
+        for name, own in modules().items()
+        if not f"{name}.".startswith(f"lcpcli.{path}.")
+    }
+    naming = {name for name, own in texts.items() if any(path in each for each in own)}
+    assert naming <= NAMING
+    assert NAMING & naming, "the table has no row for it"
 
 
 def test_the_table_of_the_page_on_development_has_all_rooms_in_their_order() -> None:

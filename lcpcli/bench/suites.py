@@ -448,7 +448,6 @@ def _files(asked: Sequence[str], tell: Tell, infinity: float | None) -> Sequence
     from lcpcli.files import reading
     from lcpcli.files.fields import is_whole
     from lcpcli.files.input_file import WHOLE, InputFile
-    from lcpcli.files.inputs import nonlinear_in
     from lcpcli.model import changes
     from lcpcli.verify.point import without_wrong_solutions
 
@@ -469,7 +468,7 @@ def _files(asked: Sequence[str], tell: Tell, infinity: float | None) -> Sequence
         raise OptionError(where, "is neither a suite nor a file", hint)
     contents.refuse_folder(path)
     file = InputFile.read(path, WHOLE)
-    if nonlinear_in(file) is not None:
+    if file.nonlinear is not None:
         if infinity is not None:
             raise ParameterError(
                 "infinity", "has no effect on a nonlinear model", LEAVE_OUT
@@ -489,12 +488,11 @@ def problem_of(case: Case) -> Problem | NonlinearProblem:
     wrong ones."""
     if case.file:
         from lcpcli.files import reading
-        from lcpcli.files.inputs import nonlinear_in
         from lcpcli.verify.point import without_wrong_solutions
 
         files = reading.files_of([*filter(None, (case.file, case.q_file))])
-        if (model := nonlinear_in(files[0])) is not None:
-            return model.nonlinear
+        if (model := files[0].nonlinear) is not None:
+            return model
         problem = reading.problem_in(files, case.infinity or math.inf)
         return without_wrong_solutions(problem)[0]
     from lcpcli.gallery import families as gallery

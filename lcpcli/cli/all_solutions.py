@@ -3,7 +3,6 @@ one by a linear objective."""
 
 from __future__ import annotations
 
-import re
 from dataclasses import replace
 from fractions import Fraction
 from functools import partial
@@ -18,13 +17,12 @@ from lcpcli.enumeration import search as sets
 from lcpcli.errors import Exit, File, ProblemError, count
 from lcpcli.files.contents import within
 from lcpcli.interrupts import TimeIsUp, stopping
+from lcpcli.model.formulation import LEFT_OUT, Objective
 from lcpcli.rational import exact_problem, numbers
 from lcpcli.report import plotting, solutions, wording
 
 if TYPE_CHECKING:
-    from lcpcli.files.input_file import InputFile
     from lcpcli.files.inputs import Work
-    from lcpcli.files.nl_format import LinearObjective
 
 CODES = {  # by how a search has ended, unless it is solved
     sets.TIME_LIMIT: Exit.NOT_SOLVED,
@@ -37,7 +35,7 @@ def outcome(
     request: Request,
     work: Work,
     output: Output,
-    objective: str | LinearObjective | None = None,
+    objective: str | Objective | None = None,
     sense: str = "min",
 ) -> int:
     """Search for every solution of a problem, or for the best one by an objective, with
@@ -46,8 +44,6 @@ def outcome(
     (problem,) = request.inputs.problems(work)
     where, remarks = File(work.sources[0]), problem.remarks
     if not isinstance(objective, str | None):
-        from lcpcli.files.nl_format import LEFT_OUT
-
         others = (line.removesuffix(LEFT_OUT).removesuffix("; ") for line in remarks)
         remarks = [line for line in others if not line.endswith(": ")]
     request.inputs.tell(remarks)
@@ -105,23 +101,11 @@ def _search(request: Request, problem: InputProblem, where: str) -> sets.Solutio
     return sets.SolutionSet(search, ended, clock.seconds() - began)
 
 
-def objective_in(file: InputFile) -> LinearObjective | None:
-    """Return the objective of the linear model in an .nl file; None if it has none, or
-    is nonlinear."""
-    from lcpcli.files.nl_format import Model
-
-    is_text = not file.content.startswith(b"b")
-    if is_text and not re.search(rb"^O\d", file.content, re.MULTILINE):
-        return None
-    model = Model(file)
-    return model.objective if model.model.is_linear else None
-
-
 def _best(
     request: Request,
     problem: InputProblem,
     where: str,
-    objective: str | LinearObjective,
+    objective: str | Objective,
     sense: str,
 ) -> search.Optimum:
     began, data = clock.seconds(), problem.exactly()

@@ -131,8 +131,9 @@ def _verifications(
     if not isinstance(problem, Problem):
         refuse_beside({"--exact": exact}, NONLINEAR_MODEL)
     data = read.exactly() if exact else None
-    if solution.casefold().endswith(".sol") and read.model is not None:
-        answers = [beside.Candidate("solution", read.model.solution_in(solution))]
+    values = None if read.file is None else read.file.solution_in(solution)
+    if values is not None:
+        answers = [beside.Candidate("solution", values)]
     else:
         named = first, problem.name
         answers = beside.read_candidates(
@@ -219,22 +220,12 @@ def inspect(request: Inspect) -> int:
     inputs = Inputs.of(request, request.files, request.quiet)
     inputs.prepare({"--output": destination.path})
     from lcpcli.inspection.inspection import inspect as inspected
-    from lcpcli.inspection.inspection import inspect_nonlinear
-    from lcpcli.model.problem import Problem
     from lcpcli.report import inspection_text
 
     read = inputs.read(takes_models=True)
-    seconds = request.time_limit or OF_INSPECTION.value
-    problem = read.problem
-    found: Inspection | NonlinearInspection
-    if isinstance(problem, Problem):
-        found = inspected(problem, seconds)
-    else:
-        assert read.model is not None
-        model = read.model.conditions
-        found = inspect_nonlinear(
-            problem, model.operators, model.header.common, len(model.fixed), seconds
-        )
+    found: Inspection | NonlinearInspection = inspected(
+        read.problem, request.time_limit or OF_INSPECTION.value
+    )
     report = inspection_text.report(found, request.whole)
     destination.show(
         report.render, f"{place(request.file)}: {inspection_text.verdict(found)}"

@@ -41,8 +41,6 @@ BY_PRECEDENCE = (
 
 OUTPUT = "standard output"
 NO_THREAD = "can't start new thread"  # the message of a RuntimeError
-# Behind the name of a model: the program is called as AMPL calls solvers.
-AMPL = "-AMPL"
 
 # -f, -o or a longer name, alone or with its value, perhaps behind -q.
 OUTPUT_OPTION = re.compile(r"-q?([fo])(.*)|--(format|output)(?:=(.*))?", re.DOTALL)
@@ -202,13 +200,14 @@ def _run() -> int:
     from lcpcli.cli.command import VARIABLE, lcp
     from lcpcli.errors import LCPError, OptionError, ResourceError
     from lcpcli.interrupts import hides_interrupt
+    from lcpcli.model.formulations import WORDS, module_of
 
     output = sys.stdout
     try:
-        if AMPL in sys.argv[2:]:
-            from lcpcli.cli.ampl import run
-
-            return run(sys.argv[1], [word for word in sys.argv[2:] if word != AMPL])
+        for word in WORDS.keys() & {*sys.argv[2:]}:  # that the formulation has
+            row, others = WORDS[word], [own for own in sys.argv[2:] if own != word]
+            code = module_of(row, row.words[word], word).run(sys.argv[1], others)
+            return int(code)
         code = lcp.main(prog_name="lcp", standalone_mode=False, complete_var=VARIABLE)
         sys.stdout.flush()
         return code if isinstance(code, int) else 0

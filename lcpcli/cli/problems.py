@@ -62,7 +62,6 @@ from lcpcli.report.wording import flag
 if TYPE_CHECKING:
     from lcpcli.files.input_file import InputFile
     from lcpcli.files.inputs import Input, QColumns, Work
-    from lcpcli.files.nl_format import Model
     from lcpcli.model.nonlinear import NonlinearProblem
     from lcpcli.model.problem import Problem
     from lcpcli.rational.exact_problem import ExactProblem
@@ -81,15 +80,15 @@ class InputProblem(NamedTuple):
 
     exactly : reads the numbers of a linear problem as written; None for a nonlinear
     one. remarks : lines on wrong known solutions, which are dropped, on far bounds and
-    the like. length : returns the number of bytes of its text. model : the one of AMPL
-    that it was made from, if any.
+    the like. length : returns the number of bytes of its text. file : the one that it
+    is in, unless many problems are.
     """
 
     problem: Any
     exactly: Any
     remarks: list[str]
     length: Callable[[], int] = int
-    model: Model | None = None
+    file: InputFile | None = None
 
 
 class Inputs(NamedTuple):
@@ -273,13 +272,13 @@ class Inputs(NamedTuple):
     ) -> Iterator[InputProblem]:
         """Yield the problems of an input. takes_models : whether they may be
         nonlinear."""
-        from lcpcli.files.inputs import QColumns, model_in
+        from lcpcli.files.inputs import QColumns
 
         if not isinstance(work, QColumns):
             file, *others = work.files
-            model = model_in(file) if takes_models else None
-            if model is None or model.model.is_linear:
-                yield self._single(work)._replace(model=model)
+            model = file.nonlinear if takes_models else None
+            if model is None:
+                yield self._single(work)
                 return
             if others:
                 from lcpcli.files.input_file import NOT_SECOND
@@ -288,12 +287,8 @@ class Inputs(NamedTuple):
                 raise ProblemError(others[0].place, fault, NOT_SECOND)
             given = {flag(name): value for name, value in self.bounds.items()}
             refuse_beside(given, NONLINEAR_MODEL)
-            yield InputProblem(
-                model.nonlinear,
-                None,
-                [f"{file.place}: {model.remark}"] if model.remark else [],
-                model=model,
-            )
+            remarks = [f"{file.place}: {model.note}"] if model.note else []
+            yield InputProblem(model, None, remarks, file=file)
             return
         from lcpcli.rational.exact_problem import ExactProblem
 
@@ -340,7 +335,7 @@ class Inputs(NamedTuple):
             data.problem = problem
             return data
 
-        return InputProblem(problem, exactly, remarks, as_given.length)
+        return InputProblem(problem, exactly, remarks, as_given.length, file)
 
 
 def without_wrong_solutions(problem: Problem, file: str) -> tuple[Problem, list[str]]:

@@ -4,8 +4,10 @@ side by side."""
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import TYPE_CHECKING
 
 from lcpcli.cli import declarations
 from lcpcli.cli.command import command
@@ -21,12 +23,15 @@ from lcpcli.cli.declarations import (
     refuse_beside,
 )
 from lcpcli.cli.problems import Request
-from lcpcli.errors import EXITS, Exit
+from lcpcli.errors import EXITS, Exit, ProblemError
 from lcpcli.files import contents
 from lcpcli.files.formats import is_model
 from lcpcli.methods.registry import NONLINEAR, Variant
 from lcpcli.options import AUTO, JOBS, MAX_SOLUTIONS
 from lcpcli.report.wording import LEVELS
+
+if TYPE_CHECKING:
+    from lcpcli.files.input_file import InputFile
 
 BY_DEFAULT = Variant(AUTO)
 
@@ -114,12 +119,20 @@ def solve(request: Solve) -> int:
     from lcpcli.files.input_file import InputFile
 
     file = InputFile.read(files[0])
-    own = all_solutions.objective_in(file)
+    own = file.objective
     request = request.reading({files[0]: file})
     if own is None:
         return run(request)
     refuse_beside(request.given, OBJECTIVE)
     return run(request, partial(all_solutions.outcome, objective=own))
+
+
+def _is_nonlinear(file: InputFile) -> bool:
+    """Return whether a file has a nonlinear problem, or a fault, which its run
+    tells."""
+    with suppress(ProblemError):
+        return file.nonlinear is not None
+    return True
 
 
 @dataclass(eq=False, repr=False)
@@ -175,11 +188,10 @@ def compare(request: Compare) -> int:
     default, files = AS_PUBLISHED, request.inputs.files
     if not request.methods and all(map(is_model, files)):
         from lcpcli.files.input_file import InputFile
-        from lcpcli.files.inputs import nonlinear_in
 
         ahead = {file: InputFile.read(file) for file in files}
         request = request.reading(ahead)
-        if all(map(nonlinear_in, ahead.values())):
+        if all(map(_is_nonlinear, ahead.values())):
             default = tuple(NONLINEAR)
     axes, is_free = (request.sweep, request.vary), not (request.methods or request.own)
     variants = chosen_variants(request.methods, *axes, default, request.own)

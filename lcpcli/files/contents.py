@@ -117,7 +117,7 @@ def _inside(folder: str, tell: Callable[[str], object]) -> list[str]:
     named = [entry for entry in inside if entry.name.casefold().endswith(PROBLEMS)]
     files = [file for file in named if file.is_file() or file.is_symlink()]
     # The suffixes of files that stand beside a model.
-    of_models = (".row", ".col", ".sol")
+    of_models = [suffix for kind in FORMATS.values() for suffix in kind.beside]
     others = [
         entry
         for entry in inside

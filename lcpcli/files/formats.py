@@ -19,6 +19,9 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
     from fractions import Fraction
 
+    from lcpcli.model.formulation import Objective
+    from lcpcli.model.nonlinear import NonlinearProblem
+
 Number: TypeAlias = "Callable[[str], float]"  # converts a number in a text to a double
 # The numbers that doubles stand for, if not their shortest decimals.
 Exact: TypeAlias = "Mapping[float, Fraction]"
@@ -52,8 +55,13 @@ class Kind(NamedTuple):
     is_table: bool = False
     # Whether results of lcp are written in it.
     has_results: bool = False
-    # Whether it is a model, nonlinear or not, whose names are in files beside it.
-    is_model: bool = False
+    # Of a model, whose module is a `ModelFormat`: the suffix of files with solutions,
+    # and those of other files that stand beside it.
+    beside: tuple[str, ...] = ()
+
+    @property
+    def is_model(self) -> bool:
+        return bool(self.beside)
 
 
 MPS_FILE = Kind(
@@ -84,14 +92,6 @@ FORMATS = {
     ".mps": MPS_FILE,
     ".qps": MPS_FILE,
     ".lp": MPS_FILE._replace(keeps=""),
-    ".nl": Kind(
-        "nl_format",
-        "",
-        in_decimals=True,
-        is_packed=True,
-        has_no_vector="is a model",
-        is_model=True,
-    ),
     ".nfg": Kind(
         "games", "", is_packed=True, beginning=b"NFG ", has_no_vector="is a game"
     ),
@@ -103,6 +103,7 @@ FORMATS |= {
         is_packed=True,
         beginning=form.beginning,
         has_no_vector=f"is {row.noun}",
+        beside=form.beside,
     )
     for row in formulations.TABLE.values()
     for suffix, form in row.files.items()
@@ -146,6 +147,22 @@ class Format(Protocol):
     def render(self, fields: Mapping[str, Any], exact: Exact, /) -> dict[str, bytes]:
         """Return the files to write: the file itself under "", others under what is
         inserted before its suffix."""
+
+
+class ModelFormat(Format, Protocol):
+    """Interface of the module of a format whose problems may be nonlinear, or may have
+    an objective. It has a function `parse(content: bytes, path: str)`, which is told
+    the name of the file, as names may be beside it."""
+
+    def nonlinear(self, content: Any, name: str, /) -> NonlinearProblem | None:
+        """Return the problem with this name; None if it is linear, which `fields`
+        has."""
+
+    def objective(self, content: Any, /) -> Objective | None:
+        """Return the objective of a linear problem; None if there is none."""
+
+    def solution(self, content: Any, other: bytes, /) -> list[Fraction]:
+        """Return z in the content of a file with a solution of this problem."""
 
 
 @cache

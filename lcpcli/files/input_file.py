@@ -7,7 +7,7 @@ import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
+from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar, cast
 
 import numpy as np
 
@@ -25,6 +25,7 @@ from lcpcli.files.fields import A_RESULT, BOUNDS, is_whole, kind_of, made
 from lcpcli.files.formats import (
     JSON_FILE,
     Kind,
+    ModelFormat,
     Number,
     is_result,
     kind_in,
@@ -40,6 +41,8 @@ from lcpcli.typing import Vector
 if TYPE_CHECKING:
     from fractions import Fraction
 
+    from lcpcli.model.formulation import Objective
+    from lcpcli.model.nonlinear import NonlinearProblem
     from lcpcli.rational.exact_problem import ExactParts, ExactProblem
 
 T = TypeVar("T")
@@ -110,6 +113,8 @@ class InputFile:
     @cached_property
     def data(self) -> Any:
         """Return what the module of the format makes of the content."""
+        if self.kind.is_model:
+            return self._called("parse", self.content, self.path)
         has_parser = hasattr(self.within(load, self.kind.form), "parse")
         return self._called("parse", self.content) if has_parser else self.content
 
@@ -124,14 +129,33 @@ class InputFile:
         if self.line is None:
             refuse(is_result(self.content), self.place, *A_RESULT)
         found: dict[str, Any] = self._called("fields", self.data, number)
-        if self.kind.is_model:
-            from lcpcli.files.nl_segments import with_names
-
-            found = with_names(self.path, found)
         is_problem = isinstance(found, dict) and (kind_of(found) or "M" in found)
         fault = "has no M by the package of its format"
         refuse(not is_problem, self.place, fault, OF_PACKAGE)
         return found
+
+    @cached_property
+    def nonlinear(self) -> NonlinearProblem | None:
+        """Return the problem in the file; None if it is linear."""
+        if not self.kind.is_model:
+            return None
+        found: NonlinearProblem | None = self._called("nonlinear", self.data, self.name)
+        return found
+
+    @property
+    def objective(self) -> Objective | None:
+        """Return the objective of a linear model; None if it has none."""
+        return self._called("objective", self.data) if self.kind.is_model else None
+
+    def solution_in(self, path: str) -> list[Fraction] | None:
+        """Return the solution of this model in a file of the format for these; None if
+        the file has another one."""
+        suffix, *_ = self.kind.beside or [""]
+        if not (suffix and path.casefold().endswith(suffix)):
+            return None
+        other = InputFile.read(path, WHOLE)
+        form = cast(ModelFormat, load(self.kind.form))
+        return other.within(form.solution, self.data, other.content)
 
     def _called(self, function: str, *given: Any) -> Any:
         """Return what a function of the format returns. A fault of another package's

@@ -29,7 +29,6 @@ from lcpcli.model.problem import Problem
 from lcpcli.typing import Matrix
 
 if TYPE_CHECKING:
-    from lcpcli.files.nl_format import Model
     from lcpcli.rational.exact_problem import ExactProblem
 
 # The fields of a file without q that belong to each of several q.
@@ -138,20 +137,6 @@ class QColumns(NamedTuple):
 
 
 Work: TypeAlias = Input | QColumns
-
-
-def model_in(file: InputFile) -> Model | None:
-    if not file.kind.is_model:
-        return None
-    from lcpcli.files.nl_format import Model
-
-    return Model(file)
-
-
-def nonlinear_in(file: InputFile) -> Model | None:
-    """Return the model in a file; None if it holds no model, or a linear one."""
-    model = model_in(file)
-    return None if model is None or model.model.is_linear else model
 
 
 def digest(*parts: bytes) -> str:

@@ -173,7 +173,7 @@ def inspect(
     ('yes', 'yes')
     """
     if isinstance(problem, NonlinearProblem):
-        return inspect_nonlinear(problem, time_limit=time_limit)
+        return inspect_nonlinear(problem, time_limit)
     as_problem(problem)
     M, end = problem.M, clock.seconds() + time_limit
     with within(time_limit):
@@ -324,15 +324,15 @@ NEARER = 0.5**3
 MOST_MOVES = 10
 LAST_CLASS = "positive_semidefinite"  # of those that are decided: all that are cheap
 MOST_NAMED = 5  # rows or unknowns in a hint
+NO_TEXT = (None, None, None)  # in place of a `Composition`
 
 
 @dataclass(frozen=True, eq=False)
 class NonlinearInspection:
     """The diagnosis of a nonlinear problem. What is unknown, or too expensive, is None.
 
-    operators, common_expressions, fixed_variables : of a model, how often each operator
-        occurs, and how many common expressions and fixed variables, which are no
-        unknowns, it has; None for other problems.
+    operators, common_expressions, fixed_variables : as in the `Composition` of F; None
+        if F has no text.
     equations : the number of unknowns without bounds, whose rows are equations.
     nonlinear_rows : the number of rows of J that vary. nonzeros : the number of entries
         of J that are not 0 everywhere.
@@ -368,17 +368,12 @@ class NonlinearInspection:
 
 @np.errstate(all="ignore")
 def inspect_nonlinear(
-    problem: NonlinearProblem,
-    operators: Mapping[str, int] | None = None,
-    common: int | None = None,
-    fixed: int | None = None,
-    time_limit: float = INSPECTION_SECONDS,
+    problem: NonlinearProblem, time_limit: float = INSPECTION_SECONDS
 ) -> NonlinearInspection:
     """Diagnose a nonlinear problem.
 
-    operators, common, fixed : of the model from which it is made, if it is. time_limit
-    : seconds, after which expensive computations end, and what they would have found is
-    unknown.
+    time_limit : seconds, after which expensive computations end, and what they would
+    have found is unknown.
     """
     evaluations, F = Evaluations(problem), problem.values(problem.x0)
     samples = list(_samples(evaluations))
@@ -388,6 +383,7 @@ def inspect_nonlinear(
         evaluations.finite_jacobian(problem.x0),
         (~np.isfinite(F)).nonzero()[0].tolist(),
     )
+    operators, common, fixed = problem.composition() if problem.composition else NO_TEXT
     condition, classes = None, dict[str, Verdict]()
     with suppress(TimeIsUp), within(time_limit):
         if J is not None and problem.n and affordable(J):

@@ -12,15 +12,19 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from importlib import import_module
-from typing import Any, ClassVar, NamedTuple
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 from lcpcli.clock import imports
 from lcpcli.errors import MAKE_AGREE, ProblemError, kind, numbers_for, quoted
 from lcpcli.model.arrays import FROM_0
 from lcpcli.typing import Matrix, States, Vector
 
+if TYPE_CHECKING:
+    from fractions import Fraction
+
 # What names are for: to be complete, to choose components by, to head narrow columns.
 FULL, LABELS, HEADINGS = "full", "labels", "headings"
+LEFT_OUT = "its objective counts only in lcp solve, for a single model"
 
 
 class Conditions(NamedTuple):
@@ -39,6 +43,15 @@ class Proposal(NamedTuple):
     z: Vector
     steps: int
     method: str
+
+
+class Objective(NamedTuple):
+    """costs'z + constant, of which the least or the largest value over all solutions is
+    sought: sense is "min" or "max"."""
+
+    costs: list[Fraction]
+    sense: str
+    constant: Fraction
 
 
 class Answer:

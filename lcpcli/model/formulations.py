@@ -26,11 +26,13 @@ class FileForm(NamedTuple):
     """A format of files that only this formulation has.
 
     module : in its folder, a `files.formats.Format`. beginning : what such a file
-    begins with, by which it is recognized whatever its suffix; b"" if nothing.
+    begins with, by which it is recognized whatever its suffix; b"" if nothing. beside :
+    as in `files.formats.Kind`.
     """
 
     module: str
     beginning: bytes = b""
+    beside: tuple[str, ...] = ()
 
 
 class Row(NamedTuple):
@@ -39,12 +41,15 @@ class Row(NamedTuple):
     home : its folder, as a package, or the module of another package that has all of
         it.
     location : the module in this folder and the name of its `Formulation` in it, as
-        "module:name"; the name alone if it is in home.
+        "module:name"; the name alone if it is in home. "" if its problems are plain
+        ones, whose files alone are its own.
     noun : what a file of it is, in messages.
     tells : texts with keys that show that an object in a file is one: where all keys of
         one of these texts are there, and none of those with ! before them.
     texts : keys whose values have no numbers. others : keys that it has besides.
     files : its own formats, by suffix.
+    words : words of the command line, each with the module whose function `run` is then
+        called with the first word and the words behind it, and returns the exit code.
     """
 
     home: str
@@ -54,6 +59,7 @@ class Row(NamedTuple):
     texts: tuple[str, ...] = ()
     files: Mapping[str, FileForm] = {}
     others: tuple[str, ...] = ()
+    words: Mapping[str, str] = {}
 
     def is_told_by(self, keys: Collection[str]) -> bool:
         return any(
@@ -70,6 +76,13 @@ TABLE = {
         "contact with friction",
         ("findex", "W !Q !P !c"),
         others=("b", "lo", "hi", "q", "mu", "dimension", "facets"),
+    ),
+    "nl": Row(
+        "lcpcli.formulations.nonlinear_model",
+        "",
+        "a model",
+        files={".nl": FileForm("nl_format", beside=(".sol", ".row", ".col"))},
+        words={"-AMPL": "ampl"},
     ),
     "efg": Row(
         "lcpcli.formulations.game_tree",
@@ -131,6 +144,9 @@ def told_in_table(keys: Collection[str]) -> str:
 
 
 FILES = {suffix: row for row in TABLE.values() for suffix in row.files}
+WORDS = {word: row for row in TABLE.values() for word in row.words}
+# Of objects under the key origin.
+ORIGINS = [kind for kind, row in TABLE.items() if row.location]
 WORDED = {key for row in TABLE.values() for key in row.texts}
 # All keys that tell of one, and the others that they have.
 KEYS = {
@@ -155,7 +171,7 @@ def _added() -> set[str]:
 
 
 def is_known(kind: str) -> bool:
-    return kind in TABLE or kind in _added()
+    return kind in ORIGINS or kind in _added()
 
 
 def load(kind: str) -> type[Formulation]:

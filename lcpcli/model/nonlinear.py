@@ -4,7 +4,7 @@ u_i and F(z)_i <= 0 where z_i > l_i."""
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from copy import copy
 from typing import Any, ClassVar, NamedTuple, TypeAlias
 
@@ -41,6 +41,19 @@ Interval: TypeAlias = Callable[[Vector, Vector], Enclosure]
 of F and J over the box."""
 
 
+class Composition(NamedTuple):
+    """What the text of F consists of.
+
+    operators : how often each operator but sums occurs, the most frequent one first.
+    common_expressions, fixed_variables : how many there are; variables that are fixed
+        are no unknowns.
+    """
+
+    operators: Mapping[str, int]
+    common_expressions: int
+    fixed_variables: int
+
+
 class NonlinearProblem:
     """A nonlinear complementarity problem with n unknowns; row i is an equation if z_i
     has neither bound.
@@ -60,6 +73,8 @@ class NonlinearProblem:
         there is none.
     note : a remark on how the problem has been read.
     interval : a function that encloses F and J over a box, for proofs; or None.
+    composition : a function that returns what the text of F consists of; None if F has
+        no text.
     solutions : the known solutions, each of shape (n,); empty if none is known.
     box : the set of admissible z.
 
@@ -89,6 +104,7 @@ class NonlinearProblem:
         note: str = "",
         names: Sequence[str] = (),
         interval: Interval | None = None,
+        composition: Callable[[], Composition] | None = None,
         solutions: Sequence[VectorLike] = (),
         infinity: float = math.inf,
     ) -> None:
@@ -107,7 +123,8 @@ class NonlinearProblem:
             )
             raise ProblemError("x0", fault, "give x0, a list of numbers")
         self.n = n = int(np.size(vector))
-        self.F, self.J, self.name, self.note, self.interval = F, J, name, note, interval
+        self.F, self.J, self.name, self.note = F, J, name, note
+        self.interval, self.composition = interval, composition
         self.box = Box(
             *map(
                 own,

@@ -333,7 +333,7 @@ def _parsed(given: Any) -> Formulation:
         raise ProblemError(
             "origin", f"is {kind(given)}", "give an object with the key kind"
         )
-    known = ", ".join(OLD | formulations.TABLE)
+    known = ", ".join([*OLD, *formulations.ORIGINS])
     if "kind" not in given:
         raise ProblemError("origin.kind", IS_MISSING, f"add one of {known}")
     name = given["kind"]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gzip
+import json
 from collections.abc import Callable
 from pathlib import Path
 from types import SimpleNamespace
@@ -11,8 +12,8 @@ import numpy as np
 import pytest
 
 import lcpcli
-from lcpcli.cli import ampl
-from lcpcli.cli.ampl import NUMBERS
+from lcpcli.formulations.nonlinear_model import ampl
+from lcpcli.formulations.nonlinear_model.ampl import NUMBERS
 from lcpcli.gallery import nonlinear as gallery
 from lcpcli.model.nonlinear import NonlinearProblem
 from lcpcli.solving import solve_mcp
@@ -123,6 +124,25 @@ def test_nonlinear_problems_are_verified_in_python() -> None:
     assert not lcpcli.check(
         NonlinearProblem(lambda z: z - 1, x0=[0.0], upper=0.5), [1.0]
     ).accepted
+
+
+def test_inspection_in_python_counts_the_operators_of_a_model(models: Path) -> None:
+    inspected = lcpcli.inspect(lcpcli.read_nl(models / "market.nl"))
+    assert inspected.operators == {"power": 1, "quotient": 1}
+    assert (inspected.common_expressions, inspected.fixed_variables) == (0, 1)
+
+
+@pytest.mark.parametrize("command", ["solve twice.nl", "solve twice.nl linear.nl"])
+def test_a_fault_has_its_file_and_names(command: str, lcp: Lcp) -> None:
+    first = lcp(*command.split(), "--format", "json").out.splitlines()[0]
+    fault = json.loads(first)
+    assert (fault["file"], fault["field"]) == ("twice.nl", "clearing")
+    assert fault["message"].startswith("twice.nl: clearing: complements price, and so")
+
+
+def test_a_fault_of_one_model_leaves_others_their_methods(lcp: Lcp) -> None:
+    done = lcp("compare", "twice.nl", "market.nl", "--format", "csv")
+    assert (done.code, "josephy-newton" in done.out) == (2, True)
 
 
 def test_inspection_of_problems_without_an_expression_has_no_operators() -> None:

@@ -360,8 +360,8 @@ solve steps --sequence --format json --p 2 => --p: {STATES_OF_LAST}; {LEAVE_IT_O
 solve steps/0.json --sequence --all => --sequence: {OWN_METHOD}; {LEAVE_IT_OUT}
 solve inside/deeper.json
     => inside/deeper.json: is a folder without problem files; they end in .json, .csv,
-    .mtx, .npz, .npy, .mat, .mps, .qps, .lp, .nl, .nfg, .efg, .json.gz, .csv.gz,
-    .mtx.gz, .mps.gz, .qps.gz, .lp.gz, .nl.gz, .nfg.gz, .efg.gz
+    .mtx, .npz, .npy, .mat, .mps, .qps, .lp, .nfg, .nl, .efg, .json.gz, .csv.gz,
+    .mtx.gz, .mps.gz, .qps.gz, .lp.gz, .nfg.gz, .nl.gz, .efg.gz
 """,
     {
         **GOOD,

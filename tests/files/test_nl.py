@@ -16,11 +16,12 @@ from scipy.sparse import issparse
 
 from lcpcli import read, run
 from lcpcli.errors import ProblemError
+from lcpcli.files.input_file import InputFile
 from lcpcli.linalg.matrices import dense
 from lcpcli.model.nonlinear import NonlinearProblem
 from lcpcli.typing import Vector
 
-from ..conftest import model_of, read_exact
+from ..conftest import problem_of, read_exact
 from .nl_writing import BINARY, UNARY, Expression, model, value
 
 FREE, NONNEGATIVE, BOXED = (3,), (2, 0), (0, -1, 2)
@@ -36,7 +37,7 @@ RELATIONS = ("<", "<=", "=", ">=", ">", "!=")
 
 
 def nonlinear(content: bytes, path: str = "model.nl") -> NonlinearProblem:
-    problem = model_of(content, path).problem
+    problem = problem_of(content, path)
     assert isinstance(problem, NonlinearProblem)
     return problem
 
@@ -315,18 +316,17 @@ def test_free_variables_match_equations_by_size_and_fixed_ones_are_constant() ->
         ((5, 1, 2), {1: 1, 3: 2}, 0),
         ((4, 7), {0: 0.1, 2: 5}, ("exp", "v1")),
     ]
-    model_read = model_of(
-        model(4, rows, [FREE, NONNEGATIVE, FREE, (4, 3.5)], start={2: 1}), "model.nl"
-    )
-    problem = model_read.problem
-    assert isinstance(problem, NonlinearProblem)
+    bounds = [FREE, NONNEGATIVE, FREE, (4, 3.5)]
+    file = InputFile("model.nl", model(4, rows, bounds, start={2: 1}))
+    problem = file.nonlinear
+    assert problem is not None
     assert list(problem.names) == ["v0", "v1", "v2"]
     z = np.array([1.0, 0.5, 2.0])
     assert problem.values(z) == pytest.approx(
         [1 + 0.02 + np.sin(0.5), 0.5 + 7, 0.1 + 10 + np.exp(0.5) - 7]
     )
     assert np.abs(jacobian(problem, z).diagonal()).tolist() == [1, 1, 5]
-    assert model_read.model.values(z).tolist() == [1, 0.5, 2, 3.5]
+    assert file.data.conditions.values(z).tolist() == [1, 0.5, 2, 3.5]
 
 
 @pytest.mark.parametrize("number", [50, 250])
@@ -397,34 +397,24 @@ LINEAR = [((5, 1, 1), {0: 1}, -1)]
 def test_objectives_are_refused_that_are_not_linear_as_the_model(
     rows: Any, objective: Expression, fault: str
 ) -> None:
-    read_model = model_of(
-        model(1, rows, [NONNEGATIVE], objective=objective), "model.nl"
-    )
+    content = model(1, rows, [NONNEGATIVE], objective=objective)
+    file = InputFile("model.nl", content)
     with pytest.raises(ProblemError, match=fault):
-        assert read_model.problem is read_model.objective
+        assert file.nonlinear is file.objective
 
 
 def test_objective_has_its_decimals_and_its_constant() -> None:
     objective = ("+", ("*", 0.1, "v0"), ("-", 0.3, "v1"))
-    read_model = model_of(
-        model(
-            2,
-            [*LINEAR, (EQUATION, {1: 1}, 0)],
-            [NONNEGATIVE, FREE],
-            objective=objective,
-        ),
-        "m.nl",
-    )
-    found = read_model.objective
+    rows, bounds = [*LINEAR, (EQUATION, {1: 1}, 0)], [NONNEGATIVE, FREE]
+    found = InputFile("m.nl", model(2, rows, bounds, objective=objective)).objective
     assert found is not None
     assert (found.costs, found.sense, found.constant) == (
         [Fraction(1, 10), -1],
         "min",
         Fraction(3, 10),
     )
-    assert (
-        model_of(model(1, LINEAR, [NONNEGATIVE], objective=7), "m.nl").objective is None
-    )
+    constant = model(1, LINEAR, [NONNEGATIVE], objective=7)
+    assert InputFile("m.nl", constant).objective is None
 
 
 @pytest.mark.parametrize("binary", [False, True])
@@ -436,13 +426,13 @@ def test_file_that_is_cut_off_anywhere_is_refused(binary: bool) -> None:
     content = model(
         2, rows, [NONNEGATIVE, BOXED], common=COMMON[:1], start={1: 0.5}, binary=binary
     )
-    whole = model_of(content, "model.nl").problem
+    whole = problem_of(content, "model.nl")
     assert isinstance(whole, NonlinearProblem)
     for end in range(len(content.rstrip())):
         # In a text the last number may lose digits, which nothing shows.
         if binary or end < len(content.rstrip()) - 1:
             with pytest.raises(ProblemError):
-                model_of(content[:end], "model.nl")
+                problem_of(content[:end], "model.nl")
 
 
 def test_start_is_that_of_each_variable_wherever_its_unknown_stands() -> None:
@@ -492,7 +482,7 @@ def test_suffixes_of_variables_and_of_constraints_may_be_whole_or_real_numbers(
     content = model(1, [((5, 1, 1), {0: 1}, -3.0)], [NONNEGATIVE])
     at = content.index(b"r\n")
     suffixed = content[:at] + f"S{kind} 1 scale\n0 {number}\n".encode() + content[at:]
-    assert run(model_of(suffixed, "model.nl").problem).z.tolist() == [3.0]
+    assert run(problem_of(suffixed, "model.nl")).z.tolist() == [3.0]
 
 
 def test_row_that_is_the_constant_0_is_0() -> None:
@@ -520,7 +510,4 @@ def test_values_and_not_multipliers_of_another_solver_are_its_solution(
     written.write_text(
         "other solver\n\nOptions\n3\n1\n1\n0\n2\n2\n2\n2\n0.5\n0.25\n1\n2\nobjno 0 0\n"
     )
-    assert [
-        float(x)
-        for x in model_of(file.read_bytes(), str(file)).solution_in(str(written))
-    ] == [1.0, 2.0]
+    assert InputFile.read(str(file)).solution_in(str(written)) == [1, 2]

@@ -11,8 +11,10 @@ import pytest
 
 import lcpcli
 from lcpcli.errors import ProblemError
+from lcpcli.files.input_file import InputFile
+from lcpcli.formulations.nonlinear_model.nl_format import problem_of as nonlinear
 
-from ..conftest import model_of, read_exact
+from ..conftest import problem_of, read_exact
 from .nl_writing import model
 
 FREE, NONNEGATIVE, CAPACITY = (3,), (2, 0), (0, 0, 3)
@@ -29,15 +31,14 @@ def solved(
     n: int, rows: Sequence[Any], bounds: Sequence[Any]
 ) -> tuple[list[float], str]:
     """The values of all variables, and the remark."""
-    read = model_of(model(n, rows, bounds), "model.nl")
-    assert isinstance(read.problem, lcpcli.Problem)
-    problem = read.problem
+    file = InputFile("model.nl", model(n, rows, bounds))
+    problem = file.problem()
     result = lcpcli.solve(
         problem.M, problem.q, lower=problem.lower, upper=problem.upper
     )
     assert result.solved, result.message
-    assert lcpcli.solve_mcp(read.nonlinear).z == pytest.approx(result.z)
-    return read.model.values(result.z).tolist(), read.remark
+    assert lcpcli.solve_mcp(nonlinear(file.data, "")).z == pytest.approx(result.z)
+    return file.data.conditions.values(result.z).tolist(), problem.note
 
 
 @pytest.mark.parametrize(
@@ -109,7 +110,7 @@ def test_bounds_of_what_no_condition_is_about_are_refused() -> None:
     with pytest.raises(
         ProblemError, match="v1: has bounds but no row that it complements"
     ):
-        model_of(model(2, rows, [NONNEGATIVE, CAPACITY]), "model.nl")
+        problem_of(model(2, rows, [NONNEGATIVE, CAPACITY]), "model.nl")
 
 
 @pytest.mark.parametrize(
@@ -151,7 +152,7 @@ def test_condition_that_has_lost_the_bounds_of_an_expression_is_refused(
         ProblemError,
         match=r"v1: is complementary to v2, and neither has bounds; .*Var\(bounds",
     ):
-        model_of(model(4, rows, [FREE, FREE, FREE, NONNEGATIVE]), "model.nl")
+        problem_of(model(4, rows, [FREE, FREE, FREE, NONNEGATIVE]), "model.nl")
 
 
 V1_COUNTS = (

@@ -12,7 +12,7 @@ import pytest
 import lcpcli
 from lcpcli import Problem, read
 from lcpcli.errors import ProblemError
-from lcpcli.files import nl_program
+from lcpcli.formulations.nonlinear_model import program
 from lcpcli.linalg.matrices import dense, is_sparse
 from lcpcli.model.problem import conditions_of
 from lcpcli.model.program import Program, ProgramData
@@ -67,7 +67,7 @@ def test_objective_and_rows_are_those_of_the_expressions(
     binary: bool, seed: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Dense, or as sparse matrices."""
-    monkeypatch.setattr(nl_program, "LARGEST_DENSE", 200 * (seed % 2))
+    monkeypatch.setattr(program, "LARGEST_DENSE", 200 * (seed % 2))
     rng = random.Random(seed)
     common = [({0: 1.5}, linear(rng)), ({}, ("+", "v1", f"v{N}"))]
     objective = ("+", quadratic(rng), ("*", f"v{N + 1}", "v0"))

@@ -28,7 +28,7 @@ PARSERS = {
     "mat": "mat_format.parse",
     "mtx": "matrix_market_format.parse",
     "mps": "mps_format.fields",
-    "nl": "nl_format.segments_in",
+    "nl": "formulations.nonlinear_model.nl_format.segments_in",
     "nfg": "games.fields",
 }
 NFG = 'NFG 1 R "g" { "a" "b" } { 2 2 } 1 2 0 0 0 0 2 1'
@@ -75,8 +75,8 @@ def counted(monkeypatch: pytest.MonkeyPatch) -> Counter[str]:
     counts = Counter[str]()
 
     def count(name: str, place: str) -> None:
-        module, function = place.split(".")
-        path = f"lcpcli.files.{module}"
+        module, _, function = place.rpartition(".")
+        path = f"lcpcli.{module}" if "." in module else f"lcpcli.files.{module}"
         real: Callable[..., Any] = getattr(pytest.importorskip(path), function)
 
         def counting(*given: Any, **named: Any) -> Any:

@@ -18,7 +18,7 @@ from lcpcli.solving.solve_mcp import run_nonlinear
 from lcpcli.typing import Vector
 from lcpcli.verify.nonlinear_point import proved_bound
 
-from ..conftest import model_of
+from ..conftest import problem_of
 from ..files.nl_writing import model
 
 
@@ -175,9 +175,9 @@ def test_zeros_of_polynomials_are_where_they_are_proved_for_decimals_as_written(
             f"{rng.uniform(1, 3):.3f}"
         ]
         terms = [("*", text, ("^", "v0", power)) for power, text in enumerate(texts)]
-        problem = model_of(
-            model(1, [((5, 1, 1), {0: 0}, ("sum", *terms))], [(2, -9)]), "cubic.nl"
-        ).nonlinear
+        content = model(1, [((5, 1, 1), {0: 0}, ("sum", *terms))], [(2, -9)])
+        problem = problem_of(content, "cubic.nl")
+        assert isinstance(problem, NonlinearProblem)
         result = lcpcli.solve_mcp(problem, proof=True)
         if not result.solved or result.bound is None or not result.bound.proved:
             continue

@@ -13,31 +13,31 @@ from collections.abc import Callable
 from fractions import Fraction
 from functools import cached_property
 from math import isfinite
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from lcpcli.clock import imports
 from lcpcli.errors import ProblemError, count
-from lcpcli.expressions.graph import Arithmetic, Intervals
-from lcpcli.expressions.tape import Jacobian, Tape
 from lcpcli.files.contents import decode
 from lcpcli.files.fields import LARGEST_DENSE
 from lcpcli.files.formats import Number, refuse
 from lcpcli.files.input_file import WHOLE, InputFile
-from lcpcli.files.nl_model import NlModel
-from lcpcli.files.nl_program import NlProgram, is_program
-from lcpcli.files.nl_segments import (
+from lcpcli.formulations.nonlinear_model.conditions import NlModel
+from lcpcli.formulations.nonlinear_model.graph import Arithmetic, Intervals
+from lcpcli.formulations.nonlinear_model.program import NlProgram, is_program
+from lcpcli.formulations.nonlinear_model.segments import (
     Header,
     in_names,
     named,
     names_beside,
     segments_in,
     whole,
+    with_names,
 )
-from lcpcli.model.nonlinear import Enclosure, NonlinearProblem
-from lcpcli.model.problem import Problem
-from lcpcli.rational.exact_problem import ExactProblem
+from lcpcli.formulations.nonlinear_model.tape import Jacobian, Tape
+from lcpcli.model.formulation import LEFT_OUT, Objective
+from lcpcli.model.nonlinear import Composition, Enclosure, NonlinearProblem
 from lcpcli.rational.numbers import Doubles, fraction
 from lcpcli.typing import Indices, Matrix, Vector
 
@@ -46,69 +46,109 @@ NO_OBJECTIVE = (
     "conditions as complementarity conditions; "
     "lcp minimizes over the solutions of linear models only"
 )
-LEFT_OUT = "its objective counts only in lcp solve, for a single model"
 
 
-class NlText:
-    """What is in the content of a file, with its numbers as doubles and as
-    fractions."""
+class Model:
+    """A model in the content of a file, whose errors name variables and rows.
 
-    def __init__(self, content: bytes) -> None:
-        self._content = content
+    path : the name of the file, beside which there may be names.
+    """
+
+    def __init__(self, content: bytes, path: str) -> None:
+        self._content, self.path = content, path
+
+    def __reduce__(self) -> tuple[type[Model], tuple[bytes, str]]:
+        return type(self), (self._content, self.path)
 
     @cached_property
-    def model(self) -> NlModel | NlProgram:
+    def conditions(self) -> NlModel | NlProgram:
         return self._with_numbers(float)
 
     @cached_property
     def exact(self) -> NlModel | NlProgram:
+        """Return the same with its numbers as fractions."""
         return self._with_numbers(
             lambda text: fraction(text) if isfinite(double := float(text)) else double
         )
 
     def _with_numbers(self, constant: Callable[[str], Any]) -> NlModel | NlProgram:
-        segments = segments_in(self._content, constant)
-        if is_program(segments):
-            return NlProgram(segments)
-        return NlModel(segments, is_exact=constant is not float)
+        try:
+            segments = segments_in(self._content, constant)
+            if is_program(segments):
+                return NlProgram(segments)
+            return NlModel(segments, is_exact=constant is not float)
+        except ProblemError as error:
+            raise named(self.path, error) from None
+
+    @property
+    def remark(self) -> str:
+        return in_names(self.path, self.conditions.remark)
+
+    @cached_property
+    def functions(self) -> Functions:
+        return Functions(_without_program(self.conditions), Arithmetic())
+
+    @cached_property
+    def intervals(self) -> Functions:
+        exact = _without_program(self.exact)
+        return Functions(exact, Intervals(), self.functions.order)
 
 
-def parse(content: bytes) -> NlText:
-    return NlText(content)
+def _without_program(conditions: NlModel | NlProgram) -> NlModel:
+    if isinstance(conditions, NlModel):
+        return conditions
+    hint = "read it by lcpcli.read, and solve it by run"
+    raise ProblemError("", "is a program", hint)
 
 
-def fields(content: NlText, number: Number = float) -> dict[str, Any]:
+parse = Model
+
+
+def fields(model: Model, number: Number = float) -> dict[str, Any]:
     """Return M, q, the bounds and as names the variables of a linear model, or the
     fields of a program; raise ProblemError for another one."""
-    from scipy.sparse import csr_array
-
-    model = content.exact if isinstance(number, Doubles) else content.model
+    conditions = model.exact if isinstance(number, Doubles) else model.conditions
     of = number.of if isinstance(number, Doubles) else float
-    if isinstance(model, NlProgram):
-        return model.fields(of)
+    if isinstance(conditions, NlProgram):
+        return with_names(model.path, conditions.fields(of))
     refuse(
-        not model.is_linear,
+        not conditions.is_linear,
         "",
         "is a nonlinear model",
         "see lcp help models for what takes it",
     )
-    order = order_of(model, Jacobian(model.graph, model.rows, Arithmetic()))
-    remarks = filter(None, [model.remark, LEFT_OUT if model.objective else ""])
-    n, rows = model.graph.n, [model.graph.parts(model.rows[place]) for place in order]
+    return _linear(model, conditions, of)
+
+
+def _linear(
+    model: Model, conditions: NlModel, of: Callable[[Any], float]
+) -> dict[str, Any]:
+    with imports:
+        from scipy.sparse import csr_array
+
+    graph = conditions.graph
+    order = order_of(conditions, Jacobian(graph, conditions.rows, Arithmetic()))
+    rows = [graph.parts(conditions.rows[place]) for place in order]
     entries = [(i, *term) for i, row in enumerate(rows) for term in row.terms]
     i, j, values = zip(*entries, strict=True) if entries else ((), (), ())
     M = csr_array(
-        (np.array([of(value) for value in values], float), (i, j)), shape=(n, n)
+        (np.array([of(value) for value in values], float), (i, j)),
+        shape=(graph.n, graph.n),
     )
-    parts = {
-        "M": M.toarray() if n <= LARGEST_DENSE else M,
+    lower, upper = (
+        np.array([of(end) if isfinite(end) else float(end) for end in ends])
+        for ends in (conditions.lower, conditions.upper)
+    )
+    remark = in_names(model.path, conditions.remark)
+    remarks = remark, LEFT_OUT if conditions.objective else ""
+    return {
+        "M": M.toarray() if graph.n <= LARGEST_DENSE else M,
         "q": np.array([of(row.constant) for row in rows]),
+        "lower": lower,
+        "upper": upper,
+        "names": names_beside(model.path, conditions.names),
+        "note": "; ".join(filter(None, remarks)),
     }
-    for key, ends in (("lower", model.lower), ("upper", model.upper)):
-        parts[key] = np.array(
-            [of(end) if isfinite(end) else float(end) for end in ends]
-        )
-    return {**parts, "names": model.names, "note": "; ".join(remarks)}
 
 
 def read_nl(path: str | os.PathLike[str]) -> NonlinearProblem:
@@ -129,142 +169,81 @@ def read_nl(path: str | os.PathLike[str]) -> NonlinearProblem:
     Traceback (most recent call last):
     lcpcli.errors.ProblemError: missing.nl: ...
     """
-    return Model(InputFile.read(os.fspath(path), WHOLE)).nonlinear
+    file = InputFile.read(os.fspath(path), WHOLE)
+    return file.within(problem_of, file.data, file.name)
 
 
-class LinearObjective(NamedTuple):
-    """costs'z + constant, of which the least or the largest value is sought: sense is
-    "min" or "max"."""
-
-    costs: list[Fraction]
-    sense: str
-    constant: Fraction
+def nonlinear(model: Model, name: str) -> NonlinearProblem | None:
+    """Return the problem of a model that is not linear; None for another one."""
+    return None if model.conditions.is_linear else problem_of(model, name)
 
 
-class Model:
-    """A model in a file, with its problem. Errors name the file.
+def problem_of(model: Model, name: str) -> NonlinearProblem:
+    conditions = _without_program(model.conditions)
+    refuse(
+        conditions.objective is not None,
+        "",
+        "has an objective, and is not linear",
+        NO_OBJECTIVE,
+    )
+    header, fixed = conditions.header, len(conditions.fixed)
+    return NonlinearProblem(
+        model.functions.F,
+        model.functions.J,
+        lower=np.array(conditions.lower, float),
+        upper=np.array(conditions.upper, float),
+        x0=conditions.start,
+        name=name,
+        note=model.remark,
+        names=names_beside(model.path, conditions.names),
+        interval=lambda *box: model.intervals.enclosure(*box),
+        composition=lambda: Composition(conditions.operators, header.common, fixed),
+    )
 
-    file : beside which there may be names. model : what is in the file. name, names :
-    of the problem and of its unknowns.
-    """
 
-    def __init__(self, file: InputFile) -> None:
-        self.file, self.name, path = file, file.name, file.path
-        self._text: NlText = file.data
-        try:
-            self.model = file.within(lambda: self._text.model)
-        except ProblemError as error:
-            raise named(path, error) from None
-        self.names = file.within(names_beside, path, self.model.names)
-        self.remark = in_names(path, self.model.remark)
+def objective(model: Model) -> Objective | None:
+    """Return the objective of a linear model, with its decimals; None if there is none,
+    or a constant one."""
+    if not model.conditions.is_linear or model.conditions.objective is None:
+        return None
+    exact = _without_program(model.exact)
+    assert exact.objective is not None
+    sense, node = exact.objective
+    terms, constant = exact.graph.parts(node)
+    costs, n = dict(terms), exact.graph.n
+    fault, hint = (
+        "has an objective that is not linear",
+        "write a linear one, or take it out to find one solution",
+    )
+    refuse(any(part >= n for part in costs), "", fault, hint)
+    return Objective(
+        [Fraction(costs.get(i, 0)) for i in range(n)], sense, Fraction(constant)
+    )
 
-    def solution_in(self, path: str) -> list[Fraction]:
-        """Return the solution in a file .sol, with all decimals; raise ProblemError if
-        it is none of this model."""
-        file = InputFile.read(path, WHOLE)
-        return file.within(self._solution, file.content)
 
-    def _solution(self, content: bytes) -> list[Fraction]:
-        variables = self.model.header.variables
-        lines = [line.strip() for line in decode(content).split("\n")]
-        try:
-            at = lines.index("Options") + 1
-            at += 1 + whole(lines[at]) - (lines[at + 2] == WITH_TOLERANCE)
-            _, duals, own, values = map(whole, lines[at : at + 4])
-            first = at + 4 + duals
-            found = [fraction(line) for line in lines[first : first + values]]
-        except (ValueError, IndexError):
-            raise ProblemError(
-                "",
-                "is no .sol file in text",
-                "write it as solvers for AMPL do, in text",
-            ) from None
-        fault = (
-            f"has {count(len(found), 'value')} of {count(own, 'variable')} for "
-            f"{variables} of the model"
-        )
-        refuse(
-            own != variables or len(found) != own, "", fault, "solve the model again"
-        )
-        return [found[variable] for variable in self.model.unknowns]
-
-    @cached_property
-    def problem(self) -> Problem | NonlinearProblem:
-        return self.file.problem() if self.model.is_linear else self.nonlinear
-
-    @property
-    def objective(self) -> LinearObjective | None:
-        """Return the objective of a linear model, with its decimals; None if there is
-        none, or a constant one."""
-        if self.model.objective is None:
-            return None
-        return self.file.within(self._objective)
-
-    def _objective(self) -> LinearObjective:
-        exact = self._text.exact
-        assert isinstance(exact, NlModel)
-        assert exact.objective is not None
-        sense, node = exact.objective
-        terms, constant = exact.graph.parts(node)
-        costs, n = dict(terms), exact.graph.n
-        fault, hint = (
-            "has an objective that is not linear",
-            "write a linear one, or take it out to find one solution",
-        )
-        refuse(any(part >= n for part in costs), "", fault, hint)
-        return LinearObjective(
-            [Fraction(costs.get(i, 0)) for i in range(n)], sense, Fraction(constant)
-        )
-
-    def exactly(self) -> ExactProblem:
-        assert isinstance(self.problem, Problem)
-        return self.file.exactly(self.problem)
-
-    @property
-    def conditions(self) -> NlModel:
-        """Return what is in the file, which is known to be no program."""
-        assert isinstance(self.model, NlModel)
-        return self.model
-
-    @cached_property
-    def nonlinear(self) -> NonlinearProblem:
-        return self.file.within(self._nonlinear)
-
-    def _nonlinear(self) -> NonlinearProblem:
-        if not isinstance(self.model, NlModel):
-            fault, hint = "is a program", "read it by lcpcli.read, and solve it by run"
-            raise ProblemError("", fault, hint)
-        refuse(
-            self.model.objective is not None,
+def solution(model: Model, content: bytes) -> list[Fraction]:
+    """Return the solution in the content of a file .sol, with all decimals; raise
+    ProblemError if it is none of this model."""
+    variables = model.conditions.header.variables
+    lines = [line.strip() for line in decode(content).split("\n")]
+    try:
+        at = lines.index("Options") + 1
+        at += 1 + whole(lines[at]) - (lines[at + 2] == WITH_TOLERANCE)
+        _, duals, own, values = map(whole, lines[at : at + 4])
+        first = at + 4 + duals
+        found = [fraction(line) for line in lines[first : first + values]]
+    except (ValueError, IndexError):
+        raise ProblemError(
             "",
-            "has an objective, and is not linear",
-            NO_OBJECTIVE,
-        )
-        ends: dict[str, Any] = {
-            "lower": np.array(self.model.lower, float),
-            "upper": np.array(self.model.upper, float),
-        }
-        texts: dict[str, Any] = {
-            "name": self.name,
-            "note": self.remark,
-            "names": self.names,
-        }
-        F, J = self._functions.F, self._functions.J
-        options: dict[str, Any] = {
-            "x0": self.model.start,
-            "interval": lambda *box: self._intervals.enclosure(*box),
-        }
-        return NonlinearProblem(F, J, **options, **ends, **texts)
-
-    @cached_property
-    def _functions(self) -> Functions:
-        return Functions(self.conditions, Arithmetic())
-
-    @cached_property
-    def _intervals(self) -> Functions:
-        exact = self._text.exact
-        assert isinstance(exact, NlModel)
-        return Functions(exact, Intervals(), self._functions.order)
+            "is no .sol file in text",
+            "write it as solvers for AMPL do, in text",
+        ) from None
+    fault = (
+        f"has {count(len(found), 'value')} of {count(own, 'variable')} for "
+        f"{variables} of the model"
+    )
+    refuse(own != variables or len(found) != own, "", fault, "solve the model again")
+    return [found[variable] for variable in model.conditions.unknowns]
 
 
 class Functions:

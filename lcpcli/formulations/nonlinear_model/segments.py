@@ -189,10 +189,7 @@ def names_beside(path: str, variables: Sequence[str]) -> Sequence[str]:
 
 
 def with_names(path: str, fields: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the fields of the model in a file with the names that stand beside it."""
-    if "columns" not in fields:
-        names = names_beside(path, fields["names"])
-        return {**fields, "names": names, "note": in_names(path, fields["note"])}
+    """Return the fields of a program with the names that stand beside its file."""
     named = {"columns": list(names_beside(path, fields["columns"]))}
     rows, names = fields.get("rows", []), _names(path, ".row")
     if rows and len(names) >= len(rows):  # the objective's follow

@@ -21,11 +21,18 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from lcpcli.errors import KEEP_ONE, ProblemError, count
-from lcpcli.expressions.graph import Arithmetic, Graph
-from lcpcli.expressions.tape import SUM, Tape
 from lcpcli.files.contents import within
 from lcpcli.files.formats import refuse
-from lcpcli.files.nl_segments import MEANINGS, Header, Linear, Segments, Side, Term
+from lcpcli.formulations.nonlinear_model.graph import Arithmetic, Graph
+from lcpcli.formulations.nonlinear_model.segments import (
+    MEANINGS,
+    Header,
+    Linear,
+    Segments,
+    Side,
+    Term,
+)
+from lcpcli.formulations.nonlinear_model.tape import SUM, Tape
 from lcpcli.rational.numbers import rounded
 from lcpcli.typing import Vector
 
@@ -173,6 +180,10 @@ class NlModel:
         found = np.empty(len(self.unknowns) + len(self.fixed))
         found[[*self.unknowns, *self.fixed]] = np.append(z, list(self.fixed.values()))
         return found
+
+    def multipliers(self, z: Vector) -> Vector:  # noqa: ARG002
+        """Return none: rows of a complementarity problem have no multipliers."""
+        return np.empty(0)
 
     def _objective(self, segments: Segments) -> tuple[str, int] | None:
         found = [

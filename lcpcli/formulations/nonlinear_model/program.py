@@ -16,7 +16,13 @@ import numpy as np
 from lcpcli.errors import KEEP_ONE, ProblemError
 from lcpcli.files.fields import LARGEST_DENSE
 from lcpcli.files.formats import refuse
-from lcpcli.files.nl_segments import MEANINGS, Header, Linear, Segments, Term
+from lcpcli.formulations.nonlinear_model.segments import (
+    MEANINGS,
+    Header,
+    Linear,
+    Segments,
+    Term,
+)
 from lcpcli.typing import Vector
 
 # The coefficients of a polynomial, by the variables of each term in ascending order.
@@ -88,6 +94,13 @@ class NlProgram:
 
     def values(self, z: Vector) -> Vector:
         return z[: self.header.variables]
+
+    def multipliers(self, z: Vector) -> Vector:
+        """Return those of the rows, the derivatives of the optimal value by their sides
+        as AMPL has them."""
+        k = self.header.variables
+        y = z[k : k + self.header.rows]
+        return y if self.sense == "min" else 0 - y
 
     def fields(self, number: Callable[[Any], float]) -> dict[str, Any]:
         """Return the fields of the program; number : makes doubles of its numbers."""

@@ -17,11 +17,11 @@ from typing import Any
 import numpy as np
 
 from lcpcli.errors import LEAVE_OUT, OptionError, count, likely, quoted, visible
-from lcpcli.files import atomic_write, nl_format
+from lcpcli.files import atomic_write
 from lcpcli.files.input_file import WHOLE, InputFile
+from lcpcli.formulations.nonlinear_model import nl_format
+from lcpcli.formulations.nonlinear_model.program import NlProgram
 from lcpcli.methods.registry import RESTARTS
-from lcpcli.model.nonlinear import NonlinearProblem
-from lcpcli.model.program import Program
 from lcpcli.options import LIMITS, THREADS, Limits, check
 from lcpcli.rational.numbers import approximate, rounded
 from lcpcli.solving import driver, solve_mcp
@@ -69,8 +69,10 @@ def run(stub: str, words: Sequence[str]) -> int:
         with suppress(OSError):
             os.unlink(written)
     given = _options([*os.environ.get(ENVIRONMENT, "").split(), *words])
-    model = nl_format.Model(InputFile.read(path, WHOLE))
-    told, number, z = _answer(model, given)
+    file = InputFile.read(path, WHOLE)
+    model: nl_format.Model = file.data
+    conditions = file.within(lambda: model.conditions)
+    told, number, z = _answer(file, isinstance(conditions, NlProgram), given)
     message = visible(
         " ".join(
             "; ".join(filter(None, [f"lcp {VERSION}: {told}", model.remark])).split()
@@ -81,19 +83,10 @@ def run(stub: str, words: Sequence[str]) -> int:
     number = number if has_values or 200 <= number < 400 else NO_POINT
     values = duals = np.empty(0)
     if z is not None and has_values:
-        values, duals = model.model.values(z), _duals(model, z)
-    text = nl_format.solution_text(model.model.header, message, values, number, duals)
+        values, duals = conditions.values(z), conditions.multipliers(z)
+    text = nl_format.solution_text(conditions.header, message, values, number, duals)
     atomic_write.write_whole(written, text)
     return 0
-
-
-def _duals(model: nl_format.Model, z: Vector) -> Vector:
-    """Return the multipliers of the rows of a program, the derivatives of the optimal
-    value by their sides as AMPL has them; none of another model."""
-    program = getattr(model.problem, "origin", None)
-    if not isinstance(program, Program):
-        return np.empty(0)
-    return np.array(program.own_parts(z.tolist())[1])
 
 
 def _options(words: Sequence[str]) -> dict[str, Any]:
@@ -118,17 +111,17 @@ def _options(words: Sequence[str]) -> dict[str, Any]:
 
 
 def _answer(
-    model: nl_format.Model, given: Mapping[str, Any]
+    file: InputFile, is_program: bool, given: Mapping[str, Any]
 ) -> tuple[str, int, Vector | None]:
     """Return how a run has ended, in words and as a solve_result_num, and the unknowns;
     None if there are no values."""
     others = {**given}
     limits = Limits.taken_from(others)
-    if isinstance(model.problem, NonlinearProblem):
-        result = model.file.within(
+    if file.nonlinear is not None:
+        result = file.within(
             partial(
                 solve_mcp.run_nonlinear,
-                model.problem,
+                file.nonlinear,
                 limits=limits,
                 interrupts="return",
                 **others,
@@ -136,24 +129,24 @@ def _answer(
         )
     elif RESTARTS.name in others:
         raise OptionError(RESTARTS.name, "has no effect on a linear model", LEAVE_OUT)
-    elif (objective := model.objective) is not None:
+    elif (objective := file.objective) is not None:
         from lcpcli.enumeration.optimum import best
 
-        found = model.file.within(best, model.exactly(), *objective, limits.time_limit)
+        exact = file.exactly(file.problem())
+        found = file.within(best, exact, *objective, limits.time_limit)
         return (
             found.message(approximate),
             OPTIMA[found.status],
             None if found.z is None else rounded(found.z),
         )
     else:
-        result = driver.run(model.problem, "auto", limits=limits, **others)
+        result = driver.run(file.problem(), "auto", limits=limits, **others)
     words = (
         f"{result.message}; {count(result.iterations, 'iteration')}, residual "
         f"{result.residual:.3g}"
     )
     number, statement = NUMBERS[result.status], ""
-    if isinstance(result.problem.origin, Program):
-        assert result.answer is not None
+    if is_program:
         statement = result.answer.statement
         number = OF_PROGRAMS.get(str(result.answer.proved), number)
     # It is in words of Python, as are options of solvers; other functions are not.

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from lcpcli.expressions.graph import Arithmetic, Graph, Sum
+from lcpcli.formulations.nonlinear_model.graph import Arithmetic, Graph, Sum
 from lcpcli.typing import Indices, Vector
 
 SUM = "sum"  # in place of an operator

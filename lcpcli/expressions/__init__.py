@@ -1,2 +1,0 @@
-"""Functions that are given as graphs of operations: values, derivatives and enclosures.
-It uses no other room."""
