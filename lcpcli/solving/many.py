@@ -433,7 +433,7 @@ class Batch(Sequence[Result]):
         return found
 
 
-class _RowResult(Result):
+class RowResult(Result):
     """The result of a row of a block that surely is a solution, z. Its problem and its
     point are made when they are read, as of many results little more than z is."""
 
@@ -487,7 +487,7 @@ class BlockAnswers:
             self.parts,
         )
         if self.kinds[i] == CERTAIN:
-            return _RowResult.of_solution(*solved, _row=(self.block, i, self.Z))
+            return RowResult.of_solution(*solved, _row=(self.block, i, self.Z))
         problem = self.block.problem(i)
         if self.kinds[i] == CANDIDATE:
             tol = self.limits.tol

@@ -189,3 +189,29 @@ def test_fractions_of_a_fit_are_those_of_its_decimals(lcp: Lcp) -> None:
     x = [Fraction(value) for value in record["answer"]["exact"]]
     assert lcp("check", "fit.json", ",".join(map(str, x)), "--exact").code == 0
     assert lcp("check", "fit.json", "0.18,0.23,0.57").code == 1
+
+
+@pytest.mark.parametrize("has_equation", [False, True])
+def test_many_right_hand_sides_have_the_fits_of_each(has_equation: bool) -> None:
+    rng = np.random.default_rng(5)
+    A = np.abs(rng.standard_normal((12, 4)))
+    B = A @ rng.dirichlet(np.ones(4) / 2, 30).T + 0.1 * rng.standard_normal((12, 30))
+    B[:, 7] = A[:, 0]  # an exact fit, which is solved by itself
+    equation: Any = {"E": np.ones(4), "d": 1} if has_equation else {}
+    batch = lcpcli.lsq(A, B, 0, **equation)
+    assert batch.solved.all()
+    for i, result in enumerate(batch):
+        alone = lcpcli.lsq(A, B[:, i], 0, **equation).answer
+        assert np.allclose(batch.x[i], alone.x, rtol=0, atol=1e-13)
+        assert result.answer.support.tolist() == alone.support.tolist()
+        assert result.relative_residual < 1e-12
+        assert result.answer.proved == alone.proved
+
+
+def test_the_result_of_a_call_has_the_problem_that_from_lsq_makes() -> None:
+    A, b = random_fit(1)
+    result, problem = lcpcli.nnls(A, b), lcpcli.from_lsq(A, b, 0)
+    assert np.array_equal(result.problem.M, problem.M)
+    assert result.relative_residual < 1e-13
+    assert lcpcli.check(problem, result.z).accepted
+    assert lcpcli.check(problem, result.answer.x).accepted

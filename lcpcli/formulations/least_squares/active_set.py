@@ -21,16 +21,19 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lcpcli.formulations.least_squares.factors import Factors
+from lcpcli.formulations.least_squares.factors import Factors, lapack
 from lcpcli.formulations.least_squares.fit import Data
+from lcpcli.formulations.least_squares.residuals import residual
 from lcpcli.linalg.doubles import EPS
-from lcpcli.linalg.matrices import accurate_residual
 from lcpcli.model.box import BASIC, LOWER, UPPER
-from lcpcli.typing import Indices, States, Vector
+from lcpcli.typing import Indices, Matrix, States, Vector
 
 # Of the terms of a multiplier: what rounding may make of it.
 ROUNDING_OF_MULTIPLIERS = 16 * EPS
 ROUNDING_OF_RESIDUALS = 4 * EPS
+# Of the terms of coefficients and multipliers: their errors without refinement.
+UNREFINED = 64 * EPS
+LARGE_RESIDUAL = 1e-3  # of the terms: one that needs no more digits than doubles have
 MAX_REFINEMENTS = 6
 # Steps for each coefficient, after which rounding must have led in a circle.
 MAX_STEPS = 6
@@ -56,6 +59,17 @@ class Minimizer:
     y: Vector
     states: States
     steps: int = 0
+    _last: tuple[bytes, Factors] | None = None
+
+    def factors(self, data: Data) -> Factors:
+        """Return the factors of the free columns, which are kept until others are
+        free."""
+        key = self.states.tobytes()
+        if self._last is None or self._last[0] != key:
+            free = self.free
+            made = Factors(data.A[:, free], data.E[:, free])
+            self._last = key, made
+        return self._last[1]
 
     @property
     def free(self) -> Indices:
@@ -108,22 +122,26 @@ def _exchanged(data: Data, start: Minimizer) -> Minimizer:
     n = lower.size
     if len(A) < n:
         return start
-    gram, side, x = A.T @ A, A.T @ b, start.x.copy()
-    states = np.where(np.isinf(lower) & np.isinf(upper), BASIC, start.states)
+    gram, side, solve = A.T @ A, A.T @ b, lapack().dposv
+    states = start.states
+    has_none = np.isinf(lower) & np.isinf(upper)
+    if has_none.any():
+        states = np.where(has_none, BASIC, states)
     fewest, failures = n + 1, 0
     for _ in range(MAX_EXCHANGES):
         free = np.flatnonzero(states == BASIC)
         x = np.where(states == UPPER, upper, lower)
         x[free] = 0.0
-        try:
-            of_free = gram[np.ix_(free, free)]
-            x[free] = np.linalg.solve(of_free, side[free] - gram[free] @ x)
-        except np.linalg.LinAlgError:
-            return start
+        of_free = side[free]
+        if x.any():
+            of_free = of_free - gram[free] @ x
+        if free.size:
+            _, x[free], fault = solve(gram[free[:, np.newaxis], free], of_free)
+            if fault:
+                return start
         slopes = gram @ x - side
-        wrong = np.where(
-            states == BASIC, (x < lower) | (x > upper), slopes * states > 0
-        ) & (lower < upper)
+        below, above = x < lower, x > upper
+        wrong = below | above | ((slopes * states > 0) & (lower < upper))
         number = int(np.count_nonzero(wrong))
         if number < fewest:
             fewest, failures = number, 0
@@ -131,8 +149,8 @@ def _exchanged(data: Data, start: Minimizer) -> Minimizer:
             failures += 1
         if not number or failures > MAX_FAILED_EXCHANGES:
             break
-        to_bounds = np.where(x < lower, LOWER, UPPER)
-        states = np.where(wrong, np.where(states == BASIC, to_bounds, BASIC), states)
+        others = np.where(below, LOWER, np.where(above, UPPER, BASIC))
+        states = np.where(wrong, others, states)
     x = np.clip(x, lower, upper)
     if not np.isfinite(x).all():
         return start
@@ -140,12 +158,7 @@ def _exchanged(data: Data, start: Minimizer) -> Minimizer:
     states = np.where(is_inside, BASIC, np.where(x <= lower, LOWER, UPPER))
     found = _of_states(data, x, states.astype(np.int8))
     is_better = found.r @ found.r < start.r @ start.r
-    return found if is_better and _factors(data, found).is_regular else start
-
-
-def _factors(data: Data, found: Minimizer) -> Factors:
-    free = found.free
-    return Factors(data.A[:, free], data.E[:, free])
+    return found if is_better and found.factors(data).is_regular else start
 
 
 def _descended(data: Data, found: Minimizer, noise: Vector) -> Minimizer | None:
@@ -153,7 +166,7 @@ def _descended(data: Data, found: Minimizer, noise: Vector) -> Minimizer | None:
     if they do not. noise : what rounding may make of the multipliers."""
     n = found.x.size
     for _ in range(MAX_STEPS * (n + 10)):
-        while not _step(data, found, _factors(data, found)):
+        while not _step(data, found, found.factors(data)):
             found.steps += 1
         found.steps += 1
         if not _freed(data, found, noise):
@@ -208,7 +221,7 @@ def _freed(data: Data, found: Minimizer, noise: Vector) -> bool:
 def _moves_inside(data: Data, found: Minimizer, j: int, slope: float) -> bool:
     """Return whether the step of the free coefficients moves one of them along its
     slope."""
-    factors = _factors(data, found)
+    factors = found.factors(data)
     if not factors.is_regular:
         return False
     e = data.d - data.E @ found.x
@@ -219,15 +232,50 @@ def _moves_inside(data: Data, found: Minimizer, j: int, slope: float) -> bool:
 def _noise(data: Data, found: Minimizer) -> Vector:
     """Return what rounding may make of the multipliers at points that are not
     refined."""
-    norms = np.sqrt(np.einsum("ij,ij->j", data.A, data.A))
+    norms = column_norms(data.A)
     terms = norms * (np.sqrt(data.b @ data.b) + norms @ np.abs(found.x))
     of_E = np.abs(data.E).T @ np.abs(found.y)
     return np.asarray(ROUNDING_OF_MULTIPLIERS * (terms + of_E))
 
 
+def _are_clear(data: Data, found: Minimizer) -> bool:
+    """Return whether the signs of all coefficients and multipliers are known, and all
+    conditions hold to rounding, without refinement."""
+    factors = found.factors(data)
+    if data.d.size or not factors.is_regular:
+        return False
+    free, norms = found.free, column_norms(data.A)
+    found.r = factors.step(found.r, np.zeros(free.size), data.d).dr
+    size = float(np.sqrt(found.r @ found.r))
+    terms = float(np.sqrt(data.b @ data.b) + norms @ np.abs(found.x))
+    if not size > LARGE_RESIDUAL * terms:
+        return False
+    rows = column_norms(factors.inverse_of_R.T) if free.size else norms[:0]
+    largest = float(np.sqrt(rows @ rows))
+    errors = (
+        UNREFINED
+        * rows
+        * (terms + largest * float(column_norms(norms[free, None])[0]) * size)
+    )
+    gaps = np.minimum(found.x - data.lower, data.upper - found.x)[free]
+    if not (gaps > errors).all():
+        return False
+    fixed = (found.states != BASIC) & (data.lower < data.upper)
+    slopes = -(data.A.T @ found.r)[fixed] * found.states[fixed]
+    noise = UNREFINED * norms[fixed] * (terms + largest * size)
+    return bool((slopes < -noise).all())
+
+
+def column_norms(A: Matrix) -> Vector:
+    """Return the 2-norms of the columns of a matrix."""
+    return np.asarray(np.sqrt(np.einsum("ij,ij->j", A, A)))
+
+
 def _settled(data: Data, found: Minimizer) -> Minimizer | None:
     """Return the minimizer to which refined points lead, whose signs are known to more
     digits than those of others."""
+    if _are_clear(data, found):
+        return found
     for _ in range(MAX_REFINED_POINTS):
         found = _refined(data, found)
         inside = (data.lower <= found.x) & (found.x <= data.upper)
@@ -260,13 +308,13 @@ def _put_on_bounds(data: Data, found: Minimizer) -> None:
 def _refined(data: Data, found: Minimizer) -> Minimizer:
     """Return the point with x, r and y refined to nearly all of their digits."""
     free, last = found.free, np.inf
-    factors = _factors(data, found)
+    factors = found.factors(data)
     both = np.vstack((factors.A, factors.E)).T
     for _ in range(MAX_REFINEMENTS):
         x = np.append(found.x, 1.0)
-        f = accurate_residual(np.column_stack((data.A, found.r)), x, data.b)
-        g = accurate_residual(both, np.append(found.r, found.y), np.zeros(free.size))
-        step = factors.step(f, g, accurate_residual(data.E, found.x, data.d))
+        f = residual(np.column_stack((data.A, found.r)), x, data.b)
+        g = residual(both, np.append(found.r, found.y), np.zeros(free.size))
+        step = factors.step(f, g, residual(data.E, found.x, data.d))
         sizes = np.abs(found.x[free]) + EPS
         size = float((np.abs(step.dx) / sizes).max(initial=0.0))
         if not size <= last / 2:

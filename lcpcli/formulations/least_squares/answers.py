@@ -24,15 +24,16 @@ from lcpcli.formulations.least_squares.determinacy import (
     states_of,
 )
 from lcpcli.formulations.least_squares.fit import Data, LeastSquares
+from lcpcli.formulations.least_squares.residuals import residual
 from lcpcli.linalg.doubles import EPS
-from lcpcli.linalg.matrices import accurate_residual, dense
+from lcpcli.linalg.matrices import dense
 from lcpcli.model.box import BASIC, in_words
 from lcpcli.model.formulation import Answer
 from lcpcli.rational.numbers import brief
 from lcpcli.report import wording
 from lcpcli.report.document import Table
 from lcpcli.solving.result import Result
-from lcpcli.typing import Indices, States, Vector
+from lcpcli.typing import Indices, Vector
 from lcpcli.verify.verification import Proposed, Verification
 
 MAX_COEFFICIENTS = 100  # in a table, a few screens
@@ -72,7 +73,10 @@ class Fit(Answer):
     names : those of the coefficients.
     x : the coefficients that minimize |A x - b|, shape (n,); None, as are the others,
         if the problem is not solved.
-    residual : b - A x, shape (m,), each number rounded once.
+    exact : x in fractions if z is proved, else None.
+
+    The following are computed when one of them is first read:
+    residual : b - A x, shape (m,), as exact as doubles are.
     norm : its 2-norm. norm_error : a bound on the rounding error in norm.
     multipliers : the derivatives of the minimum of |A x - b|^2 / 2 with respect to the
         bounds, shape (n,): 0 for free coefficients, positive at lower and negative at
@@ -80,9 +84,6 @@ class Fit(Answer):
     equation_multipliers : the same for d, shape (k,).
     states : for each coefficient "lower", "upper" or "basic", which is free.
     support : the indices, from 0, of the coefficients that are not 0.
-    exact : x in fractions if z is proved, else None.
-
-    The following are computed when one of them is first read:
     proved : "unique" if there is no other minimizer, and none for data that differ by
         rounding has others of its coefficients at bounds; "several", with `other`,
         another minimizer of shape (n,); or "up to rounding": which values the
@@ -93,16 +94,52 @@ class Fit(Answer):
 
     names: Sequence[str]
     x: Vector | None = None
-    residual: Vector | None = None
-    norm: float | None = None
-    norm_error: float | None = None
-    multipliers: Vector | None = None
-    equation_multipliers: Vector | None = None
-    states: list[str] | None = None
-    support: Indices | None = None
     exact: list[Fraction] | None = None
     _status: str = ""
     _problem: tuple[Data, Minimizer] | None = field(default=None, repr=False)
+
+    @cached_property
+    @np.errstate(all="ignore")
+    def _measured(self) -> tuple[Vector, float, float, Vector] | None:
+        """Return the residual, its norm with the bound, and the multipliers."""
+        if self._problem is None:
+            return None
+        data, found = self._problem
+        own = residual(data.A, found.x, data.b)
+        slopes = data.A.T @ found.r + data.E.T @ found.y
+        multipliers = np.where(found.states == BASIC, 0.0, 0.0 - slopes)
+        norm, error = _norm(own)
+        terms = np.abs(data.A) @ np.abs(found.x) + np.abs(data.b)
+        error += (found.x.size * EPS) ** 2 * _norm(terms)[0]
+        return own, norm, error, multipliers
+
+    @property
+    def residual(self) -> Vector | None:
+        return None if self._measured is None else self._measured[0]
+
+    @property
+    def norm(self) -> float | None:
+        return None if self._measured is None else self._measured[1]
+
+    @property
+    def norm_error(self) -> float | None:
+        return None if self._measured is None else self._measured[2]
+
+    @property
+    def multipliers(self) -> Vector | None:
+        return None if self._measured is None else self._measured[3]
+
+    @property
+    def equation_multipliers(self) -> Vector | None:
+        return None if self._problem is None else self._problem[1].y
+
+    @property
+    def states(self) -> list[str] | None:
+        return None if self._problem is None else in_words(self._problem[1].states)
+
+    @property
+    def support(self) -> Indices | None:
+        return None if self.x is None else np.flatnonzero(self.x)
 
     @cached_property
     def _determinacy(self) -> Determinacy | None:
@@ -189,49 +226,31 @@ class Fit(Answer):
         return {key: getattr(self, key) for key in KEYS}
 
 
-@np.errstate(all="ignore")
 def answer(origin: LeastSquares, result: Result) -> Fit:
-    names = origin.coefficient_names()
-    status = result.status.word
     if not result.solved:
-        return Fit(names, _status=status)
-    data = origin.data_in(result.problem)
-    data = data._replace(A=dense(data.A), E=dense(data.E))
-    r, x, y = origin.parts(result.z)
-    residual = accurate_residual(data.A, x, data.b)
-    states = states_of(data, x)
+        return Fit(origin.coefficient_names(), _status=result.status.word)
     exact = None
     if result.exact is not None and result.exact.z is not None:
         exact = origin.parts(result.exact.z)[1]
-    norm, norm_error = _norm(residual)
-    return Fit(
-        names,
-        x,
-        residual,
-        norm,
-        norm_error,
-        _multipliers(data, states, r, y),
-        y,
-        in_words(states),
-        np.flatnonzero(x),
-        exact,
-        status,
-        (data, Minimizer(x, r, y, states)),
-    )
+    return fit_at(origin, origin.data_in(result.problem), result.z, exact)
 
 
-def _norm(residual: Vector) -> tuple[float, float]:
-    """Return the 2-norm of residuals that are rounded once, and a bound on its
-    error."""
-    exponent = math.frexp(np.abs(residual).max(initial=0.0))[1]
-    scaled = np.ldexp(residual, -exponent)
+def fit_at(
+    origin: LeastSquares, data: Data, z: Vector, exact: list[Fraction] | None = None
+) -> Fit:
+    """Return the answer for a solution z. exact : its coefficients in fractions."""
+    data = data._replace(A=dense(data.A), E=dense(data.E))
+    r, x, y = origin.parts(z)
+    found = Minimizer(x, r, y, states_of(data, x))
+    return Fit(origin.coefficient_names(), x, exact, "solved", (data, found))
+
+
+def _norm(values: Vector) -> tuple[float, float]:
+    """Return the 2-norm of values that are rounded once, and a bound on its error."""
+    exponent = math.frexp(np.abs(values).max(initial=0.0))[1]
+    scaled = np.ldexp(values, -exponent)
     norm = math.ldexp(math.sqrt(math.fsum((scaled * scaled).tolist())), exponent)
     return norm, 4 * EPS * norm
-
-
-def _multipliers(data: Data, states: States, r: Vector, y: Vector) -> Vector:
-    slopes = data.A.T @ r + data.E.T @ y
-    return np.where(states == BASIC, 0.0, 0.0 - slopes)
 
 
 @np.errstate(all="ignore")  # overflow counts as infinite
@@ -243,7 +262,7 @@ def verified(origin: LeastSquares, proposed: Proposed) -> Verification:
     data = origin.data_in(proposed.problem)
     x = np.array(proposed.values, dtype=float)
     A, E = dense(data.A), dense(data.E)
-    r = accurate_residual(A, x, data.b)
+    r = residual(A, x, data.b)
     free = np.flatnonzero(states_of(data, x) == BASIC)
     y = np.zeros(len(E))
     if len(E):

@@ -13,16 +13,25 @@ refinement of linear least squares solutions I, BIT 7 (1967) 257-278.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from functools import cache
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from lcpcli.clock import imports
 from lcpcli.linalg.doubles import EPS
 from lcpcli.typing import Matrix, Vector
 
 # Of the size of a column, and of the largest singular value of E: what rounding leaves
 # of one that depends on others.
 DEPENDENT = 8 * EPS
+
+
+@cache
+def lapack() -> Any:
+    with imports:
+        from scipy.linalg import lapack as loaded
+    return loaded
 
 
 class Step(NamedTuple):
@@ -51,31 +60,53 @@ class Factors:
             self._rows = U[:, :rank] / sizes[:rank], Vt[:rank].T
             self.basis = Vt[rank:].T
             reduced = A @ self.basis
-        self.Q, self.R = np.linalg.qr(reduced)
-        pivots = np.abs(self.R.diagonal())
-        sizes = np.sqrt(np.einsum("ij,ij->j", reduced, reduced))
-        is_tall = reduced.shape[0] >= reduced.shape[1]
-        least = DEPENDENT * np.sqrt(sum(reduced.shape)) * sizes
-        self.is_regular = is_tall and bool((pivots > least).all())
+        m, self.rank = reduced.shape
+        self.is_regular = m >= self.rank
+        if not self.is_regular or not self.rank:
+            return
+        self._qr, self._tau, *_ = lapack().dgeqrf(reduced)
+        self.R = self._qr[: self.rank]
+        # The norm of a column of R is that of the column of A.
+        norms = np.sqrt(np.einsum("ij,ij->j", reduced, reduced))
+        least = DEPENDENT * np.sqrt(m + self.rank) * norms
+        self.is_regular = bool((np.abs(self.R.diagonal()) > least).all())
+
+    def _times_Q(self, v: Vector, transposed: str) -> Vector:
+        given = v.reshape(len(v), -1)
+        lwork = max(64 * given.shape[1], 1)
+        own = "L", transposed, self._qr, self._tau, given, lwork
+        return np.asarray(lapack().dormqr(*own)[0]).reshape(v.shape)
+
+    def _solve(self, v: Vector, transposed: int) -> Vector:
+        return np.asarray(lapack().dtrtrs(self.R, v, trans=transposed)[0])
+
+    @property
+    def inverse_of_R(self) -> Matrix:
+        return np.triu(lapack().dtrtri(self.R)[0])
 
     def step(self, f: Vector, g: Vector, e: Vector) -> Step:
         """Return the solution for these right-hand sides; the factors must be
         regular."""
         known = np.zeros_like(e)
+        rest = g
         if self.basis is not None:
             U, V = self._rows
             known = V @ (U.T @ e)
             f, rest = f - self.A @ known, self.basis.T @ g
-        else:
-            rest = g
-        h = np.linalg.solve(self.R.T, rest)
-        of_f = self.Q.T @ f
-        v = np.linalg.solve(self.R, of_f - h)
-        dr = f - self.Q @ (of_f - h)
+        v, dr = self._reduced_step(f, rest)
         if self.basis is None:
             return Step(v, dr, known)
         dy = U @ (V.T @ (g - self.A.T @ dr))
         return Step(known + self.basis @ v, dr, dy)
+
+    def _reduced_step(self, f: Vector, g: Vector) -> tuple[Vector, Vector]:
+        if not self.rank:
+            return g, f
+        turned = self._times_Q(f, "T")
+        h = self._solve(g, 1) if g.any() else np.zeros_like(turned[: self.rank])
+        v = self._solve(turned[: self.rank] - h, 0)
+        turned[: self.rank] = h
+        return v, self._times_Q(turned, "N")
 
     def inverse(self) -> Matrix:
         """Return the inverse of the system: what (f, g, e) contribute to (dx, dr,

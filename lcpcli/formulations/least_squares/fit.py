@@ -20,7 +20,7 @@ from lcpcli.clock import imports
 from lcpcli.errors import MAKE_AGREE, ProblemError, numbers_for, refuse_unknown
 from lcpcli.files import fields as files
 from lcpcli.linalg.matrices import compressed, dense, is_sparse
-from lcpcli.model.arrays import as_matrix, as_vector, by_label, texts
+from lcpcli.model.arrays import as_columns, as_matrix, as_vector, by_label, texts
 from lcpcli.model.box import as_intervals
 from lcpcli.model.formulation import (
     FULL,
@@ -32,6 +32,7 @@ from lcpcli.model.formulation import (
 )
 from lcpcli.model.formulations import TEXTS
 from lcpcli.model.problem import Problem, conditions_of
+from lcpcli.model.right_hand_sides import dimensions
 from lcpcli.typing import BoundLike, Matrix, Vector, VectorLike
 
 MAX_DENSE_UNKNOWNS = 200  # for which M is dense, as pivoting is fast there
@@ -126,21 +127,23 @@ def from_lsq(
     >>> answer.x.round(6).tolist(), round(answer.norm, 6)
     ([0.666667, 0.0], 0.816497)
     """
+    if dimensions(b) == 2:
+        raise ProblemError(
+            "b", "has 2 dimensions", "give one vector; lsq takes several"
+        )
     data, labels = data_of(A, b, lower, upper, E, d)
     n = data.A.shape[1]
     own = names_of("columns", columns, n, COEFFICIENT) if len(columns) else labels
-    conditions = data.conditions()
-    problem = Problem(
-        conditions.M,
-        conditions.q,
-        name=name,
-        source=source,
-        note=note,
-        lower=conditions.lower,
-        upper=conditions.upper,
-    )
+    return problem_of(data, LeastSquares(data.b.size, n, own), name, source, note)
+
+
+def problem_of(
+    data: Data, origin: LeastSquares, name: str = "", source: str = "", note: str = ""
+) -> Problem:
+    """Return the mixed problem of data of the sizes of its origin."""
+    M, q, lower, upper = data.conditions()
+    problem = Problem(M, q, name, source=source, note=note, lower=lower, upper=upper)
     # `Problem` would check whether it fits, but it has just been made from it.
-    origin = LeastSquares(data.b.size, n, own)
     return problem.having(origin=origin)
 
 
@@ -162,11 +165,22 @@ def data_of(
     matrix = as_matrix("A", A)
     m, n = matrix.shape
     low, high = as_intervals(("lower", "upper"), lower, upper, n, COEFFICIENT)
-    vector = as_vector("b", b, m, "row of A")
+    vector = _measurements(b, m)
     rows, sides = _equations(E, d, n)
     if is_sparse(matrix) or is_sparse(rows):
         matrix, rows = compressed(matrix), compressed(rows)
     return Data(matrix, vector, low, high, rows, sides), labels
+
+
+def _measurements(b: Any, m: int) -> Vector:
+    """Return b as a vector, or as it is if it has a column for each of several fits."""
+    if dimensions(b) != 2:
+        return as_vector("b", b, m, "row of A")
+    columns = as_columns("b", b)
+    if len(columns) != m:
+        fault = numbers_for(len(columns), "row", m, "row of A")
+        raise ProblemError("b", fault, MAKE_AGREE)
+    return np.array(columns)
 
 
 def _equations(E: Any, d: Any, n: int) -> tuple[Matrix, Vector]:
@@ -294,7 +308,7 @@ class LeastSquares(Formulation):
         return self.columns or [f"x{j + 1}" for j in range(self.coefficients)]
 
     def proposed(self, problem: Problem) -> Any:
-        return self.beside("fitting").proposed(self.data_in(problem))
+        return self.beside("at_once").proposed(self.data_in(problem))
 
     def answer(self, result: Any) -> Answer:
         found: Answer = self.beside("answers").answer(self, result)

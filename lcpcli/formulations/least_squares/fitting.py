@@ -1,49 +1,43 @@
-"""Fits in one call, and the point that the active-set method proposes for a run."""
+"""Fits in one call."""
 
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from functools import partial
+from typing import TYPE_CHECKING, Any, TypeAlias, overload
 
 import numpy as np
 
-from lcpcli.formulations.least_squares.active_set import minimize
-from lcpcli.formulations.least_squares.fit import Data, from_lsq
-from lcpcli.formulations.least_squares.scaling import Scaled
-from lcpcli.linalg.matrices import dense, is_sparse
-from lcpcli.model.formulation import Proposal
+from lcpcli.clock import seconds
+from lcpcli.formulations.least_squares.at_once import Fits, solved_at_once
+from lcpcli.formulations.least_squares.fit import data_of, from_lsq
+from lcpcli.formulations.least_squares.many_fits import FitBatch
+from lcpcli.model.right_hand_sides import dimensions
 from lcpcli.solving.call import RunOptions, run
 from lcpcli.solving.result import Result
-from lcpcli.typing import BoundLike, VectorLike
+from lcpcli.typing import BoundLike, Vector, VectorLike
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
 
-METHOD = "least-squares"
-MAX_ENTRIES = 4_000_000  # of A, up to which it is stored dense
+
+Columns: TypeAlias = np.ndarray[tuple[int, int], Any]
 
 
-@np.errstate(all="ignore")
-def proposed(data: Data) -> Proposal | None:
-    """Return the z of the minimizer; None if the method does not reach one."""
-    if is_sparse(data.A):
-        if data.A.shape[0] * data.A.shape[1] > MAX_ENTRIES:
-            return None
-        data = data._replace(A=dense(data.A), E=dense(data.E))
-    scaled = Scaled.of(data)
-    found = minimize(scaled.data)
-    if found is None:
-        return None
-    x = np.clip(scaled.x(found.x), data.lower, data.upper)
-    z = np.concatenate((scaled.r(found.r), x, scaled.y(found.y)))
-    return Proposal(z, found.steps, METHOD)
+@overload
+def nnls(A: Any, b: Columns, **options: Unpack[RunOptions]) -> FitBatch: ...
 
 
-def nnls(A: Any, b: VectorLike, **options: Unpack[RunOptions]) -> Result:
+@overload
+def nnls(A: Any, b: VectorLike, **options: Unpack[RunOptions]) -> Result: ...
+
+
+def nnls(A: Any, b: Any, **options: Unpack[RunOptions]) -> Result | FitBatch:
     """Return the result of nonnegative least squares: the x >= 0 that minimizes |A x -
     b|, in `Result.answer`.
 
-    A, b : shapes (m, n), dense or sparse, and (m,), as in `from_lsq`.
+    A, b : shapes (m, n), dense or sparse, and (m,), as in `from_lsq`; or several b as
+        columns, shape (m, k), for a `Batch` of results (see `lsq`).
     options : as in `run`.
 
     `answer.x` and `answer.norm` are what scipy.optimize.nnls returns. `answer` also has
@@ -55,9 +49,23 @@ def nnls(A: Any, b: VectorLike, **options: Unpack[RunOptions]) -> Result:
     >>> answer.x.round(6).tolist(), round(answer.norm, 6)
     ([0.666667, 0.0], 0.816497)
     """
-    return run(from_lsq(A, b, lower=0.0), **options)
+    found: Result | FitBatch = lsq(A, b, 0.0, **options)
+    return found
 
 
+@overload
+def lsq(
+    A: Any,
+    b: Columns,
+    lower: BoundLike = -math.inf,
+    upper: BoundLike = math.inf,
+    E: Any = None,
+    d: VectorLike | None = None,
+    **options: Unpack[RunOptions],
+) -> FitBatch: ...
+
+
+@overload
 def lsq(
     A: Any,
     b: VectorLike,
@@ -66,14 +74,25 @@ def lsq(
     E: Any = None,
     d: VectorLike | None = None,
     **options: Unpack[RunOptions],
-) -> Result:
+) -> Result: ...
+
+
+def lsq(
+    A: Any,
+    b: Any,
+    lower: BoundLike = -math.inf,
+    upper: BoundLike = math.inf,
+    E: Any = None,
+    d: VectorLike | None = None,
+    **options: Unpack[RunOptions],
+) -> Result | FitBatch:
     """Return the result of least squares: the x that minimizes |A x - b| subject to
     lower <= x <= upper and E x = d, in `Result.answer`.
 
     Parameters
     ----------
     A, b, lower, upper, E, d : as in `from_lsq`; by default there are no bounds, and no
-        equations.
+        equations. b may have several vectors as columns, shape (m, k).
     options : as in `run`.
 
     Returns
@@ -83,6 +102,8 @@ def lsq(
         and equations. `answer` has x, residual (b - A x), norm, multipliers and
         support; proved says whether x is "unique", one of "several", with another
         minimizer in `answer.other`, or determined only "up to rounding" of the data.
+        Of several b, a `Batch` of such results, which share factors; its x has all
+        coefficients, shape (k, n).
 
     Raises
     ------
@@ -98,4 +119,20 @@ def lsq(
     >>> answer.x.round(6).tolist(), answer.proved
     ([0.55, 0.15, 0.3], 'unique')
     """
+    began = seconds()
+    if dimensions(b) == 2:
+        data, labels = data_of(A, b, lower, upper, E, d)
+        given = data.A, data.lower, data.upper, data.E, data.d
+        return FitBatch(Fits(data, labels), partial(_single, given, options))
+    if not options:
+        data, labels = data_of(A, b, lower, upper, E, d)
+        result = solved_at_once(Fits(data, labels), began)
+        if result is not None:
+            return result
+    return run(from_lsq(A, b, lower, upper, E, d), **options)
+
+
+def _single(given: Any, options: Any, b: Vector) -> Result:
+    A, lower, upper, *equations = given
+    E, d = equations if equations[1].size else (None, None)
     return run(from_lsq(A, b, lower, upper, E, d), **options)

@@ -1,0 +1,212 @@
+"""Fits of many right-hand sides b with one A: exchanges for all of them at once.
+
+A guess of the free coefficients of each comes from A'A, whose systems are solved once
+for each set of free coefficients that occurs; the solutions are then corrected by
+residuals of A itself (A. Bjorck, Stability analysis of the method of seminormal
+equations for linear least squares problems, Linear Algebra Appl. 88/89 (1987) 31-48).
+A fit whose signs this leaves open is solved by itself.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from lcpcli.clock import Stopwatch, seconds
+from lcpcli.formulations.least_squares.active_set import (
+    LARGE_RESIDUAL,
+    UNREFINED,
+    column_norms,
+)
+from lcpcli.formulations.least_squares.at_once import METHOD, FitResult, Fits, holds
+from lcpcli.formulations.least_squares.scaling import Scaled
+from lcpcli.model.box import BASIC, LOWER, UPPER
+from lcpcli.model.right_hand_sides import Stack
+from lcpcli.options import DEFAULTS
+from lcpcli.solving.many import Batch
+from lcpcli.solving.result import Result
+from lcpcli.typing import Indices, Mask, Matrix, States, Vector
+
+MAX_COEFFICIENTS = 64  # for which systems of all sets are solved at once
+MAX_ROUNDS = 20
+CORRECTIONS = 2
+
+
+class FitBatch(Batch):
+    """The results of fits with one A, as of `lcpcli.lsq` for a b of shape (m, k):
+    `batch[i]` is the Result of column i, whose `answer` is its fit.
+
+    x : the coefficients of all fits, shape (k, n); a row for an unsolved fit is nan.
+    """
+
+    def __init__(self, fits: Fits, single: Callable[[Vector], Result]) -> None:
+        began = seconds()
+        self._fits = fits
+        (m, k), n = fits.data.b.shape, fits.data.lower.size
+        self._results, self._rows = dict[int, Result](), None
+        self._stopwatch = Stopwatch(seconds, began)
+        self.z: Vector = np.full((k, m + n + fits.data.d.size), np.nan)
+        self.solved: Mask = together(fits, self.z)
+        self._steps = 1
+        self._stopwatch.count("solve")
+        for i in np.flatnonzero(~self.solved).tolist():
+            result = self._results[i] = single(fits.data.b[:, i])
+            self.solved[i] = result.solved
+            self.z[i] = result.z if result.solved else np.nan
+        self.z.flags.writeable = self.solved.flags.writeable = False
+        self.x: Vector = self.z[:, m : m + n]
+
+    @cached_property
+    def _stack(self) -> Stack:  # type: ignore[override]
+        first = self._fits.problem(0)
+        Q = np.array([self._fits.problem(i).q for i in range(len(self.z))])
+        M = first.M if isinstance(first.M, np.ndarray) else first.M.toarray()
+        stacked = np.broadcast_to(M, (len(Q), *M.shape))
+        return Stack(stacked, Q, first.lower, first.upper, np.inf)
+
+    def __len__(self) -> int:
+        return len(self.z)
+
+    def __repr__(self) -> str:
+        solved = np.count_nonzero(self.solved)
+        return f"<Batch: {solved} of {len(self)} fits solved, n = {self.x.shape[1]}>"
+
+    def __getitem__(self, index: Any) -> Any:
+        if not isinstance(index, slice):
+            i = range(len(self))[index]
+            if i not in self._results:
+                parts = self._stopwatch.parts.items()
+                shares = {part: spent / len(self) for part, spent in parts}
+                row: Any = self._fits, i, self.z
+                self._results[i] = FitResult.of_solution(
+                    (METHOD,), 1, DEFAULTS, {}, shares, _row=row
+                )
+            return self._results[i]
+        return [self[i] for i in range(*index.indices(len(self)))]
+
+
+class _System(NamedTuple):
+    """The data of k fits in units of their own, with a row for each of them.
+
+    K : [A'A E'; E 0], shape (n + e, n + e). c, d : A'b and d. lower, upper : bounds.
+    """
+
+    A: Matrix
+    E: Matrix
+    K: Matrix
+    b: Vector
+    c: Vector
+    d: Vector
+    lower: Vector
+    upper: Vector
+
+
+def _system(fits: Fits, scaled: Scaled, sides: Indices) -> _System:
+    data, own = fits.data, scaled.data
+    A, E = own.A, own.E
+    k, n = len(sides), A.shape[1]
+    K = np.zeros((n + len(E), n + len(E)))
+    K[:n, :n], K[n:, :n], K[:n, n:] = A.T @ A, E, E.T
+    b = np.ldexp(data.b.T, -sides)
+    d = np.ldexp(np.broadcast_to(data.d, (k, len(E))), -sides - scaled.rows)
+    low, high = (
+        np.ldexp(np.broadcast_to(end, (k, n)), scaled.columns - sides)
+        for end in (data.lower, data.upper)
+    )
+    return _System(A, E, K, b, b @ A, d, low, high)
+
+
+@np.errstate(all="ignore")
+def together(fits: Fits, z: Vector) -> Mask:
+    """Fill in those rows of z that are surely solutions, and return which these are."""
+    data = fits.data
+    k, n = data.b.shape[1], data.lower.size
+    none = np.zeros(k, dtype=bool)
+    if k < 2 or n > MAX_COEFFICIENTS or not isinstance(data.A, np.ndarray):
+        return none
+    scaled = Scaled.of(data._replace(b=data.b[:, 0]))
+    sides = np.frexp(np.abs(data.b).max(axis=0))[1][:, np.newaxis]
+    system = _system(fits, scaled, sides)
+    try:
+        states, inverses, x, y = _exchanged(system)
+    except np.linalg.LinAlgError:
+        return none
+    free = states == BASIC
+    for _ in range(CORRECTIONS):
+        r = system.b - x @ system.A.T
+        rest = np.hstack((r @ system.A + y @ system.E, system.d - x @ system.E.T))
+        rest[:, :n] *= free
+        step = (inverses @ rest[:, :, np.newaxis])[:, :, 0]
+        x = x + step[:, :n]
+        y = y - step[:, n:]
+    r = system.b - x @ system.A.T
+    clear = _are_clear(system, states, inverses, x, r, y)
+    back = sides - scaled.columns
+    found = np.clip(np.ldexp(x, back), data.lower, data.upper)
+    residuals, multipliers = np.ldexp(r, sides), np.ldexp(y, sides - scaled.rows)
+    clear &= holds(data, residuals.T, found.T, multipliers.T)
+    z[clear] = np.hstack((residuals, found, multipliers))[clear]
+    return clear
+
+
+def _exchanged(system: _System) -> tuple[States, Vector, Vector, Vector]:
+    """Return the states, the inverses of their systems, x and y to which exchanges of
+    all wrong coefficients lead; those that they do not lead to a solution are wrong."""
+    k, n = system.lower.shape
+    states = np.zeros((k, n), dtype=np.int8)
+    for _ in range(MAX_ROUNDS):
+        free = states == BASIC
+        inverses = _inverses(system, free)
+        x = np.where(free, 0.0, np.where(states == UPPER, system.upper, system.lower))
+        rest = np.hstack((system.c, system.d)) - x @ system.K[:, :n].T
+        rest[:, :n] *= free
+        solution = (inverses @ rest[:, :, np.newaxis])[:, :, 0]
+        x = x + solution[:, :n]
+        y = -solution[:, n:]
+        slopes = x @ system.K[:n, :n] - system.c - y @ system.E
+        below, above = free & (x < system.lower), free & (x > system.upper)
+        turned = (slopes * states > 0) & (system.lower < system.upper)
+        if not (below | above | turned).any():
+            break
+        states = np.where(below, LOWER, np.where(above, UPPER, states))
+        states = np.where(turned, BASIC, states).astype(np.int8)
+    return states, inverses, x, y
+
+
+def _inverses(system: _System, free: Mask) -> Vector:
+    """Return the inverses of the systems of the free coefficients, 0 for others: each
+    computed once for all fits with the same ones."""
+    packed = np.packbits(free, axis=1)
+    _, first, which = np.unique(packed, axis=0, return_index=True, return_inverse=True)
+    kept = np.ones((len(first), len(system.K)))
+    kept[:, : free.shape[1]] = free[first]
+    both = kept[:, :, np.newaxis] * kept[:, np.newaxis, :]
+    units = np.eye(len(system.K)) * (1 - kept)[:, :, np.newaxis]
+    inverses = np.linalg.inv(system.K * both + units) * both
+    return np.asarray(inverses[which.reshape(-1)])
+
+
+def _are_clear(
+    system: _System, states: States, inverses: Vector, x: Vector, r: Vector, y: Vector
+) -> Mask:
+    """Return of which fits the signs of all coefficients and multipliers are known."""
+    n, norms = x.shape[1], column_norms(system.A)
+    free = states == BASIC
+    sizes = np.sqrt(np.einsum("ij,ij->i", r, r))
+    of_b = np.sqrt(np.einsum("ij,ij->i", system.b, system.b))
+    terms = of_b + np.abs(x) @ norms
+    # Of A on the free coefficients: the norms of the rows of its pseudoinverse.
+    rows = np.sqrt(np.maximum(np.diagonal(inverses, axis1=1, axis2=2)[:, :n], 0.0))
+    largest = np.sqrt(np.einsum("ij,ij->i", rows, rows))
+    of_free = np.sqrt(free @ norms**2)
+    errors = rows * (terms + largest * of_free * sizes)[:, np.newaxis]
+    gaps = np.minimum(x - system.lower, system.upper - x)
+    clear = (gaps > UNREFINED * errors) | ~free
+    slopes = (r @ system.A + y @ system.E) * states
+    noise = norms * (terms + largest * sizes)[:, np.newaxis]
+    noise += np.abs(y) @ np.abs(system.E)
+    clear &= (slopes > UNREFINED * noise) | free | (system.lower == system.upper)
+    return np.asarray(clear.all(axis=1) & (sizes > LARGE_RESIDUAL * terms))
