@@ -103,13 +103,14 @@ class Bounds:
 
     lower, upper : bounds of z in place of the problem's own, numbers or a file.
     infinity : bounds of at least this size count as infinite. game : whether two files
-    have the payoffs of a game.
+    have the payoffs of a game. lsq : whether they have the A and b of a fit.
     """
 
     lower: str | None = None
     upper: str | None = None
     infinity: float | None = None
     game: bool = False
+    lsq: bool = False
 
 
 @dataclass(eq=False, repr=False)
@@ -346,7 +347,9 @@ bounds_options = option(
     INFINITY,
 )
 game_option = option(
-    "Problem", "--game  The two files are tables of the payoffs A and B of a game."
+    "Problem",
+    "--game  The two files are tables of the payoffs A and B of a game.",
+    "--lsq  They are tables of A and b of a fit, min |Ax - b|; bounds are those of x.",
 )
 # The options of a command that reads problems.
 with_bounds = declared(bounds_options, game_option)

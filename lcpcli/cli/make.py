@@ -277,7 +277,7 @@ def read_written(inputs: Inputs) -> Written[Problem]:
     from lcpcli.files.input_file import InputFile
     from lcpcli.rational.numbers import Written, written
 
-    if inputs.game:
+    if inputs.game or inputs.lsq:
         problem = inputs.read().problem
         return Written(problem, problem, {})
     bounds = dict[str, InputFile]()

@@ -234,9 +234,7 @@ class Output(Destination):
             self.draw(self.request.plot, lambda: picture(runs))
             return
         self.draw(self.request.paths, lambda: plotting.paths(plotting.panels(runs)))
-        self.draw(
-            self.request.plot, lambda: plotting.convergence(plotting.panels(runs))
-        )
+        self.draw(self.request.plot, lambda: plotting.runs_or_answer(runs))
 
     def _selection(self, problem: AnyProblem) -> tuple[int, int | None, Indices | None]:
         """Return the selection of a table: the step and the largest number of its

@@ -96,8 +96,8 @@ class Inputs(NamedTuple):
 
     of_folders : those files that come from folders. bounds : of z in place of the
     problem's own, numbers or a file, and the size from which on they are infinite, by
-    name. game : whether two files have the payoffs of a game. quiet : whether remarks
-    on the input are left out.
+    name. game, lsq : whether two files have the payoffs of a game, or A and b of a fit.
+    quiet : whether remarks on the input are left out.
     others : the values of other options that may name files to read, such as starting
         points. ahead : those of the files that have been read, by their names.
     """
@@ -105,6 +105,7 @@ class Inputs(NamedTuple):
     files: Sequence[str]
     bounds: Mapping[str, Any] = NO_BOUNDS
     game: bool = False
+    lsq: bool = False
     quiet: bool = False
     of_folders: Collection[str] = ()
     others: Sequence[str] = ()
@@ -120,7 +121,7 @@ class Inputs(NamedTuple):
     ) -> Inputs:
         """Return the inputs in files, to be read as asked."""
         bounds = {name: getattr(asked, name) for name in fields.BOUND_OPTIONS}
-        return cls(files, bounds, asked.game, quiet, others=others)
+        return cls(files, bounds, asked.game, asked.lsq, quiet, others=others)
 
     @property
     def paths(self) -> list[str]:
@@ -179,18 +180,30 @@ class Inputs(NamedTuple):
         """Read the problem in the files, which has to be linear unless
         `takes_models`."""
         from lcpcli.files import reading
-        from lcpcli.files.games import game_in
         from lcpcli.files.inputs import Input
 
         with self.hint_at_game(), self.reading():
-            work = (
-                game_in(self.files)
-                if self.game
-                else Input(tuple(reading.files_of(self.files)))
-            )
+            work = self.of_tables() or Input(tuple(reading.files_of(self.files)))
             (found,) = self.problems(work, takes_models)
         self.tell(found.remarks)
         return found
+
+    def of_tables(self) -> Input | None:
+        """Return the input in two tables of a game or of a fit; None for other
+        files."""
+        if self.lsq:
+            from lcpcli.model import formulations
+
+            row = formulations.row_of("lsq")
+            fit: Input = formulations.module_of(row, "tables", "--lsq").input_of(
+                self.files
+            )
+            return fit
+        if not self.game:
+            return None
+        from lcpcli.files.games import game_in
+
+        return game_in(self.files)
 
     def reading(self) -> Line:
         """Return a context in which files are read, which may take long."""
@@ -218,7 +231,7 @@ class Inputs(NamedTuple):
 
     def with_tables(self) -> Inputs:
         """Return the inputs with their files read if they are two small tables."""
-        if len(self.files) != 2 or self.game:
+        if len(self.files) != 2 or self.game or self.lsq:
             return self
         from lcpcli.files.games import may_be_payoffs
         from lcpcli.files.input_file import InputFile
@@ -244,10 +257,9 @@ class Inputs(NamedTuple):
         they are with `are_many`."""
         from lcpcli.files.inputs import FIRST_NAME, QColumns, inputs
 
-        if self.game:
-            from lcpcli.files.games import game_in
-
-            return iter([game_in(self.files)]), are_many
+        tables = self.of_tables()
+        if tables is not None:
+            return iter([tables]), are_many
         each = inputs(
             self.files,
             streams=are_many,

@@ -96,6 +96,8 @@ def with_bounds(
             f"is for problems given by M and q, but this is {what}",
             hint,
         )
+    if values and problem.origin is not None:
+        values = dict(problem.origin.bounds(problem, values))
     try:
         problem = (
             replace(problem, solutions=(), verdict="", **values) if values else problem

@@ -38,11 +38,16 @@ class Conditions(NamedTuple):
 
 class Proposal(NamedTuple):
     """A z that may be a solution, the number of steps that led there, and the name of
-    the method."""
+    the method.
+
+    reason : if it surely is one, why, as a clause for the user, where the relative
+        residual does not say so; else "".
+    """
 
     z: Vector
     steps: int
     method: str
+    reason: str = ""
 
 
 class Objective(NamedTuple):
@@ -78,6 +83,11 @@ class Answer:
         component of z; empty if there are none. Numbers may be fractions."""
         return {}
 
+    def picture(self, title: str) -> Any:  # noqa: ARG002
+        """Return a `report.plotting.Picture` of the answer, which a single run draws in
+        place of its errors; None if there is none."""
+        return None
+
     def record(self) -> Mapping[str, Any] | None:
         """Return the keys and values of the answer in JSON; by default, for None, the
         fields of the dataclass."""
@@ -102,6 +112,7 @@ class Formulation:
         names        of the components of z
 
     On the way:
+        bounds       of z, for those that are given with an option
         proposed     a point that a method of its own reaches
 
     The way back:
@@ -176,6 +187,11 @@ class Formulation:
         """Return the names of the n components, "" where there is none. purpose : FULL,
         LABELS or HEADINGS."""
         return [""] * n
+
+    def bounds(self, problem: Any, given: Mapping[str, Any]) -> Mapping[str, Any]:  # noqa: ARG002
+        """Return bounds of z for those that a user gives: lower and upper, or one of
+        them, each a number or a list, in which None stands for no bound."""
+        return given
 
     def proposed(self, problem: Any) -> Proposal | None:  # noqa: ARG002
         """Return a point that may be a solution, which `auto` tries before anything

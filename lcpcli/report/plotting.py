@@ -11,7 +11,7 @@ spanning properties of complementary cones, Linear Algebra Appl. 5 (1972) 65-108
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from importlib import import_module
 from importlib.util import find_spec
@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from lcpcli.errors import LEAVE_ONE_OUT, LEAVE_OUT, ParameterError, count, missing
 from lcpcli.files.atomic_write import write_whole
+from lcpcli.model.formulation import Answer
 from lcpcli.report import wording
 
 if TYPE_CHECKING:
@@ -43,6 +44,7 @@ KINDS = {  # the functions that draw the figures, and the titles of the files
     "cones": ("plane_figures.draw", "Complementary cones"),
     "paths": ("plane_figures.draw_paths", "Trajectories of iterates"),
     "variations": ("run_figures.draw_variations", "Error and time against options"),
+    "fit": ("fit_figures.draw", "Measurements and their fit"),
 }
 
 
@@ -141,6 +143,16 @@ class Variation(NamedTuple):
     theory: Sequence[float]
 
 
+class Fitted(NamedTuple):
+    """Measurements, the curve that fits them, and the parts of which it is the sum, by
+    their names."""
+
+    title: str
+    measured: Any
+    curve: Any
+    parts: Mapping[str, Any]
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class Picture:
     """A figure, drawn when it is written; a notebook shows it.
@@ -188,6 +200,21 @@ def convergence(panels: Sequence[Panel]) -> Picture:
     return Picture(
         "convergence", [panels], [panel.provenance for panel in panels], text
     )
+
+
+def runs_or_answer(runs: Sequence[Sequence[Result]]) -> Picture:
+    """Return the picture of the answer of a single run, if it has one; else that of
+    the errors of the runs."""
+    if len(runs) == 1 and len(runs[0]) == 1:
+        result = runs[0][0]
+        found: Picture | None = (
+            result.answer.picture(wording.title(result.problem))
+            if isinstance(result.answer, Answer)
+            else None
+        )
+        if found is not None:
+            return found
+    return convergence(panels(runs))
 
 
 def cones(found: SolutionSet) -> Picture:

@@ -172,15 +172,19 @@ class Session:
         evaluations: int | None = None,
         end: States | None = None,
         is_certain: bool = False,
+        why: str = "",
     ) -> Result | None:
         """Return the result at a point at which an attempt ended, if it solves the
-        problem within the limits. is_certain : whether that is known of the point."""
+        problem within the limits. is_certain : whether that is known of the point. why
+        : if it is known, though the relative residual does not say so."""
         reason: str | None = None
         if point is not None and steps <= self.limits.max_iterations:
             if is_certain:
                 reason = ""
             elif found := accepted(self.problem, [point], self.limits.tol, AT_ONCE):
                 reason = found.reason
+            elif why:
+                reason = why
         self.stopwatch.count("verify")
         if reason is None or self.is_late():
             return None
@@ -271,8 +275,8 @@ def proposed_steps(session: Session) -> Steps:
     session.stopwatch.count("solve")
     if proposal is None:
         return None
-    point = session.point(proposal.z)
-    return session.judged(point, proposal.steps, (proposal.method,))
+    point, route = session.point(proposal.z), (proposal.method,)
+    return session.judged(point, proposal.steps, route, why=proposal.reason)
 
 
 def program_steps(session: Session) -> Steps:

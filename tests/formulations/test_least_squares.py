@@ -215,3 +215,63 @@ def test_the_result_of_a_call_has_the_problem_that_from_lsq_makes() -> None:
     assert result.relative_residual < 1e-13
     assert lcpcli.check(problem, result.z).accepted
     assert lcpcli.check(problem, result.answer.x).accepted
+
+
+SPECTRUM = "level,peak\n1,0\n1,1\n1,1e-40\n1,0.5\n"
+SIGNAL = "signal\n0.5\n1.5\n0.4\n1.1\n"
+
+
+@pytest.fixture
+def spectrum(in_folder: Path) -> None:
+    del in_folder
+    Path("A.csv").write_text(SPECTRUM)
+    Path("b.csv").write_text(SIGNAL)
+
+
+@pytest.mark.usefixtures("spectrum")
+def test_two_tables_are_a_fit_whose_bounds_are_those_of_the_coefficients(
+    lcp: Lcp,
+) -> None:
+    done = lcp("solve", "--lsq", "A.csv", "b.csv", "--lower", "0.6,none", "-f", "json")
+    answer = json.loads(done.out)["answer"]
+    assert answer["columns"] == ["level", "peak"]
+    assert answer["x"] == pytest.approx([0.6, 0.92])
+    assert answer["states"] == ["lower", "basic"]
+    assert lcp("convert", "--lsq", "A.csv", "b.csv", "-o", "fit.json").code == 0
+    assert lcpcli.read("fit.json").names[4:] == ["level", "peak"]
+
+
+@pytest.mark.usefixtures("spectrum")
+@pytest.mark.parametrize(
+    ("arguments", "line"),
+    [
+        ("A.csv", "--lsq: takes two files, not 1; give the model A, a column for "),
+        ("b.csv A.csv", "A.csv: has 4 rows and 2 columns; give a single column, b"),
+        ("A.csv A.csv", "A.csv: has 4 rows and 2 columns; give a single column, b"),
+        ("A.csv c.csv", "c.csv: has 2 numbers for 4 rows of A; make them agree"),
+        ("A.csv b.csv --lower 1,2,3", "lower: has 3 entries for 2 coefficients; "),
+    ],
+)
+def test_tables_that_are_no_fit_get_a_line(lcp: Lcp, arguments: str, line: str) -> None:
+    Path("c.csv").write_text("1\n2\n")
+    done = lcp("solve", "--lsq", *arguments.split())
+    assert (done.code, done.out) == (2, "")
+    assert done.err.removeprefix("lcp: ").startswith(line)
+
+
+@pytest.mark.usefixtures("spectrum")
+def test_numbers_far_below_others_in_A_leave_a_fit_solved(lcp: Lcp) -> None:
+    done = lcp("solve", "--lsq", "A.csv", "b.csv", "--lower", "0", "-f", "json")
+    record = json.loads(done.out)
+    assert (record["status"], record["route"]) == ("solved", ["least-squares"])
+
+
+def test_the_figure_of_a_fit_has_the_data_the_curve_and_its_parts() -> None:
+    fit_figures = pytest.importorskip("lcpcli.report.figures.fit_figures")
+    A = [[1, 0], [1, 1], [1, 0], [1, 0.5]]
+    answer = lcpcli.nnls(A, [0.5, 1.5, 0.4, 1.1]).answer
+    above, below = fit_figures.draw(*answer.picture("a fit").data).axes
+    drawn = [line.get_ydata() for line in above.get_lines()]
+    assert np.allclose(drawn[0], [0.5, 1.5, 0.4, 1.1])
+    assert np.allclose(sum(drawn[1:-1]), drawn[-1])
+    assert np.allclose(below.get_lines()[0].get_ydata(), answer.residual)

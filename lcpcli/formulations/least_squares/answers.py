@@ -32,6 +32,7 @@ from lcpcli.model.formulation import Answer
 from lcpcli.rational.numbers import brief
 from lcpcli.report import wording
 from lcpcli.report.document import Table
+from lcpcli.report.plotting import Fitted, Picture
 from lcpcli.solving.result import Result
 from lcpcli.typing import Indices, Vector
 from lcpcli.verify.verification import Proposed, Verification
@@ -221,6 +222,14 @@ class Fit(Answer):
         assert parts[2] is not None
         rows += [("equation", "", value) for value in parts[2].tolist()]
         return dict(zip(headings, zip(*rows, strict=True), strict=True))
+
+    def picture(self, title: str) -> Picture | None:
+        if self._problem is None or self.x is None:
+            return None
+        data, x = self._problem[0], self.x
+        parts = {self.names[j]: data.A[:, j] * x[j] for j in np.flatnonzero(x).tolist()}
+        drawn = Fitted(title, data.b, data.A @ x, parts)
+        return Picture("fit", [drawn], [title], "a fit")
 
     def record(self) -> Mapping[str, Any]:
         return {key: getattr(self, key) for key in KEYS}

@@ -21,7 +21,7 @@ from lcpcli.errors import MAKE_AGREE, ProblemError, numbers_for, refuse_unknown
 from lcpcli.files import fields as files
 from lcpcli.linalg.matrices import compressed, dense, is_sparse
 from lcpcli.model.arrays import as_columns, as_matrix, as_vector, by_label, texts
-from lcpcli.model.box import as_intervals
+from lcpcli.model.box import as_bound, as_intervals
 from lcpcli.model.formulation import (
     FULL,
     LABELS,
@@ -306,6 +306,18 @@ class LeastSquares(Formulation):
 
     def coefficient_names(self) -> Sequence[str]:
         return self.columns or [f"x{j + 1}" for j in range(self.coefficients)]
+
+    def bounds(self, problem: Problem, given: Mapping[str, Any]) -> Mapping[str, Any]:
+        """Return bounds of z with these bounds of x."""
+        ends = {"lower": problem.lower, "upper": problem.upper}
+        found = {}
+        for name, values in given.items():
+            absent = -math.inf if name == "lower" else math.inf
+            end = np.broadcast_to(ends[name], problem.n).copy()
+            own = as_bound(name, values, self.coefficients, COEFFICIENT, absent)
+            self.parts(end)[1][:] = own
+            found[name] = end
+        return found
 
     def proposed(self, problem: Problem) -> Any:
         return self.beside("at_once").proposed(self.data_in(problem))

@@ -1,0 +1,57 @@
+"""A fit in two tables of CSV: A, whose columns may have names, and b."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from decimal import Decimal
+
+from lcpcli.errors import MAKE_AGREE, ParameterError, ProblemError, count
+from lcpcli.files.csv_format import is_number
+from lcpcli.files.formats import refuse
+from lcpcli.files.input_file import InputFile
+from lcpcli.files.inputs import Input
+
+HINT = "give the model A, a column for each coefficient, and the measurements b"
+
+
+def input_of(paths: Sequence[str]) -> Input:
+    """Return the fit as an input in JSON, with the numbers as they are written. Names
+    in a header of A are those of the coefficients; b is a column or a row."""
+    if len(paths) != 2:
+        raise ParameterError("lsq", f"takes two files, not {len(paths)}", HINT)
+    A, names = _table(InputFile.read(paths[0], HINT))
+    file = InputFile.read(paths[1], HINT)
+    b, _ = _table(file)
+    values = [row[0] for row in b] if len(b[0]) == 1 else b[0]
+    if len(values) * max(len(values), 1) != len(values) * sum(map(len, b)):
+        fault = f"has {count(len(b), 'row')} and {count(len(b[0]), 'column')}"
+        raise ProblemError(file.place, fault, "give a single column, b")
+    if len(values) != len(A):
+        fault = f"has {count(len(values), 'number')} for {count(len(A), 'row')} of A"
+        raise ProblemError(file.place, fault, MAKE_AGREE)
+    rows = ", ".join(map(_listed, A))
+    parts = [f'"lsq": true, "A": [{rows}], "b": {_listed(values)}']
+    if names:
+        parts.append(f'"columns": {json.dumps(names)}')
+    text = f"{{{', '.join(parts)}}}"
+    return Input((InputFile(paths[0], text.encode()),))
+
+
+def _listed(values: Sequence[str]) -> str:
+    texts = (
+        json.dumps(value) if "/" in value else str(Decimal(value)) for value in values
+    )
+    return f"[{', '.join(texts)}]"
+
+
+def _table(file: InputFile) -> tuple[list[list[str]], list[str]]:
+    """Return the numbers of a table, as written, and the names of its columns."""
+    hint = "write the fit as JSON, with the keys A, b and lsq"
+    refuse(not file.kind.is_table, file.place, "is not a table in CSV", hint)
+    table = file.within(file.data.table, str)
+    fault = f"has columns headed {', '.join(table.places)}"
+    refuse(table.places, file.place, fault, HINT)
+    names = table.header
+    are_names = all(name and not is_number(name) for name in names)
+    return table.rows, names if are_names else []
