@@ -84,6 +84,15 @@ if TYPE_CHECKING:
     from lcpcli.formulations.least_squares.fitting import nnls as nnls
     from lcpcli.formulations.nonlinear_model.nl_format import read_nl as read_nl
     from lcpcli.formulations.players.quadratic import from_players as from_players
+    from lcpcli.formulations.quadratic_program.reductions import from_osqp as from_osqp
+    from lcpcli.formulations.quadratic_program.reductions import from_qp as from_qp
+    from lcpcli.formulations.quadratic_program.reductions import (
+        from_qpsolvers as from_qpsolvers,
+    )
+    from lcpcli.formulations.quadratic_program.solve_qp import (
+        add_to_qpsolvers as add_to_qpsolvers,
+    )
+    from lcpcli.formulations.quadratic_program.solve_qp import solve_qp as solve_qp
     from lcpcli.formulations.variational_inequality.inequality import (
         from_avi as from_avi,
     )
@@ -91,9 +100,6 @@ if TYPE_CHECKING:
     from lcpcli.inspection.inspection import inspect as inspect
     from lcpcli.inspection.inspection import plan as plan
     from lcpcli.model.problem import Problem as Problem
-    from lcpcli.model.reductions import from_osqp as from_osqp
-    from lcpcli.model.reductions import from_qp as from_qp
-    from lcpcli.model.reductions import from_qpsolvers as from_qpsolvers
     from lcpcli.parametric.following import path as path
     from lcpcli.parametric.path import Path as Path
     from lcpcli.report.plotting import plot as plot
@@ -108,8 +114,6 @@ if TYPE_CHECKING:
     from lcpcli.solving.result import Result as Result
     from lcpcli.solving.result import Status as Status
     from lcpcli.solving.solve_mcp import solve_mcp as solve_mcp
-    from lcpcli.solving.solve_qp import add_to_qpsolvers as add_to_qpsolvers
-    from lcpcli.solving.solve_qp import solve_qp as solve_qp
     from lcpcli.solving.solver import Solver as Solver
     from lcpcli.solving.trace import Trace as Trace
     from lcpcli.solving.trace import TraceRow as TraceRow
@@ -127,13 +131,14 @@ _PUBLIC = {  # the public names of each module, loaded on first use
     "formulations.game_tree.game": "from_efg",
     "formulations.players.quadratic": "from_players",
     "formulations.nonlinear_model.nl_format": "read_nl",
+    "formulations.quadratic_program.reductions": "from_osqp from_qp from_qpsolvers",
+    "formulations.quadratic_program.solve_qp": "add_to_qpsolvers solve_qp",
     "formulations.variational_inequality.inequality": "from_avi",
     "formulations.least_squares.fit": "from_lsq",
     "formulations.least_squares.fitting": "lsq nnls",
     "games.problems": "from_game",
     "inspection.inspection": "inspect plan",
     "model.problem": "Problem",
-    "model.reductions": "from_osqp from_qp from_qpsolvers",
     "parametric.following": "path",
     "parametric.path": "Path",
     "report.plotting": "plot",
@@ -144,7 +149,6 @@ _PUBLIC = {  # the public names of each module, loaded on first use
     "solving.proof": "exact",
     "solving.result": "Result Status",
     "solving.solve_mcp": "solve_mcp",
-    "solving.solve_qp": "add_to_qpsolvers solve_qp",
     "solving.solver": "Solver",
     "solving.trace": "Trace TraceRow",
     "verify.error_theorems": "error_bound",

@@ -22,6 +22,7 @@ FOLDERS = sorted(
     if (path / "__init__.py").exists()
 )
 TREE = 'EFG 2 R "" { "one" "two" }\nt "" 1 "" { 1 0 }\n'
+PROGRAM = "NAME\nROWS\n N o\n G r\nCOLUMNS\n x o 1 r 1\nRHS\n R r 1\nENDATA\n"
 MISSING = (
     "this installation has no formulation for {}; install the package again, with all "
     "of its files"
@@ -41,6 +42,10 @@ def alone(tmp_path_factory: pytest.TempPathFactory) -> Path:
     (folder / "tree.json").write_text(json.dumps({"efg": TREE}))
     (folder / "fit.json").write_text('{"lsq": true, "A": [[1]], "b": [1]}')
     (folder / "contact.json").write_text('{"W": [[1]], "q": [1], "mu": 1}')
+    (folder / "program.mps").write_text(PROGRAM)
+    (folder / "program.json").write_text('{"c": [1, 2], "A": [[1, 1]], "b": [1]}')
+    osqp = '{"P": null, "q": [1, 2], "A": [[1, 1]], "l": [1], "u": [2]}'
+    (folder / "osqp.json").write_text(osqp)
     return folder
 
 
@@ -81,6 +86,9 @@ def test_lcps_need_no_formulation(alone: Path, line: str) -> None:
         ("fit.json", "a least-squares problem"),
         ("contact.json", "contact with friction"),
         ("model.nl", ".nl"),
+        ("program.mps", ".mps"),
+        ("program.json", "a program"),
+        ("osqp.json", "a program"),
     ],
 )
 def test_a_file_without_its_formulation_gets_one_line(

@@ -26,13 +26,13 @@ LONG = {
     "lcpcli.cli.path.path",
     "lcpcli.cli.streams.all_records",
     "lcpcli.formulations.nonlinear_model.tape.Tape.__init__",
-    "lcpcli.files.mps_format.render",
-    "lcpcli.files.mps_format._Reader.program",
+    "lcpcli.formulations.quadratic_program.mps_format.render",
+    "lcpcli.formulations.quadratic_program.mps_format._Reader.program",
     "lcpcli.kernels.measure_kernels._judgement",
     "lcpcli.linalg.units._sparse",
     "lcpcli.verify.final_states.confirmed",
     "lcpcli.model.problem.Problem.__init__",
-    "lcpcli.model.reductions.from_qp",
+    "lcpcli.formulations.quadratic_program.reductions.from_qp",
     "lcpcli.presolve.rules.rows_that_are_bounds",
     "lcpcli.report.figures.plane_figures.draw",
     "lcpcli.report.path_formats._columns",
@@ -146,6 +146,7 @@ ROOMS: dict[str, set[str]] = {
         "solving",
         "enumeration",
         "files",
+        "gallery",
         "report",
     },
 }
@@ -502,7 +503,8 @@ IN_RUNS = (
     "enumeration",
     "parametric",
 )
-AFTER_RUNS = {"lcpcli.solving.solve_qp"}  # whose functions are called after a run
+# Whose functions are called after a run.
+AFTER_RUNS = {"lcpcli.formulations.quadratic_program.solve_qp"}
 LOADING = {"import_module", "find_spec"}
 # Load parts of numpy, as np.unique does.
 LATE_IN_NUMPY = {"np.random", "np.union1d", "np.setdiff1d", "np.setxor1d"}

@@ -39,7 +39,6 @@ from lcpcli.methods import registry as methods
 from lcpcli.model.evaluations import Evaluations
 from lcpcli.model.nonlinear import NonlinearProblem
 from lcpcli.model.problem import WITHOUT_SOLUTION, Problem, conditions_of
-from lcpcli.model.program import Program
 from lcpcli.options import AUTO, NUMBA, THREADS, Limits, wants_kernels
 from lcpcli.peers import registry as peers
 from lcpcli.peers.registry import Claim
@@ -266,7 +265,7 @@ def optimality(
     the sum of the products of distances and multipliers, which is the difference of the
     objectives without its cancellation.
     """
-    if not isinstance(problem.origin, Program):
+    if not isinstance(problem, Problem) or (form := problem.block_form) is None:
         return None
     if z is None or not np.isfinite(z).all():
         return {}
@@ -283,10 +282,7 @@ def optimality(
         np.abs(z), 1.0
     )
     left, end = np.where(near, 0.0, w), np.where(near, end, 0.0)
-    k, ranges = (
-        problem.origin.variables,
-        np.arange(z.size) >= z.size - problem.origin.ranges,
-    )
+    k, ranges = form.variables, np.arange(z.size) >= z.size - form.ranges
     rows = (np.arange(z.size) >= k) & ~ranges
     curvature = np.abs(z[:k]) @ matrices.absolute_product(M[:k, :k], np.abs(z[:k]))
     primal, dual = (

@@ -47,6 +47,7 @@ from lcpcli.methods.registry import (
     known_options,
     suggestion,
 )
+from lcpcli.model import formulations
 from lcpcli.options import MISSING, Option, has_numba
 from lcpcli.report import columns
 
@@ -99,8 +100,12 @@ OTHER_WORDS = {  # for topics
     **dict.fromkeys(("citing", "citation", "bibtex"), "cite"),
     **dict.fromkeys(("residual", "residuals"), "statuses"),
     **dict.fromkeys(("bounds", "equations"), "mixed"),
-    **dict.fromkeys(("qp", "lp", "mps", "qps"), "programs"),
-    **dict.fromkeys(("game", "nfg", "efg"), "games"),
+    **dict.fromkeys(("game", "nfg"), "games"),
+    **{
+        word: row.page
+        for kind, row in formulations.TABLE.items()
+        for word in (kind, *(suffix[1:] for suffix in row.files))
+    },
     **dict.fromkeys(("figures", "plot"), "measuring"),
     **dict.fromkeys(("ncp", "mcp", "josephy-newton"), "nonlinear"),
     **dict.fromkeys(("nl", "sol", "ampl", "pyomo", "jump", "gams"), "models"),

@@ -33,10 +33,10 @@ from lcpcli.errors import (
     Exit,
     File,
     OptionError,
-    count,
     quoted,
 )
-from lcpcli.files.formats import ALL, COMPLETE, PROGRAM
+from lcpcli.files import formats
+from lcpcli.files.formats import ALL, COMPLETE
 from lcpcli.gallery import families as gallery
 from lcpcli.report.document import Document, Section, Table, typeset
 
@@ -122,16 +122,14 @@ def make(request: Make) -> int:
         refuse_beside(request.given, LIST)
         return _show_list()
     output, quiet, family = request.output, request.quiet, request.family
-    sources = [
-        ("qp", request.from_qp, FROM_QP),
-        ("game", request.from_game, FROM_GAME),
-    ]
-    prepare(Inputs([path for _, path, _ in sources if path is not None]), output)
-    for kind, path, mode in sources:
+    sources = [(request.from_qp, FROM_QP), (request.from_game, FROM_GAME)]
+    prepare(Inputs([path for path, _ in sources if path is not None]), output)
+    for path, mode in sources:
         if path is not None:
             refuse_beside(request.given, mode)
             from lcpcli.files import reading
 
+            kind = mode.name.removeprefix("--from-")
             write(reading.read_origin(kind, path), output, quiet)
             return 0
     if family is None:
@@ -248,18 +246,9 @@ def convert(request: Convert) -> int:
         kept = kind_to_write(output).keeps
         form = written.rounded.formulation.form
         tell(f"{output}: {form} {kept}; left out: {', '.join(left_out)}", inputs.quiet)
-    if kind_to_write(output).keeps == PROGRAM:
-        from lcpcli.files.mps_format import new_names
-
-        if names := new_names(written.rounded):
-            old, new = next(iter(names.items()))
-            needed = "as MPS needs unique names without spaces or control characters"
-            change = f"{count(len(names), 'name')} had to be changed, {needed}"
-            tell(
-                f"{output}: {change}: {quoted(old)} is "
-                f"{quoted(new)}{', and so on' * (len(names) > 1)}",
-                inputs.quiet,
-            )
+    if (kind := kind_to_write(output)).of:
+        for remark in formats.load(kind.form).remarks(written.rounded):
+            tell(f"{output}: {remark}", inputs.quiet)
     if is_rounded(written, output):
         endings = " or ".join(exact_endings(written))
         change = (
@@ -343,7 +332,7 @@ def losses(problem: Problem, output: str) -> list[str]:
         name: getattr(problem, name)
         for name in ("name", "source", "note", "x0", "x1", "verdict", "origin")
     }
-    if kind.keeps == PROGRAM:
+    if kind.of:
         del parts["name"], parts["origin"]
     known = [
         name

@@ -160,8 +160,10 @@ def _total(inputs: Inputs) -> int | None:
     """Return the number of problems in files that hold one each; None where it is known
     only once all have been read, as of lines, or of M and q."""
     kinds = map(formats.kind_by_name, inputs.files)
-    keeping = (formats.ALL, formats.PROGRAM, "")
-    are_whole = all(kind is not None and kind.keeps in keeping for kind in kinds)
+    are_whole = all(
+        kind is not None and (kind.of or kind.keeps in (formats.ALL, ""))
+        for kind in kinds
+    )
     return len(inputs.files) if are_whole else None
 
 

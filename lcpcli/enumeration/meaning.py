@@ -7,7 +7,9 @@ from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
 from typing import Any, NamedTuple
 
+from lcpcli.model.formulation import Answer
 from lcpcli.rational.exact_problem import ExactProblem
+from lcpcli.verify.certificate import Proof
 
 Values = Sequence[Fraction]
 
@@ -27,9 +29,11 @@ class Meaning:
 
     data : the problem in exact numbers.
     vertices : what the solutions of a face are averages of, in a remark.
+    columns : in CSV, behind z and w.
     """
 
     vertices = "its vertices"
+    columns: Sequence[str] = ()
 
     def __init__(self, data: ExactProblem) -> None:
         self.data = data
@@ -63,6 +67,27 @@ class Meaning:
         """Return what JSON has of a solution besides z and w."""
         del z
         return {"equilibrium": None}
+
+    def cells(self, z: Values) -> Sequence[Sequence[Any]]:
+        """Return for each component of a solution, or of a direction, the cells of the
+        `columns`, numbers as fractions."""
+        return [()] * len(z)
+
+    def without_solution(self, proof: Proof | None) -> Answer | None:
+        """Return what it means that there is no solution, for which there may be a
+        proof in numbers; None if nothing else."""
+        del proof
+        return None
+
+    def objective(
+        self,
+        z: Values,
+        moved: tuple[int, Fraction] | None = None,
+    ) -> Fraction | None:
+        """Return what z minimizes or maximizes; None if nothing. moved : i and t, where
+        q_i has become q_i + t."""
+        del z, moved
+        return None
 
     def best(self, z: Values) -> tuple[list[str], list[Any]]:
         """Return lines and tables about the best solution."""

@@ -38,9 +38,9 @@ from lcpcli.errors import ProblemError
 from lcpcli.interrupts import TimeIsUp, remaining, within
 from lcpcli.linalg.matrices import dense
 from lcpcli.model.arrays import as_vector
+from lcpcli.model.block_form import SENSES, sense_of
 from lcpcli.model.origins import Game
 from lcpcli.model.problem import Problem
-from lcpcli.model.program import SENSES, sense_of
 from lcpcli.model.words import coefficients, reversed_names
 from lcpcli.options import Limits
 from lcpcli.rational.elimination import Effort

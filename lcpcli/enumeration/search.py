@@ -30,7 +30,6 @@ from lcpcli.linalg import matrices
 from lcpcli.linalg.patterns import connected
 from lcpcli.model.origins import Game
 from lcpcli.model.problem import Problem, as_problem
-from lcpcli.model.program import Program
 from lcpcli.rational import elimination
 from lcpcli.rational.dictionary import Point, Vertex
 from lcpcli.rational.elimination import Effort
@@ -521,16 +520,12 @@ class SolutionSet:
         """Return the outcome in one sentence."""
         if self.status == UNSOLVABLE:
             with imports:
-                from lcpcli.solving.no_minimum import undecided
+                from lcpcli.enumeration.meaning import meaning_of
             sentence = (
                 "no solution: every choice of states is excluded in rational arithmetic"
             )
-            origin = self.data.problem.origin
-            return (
-                f"{sentence}; {undecided(origin).statement}"
-                if isinstance(origin, Program)
-                else sentence
-            )
+            means = meaning_of(self.data).without_solution(None)
+            return sentence if means is None else f"{sentence}; {means.statement}"
         if not self.complete:
             others = OTHERS_WORDING[self.others] if self.pieces else "there may be some"
             return (
@@ -550,17 +545,3 @@ def hangs_on_rounding(data: ExactProblem) -> bool:
     M is positive definite, so that what is proved for them may not be what is meant."""
     by_rounding = semidefinite_by_rounding(data.problem.M) is not None
     return by_rounding and data.are_doubles()
-
-
-def objective(data: ExactProblem, program: Program, z: Sequence[Fraction]) -> Fraction:
-    """Return the exact value of the program's objective at the x of z, in its own sense
-    and with its constant."""
-    k, total = program.variables, Fraction(0)
-    for i, value in enumerate(z[:k]):
-        curvature = sum(
-            (Fraction(a) * z[j] for j, a in data.rows[i].items() if j < k), Fraction(0)
-        )
-        total += value * (curvature / 2 + data.constants[i]) / data.scales[i]
-    return (total if program.sense == "min" else -total) + Fraction(
-        repr(program.constant)
-    )

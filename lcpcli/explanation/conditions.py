@@ -24,7 +24,6 @@ from functools import partial
 from typing import NamedTuple, TypeVar
 
 from lcpcli.errors import ParameterError, likely, quoted
-from lcpcli.model.program import SENSES
 from lcpcli.rational.dictionary import Dictionary
 from lcpcli.rational.elimination import OF_BIT, OF_ENTRY, Effort
 from lcpcli.rational.exact_problem import ExactProblem
@@ -84,10 +83,10 @@ class Number(NamedTuple):
 def components(data: ExactProblem) -> list[Component]:
     """Return what the components of z are, which only this function asks the origin of
     a problem."""
-    names, n, program = data.problem.names, data.n, data.problem.program_origin
-    if program is None:
+    names, n, form = data.problem.names, data.n, data.problem.block_form
+    if form is None:
         return [Component(name or f"z{i}", UNKNOWN) for i, name in enumerate(names, 1)]
-    k, end, sense = program.variables, n - program.ranges, int(SENSES[program.sense])
+    k, end, sense = form.variables, n - form.ranges, int(form.sign)
     found = [
         Component(names[i] or f"x{i + 1}", VARIABLE, sense)
         if i < k

@@ -26,7 +26,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from lcpcli.enumeration.search import objective
+from lcpcli.enumeration.meaning import meaning_of
 from lcpcli.explanation.conditions import LOWER, UPPER, System
 from lcpcli.explanation.search import Choices, Node
 from lcpcli.model import box
@@ -469,7 +469,8 @@ def _end(
     if following is not None:
         within, inside = position.inside(positive), position.inside(following)
         enters, leaves = sorted(inside - within), sorted(within - inside)
-    objective_there = _objective(system.data, z, *number, sign * t)
+    of_q = (number[1], sign * t) if number[0] == "q" else None
+    objective_there = meaning_of(system.data).objective(z, of_q)
     ends = is_known and following is None
     end = End(value + sign * t, z, objective_there, enters, leaves, ends)
     return end, of_basis
@@ -482,13 +483,3 @@ def _point(system: System, forms: Values, field: str, i: int, t: Fraction) -> Va
     if field != "q" and (system.own(i) == i) == (field == LOWER):
         z[i] += t
     return z
-
-
-def _objective(
-    data: ExactProblem, z: Values, field: str, i: int, t: Fraction
-) -> Fraction | None:
-    program = data.problem.program_origin
-    if program is None:
-        return None
-    moved = t * z[i] if field == "q" and i < program.variables else Fraction(0)
-    return objective(data, program, z) + (moved if program.sense == "min" else -moved)

@@ -37,8 +37,8 @@ from lcpcli.explanation.conditions import (
 )
 from lcpcli.explanation.programs import LinearProgram, in_doubles, matrix_of
 from lcpcli.interrupts import remaining
+from lcpcli.model.formulation import Formulation
 from lcpcli.model.problem import Problem
-from lcpcli.model.program import Program
 from lcpcli.options import Limits
 from lcpcli.rational.exact_problem import Bounds, ExactProblem, Rows
 from lcpcli.rational.numbers import rounded
@@ -266,11 +266,15 @@ def changed(data: ExactProblem, by: Mapping[Key, Fraction]) -> ExactProblem:
         for field, bounds in ((LOWER, lower), (UPPER, upper)):
             if (bound := bounds[i]) is not None:
                 bounds[i] = bound + by.get((field, i), 0)
-    return _exact(data.M, q, lower, upper, data.problem.program_origin)
+    return _exact(data.M, q, lower, upper, data.problem.block_form)
 
 
 def _exact(
-    rows: Rows, q: Values, lower: Bounds, upper: Bounds, origin: Program | None = None
+    rows: Rows,
+    q: Values,
+    lower: Bounds,
+    upper: Bounds,
+    origin: Formulation | None = None,
 ) -> ExactProblem:
     """Return an exact problem, with the nearest doubles."""
     low, high = in_doubles(lower, upper)

@@ -44,6 +44,7 @@ from lcpcli.files.formats import refuse
 from lcpcli.files.input_file import InputFile, Names
 from lcpcli.files.json_format import load as load_json
 from lcpcli.files.json_format import numbers_in, objects_in
+from lcpcli.model import formulations
 from lcpcli.model.arrays import FROM_0, as_vector
 from lcpcli.model.box import WORDS, Box, in_words
 from lcpcli.model.problem import Problem
@@ -59,11 +60,8 @@ STATES_HINT = (
     "give a JSON list of lower, basic and upper, or a result of lcp solve in JSON "
     "or CSV"
 )
-# Of bounds for a problem made from a program or a game: what this is, and the hint.
-REFUSALS = {
-    "qp": ("a program", "give the bounds of its variables in the file"),
-    "game": ("a game", LEAVE_OUT),
-}
+# Of bounds for a problem made from a game: what this is, and the hint.
+REFUSALS = {"game": ("a game", LEAVE_OUT)}
 
 
 def with_bounds(
@@ -85,12 +83,10 @@ def with_bounds(
         name: _values(name, text, read, number, lambda: problem.names)
         for name, text in texts.items()
     }
-    if (
-        values
-        and problem.origin is not None
-        and (kind := problem.origin.data()["kind"]) in REFUSALS
-    ):
-        what, hint = REFUSALS[kind]
+    kind, hint = problem.formulation.kind, problem.formulation.hint_for_bounds
+    if values and (hint or kind in REFUSALS):
+        what = formulations.row_of(kind).noun if hint else REFUSALS[kind][0]
+        hint = hint or REFUSALS[kind][1]
         raise ProblemError(
             f"--{next(iter(values))}",
             f"is for problems given by M and q, but this is {what}",

@@ -1,15 +1,12 @@
-"""The named fields of problems, programs and games, in all formats, and the problem
-made from them.
-
-A program has either the native keys Q, c, A, row_lower, row_upper, lower, upper or the
-names of qpsolvers or of OSQP; a game has A and B. Each may have name, source
+"""The named fields of problems and games, in all formats, and the problem made from
+them or from the fields of a formulation. A game has A and B. Each may have name, source
 and note.
 """
 
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
-from itertools import combinations, product
+from itertools import product
 from typing import TYPE_CHECKING, Any
 
 from lcpcli import errors
@@ -84,40 +81,10 @@ OTHER_NAMES |= (
     | dict.fromkeys(OF_LOWER, "lower")
     | dict.fromkeys(OF_UPPER, "upper")
 )
-# Of programs, games, inequalities, fits and contact.
-MATRICES = ("Q", "P", "A", "G", "B", "H", "E", "W")
-NATIVE = (
-    "Q",
-    "c",
-    "A",
-    "b",
-    "row_lower",
-    "row_upper",
-    "rows",
-    *BOUNDS,
-    "free",
-    "columns",
-    "sense",
-    "constant",
-    *TEXTS,
-)
-QPSOLVERS = ("P", "q", "G", "h", "A", "b", "lb", "ub", *TEXTS)
-OSQP = ("P", "q", "A", "l", "u", *TEXTS)
 GAME = ("A", "B", "rows", "columns", "players", "sense", *TEXTS)
-READINGS = (
-    "give min x'Qx/2 + c'x, row_lower <= Ax <= row_upper, lower <= x <= upper, "
-    "or min x'Px/2 + q'x, Gx <= h, Ax = b, lb <= x <= ub, or min x'Px/2 + q'x, "
-    "l <= Ax <= u"
-)
-FOREIGN_FIELDS = dict(  # names of quadprog and linprog, with those of qpsolvers
-    zip(
-        ("H", "f", "Aeq", "beq", "A_eq", "b_eq", "A_ub", "b_ub"),
-        "PqAbAbGh",
-        strict=True,
-    )
-)
-KNOWN = {*NATIVE, *QPSOLVERS, *OSQP, *GAME, *FOREIGN_FIELDS, *formulations.KEYS}
-TELLING = {"Q", "c", "P", "G", "h", "row_lower", "row_upper", *FOREIGN_FIELDS} - {"f"}
+# Of formulations: all keys, and those of matrices.
+KNOWN = {*GAME, *formulations.KEYS}
+MATRICES = (*formulations.MATRICES, "B")
 
 
 def is_for_bounds(key: str) -> bool:
@@ -158,27 +125,14 @@ def refuse_unknown(
     )
 
 
-# Ways to write a program: what makes the problem, of which keys, the vector and the
-# matrix of the objective.
-FORMS = {
-    "from_qp": (NATIVE, "c", "Q"),
-    "from_qpsolvers": (QPSOLVERS, "q", "P"),
-    "from_osqp": (OSQP, "q", "P"),
-}
-
-
 def kind_of(keys: Collection[str]) -> str:
-    """Return "program", "game" or the kind of another formulation if the keys of an
-    object show that it is one, else ""."""
+    """Return "game" or the kind of another formulation if the keys of an object show
+    that it is one, else ""."""
     given = set(keys)
     if "M" in given:
         return ""
-    if own := formulations.told_in_table(given):
-        return own
-    if given & TELLING or ({"A", "q"} <= given and given & {"b", "l", "u"}):
-        return "program"
     if given & {"A", "B"} and not given & {"b", "q"}:
-        return "game"
+        return formulations.told_in_table(given) or "game"
     return formulations.told_by(given)
 
 
@@ -207,9 +161,8 @@ def made(fields: Mapping[str, Any]) -> Problem | Matrix:
         Unknown fields have been refused, except in an origin.
     """
     if kind := kind_of(fields):
-        makers = {"program": _program, "game": _game}
-        if kind in makers:
-            return makers[kind](fields)
+        if kind == "game":
+            return _game(fields)
         problem: Problem = formulations.load(kind).of_fields(fields)
         return problem
     from lcpcli.model.arrays import as_matrix
@@ -241,44 +194,6 @@ def of_table(table: Any) -> dict[str, Any]:
     if table.ndim != 2 or table.shape[1] != table.shape[0] + 1:
         return {"M": table}
     return {"M": table[:, :-1].copy(), "q": table[:, -1].copy()}
-
-
-def _program(data: Mapping[str, Any]) -> Problem:
-    if other := next((key for key in data if key in FOREIGN_FIELDS), None):
-        fault = (
-            f"is not a key of a program; it is called {FOREIGN_FIELDS[other]} in "
-            "the second of these ways"
-        )
-        raise ProblemError(other, fault, READINGS)
-    known = [key for key in data if any(key in keys for keys, *_ in FORMS.values())]
-    known.sort(key=lambda key: key not in NATIVE)
-    maker = next(
-        (maker for maker, (keys, *_) in FORMS.items() if set(known) <= set(keys)), ""
-    )
-    if not maker:
-        pairs = (
-            two
-            for two in combinations(known, 2)
-            if not any(set(two) <= set(keys) for keys, *_ in FORMS.values())
-        )
-        one, other = next(pairs)
-        raise ProblemError(
-            other, f"and {one} belong to two ways to write a program", READINGS
-        )
-    keys, vector, matrix = FORMS[maker]
-    refuse_unknown("", data, keys, "a program")
-    hint = f"add the objective, {vector}'x"
-    refuse(data.get(vector) is None, vector, IS_MISSING, hint)
-    hint = (
-        "add it, all zeros for a linear program; the matrix of a complementarity "
-        "problem is called M"
-    )
-    refuse(keys is OSQP and "P" not in data, "P", IS_MISSING, hint)
-    from lcpcli.model import reductions
-
-    arguments = {matrix: None} | without_nulls(data)
-    problem: Problem = getattr(reductions, maker)(**arguments)
-    return problem
 
 
 def _game(data: Mapping[str, Any]) -> Problem:

@@ -16,7 +16,7 @@ from lcpcli.errors import ProblemError, Where
 from lcpcli.model import formulations
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable, Iterable, Mapping
     from fractions import Fraction
 
     from lcpcli.model.formulation import Objective
@@ -26,19 +26,14 @@ Number: TypeAlias = "Callable[[str], float]"  # converts a number in a text to a
 # The numbers that doubles stand for, if not their shortest decimals.
 Exact: TypeAlias = "Mapping[float, Fraction]"
 
-ALL, BOUNDS, M_AND_Q, PROGRAM = (
-    "everything",
-    "M, q and bounds",
-    "M and q",
-    "the program",
-)
+ALL, BOUNDS, M_AND_Q = "everything", "M, q and bounds", "M and q"
 
 
 class Kind(NamedTuple):
     # The module that reads and writes them, a `Format`: in lcpcli.files, or with its
     # full name.
     form: str
-    # Of a problem: ALL, BOUNDS or M_AND_Q, PROGRAM if only programs are written; "" if
+    # Of a problem: ALL, BOUNDS, M_AND_Q, or what it is made from, as of `of`; "" if
     # they are only read.
     keeps: str
     # Whether numbers are written with any number of digits, rather than as doubles.
@@ -55,6 +50,10 @@ class Kind(NamedTuple):
     is_table: bool = False
     # Whether results of lcp are written in it.
     has_results: bool = False
+    # The kind of the formulation whose problems alone are in such files; "" for any.
+    of: str = ""
+    # A regular expression for the content of such a file, where its suffix is unknown.
+    pattern: bytes = b""
     # Of a model, whose module is a `ModelFormat`: the suffix of files with solutions,
     # and those of other files that stand beside it.
     beside: tuple[str, ...] = ()
@@ -64,13 +63,6 @@ class Kind(NamedTuple):
         return bool(self.beside)
 
 
-MPS_FILE = Kind(
-    "mps_format",
-    PROGRAM,
-    in_decimals=True,
-    is_packed=True,
-    has_no_vector="is a program",
-)
 JSON_FILE = Kind(
     "json_format",
     ALL,
@@ -89,25 +81,36 @@ FORMATS = {
     ".npz": NPZ_FILE,
     ".npy": Kind("npy_format", M_AND_Q, has_arrays=True, beginning=b"\x93NUMPY"),
     ".mat": MAT_FILE,
-    ".mps": MPS_FILE,
-    ".qps": MPS_FILE,
-    ".lp": MPS_FILE._replace(keeps=""),
+}
+
+
+def _of_formulations(rows: Iterable[tuple[str, formulations.Row]]) -> dict[str, Kind]:
+    return {
+        suffix: Kind(
+            f"{row.home}.{form.module}",
+            f"the {row.word}" if form.is_written else "",
+            in_decimals=form.is_written,
+            is_packed=True,
+            beginning=form.beginning,
+            has_no_vector=f"is {row.noun}",
+            of=kind,
+            pattern=form.pattern,
+            beside=form.beside,
+        )
+        for kind, row in rows
+        for suffix, form in row.files.items()
+    }
+
+
+# In the order in which messages and help list them.
+ROWS = [*formulations.TABLE.items()]
+FORMATS |= _of_formulations(ROWS[:2])
+FORMATS |= {
     ".nfg": Kind(
         "games", "", is_packed=True, beginning=b"NFG ", has_no_vector="is a game"
     ),
 }
-FORMATS |= {
-    suffix: Kind(
-        f"{row.home}.{form.module}",
-        "",
-        is_packed=True,
-        beginning=form.beginning,
-        has_no_vector=f"is {row.noun}",
-        beside=form.beside,
-    )
-    for row in formulations.TABLE.values()
-    for suffix, form in row.files.items()
-}
+FORMATS |= _of_formulations(ROWS[2:])
 
 
 def _suffixes(*kept: str) -> tuple[str, ...]:
@@ -116,16 +119,26 @@ def _suffixes(*kept: str) -> tuple[str, ...]:
 
 # The formats that any problem can be written to.
 GENERAL_SUFFIXES = _suffixes(ALL, BOUNDS, M_AND_Q)
-# The formats that only programs can be written to.
-PROGRAM_SUFFIXES = _suffixes(PROGRAM)
 COMPLETE = _suffixes(ALL)
 WITH_BOUNDS = _suffixes(ALL, BOUNDS)
 # Read as if it were not.
 COMPRESSED = tuple(f"{suffix}.gz" for suffix, kind in FORMATS.items() if kind.is_packed)
 PROBLEMS = (*FORMATS, *COMPRESSED)  # all suffixes of files with one problem
-WRITTEN = (
-    f"{', '.join(GENERAL_SUFFIXES)}, or {' or '.join(PROGRAM_SUFFIXES)} for a program"
+
+
+def suffixes_of(kind: str) -> list[str]:
+    """Return the formats that only problems of a kind of formulation can be written
+    to."""
+    return [suffix for suffix, own in FORMATS.items() if own.of == kind and own.keeps]
+
+
+# What to add to a list of suffixes.
+FOR_SOME = "".join(
+    f", or {' or '.join(suffixes_of(kind))} for {row.noun}"
+    for kind, row in formulations.TABLE.items()
+    if suffixes_of(kind)
 )
+WRITTEN = f"{', '.join(GENERAL_SUFFIXES)}{FOR_SOME}"
 LINES = (".jsonl", ".ndjson")  # one problem, or one result, in each line
 
 
@@ -147,6 +160,10 @@ class Format(Protocol):
     def render(self, fields: Mapping[str, Any], exact: Exact, /) -> dict[str, bytes]:
         """Return the files to write: the file itself under "", others under what is
         inserted before its suffix."""
+
+    def remarks(self, problem: Any, /) -> list[str]:
+        """Return what had to be changed of a problem to be written; a format has this
+        if only problems of one formulation are written in it."""
 
 
 class ModelFormat(Format, Protocol):
@@ -218,10 +235,6 @@ COMPRESSIBLE = tuple(ending.removesuffix(".gz") for ending in COMPRESSED)
 # no text is like them.
 MAT_4 = (
     rb"(?s)[\0-\x34]\0{3}.{8}[\0\1]\0{3}.{2}\0{2}|\0{2}[\3\4].{9}\0{3}[\0\1]\0{2}.{2}"
-)
-MPS = (
-    rb"(?mi)(?:\*[^\n]*\n|\s*\n)*(?:NAME|ROWS|OBJSENSE)\b[^;,{\n]*\r?\n"
-    rb"(?s:.){0,1000}?^\s*N\s+\S"
 )
 AS_ARRAYS = "save M and q with numpy.savez"
 SPREADSHEET = ("is a spreadsheet", "save it as CSV")
@@ -326,8 +339,13 @@ def kind_in(path: str, content: bytes) -> Kind:
         )
         fault, hint = AS_TABLE if re.search(RENDERED, content) else by_suffix
         refuse(fault, "", fault, hint)
-    if kind is None and re.match(MPS, content):
-        return MPS_FILE
+    if kind is None:
+        alike = (
+            own
+            for own in FORMATS.values()
+            if own.pattern and re.match(own.pattern, content)
+        )
+        kind = next(alike, None)
     if kind is None or kind is CSV_FILE:
         return JSON_FILE if content.lstrip()[:1] in (b"{", b"[") else CSV_FILE
     return kind

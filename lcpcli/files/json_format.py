@@ -2,7 +2,7 @@
 formats`), or a program or a game.
 
 M is a list of rows, or {"format": "coo", "shape": [n, n], "rows": [...], "cols": [...],
-"values": [...]} with indices from 0. origin is as in `lcpcli.model.reductions`. Numbers
+"values": [...]} with indices from 0. origin is as in `lcpcli.Problem`. Numbers
 are decimals, or texts such as "1/3", "1e-3" and "inf"; each key occurs only once.
 """
 

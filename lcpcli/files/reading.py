@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from lcpcli.files import contents
 from lcpcli.files.formats import refuse
 from lcpcli.files.input_file import LINE, WHOLE, InputFile
+from lcpcli.model import formulations
 from lcpcli.model.problem import Problem
 
 
@@ -54,18 +55,15 @@ def files_of(paths: Sequence[str]) -> list[InputFile]:
 
 
 def read_origin(kind: str, path: str) -> Problem:
-    """Read the problem of the program ("qp") or the game of two players ("game") in a
+    """Read the problem of a formulation, such as a game of two players ("game"), in a
     file."""
     problem = read(path)
-    is_other = problem.origin is None or problem.origin.data()["kind"] not in (
-        kind,
-        "efg" if kind == "game" else kind,
-    )
-    refuse(
-        is_other and kind == "qp",
-        contents.place(path),
-        "is not a program",
-        "give Q and c, or an MPS file",
-    )
-    refuse(is_other, contents.place(path), "is not a game", "give the payoffs A and B")
+    own = problem.formulation.kind
+    where = contents.place(path)
+    if kind == "game":
+        is_other = own not in (kind, "efg")
+        refuse(is_other, where, "is not a game", "give the payoffs A and B")
+    else:
+        row = formulations.row_of(kind)
+        refuse(own != kind, where, f"is not {row.noun}", row.hint)
     return problem

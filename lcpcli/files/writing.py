@@ -17,11 +17,10 @@ from lcpcli.files import formats
 from lcpcli.files.atomic_write import write_together
 from lcpcli.files.fields import STARTS
 from lcpcli.files.formats import refuse
-from lcpcli.linalg.matrices import is_sparse
+from lcpcli.model import formulations
 from lcpcli.model.formulations import TEXTS
 from lcpcli.model.origins import Game
-from lcpcli.model.problem import Problem, conditions_of
-from lcpcli.model.program import SENSES, Program
+from lcpcli.model.problem import Problem
 from lcpcli.rational.numbers import Doubles, Written, places, written
 
 
@@ -68,13 +67,13 @@ def contents_of(
     found: Written[Problem], path: str, ending: str, as_program: bool
 ) -> dict[str, bytes]:
     kind = formats.FORMATS[ending.casefold()]
-    in_text, is_for_programs = kind.in_decimals, kind.keeps == formats.PROGRAM
+    in_text = kind.in_decimals
     problem, exact = (found.own, found.exact) if in_text else (found.rounded, {})
-    fault, hint = (
-        "is for programs, and the problem is not made from one",
-        f"use {listed(formats.COMPLETE, 'or')}",
-    )
-    refuse(is_for_programs and kind_of(problem) != "qp", File(path), fault, hint)
+    if kind.of and problem.formulation.kind != kind.of:
+        word = formulations.row_of(kind.of).word
+        fault = f"is for {word}s, and the problem is not made from one"
+        hint = f"use {listed(formats.COMPLETE, 'or')}"
+        raise ProblemError(File(path), fault, hint)
     others = (
         problem.solutions
         or problem.verdict
@@ -84,7 +83,7 @@ def contents_of(
     # Its origin has a key for all that it holds.
     is_whole = as_program and kind.keeps == formats.ALL and not others
     own = None
-    if is_for_programs or is_whole:
+    if kind.of or is_whole:
         own = _fields_of_origin(problem, in_text)
     fields: dict[str, Any] = {
         key: getattr(problem, key) for key in TEXTS if getattr(problem, key)
@@ -131,41 +130,20 @@ def _fields(problem: Problem, in_text: bool) -> dict[str, Any]:
 
 
 def _fields_of_origin(problem: Problem, in_text: bool) -> dict[str, Any] | None:
-    """Return the fields of the program, in its own sense, or of the game that a problem
-    was made from, without default values; None for a problem made from neither. In
-    formats of text, payoffs are as written."""
+    """Return the fields of what a problem was made from, without default values; None
+    if these cannot be written. In formats of text, payoffs are as written."""
     origin = problem.origin
-    if not isinstance(origin, (Program, Game)):
+    if not isinstance(origin, Game):
         return problem.formulation.fields(problem, in_text=in_text)
-    fields: dict[str, Any] = {}
-    if isinstance(origin, Game):
-        exact = origin.written if in_text else None
-        payoffs = (
-            (origin.A, origin.B)
-            if exact is None
-            else (np.array(each, dtype=object) for each in exact)
-        )
-        fields = dict(zip("AB", payoffs, strict=True))
-    elif (
-        isinstance(origin, Program)
-        and (data := origin.program(conditions_of(problem))) is not None
-    ):
-        sign = SENSES[origin.sense]
-        fields |= {"sense": origin.sense} if sign < 0 else {}
-        if (data.Q != 0).sum():
-            fields["Q"] = sign * data.Q
-            entries = fields["Q"].data if is_sparse(data.Q) else fields["Q"]
-            entries += 0.0  # to leave no -0
-        fields["c"] = sign * data.c + 0.0
-        of_rows = ("A", "row_lower", "row_upper") if data.row_lower.size else ()
-        fields |= {key: getattr(data, key) for key in of_rows}
-        fields |= {"lower": data.lower} if data.lower.any() else {}
-        fields |= {"upper": data.upper} if np.isfinite(data.upper).any() else {}
-        fields |= {"constant": origin.constant} if origin.constant else {}
+    exact = origin.written if in_text else None
+    payoffs = (
+        (origin.A, origin.B)
+        if exact is None
+        else (np.array(each, dtype=object) for each in exact)
+    )
+    fields = dict(zip("AB", payoffs, strict=True))
     lists = ("rows", "columns", "players")
-    return fields | {
-        key: list(own) for key in lists if (own := getattr(origin, key, ()))
-    }
+    return fields | {key: list(own) for key in lists if (own := getattr(origin, key))}
 
 
 def with_costs(found: Written[Problem], path: str) -> Written[Problem]:
@@ -204,10 +182,6 @@ def is_rounded(found: Written[Problem], path: str) -> bool:
     return bool(found.exact) or (isinstance(game, Game) and game.written is not None)
 
 
-def kind_of(problem: Problem) -> str:
-    return "" if problem.origin is None else str(problem.origin.data()["kind"])
-
-
 def _are_doubles(rows: Sequence[Mapping[int, Fraction]]) -> bool:
     values = chain.from_iterable(row.values() for row in rows)
     return all(Fraction(float(value)) == value for value in values)
@@ -223,8 +197,7 @@ def exact_endings(found: Written[Problem]) -> list[str]:
     holding = formats.WITH_BOUNDS if problem.bounds else formats.GENERAL_SUFFIXES
     endings = [ending for ending in holding if formats.FORMATS[ending].in_decimals]
     if problem.origin is not None and not problem.origin.is_names_alone:
-        of_programs = formats.PROGRAM_SUFFIXES if kind_of(problem) == "qp" else ()
-        endings = [".json", *of_programs]
+        endings = [".json", *formats.suffixes_of(problem.formulation.kind)]
     return [
         ending
         for ending in endings
@@ -237,10 +210,7 @@ def ending_of(path: str) -> str:
     kind = formats.kind_with(ending.casefold())
     if kind is not None and kind.keeps:
         return ending
-    hint = (
-        f"use {listed(formats.COMPLETE, 'or')}, or "
-        f"{listed(formats.PROGRAM_SUFFIXES, 'or')} for a program"
-    )
+    hint = f"use {listed(formats.COMPLETE, 'or')}{formats.FOR_SOME}"
     refuse(kind is not None, File(path), "is of a format that is only read", hint)
     fault = f"has the unknown suffix {ending}" if ending else "has no suffix"
     raise ProblemError(File(path), fault, f"use {formats.WRITTEN}")

@@ -3,7 +3,7 @@ the states of a basic solution.
 
 The problem is that of a program if signs S = +-1 make S M symmetric, where z_i is a
 variable if S_i = 1 and the multiplier of a constraint if S_i = -1: see
-`program.ProgramData.conditions`.
+`block_form.Blocks.conditions`.
 """
 
 from __future__ import annotations
@@ -170,7 +170,7 @@ def _has_others(problem: Problem, is_row: Mask) -> bool:
     has."""
     multipliers = is_row.nonzero()[0]
     return (
-        problem.program_origin is None
+        problem.block_form is None
         and block(problem.M, multipliers, multipliers)[1].size > 0
     )
 

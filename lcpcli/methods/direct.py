@@ -35,7 +35,6 @@ from lcpcli.linalg.matrices import (
 )
 from lcpcli.model.box import BASIC, Box
 from lcpcli.model.problem import Problem
-from lcpcli.model.program import Program
 from lcpcli.typing import Indices, Mask, Matrix, States, Vector
 from lcpcli.verify.final_states import (
     HIDDEN_TERM,
@@ -209,9 +208,9 @@ def may_be_program(problem: Problem) -> bool:
     M = problem.M
     if problem.n < FEWEST_FOR_PIQP:
         return False
-    origin = problem.origin
-    is_bounded_only = isinstance(origin, Program) and problem.n == origin.variables
-    if not is_sparse(M) and (is_bounded_only or not isinstance(origin, Program)):
+    form = problem.block_form
+    is_bounded_only = form is not None and problem.n == form.variables
+    if not is_sparse(M) and (is_bounded_only or form is None):
         return False
     with imports:
         from lcpcli.linalg.programs import has_piqp

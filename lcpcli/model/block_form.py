@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -19,15 +19,45 @@ from lcpcli.errors import (
     LEAVE_ONE_OUT,
     MAKE_AGREE,
     ProblemError,
+    kind,
     numbers_for,
+    quoted,
     refuse_unknown,
 )
 from lcpcli.linalg import matrices
-from lcpcli.linalg.matrices import are_equal, is_sparse
+from lcpcli.linalg.doubles import EPS
+from lcpcli.linalg.matrices import (
+    are_equal,
+    is_sparse,
+    is_symmetric,
+    largest_asymmetry,
+    symmetric_part,
+)
 from lcpcli.model.arrays import as_matrix
 from lcpcli.model.box import as_intervals
 from lcpcli.model.formulation import FULL, LABELS, Conditions, Formulation, names_of
 from lcpcli.typing import Mask, Matrix, Vector
+
+if TYPE_CHECKING:
+    from typing_extensions import Self
+
+
+SENSES = {"min": 1.0, "max": -1.0}  # of objectives
+CANCELLED = 1e-12  # of an objective: rounding of its terms that counts
+
+
+def symmetrized(Q: Matrix, eps: float = EPS) -> Matrix | None:
+    """Return Q if it is symmetric, (Q + Q') / 2 if it is up to rounding, else None.
+
+    Rounding: |Q_ij - Q_ji| <= k eps max|Q|, as the errors of Q = B'B, or of another
+    product with sums of k terms, may be. eps : from 1 to the next number of the type
+    in which Q has been computed.
+    """
+    if is_symmetric(Q):
+        return Q
+    entries = Q.data if is_sparse(Q) else Q
+    bound = Q.shape[0] * eps * float(np.abs(entries).max())
+    return symmetric_part(Q) if largest_asymmetry(Q)[0] <= bound else None
 
 
 class Blocks(NamedTuple):
@@ -87,6 +117,31 @@ class Blocks(NamedTuple):
         M = bordered(self.Q, self.A, ranges, is_sparse(self.A)) if m else self.Q
         return Conditions(M, q, lower, upper)
 
+    @np.errstate(over="ignore", invalid="ignore")
+    def objective(self, x: Vector) -> float:
+        """Return x'Qx / 2 + c'x for a symmetric Q, with more digits than doubles have
+        where terms cancel, as those of a large x with Qx near 0 do."""
+        value = float(x @ matrices.product(self.Q, x) / 2 + self.c @ x)
+        sizes = np.abs(x)
+        of_Q = sizes @ matrices.absolute_product(self.Q, sizes) / 2
+        terms = float(of_Q + np.abs(self.c) @ sizes)
+        if not EPS * terms > CANCELLED * abs(value) or not math.isfinite(terms):
+            return value
+        slopes = matrices.accurate_residual(self.Q, -x, 2 * self.c)
+        return float(matrices.accurate_residual(x[None], slopes, np.zeros(1))[0]) / -2
+
+    def with_infinity(self, infinity: float) -> Blocks:
+        """Return the same without bounds and sides of rows of at least that size, or
+        raise ProblemError."""
+        rows, variables = (self.row_lower, self.row_upper), (self.lower, self.upper)
+        rows = as_intervals(
+            ("row_lower", "row_upper"), *rows, self.row_lower.size, "row", infinity
+        )
+        variables = as_intervals(
+            ("lower", "upper"), *variables, self.c.size, "variable", infinity
+        )
+        return Blocks(self.Q, self.c, self.A, *rows, *variables)
+
 
 class BlockForm(Formulation):
     """A formulation whose conditions are those of `Blocks`, in z = (x, y, s).
@@ -95,12 +150,20 @@ class BlockForm(Formulation):
         different finite bounds.
     rows, columns : the names of the rows of A and of its columns, the variables; empty
         if they have none.
+    constant : is added to the objective.
     """
 
     variables: int
     ranges: int
     rows: tuple[str, ...]
     columns: tuple[str, ...]
+    constant: float = 0.0
+
+    @property
+    def sign(self) -> float:
+        """Return 1.0, or -1.0 for an objective to be maximized, of which Q and c are
+        the negatives."""
+        return 1.0
 
     @classmethod
     def parse(cls, data: Mapping[str, Any]) -> Any:
@@ -184,6 +247,45 @@ class BlockForm(Formulation):
         """Return the x and y in z, a sequence of numbers of any type."""
         return z[: self.variables], z[self.variables : len(z) - self.ranges]
 
+    def symmetric(self, M: Matrix) -> Matrix:
+        """Return the M of conditions that `blocks_that_fit` has accepted, with Q
+        symmetric where it was so only up to rounding."""
+        k = self.variables
+        Q = M[:k, :k]
+        if (symmetric := symmetrized(Q)) is Q or symmetric is None:
+            return M
+        with imports:
+            from scipy.sparse import lil_array
+        other = lil_array(M) if is_sparse(M) else M.copy()
+        other[:k, :k] = symmetric
+        return other.tocsr() if is_sparse(M) else other
+
+    def with_ranges(self, ranges: int) -> Self:
+        """Return the same with another number of rows between two bounds."""
+        raise NotImplementedError
+
+    def signs(self, n: int) -> Vector:
+        """Return S of shape (n,), for which S M is symmetric: 1 for variables, -1 for
+        multipliers."""
+        S = np.ones(n)
+        S[self.variables : n - self.ranges] = -1.0
+        return S
+
+    def reversed(self, n: int) -> range:
+        """Return the components of z that have the other sign in the sense of the
+        objective: y of a maximization."""
+        return range(self.variables, n - self.ranges) if self.sign < 0 else range(0)
+
+    def own_parts(self, z: Sequence[Any]) -> tuple[list[Any], list[Any], list[Any]]:
+        """Return the x, y and s in z, with y in the sense of the objective."""
+        x, y = self.parts(z)
+        own_y = [0 - value for value in y] if self.sign < 0 else list(y)
+        return list(x), own_y, list(z[len(x) + len(y) :])
+
+    def objective(self, blocks: Blocks, x: Vector) -> float:
+        """Return the objective in its own sense, with its constant."""
+        return self.sign * blocks.objective(x) + self.constant
+
     def z_of(self, x: Vector, y: Vector, blocks: Blocks) -> Vector:
         """Return z for x and the multipliers y."""
         s = np.clip(blocks.A @ x, blocks.row_lower, blocks.row_upper)[blocks.ranges]
@@ -262,6 +364,16 @@ def bordered(
         M.eliminate_zeros()
     M.data.setflags(write=False)  # so that it is not copied again
     return M
+
+
+def sense_of(given: Any) -> str:
+    if not isinstance(given, str) or given not in SENSES:
+        raise ProblemError(
+            "sense",
+            f"is {quoted(given) if isinstance(given, str) else kind(given)}",
+            "give min or max",
+        )
+    return given
 
 
 def rows_between(

@@ -258,7 +258,7 @@ def shifted(given: Problem) -> Change:
     terms = np.abs(given.q) + matrices.absolute_product(given.M, np.abs(reference_z))
     problem = Problem(given.M, given.q_ref, lower=box.lower, upper=box.upper)
     known: dict[str, Any] = {"terms_of_q": terms}
-    if given.program_origin is None:  # else facts are those of the program
+    if given.block_form is None:  # else facts are those of the form
         known["facts"] = given.facts
     return Shifted(problem.having(**known), given)
 
@@ -380,22 +380,22 @@ def standard_form(given: Problem) -> StandardForm:
 
 
 def with_infinity(problem: Problem, infinity: float) -> Problem:
-    """Return the problem without bounds of at least that size and, for a program,
+    """Return the problem without bounds of at least that size and, for a block form,
     without such sides of rows.
 
     Raises ProblemError for a lower bound of at least `infinity`, or an upper bound of
     at most minus that.
     """
     origin, before, kept = problem.origin, conditions_of(problem), np.arange(problem.n)
-    if (own := problem.program_origin) is not None and (
-        program := own.program(before)
-    ) is not None:
-        changed, first = program.with_infinity(infinity), problem.n - own.ranges
+    form = problem.block_form
+    blocks = None if form is None else form.blocks(before)
+    if form is not None and blocks is not None:
+        changed, first = blocks.with_infinity(infinity), problem.n - form.ranges
         after = changed.conditions()
         kept = np.append(
-            kept[:first], first + np.flatnonzero(changed.ranges[program.ranges])
+            kept[:first], first + np.flatnonzero(changed.ranges[blocks.ranges])
         )
-        origin = replace(own, ranges=kept.size - first)
+        origin = form.with_ranges(kept.size - first)
     else:
         low, high = as_intervals(
             ("lower", "upper"), before.lower, before.upper, problem.n, infinity=infinity

@@ -68,10 +68,25 @@ class Answer:
 
     statement: str = ""  # a sentence that the answer begins or ends with
     exact: Any = None  # the same in fractions, if the solution is proved
+    # What is proved, in a word that may say more than the status of the problem.
+    word: str | None = None
+    # How long it took to find, beside the time of the run, if that is worth saying.
+    seconds: float | None = None
+
+    @property
+    def headline(self) -> str:
+        """Return what the line on a result that is solved says of the answer; "" for
+        nothing."""
+        return ""
 
     def lines(self) -> list[str]:
         """Return lines of text, the statement among them."""
         return [self.statement] if self.statement else []
+
+    def compared_lines(self) -> list[str]:
+        """Return lines of text where results are compared, without a line on each of
+        them."""
+        return self.lines()
 
     def tables(self, *, whole: bool = True) -> list[Any]:  # noqa: ARG002
         """Return tables, each a `report.document.Table`. whole : whether they may be
@@ -98,7 +113,7 @@ class Formulation:
     """What a problem was made from, kept with it as `Problem.origin`.
 
     To add one, derive a class from this one and add its row to the table. The package
-    calls no methods but these. A class has to define `of_fields`, `data` and `parse`,
+    calls nothing but these. A class has to define `of_fields`, `data` and `parse`,
     which make problems from files and keep them in files; the others have defaults,
     which treat the problem as one that was given by M and q.
 
@@ -114,6 +129,7 @@ class Formulation:
     On the way:
         bounds       of z, for those that are given with an option
         proposed     a point that a method of its own reaches
+        block_form   the fact where rows, multipliers and an objective are
 
     The way back:
         answer       what a result means: an `Answer`, for text, CSV and JSON
@@ -136,16 +152,19 @@ class Formulation:
     # object leave out.
     form: ClassVar[str] = "the format keeps only"
     left_out: ClassVar[Sequence[str]] = ()
+    # What to do instead of giving bounds of z beside a file; "" if these are taken.
+    hint_for_bounds: ClassVar[str] = ""
     # Whether it is nothing but names, and whether it is worth saying of an answer that
     # the problem has others.
     is_names_alone: ClassVar[bool] = False
     counts_solutions: ClassVar[bool] = False
 
-    def beside(self, name: str) -> Any:
+    @classmethod
+    def beside(cls, name: str) -> Any:
         """Return a module in the folder of this class, which is loaded on first use: as
         for the way back, of which reading a file has no need."""
         with imports:
-            return import_module(f"{type(self).__module__.rpartition('.')[0]}.{name}")
+            return import_module(f"{cls.__module__.rpartition('.')[0]}.{name}")
 
     @classmethod
     def of_fields(cls, fields: Mapping[str, Any]) -> Any:
@@ -160,6 +179,13 @@ class Formulation:
     def parse(cls, data: Mapping[str, Any]) -> Any:  # noqa: ARG003
         """Return the object with this data, or raise ProblemError."""
         raise ProblemError("kind", f"is {quoted(cls.kind)}", "leave origin out")
+
+    @property
+    def block_form(self) -> Any:
+        """Return the object as a `model.block_form.BlockForm` if its conditions are the
+        optimality conditions of an objective x'Qx / 2 + c'x, with Q symmetric, which
+        algorithms make use of; else None."""
+        return None
 
     def fits(self, given: Conditions) -> bool:  # noqa: ARG002
         """Return whether the problem may be made from this object."""

@@ -8,7 +8,7 @@ lcpcli.formulations. numpy is not loaded, so that shell completion responds at o
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -26,13 +26,17 @@ class FileForm(NamedTuple):
     """A format of files that only this formulation has.
 
     module : in its folder, a `files.formats.Format`. beginning : what such a file
-    begins with, by which it is recognized whatever its suffix; b"" if nothing. beside :
-    as in `files.formats.Kind`.
+    begins with, by which it is recognized whatever its suffix; b"" if nothing. pattern
+    : the same as a regular expression, for a suffix that is unknown. beside : as in
+    `files.formats.Kind`.
+    is_written : whether problems are written too, in decimals of any number of digits.
     """
 
     module: str
     beginning: bytes = b""
     beside: tuple[str, ...] = ()
+    pattern: bytes = b""
+    is_written: bool = False
 
 
 class Row(NamedTuple):
@@ -50,6 +54,9 @@ class Row(NamedTuple):
     files : its own formats, by suffix.
     words : words of the command line, each with the module whose function `run` is then
         called with the first word and the words behind it, and returns the exit code.
+    matrices : those of all its keys whose values may be sparse matrices.
+    hint : what to give where such a file is asked for.
+    page : of help.
     """
 
     home: str
@@ -60,22 +67,52 @@ class Row(NamedTuple):
     files: Mapping[str, FileForm] = {}
     others: tuple[str, ...] = ()
     words: Mapping[str, str] = {}
+    matrices: tuple[str, ...] = ()
+    hint: str = ""
+    page: str = "development"
 
-    def is_told_by(self, keys: Collection[str]) -> bool:
-        return any(
-            all((key[1:] not in keys) if key[0] == "!" else key in keys for key in own)
-            for own in map(str.split, self.tells)
+    @property
+    def word(self) -> str:
+        """Return the noun without its article."""
+        return self.noun.partition(" ")[2]
+
+    def told_by(self, keys: Collection[str]) -> int:
+        """Return by how many of these keys it is known; 0 if it is not."""
+        return max(
+            (len(own) for own in map(str.split, self.tells) if _have(keys, own)),
+            default=0,
         )
 
 
+def _have(keys: Collection[str], told: Sequence[str]) -> bool:
+    return all((key[1:] not in keys) if key[0] == "!" else key in keys for key in told)
+
+
+MPS = FileForm(
+    "mps_format",
+    pattern=rb"(?mi)(?:\*[^\n]*\n|\s*\n)*(?:NAME|ROWS|OBJSENSE)\b[^;,{\n]*\r?\n"
+    rb"(?s:.){0,1000}?^\s*N\s+\S",
+    is_written=True,
+)
 # By the words for them in files, under the key kind of origin.
 TABLE = {
-    "contact": Row(
-        "lcpcli.formulations.contact",
-        "friction:Contact",
-        "contact with friction",
-        ("findex", "W !Q !P !c"),
-        others=("b", "lo", "hi", "q", "mu", "dimension", "facets"),
+    "qp": Row(
+        "lcpcli.formulations.quadratic_program",
+        "program:Program",
+        "a program",
+        (
+            *("Q", "c", "P", "G", "h", "row_lower", "row_upper"),
+            *("H", "Aeq", "beq", "A_eq", "b_eq", "A_ub", "b_ub"),
+            *("A q b", "A q l", "A q u"),
+        ),
+        files={".mps": MPS, ".qps": MPS, ".lp": FileForm("mps_format")},
+        others=(
+            *("rows", "lower", "upper", "free", "columns", "sense", "constant"),
+            *("lb", "ub", "f", *TEXTS),
+        ),
+        matrices=("Q", "P", "A", "G"),
+        hint="give Q and c, or an MPS file",
+        page="programs",
     ),
     "nl": Row(
         "lcpcli.formulations.nonlinear_model",
@@ -83,6 +120,16 @@ TABLE = {
         "a model",
         files={".nl": FileForm("nl_format", beside=(".sol", ".row", ".col"))},
         words={"-AMPL": "ampl"},
+        page="models",
+    ),
+    "contact": Row(
+        "lcpcli.formulations.contact",
+        "friction:Contact",
+        "contact with friction",
+        ("findex", "W !Q !P !c"),
+        others=("b", "lo", "hi", "q", "mu", "dimension", "facets"),
+        matrices=("A", "W"),
+        page="contact",
     ),
     "efg": Row(
         "lcpcli.formulations.game_tree",
@@ -91,12 +138,15 @@ TABLE = {
         ("efg",),
         ("efg",),
         {".efg": FileForm("efg_format", b"EFG ")},
+        page="games",
     ),
     "avi": Row(
         "lcpcli.formulations.variational_inequality",
         "inequality:Inequality",
         "a variational inequality",
         ("H h !f !q",),
+        matrices=("H",),
+        page="equilibria",
     ),
     "lsq": Row(
         "lcpcli.formulations.least_squares",
@@ -104,6 +154,8 @@ TABLE = {
         "a least-squares problem",
         ("A b lsq",),
         others=("lower", "upper", "E", "d", "columns"),
+        matrices=("A", "E"),
+        page="fits",
     ),
     "players": Row(
         "lcpcli.formulations.players",
@@ -112,6 +164,8 @@ TABLE = {
         ("sizes H c",),
         ("owner", "shared"),
         others=("owner", "shared"),
+        matrices=("H", "A"),
+        page="equilibria",
     ),
 }
 
@@ -130,17 +184,23 @@ def row_of(kind: str) -> Row:
 
 
 def told_by(keys: Collection[str]) -> str:
-    """Return the kind of the formulation that has these keys in a file; "" if there is
-    none, as for a problem that is given by M."""
-    if "M" in keys:
-        return ""
-    return next((kind for kind in kinds() if row_of(kind).is_told_by(keys)), "")
+    """Return the kind of the formulation that has these keys in a file, that with the
+    most of them to tell by; "" if there is none, as for a problem that is given by
+    M."""
+    return told_in_table(keys) or _told_among(_others(), keys)
 
 
 def told_in_table(keys: Collection[str]) -> str:
     """Return the same by the table alone, without a look at other packages."""
-    own = (kind for kind, row in TABLE.items() if row.is_told_by(keys))
-    return next(own, "")
+    return _told_among(TABLE, keys)
+
+
+def _told_among(kinds: Iterable[str], keys: Collection[str]) -> str:
+    if "M" in keys:
+        return ""
+    told = {kind: row_of(kind).told_by(keys) for kind in kinds}
+    best = max(told.values(), default=0)
+    return next((kind for kind, number in told.items() if best and number == best), "")
 
 
 FILES = {suffix: row for row in TABLE.values() for suffix in row.files}
@@ -156,12 +216,17 @@ KEYS = {
     for key in own.split()
     if key[0] != "!"
 }
+MATRICES = tuple(dict.fromkeys(key for row in TABLE.values() for key in row.matrices))
 
 
 def kinds() -> Iterator[str]:
     """Yield the kinds in the table, then those of other packages."""
     yield from [*TABLE]
-    yield from sorted(_added() - {*TABLE})
+    yield from _others()
+
+
+def _others() -> list[str]:
+    return sorted(_added() - {*TABLE})
 
 
 def _added() -> set[str]:

@@ -37,7 +37,6 @@ from lcpcli.model.formulation import (
     named,
     names_of,
 )
-from lcpcli.model.program import Program
 from lcpcli.typing import Vector
 
 GAME_KEYS = ("kind", "A", "B", "rows", "columns", "players")
@@ -306,7 +305,7 @@ def _listed(payoffs: Vector, exact: Payoffs | None) -> list[list[float | str]]:
     return rows
 
 
-OLD: dict[str, type[Formulation]] = {"qp": Program, "game": Game}
+OLD: dict[str, type[Formulation]] = {"game": Game}
 
 
 def origin_of(given: Any, names: Sequence[str], problem: Conditions) -> Formulation:
@@ -333,7 +332,8 @@ def _parsed(given: Any) -> Formulation:
         raise ProblemError(
             "origin", f"is {kind(given)}", "give an object with the key kind"
         )
-    known = ", ".join([*OLD, *formulations.ORIGINS])
+    first, *others = formulations.ORIGINS
+    known = ", ".join([first, *OLD, *others])
     if "kind" not in given:
         raise ProblemError("origin.kind", IS_MISSING, f"add one of {known}")
     name = given["kind"]

@@ -30,9 +30,9 @@ from lcpcli.model.box import LEAST_FAR, ORTHANT, Box, Reference, bounds_of, refe
 from lcpcli.typing import BoundLike, Matrix, Vector, VectorLike
 
 if TYPE_CHECKING:
+    from lcpcli.model.block_form import BlockForm
     from lcpcli.model.far_sides import FarSides
     from lcpcli.model.formulation import Conditions, Formulation
-    from lcpcli.model.program import Program
     from lcpcli.model.rounded_rows import RoundedRows
 
 # Fields that are no data.
@@ -48,18 +48,18 @@ VERDICTS, WITHOUT_SOLUTION = (
 
 
 class Facts:
-    """Facts about the M of a problem, or of the conditions of a program, each computed
-    when it is first asked for. All problems with this M and origin share them, whatever
+    """Facts about the M of a problem, or of its block form, each computed when it is
+    first asked for. All problems with this M and origin share them, whatever
     their q and bounds are, and each fact is the same whichever asks first.
 
-    kind : for a program, what is proved of every solution of its conditions (see
-        `minimum.kind_of_solutions`); None before that is asked.
+    kind : what a formulation has found of every solution of its conditions; None before
+        that is asked.
     """
 
     kind: Any = None
 
-    def __init__(self, M: Matrix, program: Program | None) -> None:
-        self._M, self._program = M, program
+    def __init__(self, M: Matrix, form: BlockForm | None) -> None:
+        self._M, self._form = M, form
 
     @cached_property
     def row_maxima(self) -> Vector:
@@ -80,19 +80,19 @@ class Facts:
 
     @cached_property
     def signs(self) -> Vector | None:
-        """Return S = +-1 with S M symmetric, as for programs; None if there is none, or
-        M is dense."""
+        """Return S = +-1 with S M symmetric, as for block forms; None if there is none,
+        or M is dense."""
         if not is_sparse(self._M):
             return None
-        if self._program is not None:
-            return self._program.signs(self._M.shape[0])
+        if self._form is not None:
+            return self._form.signs(self._M.shape[0])
         with imports:
             from lcpcli.linalg.patterns import signs
         return signs(self._M)
 
     @cached_property
     def units(self) -> Units:
-        return units(self._M, None if self._program is None else self.signs)
+        return units(self._M, None if self._form is None else self.signs)
 
 
 @dataclass(frozen=True, eq=False, init=False, repr=False)
@@ -248,8 +248,8 @@ class Problem:
             with imports:
                 from lcpcli.model.origins import origin_of
             fields["origin"] = origin_of(origin, names, conditions_of(self))
-            if self.program_origin is not None:
-                fields["M"] = own_matrix(self.program_origin.symmetric(matrix))
+            if self.block_form is not None:
+                fields["M"] = own_matrix(self.block_form.symmetric(matrix))
         if verdict and verdict not in VERDICTS:
             raise ProblemError(
                 "verdict",
@@ -318,7 +318,7 @@ class Problem:
     @cached_property
     def facts(self) -> Facts:
         """Return the facts about M, which all problems with this M share."""
-        return Facts(self.M, None if self.origin is None else self.program_origin)
+        return Facts(self.M, self.block_form)
 
     @property
     def formulation(self) -> Formulation:
@@ -333,11 +333,11 @@ class Problem:
     def signs(self) -> Vector | None:
         return self.facts.signs
 
-    @cached_property
-    def program_origin(self) -> Program | None:
-        with imports:
-            from lcpcli.model.program import Program
-        return self.origin if isinstance(self.origin, Program) else None
+    @property
+    def block_form(self) -> BlockForm | None:
+        """Return where rows, multipliers and an objective are, if the problem has the
+        conditions of one."""
+        return None if self.origin is None else self.origin.block_form
 
     @property
     def start(self) -> Vector:
@@ -359,9 +359,9 @@ class Problem:
         with imports:
             from lcpcli.model.far_sides import far_sides
         _, q, low, high = conditions_of(self)
-        program = self.program_origin
-        if program is not None:
-            y = slice(program.variables, self.n - program.ranges)
+        form = self.block_form
+        if form is not None:
+            y = slice(form.variables, self.n - form.ranges)
             return far_sides(q, low, high, y)
         # How large z is without bounds.
         is_used = self.row_maxima > 0
@@ -372,13 +372,13 @@ class Problem:
     def rounded_rows(self) -> RoundedRows | None:
         """Return the rows without entries whose sides are rounding of 0, so that there
         is no solution as the numbers stand; None if there are none."""
-        program = self.program_origin
-        has_ranges = program is not None and program.ranges > 0
+        form = self.block_form
+        has_ranges = form is not None and form.ranges > 0
         if not has_ranges and np.count_nonzero(self.row_maxima) == self.n:
             return None
         with imports:
             from lcpcli.model.rounded_rows import rounded_rows
-        return rounded_rows(conditions_of(self), self.row_maxima, program, self.names)
+        return rounded_rows(conditions_of(self), self.row_maxima, form, self.names)
 
     @property
     def has_small_integers(self) -> bool:

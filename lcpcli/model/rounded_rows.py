@@ -22,8 +22,8 @@ import numpy as np
 from lcpcli.errors import listed
 from lcpcli.linalg.doubles import EPS
 from lcpcli.linalg.matrices import dense
+from lcpcli.model.block_form import BlockForm
 from lcpcli.model.formulation import Conditions
-from lcpcli.model.program import Program
 from lcpcli.typing import Indices, Mask, Vector
 
 # Relative to the median of the sides of other rows.
@@ -73,11 +73,11 @@ class _Rows(NamedTuple):
 
 
 def rounded_rows(
-    data: Conditions, maxima: Vector, program: Program | None, names: Sequence[str]
+    data: Conditions, maxima: Vector, form: BlockForm | None, names: Sequence[str]
 ) -> RoundedRows | None:
     """Return the rows without entries whose sides are rounding of 0; None if there are
     none. maxima : the largest |M_ij| of each row. names : of the unknowns."""
-    own = _rows(data, maxima, program)
+    own = _rows(data, maxima, form)
     sides = np.where(own.lower > 0, own.lower, np.where(own.upper < 0, own.upper, 0.0))
     is_rounded = own.is_empty & (sides != 0)
     for is_kind in (own.is_equation, ~own.is_equation):
@@ -108,11 +108,11 @@ def _size(own: _Rows, others: Mask) -> float:
     return float(sizes[(sizes.size - 1) // 2]) if sizes.size else 0.0
 
 
-def _rows(data: Conditions, maxima: Vector, program: Program | None) -> _Rows:
+def _rows(data: Conditions, maxima: Vector, form: BlockForm | None) -> _Rows:
     M, q, low, high = data
     first, end = 0, q.size
-    if program is not None:
-        first, end = program.variables, q.size - program.ranges
+    if form is not None:
+        first, end = form.variables, q.size - form.ranges
     indices = np.arange(first, end)
     is_equation = (low == -np.inf) & (high == np.inf)
     # Of w = M z + q: where z_i may be as large as it likes, and as small.

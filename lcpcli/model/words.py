@@ -206,11 +206,12 @@ def component(problem: Problem, name: str, z: Vector) -> Vector:
 
 
 def reversed_names(problem: Problem) -> set[int]:
-    """Return the components whose names have the other sign: multipliers of a program
-    to be maximized."""
-    # As programs have them.
-    reversed_ones = getattr(problem.origin, "reversed", lambda _: ())(problem.n)
-    return {i for i in reversed_ones if problem.names[i]}
+    """Return the components whose names have the other sign: multipliers of an
+    objective to be maximized."""
+    form = problem.block_form
+    if form is None:
+        return set()
+    return {i for i in form.reversed(problem.n) if problem.names[i]}
 
 
 def in_own_sense(problem: Problem, values: Sequence[Any]) -> list[Any]:

@@ -32,8 +32,8 @@ from lcpcli.errors import ParameterError, missing
 from lcpcli.linalg import krylov
 from lcpcli.linalg.matrices import is_sparse, is_symmetric
 from lcpcli.linalg.programs import convex_minimum, highs_with
+from lcpcli.model.block_form import Blocks
 from lcpcli.model.problem import Problem, conditions_of
-from lcpcli.model.program import Program, ProgramData
 from lcpcli.peers.registry import Claim
 from lcpcli.typing import Matrix
 
@@ -44,7 +44,7 @@ MOST_CONVERTED = 2000
 
 
 def not_convex(problem: Problem) -> str:
-    if isinstance(problem.origin, Program):
+    if problem.block_form is not None:
         return "" if is_monotone(problem) else "needs a convex program"
     return (
         ""
@@ -55,20 +55,18 @@ def not_convex(problem: Problem) -> str:
 
 def is_monotone(problem: Problem) -> bool:
     return krylov.is_semidefinite(
-        problem.M if not isinstance(problem.origin, Program) else program_of(problem).Q
+        problem.M if problem.block_form is None else program_of(problem).Q
     )
 
 
-def program_of(problem: Problem, infinite: float = np.inf) -> ProgramData:
+def program_of(problem: Problem, infinite: float = np.inf) -> Blocks:
     """Return the program, to be minimized, with a solver's own infinity; without rows
     if the problem has no program."""
-    given = conditions_of(problem)
-    data = (
-        problem.origin.program(given) if isinstance(problem.origin, Program) else None
-    )
+    given, form = conditions_of(problem), problem.block_form
+    data = None if form is None else form.blocks(given)
     if data is None:
         none = np.zeros(0)
-        data = ProgramData(
+        data = Blocks(
             problem.M, problem.q, problem.M[:0], none, none, given.lower, given.upper
         )
     ends = {
@@ -160,8 +158,9 @@ class PackageSolver:
         )
         seconds = own[0] if own else clock.seconds() - began
         z = None if x is None else np.array(x)
-        if z is not None and y is not None and isinstance(problem.origin, Program):
-            z = problem.origin.z_of(z, np.array(y), program_of(problem))
+        form = problem.block_form
+        if z is not None and y is not None and form is not None:
+            z = form.z_of(z, np.array(y), program_of(problem))
         return Claim(z, solved, seconds, statement)
 
 
@@ -191,7 +190,7 @@ def quantecon(optimize: Any, problem: Problem, *_: Any) -> Ending:
 
 @partial(PackageSolver, "clarabel", refusals=(not_sparse, not_convex))
 def clarabel(
-    clarabel: Any, _: Problem, program: ProgramData, tol: float, time_limit: float
+    clarabel: Any, _: Problem, program: Blocks, tol: float, time_limit: float
 ) -> Ending:
     """Run Clarabel: P. J. Goulart and Y. Chen, Clarabel: an interior-point solver for
     conic programs with quadratic objectives, arXiv:2405.12762 (2024).
@@ -263,7 +262,7 @@ ENDINGS_OF_DAQP += "initial working set overdetermined, time limit"
     prepare=partial(program_of, infinite=INFINITE_TO_DAQP),
 )
 def daqp(
-    daqp: Any, _: Problem, program: ProgramData, tol: float, time_limit: float
+    daqp: Any, _: Problem, program: Blocks, tol: float, time_limit: float
 ) -> Ending:
     """Run DAQP: D. Arnström, A. Bemporad and D. Axehill, A dual active-set solver for
     embedded quadratic programming using recursive LDL' updates, IEEE Trans. Automat.
@@ -295,7 +294,7 @@ def daqp(
 
 @partial(PackageSolver, "highspy", refusals=(not_sparse, not_convex))
 def highs(
-    highspy: Any, _: Problem, program: ProgramData, tol: float, time_limit: float
+    highspy: Any, _: Problem, program: Blocks, tol: float, time_limit: float
 ) -> Ending:
     """Run HiGHS, the simplex method for linear and an active-set method for convex
     quadratic programs: Q. Huangfu and J. A. J. Hall, Parallelizing the dual revised
@@ -339,7 +338,7 @@ def highs(
 
 @partial(PackageSolver, "osqp", refusals=(not_sparse, not_convex))
 def osqp(
-    osqp: Any, _: Problem, program: ProgramData, tol: float, time_limit: float
+    osqp: Any, _: Problem, program: Blocks, tol: float, time_limit: float
 ) -> Ending:
     """Run OSQP: B. Stellato, G. Banjac, P. Goulart, A. Bemporad and S. Boyd, OSQP: an
     operator splitting solver for quadratic programs, Math. Program. Comput. 12 (2020)
@@ -383,9 +382,7 @@ def osqp(
 
 
 @partial(PackageSolver, "piqp", refusals=(not_convex,))
-def piqp(
-    _: Any, problem: Problem, program: ProgramData, tol: float, __: float
-) -> Ending:
+def piqp(_: Any, problem: Problem, program: Blocks, tol: float, __: float) -> Ending:
     """Run PIQP as `minimized` does, which has no time limit, but stops after 250
     iterations."""
     stored, y = (
@@ -439,7 +436,7 @@ os.write(output, json.dumps([x, y, time.perf_counter() - began]).encode())
     ),
 )
 def gambit(
-    _: Any, problem: Problem, __: ProgramData, ___: float, time_limit: float
+    _: Any, problem: Problem, __: Blocks, ___: float, time_limit: float
 ) -> Ending:
     m, M = _strategies(problem), dense(problem.M)
     R, C = M[:m, m:], M[m:, :m].T

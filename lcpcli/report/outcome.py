@@ -125,7 +125,7 @@ def verdict(result: Result) -> str:
     """Return a line on how the run ended, and by which methods, unless it is on the
     problem alone."""
     if result.solved:
-        said = [*wording.objective(result), *_about_objective(result)]
+        said = [*wording.headline(result), *_about_objective(result)]
         objective = "".join(f"; {words}" for words in said)
         others = (
             UNSOLVABLE
@@ -177,8 +177,9 @@ def facts(
         "iterations": result.solve_seconds,
         "verification": result.verify_seconds,
     }
-    if hasattr(result.answer, "seconds"):
-        parts["conclusions"] = result.answer.seconds
+    of_answer = getattr(result.answer, "seconds", None)
+    if of_answer is not None:
+        parts["conclusions"] = of_answer
     times = ", ".join(f"{part} {duration(seconds)}" for part, seconds in parts.items())
     lines = (
         [times]

@@ -17,9 +17,9 @@ import numpy as np
 from lcpcli.errors import count, visible
 from lcpcli.files.contents import NO_SOURCE
 from lcpcli.interrupts import in_time
+from lcpcli.model.block_form import Blocks
 from lcpcli.model.box import BASIC, LOWER, UPPER, WORDS
 from lcpcli.model.problem import Problem, conditions_of
-from lcpcli.model.program import SENSES, Program, ProgramData
 from lcpcli.parametric.path import INFEASIBLE, REACHED, TURN, Path, StateChange
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import shortest_decimal
@@ -55,10 +55,9 @@ def changes(path: Path) -> list[list[StateChange]]:
 def notes_on(path: Path, names: Sequence[str], most: float) -> list[str]:
     """Return for each breakpoint what happens there: which variables enter and leave
     the basis, a jump to it, a turn at it, and the end."""
-    problem, reversed_ones = path.problem, range(0)
+    problem, form = path.problem, path.problem.block_form
     # Multipliers of a maximization are shown with the other sign.
-    if isinstance(problem.origin, Program):
-        reversed_ones = problem.origin.reversed(problem.n)
+    reversed_ones = range(0) if form is None else form.reversed(problem.n)
     words = {
         word: f"to {word}" if problem.is_mixed else "leaves" for word in WORDS.values()
     } | {WORDS[BASIC]: "enters"}
@@ -120,26 +119,23 @@ class Moving(NamedTuple):
 
 class Ends:
     """The two problems of a path, with the names by which they are reported, and the
-    program behind both, if there is one."""
+    block form of both, if they have one."""
 
     def __init__(self, *ends: Problem) -> None:
-        self._ends, self._programs = (
-            ends,
-            [each.origin for each in ends if isinstance(each.origin, Program)],
-        )
-        kinds = {(each.sense, each.variables, each.ranges) for each in self._programs}
-        self.program = (
-            self._programs[0] if len(self._programs) == 2 and len(kinds) == 1 else None
-        )
+        forms = (each.block_form for each in ends)
+        self._ends, self._forms = ends, [form for form in forms if form is not None]
+        kinds = {(each.sign, each.variables, each.ranges) for each in self._forms}
+        is_one = len(self._forms) == 2 and len(kinds) == 1
+        self.form = self._forms[0] if is_one else None
 
     def names(self, most: float = math.inf) -> list[str]:
         """Return the names of the components of z by `short_names`; those of a
         program's multipliers begin with y."""
-        if self.program is None:
+        if self.form is None:
             return wording.headings(self._ends[0], most)
         (data, _), rows = (
             self._data,
-            self.program.rows or [""] * (self._ends[0].n - self.program.variables),
+            self.form.rows or [""] * (self._ends[0].n - self.form.variables),
         )
         rows = rows[: data.row_lower.size]
         sides = [rows[i] for i in np.flatnonzero(data.ranges)]
@@ -148,7 +144,7 @@ class Ends:
             for letter, own in (("y", rows), ("s", sides))
         )
         columns = wording.short_names(
-            self.program.columns or [""] * self.program.variables, most, "x"
+            self.form.columns or [""] * self.form.variables, most, "x"
         )
         return [
             *columns,
@@ -157,9 +153,9 @@ class Ends:
         ]
 
     @cached_property
-    def _data(self) -> tuple[ProgramData, ProgramData]:
-        assert self.program is not None
-        first, last = (self.program.program(conditions_of(each)) for each in self._ends)
+    def _data(self) -> tuple[Blocks, Blocks]:
+        assert self.form is not None
+        first, last = (self.form.blocks(conditions_of(each)) for each in self._ends)
         assert first is not None
         assert last is not None
         return first, last
@@ -196,7 +192,7 @@ class Terms(Ends):
     def values(self, z: Sequence[Any]) -> Sequence[Any]:
         """Return z, of a program x, y and s, with the multipliers y in its own
         sense."""
-        turned = range(0) if self.program is None else self.program.reversed(len(z))
+        turned = range(0) if self.form is None else self.form.reversed(len(z))
         return (
             [0 - value if i in turned else value for i, value in enumerate(z)]
             if turned
@@ -206,25 +202,17 @@ class Terms(Ends):
     def objective(self, t: Any, z: Sequence[Any]) -> Any:
         """Return the objective of the program at t, in its own sense and with its
         constant."""
-        assert self.program is not None
+        assert self.form is not None
         share = self._share(t)
         if isinstance(t, Fraction) and self._exact:
-            from lcpcli.enumeration.search import objective
+            from lcpcli.enumeration.meaning import meaning_of
 
-            ends: list[Any] = [
-                objective(*end, z)
-                for end in zip(self._exact, self._programs, strict=True)
-            ]
+            ends: list[Any] = [meaning_of(end).objective(z) for end in self._exact]
         else:
-            share, x, sign = (
-                float(share),
-                np.array(self.program.parts(z)[0], dtype=float),
-                SENSES[self.program.sense],
-            )
-            both = zip(self._data, self._programs, strict=True)
-            ends = [
-                sign * data.objective(x) + program.constant for data, program in both
-            ]
+            share = float(share)
+            x = np.array(self.form.parts(z)[0], dtype=float)
+            both = zip(self._forms, self._data, strict=True)
+            ends = [form.objective(blocks, x) for form, blocks in both]
         return (1 - share) * ends[0] + share * ends[1]
 
     @cached_property
@@ -244,7 +232,7 @@ class Terms(Ends):
 
     @property
     def is_quadratic(self) -> bool:
-        return self.program is not None and bool((self._data[0].Q != 0).sum())
+        return self.form is not None and bool((self._data[0].Q != 0).sum())
 
     @cached_property
     def moving(self) -> Moving | None:
@@ -271,9 +259,9 @@ class Terms(Ends):
     def _differences(self) -> Iterator[Moving]:
         """Yield the numbers that differ; both sides of an equation are one."""
         ends: Sequence[Any] = (
-            self._data if self.program else [conditions_of(each) for each in self._ends]
+            self._data if self.form else [conditions_of(each) for each in self._ends]
         )
-        if self.program is None:
+        if self.form is None:
             names = [f"q {name}" if name else "" for name in self.path.problem.names]
             yield from _moving(
                 wording.short_names(names, math.inf, "q"),
@@ -284,18 +272,16 @@ class Terms(Ends):
             yield from _moving(
                 self.names(),
                 "c",
-                *(SENSES[self.program.sense] * each.c for each in ends),
+                *(self.form.sign * each.c for each in ends),
             )
         for key in ("lower", "upper"):
             yield from _moving(
                 self.names(), key, *(getattr(each, key) for each in ends)
             )
-        if self.program is None:
+        if self.form is None:
             return
         one, two = self._data
-        rows = self.program.rows or [
-            f"row {i}" for i in range(1, one.row_lower.size + 1)
-        ]
+        rows = self.form.rows or [f"row {i}" for i in range(1, one.row_lower.size + 1)]
         equal = (one.row_lower == one.row_upper) & (two.row_lower == two.row_upper)
         yield from _moving(rows, "row", one.row_lower, two.row_lower, equal)
         for key in ("row_lower", "row_upper"):
@@ -346,17 +332,17 @@ def data(path: Path, at: At = (), files: Sequence[str] = ()) -> dict[str, Any]:
 
 
 def _answer(terms: Terms, points: Points) -> dict[str, Any] | None:
-    if (program := terms.program) is None:
+    if (form := terms.form) is None:
         return None
-    parts = [program.parts(terms.values(z)) for z in points.z]
+    parts = [form.parts(terms.values(z)) for z in points.z]
     vectors = {"x": [x for x, _ in parts], "y": [y for _, y in parts]}
     values = {"objective": list(map(terms.objective, points.t, points.z))}
     return {
-        "kind": "qp",
+        "kind": form.kind,
         **vectors,
         **values,
-        "rows": list(program.rows),
-        "columns": list(program.columns),
+        "rows": list(form.rows),
+        "columns": list(form.columns),
     }
 
 
@@ -374,7 +360,7 @@ def rows(
 
     def row(number: Any, note: str, t: Any, z: Any, w: Any) -> list[Any]:
         moved = [terms.moved(t)] if terms.moving else []
-        value = [terms.objective(t, z)] if terms.program else []
+        value = [terms.objective(t, z)] if terms.form else []
         vectors = (
             result_formats.plain(chosen(vector)) for vector in (terms.values(z), w)
         )
@@ -402,7 +388,7 @@ def rows(
         for k, each in enumerate(zip(notes, *terms.points, strict=True), 1)
     )
     others = (row("", "", *point) for point in zip(*terms.at_all(at), strict=True))
-    header += ["objective"] * bool(terms.program)
+    header += ["objective"] * bool(terms.form)
     return chain([header], in_time(breakpoints), others), [title(path), verdict(path)]
 
 
@@ -469,9 +455,9 @@ def _columns(
     out: t, the number that moves, what changes, as many components of z (x and y of a
     program) as the width has room for, w if there is room for all, and the objective of
     a program. chosen : as names for `build`."""
-    path, program, moving, most = (
+    path, blocks, moving, most = (
         terms.path,
-        terms.program,
+        terms.form,
         terms.moving,
         tables.longest(form),
     )
@@ -504,7 +490,7 @@ def _columns(
         )
     if moving is None or moving[2:] != tuple(map(float, ends)):
         before.insert(0, column("t", points.t, float(max(map(abs, ends)))))
-    if program:
+    if blocks:
         after.append(column("objective", map(terms.objective, points.t, points.z)))
     if chosen:
         return [
@@ -518,13 +504,13 @@ def _columns(
             map(len, notes), default=0
         )
         room = width - others + tables.OTHER_COLUMNS
-    counts = [n] if program is None else [n - program.ranges, program.variables]
+    counts = [n] if blocks is None else [n - blocks.ranges, blocks.variables]
     own = next(
         (k for k in counts if tables.shown_components(k, room) is None), counts[-1]
     )
     shown = of_places(tables.with_gap(own, tables.shown_components(own, room)))
     # w is rounded as its terms are.
-    if program is None and tables.shown_components(2 * n, room) is None:
+    if blocks is None and tables.shown_components(2 * n, room) is None:
         shown += [
             column(f"w{i + 1}", (w[i] for w in points.w), max(of_w)) for i in range(n)
         ]

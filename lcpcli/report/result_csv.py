@@ -13,12 +13,10 @@ import numpy as np
 from lcpcli.games.behavior import Strategies
 from lcpcli.model.formulation import Answer
 from lcpcli.model.origins import Game
-from lcpcli.model.program import Program
 from lcpcli.report import columns, wording
 from lcpcli.report.tables import reached
 from lcpcli.solving.result import Result
 
-PROGRAM_COLUMNS = ("part", "value", "bound_multiplier", "activity", "slack")
 ITERATES = "iterates, "
 OPENING = f"# {ITERATES}"  # by which a file is recognised as a trace
 
@@ -34,20 +32,17 @@ def answers(
     results: Sequence[Result], compared: bool, shown: Sequence[str] = ()
 ) -> Rows:
     """Return the answers: component, z, w (fractions if proved), the state if a problem
-    has bounds, and the names of components and their meaning for programs and games;
+    has bounds, and the names of components and their meaning;
     compared results have problem and method first. shown : the names of the unknowns
     that have a row, as for `wording.places`."""
     origins = [result.problem.origin for result in results]
-    programs, games = (
-        any(isinstance(own, kinds) for own in origins) for kinds in (Program, Game)
-    )
+    games = any(isinstance(own, Game) for own in origins)
     parts = [
         *[STATES] * any(result.problem.bounds for result in results),
         *[(("name",), _names)]
         * (games or any(any(result.problem.names) for result in results)),
-        *[(PROGRAM_COLUMNS, _of_program)] * programs,
-        *[(("player", "probability", "payoff"), _of_game)] * games,
         *_of_answers(results),
+        *[(("player", "probability", "payoff"), _of_game)] * games,
     ]
     header = [
         *["problem", "method"] * compared,
@@ -71,7 +66,7 @@ def part(result: Result, source: str) -> Rows:
     """Return the rows of one of many problems, with state and name, and comments on the
     result."""
     names = [[name] for name in result.problem.names]
-    comments = [*wording.provenance([result])[1:], *wording.objective(result)]
+    comments = [*wording.provenance([result])[1:], *wording.headline(result)]
     return _rows(result, [source], [STATES, (("name",), lambda _: names)]), comments
 
 
@@ -175,28 +170,6 @@ def _names(result: Result) -> list[Cells]:
         for name in (
             wording.labels_of(result.problem) if isinstance(origin, Game) else names
         )
-    ]
-
-
-def _of_program(result: Result) -> list[Cells]:
-    """Return for each component whether it is x, y or s, its value in the program's own
-    sense, of a variable the multiplier of its bounds, and of a row its activity and its
-    slack."""
-    answer: Any = result.answer
-    if getattr(answer, "activities", None) is None:
-        return []
-    x, y = answer.x.tolist(), answer.y.tolist()
-    if answer.exact:
-        x, y = _fractions(answer.exact["x"]), _fractions(answer.exact["y"])
-    cells = [
-        ("x", *pair, "", "")
-        for pair in zip(x, answer.bound_multipliers.tolist(), strict=True)
-    ]
-    rows = zip(y, answer.activities.tolist(), answer.slacks.tolist(), strict=True)
-    cells += [("y", value, "", *own) for value, *own in rows]
-    return [
-        *cells,
-        *(("s", value, "", "", "") for value in _vectors(result)[0][len(cells) :]),
     ]
 
 

@@ -201,7 +201,7 @@ def of_result(result: Result, source: Source, form: str, layout: Layout) -> str:
     )
     status, by = (
         result.word.replace("_", " "),
-        [*result.route, *wording.objective(result)],
+        [*result.route, *wording.headline(result)],
     )
     return layout.row(str(source), n, status, wording.residual(result), seconds, k, by)
 
@@ -246,12 +246,6 @@ class _Lines(StringIO):
         return super().write(line.removesuffix(self.END) + "\n")
 
 
-# Of a program's answer
-MINIMUM = (
-    *("x", "y", "bound_multipliers", "unique_multipliers", "y_down", "y_up"),
-    *("bound_multipliers_down", "bound_multipliers_up", "activities", "slacks"),
-    *("objective", "statement", "proved", "exact", "ray", "certificate"),
-)
 # A schema for each record, whose properties are its keys, in their order.
 SCHEMAS = os.path.join(os.path.dirname(__file__), os.pardir, "schemas")
 
@@ -426,10 +420,7 @@ def _answer(result: Result) -> dict[str, Any] | None:
     if answer is None or result.problem.origin is None:
         return None
     origin = result.problem.origin.data()
-    if isinstance(answer, Answer):
-        own = plain(answer.record() or answer)
-    else:
-        own = record(MINIMUM, answer, {}) if hasattr(answer, "x") else plain(answer)
+    own = plain((isinstance(answer, Answer) and answer.record()) or answer)
     return {
         "kind": origin["kind"],
         **own,

@@ -10,18 +10,16 @@ from functools import partial
 from itertools import chain, cycle, islice
 from typing import Any, TypeAlias
 
-from lcpcli.enumeration.meaning import meaning_of
+from lcpcli.enumeration.meaning import Meaning, meaning_of
 from lcpcli.enumeration.optimum import OPTIMAL, Optimum
 from lcpcli.enumeration.pieces import Piece
 from lcpcli.enumeration.search import (
     ExactEquilibrium,
     SolutionSet,
-    objective,
 )
 from lcpcli.errors import count
 from lcpcli.files.contents import Source
 from lcpcli.linalg.doubles import LARGEST_DOUBLE
-from lcpcli.model.program import Program
 from lcpcli.model.words import in_own_sense
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import approximate, brief, rounded
@@ -37,7 +35,6 @@ from lcpcli.report.result_formats import (
 from lcpcli.report.tables import longest
 
 HEADER: tuple[str, ...] = ("piece", "kind", "number", "component", "z", "w")
-PROGRAM_COLUMNS = ("part", "value")
 # rows; typesetting more takes longer than the search for the solutions.
 MOST_LINES = 1000
 FEWEST_LINES = 20  # however wide a table is
@@ -149,28 +146,21 @@ def _pieces(
 ) -> Listing:
     """Return a row for each vertex, ray and line, z and then w; the isolated solutions
     are a group, and so is each face."""
-    data, origin = found.data, found.data.problem.origin
+    data = found.data
     if not found.pieces:  # with many unknowns, a header alone would take a while
         return Table([], []), []
-    program = origin if isinstance(origin, Program) else None
     meaning = meaning_of(data)
     names = wording.headings(data.problem, most)
     kept = wording.places(wording.labels_of(data.problem), shown_names)
     kept = meaning.shown(kept)
     header = ["piece", "", *(names[i] for i in kept), *meaning.headings(kept)]
-    header += ["objective"] * bool(program)
 
     def rows(number: int, piece: Piece) -> Iterator[list[str]]:
         for k, (kind, z, w) in enumerate(_parts(data, piece)):
-            own = (
-                [cell(objective(data, program, z)) if kind == "vertex" else ""]
-                if program
-                else []
-            )
             shown, more = meaning.row(kind, z, w, kept, cell)
             shown = in_own_sense(data.problem, shown)
             numbers = [*(cell(shown[i]) for i in kept), *more]
-            yield ["" if k else str(number), kind, *numbers, *own]
+            yield ["" if k else str(number), kind, *numbers]
 
     pieces = list(enumerate(found.pieces, 1))
     points = chain.from_iterable(rows(*each) for each in pieces if each[1].is_point)
@@ -291,24 +281,16 @@ def _record(found: SolutionSet, source: Source, exact: bool) -> dict[str, Any]:
 def _solution(
     data: ExactProblem, z: Values, each: ExactEquilibrium | None
 ) -> dict[str, Any]:
-    origin = data.problem.origin
-    value = objective(data, origin, z) if isinstance(origin, Program) else None
-    return {"z": z, "w": data.w(z), "objective": value, **_meaning(data, z, each)}
+    known = {"z": z, "w": data.w(z), "objective": None}
+    return known | _meaning(data, z, each)
 
 
 def _meaning(
     data: ExactProblem, z: Values, each: ExactEquilibrium | None
 ) -> dict[str, Any]:
-    origin = data.problem.origin
-    parts = (
-        zip("xy", origin.own_parts(z), strict=False)
-        if isinstance(origin, Program)
-        else ()
-    )
     own = {key: getattr(each, key) for key in ("row", "column", "payoffs") if each}
     own |= {"pure": each.is_pure, "index": each.index} if each else {}
-    found = {"equilibrium": own} if own else meaning_of(data).record(z)
-    return {**dict(parts), **found}
+    return {"equilibrium": own} if own else meaning_of(data).record(z)
 
 
 def _rows(
@@ -316,24 +298,24 @@ def _rows(
 ) -> tuple[Iterable[Cells], list[str]]:
     """Return the solutions as rows of CSV, with a comment; the best one as `lcp check`
     reads it. There is a line for each component of each vertex, ray and line: z and w,
-    or their changes for a direction; for a program, also whether it is x, y or s, and
-    its value in the program's own sense. For a game there is a line for each strategy
-    in each extreme equilibrium: its probability, and the expected payoff of its player.
-    shown : as names for `build`."""
+    or their changes for a direction, and what they mean. For a game there is a line for
+    each strategy in each extreme equilibrium: its probability, and the expected payoff
+    of its player. shown : as names for `build`."""
     problem, header = found.data.problem, HEADER
+    meaning = meaning_of(found.data)
     has_names = isinstance(found, Optimum) or any(problem.names)
     message = found.message(brief) if isinstance(found, Optimum) else found.message
     rows: Iterable[Cells] = ()
     if isinstance(found, Optimum):
         header = HEADER[3:]
         if found.z:
-            rows = _components(problem.origin, found.z, found.w or [], exact)
+            rows = _components(meaning, found.z, found.w or [], exact)
     elif found.equilibria is None:
         rows = (
             (number, kind, k, *cells)
             for number, piece in enumerate(found.pieces, 1)
             for k, (kind, z, w) in enumerate(_parts(found.data, piece), 1)
-            for cells in _components(problem.origin, z, w, exact)
+            for cells in _components(meaning, z, w, exact)
         )
     else:
         header = ("equilibrium", "player", "strategy", "probability", "payoff")
@@ -345,31 +327,21 @@ def _rows(
             )
             for i, probability in enumerate(plain(getattr(each, player), exact), 1)
         )
-    columns = PROGRAM_COLUMNS * isinstance(problem.origin, Program)
     named = ["name"] * has_names
     kept = set(wording.places(wording.labels_of(problem), shown))
     # The rows of each solution are in the order of the unknowns.
     lines = zip(rows, cycle(enumerate(problem.names)), strict=False)
     chosen = ((*row, *[name] * has_names) for row, (i, name) in lines if i in kept)
     comment = ": ".join(filter(None, [problem.name, message]))
-    return [(*header, *columns, *named), *chosen], [comment]
+    return [(*header, *meaning.columns, *named), *chosen], [comment]
 
 
-def _components(origin: Any, z: Values, w: Values, exact: bool) -> Iterator[Cells]:
-    """Yield for each component its number, z and w and, of a program, whether it is x,
-    y or s, and its value in the program's own sense."""
-    parts = (
-        zip("xys", origin.own_parts(z), strict=True)
-        if isinstance(origin, Program)
-        else ()
-    )
-    own: list[Cells] = [
-        (letter, value) for letter, part in parts for value in plain(part, exact)
-    ] or [()] * len(z)
-    for i, (a, b, cells) in enumerate(
-        zip(plain(z, exact), plain(w, exact), own, strict=True), 1
-    ):
-        yield i, a, b, *cells
+def _components(meaning: Meaning, z: Values, w: Values, exact: bool) -> Iterator[Cells]:
+    """Yield for each component its number, z and w, and what they mean."""
+    cells = plain(meaning.cells(z), exact)
+    numbers = zip(plain(z, exact), plain(w, exact), cells, strict=True)
+    for i, (a, b, own) in enumerate(numbers, 1):
+        yield i, a, b, *own
 
 
 def _best_record(found: Optimum, source: Source, exact: bool) -> dict[str, Any]:

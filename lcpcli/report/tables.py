@@ -14,6 +14,7 @@ import numpy as np
 
 from lcpcli.methods.quantities import X
 from lcpcli.methods.registry import ALL
+from lcpcli.model.formulation import Answer
 from lcpcli.model.problem import WITHOUT_SOLUTION, Problem
 from lcpcli.model.words import in_own_sense
 from lcpcli.options import AUTO
@@ -113,11 +114,8 @@ def build(
             for result in results
             for line in programs_and_games.lines(result, compared)
         ]
-        if not compared:
-            is_whole = whole or form != "table"
-            strategies = programs_and_games.tables(
-                first.answer, problem.origin, is_whole
-            )
+        if not compared and isinstance(first.answer, Answer):
+            strategies = first.answer.tables(whole=whole or form != "table")
     remarks = _remarks(results, compared, form, shows_times) + meanings
     if elided and not FORMATS[form].is_printed:
         remarks.append(f"see all {n} components of z with --format csv")

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from lcpcli.games.behavior import Strategies
-from lcpcli.report import programs_and_games, wording
+from lcpcli.report import programs_and_games
 from lcpcli.report.document import Document, Section, Table
 from lcpcli.report.result_formats import Report, keys_of, record
 from lcpcli.report.wording import above, number, short, size, title
@@ -69,22 +69,15 @@ def _section(verification: Verification) -> Section:
 
 
 def _of_origin(verification: Verification) -> list[str]:
-    """Return lines with the strategies of a game, or with the x of a program and its
-    multipliers, or with the proof that there is no optimum."""
-    own, multipliers, origin = (
-        verification.strategies,
-        verification.multipliers,
-        verification.problem.origin,
-    )
+    """Return lines with strategies, or with what else the formulation has found."""
+    own, answer = verification.strategies, verification.answer
     lines = [verification.statement] * bool(verification.statement)
     if isinstance(own, Strategies):
-        return [", ".join(programs_and_games.strategies(origin, own, number)), *lines]
+        game = verification.problem.origin
+        return [", ".join(programs_and_games.strategies(game, own, number)), *lines]
     if own is not None:
         return [*own.lines(), *lines]
-    if multipliers is None:
-        return [*lines, *programs_and_games.no_optimum(verification.answer, origin)]
-    y = wording.named(multipliers.tolist(), getattr(origin, "rows", ()))
-    return [*lines, f"found y = {y}"]
+    return [*lines, *([] if answer is None else answer.lines())]
 
 
 def _record(verification: Verification) -> dict[str, Any]:
@@ -93,7 +86,11 @@ def _record(verification: Verification) -> dict[str, Any]:
         "n": verification.problem.n,
         "error_bound": verification.bound.value if verification.bound else None,
         "error_bound_source": verification.bound.source if verification.bound else None,
-        "statement": verification.statement
-        or getattr(verification.answer, "statement", None),
+        "statement": _statement(verification),
     }
     return record(keys_of("check"), verification, own)
+
+
+def _statement(verification: Verification) -> str | None:
+    answer = verification.answer
+    return verification.statement or (answer and answer.statement) or None

@@ -83,9 +83,10 @@ def number(value: Any) -> str:
     return brief(Fraction(value))
 
 
-def objective(result: Result) -> list[str]:
-    value = getattr(result.answer, "objective", None) if result.solved else None
-    return [] if value is None else [f"objective {plain_number(value)}"]
+def headline(result: Result) -> list[str]:
+    """Return what the answer of a solved result says in short."""
+    text = getattr(result.answer, "headline", "") if result.solved else ""
+    return [text] if text else []
 
 
 def vector(entries: Sequence[Any], cell: Callable[[Any], str] = plain_number) -> str:

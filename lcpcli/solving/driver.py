@@ -232,7 +232,7 @@ def _of(problem: Problem, result: Result, compiled: bool, finishes: bool) -> Res
         result.options["compiled"] = True
     if problem.origin is None or not result.solved:
         return result
-    if problem.program_origin is None:
+    if problem.block_form is None:
         with imports:
             from lcpcli.model.origins import Game
         if isinstance(problem.origin, Game):

@@ -209,7 +209,7 @@ class Result:
 
     @property
     def objective_error(self) -> float | None:
-        if not self.solved or self.problem.program_origin is None:
+        if not self.solved or self.problem.block_form is None:
             return None
         with imports:
             from lcpcli.verify.objective import objective_error_at
@@ -301,9 +301,9 @@ class Result:
 
     @cached_property
     def answer(self) -> Any:  # an Answer, whose kind the reader knows from the problem
-        """Return what the result means for the program or the game that the problem
-        comes from, a `Minimum` or an `Equilibrium` of `lcpcli.solving.minimum`; None if
-        it comes from neither."""
+        """Return what the result means for what the problem was made from, such as a
+        program or a game: what its formulation says; None if it is given by M and
+        q."""
         return None if self.problem.origin is None else views.minimum.answer(self)
 
     @property
@@ -342,7 +342,7 @@ class Result:
     def word(self) -> str:
         """Return the word of the status or, for a program without an optimum, that of
         its answer, such as unbounded."""
-        proved = None if self.solved else getattr(self.answer, "proved", None)
+        proved = None if self.solved else getattr(self.answer, "word", None)
         return word_of(self.status.word, proved)
 
     def __bool__(self) -> bool:

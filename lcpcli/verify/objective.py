@@ -5,9 +5,9 @@ The residual measures each row of the conditions by its own terms. With multipli
 1e11 it does not see that a violation of 1e-14 costs 1e-3 of the objective. The duality
 gap does: for min x'Qx / 2 + c'x with multipliers y, it is the sum of z_i w_i, or (z_i -
 b_i) w_i for the bound b_i that the sign of w_i asks for, over x, y and s (see
-`model.program`). Positive terms say by how much the objective may exceed the minimum,
-negative ones, of violated rows, by how much it may be below it: W. S. Dorn, Duality in
-quadratic programming, Quarterly of Applied Mathematics 18 (1960) 155-162.
+`model.block_form`). Positive terms say by how much the objective may exceed the
+minimum, negative ones, of violated rows, by how much it may be below it: W. S. Dorn,
+Duality in quadratic programming, Quarterly of Applied Mathematics 18 (1960) 155-162.
 
 Where there is no such bound, or one so far off that it stands for none, the gap is
 infinite as soon as w_i is not exactly 0. The term is then z_i w_i: what rounding of w_i
@@ -22,9 +22,9 @@ import numpy as np
 
 from lcpcli.errors import count
 from lcpcli.linalg.matrices import absolute_product
+from lcpcli.model.block_form import BlockForm
 from lcpcli.model.box import LEAST_FAR
 from lcpcli.model.problem import Problem, conditions_of
-from lcpcli.model.program import SENSES, Program
 from lcpcli.typing import Vector
 from lcpcli.verify.point import Point
 
@@ -46,8 +46,8 @@ def objective_error_at(problem: Problem, point: Point) -> float:
 @np.errstate(all="ignore")
 def objective_error(problem: Problem, z: Vector, w: Vector) -> float:
     """Return the same for a z and its w = M z + q."""
-    program, box = problem.program_origin, problem.box
-    assert program is not None
+    form, box = problem.block_form, problem.box
+    assert form is not None
     side = np.where(w > 0, box.lower, box.upper)
     is_met = np.isfinite(side)
     if box.is_far:
@@ -55,15 +55,15 @@ def objective_error(problem: Problem, z: Vector, w: Vector) -> float:
     terms = w * (z - np.where(is_met, side, 0.0))
     total, size = float(np.add.reduce(terms)), float(np.add.reduce(np.abs(terms)))
     error = (size + abs(total)) / 2
-    objective = abs(_objective(program, problem.q, z, w))
+    objective = abs(_objective(form, problem.q, z, w))
     if not error > NEGLIGIBLE * objective:
         return error / objective if objective else 0.0
-    data = program.program(conditions_of(problem))
+    data = form.blocks(conditions_of(problem))
     if data is None or not math.isfinite(error):
         return math.inf
-    x = np.abs(z[: program.variables])
+    x = np.abs(z[: form.variables])
     of_x = float(np.abs(data.c) @ x + x @ absolute_product(data.Q, x) / 2)
-    whole = max(objective, CANCELLED * (of_x + abs(program.constant)))
+    whole = max(objective, CANCELLED * (of_x + abs(form.constant)))
     if not (whole or data.c.any()):
         return 0.0  # the objective is 0 everywhere, or without linear terms
     return error / whole if whole else math.inf
@@ -78,9 +78,9 @@ def statement(error: float) -> str:
     return f"objective known to {count(digits, 'digit') if digits else 'no digit'}"
 
 
-def _objective(program: Program, q: Vector, z: Vector, w: Vector) -> float:
+def _objective(form: BlockForm, q: Vector, z: Vector, w: Vector) -> float:
     """Return the objective to be minimized, without products, as w has them: Qx + c -
     A'y in the rows of x, Ax - b or Ax - s in those of y, and y in those of s."""
-    k, end = program.variables, z.size - program.ranges
+    k, end = form.variables, z.size - form.ranges
     doubled = z @ w + z[:k] @ q[:k] - z[k:end] @ q[k:end]
-    return float(doubled) / 2 + SENSES[program.sense] * program.constant
+    return float(doubled) / 2 + form.sign * form.constant

@@ -370,9 +370,9 @@ class Point:
         entries = [i for i in self.negligible if i not in rows]
         problem = self.criterion.problem
         q, first = problem.q, 0
-        if entries and problem.program_origin is not None:
+        if entries and problem.block_form is not None:
             q = with_sides(self.criterion, self.z)[0]
-            first = problem.program_origin.variables
+            first = problem.block_form.variables
         named = [
             f"q{i + 1} = {q[i]:.1e}"
             if problem.q[i]
@@ -637,7 +637,7 @@ def with_sides(criterion: Criterion, z: Vector) -> tuple[Vector, Vector, Vector]
     two-sided rows that their values are at in place of the q_i of these rows, which are
     0; and z without these values."""
     problem = criterion.problem
-    q, rest, own = problem.q, z, problem.program_origin
+    q, rest, own = problem.q, z, problem.block_form
     if own is not None and own.ranges:
         low, high = problem.box.vectors(z.size)
         values = np.arange(z.size - own.ranges, z.size)

@@ -78,8 +78,7 @@ class Verification:
     statement : for a program, what x is, or what it violates; else "".
     multipliers : the multipliers of the rows found for an x given without them, shape
         (m,); else None.
-    answer : for a proof that a program has no optimum, why it has none: a `Conclusion`;
-        else None.
+    answer : what else the formulation says, as why a program has no optimum; else None.
     """
 
     problem: Problem
@@ -97,7 +96,7 @@ class Verification:
     strategies: Answer | None = None
     statement: str = ""
     multipliers: Vector | None = None
-    answer: Any = None  # a Conclusion, of a room above
+    answer: Answer | None = None
 
     def __repr__(self) -> str:
         return str(views.verification_text.report([self]).render()).rstrip()

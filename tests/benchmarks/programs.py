@@ -22,8 +22,8 @@ from measuring import in_turns, show
 from scipy.sparse import csc_array, csr_array
 
 import lcpcli
+from lcpcli.model.block_form import Blocks
 from lcpcli.model.problem import conditions_of
-from lcpcli.model.program import ProgramData
 
 EPS = 1e-9
 BUDGET, LEAST, MOST = 2.0, 3, 50  # seconds and repetitions of a program
@@ -34,7 +34,7 @@ HEADER = ("program", "n", "lcp ms", "peer ms", "ratio", "route", "solved", "peer
 class Piqp:
     """PIQP with a program."""
 
-    def __init__(self, data: ProgramData) -> None:
+    def __init__(self, data: Blocks) -> None:
         self._data = data
 
     def solve(self) -> bool:
@@ -61,7 +61,7 @@ class Piqp:
 class Highs:
     """HiGHS with a linear program."""
 
-    def __init__(self, data: ProgramData) -> None:
+    def __init__(self, data: Blocks) -> None:
         self._data, self._columns = data, csc_array(data.A)
 
     def solve(self) -> bool:
@@ -100,7 +100,7 @@ def row(path: Path) -> tuple[float, bool]:
     """Print the row of a program; return the ratio of the times, and whether the
     program is linear."""
     problem = lcpcli.read(path)
-    data = problem.origin.program(conditions_of(problem))
+    data = problem.origin.blocks(conditions_of(problem))
     Q, A = csc_array(data.Q), csc_array(data.A)
     is_linear = not Q.nnz
     peer: Any = Highs(data) if is_linear else Piqp(data)

@@ -14,7 +14,7 @@ import pytest
 import lcpcli
 from lcpcli import Problem
 from lcpcli.files import contents, writing
-from lcpcli.solving.minimum import Minimum
+from lcpcli.formulations.quadratic_program.answers import Minimum
 
 from ..methods.programs import bounded_program
 from .conftest import Lcp, record

@@ -18,10 +18,11 @@ from lcpcli import Problem, from_game, from_qp, read, write
 from lcpcli.errors import Exit, ProblemError
 from lcpcli.files import contents
 from lcpcli.files.formats import COMPLETE, GENERAL_SUFFIXES
+from lcpcli.formulations.quadratic_program.program import Program
 from lcpcli.gallery import families as gallery
 from lcpcli.linalg.matrices import is_sparse
+from lcpcli.model.block_form import Blocks
 from lcpcli.model.problem import conditions_of
-from lcpcli.model.program import Program, ProgramData
 
 from ..conftest import numbers
 from .conftest import Lcp, assert_refused
@@ -138,9 +139,9 @@ PORTFOLIO = contents.shipped_path("programs/portfolio.json")
 INF = np.inf
 
 
-def program(problem: Problem) -> tuple[Program, ProgramData]:
+def program(problem: Problem) -> tuple[Program, Blocks]:
     assert isinstance(problem.origin, Program)
-    data = problem.origin.program(conditions_of(problem))
+    data = problem.origin.blocks(conditions_of(problem))
     assert data is not None
     return problem.origin, data
 

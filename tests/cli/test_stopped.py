@@ -180,7 +180,7 @@ STAGES: dict[str, tuple[str, str, Any, list[dict[str, Any]]]] = {
     ),
     "the kind of a point": (
         f"solve {PROGRAM}",
-        "solving.minimum.kind_of_point",
+        "formulations.quadratic_program.conclusions.kind_of_point",
         0,
         [GOOD],
     ),
@@ -504,7 +504,10 @@ def test_ctrl_c_while_a_conclusion_is_worked_out_leaves_it_to_the_next_reader(
 ) -> None:
     result = lcpcli.run(lcpcli.from_qp(**LINEAR))
     with monkeypatch.context() as patched:
-        patched.setattr("lcpcli.solving.minimum.has_other_minimum", interrupt)
+        patched.setattr(
+            "lcpcli.formulations.quadratic_program.conclusions.has_other_minimum",
+            interrupt,
+        )
         with pytest.raises(KeyboardInterrupt):
             result.answer.statement  # noqa: B018
     assert result.answer.proved == "several_optima"

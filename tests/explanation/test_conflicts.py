@@ -129,7 +129,7 @@ def _inequality(
     data: ExactProblem, of: Condition
 ) -> tuple[Mapping[int, Fraction], Fraction]:
     """The a and b of a'x >= b, which a bound, or a side of a row, asks for."""
-    program = data.problem.program_origin
+    program = data.problem.block_form
     assert program is not None
     i, one = of.at, Fraction(1)
     if i < program.variables:

@@ -13,9 +13,10 @@ import pytest
 
 from lcpcli import Problem, from_qp, read, run, write
 from lcpcli.errors import ProblemError
+from lcpcli.formulations.quadratic_program.program import Program
 from lcpcli.linalg.matrices import is_sparse
+from lcpcli.model.block_form import Blocks
 from lcpcli.model.problem import conditions_of
-from lcpcli.model.program import Program, ProgramData
 
 from ..cli.conftest import Lcp
 
@@ -56,9 +57,9 @@ ENDATA
 """
 
 
-def program(problem: Problem) -> tuple[Program, ProgramData]:
+def program(problem: Problem) -> tuple[Program, Blocks]:
     assert isinstance(problem.origin, Program)
-    data = problem.origin.program(conditions_of(problem))
+    data = problem.origin.blocks(conditions_of(problem))
     assert data is not None
     return problem.origin, data
 

@@ -13,9 +13,10 @@ import lcpcli
 from lcpcli import Problem, read
 from lcpcli.errors import ProblemError
 from lcpcli.formulations.nonlinear_model import program
+from lcpcli.formulations.quadratic_program.program import Program
 from lcpcli.linalg.matrices import dense, is_sparse
+from lcpcli.model.block_form import Blocks
 from lcpcli.model.problem import conditions_of
-from lcpcli.model.program import Program, ProgramData
 
 from ..conftest import read_exact
 from .nl_writing import Expression, model, value
@@ -54,9 +55,9 @@ def quadratic(rng: random.Random, depth: int = 2) -> Expression:
     return rng.choice([*choices, ("neg", a), ("sum", a, b, linear(rng, 1))])
 
 
-def program_of(problem: Problem) -> tuple[Program, ProgramData]:
+def program_of(problem: Problem) -> tuple[Program, Blocks]:
     assert isinstance(problem.origin, Program)
-    data = problem.origin.program(conditions_of(problem))
+    data = problem.origin.blocks(conditions_of(problem))
     assert data is not None
     return problem.origin, data
 

@@ -15,8 +15,8 @@ import pytest
 
 from lcpcli import Problem, Status, inspect, run
 from lcpcli.errors import OptionError
+from lcpcli.formulations.quadratic_program import families as programs
 from lcpcli.gallery import families as gallery
-from lcpcli.gallery import programs
 from lcpcli.gallery.rigid_bodies import (
     GRAVITY,
     HALF,

@@ -16,6 +16,8 @@ from scipy.sparse import csr_array
 
 import lcpcli
 from lcpcli import Problem, Status, from_qp, from_qpsolvers, read, run, solve, write
+from lcpcli.formulations.quadratic_program.answers import Minimum
+from lcpcli.model.block_form import Blocks
 from lcpcli.model.changes import (
     Composed,
     Relaxed,
@@ -25,8 +27,6 @@ from lcpcli.model.changes import (
     shifted,
     with_infinity,
 )
-from lcpcli.model.program import ProgramData
-from lcpcli.solving.minimum import Minimum
 from lcpcli.typing import Vector
 from lcpcli.verify.certificate import Proof
 
@@ -344,5 +344,5 @@ def test_an_objective_keeps_its_digits_where_its_terms_cancel() -> None:
     for i, row in enumerate(Q.tolist()):
         exactly += sum(g[i] * Fraction(a) * b for a, b in zip(row, g, strict=True)) / 2
     for stored in (Q, csr_array(Q)):
-        data = ProgramData(stored, c, no_rows, *ends)
+        data = Blocks(stored, c, no_rows, *ends)
         assert data.objective(x) == pytest.approx(float(exactly), rel=1e-14)

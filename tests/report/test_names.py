@@ -20,7 +20,7 @@ from hypothesis import strategies as st
 from lcpcli import read, run
 from lcpcli.cli.terminal import Line
 from lcpcli.errors import LCPError, visible, visible_json
-from lcpcli.model.program import Program
+from lcpcli.formulations.quadratic_program.program import Program
 from lcpcli.report.wording import short_names
 
 from ..conftest import Outcome

@@ -18,7 +18,8 @@ import lcpcli
 from lcpcli import Problem, Trace, error_bound, read, write
 from lcpcli.cli import terminal as cli_terminal
 from lcpcli.files import contents
-from lcpcli.report import outcome, programs_and_games, tables, wording
+from lcpcli.formulations.quadratic_program import answers
+from lcpcli.report import outcome, tables, wording
 from lcpcli.report.result_formats import Layout
 from lcpcli.solving.driver import run
 
@@ -389,10 +390,8 @@ def test_a_table_that_is_cut_says_so_whether_rows_or_variables_are_many(
     k: int, m: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     result = lcpcli.run(lcpcli.from_qp(None, np.ones(k), np.ones((m, k)), np.ones(m)))
-    monkeypatch.setattr(programs_and_games, "MOST_ON_SCREEN", 3)
-    (table,) = programs_and_games.tables(
-        result.answer, result.problem.origin, whole=False
-    )
+    monkeypatch.setattr(answers, "MOST_ON_SCREEN", 3)
+    (table,) = result.answer.tables(whole=False)
     assert [len(group) for group in table.groups] == [min(m, 3), min(k, 3)]
     assert bool(table.notes) is (max(k, m) > 3)
 

@@ -31,8 +31,8 @@ from lcpcli import (
     solve,
     write,
 )
+from lcpcli.formulations.quadratic_program import no_minimum
 from lcpcli.report.result_formats import plain
-from lcpcli.solving import no_minimum
 from lcpcli.verify.point import Criterion, Point
 
 from ..methods.programs import bounded_program

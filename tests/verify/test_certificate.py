@@ -18,6 +18,7 @@ from scipy.sparse import csr_array
 
 import lcpcli
 from lcpcli import Problem, Result, Solver, from_qp, run, solve, solve_many
+from lcpcli.formulations.quadratic_program.no_minimum import Constraints
 from lcpcli.interrupts import TimeIsUp
 from lcpcli.model.problem import conditions_of
 from lcpcli.rational import elimination, numbers
@@ -26,7 +27,6 @@ from lcpcli.rational.numbers import approximate, brief
 from lcpcli.rational.tree import first_solution
 from lcpcli.report import result_formats, wording
 from lcpcli.solving import proof as solving
-from lcpcli.solving.no_minimum import Constraints
 from lcpcli.verify.alternative import FarkasSystem, farkas_multipliers
 from lcpcli.verify.certificate import Proof, first_proof
 from lcpcli.verify.enclosure import enclosure
@@ -249,7 +249,7 @@ def test_dependent_equations_and_too_many_have_no_enclosure() -> None:
 def test_no_infeasible_program_is_said_to_have_a_point(seed: int) -> None:
     """Not even near points that violate one constraint by little."""
     problem = random_program(2 * seed, 30, "infeasible").problem()
-    sides = Constraints.of(problem.origin.program(conditions_of(problem)))
+    sides = Constraints.of(problem.origin.blocks(conditions_of(problem)))
     low = np.nan_to_num(sides.low, neginf=0.0)
     x = np.linalg.lstsq(
         np.asarray(sides.A @ np.eye(sides.A.shape[1])), low, rcond=None

@@ -493,7 +493,7 @@ def draw(path: Path, chosen: Sequence[str] = ()) -> Figure:
     those of x, or the chosen unknowns and multipliers instead, as for `wording.places`;
     and the objective of a program."""
     terms = path_formats.Terms(path)
-    moving, program = terms.moving, terms.program
+    moving, program = terms.moving, terms.form
     across = _across(terms, path.t)
     figure = Figure(figsize=(WIDTH, ROW + 0.15))
     panels = figure.subplots(1, 1 + (program is not None), squeeze=False)[0]
@@ -520,7 +520,7 @@ def _across(terms: path_formats.Terms, t: Any) -> Any:
 def _solutions(
     axes: Axes, terms: path_formats.Terms, across: Any, chosen: Sequence[str]
 ) -> list[Entry]:
-    program, names, z = terms.program, terms.names(), terms.path.z
+    program, names, z = terms.form, terms.names(), terms.path.z
     if chosen:
         shown, z = wording.places(names, chosen), np.array(list(map(terms.values, z)))
     else:

@@ -6,8 +6,9 @@ import math
 
 import numpy as np
 
+from lcpcli.formulations.quadratic_program import reductions
 from lcpcli.gallery.random_problems import complementary, integer_matrix
-from lcpcli.model import block_form, reductions
+from lcpcli.model import block_form
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Vector
 

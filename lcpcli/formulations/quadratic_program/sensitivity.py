@@ -29,6 +29,7 @@ from typing import NamedTuple
 import numpy as np
 
 from lcpcli.clock import imports
+from lcpcli.formulations.quadratic_program.program import Program
 from lcpcli.linalg.doubles import ROW_ROUNDING, SIGN_ROUNDING, SMALL_DISTANCE
 from lcpcli.linalg.matrices import (
     absolute_product,
@@ -38,8 +39,8 @@ from lcpcli.linalg.matrices import (
     scaled,
 )
 from lcpcli.linalg.programs import minimized
+from lcpcli.model.block_form import Blocks
 from lcpcli.model.problem import Problem
-from lcpcli.model.program import SENSES, Program, ProgramData
 from lcpcli.typing import Mask, Vector
 
 # Products, for the factors of A_F in about as much time as a solution takes.
@@ -101,7 +102,7 @@ class _Signs(NamedTuple):
 
 @np.errstate(all="ignore")
 def sensitivities(
-    problem: Problem, program: Program, data: ProgramData, z: Vector, tol: float
+    problem: Problem, program: Program, data: Blocks, z: Vector, tol: float
 ) -> Sensitivities | None:
     """Return the derivatives of the optimal value of a convex program at a solution z
     of its conditions; None if it takes too long to see whether multipliers are unique.
@@ -131,7 +132,7 @@ def sensitivities(
     found = _ranges(values, changes, required)
     if found is None:
         return Sensitivities(False)
-    sign = SENSES[program.sense]
+    sign = program.sign
     of_sides = []
     for ends in found:
         of_rows, of_bounds = np.zeros(y.size), np.zeros(x.size)
@@ -144,7 +145,7 @@ def sensitivities(
 
 
 def _without_rounding(
-    x: Vector, y: Vector, u: Vector, data: ProgramData
+    x: Vector, y: Vector, u: Vector, data: Blocks
 ) -> tuple[Vector, Vector]:
     """Return the multipliers, 0 where they are small beside the terms of the columns in
     which they are."""

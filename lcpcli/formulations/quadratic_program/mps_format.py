@@ -29,6 +29,7 @@ from lcpcli.errors import (
     KEEP_ONE,
     ONE_VARIABLE,
     ProblemError,
+    count,
     missing,
     quoted,
     visible,
@@ -38,9 +39,9 @@ from lcpcli.files.formats import Exact, Number, refuse
 from lcpcli.files.json_format import number_text
 from lcpcli.linalg.matrices import largest_asymmetry
 from lcpcli.linalg.programs import solver
+from lcpcli.model.block_form import symmetrized
 from lcpcli.model.box import NO_BOUND
 from lcpcli.model.problem import Problem
-from lcpcli.model.program import symmetrized
 from lcpcli.rational.numbers import (
     Doubles,
     fraction,
@@ -552,6 +553,19 @@ def render(fields: Mapping[str, Any], exact: Exact) -> dict[str, bytes]:
         )
         lines += ["QUADOBJ", *triangle]
     return {"": "\n".join([*lines, "ENDATA", ""]).encode()}
+
+
+def remarks(problem: Problem) -> list[str]:
+    changed = new_names(problem)
+    if not changed:
+        return []
+    old, new = next(iter(changed.items()))
+    needed = "as MPS needs unique names without spaces or control characters"
+    others = ", and so on" * (len(changed) > 1)
+    return [
+        f"{count(len(changed), 'name')} had to be changed, {needed}: {quoted(old)} is "
+        f"{quoted(new)}{others}"
+    ]
 
 
 def new_names(problem: Problem) -> dict[str, str]:

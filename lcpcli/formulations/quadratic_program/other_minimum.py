@@ -19,11 +19,12 @@ from typing import Any
 import numpy as np
 
 from lcpcli.clock import imports
+from lcpcli.formulations.quadratic_program.program import Program
 from lcpcli.linalg.doubles import ROW_ROUNDING, generator
 from lcpcli.linalg.matrices import absolute_product, dense, product, stack
 from lcpcli.linalg.programs import minimized
+from lcpcli.model.block_form import Blocks
 from lcpcli.model.problem import Problem
-from lcpcli.model.program import Program, ProgramData
 from lcpcli.rational import elimination
 from lcpcli.rational.numbers import as_written, over_one_denominator, shortest_decimal
 from lcpcli.rational.rank import has_rank
@@ -51,7 +52,7 @@ SURE_PIVOT = 1e-8
 def has_other_minimum(
     problem: Problem,
     program: Program,
-    data: ProgramData,
+    data: Blocks,
     z: Vector,
     tol: float,
     exactly: bool,
@@ -84,12 +85,12 @@ def has_other_minimum(
     return False
 
 
-def stacked(data: ProgramData, rows: Indices, columns: Indices) -> Vector:
+def stacked(data: Blocks, rows: Indices, columns: Indices) -> Vector:
     """Return the rows of Q, and some of A, with some columns, shape (m, k)."""
     return np.vstack((dense(data.Q)[:, columns], dense(data.A[rows])[:, columns]))
 
 
-def _may_leave(x: Vector, y: Vector, data: ProgramData) -> tuple[Indices, Indices]:
+def _may_leave(x: Vector, y: Vector, data: Blocks) -> tuple[Indices, Indices]:
     """Return the rows that hold with equality at all minimizers, and the variables that
     may leave their bounds: those with multipliers that may be 0."""
     own, sizes = product(data.Q, x) + data.c, np.abs(y)
@@ -135,9 +136,7 @@ def _rank(A: Vector, pivots: Vector) -> int:
     return int(np.count_nonzero(pivots > max(A.shape) * ROW_ROUNDING))
 
 
-def _beside(
-    direction: Vector, x: Vector, data: ProgramData, C: Vector
-) -> Vector | None:
+def _beside(direction: Vector, x: Vector, data: Blocks, C: Vector) -> Vector | None:
     """Return another minimizer at which the same rows and bounds are active, in about
     this direction; None if there is none."""
     with imports:
@@ -174,7 +173,7 @@ def _beside(
     return np.asarray(x + min(steps) / 2 * d)
 
 
-def _held(x: Vector, data: ProgramData, C: Vector) -> tuple[Indices, Indices]:
+def _held(x: Vector, data: Blocks, C: Vector) -> tuple[Indices, Indices]:
     """Return the active rows, and the variables that are not at a bound."""
     rows = _active(
         product(data.A, x),
@@ -194,9 +193,7 @@ def _active(values: Vector, sizes: Vector, low: Vector, high: Vector) -> Mask:
     return active
 
 
-def _farthest(
-    objective: Vector, x: Vector, data: ProgramData, C: Vector
-) -> Vector | None:
+def _farthest(objective: Vector, x: Vector, data: Blocks, C: Vector) -> Vector | None:
     """Return the minimizer with the least objective'x among those that differ from x by
     at most about |x|."""
     reach = C * (1.0 + np.abs(x / C).max())
@@ -223,7 +220,7 @@ def _farthest(
     return np.where(_active(y, sizes, data.lower, data.upper), nearer, y)
 
 
-def _may_move(x: Vector, data: ProgramData, C: Vector, exactly: bool) -> bool:
+def _may_move(x: Vector, data: Blocks, C: Vector, exactly: bool) -> bool:
     """Return whether Qd = 0, c'd = 0 and the active rows and bounds at x admit a d that
     is not 0, for the decimals of the data in rational arithmetic, or up to rounding.
     If not, rounding alone has made x seem one of several minimizers."""

@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any
 
 from lcpcli.clock import imports
 from lcpcli.errors import OptionError, missing
+from lcpcli.formulations.quadratic_program.program import Program
+from lcpcli.formulations.quadratic_program.reductions import from_qpsolvers
 from lcpcli.linalg.krylov import is_semidefinite
-from lcpcli.model.program import Program
-from lcpcli.model.reductions import from_qpsolvers
 from lcpcli.solving.call import RunOptions, run
 from lcpcli.solving.result import Result
 from lcpcli.typing import BoundLike, Vector, VectorLike
@@ -70,8 +70,11 @@ def _minimizer(result: Result) -> Vector | None:
     is_minimizer = is_semidefinite(Q)
     if is_minimizer and k <= FEW_VARIABLES:
         with imports:
-            from lcpcli.solving.minimum import data_of, kind_of_solutions
-            from lcpcli.solving.no_minimum import STATIONARY
+            from lcpcli.formulations.quadratic_program.conclusions import (
+                data_of,
+                kind_of_solutions,
+            )
+            from lcpcli.formulations.quadratic_program.no_minimum import STATIONARY
         data = data_of(result.problem, program)
         kind = kind_of_solutions(result.problem, program, data)
         is_minimizer = kind.proved != STATIONARY

@@ -13,12 +13,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from lcpcli.formulations.quadratic_program.program import Program
 from lcpcli.interrupts import TimeIsUp
 from lcpcli.linalg.doubles import EPS, SMALLEST_NORMAL
 from lcpcli.linalg.matrices import compressed, dense, is_sparse, stack, unit_columns
 from lcpcli.linalg.programs import minimized
+from lcpcli.model.block_form import Blocks
 from lcpcli.model.problem import Problem
-from lcpcli.model.program import Program, ProgramData
 from lcpcli.rational.elimination import Effort
 from lcpcli.rational.exact_problem import ExactProblem, rows_of
 from lcpcli.rational.numbers import rounded_direction
@@ -63,7 +64,7 @@ def without_minimum(
     problem: Problem,
     certificate: Proof | None,
     program: Program,
-    data: ProgramData,
+    data: Blocks,
 ) -> Conclusion:
     """Return which constraints contradict each other, or in which direction the
     objective improves without limit, if it is proved that the conditions have no
@@ -119,7 +120,7 @@ def undecided(program: Program, ray: Vector | None = None) -> Conclusion:
 
 
 def _feasibility(
-    problem: Problem, data: ProgramData, guess: Vector
+    problem: Problem, data: Blocks, guess: Vector
 ) -> tuple[bool | None, Vector | None]:
     """Return whether some x satisfies rows and bounds, without any tolerance, None if
     that is not decided, and the multipliers of a proof that none does. guess : a y that
@@ -178,7 +179,7 @@ class Constraints(NamedTuple):
     high: Vector
 
     @classmethod
-    def of(cls, data: ProgramData) -> Constraints:
+    def of(cls, data: Blocks) -> Constraints:
         own = unit_columns(data.c.size, np.arange(data.c.size), is_sparse(data.A))
         low, high = (data.row_lower, data.lower), (data.row_upper, data.upper)
         return cls(stack([[data.A], [own]]), np.concatenate(low), np.concatenate(high))
@@ -232,7 +233,7 @@ class Constraints(NamedTuple):
         return True
 
 
-def _has_simple_point(point: Vector, data: ProgramData) -> bool:
+def _has_simple_point(point: Vector, data: Blocks) -> bool:
     """Return whether a point, as it is or rounded to simple fractions, is feasible
     without tolerance."""
     rows, x = rows_of(data.A), [Fraction(value) for value in point.tolist()]
@@ -243,7 +244,7 @@ def _has_simple_point(point: Vector, data: ProgramData) -> bool:
     return False
 
 
-def _is_within(x: Sequence[Any], Ax: Sequence[Any], data: ProgramData) -> bool:
+def _is_within(x: Sequence[Any], Ax: Sequence[Any], data: Blocks) -> bool:
     """Return whether x and Ax, numbers of any type, satisfy the bounds and the rows."""
     return all(
         low <= value <= high

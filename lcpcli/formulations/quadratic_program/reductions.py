@@ -16,6 +16,10 @@ from lcpcli.errors import (
     ProblemError,
     kind,
 )
+from lcpcli.formulations.quadratic_program.program import (
+    Program,
+    constant_of,
+)
 from lcpcli.linalg.doubles import EPS, distinct
 from lcpcli.linalg.matrices import (
     compressed,
@@ -24,17 +28,16 @@ from lcpcli.linalg.matrices import (
     stack,
 )
 from lcpcli.model.arrays import FROM_0, as_square, as_vector, by_label
-from lcpcli.model.block_form import matrix_of_rows, rows_between
-from lcpcli.model.box import NO_BOUND, as_intervals
-from lcpcli.model.formulation import names_of
-from lcpcli.model.problem import Problem
-from lcpcli.model.program import (
-    Program,
-    ProgramData,
-    constant_of,
+from lcpcli.model.block_form import (
+    Blocks,
+    matrix_of_rows,
+    rows_between,
     sense_of,
     symmetrized,
 )
+from lcpcli.model.box import NO_BOUND, as_intervals
+from lcpcli.model.formulation import names_of
+from lcpcli.model.problem import Problem
 from lcpcli.typing import BoundLike, Matrix, Vector, VectorLike
 
 Interval: TypeAlias = tuple[Vector, Vector]
@@ -301,7 +304,7 @@ def _problem(
     if is_sparse(A) or is_sparse(Q) or (Q is None and k > MOST_DENSE_VARIABLES):
         Q, A = compressed((k, k) if Q is None else Q), compressed(A)
     Q = np.zeros((k, k)) if Q is None else Q
-    data = ProgramData(*((-Q, -c) if "max" in of[:1] else (Q, c)), A, *ends, *bounds)
+    data = Blocks(*((-Q, -c) if "max" in of[:1] else (Q, c)), A, *ends, *bounds)
     M, q, lower, upper = data.conditions()
     problem = Problem(M, q, lower=lower, upper=upper, **texts)
     # `Problem` would check whether the origin fits, but it has just made them

@@ -1,0 +1,319 @@
+"""The minimum of a linear or quadratic program as text, tables, CSV and JSON."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from copy import copy
+from dataclasses import dataclass, field
+from fractions import Fraction
+from functools import cached_property, partial
+from itertools import islice
+from typing import Any, TypeVar, cast
+
+import numpy as np
+
+from lcpcli.clock import seconds
+from lcpcli.errors import count
+from lcpcli.formulations.quadratic_program.conclusions import (
+    conclusion,
+    data_of,
+    variations,
+)
+from lcpcli.formulations.quadratic_program.no_minimum import Conclusion
+from lcpcli.formulations.quadratic_program.program import Program
+from lcpcli.formulations.quadratic_program.sensitivity import Sensitivities
+from lcpcli.linalg.matrices import product
+from lcpcli.model.formulation import Answer
+from lcpcli.rational.numbers import brief
+from lcpcli.report import wording
+from lcpcli.report.document import Table
+from lcpcli.solving.result import Result
+from lcpcli.typing import Vector
+
+MOST_ROWS = 100  # and variables, a few screens
+MOST_ON_SCREEN = 12  # rows, and variables
+# In JSON.
+KEYS = (
+    *("x", "y", "bound_multipliers", "unique_multipliers", "y_down", "y_up"),
+    *("bound_multipliers_down", "bound_multipliers_up", "activities", "slacks"),
+    *("objective", "statement", "proved", "exact", "ray", "certificate"),
+)
+# In CSV.
+COLUMNS = ("part", "value", "bound_multiplier", "activity", "slack")
+T = TypeVar("T")
+
+
+def _concluded(read: Callable[[Minimum], T]) -> T:
+    """Return a property of a Minimum; for type checkers it is the value."""
+    return cast(T, property(read))
+
+
+@dataclass(frozen=True, eq=False)
+class Minimum(Answer):
+    """What a result on the conditions says about a program, min or max x'Qx / 2 + c'x +
+    constant under its rows and bounds.
+
+    x : the point, shape (k,), or the best iterate if the conditions are not solved;
+        None, like all up to the objective, if the conditions are proved to have no
+        solution.
+    y, bound_multipliers : multipliers of the m rows and of the bounds of the k
+        variables, 0 where no bound is active. Those of a convex program are derivatives
+        of the optimal objective with respect to the active bound where they are unique.
+    activities, slacks : the values Ax of the rows, and their distances from the nearer
+        of their bounds, negative where a row is violated.
+    objective : the value at x, in the program's own sense and with its constant.
+    exact : x and y as fractions if they are proved, else None.
+
+    unique_multipliers : whether there are no other multipliers; None if it takes too
+        long to see, or the program is not known to be convex.
+    y_down, y_up, bound_multipliers_down, bound_multipliers_up : the derivatives of the
+        optimal objective as the active bound falls and as it rises, of the shapes of y
+        and bound_multipliers: the same number where multipliers are unique, and
+        infinite where no such change is feasible. Equal bounds move together. None if
+        that takes too long, or the program is not known to be convex.
+
+    These are computed when one of them is first read, and so are the following:
+    statement : what x is, or what the absence of a solution means.
+    proved : what is proved, one of the words in PROVED; None if nothing is.
+    ray : a direction of shape (k,) in which the objective improves without limit within
+        rows and bounds; else None.
+    certificate : multipliers of the rows, shape (m,), positive for lower and negative
+        for upper bounds, such that no x within its bounds satisfies this combination of
+        the rows; else None. Ray and certificate are integers if `certificate.proof`
+        finds such vectors, and rounded otherwise.
+    seconds : how long that took; it is not part of the run's time.
+    """
+
+    x: Vector | None
+    y: Vector | None
+    bound_multipliers: Vector | None
+    activities: Vector | None
+    slacks: Vector | None
+    objective: float | None
+    _program: Program = field(repr=False)
+    _is_solved: bool = field(repr=False)
+    # The s of z, in fractions if they are proved.
+    _sides: Sequence[Any] = field(repr=False)
+    _conclude: Callable[[], Conclusion] = field(repr=False)
+    _vary: Callable[[], Sensitivities | None] = field(repr=False)
+    exact: dict[str, list[Fraction]] | None = None
+
+    @cached_property
+    def _conclusion(self) -> tuple[Conclusion, float]:
+        began = seconds()
+        return self._conclude(), seconds() - began
+
+    @cached_property
+    def _variation(self) -> tuple[Sensitivities | None, float]:
+        began = seconds()
+        return self._vary(), seconds() - began
+
+    statement = _concluded(lambda own: own._conclusion[0].statement)
+    proved = _concluded(lambda own: own._conclusion[0].proved)
+    word = _concluded(lambda own: own.proved)
+    ray = _concluded(lambda own: own._conclusion[0].ray)
+    certificate = _concluded(lambda own: own._conclusion[0].certificate)
+    unique_multipliers = _concluded(lambda own: own._sensitivity("are_unique"))
+    y_down = _concluded(lambda own: own._sensitivity("down"))
+    y_up = _concluded(lambda own: own._sensitivity("up"))
+    bound_multipliers_down = _concluded(lambda own: own._sensitivity("bounds_down"))
+    bound_multipliers_up = _concluded(lambda own: own._sensitivity("bounds_up"))
+    seconds = _concluded(lambda own: own._conclusion[1] + own._variation[1])
+
+    def _sensitivity(self, name: str) -> Any:
+        found = self._variation[0]
+        return None if found is None else getattr(found, name)
+
+    @property
+    def headline(self) -> str:
+        is_known = self._is_solved and self.objective is not None
+        return self._objective() if is_known else ""
+
+    def lines(self) -> list[str]:
+        return self._lines(not self._is_solved)
+
+    def compared_lines(self) -> list[str]:
+        return self._lines(True)
+
+    def _objective(self) -> str:
+        return f"objective {wording.plain_number(cast(float, self.objective))}"
+
+    def _lines(self, has_objective: bool) -> list[str]:
+        texts = [
+            ", ".join(self._point(has_objective)),
+            self.statement,
+            *reasons(self._program, self.certificate, self.ray),
+        ]
+        texts += [
+            f"exact {key} = {wording.vector(part, brief)}"
+            for key, part in (self.exact or {}).items()
+            if part
+        ]
+        return [text for text in texts if text]
+
+    def _point(self, has_objective: bool) -> list[str]:
+        """Return x, y and, if it is asked for, the objective in words, as far as they
+        are known."""
+        if self.x is None or self.y is None:
+            return []
+        best = "" if self._is_solved else "best "
+        parts = [f"{best}x = {wording.named(self.x.tolist(), self._program.columns)}"]
+        if self.y.size:
+            y = f"y = {wording.named(self.y.tolist(), self._program.rows)}"
+            are_several = self.unique_multipliers is False
+            parts.append(f"{y}, one of several" if are_several else y)
+        if has_objective:
+            parts.append(self._objective())
+        return parts
+
+    def tables(self, *, whole: bool = True) -> list[Table]:
+        """Return a table of the rows, with activities, slacks and multipliers, and of
+        the variables, with the multipliers of their bounds, which are their reduced
+        costs."""
+        if self.x is None or self.y is None or not self.y.size:
+            return []
+        program, x, y = self._program, self.x.tolist(), self.y.tolist()
+        largest = MOST_ROWS if whole else MOST_ON_SCREEN
+        cell = wording.plain_number
+        row_names = wording.short_names(program.rows or [""] * len(y), math.inf, "r")
+        names = wording.short_names(program.columns or [""] * len(x), math.inf, "x")
+        of_rows = [self.activities, self.slacks, *self._multipliers("y")]
+        of_columns = [self.x, *self._multipliers("bound_multipliers")]
+        rows = islice(zip(row_names, *of_rows, strict=True), largest)
+        columns = islice(zip(names, *of_columns, strict=True), largest)
+        groups = [
+            [[name, *map(cell, numbers)] for name, *numbers in rows],
+            [
+                [name, cell(value), "", *map(cell, numbers)]
+                for name, value, *numbers in columns
+            ],
+        ]
+        notes = []
+        if max(len(x), len(y)) > largest:
+            notes.append(
+                f"the first {largest} of {count(len(y), 'row')} and of "
+                f"{count(len(x), 'variable')}; --format csv has all"
+            )
+        header = ["", "value", "slack", "multiplier"]
+        if len(of_columns) > 2:
+            header += ["falls", "rises"]
+            extreme = "minimum" if program.sense == "min" else "maximum"
+            notes.append(
+                "multipliers are not unique: the last columns are the derivatives of "
+                f"the {extreme} as a bound falls and as it rises"
+            )
+        elif self.unique_multipliers is False:
+            notes.append("these are one choice of several multipliers")
+        return [Table(header, groups, (0,), notes=notes)]
+
+    def _multipliers(self, name: str) -> list[Any]:
+        """Return the multipliers of rows, or of bounds, and where they are not unique,
+        the derivatives to both sides, if they are known."""
+        known = [getattr(self, name)]
+        if self.unique_multipliers is False and self.y_down is not None:
+            known += [getattr(self, f"{name}_down"), getattr(self, f"{name}_up")]
+        return known
+
+    def cells(self) -> Mapping[str, Sequence[Any]]:
+        """Return for each component whether it is x, y or s, its value in the program's
+        own sense, of a variable the multiplier of its bounds, and of a row its activity
+        and its slack."""
+        if self.x is None or self.y is None:
+            return dict.fromkeys(COLUMNS, ())
+        x, y = self.x.tolist(), self.y.tolist()
+        if self.exact:
+            x, y = self.exact["x"], self.exact["y"]
+        k, m, sides = len(x), len(y), list(self._sides)
+
+        def only(part: Any, before: int, behind: int) -> list[Any]:
+            return [*[""] * before, *part.tolist(), *[""] * behind]
+
+        columns = (
+            [*["x"] * k, *["y"] * m, *["s"] * len(sides)],
+            [*x, *y, *sides],
+            only(self.bound_multipliers, 0, m + len(sides)),
+            only(self.activities, k, len(sides)),
+            only(self.slacks, k, len(sides)),
+        )
+        return dict(zip(COLUMNS, columns, strict=True))
+
+    def record(self) -> Mapping[str, Any]:
+        return {key: getattr(self, key) for key in KEYS}
+
+
+@dataclass(frozen=True)
+class NoOptimum(Answer):
+    """Why a program has no optimum, in the words of a `Minimum`."""
+
+    program: Program
+    statement: str
+    proved: str | None = None
+    ray: Vector | None = None
+    certificate: Vector | None = None
+
+    @classmethod
+    def of(cls, program: Program, found: Conclusion) -> NoOptimum:
+        return cls(program, found.statement, found.proved, found.ray, found.certificate)
+
+    def lines(self) -> list[str]:
+        return reasons(self.program, self.certificate, self.ray)
+
+
+def reasons(
+    program: Program, certificate: Vector | None, ray: Vector | None
+) -> list[str]:
+    """Return lines on why a program has no optimum: the multipliers of the
+    contradictory rows, and the ray."""
+    excluded = "excluded within the bounds by its rows times"
+    unbounded = "improves without limit in the direction"
+    proofs = (
+        (excluded, certificate, program.rows),
+        (unbounded, ray, program.columns),
+    )
+    known = ((what, v.tolist(), names) for what, v, names in proofs if v is not None)
+    return [
+        f"{what} {wording.named(v, names, wording.multiplier, sparing=True)}"
+        for what, v, names in known
+    ]
+
+
+def answer(program: Program, result: Result) -> Minimum:
+    """Return x, y and the objective, at the best iterate if the result is not solved,
+    unless it is proved that there is no solution."""
+    # A cycle would keep large arrays in memory.
+    later = (
+        partial(conclusion, result.problem, copy(result), program),
+        partial(variations, result.problem, copy(result), program),
+    )
+    if result.status.has_no_solution:
+        nothing = None, None, None, None, None, None
+        return Minimum(*nothing, program, False, (), *later)
+    sign, data = program.sign, data_of(result.problem, program)
+    x, y = program.parts(result.z)
+    w = program.parts(result.w)[0]
+    # Else w is rounding of 0.
+    active = np.where(w > 0, x - data.lower <= w, data.upper - x <= -w)
+    bounded = sign * np.where(active, w, 0.0) + 0.0
+    value = sign * data.objective(x) + program.constant
+    exact, s = None, result.z[x.size + y.size :].tolist()
+    if result.exact is not None and result.exact.z is not None:
+        exact_x, exact_y = program.parts(result.exact.z)
+        exact = {"x": list(exact_x), "y": [int(sign) * value for value in exact_y]}
+        if result.exact.z and result.exact.w:
+            s = result.exact.z[x.size + y.size :]
+    activities = product(data.A, x) + 0.0
+    slacks = np.minimum(activities - data.row_lower, data.row_upper - activities)
+    return Minimum(
+        x + 0.0,
+        sign * y + 0.0,
+        bounded,
+        activities,
+        slacks,
+        value + 0.0,
+        program,
+        result.solved,
+        s,
+        *later,
+        exact,
+    )

@@ -1,0 +1,279 @@
+"""What `lcp check` says of a program: the verification of x, with or without
+multipliers, and what x is.
+
+Multipliers for an x alone are those of the linear program that approximates a program
+near x. Within rows and bounds and a box around x, the derivative g = Qx + c of the
+objective is minimized over steps d. If x satisfies the first-order conditions, d = 0 is
+a minimizer and the multipliers of the rows are those of the program; if not, d is a
+step to a lower objective.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from functools import cached_property, partial
+from typing import Any
+
+import numpy as np
+
+from lcpcli.errors import count
+from lcpcli.formulations.quadratic_program.conclusions import (
+    WORDS,
+    data_of,
+    kind_of_solutions,
+)
+from lcpcli.formulations.quadratic_program.program import Program
+from lcpcli.linalg.matrices import absolute_product, product, row_maxima, scaled
+from lcpcli.linalg.programs import minimized
+from lcpcli.model.arrays import FROM_1
+from lcpcli.model.block_form import Blocks
+from lcpcli.model.formulation import Answer
+from lcpcli.model.problem import Problem
+from lcpcli.options import TOL
+from lcpcli.rational.elimination import Effort
+from lcpcli.rational.exact_problem import ExactProblem, fractions_of
+from lcpcli.rational.numbers import approximate, rounded
+from lcpcli.report import wording
+from lcpcli.typing import Vector
+from lcpcli.verify import exact_solution
+from lcpcli.verify.verification import Proposed, Verification, verify
+
+MOST_EFFORT = 60.0  # for exact multipliers: as for exact proofs
+# Relative to the terms of the objective: a larger gain shows that x is no optimum.
+LEAST_GAIN = 1e-8
+# Relative to x: small enough for the linear program to be a model of the objective.
+BOX_SIZE = 0.1
+# Of the largest |x_i|: the least that the box is relative to, so that zeros may move.
+LEAST_BOX_SIZE = 1e-3
+OBJECTIVE_CLAUSES = {"min": "above the minimum", "max": "below the maximum"}
+
+
+@dataclass(frozen=True)
+class Multipliers(Answer):
+    """Multipliers of the rows that were found for an x."""
+
+    program: Program
+    y: Vector
+
+    def lines(self) -> list[str]:
+        return [f"found y = {wording.named(self.y.tolist(), self.program.rows)}"]
+
+
+def verified(program: Program, proposed: Proposed) -> Verification:
+    """Verify z, x, or x and y."""
+    problem, values, data = proposed.problem, proposed.values, proposed.data
+    if data is None:
+        proposal = _Proposal(program, problem, proposed.array)
+        readings = proposal.readings(
+            values,
+            proposed.is_own,
+            lambda x, y: program.z_of(x, y, proposal.data),
+            lambda: proposal.step[0],
+        )
+        return proposal.verified(map(proposed.of_z, readings), proposed.tol)
+    proposal = _Proposal(program, problem, rounded(list(values)))
+    readings = proposal.readings(
+        proposed.array,
+        proposed.is_own,
+        partial(_completed, data, proposal),
+        partial(_exact_multipliers, data, proposal),
+    )
+    return proposal.verified((proposed.of_z(list(z)) for z in readings), TOL.value)
+
+
+def _exact_multipliers(data: ExactProblem, proposal: _Proposal) -> Any:
+    near = proposal.with_step()
+    found = exact_solution.from_point(data, near, Effort(MOST_EFFORT))
+    z = found or fractions_of(near)
+    return np.array(z[proposal.k : data.n - proposal.origin.ranges], dtype=object)
+
+
+def _around(value: Vector, lower: Vector, upper: Vector) -> tuple[Vector, Vector]:
+    """Return how far a value may move down and up; beyond a bound it may move no
+    farther."""
+    equal = lower == upper
+    return np.where(equal, 0.0, np.minimum(lower - value, 0.0)), np.where(
+        equal, 0.0, np.maximum(upper - value, 0.0)
+    )
+
+
+class _Proposal:
+    """A proposed point of a program: its x, and whether multipliers y came with it."""
+
+    def __init__(self, origin: Program, problem: Problem, values: Vector) -> None:
+        self.origin, self.problem, self.k = origin, problem, origin.variables
+        self.data, self.x, self.sign = (
+            data_of(problem, origin),
+            values[: self.k],
+            origin.sign,
+        )
+        self.needs_multipliers = values.size == self.k < problem.n
+
+    @cached_property
+    @np.errstate(all="ignore")
+    def step(self) -> tuple[Vector, float]:
+        """Return the multipliers of the rows at x, shape (m,), and by how much the step
+        that belongs to them lowers the objective; zeros and nan if there are none in
+        the range of doubles."""
+        data, x, heights = self.data, self.x, np.ones(self.data.row_lower.size)
+        g = product(data.Q, x) + data.c
+        largest = float(np.abs(x).max())
+        sizes = (
+            BOX_SIZE * np.maximum(np.abs(x), LEAST_BOX_SIZE * largest)
+            if largest
+            else np.ones(x.size)
+        )
+        A = data.A
+        if heights.size:
+            heights = row_maxima(scaled(A, heights, sizes))
+            heights[heights == 0] = 1.0
+            A = scaled(A, 1 / heights, sizes)
+        ends = _around(product(data.A, x), data.row_lower, data.row_upper)
+        low, high = _around(x, data.lower, data.upper)
+        bounds = np.maximum(low / sizes, -1.0), np.minimum(high / sizes, 1.0)
+        unit = float(np.abs(g * sizes).max()) or 1.0
+        found = minimized(
+            g * sizes / unit, A, (ends[0] / heights, ends[1] / heights), bounds
+        )
+        if found is None or not np.isfinite(found.y).all():
+            return np.zeros(heights.size), math.nan
+        d = found.x * sizes
+        slope, curvature = float(g @ d), float(d @ product(data.Q, d))
+        t = min(1.0, -slope / curvature) if curvature > 0 else 1.0
+        return found.y * unit / heights, -t * (slope + t * curvature / 2)
+
+    def with_step(self) -> Vector:
+        """Return the z that consists of x and the multipliers of the step from it."""
+        return self.origin.z_of(self.x, self.step[0], self.data)
+
+    def readings(
+        self,
+        values: Any,
+        own: bool,
+        completed: Callable[[Any, Any], Any],
+        sought: Callable[[], Any],
+    ) -> Iterator[Any]:
+        """Yield each z for which the values may stand, as `completed` makes it from x
+        and y, which is sought if it is missing; for a maximum, y may have either
+        sign."""
+        ranges, n = self.origin.ranges, self.problem.n
+        x, y = values[: self.k], values[self.k : n - ranges]
+        if self.needs_multipliers:
+            yield completed(x, sought())
+            return
+        if values.size == n and not own:
+            yield values
+        if values.size < n or own:
+            yield completed(x, -y if self.sign < 0 else y)
+        if self.sign < 0 and not own and y.size and (values.size < n or not ranges):
+            yield completed(x, y if values.size < n else -y)
+
+    def verified(self, of_readings: Iterator[Verification], tol: float) -> Verification:
+        """Return the first verification that is accepted, or else the first of all,
+        with a statement on x, and with the multipliers if they had to be sought."""
+        found = next(of_readings)
+        found = (
+            found
+            if found.accepted
+            else next((other for other in of_readings if other.accepted), found)
+        )
+        if not found.accepted:
+            return replace(found, statement=self._fault(tol))
+        y = (
+            self.sign * self.with_step()[self.k : self.problem.n - self.origin.ranges]
+            + 0.0
+        )
+        statement = kind_of_solutions(self.problem, self.origin, self.data).statement
+        found = replace(found, statement=statement)
+        if not self.needs_multipliers:
+            return found
+        return replace(found, multipliers=y, answer=Multipliers(self.origin, y))
+
+    @np.errstate(all="ignore")
+    def _fault(self, tol: float) -> str:
+        if violated := _violated(self.origin, self.data, self.x, tol):
+            return f"x is not feasible: {violated}"
+        origin, feasible = self.origin, f"x is feasible to the tolerance {tol:g}"
+        word, value = (
+            WORDS[origin.sense],
+            self.sign * self.data.objective(self.x) + origin.constant,
+        )
+        _, gain = self.step
+        if math.isnan(gain):
+            return feasible
+        size = np.abs(self.x)
+        terms = float(
+            size @ (absolute_product(self.data.Q, size) / 2 + np.abs(self.data.c))
+        )  # of the objective
+        if gain > max(tol, LEAST_GAIN) * terms:
+            far = (
+                f"at least {approximate(Fraction(gain), -1, 2)} "
+                f"{OBJECTIVE_CLAUSES[self.origin.sense]}"
+            )
+            return f"{feasible}, but not a {word}: its objective {value:.7g} is {far}"
+        if (
+            not self.needs_multipliers
+            and verify(self.problem, self.with_step(), tol).accepted
+        ):
+            kind = kind_of_solutions(self.problem, origin, self.data)
+            return f"{kind.statement}, but with other multipliers"
+        return f"{feasible}, but not shown to be a {word}"
+
+
+def _completed(data: ExactProblem, proposal: _Proposal, x: Any, y: Any) -> Any:
+    """Return the z that consists of exact x and y, and of s = Ax moved within its
+    bounds."""
+    zeros = np.array([Fraction(0)] * proposal.origin.ranges, dtype=object)
+    w, first = (
+        data.w(list(np.concatenate((x, y, zeros)))),
+        data.n - proposal.origin.ranges,
+    )
+    rows = proposal.k + np.flatnonzero(proposal.data.ranges)
+    ends = zip(rows.tolist(), data.lower[first:], data.upper[first:], strict=True)
+    s = [
+        w[i] if low is None or high is None else min(max(w[i], low), high)
+        for i, low, high in ends
+    ]
+    return np.concatenate((x, y, np.array(s, dtype=object)))
+
+
+@np.errstate(all="ignore")
+def _violated(origin: Program, data: Blocks, x: Vector, tol: float) -> str:
+    """Return the row or bound that x violates most relative to its terms, and how much;
+    "" if by no more than tol."""
+    values = np.concatenate((product(data.A, x), x))
+    sizes = np.concatenate((absolute_product(data.A, np.abs(x)), np.abs(x)))
+    names = [
+        f"row {name or f'{i} {FROM_1}'}"
+        for i, name in enumerate(origin.rows or [""] * data.row_lower.size, 1)
+    ]
+    names += [
+        name or f"x{j}"
+        for j, name in enumerate(origin.columns or [""] * origin.variables, 1)
+    ]
+    sides = (
+        ("below", "lower", data.row_lower, data.lower, 1.0),
+        ("above", "upper", data.row_upper, data.upper, -1.0),
+    )
+    worst, sentence, number = 0.0, "", 0
+    for side, bound, of_rows, of_x, sign in sides:
+        ends = np.concatenate((of_rows, of_x))
+        beyond = np.where(np.isfinite(ends), sign * (ends - values), 0.0)
+        relative = np.where(
+            beyond > tol * (sizes + np.abs(ends)), beyond / (sizes + np.abs(ends)), 0.0
+        )
+        number, i = number + int(np.count_nonzero(relative)), int(np.argmax(relative))
+        if relative[i] > worst:
+            worst = relative[i]
+            sentence = (
+                f"{names[i]} is {values[i]:.7g}, {beyond[i]:.2g} {side} its {bound} "
+                f"bound {ends[i]:.7g}"
+            )
+    return (
+        f"{sentence}; {count(number - 1, 'other bound')} violated"
+        if number > 1
+        else sentence
+    )

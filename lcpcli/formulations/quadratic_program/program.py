@@ -1,0 +1,145 @@
+"""Linear and quadratic programs: R. W. Cottle, G. B. Dantzig, Complementary pivot
+theory of mathematical programming, Linear Algebra Appl. 1 (1968) 103-125; with bounds
+on both sides as in F. Facchinei, J.-S. Pang, Finite-Dimensional Variational
+Inequalities and Complementarity Problems (2003), section 1.3.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from lcpcli.errors import (
+    GIVE_FINITE,
+    GIVE_NUMBER,
+    ProblemError,
+    kind,
+    refuse_unknown,
+)
+from lcpcli.linalg.matrices import is_sparse
+from lcpcli.model.block_form import SENSES, BlockForm, sense_of, size_of, symmetrized
+from lcpcli.model.formulation import Answer, Conditions, names_of
+from lcpcli.model.problem import Problem, conditions_of
+
+PROGRAM_KEYS = ("kind", "variables", "ranges", "sense", "constant", "rows", "columns")
+
+
+@dataclass(frozen=True)
+class Program(BlockForm):
+    """The data that map a solution z = (x, y, s) of the conditions of `Blocks`
+    back to the original program.
+
+    variables, ranges : the lengths of x and of s, the number of rows between two
+        different finite bounds.
+    sense : "min" or "max"; the objective to be maximized has been multiplied by -1.
+        constant : is added to it.
+    rows, columns : the names of the rows of A and of its columns, the variables; empty
+        if they have none.
+    """
+
+    variables: int
+    ranges: int = 0
+    sense: str = "min"
+    constant: float = 0.0
+    rows: tuple[str, ...] = ()
+    columns: tuple[str, ...] = ()
+
+    kind = "qp"
+    form = "written as the program's optimality conditions,"
+    left_out = ("objective",)
+    hint_for_bounds = "give the bounds of its variables in the file"
+
+    @classmethod
+    def of_fields(cls, fields: Mapping[str, Any]) -> Problem:
+        problem: Problem = cls.beside("keys").problem_of(fields)
+        return problem
+
+    def fields(self, problem: Problem, *, in_text: bool) -> dict[str, Any] | None:
+        """Return the fields of the program, in its own sense, without default
+        values."""
+        del in_text
+        data = self.blocks(conditions_of(problem))
+        if data is None:
+            return None
+        Q, c = self.sign * data.Q, self.sign * data.c
+        entries = Q.data if is_sparse(Q) else Q
+        entries += 0.0  # to leave no -0
+        fields = self.fields_of(data._replace(Q=Q, c=c), "Q", "c")
+        if not (data.Q != 0).sum():
+            del fields["Q"]
+        sense = {} if self.sign > 0 else {"sense": self.sense}
+        constant = {"constant": self.constant} if self.constant else {}
+        names = {key: fields.pop(key) for key in ("rows", "columns") if key in fields}
+        return sense | fields | constant | names
+
+    @classmethod
+    def parse(cls, data: Mapping[str, Any]) -> Program:
+        refuse_unknown("", data, PROGRAM_KEYS)
+        rows, columns = (
+            names_of(key, data.get(key, ())) for key in ("rows", "columns")
+        )
+        k, ranges = (
+            size_of(data, "variables", 1),
+            size_of(data, "ranges", 0),
+        )
+        sense, constant = (
+            sense_of(data.get("sense", "min")),
+            constant_of(data.get("constant", 0.0)),
+        )
+        return cls(k, ranges, sense, constant, rows, columns)
+
+    def data(self) -> dict[str, Any]:
+        fields = {
+            "kind": self.kind,
+            "variables": self.variables,
+            "ranges": self.ranges,
+            "constant": self.constant,
+        }
+        fields |= {"rows": list(self.rows), "columns": list(self.columns)}
+        fields |= {"sense": self.sense if self.sense != "min" else ""}
+        return {key: value for key, value in fields.items() if value}
+
+    def fits(self, given: Conditions) -> bool:
+        """Return whether the problem is made from a program of this size, and the
+        number of names fits it."""
+        found = self.blocks_that_fit(given)
+        return found is not None and symmetrized(found.Q) is not None
+
+    @property
+    def block_form(self) -> Program:
+        return self
+
+    def with_ranges(self, ranges: int) -> Program:
+        return replace(self, ranges=ranges)
+
+    @property
+    def sign(self) -> float:
+        return SENSES[self.sense]
+
+    def answer(self, result: Any) -> Answer:
+        found: Answer = self.beside("answers").answer(self, result)
+        return found
+
+    def lengths(self, problem: Any) -> dict[int, str]:
+        others = {problem.n - self.ranges: "x and y", self.variables: "x"}
+        return {problem.n: "z", **others}
+
+    def verified(self, proposed: Any) -> Any:
+        return self.beside("checks").verified(self, proposed)
+
+    def meaning(self, data: Any) -> Any:
+        return self.beside("meaning").Optima(data, self)
+
+
+def constant_of(given: Any) -> float:
+    if isinstance(given, (bool, np.bool_)) or not isinstance(
+        given, (int, float, np.integer, np.floating)
+    ):
+        raise ProblemError("constant", f"is {kind(given)}", GIVE_NUMBER)
+    if not math.isfinite(given):
+        raise ProblemError("constant", "is not a finite number", GIVE_FINITE)
+    return float(given)
