@@ -220,7 +220,7 @@ def register(registry: Path, table: str, line: str) -> None:
     """Add one line to the dictionary, or the table, of that name in a file, or to the
     end of a page."""
     text = registry.read_text()
-    if table == "TABLE":
+    if table and f'\n{table} = """' in text:
         place = text.index('\n"""\n', text.index(f"\n{table} = ")) + 1
     elif table:
         place = text.index("\n}\n", text.index(f"\n{table} = {{")) + 1
@@ -377,6 +377,41 @@ def test_another_package_adds_a_method_and_a_format(tmp_path: Path) -> None:
         "lcp: broken: is toys.none:METHOD of another package, which cannot be loaded: "
     )
     assert line.count("\n") == 1
+
+
+SHIPPING = {"costs": [[1, 3], [2, 1]], "supply": [4, 5], "demand": [3, 4]}
+
+
+@pytest.mark.slow  # in eight processes
+def test_a_formulation_is_one_folder_and_one_row(tmp_path: Path) -> None:
+    """As the page on development has it."""
+    page = (ROOT / "lcpcli/development.md").read_text()
+    section = page.partition("## A formulation\n")[2]
+    text = section.partition("```python\n")[2].partition("```")[0]
+    (row,) = (line for line in section.splitlines() if '": Row(' in line)
+    ignored = shutil.ignore_patterns("__pycache__")
+    shutil.copytree(ROOT / "lcpcli", tmp_path / "lcpcli", ignore=ignored)
+    folder = tmp_path / "lcpcli/formulations/shipping"
+    folder.mkdir()
+    (folder / "__init__.py").touch()
+    (folder / "plans.py").write_text(text)
+    table = tmp_path / "lcpcli/model/formulations.py"
+    register(table, "TABLE", row.strip().removesuffix(","))
+    (tmp_path / "s.json").write_text(json.dumps(SHIPPING))
+
+    def of(line: str) -> str:
+        return run(tmp_path, tmp_path, "-m", "lcpcli", *line.split())
+
+    assert "the plan costs 7" in of("solve s.json")
+    answer = json.loads(of("solve s.json --format json"))["answer"]
+    assert answer["shipments"] == [[3, 0], [0, 4]]
+    assert "1,3.0,0.0,1 to 1" in of("solve s.json --format csv")
+    assert "z solves the problem" in of("check s.json 3,0,0,4,0,0,1,1")
+    of("convert s.json -o written.json -q")
+    assert json.loads((tmp_path / "written.json").read_text()) == SHIPPING
+    of("convert s.json -o arrays.npz -q")
+    assert "the plan costs 7" in of("solve arrays.npz")
+    assert "Usage: lcp solve" in of("solve --help")
 
 
 def test_what_the_package_knows_itself_is_not_looked_for_in_others() -> None:

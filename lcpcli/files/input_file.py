@@ -137,10 +137,11 @@ class InputFile:
     @cached_property
     def nonlinear(self) -> NonlinearProblem | None:
         """Return the problem in the file; None if it is linear."""
-        if not self.kind.is_model:
-            return None
-        found: NonlinearProblem | None = self._called("nonlinear", self.data, self.name)
-        return found
+        return (
+            self._called("nonlinear", self.data, self.name)
+            if self.kind.is_model
+            else None
+        )
 
     @property
     def objective(self) -> Objective | None:
@@ -150,8 +151,7 @@ class InputFile:
     def solution_in(self, path: str) -> list[Fraction] | None:
         """Return the solution of this model in a file of the format for these; None if
         the file has another one."""
-        suffix, *_ = self.kind.beside or [""]
-        if not (suffix and path.casefold().endswith(suffix)):
+        if not path.casefold().endswith(self.kind.beside[:1]):
             return None
         other = InputFile.read(path, WHOLE)
         form = cast(ModelFormat, load(self.kind.form))

@@ -73,11 +73,8 @@ def run(stub: str, words: Sequence[str]) -> int:
     model: nl_format.Model = file.data
     conditions = file.within(lambda: model.conditions)
     told, number, z = _answer(file, isinstance(conditions, NlProgram), given)
-    message = visible(
-        " ".join(
-            "; ".join(filter(None, [f"lcp {VERSION}: {told}", model.remark])).split()
-        )
-    )
+    whole = "; ".join(filter(None, [f"lcp {VERSION}: {told}", model.remark]))
+    message = visible(" ".join(whole.split()))
     print(message)
     has_values = z is not None and bool(np.isfinite(z).all())
     number = number if has_values or 200 <= number < 400 else NO_POINT

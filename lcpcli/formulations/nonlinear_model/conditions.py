@@ -205,31 +205,17 @@ class NlModel:
         found: list[_Parts] = []
         for letter, value, size in reversed(terms):
             if letter == "o":
-                found.append(
-                    self._apply(MEANINGS[value][0], [found.pop() for _ in range(size)])
-                )
-            elif letter == "p":
-                found.append(
-                    [
-                        (
-                            self._piecewise_linear(
-                                value[::2], value[1::2], self.graph.sum(found.pop())
-                            ),
-                            1,
-                        )
-                    ]
-                )
+                arguments = [found.pop() for _ in range(size)]
+                found.append(self._apply(MEANINGS[value][0], arguments))
+                continue
+            if letter == "p":
+                argument = self.graph.sum(found.pop())
+                node = self._piecewise_linear(value[::2], value[1::2], argument)
+            elif letter == "v":
+                node = self._nodes[value]
             else:
-                found.append(
-                    [
-                        (
-                            self._nodes[value]
-                            if letter == "v"
-                            else self.graph.constant(value),
-                            1,
-                        )
-                    ]
-                )
+                node = self.graph.constant(value)
+            found.append([(node, 1)])
         return self.graph.sum(found.pop())
 
     def _apply(self, name: str, arguments: Sequence[_Parts]) -> _Parts:

@@ -57,9 +57,6 @@ class Model:
     def __init__(self, content: bytes, path: str) -> None:
         self._content, self.path = content, path
 
-    def __reduce__(self) -> tuple[type[Model], tuple[bytes, str]]:
-        return type(self), (self._content, self.path)
-
     @cached_property
     def conditions(self) -> NlModel | NlProgram:
         return self._with_numbers(float)
@@ -117,24 +114,15 @@ def fields(model: Model, number: Number = float) -> dict[str, Any]:
         "is a nonlinear model",
         "see lcp help models for what takes it",
     )
-    return _linear(model, conditions, of)
-
-
-def _linear(
-    model: Model, conditions: NlModel, of: Callable[[Any], float]
-) -> dict[str, Any]:
-    with imports:
-        from scipy.sparse import csr_array
+    from scipy.sparse import csr_array
 
     graph = conditions.graph
     order = order_of(conditions, Jacobian(graph, conditions.rows, Arithmetic()))
     rows = [graph.parts(conditions.rows[place]) for place in order]
     entries = [(i, *term) for i, row in enumerate(rows) for term in row.terms]
-    i, j, values = zip(*entries, strict=True) if entries else ((), (), ())
-    M = csr_array(
-        (np.array([of(value) for value in values], float), (i, j)),
-        shape=(graph.n, graph.n),
-    )
+    i, j, numbers = zip(*entries, strict=True) if entries else ((), (), ())
+    values = np.array(list(map(of, numbers)), float)
+    M = csr_array((values, (i, j)), shape=(graph.n, graph.n))
     lower, upper = (
         np.array([of(end) if isfinite(end) else float(end) for end in ends])
         for ends in (conditions.lower, conditions.upper)
@@ -211,14 +199,11 @@ def objective(model: Model) -> Objective | None:
     sense, node = exact.objective
     terms, constant = exact.graph.parts(node)
     costs, n = dict(terms), exact.graph.n
-    fault, hint = (
-        "has an objective that is not linear",
-        "write a linear one, or take it out to find one solution",
-    )
+    fault = "has an objective that is not linear"
+    hint = "write a linear one, or take it out to find one solution"
     refuse(any(part >= n for part in costs), "", fault, hint)
-    return Objective(
-        [Fraction(costs.get(i, 0)) for i in range(n)], sense, Fraction(constant)
-    )
+    values = [Fraction(costs.get(i, 0)) for i in range(n)]
+    return Objective(values, sense, Fraction(constant))
 
 
 def solution(model: Model, content: bytes) -> list[Fraction]:
@@ -256,14 +241,12 @@ class Functions:
     def __init__(
         self, model: NlModel, arithmetic: Arithmetic, order: Indices | None = None
     ) -> None:
-        self.n, self._jacobian = (
-            model.graph.n,
-            Jacobian(model.graph, model.rows, arithmetic),
-        )
+        graph, rows_of_model = model.graph, model.rows
+        self.n = graph.n
+        self._jacobian = Jacobian(graph, rows_of_model, arithmetic)
         self.order = order_of(model, self._jacobian) if order is None else order
-        self.F = Tape(
-            model.graph, [model.rows[place] for place in self.order], arithmetic
-        ).values
+        in_order = [rows_of_model[place] for place in self.order]
+        self.F = Tape(graph, in_order, arithmetic).values
         rows = np.argsort(self.order)[self._jacobian.rows]
         self._entries = np.lexsort((self._jacobian.columns, rows))
         self._places = rows[self._entries], self._jacobian.columns[self._entries]

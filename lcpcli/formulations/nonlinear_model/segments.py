@@ -146,8 +146,6 @@ REFUSED = {
     "numberof",
     "atleast",
     "atmost",
-}
-REFUSED |= {
     "exactly",
     "not atleast",
     "not atmost",
@@ -205,10 +203,8 @@ def named(path: str, error: ProblemError) -> ProblemError:
 
 def in_names(path: str, text: str) -> str:
     def name(found: re.Match[str]) -> str:
-        names, number = (
-            _names(path, ".col" if found[1] == "v" else ".row"),
-            int(found[2]),
-        )
+        names = _names(path, ".col" if found[1] == "v" else ".row")
+        number = int(found[2])
         return names[number] if number < len(names) else found[0]
 
     return re.sub(r"\b([vC])(\d+)\b", name, text)
