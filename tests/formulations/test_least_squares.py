@@ -165,11 +165,19 @@ def test_files_keep_a_fit(suffix: str, as_program: bool) -> None:
     assert np.array_equal(read.upper, problem.upper)
 
 
-def test_sparse_and_dense_A_give_the_same_fit() -> None:
-    A = np.random.default_rng(1).standard_normal((300, 5)) * ([1, 0, 1, 1, 1] * 60)[0]
-    b = A @ [1, 2, -1, 0.5, 3]
-    x = lcpcli.nnls(A, b).answer.x
-    assert lcpcli.nnls(csr_array(A), b).answer.x.tolist() == x.tolist()
+@pytest.mark.parametrize("seed", range(4))
+def test_sparse_and_dense_A_give_the_same_fit(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    A = rng.standard_normal((300, 40)) * (rng.random((300, 40)) < 0.1)
+    A *= 10.0 ** rng.integers(-6, 7, 40)
+    b = rng.standard_normal(300)
+    if seed == 3:
+        A[:, 1] = 2 * A[:, 0]  # A'A is singular
+    sparse, whole = lcpcli.nnls(csr_array(A), b), lcpcli.nnls(A, b)
+    assert sparse.solved
+    assert np.allclose(sparse.answer.x, whole.answer.x, rtol=1e-12, atol=0)
+    assert sparse.answer.norm == pytest.approx(whole.answer.norm, rel=1e-14)
+    assert sparse.answer.proved == whole.answer.proved
 
 
 @pytest.mark.usefixtures("in_folder")

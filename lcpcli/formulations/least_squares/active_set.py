@@ -18,6 +18,7 @@ are wrong only where the data leave them open.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -79,7 +80,7 @@ class Minimizer:
 def minimize(data: Data) -> Minimizer | None:
     """Return the minimizer of a problem in the units of `Scaled`; None if no x within
     the bounds satisfies the equations, or rounding hides the way."""
-    start = _start(data)
+    start = start_of(data)
     if data.d.size:
         none = data.E[:0], data.d[:0]
         of_equations = Data(data.E, data.d, data.lower, data.upper, *none)
@@ -94,7 +95,7 @@ def minimize(data: Data) -> Minimizer | None:
     return None if found is None else _settled(data, found)
 
 
-def _start(data: Data) -> Minimizer:
+def start_of(data: Data) -> Minimizer:
     """Return the point at the bounds nearest to 0, without free coefficients; those
     without bounds are 0."""
     is_upper = np.abs(data.upper) < np.abs(data.lower)
@@ -119,15 +120,38 @@ def _exchanged(data: Data, start: Minimizer) -> Minimizer:
     They take A'A, as a guess alone: what comes of it is a start.
     """
     A, b, lower, upper, *_ = data
-    n = lower.size
-    if len(A) < n:
+    if len(A) < lower.size:
         return start
-    gram, side, solve = A.T @ A, A.T @ b, lapack().dposv
-    states = start.states
+    exchanged = exchanges(A.T @ A, A.T @ b, lower, upper, start.states)
+    if exchanged is None:
+        return start
+    x = np.clip(exchanged.x, lower, upper)
+    if not np.isfinite(x).all():
+        return start
+    is_inside = (lower < x) & (x < upper)
+    states = np.where(is_inside, BASIC, np.where(x <= lower, LOWER, UPPER))
+    found = _of_states(data, x, states.astype(np.int8))
+    is_better = found.r @ found.r < start.r @ start.r
+    return found if is_better and found.factors(data).is_regular else start
+
+
+class Exchanged(NamedTuple):
+    """Where exchanges end: x, states, and how many coefficients are wrong."""
+
+    x: Vector
+    states: States
+    wrong: int
+
+
+def exchanges(
+    gram: Matrix, side: Vector, lower: Vector, upper: Vector, states: States
+) -> Exchanged | None:
+    """Return where exchanges of all wrong coefficients lead, by A'A and A'b; None if a
+    system is not positive definite."""
+    solve, fewest, failures = lapack().dposv, lower.size + 1, 0
     has_none = np.isinf(lower) & np.isinf(upper)
     if has_none.any():
         states = np.where(has_none, BASIC, states)
-    fewest, failures = n + 1, 0
     for _ in range(MAX_EXCHANGES):
         free = np.flatnonzero(states == BASIC)
         x = np.where(states == UPPER, upper, lower)
@@ -138,7 +162,7 @@ def _exchanged(data: Data, start: Minimizer) -> Minimizer:
         if free.size:
             _, x[free], fault = solve(gram[free[:, np.newaxis], free], of_free)
             if fault:
-                return start
+                return None
         slopes = gram @ x - side
         below, above = x < lower, x > upper
         wrong = below | above | ((slopes * states > 0) & (lower < upper))
@@ -151,14 +175,7 @@ def _exchanged(data: Data, start: Minimizer) -> Minimizer:
             break
         others = np.where(below, LOWER, np.where(above, UPPER, BASIC))
         states = np.where(wrong, others, states)
-    x = np.clip(x, lower, upper)
-    if not np.isfinite(x).all():
-        return start
-    is_inside = (lower < x) & (x < upper)
-    states = np.where(is_inside, BASIC, np.where(x <= lower, LOWER, UPPER))
-    found = _of_states(data, x, states.astype(np.int8))
-    is_better = found.r @ found.r < start.r @ start.r
-    return found if is_better and found.factors(data).is_regular else start
+    return Exchanged(x, states, number)
 
 
 def _descended(data: Data, found: Minimizer, noise: Vector) -> Minimizer | None:
@@ -244,19 +261,25 @@ def _are_clear(data: Data, found: Minimizer) -> bool:
     factors = found.factors(data)
     if data.d.size or not factors.is_regular:
         return False
-    free, norms = found.free, column_norms(data.A)
+    free = found.free
     found.r = factors.step(found.r, np.zeros(free.size), data.d).dr
+    norms = column_norms(data.A)
+    rows = column_norms(factors.inverse_of_R.T) if free.size else norms[:0]
+    return are_clear(data, found, norms, rows)
+
+
+def are_clear(data: Data, found: Minimizer, norms: Vector, rows: Vector) -> bool:
+    """Return whether the signs of all coefficients and multipliers of a point without
+    refinement are known. norms : of the columns of A. rows : those of the rows of the
+    pseudoinverse of the free columns."""
+    free = found.free
     size = float(np.sqrt(found.r @ found.r))
     terms = float(np.sqrt(data.b @ data.b) + norms @ np.abs(found.x))
     if not size > LARGE_RESIDUAL * terms:
         return False
-    rows = column_norms(factors.inverse_of_R.T) if free.size else norms[:0]
     largest = float(np.sqrt(rows @ rows))
-    errors = (
-        UNREFINED
-        * rows
-        * (terms + largest * float(column_norms(norms[free, None])[0]) * size)
-    )
+    of_free = float(np.sqrt(norms[free] @ norms[free]))
+    errors = UNREFINED * rows * (terms + largest * of_free * size)
     gaps = np.minimum(found.x - data.lower, data.upper - found.x)[free]
     if not (gaps > errors).all():
         return False

@@ -26,7 +26,7 @@ from lcpcli.formulations.least_squares.determinacy import (
 from lcpcli.formulations.least_squares.fit import Data, LeastSquares
 from lcpcli.formulations.least_squares.residuals import residual
 from lcpcli.linalg.doubles import EPS
-from lcpcli.linalg.matrices import dense
+from lcpcli.linalg.matrices import accurate_residual, dense, is_sparse
 from lcpcli.model.box import BASIC, in_words
 from lcpcli.model.formulation import Answer
 from lcpcli.rational.numbers import brief
@@ -106,11 +106,13 @@ class Fit(Answer):
         if self._problem is None:
             return None
         data, found = self._problem
-        own = residual(data.A, found.x, data.b)
+        own = (accurate_residual if is_sparse(data.A) else residual)(
+            data.A, found.x, data.b
+        )
         slopes = data.A.T @ found.r + data.E.T @ found.y
         multipliers = np.where(found.states == BASIC, 0.0, 0.0 - slopes)
         norm, error = _norm(own)
-        terms = np.abs(data.A) @ np.abs(found.x) + np.abs(data.b)
+        terms = abs(data.A) @ np.abs(found.x) + np.abs(data.b)
         error += (found.x.size * EPS) ** 2 * _norm(terms)[0]
         return own, norm, error, multipliers
 
@@ -149,7 +151,7 @@ class Fit(Answer):
         data, found = self._problem
         if data.b.size + found.free.size + data.d.size > MAX_EXAMINED:
             return None
-        return determinacy(data, found)
+        return determinacy(data._replace(A=dense(data.A), E=dense(data.E)), found)
 
     @property
     def proved(self) -> str | None:
@@ -227,7 +229,10 @@ class Fit(Answer):
         if self._problem is None or self.x is None:
             return None
         data, x = self._problem[0], self.x
-        parts = {self.names[j]: data.A[:, j] * x[j] for j in np.flatnonzero(x).tolist()}
+        used = np.flatnonzero(x)
+        weighted = dense(data.A[:, used]) * x[used]
+        names = [self.names[j] for j in used.tolist()]
+        parts = dict(zip(names, weighted.T, strict=True))
         drawn = Fitted(title, data.b, data.A @ x, parts)
         return Picture("fit", [drawn], [title], "a fit")
 
@@ -248,7 +253,6 @@ def fit_at(
     origin: LeastSquares, data: Data, z: Vector, exact: list[Fraction] | None = None
 ) -> Fit:
     """Return the answer for a solution z. exact : its coefficients in fractions."""
-    data = data._replace(A=dense(data.A), E=dense(data.E))
     r, x, y = origin.parts(z)
     found = Minimizer(x, r, y, states_of(data, x))
     return Fit(origin.coefficient_names(), x, exact, "solved", (data, found))

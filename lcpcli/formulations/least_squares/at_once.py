@@ -13,6 +13,7 @@ from lcpcli.formulations.least_squares.active_set import minimize
 from lcpcli.formulations.least_squares.answers import Fit, fit_at
 from lcpcli.formulations.least_squares.fit import Data, LeastSquares, problem_of
 from lcpcli.formulations.least_squares.scaling import Scaled
+from lcpcli.formulations.least_squares.sparse_fits import minimize_sparse
 from lcpcli.linalg.doubles import EPS
 from lcpcli.linalg.matrices import dense, is_sparse
 from lcpcli.model.formulation import Proposal
@@ -34,12 +35,16 @@ REASON = "each row holds to 2e-13 of its own terms"
 @np.errstate(all="ignore")
 def proposed(data: Data) -> Proposal | None:
     """Return the z of the minimizer; None if the method does not reach one."""
+    found = None
     if is_sparse(data.A):
-        if data.A.shape[0] * data.A.shape[1] > MAX_ENTRIES:
+        scaled = Scaled.of(data)
+        found = minimize_sparse(scaled.data)
+        if found is None and data.A.shape[0] * data.A.shape[1] > MAX_ENTRIES:
             return None
+    if found is None:
         data = data._replace(A=dense(data.A), E=dense(data.E))
-    scaled = Scaled.of(data)
-    found = minimize(scaled.data)
+        scaled = Scaled.of(data)
+        found = minimize(scaled.data)
     if found is None:
         return None
     x = np.clip(scaled.x(found.x), data.lower, data.upper)
@@ -81,7 +86,7 @@ def solved_at_once(fits: Fits, began: float) -> Result | None:
     they do not, so that a run has to decide."""
     data, stopwatch = fits.data, Stopwatch(seconds, began)
     stopwatch.count("setup")
-    proposal = None if is_sparse(data.A) else proposed(data)
+    proposal = proposed(data)
     stopwatch.count("solve")
     if proposal is None or not proposal.reason:
         return None
@@ -107,12 +112,12 @@ def holds(data: Data, r: Vector, x: Vector, y: Vector) -> Mask:
         return np.zeros(b.shape[1:], dtype=bool)
     if x.ndim > 1:
         lower, upper, d = lower[:, np.newaxis], upper[:, np.newaxis], d[:, np.newaxis]
-    of_A, of_E = np.abs(A), np.abs(E)
+    of_A, of_E = abs(A), abs(E)
     sizes, others = of_A @ np.abs(x), of_E @ np.abs(x)
     good = sizes.max(axis=0, initial=0.0) <= MAX_CANCELLATION * np.abs(b).max(axis=0)
     violation = np.abs(r + A @ x - b)
     good &= (violation <= ROUNDING_OF_ROWS * (sizes + np.abs(b))).all(axis=0)
-    if len(E):
+    if len(data.d):
         good &= (others <= MAX_CANCELLATION * np.abs(d)).all(axis=0)
         violation = np.abs(E @ x - d)
         good &= (violation <= ROUNDING_OF_ROWS * (others + np.abs(d))).all(axis=0)

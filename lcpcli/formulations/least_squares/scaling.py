@@ -9,6 +9,7 @@ import numpy as np
 
 from lcpcli.formulations.least_squares.active_set import Minimizer
 from lcpcli.formulations.least_squares.fit import Data
+from lcpcli.linalg.matrices import is_sparse
 from lcpcli.typing import Indices, Matrix, Vector
 
 
@@ -30,14 +31,14 @@ class Scaled:
     def of(cls, data: Data) -> Scaled:
         columns = _exponents(_maxima(data.A, 0))
         side = int(_exponents(np.abs(data.b).max(initial=0.0)[np.newaxis])[0])
-        E = np.ldexp(data.E, -columns)
+        E = times_powers(data.E, -columns)
         rows = _exponents(_maxima(E, 1))
         scaled = Data(
-            np.ldexp(data.A, -columns),
+            times_powers(data.A, -columns),
             np.ldexp(data.b, -side),
             np.ldexp(data.lower, columns - side),
             np.ldexp(data.upper, columns - side),
-            np.ldexp(E.T, -rows).T,
+            times_powers(E.T, -rows).T,
             np.ldexp(data.d, -side - rows),
         )
         return cls(scaled, columns, rows, side)
@@ -64,7 +65,21 @@ class Scaled:
 
 
 def _maxima(A: Matrix, axis: int) -> Vector:
+    if is_sparse(A):
+        sizes = abs(A)
+        shape = sizes.shape[1 - axis]
+        largest = sizes.max(axis=axis).toarray() if sizes.size else np.zeros(shape)
+        return np.asarray(largest).ravel()
     return np.asarray(np.abs(A).max(axis=axis, initial=0.0))
+
+
+def times_powers(A: Matrix, powers: Indices) -> Matrix:
+    """Return the matrix with its columns times powers of two."""
+    if not is_sparse(A):
+        return np.ldexp(A, powers)
+    scaled = A.tocsr(copy=True)
+    scaled.data = np.ldexp(scaled.data, powers[scaled.indices])
+    return scaled
 
 
 def _exponents(sizes: Vector) -> Indices:

@@ -1,0 +1,59 @@
+"""Fits with a sparse A: exchanges of many coefficients at a time by A'A, and
+corrections by residuals of A itself, as long as these show all signs (see
+`many_fits`)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from lcpcli.formulations.least_squares.active_set import (
+    Minimizer,
+    are_clear,
+    exchanges,
+    start_of,
+)
+from lcpcli.formulations.least_squares.factors import lapack
+from lcpcli.formulations.least_squares.fit import Data
+from lcpcli.typing import Vector
+
+MAX_COEFFICIENTS = 3000  # for which A'A is stored dense: 72 MB
+MAX_CORRECTIONS = 8
+CORRECTED = 1e-14  # of the largest coefficient: a correction after which none is needed
+
+
+def minimize_sparse(data: Data) -> Minimizer | None:
+    """Return the minimizer of a problem in the units of `Scaled`, without equations;
+    None if this does not show it."""
+    A, b, lower, upper, *_ = data
+    if data.d.size or lower.size > MAX_COEFFICIENTS or A.shape[0] < lower.size:
+        return None
+    start = start_of(data)
+    gram = (A.T @ A).toarray()
+    found = exchanges(gram, A.T @ b, lower, upper, start.states)
+    if found is None or found.wrong:
+        return None
+    states = found.states.astype(np.int8)
+    point = Minimizer(found.x, b - A @ found.x, np.zeros(0), states, 1)
+    free = point.free
+    rows = np.zeros(0)
+    if free.size:
+        factor, fault = lapack().dpotrf(gram[free[:, np.newaxis], free])
+        if fault or not _is_corrected(data, point, factor):
+            return None
+        inverse, _ = lapack().dpotri(factor)
+        rows = np.sqrt(np.diagonal(inverse))
+    norms = np.sqrt(np.diagonal(gram))
+    return point if are_clear(data, point, norms, rows) else None
+
+
+def _is_corrected(data: Data, point: Minimizer, factor: Vector) -> bool:
+    """Correct the free coefficients by residuals of A; return whether that ends."""
+    free = point.free
+    for _ in range(MAX_CORRECTIONS):
+        slopes = (data.A.T @ point.r)[free]
+        step, _ = lapack().dpotrs(factor, slopes)
+        point.x[free] += step
+        point.r = data.b - data.A @ point.x
+        if np.abs(step).max() <= CORRECTED * np.abs(point.x[free]).max():
+            return True
+    return False
