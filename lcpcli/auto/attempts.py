@@ -39,7 +39,7 @@ from lcpcli.linalg.patterns import affordable, is_forest
 from lcpcli.methods import direct, stages
 from lcpcli.methods.newton import LEAST_INDEX_STEPS, SLOW, dense_route, newton
 from lcpcli.methods.registry import METHODS
-from lcpcli.methods.stages import Iterate, Stage, Stalled, Tried, advance
+from lcpcli.methods.stages import Iterate, Part, Stage, Stalled, Tried
 from lcpcli.model.changes import is_far_from_one
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Mask, Vector
@@ -818,52 +818,25 @@ def phases(structure: Structure) -> tuple[tuple[Row, ...], ...]:
     return FIRST, presolve, LATER, milp
 
 
-class _Attempt:
-    """An attempt that is suspended and goes on."""
-
-    def __init__(self, row: Row, structure: Structure) -> None:
-        made = structure.tried.get(row.method)
-        assert row.begin is not None
-        self._stage = made.pop(0) if made else row.begin(structure)
-        self._evaluations = 0
-        self.share, self.is_over = row.share(structure), False
-
-    def turn(self, iterates: float) -> Stage:
-        """Go on for so many iterates at most; their evaluations count from the
-        beginning of this turn."""
-        before, passed = self._evaluations, 0
-        while passed < iterates:
-            self.is_over = True  # if it raises an error
-            step = advance(self._stage)
-            if not isinstance(step, Iterate):
-                return step
-            self.is_over, self._evaluations, passed = (
-                False,
-                step.evaluations,
-                passed + 1,
-            )
-            yield step._replace(evaluations=step.evaluations - before)
-        return Stalled(f"{passed} iterations were not enough")
-
-
-def in_rounds(
-    structure: Structure, phase: Sequence[Row]
-) -> Iterator[tuple[str, Stage]]:
-    """Yield the turns of the attempts of a phase that apply, by the names of their
-    methods; each begins when its turn comes."""
-    suspended = dict[int, _Attempt]()
+def in_rounds(structure: Structure, phase: Sequence[Row]) -> Iterator[Part]:
+    """Yield the attempts of a phase that apply when they have their turns; each begins
+    when its first one comes."""
+    suspended = dict[int, Part]()
     for number in range(
         ROUNDS_BEFORE_MILP if structure.problem.n <= MOST_FOR_MILP else ROUNDS
     ):
         for i, row in enumerate(phase):
-            attempt = suspended.pop(i, None)
+            part = suspended.pop(i, None)
             if row.first_round == number and row.applies(structure):
-                attempt = _Attempt(row, structure)
-            if attempt is None:
+                assert row.begin is not None
+                made = structure.tried.get(row.method)
+                part = Part(row.method, made.pop(0) if made else row.begin(structure))
+            if part is None:
                 continue
-            yield row.method, attempt.turn(attempt.share * 2.0**number)
-            if not attempt.is_over and structure.problem.n <= MOST_HELD:
-                suspended[i] = attempt
+            part.most = row.share(structure) * 2.0**number
+            yield part
+            if not part.is_over and structure.problem.n <= MOST_HELD:
+                suspended[i] = part
         if not suspended and number >= max(
             (row.first_round for row in phase), default=0
         ):

@@ -16,7 +16,7 @@ from collections.abc import Callable, Generator, Iterator
 from contextlib import suppress
 from dataclasses import replace
 from fractions import Fraction
-from functools import cache, cached_property, partial
+from functools import cached_property, partial
 from itertools import chain, takewhile
 from typing import TYPE_CHECKING, Any
 
@@ -45,6 +45,7 @@ from lcpcli.methods.stages import (
     Finished,
     Iterate,
     NoSolution,
+    Part,
     Search,
     Stage,
     Stalled,
@@ -82,6 +83,7 @@ MOST_REFINEMENTS = 3
 # violates rows only by what may be rounding: a part of the evaluations so far, and at
 # least so many; for a sparse M four for each unknown, up to so many.
 PATIENCE, LEAST_PATIENCE, MOST_SPARSE_PATIENCE = 2, 200, 2000
+AS_ROUNDING = "what is left of violations may be rounding of larger numbers"
 EXCLUDED = "each complementary set is excluded in exact arithmetic"
 OUT_OF_RANGE = (
     "there is a solution, but doubles cannot represent it: its numbers are too "
@@ -255,7 +257,10 @@ def _searched(problem: Problem, x0: Vector, milp: bool = True, **how: Any) -> St
     spoils the solution, and then milp, if it is among them, on the problem as given."""
     turns = Turns(x0)
     search: Search = partial(_search, milp=milp, **how)
-    ending = yield from turns.take("", stages.from_reference(problem, x0, search))
+    if problem.reference_z is None:
+        ending = yield from search(problem, turns)
+    else:
+        ending = yield from turns.take("", stages.from_reference(problem, x0, search))
     if isinstance(ending, Finished) and problem.reference_z is not None:
         z = problem.box.z_of(turns.last.x)
         found = accepted(problem, [z], Criterion(problem).tol, IF_PROVED)
@@ -282,65 +287,61 @@ def _search(
     states, near, tried : as in `auto`; milp : whether nodes of its tree are examined;
     is_decided : called after each turn, for other work between the turns; if it returns
     True, the search ends."""
-    x0, criterion = turns.last.x, cache(partial(Criterion, problem))
-    first = (
-        [("newton", from_start(problem, problem.box.basis_of(x0)))] if states else []
-    )
+    x0, criterion = turns.last.x, Criterion(problem)
+    first = list[Part]()
     if states:
+        first = [Part("newton", from_start(problem, problem.box.basis_of(x0)))]
         x0 = np.zeros(problem.n)
     elif near and not problem.M.diagonal().all():
         with imports:
             from lcpcli.methods.interior import at_point
         tried = tried or {}
-        first = [("interior", at_point(problem, x0, tried))]
+        first = [Part("interior", at_point(problem, x0, tried))]
     last: NoSolution | Stalled | None = None
     left = math.inf  # evaluations, once it is known with what the search is to end
-    least_patience = max(
-        LEAST_PATIENCE,
-        min(4 * problem.n, MOST_SPARSE_PATIENCE) if is_sparse(problem.M) else 0,
-    )
-    for name, stage in chain(first, all_stages(problem, x0, presolve, tried)):
+    for part in chain(first, all_parts(problem, x0, presolve, tried)):
         # Which may have a proof.
-        if (name == "milp" and not milp) or (left <= 0 and name != "linear"):
+        is_refused = part.method == "milp" and not milp
+        if is_refused or (left <= 0 and part.method != "linear"):
             continue
         before = turns.last
-        ending = yield from turns.take(
-            name, stage if last is None else stages.limited(stage, max(left, 1))
-        )
+        ending = yield from turns.go_on(part, max(left, 1))
         if isinstance(ending, stages.GivenUp):
             return ending
         left -= turns.last.evaluations - before.evaluations
-        patience = max(least_patience, PATIENCE * turns.last.evaluations)
         if not isinstance(ending, Finished) and is_decided():
             return Stalled("exact arithmetic has decided the problem")
         if isinstance(ending, NoSolution) and _is_proof(ending):
             if not ending.certificate.is_rounded:
                 return ending
             if not isinstance(last, NoSolution):
-                last, left = ending, patience
+                last, left = ending, _patience(problem, turns)
         if turns.last is before and not isinstance(ending, Finished):
             continue  # at a point that has been judged
-        point = Point(criterion(), problem.box.z_of(turns.last.x))
+        point = Point(criterion, problem.box.z_of(turns.last.x))
         if isinstance(ending, Finished) and point.solves():
             # Although rounding to the given variables may leave a larger residual.
             return ending
         if point.nearly_solves():
             # It may be all that doubles can do.
             yield turns.last._replace(F=None, signs_final=True)
-            if (yield from _improved(problem, turns, criterion().tol)):
+            if (yield from _improved(problem, turns, criterion.tol)):
                 return Finished()
-            if (
-                last is None
-                and problem.n > measure.FEW_UNKNOWNS
-                and point.size <= SMALL_DISTANCE
-            ):
-                last = Stalled(
-                    "what is left of violations may be rounding of larger numbers"
-                )
-                left = patience
+            is_large = problem.n > measure.FEW_UNKNOWNS
+            if last is None and is_large and point.size <= SMALL_DISTANCE:
+                last, left = Stalled(AS_ROUNDING), _patience(problem, turns)
         if left <= 0 and isinstance(last, NoSolution):
             break
     return stages.Undecided("no other method is tried") if last is None else last
+
+
+def _patience(problem: Problem, turns: Turns) -> float:
+    """Return for how many evaluations a search goes on that knows with what it is to
+    end."""
+    least = LEAST_PATIENCE
+    if is_sparse(problem.M):
+        least = max(least, min(4 * problem.n, MOST_SPARSE_PATIENCE))
+    return max(least, PATIENCE * turns.last.evaluations)
 
 
 def _improved(
@@ -381,10 +382,10 @@ def _improved(
 MUCH_SMALLER = 0.8
 
 
-def all_stages(
+def all_parts(
     problem: Problem, x0: Vector, presolve: bool, tried: stages.Tried | None = None
-) -> Iterator[tuple[str, Stage]]:
-    """Yield the stages before milp in order, for few unknowns those after exact
+) -> Iterator[Part]:
+    """Yield the parts of a run before milp in order, for few unknowns those after exact
     arithmetic; milp comes for what presolve leaves too, for half of the time that is
     left. presolve : whether it takes part. tried : as in `Structure`."""
     structure, change = Structure(problem, x0, tried), None
@@ -399,28 +400,29 @@ def all_stages(
             yield from in_rounds(structure, phase)
         elif change is not None and change.kept.size <= MUCH_SMALLER * problem.n:
             milp = stages.changed(change, x0, partial(stages.begin, "milp"))
-            yield "milp", for_half_of_the_time(milp)
+            yield Part("milp", for_half_of_the_time(milp))
 
 
 def _of_presolved(
     problem: Problem, x0: Vector
-) -> Generator[tuple[str, Stage], None, Presolved | None]:
-    """Yield the stages for what presolve leaves of a mixed problem; return what it
-    leaves, None if that is not worthwhile."""
+) -> Generator[Part, None, Presolved | None]:
+    """Yield the parts of a run on what presolve leaves of a mixed problem; return that,
+    None if it is not worthwhile."""
     with imports:
         from lcpcli.presolve.presolve import Presolved, presolved
         from lcpcli.presolve.system import Refuted
     change = presolved(problem)
     if isinstance(change, Refuted) and (proof := clear_proof(problem, change.y)):
-        yield "presolve", stages.ended(NoSolution(proof))
+        yield Part("presolve", stages.ended(NoSolution(proof)))
     if not isinstance(change, Presolved) or not (
         problem.n <= factors.MOST_NUMPY_ROWS or change.is_worthwhile
     ):
         return None
     left = Structure(change.problem, change.start(x0))
     for phase in FIRST, LATER:
-        for name, stage in in_rounds(left, phase):
-            yield name, _clearly(problem, stages.in_given_variables(change, stage))
+        for part in in_rounds(left, phase):
+            stage = stages.in_given_variables(change, Turns().go_on(part))
+            yield Part(part.method, _clearly(problem, stage))
     return change
 
 
@@ -504,7 +506,17 @@ def small(
     it has not decided in its first one. A larger problem is left to `search`. states :
     whether x0 stands for states that a solution may have."""
     if problem.n > measure.FEW_UNKNOWNS:
-        return (yield from search(problem, x0, states=states, tried=tried))
+        return search(problem, x0, states=states, tried=tried)
+    return _few(problem, x0, search, states, tried)
+
+
+def _few(
+    problem: Problem,
+    x0: Vector,
+    search: Search,
+    states: bool,
+    tried: stages.Tried | None,
+) -> Stage:
     tree, turns = Tree(problem), Turns(x0)
     pivoting = partial(_pivoting, tried=tried, states=states)
     ending = yield from _without_doubt(
@@ -563,7 +575,7 @@ def _pivoting(
 ) -> Stage:
     ending: Ending = Finished()
     first = (
-        [("newton", from_start(problem, problem.box.basis_of(turns.last.x)))]
+        [Part("newton", from_start(problem, problem.box.basis_of(turns.last.x)))]
         if states
         else []
     )
@@ -572,8 +584,8 @@ def _pivoting(
     )
     before = takewhile(lambda phase: phase != (EXACT,), phases(structure))
     rounds = chain.from_iterable(in_rounds(structure, phase) for phase in before)
-    for name, stage in chain(first, rounds):
-        ending = yield from turns.take(name, stage)
+    for part in chain(first, rounds):
+        ending = yield from turns.go_on(part)
         if isinstance(ending, Finished) or _is_proof(ending):
             break
     return ending

@@ -17,6 +17,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import partial
 from itertools import islice
+from typing import NamedTuple
 
 import numpy as np
 
@@ -206,6 +207,15 @@ SETTLED_CHANGES, SETTLED_SIZE = 0.002, 0.03
 REUSE_CHANGE = 0.03
 
 
+class ActiveSetStart(NamedTuple):
+    """How `active_set` starts: from a z, with preconditioners, and with products with
+    M, if there are any."""
+
+    z: Vector
+    precondition: Preconditioners
+    operator: Operator | None = None
+
+
 def multilevel(problem: Problem, symmetric: bool) -> Stage:
     """Pivot by `active_set` from the states that coarse versions of the problem
     suggest.
@@ -216,36 +226,34 @@ def multilevel(problem: Problem, symmetric: bool) -> Stage:
     are proportional to n. Takes `symmetric`, yields, returns and raises as
     `active_set`.
     """
+    return active_set(problem, partial(_coarse_start, problem), symmetric)
+
+
+def _coarse_start(problem: Problem) -> ActiveSetStart:
     hierarchy = Hierarchy(problem.M)
     if hierarchy.is_stuck:
-        return Breakdown("coarsening M does not make it much smaller")
+        raise SingularMatrix("coarsening M does not make it much smaller")
     z = FullApproximation(hierarchy, problem.q, problem.box).solution()
-    cycles, operator = (
-        VCycles(hierarchy),
-        hierarchy.levels[0].operator if hierarchy.levels else None,
-    )
-    del hierarchy  # in double precision
-    return (yield from active_set(problem, z, cycles, symmetric, operator))
+    cycles = VCycles(hierarchy)  # in single precision, and without the hierarchy
+    operator = hierarchy.levels[0].operator if hierarchy.levels else None
+    return ActiveSetStart(z, cycles, operator)
 
 
 def active_set(
-    problem: Problem,
-    z: Vector,
-    precondition: Preconditioners,
-    symmetric: bool,
-    operator: Operator | None = None,
+    problem: Problem, begin: Callable[[], ActiveSetStart], symmetric: bool
 ) -> Stage:
     """Pivot on all violated signs, with a few preconditioned products a step; in
     between, pivot near these signs only, which moves the edge of the active set by
     several rings at a small cost.
 
-    symmetric, operator : whether M is, up to rounding, and products with it, if there
-        are any.
+    begin : returns the start, or raises SingularMatrix. symmetric : whether M is, up to
+        rounding.
 
     Yields x = (z - w) / 2 for each step; evaluations are products with M. Stalled :
     after the last one, whose residual is at rounding level. Raises SingularMatrix where
     a system is.
     """
+    z, precondition, operator = begin()
     own = Inexact(
         problem.M, problem.q, problem.box, z, symmetric, precondition, operator
     )
@@ -368,14 +376,8 @@ def sparse_route(
     symmetric = is_symmetric(problem.M)
     C = 1 / np.sqrt(diagonal) if symmetric else equilibrate(problem.M, problem.q)[1]
     units = in_units(problem, C if symmetric else 1 / (diagonal * C), C)
-    parts = partial(_parts, symmetric=symmetric, is_stiff=is_stiff)
-    return (yield from stages.changed(units, x0, parts))
-
-
-def _parts(
-    problem: Problem, x: Vector, symmetric: bool, is_stiff: Callable[[], bool]
-) -> Stage:
-    turns, M = Turns(x), problem.M
+    problem, turns = units.problem, Turns(units.start(x0), change=units)
+    x, M = turns.last.x, problem.M
     # No positive entry off the diagonal, which is 1.
     is_z_matrix = np.count_nonzero(M.data > 0) == M.shape[0]
     if not (is_z_matrix and np.median(M @ np.ones(M.shape[0])) < WEAK_DOMINANCE):
@@ -387,13 +389,9 @@ def _parts(
     ending = yield from turns.take("multilevel", multilevel(problem, symmetric))
     if isinstance(ending, Breakdown):
         z = problem.box.z_of(turns.last.x)
-        ending = yield from turns.take(
-            "multilevel", active_set(problem, z, Factors(M), symmetric)
-        )
+        stage = active_set(problem, lambda: ActiveSetStart(z, Factors(M)), symmetric)
+        ending = yield from turns.take("multilevel", stage)
     if isinstance(ending, Stalled):
-        return (
-            yield from turns.take(
-                "multilevel", finish(problem, turns.last.x, stages.ended(ending))
-            )
-        )
+        stage = finish(problem, turns.last.x, stages.ended(ending))
+        return (yield from turns.take("multilevel", stage))
     return ending

@@ -3,6 +3,7 @@ transformed problems."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Generator, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
@@ -128,6 +129,7 @@ order."""
 # Relative to the largest |q|: the size of F up to which an iterate may stand for a
 # solution.
 NEARLY_SOLVED = 1e-6
+NOWHERE = np.empty(0)  # the start of turns of which nobody asks for it
 TIME_LIMIT_REACHED = "the time limit is reached"
 NO_STANDARD_FORM = "numbers overflow in the standard form"
 INEXACT = (
@@ -202,14 +204,7 @@ def recorded(name: str, stage: Stage, into: Tried) -> Stage:
 
 def limited(stage: Stage, max_iterations: float) -> Stage:
     """Pass on the stage; it counts as stalled after max_iterations iterates."""
-    passed = 0
-    while passed < max_iterations:
-        step = advance(stage)
-        if not isinstance(step, Iterate):
-            return step
-        passed += 1
-        yield step
-    return Stalled(f"{passed} iterations were not enough")
+    return Turns(faults=()).take("", stage, max_iterations)
 
 
 def begin(method: str, problem: Problem, x0: Vector, **options: Any) -> Stage:
@@ -310,29 +305,10 @@ def changed(
 def in_given_variables(
     change: Change, stage: Stage, polishing: BasicSolutions | None = None
 ) -> Stage:
-    """Pass on the stage with x, F and the final proof, if any, of the original problem.
-
-    polishing : the basic solutions of a mixed problem, which replace the basic
-        solutions of its standard form, as the standard form has more numbers to round,
-        and yields no F of the original problem.
-    """
-    step = yield from moved_back(change, stage, polishing)
-    if not isinstance(step, NoSolution):
-        return step
-    with imports:
-        from lcpcli.verify.certificate import MANY, UNVERIFIED, first_proof
-    proof, given = step.certificate, change.original
-    if proof.kind == "exhaustion":
-        return step if change.is_exact else Undecided(INEXACT)
-    if proof.vector is None or proof.kind == "ray":
-        return replace(step, certificate=replace(proof, vector=None))
-    statement = proof.statement if given.box is change.problem.box else ""
-    found = first_proof(
-        given, [change.multipliers(proof.vector)], statement, rounded_from=MANY
-    )
-    if found is None:
-        return Stalled(UNVERIFIED[proof.kind])
-    return replace(step, certificate=found)
+    """Pass on the stage with x, F and the final proof, if any, of the original
+    problem. polishing : as in `Turns`."""
+    ends = partial(_ending_in_given_variables, change)
+    return Turns(None, 0, change, polishing, ends, ()).take("", stage)
 
 
 def moved_back(
@@ -340,43 +316,112 @@ def moved_back(
 ) -> Stage:
     """Pass on the stage with x and F of the original problem, as `in_given_variables`,
     and its ending as it is."""
-    small = NEARLY_SOLVED * largest(change.problem.q)
-    while isinstance(step := advance(stage), Iterate):
+    return Turns(None, 0, change, polishing, faults=()).take("", stage)
+
+
+def _ending_in_given_variables(change: Change, ending: Ending) -> Ending:
+    """Return an ending with the proof, if any, of the original problem."""
+    if not isinstance(ending, NoSolution):
+        return ending
+    with imports:
+        from lcpcli.verify.certificate import MANY, UNVERIFIED, first_proof
+    proof, given = ending.certificate, change.original
+    if proof.kind == "exhaustion":
+        return ending if change.is_exact else Undecided(INEXACT)
+    if proof.vector is None or proof.kind == "ray":
+        return replace(ending, certificate=replace(proof, vector=None))
+    statement = proof.statement if given.box is change.problem.box else ""
+    found = first_proof(
+        given, [change.multipliers(proof.vector)], statement, rounded_from=MANY
+    )
+    if found is None:
+        return Stalled(UNVERIFIED[proof.kind])
+    return replace(ending, certificate=found)
+
+
+class Part:
+    """A stage that may be suspended, and go on in a later turn.
+
+    method : of its iterates that name none. most : how many it yields in its next turn.
+    evaluations : so far. is_over : whether it has ended, or raised an error.
+    """
+
+    def __init__(self, method: str, stage: Stage, most: float = math.inf) -> None:
+        self.method, self.stage, self.most = method, stage, most
+        self.evaluations, self.is_over = 0, False
+
+
+class Turns:
+    """The turns of the parts of a run, one after another. All stages that only pass on
+    iterates do so here: with the method, the evaluations since the first part began,
+    and in the variables of the run.
+
+    last : the newest iterate, or the start with its evaluations, as the parts have it.
+    change : to the variables of the parts from those in which iterates are passed on.
+    polishing : the basic solutions of a mixed problem, which replace the basic
+        solutions of its standard form, as the standard form has more numbers to round,
+        and yields no F of the original problem.
+    ends : returns the ending that is passed on. faults : what counts as a breakdown of
+        a part.
+    """
+
+    def __init__(
+        self,
+        x0: Vector | None = None,
+        evaluations: int = 0,
+        change: Change | None = None,
+        polishing: BasicSolutions | None = None,
+        ends: Callable[[Ending], Ending] | None = None,
+        faults: tuple[type[Exception], ...] = FAULTS,
+    ) -> None:
+        start = NOWHERE if x0 is None else x0
+        self.last = Iterate(start, None, "", evaluations)
+        self._change = None if change is None or change.is_identity else change
+        self._polishing, self._ends, self._faults = polishing, ends, faults
+
+    def take(self, method: str, stage: Stage, most: float = math.inf) -> Stage:
+        """Give a method its turn, which may itself consist of named methods."""
+        return self.go_on(Part(method, stage), most)
+
+    def go_on(self, part: Part, most: float = math.inf) -> Stage:
+        """Give a part its turn, for so many iterates at most; it is suspended then, and
+        counts as stalled."""
+        passed, done = 0, self.last.evaluations - part.evaluations
+        most = min(most, part.most)
+        while passed < most:
+            part.is_over = True
+            try:
+                step = advance(part.stage)
+            except self._faults as fault:
+                return Breakdown(clause_on(fault), part.method)
+            method = step.method or part.method
+            if not isinstance(step, Iterate):
+                ending: Ending = replace(step, method=method)
+                return ending if self._ends is None else self._ends(ending)
+            part.is_over, part.evaluations = False, step.evaluations
+            passed += 1
+            self.last = step._replace(
+                evaluations=done + step.evaluations, method=method
+            )
+            yield self.last if self._change is None else self._moved(self._change)
+        return Stalled(f"{passed} iterations were not enough", part.method)
+
+    def _moved(self, change: Change) -> Iterate:
+        """Return the last iterate with x and F of the original problem."""
+        step, polishing = self.last, self._polishing
         with np.errstate(over="ignore", invalid="ignore"):
             x, F = change.back(step.x), None
             if polishing is None:
                 F = None if step.F is None else change.residual(step.F)
-            elif step.F is None or largest(step.F) <= small:
+            elif step.F is None or largest(step.F) <= NEARLY_SOLVED * largest(
+                change.problem.q
+            ):
                 with suppress(SingularMatrix):
                     found = polishing.at(polishing.box.basis_of(x))
                     if is_finite(found.w) and not polishing.violated(found).any():
                         x = polishing.box.x_within(found.z, found.w, found.basis)
-        yield step._replace(x=x, F=F, basis=step.basis if change.keeps_states else None)
-    return step
-
-
-class Turns:
-    """The turns of methods, one after another. last : the newest iterate, or the start
-    with its evaluations."""
-
-    def __init__(self, x0: Vector, evaluations: int = 0) -> None:
-        self.last = Iterate(x0, None, "", evaluations)
-
-    def take(self, method: str, stage: Stage) -> Stage:
-        """Give a method its turn, which may itself consist of named methods; FAULTS
-        count as breakdowns."""
-        done = self.last.evaluations
-        while True:
-            try:
-                step = advance(stage)
-            except FAULTS as fault:
-                return Breakdown(clause_on(fault), method)
-            if not isinstance(step, Iterate):
-                return replace(step, method=step.method or method)
-            self.last = step._replace(
-                evaluations=done + step.evaluations, method=step.method or method
-            )
-            yield self.last
+        basis = step.basis if change.keeps_states else None
+        return step._replace(x=x, F=F, basis=basis)
 
 
 Search: TypeAlias = Callable[..., Stage]

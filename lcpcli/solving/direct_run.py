@@ -467,6 +467,7 @@ def first_steps(
         from lcpcli.methods.stages import (
             Finished,
             Iterate,
+            Part,
             Stalled,
             Turns,
             advance,
@@ -484,14 +485,13 @@ def first_steps(
     if session.kept is not None:
         structure.reduced = session.kept.reduced
     turns, route = Turns(structure.x0), list[str]()
-    stages = in_rounds(structure, FIRST)
+    parts = in_rounds(structure, FIRST)
     if start is not None:
-        stages = chain([("newton", _from(start, dense, structure))], stages)
-    for name, stage in stages:
-        turn = turns.take(
-            name,
-            stage if session.tried is None else recorded(name, stage, session.tried),
-        )
+        parts = chain([Part("newton", _from(start, dense, structure))], parts)
+    for part in parts:
+        if session.tried is not None:
+            part.stage = recorded(part.method, part.stage, session.tried)
+        turn = turns.go_on(part)
         while isinstance(step := advance(turn), Iterate):
             route.append(step.method)
             if id(step.x) not in passed:

@@ -4,14 +4,15 @@ somebody sees: a trace, a callback, or whoever is told of the progress."""
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Iterable
+from itertools import chain
 from typing import TypeVar
 
 import numpy as np
 
 from lcpcli.methods.newton import iterate_of
 from lcpcli.methods.stages import Finished, Iterate, Stage
-from lcpcli.solving.direct_run import Session, Steps, attempts
+from lcpcli.solving.direct_run import Quick, Session, Steps, attempts
 from lcpcli.solving.result import Result
 from lcpcli.typing import Vector
 
@@ -22,8 +23,17 @@ def shown(session: Session, others: Callable[[], Stage]) -> Stage:
     """Pass on the steps of the direct attempts on the problem of a session, and if none
     ends at a solution, the stage that `others` sets up. What that or a later attempt
     takes over from an earlier one, or makes again, is passed on once."""
-    seen, session.is_compiled = list[Vector](), False  # no kernel shows its steps
-    for attempt in attempts(session):
+    session.is_compiled = False  # no kernel shows its steps
+    quick = attempts(session)
+    first = next(quick, None)
+    return others() if first is None else _shown(session, chain([first], quick), others)
+
+
+def _shown(
+    session: Session, quick: Iterable[Quick], others: Callable[[], Stage]
+) -> Stage:
+    seen = list[Vector]()
+    for attempt in quick:
         steps = _iterates(attempt.steps(session), session)
         result = yield from _once(steps, seen)
         if result is not None:

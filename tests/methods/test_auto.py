@@ -67,8 +67,8 @@ def row(
 def turns_of(*rows: Row) -> tuple[list[tuple[str, int]], Turns]:
     """Return the names of the turns with their numbers of iterates, and the turns."""
     taken, turns = [], Turns(np.zeros(PROBLEM.n))
-    for name, stage in in_rounds(STRUCTURE, rows):
-        taken.append((name, len(through(turns.take(name, stage))[0])))
+    for part in in_rounds(STRUCTURE, rows):
+        taken.append((part.method, len(through(turns.go_on(part))[0])))
     return taken, turns
 
 

@@ -6,7 +6,10 @@ M-matrices, in O(n) operations.
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable
+from inspect import CO_GENERATOR
+from types import FrameType
 
 import numpy as np
 import pytest
@@ -16,10 +19,11 @@ from scipy.sparse import coo_array, csr_array, diags_array, eye_array
 
 import lcpcli
 from lcpcli import Problem, Solver, run
+from lcpcli.basis.exchanges import BasicSolution
 from lcpcli.gallery import families
 from lcpcli.linalg.krylov import conjugate_gradients
 from lcpcli.linalg.matrices import is_symmetric
-from lcpcli.methods import z_matrix
+from lcpcli.methods import active_set, z_matrix
 from lcpcli.methods.active_set import multilevel, sparse_route
 from lcpcli.methods.multilevel import FullApproximation, Hierarchy, VCycles
 from lcpcli.methods.stages import Breakdown, Finished, Stalled, limited
@@ -28,7 +32,7 @@ from lcpcli.model import problem as problems
 from lcpcli.model.box import ORTHANT
 from lcpcli.rational.elimination import Effort
 from lcpcli.rational.exact_problem import ExactProblem
-from lcpcli.typing import Mask, Matrix, Vector
+from lcpcli.typing import Mask, Matrix, States, Vector
 from lcpcli.verify.point import Criterion, Point
 
 from .grids import line, plane, smooth, space, stream
@@ -427,3 +431,29 @@ def test_a_solution_that_reaches_far_along_a_shuffled_chain_takes_few_steps(
     # Each step of newton finds the neighbours of the last ones.
     assert np.count_nonzero(result.z) > 500
     assert result.iterations < 100
+
+
+MOST_GENERATORS = 6
+
+
+@pytest.mark.parametrize("traced", [False, True])
+def test_an_iterate_passes_few_generators_on_its_way_to_the_loop(
+    traced: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    depths, found = list[int](), active_set.Inexact.found
+
+    def counting(inexact: active_set.Inexact, basis: States) -> BasicSolution:
+        frame: FrameType | None = sys._getframe(1)
+        if frame.f_code is not active_set.active_set.__code__:
+            return found(inexact, basis)  # pivoting with some of the variables
+        flags = list[int]()
+        while frame is not None:
+            flags.append(frame.f_code.co_flags & CO_GENERATOR)
+            frame = frame.f_back
+        depths.append(sum(map(bool, flags)))
+        return found(inexact, basis)
+
+    monkeypatch.setattr(active_set.Inexact, "found", counting)
+    result = run(families.make("obstacle", 900), trace=traced)
+    assert result.route == ("multilevel",)
+    assert 1 < max(depths) <= MOST_GENERATORS
