@@ -6,13 +6,13 @@ import numpy as np
 
 from lcpcli import Problem
 from lcpcli.methods.direct import DirectAnswer, beyond_doubt, exchanges
+from lcpcli.solving.direct_run import exhausted
+from lcpcli.verify.final_states import may_hide_term
 
 
 @np.errstate(all="ignore")
 def direct(problem: Problem, tol: float) -> DirectAnswer | None:
-    steps = exchanges(problem, tol)
-    while True:
-        try:
-            next(steps)
-        except StopIteration as end:
-            return None if end.value is None else beyond_doubt(problem, end.value)
+    answer = exhausted(exchanges(problem, tol))
+    if answer is None or not may_hide_term(problem, answer.z):
+        return answer
+    return beyond_doubt(problem, answer)

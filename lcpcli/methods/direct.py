@@ -41,7 +41,6 @@ from lcpcli.verify.final_states import (
     LONG_NUMBER,
     confirmed,
     hides_term_of_row,
-    may_hide_term,
     without_rounding,
 )
 from lcpcli.verify.measure import FEW_UNKNOWNS, FINEST, Measure, least_caps
@@ -280,26 +279,10 @@ def basic_zeros(problem: Problem) -> Mask | None:
     return None if has_others else basic
 
 
-@np.errstate(all="ignore")
-def collected(
-    steps: Generator[Made, None, DirectAnswer | None], made: list[Made]
-) -> DirectAnswer | None:
-    """Return the answer of all exchanges together; `made` receives their basic
-    solutions."""
-    while True:
-        try:
-            made.append(next(steps))
-        except StopIteration as end:
-            answer: DirectAnswer | None = end.value
-            return answer
-
-
 def beyond_doubt(problem: Problem, answer: DirectAnswer) -> DirectAnswer | None:
-    """Return an answer of `exchanges` as it is, unless rounding of its terms leaves
-    doubt: then the solution that its states confirm, or None if it may have to be
-    replaced by an exact one, as `small` does for few unknowns."""
-    if not may_hide_term(problem, answer.z):
-        return answer
+    """Return an answer of `exchanges` that may hide a term, unless rounding of its
+    terms leaves doubt: then the solution that its states confirm, or None if it may
+    have to be replaced by an exact one, as `small` does for few unknowns."""
     found = confirmed(problem, answer.z)
     if found is None or found.z is answer.z:
         return None if found is None else answer

@@ -143,8 +143,13 @@ def as_flat(
 def own(array: Vector, given: Any = None) -> Vector:
     """Return the array, made of `given`, in read-only memory of its own; lists and
     read-only arrays need no copy."""
-    if not isinstance(given, (list, tuple)) and _is_writeable(array):
-        array = array.copy(order="K")
+    seen = None if isinstance(given, (list, tuple)) else array
+    # The numbers may be changed through the array behind this view, or another view.
+    while isinstance(seen, np.ndarray):
+        if seen.flags.writeable:
+            array = array.copy(order="K")
+            break
+        seen = seen.base
     array.setflags(write=False)
     return array
 
@@ -154,19 +159,9 @@ def own_matrix(M: Matrix, given: Any = None) -> Matrix:
     copied."""
     if not is_sparse(M):
         return own(M, given)
-    if _is_writeable(M.data):
-        M.data, M.indices, M.indptr = own(M.data), M.indices.copy(), M.indptr.copy()
+    if (data := own(M.data)) is not M.data:
+        M.data, M.indices, M.indptr = data, M.indices.copy(), M.indptr.copy()
     return M
-
-
-def _is_writeable(array: Any) -> bool:
-    """Return whether the numbers can be changed, through the array behind this view or
-    through another view."""
-    while isinstance(array, np.ndarray):
-        if array.flags.writeable:
-            return True
-        array = array.base
-    return False
 
 
 def as_columns(field: str, values: Any, finite: bool = True) -> Vector:
@@ -193,7 +188,9 @@ def as_square(
 ) -> tuple[Matrix, tuple[float, float]]:
     """Return `as_matrix` of values, of shape (n, n) to fit a vector called `other`, and
     bounds as of `_as_finite`."""
-    M = _as_rows(field, values)
+    M = values
+    if type(M) is not np.ndarray or M.ndim != 2 or M.dtype != np.float64:
+        M = _as_rows(field, values)
     if M.shape != (n, n):
         shape, is_square = f"is {M.shape[0]} x {M.shape[1]}", M.shape[0] == M.shape[1]
         fault = f"{shape} but {other} has {count(n, 'entry')}" if is_square else shape
@@ -214,8 +211,6 @@ def as_matrix(field: str, values: Any) -> Matrix:
 def _as_rows(field: str, values: Any) -> Matrix:
     """Return values as a two-dimensional dense array, or unchanged if they are a sparse
     matrix."""
-    if type(values) is np.ndarray and values.ndim == 2 and values.dtype == np.float64:
-        return values
     M: Matrix = (
         values if is_sparse(values) else as_nested(field, values, 2, ROWS, exactly=True)
     )

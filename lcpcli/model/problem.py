@@ -24,6 +24,7 @@ from lcpcli.model.arrays import (
     as_solutions,
     as_square,
     as_vector,
+    own,
     own_matrix,
 )
 from lcpcli.model.box import LEAST_FAR, ORTHANT, Box, Reference, bounds_of, reference
@@ -219,7 +220,7 @@ class Problem:
         )
         fields = self.__dict__  # set one by one, as that takes least time
         fields["M"], fields["q"], fields["n"], fields["x0"], fields["x1"] = (
-            own_matrix(matrix, M),
+            own(matrix, M) if type(matrix) is np.ndarray else own_matrix(matrix),
             vector_q,
             n,
             x0,

@@ -7,12 +7,13 @@ unknowns; or else the loop takes them as the first iterates of `auto`.
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Callable, Generator, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache
 from itertools import chain, islice
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias, TypeVar
 
 import numpy as np
 
@@ -42,7 +43,11 @@ from lcpcli.verify.acceptance import (
     Extent,
     accepted,
 )
-from lcpcli.verify.final_states import MOST_DECIDED, without_rounding
+from lcpcli.verify.final_states import (
+    MOST_DECIDED,
+    may_hide_term,
+    without_rounding,
+)
 from lcpcli.verify.measure import FEW_UNKNOWNS, Rows
 from lcpcli.verify.point import Criterion, Point
 
@@ -186,7 +191,7 @@ class Session:
             elif why:
                 reason = why
         self.stopwatch.count("verify")
-        if reason is None or self.is_late():
+        if reason is None or (self.limits.time_limit < math.inf and self.is_late()):
             return None
         of_run = self.limits, self.options, self.stopwatch.parts, evaluations, end
         return Result.of_solution(
@@ -213,6 +218,8 @@ class Session:
         return self.judged(point, steps, *of_run, answer.is_certain)
 
 
+Item = TypeVar("Item")
+End = TypeVar("End")
 Steps: TypeAlias = Generator["Made | Iterate", None, Result | None]
 """The steps of an attempt, which returns the result at a solution, or None."""
 
@@ -241,14 +248,17 @@ def answered(session: Session) -> Result | None:
     return None
 
 
-def exhausted(steps: Steps) -> Result | None:
-    """Return the result of steps that nobody sees."""
+def exhausted(steps: Generator[Item, None, End], made: list[Item] | None = None) -> End:
+    """Return what steps that nobody sees return; `made`, if it is given, receives
+    them."""
     while True:
         try:
-            next(steps)
+            step = next(steps)
         except StopIteration as end:
-            result: Result | None = end.value
+            result: End = end.value
             return result
+        if made is not None:
+            made.append(step)
 
 
 @np.errstate(all="ignore")
@@ -427,11 +437,13 @@ def _pivoted(
     if session.is_shown:
         answer = yield from _seen(steps, made, is_continued)
     else:
-        answer = direct.collected(steps, made)
+        with np.errstate(all="ignore"):
+            answer = exhausted(steps, made)
     if answer is None:
         session.lost = made if is_continued else ()
         return None
-    answer = direct.beyond_doubt(problem, answer)
+    if may_hide_term(problem, answer.z):
+        answer = direct.beyond_doubt(problem, answer)
     if answer is not None and not is_continued:
         yield from made
     return answer

@@ -250,6 +250,16 @@ def _of(problem: Problem, result: Result, compiled: bool, finishes: bool) -> Res
     return with_objective(result, may_go_on)
 
 
+def check_callback(callback: Callback | None) -> None:
+    """Raise ParameterError for a callback that is no function."""
+    if callback is not None and not callable(callback):
+        raise ParameterError(
+            "callback",
+            f"is {kind(callback)}",
+            "give a function of one argument, a TraceRow",
+        )
+
+
 def _refuse_other(
     method: str,
     additions: dict[str, bool],
@@ -258,12 +268,7 @@ def _refuse_other(
 ) -> None:
     """Raise an error for a callback that is no function, and a method or options that
     cannot do anything here."""
-    if callback is not None and not callable(callback):
-        raise ParameterError(
-            "callback",
-            f"is {kind(callback)}",
-            "give a function of one argument, a TraceRow",
-        )
+    check_callback(callback)
     if method in methods.NONLINEAR:
         raise OptionError(
             "method",

@@ -434,8 +434,9 @@ class Batch(Sequence[Result]):
 
 
 class RowResult(Result):
-    """The result of a row of a block that surely is a solution, z. Its problem and its
-    point are made when they are read, as of many results little more than z is."""
+    """The result of a row of a block that is a solution, z. Where that is sure, its
+    problem and its point are made when they are read, as of many results little more
+    than z is."""
 
     _row: tuple[Block | Stack, int, Vector]
 
@@ -486,15 +487,18 @@ class BlockAnswers:
             self.options.copy(),
             self.parts,
         )
+        data: dict[str, Any] = {}
         if self.kinds[i] == CERTAIN:
-            return RowResult.of_solution(*solved, _row=(self.block, i, self.Z))
-        problem = self.block.problem(i)
+            data = {"_row": (self.block, i, self.Z)}
+        else:
+            problem, tol = self.block.problem(i), self.limits.tol
         if self.kinds[i] == CANDIDATE:
-            tol = self.limits.tol
             point = Point(Criterion(problem, tol), self.Z[i])
             found = accepted(problem, [point], tol, AT_ONCE)
             if found is not None:
-                return Result.of_solution(*solved, problem=problem, point=found.point)
+                data = {"problem": problem, "point": found.point}
+        if data:
+            return RowResult.of_solution(*solved, **data)
         result = run(problem, **given)
         return replace(
             result,

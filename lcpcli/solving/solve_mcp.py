@@ -22,7 +22,6 @@ from lcpcli.errors import (
     LCPError,
     ParameterError,
     ProblemError,
-    kind,
     missing,
     out_of_range,
 )
@@ -220,31 +219,12 @@ def run_nonlinear(
     : whether, if it is solved, its `bound` is a proof that a solution is as near as
     that, and no other one is; this needs the problem's `interval`.
     """
-    if callback is not None and not callable(callback):
-        raise ParameterError(
-            "callback",
-            f"is {kind(callback)}",
-            "give a function of one argument, a TraceRow",
-        )
+    driver.check_callback(callback)
     methods.check(METHOD, chosen)
-    if difference_step is not None:
-        if problem.J is not None:
-            raise ParameterError(
-                "difference_step",
-                "has no effect on a J that is given",
-                "leave one of them out",
-            )
-        if not 0 < difference_step < 1:
-            raise ParameterError(
-                "difference_step",
-                out_of_range(f"{difference_step:g}"),
-                "give one between 0 and 1",
-            )
+    _check_step(problem, difference_step)
     fast = kernels() if uses_kernels(compiled, 1) else None
-    in_force = {
-        option.name: chosen.get(option.name, option.default)
-        for option in methods.declared(METHOD).options
-    }
+    options = methods.declared(METHOD).options
+    in_force = {each.name: chosen.get(each.name, each.default) for each in options}
     kept = trace_of(trace, METHOD)
     stopwatch = Stopwatch(seconds, seconds() if began is None else began)
     evaluations = Evaluations(problem, pattern, difference_step)
@@ -263,24 +243,44 @@ def run_nonlinear(
         stopwatch.count("setup")
         seen = Seen((kept, curve), None, callback)
         loop = Loop(criterion, METHOD, limits, stopwatch, start / 2, seen)
-        result = driver.ended(
-            loop, stage, in_force if fast is None else {**in_force, "compiled": True}
-        )
-        point = result.point
-        assert isinstance(point, NonlinearPoint)
-        # With what is known of F and J at z.
+        if fast is not None:
+            in_force["compiled"] = True
+        result = driver.ended(loop, stage, in_force)
         if result.status in (Status.SOLVED, Status.STALLED):
-            verified = (
-                False if point.is_doubtful and not result.solved else result.verified
-            )
-            result = replace(
-                result,
-                message="; ".join([result.message, *point.remarks()]),
-                verified=verified,
-            )
+            result = _with_remarks(result)
     if proof and result.solved:
         result = replace(result, bound=proved_bound(problem, result.z))
     return unless_interrupted(result, interrupts)
+
+
+def _check_step(problem: NonlinearProblem, difference_step: float | None) -> None:
+    """Raise ParameterError for a step of differences that cannot be taken."""
+    if difference_step is None:
+        return
+    if problem.J is not None:
+        raise ParameterError(
+            "difference_step",
+            "has no effect on a J that is given",
+            "leave one of them out",
+        )
+    if not 0 < difference_step < 1:
+        raise ParameterError(
+            "difference_step",
+            out_of_range(f"{difference_step:g}"),
+            "give one between 0 and 1",
+        )
+
+
+def _with_remarks(result: Result) -> Result:
+    """Return the result with what is known of F and J at its z."""
+    point = result.point
+    assert isinstance(point, NonlinearPoint)
+    is_refuted = point.is_doubtful and not result.solved
+    return replace(
+        result,
+        message="; ".join([result.message, *point.remarks()]),
+        verified=False if is_refuted else result.verified,
+    )
 
 
 def _start(evaluations: Evaluations) -> Vector:

@@ -29,6 +29,7 @@ from lcpcli.methods.direct import (
 )
 from lcpcli.model import problem as problems
 from lcpcli.solving import direct_run
+from lcpcli.solving.direct_run import exhausted
 from lcpcli.typing import Vector
 from lcpcli.verify import enclosure
 from lcpcli.verify.measure import Measure
@@ -178,7 +179,7 @@ def test_zeros_of_M_and_q_are_decided_by_units_that_are_known() -> None:
 
 def within_bounds(problem: Problem) -> DirectAnswer | None:
     with np.errstate(all="ignore"):
-        return module.collected(module.exchanges_within_bounds(problem, TOL), [])
+        return exhausted(module.exchanges_within_bounds(problem, TOL))
 
 
 @pytest.mark.parametrize("seed", range(40))
@@ -313,6 +314,7 @@ import sys, lcpcli, numpy as np
 from scipy import sparse
 from lcpcli.model import problem as problems
 from lcpcli.solving import direct_run
+from lcpcli.solving.direct_run import exhausted
 direct_run.MANY = 4
 for _ in range(30):
     lcpcli.solve([[2]], [-1])
