@@ -51,6 +51,8 @@ BASIC_ONES = types.Array(types.boolean, 1, "C", readonly=True)
 FOUND = types.Tuple((COUNT, COUNT, NUMBERS))
 
 
+# `_factorize_thin` takes 4 times as long for full matrices of 4 rows, 3.3 with 10, 2.6
+# with 20 and 1.5 with 50; for tridiagonal ones 3.4, 1.5, .7 and .2 times.
 @compiled
 def _factorize(A: Any, rows: Any, k: int) -> bool:
     """Replace the leading k-by-k block of A by its LU factors with row exchanges;
@@ -140,6 +142,8 @@ def _repeats(M: Any, q: Any, i: int, k: int, P: Any) -> bool:
     return False
 
 
+# For dense M `pivot_blocks` would do as well, but takes 2 times as long with 4
+# unknowns, 2.5 with 10, 3.5 with 20 and 4 with 50; for tridiagonal M 2, 2.5, 2 and .8.
 @inlined
 def _block_pivoting(
     M: Any,

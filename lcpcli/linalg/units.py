@@ -70,7 +70,10 @@ FEW_CG_STEPS = 100  # after which elimination is tried
 # For so many rows that elimination may take too long, and for few rows that are also
 # the columns.
 MOST_CG_STEPS = 300
-# Entries in a row of few symmetric ones, on average: elimination takes less then.
+# Entries in a row of few symmetric ones, on average: elimination takes half as long
+# then for narrow grids. For networks, as of transport and spatial prices, conjugate
+# gradients would take .7 of its time with 400 unknowns, .4 with 2000 and .2 with 8000,
+# and leave an error of 1e-3 in the powers for circuits.
 THIN = 4
 FEW_SYMMETRIC, LARGEST_ELIMINATED = 10_000, 100_000  # rows
 # How far entries are from the diagonal in a band whose factors take less time than
