@@ -3,6 +3,7 @@ package does not know a name."""
 
 from __future__ import annotations
 
+from functools import cache
 from typing import Any
 
 from lcpcli.clock import imports
@@ -44,7 +45,10 @@ def package(group: str, name: str) -> str | None:
     return next((f"{dist.name} {dist.version}" for dist in found), None)
 
 
-def names(group: str) -> set[str]:
+@cache
+def names(group: str) -> frozenset[str]:
+    """Return the names that other packages declare, which a process looks for on disk
+    once."""
     with imports:
         from importlib.metadata import entry_points
-    return {point.name for point in entry_points(group=f"lcpcli.{group}")}
+    return frozenset(point.name for point in entry_points(group=f"lcpcli.{group}"))

@@ -167,12 +167,17 @@ def within(where: Where, parse: Callable[..., T], *given: Any) -> T:
     ProblemError that it raises."""
     try:
         return parse(*given)
-    except ProblemError as error:
-        raise error.inside(where) from None
-    except MemoryError:  # which ends no run of several files
-        raise ProblemError(
-            where, "takes more memory than there is", "give matrices in sparse form"
-        ) from None
+    except (ProblemError, MemoryError) as error:
+        raise inside(where, error) from None
+
+
+def inside(where: Where, error: ProblemError | MemoryError) -> ProblemError:
+    """Return an error in a file with its place; a lack of memory, which ends no run of
+    several files, as one of this file."""
+    if isinstance(error, MemoryError):
+        fault = "takes more memory than there is"
+        return ProblemError(where, fault, "give matrices in sparse form")
+    return error.inside(where)
 
 
 def content_of(path: str, expected: str) -> bytes:

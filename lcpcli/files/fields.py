@@ -97,7 +97,9 @@ def refuse_unknown(
 ) -> None:
     """Raise ProblemError for the first unknown key, suggesting the one that is likely
     meant."""
-    keys = set(given)
+    keys, others = set(given), [key for key in given if key not in known]
+    if not others:
+        return
     refuse({"A", "B", "C"} <= keys, "", *THREE_PLAYERS)
     hint = "give M and q of a linear one, or a .nl model (lcp help models)"
     refuse(
@@ -107,10 +109,7 @@ def refuse_unknown(
         hint,
     )
     refuse({"version", "status", "z"} <= keys, "", *A_RESULT)
-    others, bounds = (
-        [key for key in given if key not in known],
-        PAIRS_OF_BOUNDS if "lower" in known else set[str](),
-    )
+    bounds = PAIRS_OF_BOUNDS if "lower" in known else set[str]()
     of_game = {"payoff", "payoffs", "payoff_matrix", "payoff_matrices", "players"}
     meanings = (
         (of_game, "payoffs of a game as A and B"),

@@ -96,11 +96,20 @@ class InputFile:
     def within(self, parse: Callable[..., T], *given: Any) -> T:
         """Call `parse` with the given arguments; prefix the place of this file to the
         message of a ProblemError that it raises."""
+        try:
+            return parse(*given)
+        except (ProblemError, MemoryError) as error:
+            raise self._named(error) from None
+
+    def _named(self, error: ProblemError | MemoryError) -> ProblemError:
+        """Return an error with the place of this file; that it is in the first line of
+        a line is left out."""
         if self.line is None:
-            return contents.within(self.place, parse, *given)
-        where = self.place, f"line {self.line}"
-        found: T = contents.within(where, _in_line, parse, *given)
-        return found
+            return contents.inside(self.place, error)
+        if isinstance(error, ProblemError):
+            where = error.where.removeprefix("line 1, ")
+            error = ProblemError(where, error.fault, error.hint)
+        return contents.inside((self.place, f"line {self.line}"), error)
 
     @cached_property
     def kind(self) -> Kind:
@@ -161,18 +170,16 @@ class InputFile:
         """Return what a function of the format returns. A fault of another package's
         module is one of the file."""
         form = self.kind.form
-
-        def call() -> Any:
-            try:
-                return getattr(load(form), function)(*given)
-            except Exception as error:
-                package = package_of(form)
-                if isinstance(error, LCPError) or not package:
-                    raise
-                fault = f"cannot be read by the package {package}: {raised(error)}"
-                raise ProblemError("", fault, OF_PACKAGE) from None
-
-        return self.within(call)
+        try:
+            return getattr(load(form), function)(*given)
+        except (ProblemError, MemoryError) as error:
+            raise self._named(error) from None
+        except Exception as error:
+            package = package_of(form)
+            if isinstance(error, LCPError) or not package:
+                raise
+            fault = f"cannot be read by the package {package}: {raised(error)}"
+            raise self._named(ProblemError("", fault, OF_PACKAGE)) from None
 
     @property
     def names(self) -> Sequence[str]:
@@ -278,11 +285,3 @@ class InputFile:
         q = exact_problem.fractions_of(fields["q"]) if "q" in fields else None
         return rows, q, low, high
 
-
-def _in_line(parse: Callable[..., T], *given: Any) -> T:
-    """Call `parse`; leave out of its error that it is in the first line of a line."""
-    try:
-        return parse(*given)
-    except ProblemError as error:
-        where = error.where.removeprefix("line 1, ")
-        raise ProblemError(where, error.fault, error.hint) from None

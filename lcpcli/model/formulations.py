@@ -229,7 +229,7 @@ def _others() -> list[str]:
     return sorted(_added() - {*TABLE})
 
 
-def _added() -> set[str]:
+def _added() -> frozenset[str]:
     with imports:
         from lcpcli import additions
     return additions.names("formulations")
