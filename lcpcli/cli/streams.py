@@ -320,18 +320,16 @@ class Task(NamedTuple):
     def _each(self, work: Work) -> Iterator[tuple[Result, Sequence[str]]]:
         """Yield the results for problems that are solved one by one, with remarks on
         what was read."""
-        from lcpcli.solving.direct_run import uses_kernels
-
-        inputs, compiled = (
-            self.request.inputs,
-            uses_kernels(None, work.sources[0].item or 0),
-        )
+        inputs = self.request.inputs
 
         def traces(_: Any) -> tuple[Trace | None, None]:
             columns = of_traces(self.request.columns or ())
             return Trace(self.every, columns=columns) if self.every else None, None
 
         for read in inputs.problems(work, takes_models=self.steps is None):
+            from lcpcli.solving.direct_run import uses_kernels
+
+            compiled = uses_kernels(None, work.sources[0].item or 0)
             if self.steps is not None:
                 result = self.steps.follow(read.problem, compiled)
             else:

@@ -46,7 +46,8 @@ class Input(NamedTuple):
 
     @property
     def sources(self) -> list[Source]:  # the place of its problem
-        return [Source(self.files[0].place, self.line, *self.marks)]
+        file = self.files[0]
+        return [Source(file.place, file.line, *self.marks)]
 
     @property
     def digests(self) -> list[str]:  # the digest of its problem as written
