@@ -77,6 +77,21 @@ class Option(NamedTuple):
     def hint(self) -> str:
         return f"it must be: {self.range}"
 
+    def value_of(self, text: str) -> float | str:
+        """Return what a text says, one of the words or a number, whatever its range."""
+        if text in self.words:
+            return text
+        try:
+            if "_" in text:
+                raise ValueError
+            number = float(text)
+        except ValueError:
+            fault = f"{quoted(text.strip())} is not a number"
+            raise ParameterError(self.name, fault, self.hint) from None
+        if self.kind is float or not number.is_integer():
+            return number
+        return int(text) if text.strip("+- ").isdecimal() else int(number)
+
     def check(self, value: float | str) -> None:
         """Raise ParameterError unless the value is of this option's kind and in its
         range."""

@@ -166,25 +166,20 @@ def option(heading: str, *rows: str | Option, **attributes: Any) -> Declaration:
 
 
 def _numeric(declared: Option) -> tuple[str, dict[str, Any]]:
-    def in_range(_: click.Context, __: click.Parameter, value: Any) -> Any:
-        if value is not None:
-            declared.check(value)
+    def in_range(_: Any, __: Any, text: str | None) -> float | str | None:
+        if text is None:
+            return None
+        value = declared.value_of(text)
+        declared.check(value)
         return value
 
     default = (
         "" if declared.default is None else f"; default {declared.written_default}"
     )
-    number = click.INT if declared.kind is int else click.FLOAT
-    kind = (
-        (lambda v: v if v in declared.words else number.convert(v, None, None))
-        if declared.words
-        else declared.kind
-    )
     names = (
         f"{flag(declared.name)} {'SIZE' if declared is INFINITY else declared.metavar}"
     )
     return f"{names}  {declared.meaning}  [{declared.range}{default}]", {
-        "type": kind,
         "callback": in_range,
     }
 

@@ -98,12 +98,7 @@ class Make(Writing):
     type=Choice(gallery.FAMILIES, "lcp make --list shows the families"),
 )
 @option("Family", "--list listed  List the families instead of writing a problem.")
-@option(
-    "Problem",
-    "-n n  Approximate number of unknowns.  [default: 10, or the family's own]",
-    "--seed  Seed of the random numbers, if any.  [whole number >= 0; default 0]",
-    type=int,
-)
+@option("Problem", gallery.SIZE, gallery.SEED)
 @option(
     "Problem",
     "--set settings NAME=VALUE  Set a parameter of the family; repeatable.",

@@ -284,4 +284,3 @@ class InputFile:
         )
         q = exact_problem.fractions_of(fields["q"]) if "q" in fields else None
         return rows, q, low, high
-

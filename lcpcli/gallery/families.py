@@ -28,12 +28,18 @@ from lcpcli.errors import (
     unknown,
 )
 from lcpcli.model import formulations
+from lcpcli.options import NATURAL, Option, up_to
 
 if TYPE_CHECKING:
     from lcpcli.model.problem import Problem
 
 DEFAULT_SIZE = 10  # unknowns: few enough to be read
-LARGEST_SIZE = 10**8  # unknowns; the vectors of a larger problem alone take gigabytes
+# The vectors of a problem with more unknowns alone take gigabytes.
+SIZE = Option(
+    *("n", int, None, *up_to(10**8)),
+    "Approximate number of unknowns; by default 10, or the family's own.",
+)
+SEED = Option("seed", int, 0, *NATURAL, "Seed of the random numbers, if any.")
 
 
 class Entry(NamedTuple):
@@ -205,14 +211,10 @@ def make(name: str, n: int | None = None, seed: int = 0, **parameters: Any) -> P
             )
     size = entry(name).size
     n = size or DEFAULT_SIZE if n is None else n
-    if not 1 <= n <= LARGEST_SIZE:
-        raise ParameterError(
-            "n", "is out of range", f"give a whole number from 1 to {LARGEST_SIZE}"
-        )
+    SIZE.check(n)
     if size and n != size:
         raise ParameterError("n", f"is {n}, and {name} has {size} unknowns", LEAVE_OUT)
-    if seed < 0:
-        raise ParameterError("seed", "is negative", "give a whole number >= 0")
+    SEED.check(seed)
     problem = load(name)(n, seed, **parameters)
     return problem.having(
         name=name if size else f"{name}-{problem.n}", source=entry(name).source

@@ -693,17 +693,7 @@ def _value(name: str, text: str) -> Any:
                 name, f"{quoted(text)} is neither true nor false", "write true or false"
             )
         return TRUTHS[text]
-    option = OPTIONS[name]
-    if text in option.words:
-        return text
-    try:
-        if "_" in text:
-            raise ValueError
-        number = float(text)
-    except ValueError:
-        fault = f"{quoted(text)} is not a number"
-        raise ParameterError(name, fault, option.hint) from None
-    return int(number) if option.kind is int and number.is_integer() else number
+    return OPTIONS[name].value_of(text)
 
 
 def in_variant(name: str, value: str, chosen: str) -> str:

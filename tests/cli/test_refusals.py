@@ -96,10 +96,13 @@ solve good.json --infinity 0 => --infinity: {OUT_OF_RANGE:0.0}; {IT_MUST_BE:{OF_
 solve good.json --all --max-solutions 0
     => --max-solutions: {OUT_OF_RANGE:0}; {IT_MUST_BE:{WHOLE:1}}
 solve good.json --method shi --p 0 => --p: {OUT_OF_RANGE:0.0}; {IT_MUST_BE:{OF_P}}
-solve good.json --method shi --p large => --p: 'large' is not a valid float
+solve good.json --method shi --p large
+    => --p: 'large' is not a number; {IT_MUST_BE:{OF_P}}
+solve good.json --tol abc => --tol: 'abc' is not a number; {IT_MUST_BE:{OF_TOL}}
 solve good.json --method shi --k-star 0
     => --k-star: {OUT_OF_RANGE:0}; {IT_MUST_BE:{WHOLE:1}}
-solve good.json --method shi --k-star 1.5 => --k-star: '1.5' is not a valid integer
+solve good.json --method shi --k-star 1.5
+    => --k-star: {OUT_OF_RANGE:1.5}; {IT_MUST_BE:{WHOLE:1}}
 solve good.json --method shi --rho 0.5
     => --rho: {OUT_OF_RANGE:0.5}; {IT_MUST_BE:{OF_RHO}}
 solve good.json --method shi --sigma 1
@@ -470,14 +473,17 @@ path - - => standard input: {READ_ONCE}; {NAME_A_FILE}
 MAKE = commands(
     r"""
 make => FAMILY: {MISSING}; name a family; lcp make --list shows them
-make murty -n 0 => -n: {NOT_IN_RANGE}; {A_WHOLE_FROM_TO:1|100000000}
+make murty -n 0 => -n: {OUT_OF_RANGE:0}; {IT_MUST_BE:{WHOLE_TO:1|100000000}}
 make murty -n 100000000000000000000000000000
-    => -n: {NOT_IN_RANGE}; {A_WHOLE_FROM_TO:1|100000000}
+    => -n: {OUT_OF_RANGE:100000000000000000000000000000};
+    {IT_MUST_BE:{WHOLE_TO:1|100000000}}
 make curtis-han-robinson -n 10
     => -n: is 10, and curtis-han-robinson has 3 unknowns; {LEAVE_IT_OUT}
 make murty --seed 1
     => --seed: {NO_EFFECT_ON:murty, which has no random entries}; {LEAVE_IT_OUT}
-make lp --seed -1 => --seed: is negative; give a whole number >= 0
+make lp --seed -1 => --seed: {OUT_OF_RANGE:-1}; {IT_MUST_BE:{WHOLE:0}}
+make lp -n many
+    => -n: 'many' is not a number; {IT_MUST_BE:{WHOLE_TO:1|100000000}}
 make contact --set seed=1
     => --set: {NO_PARAMETER:'seed'|contact}; choose one of friction, compliance
 make contact --set frictoin=3
