@@ -48,7 +48,7 @@ def outcome(
         remarks = [line for line in others if not line.endswith(": ")]
     request.inputs.tell(remarks)
     if request.plot is not None:
-        plotting.require_plane([problem.problem])
+        plotting.require_drawable("cones", [problem.problem])
     wording.require(problem.problem, request.names)
     within(where, sets.refuse_large, problem.problem)
     best = (
@@ -60,7 +60,7 @@ def outcome(
         report.render,
         f"{where}: {best.message(numbers.approximate) if best else found.message}",
     )
-    output.draw(request.plot, lambda: plotting.cones(found))
+    output.draw(request.plot, "cones", found)
     return CODES.get(found.status, Exit.SOLVED)
 
 

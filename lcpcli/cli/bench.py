@@ -147,11 +147,7 @@ class Bench(Reporting):
 )
 @declarations.reporting(
     FORMATS,
-    option(
-        "Output",
-        "--plot FILE  Draw performance profiles, error against time, and "
-        "scaling with n, as .png, .svg or .pdf.",
-    ),
+    declarations.figure_options("bench"),
     file=(
         f"{declarations.TO_FILE} JSON is saved after each measurement, to resume from."
     ),
@@ -193,7 +189,7 @@ def _run(request: Bench, destination: output.Destination) -> int:
     line = Line(total=left, is_shown=shows_progress(request.quiet))
     is_interrupted = _measured(record, saved, line)
     if rows:
-        destination.draw(request.plot, lambda: report.figure(record))
+        destination.draw(request.plot, "bench", record)
     false = sum(row.false_success for row in rows)
     good, measured = sum(row.success for row in rows), count(len(rows), "measurement")
     told = f"{good} of {measured} succeeded" + f"; {count(false, 'false claim')}" * (

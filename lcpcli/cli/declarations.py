@@ -24,7 +24,7 @@ from lcpcli.methods.registry import (
 )
 from lcpcli.options import EVERY, INFINITY, LIMITS, THREADS, Option
 from lcpcli.report.columns import OF_EVERY_METHOD
-from lcpcli.report.document import MEANINGS
+from lcpcli.report.document import FIGURES, MEANINGS
 from lcpcli.report.wording import flag
 
 STARTS = {
@@ -234,6 +234,16 @@ def reporting(
     )
 
 
+def figure_options(command: str) -> Declaration:
+    """Declare the options of a command that draw figures."""
+    rows = (
+        f"--{figure.option} FILE  {figure.meaning}"
+        for figure in FIGURES.values()
+        if command in figure.commands and figure.meaning
+    )
+    return option("Output", *rows)
+
+
 # A method, with or without options of its own, as in shi:p=10.
 METHOD = Choice(meanings(), parse=registry.parse)
 METHOD_NAMES = listed(METHOD.meanings, "or")
@@ -441,13 +451,7 @@ solving = declared(
             "the others anyway.  [default: those of every method]",
             callback=_names,
         ),
-        option(
-            "Output",
-            "--plot FILE  Draw error over time: .png, .svg or .pdf.",
-            "--paths FILE  Draw the iterates x, z = |x| + x, of a problem in "
-            "two unknowns over the merit function: "
-            ".png, .svg, .pdf.  [default: none]",
-        ),
+        figure_options("solve"),
     ),
 )
 
@@ -456,7 +460,7 @@ solving = declared(
 # in a table, a method that is chosen and runs.
 ITERATES_STEP = ("--every", "--columns")
 OF_ITERATES = ("--trace", *ITERATES_STEP)
-FIGURES = ("--plot", "--paths")
+OF_FIGURES = tuple(dict.fromkeys(f"--{figure.option}" for figure in FIGURES.values()))
 UNKNOWNS = ("--show",)
 OWN = {flag(name) for name in OF_METHODS}
 OF_LINEAR = OWN - {"--z0"}
@@ -507,7 +511,7 @@ ONE = Mode(
 SEVERAL = Mode(
     "several problems",
     [
-        Refusal(FIGURES, "draws one problem only", COMPARE),
+        Refusal(OF_FIGURES, "draws one problem only", COMPARE),
         Refusal(UNKNOWNS, "chooses the unknowns of one problem only", COMPARE),
     ],
 )

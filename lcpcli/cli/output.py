@@ -6,7 +6,7 @@ import os
 import sys
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from lcpcli.cli.declarations import (
     CSV,
@@ -26,10 +26,9 @@ from lcpcli.errors import File
 from lcpcli.methods.registry import ALL
 from lcpcli.options import EVERY
 from lcpcli.report import columns
-from lcpcli.report.document import FORMATS, SUFFIXES
+from lcpcli.report.document import FIGURES, FORMATS, SUFFIXES
 
 if TYPE_CHECKING:
-    from lcpcli.report.plotting import Picture
     from lcpcli.solving.result import Result
     from lcpcli.solving.trace import Trace
     from lcpcli.typing import Indices
@@ -103,13 +102,13 @@ class Destination:
             show(content(), path)
             tell(f"wrote {path}", self.quiet)
 
-    def draw(self, path: str | None, picture: Callable[[], Picture]) -> None:
-        """Write a figure likewise, in the form of its suffix."""
+    def draw(self, path: str | None, kind: str, *data: Any) -> None:
+        """Write a figure, of FIGURES, likewise, in the form of its suffix."""
         if path is not None:
-            from lcpcli.report.plotting import form_of
+            from lcpcli.report import plotting
 
-            form = form_of(path)
-            self.add(path, lambda: picture().content(form))
+            form = plotting.form_of(path)
+            self.add(path, lambda: plotting.made(kind, *data).content(form))
 
 
 class Output(Destination):
@@ -171,18 +170,22 @@ class Output(Destination):
                     f"{path} exists and holds no iterates",
                     "choose another file",
                 )
-        require_plot(request.plot)
-        require_plot(request.paths, "paths")
+        for figure, drawn in self.figures.items():
+            require_plot(drawn, FIGURES[figure].option)
+
+    @property
+    def figures(self) -> dict[str, str]:
+        """Return the files of the figures that are asked for, by kind."""
+        request = self.request
+        by_plot = "variations" if request.vary else "convergence"
+        asked = {"paths": request.paths, by_plot: request.plot}
+        return {kind: file for kind, file in asked.items() if file is not None}
 
     def traces(self, problem: AnyProblem) -> tuple[Trace | None, Trace | None]:
         """Return an empty trace for iterates that are shown or written, and an empty
         curve for the figure and for the levels; each keeps only what is needed."""
         request, levels = self.request, self.request.levels if problem.solutions else ()
-        draws = not request.vary and (
-            request.plot is not None
-            or request.paths is not None
-            or self.kind.has_figures
-        )
+        draws = not request.vary and (bool(self.figures) or self.kind.has_figures)
         has_curve = draws or bool(levels)
         if not (self._keeps_iterates or has_curve):
             return None, None
@@ -226,15 +229,8 @@ class Output(Destination):
         return replace(result, trace=shown)
 
     def draw_runs(self, runs: Sequence[Sequence[Result]]) -> None:
-        from lcpcli.report import plotting
-
-        if self.request.vary:
-            from lcpcli.report.variations import picture
-
-            self.draw(self.request.plot, lambda: picture(runs))
-            return
-        self.draw(self.request.paths, lambda: plotting.paths(plotting.panels(runs)))
-        self.draw(self.request.plot, lambda: plotting.runs_or_answer(runs))
+        for kind, file in self.figures.items():
+            self.draw(file, kind, runs)
 
     def _selection(self, problem: AnyProblem) -> tuple[int, int | None, Indices | None]:
         """Return the selection of a table: the step and the largest number of its

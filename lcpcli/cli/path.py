@@ -150,10 +150,7 @@ class PathRequest(ManyProblems, Reporting):
 @declarations.show_option
 @reporting(
     FORMATS,
-    option(
-        "Output",
-        "--plot FILE  Draw z(t), and the objective of a program: .png, .svg or .pdf.",
-    ),
+    declarations.figure_options("path"),
 )
 def path(request: PathRequest) -> int:
     """Follow the solution z(t) as q and the bounds of one problem change to those of
@@ -201,7 +198,7 @@ def path(request: PathRequest) -> int:
         path_formats.report(found, asked, files_read, names).render,
         f"{file}: {found.message}",
     )
-    destination.draw(request.plot, lambda: found.plot(show=names))
+    destination.draw(request.plot, "response", found, None, names)
     return code
 
 

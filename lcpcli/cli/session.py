@@ -115,8 +115,7 @@ def _run(request: Request, works: Iterator[Work], output: Output) -> int:
     elif made:
         verdict = f"{sum(result.solved for result in made)} of {len(made)} runs solved"
     output.show(lambda *_: text, verdict)
-    if request.plot is not None or request.paths is not None:
-        output.draw_runs(results)
+    output.draw_runs(results)
     if interrupted or any(result.interrupted for result in made):
         return Exit.INTERRUPTED
     added = {AUTO} if request.adds_auto else set()
@@ -214,18 +213,13 @@ def _results(
     data = [each.exactly if request.exact else None for each in inputs]
     inputs.clear()
     chosen = [request.options_for(problem) for problem in problems]
-    if request.paths is not None or request.plot is not None:
+    for kind in output.figures:
         from lcpcli.report import plotting
 
-        if request.paths is not None:
-            plotting.require_plane(problems, plotting.PATHS)
-        if request.plot is not None and request.vary:
-            plotting.require_numbers(request.vary)
-        elif request.plot is not None:
-            plotting.require_room(len(problems))
+        plotting.require_drawable(kind, problems, request.vary)
     for problem in problems if request.names else []:
         wording.require(problem, request.names)
-    if request.levels or request.plot is not None or request.paths is not None:
+    if request.levels or output.figures:
         problems = with_references(problems, request.limits)
     is_timed = request.plot is not None or (bool(request.levels) and not output.silent)
     results: Results = []

@@ -18,6 +18,7 @@ from lcpcli.errors import (
     NAME_FILE,
     NO_SUCH_FILE,
     File,
+    LCPError,
     ProblemError,
     Where,
     count,
@@ -174,7 +175,7 @@ def within(where: Where, parse: Callable[..., T], *given: Any) -> T:
         raise inside(where, error) from None
 
 
-def inside(where: Where, error: ProblemError | MemoryError) -> ProblemError:
+def inside(where: Where, error: ProblemError | MemoryError) -> LCPError:
     """Return an error in a file with its place; a lack of memory, which ends no run of
     several files, as one of this file."""
     if isinstance(error, MemoryError):

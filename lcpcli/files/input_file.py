@@ -101,7 +101,7 @@ class InputFile:
         except (ProblemError, MemoryError) as error:
             raise self._named(error) from None
 
-    def _named(self, error: ProblemError | MemoryError) -> ProblemError:
+    def _named(self, error: ProblemError | MemoryError) -> LCPError:
         """Return an error with the place of this file; that it is in the first line of
         a line is left out."""
         if self.line is None:

@@ -1,5 +1,6 @@
 """A report as the formats typeset it: sections of lines, tables of text and a figure;
-and the table of these formats. Nothing heavy is imported, so that help is instant."""
+and the tables of these formats and of all figures. Nothing heavy is imported, so that
+help is instant."""
 
 from __future__ import annotations
 
@@ -130,6 +131,90 @@ RECORD_MEANINGS = dict(
     csv="a key and its value per line",
     html="a page",
 )
+
+
+class Figure(NamedTuple):
+    """A figure.
+
+    title : of its file. commands : the commands that draw it, by `--option FILE`.
+    meaning : what help says of this option; "" for a figure that takes the place of
+        another one, as cones do with --all.
+    made_by : what makes the `Picture` of it, in lcpcli.report or in lcpcli.bench.
+    drawn_by : what draws this, in lcpcli.report.figures.
+    in_plane : whether it is of LCPs with two unknowns.
+    """
+
+    title: str
+    commands: Collection[str]
+    option: str
+    meaning: str
+    made_by: str
+    drawn_by: str
+    in_plane: bool = False
+
+
+FIGURES = {
+    "convergence": Figure(
+        "Error against run time and iteration",
+        ("solve", "compare"),
+        "plot",
+        "Draw error over time: .png, .svg or .pdf.",
+        "report.plotting.runs_or_answer",
+        "run_figures.draw_convergence",
+    ),
+    "paths": Figure(
+        "Trajectories of iterates",
+        ("solve", "compare"),
+        "paths",
+        "Draw the iterates x, z = |x| + x, of a problem in two unknowns over the merit "
+        "function: .png, .svg, .pdf.  [default: none]",
+        "report.plotting.paths_of",
+        "plane_figures.draw_paths",
+        in_plane=True,
+    ),
+    "fit": Figure(
+        "Measurements and their fit",
+        ("solve",),
+        "plot",
+        "",
+        "report.plotting.runs_or_answer",
+        "fit_figures.draw",
+    ),
+    "variations": Figure(
+        "Error and time against options",
+        ("compare",),
+        "plot",
+        "",
+        "report.variations.picture",
+        "run_figures.draw_variations",
+    ),
+    "cones": Figure(
+        "Complementary cones",
+        ("solve",),
+        "plot",
+        "",
+        "report.plotting.cones",
+        "plane_figures.draw",
+        in_plane=True,
+    ),
+    "response": Figure(
+        "Path of solutions",
+        ("path",),
+        "plot",
+        "Draw z(t), and the objective of a program: .png, .svg or .pdf.",
+        "report.plotting.plot_path",
+        "run_figures.draw",
+    ),
+    "bench": Figure(
+        "Benchmark",
+        ("bench",),
+        "plot",
+        "Draw performance profiles, error against time, and scaling with n, as .png, "
+        ".svg or .pdf.",
+        "bench.report.figure",
+        "run_figures.draw_bench",
+    ),
+}
 SUFFIXES = {
     "": "table",
     **{form.suffix: name for name, form in FORMATS.items()},

@@ -421,4 +421,4 @@ def trace_text(trace: Trace) -> str:
 def figure(results: Sequence[Result]) -> Picture:
     from lcpcli.report import plotting
 
-    return plotting.convergence(plotting.panels([results]))
+    return plotting.runs_or_answer([results])

@@ -11,7 +11,7 @@ spanning properties of complementary cones, Linear Algebra Appl. 5 (1972) 65-108
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from importlib import import_module
 from importlib.util import find_spec
@@ -22,6 +22,7 @@ from lcpcli.errors import LEAVE_ONE_OUT, LEAVE_OUT, ParameterError, count, missi
 from lcpcli.files.atomic_write import write_whole
 from lcpcli.model.formulation import Answer
 from lcpcli.report import wording
+from lcpcli.report.document import FIGURES
 
 if TYPE_CHECKING:
     from lcpcli.enumeration.search import SolutionSet
@@ -33,19 +34,7 @@ FORMS = ("png", "svg", "pdf")
 # Rows of axes on a page of A4, each about 1.5 inches high, with readable labels.
 MOST_PANELS = 7
 MOST_PLANES = 6  # whose paths of iterates are on a page, two in a row
-PLOT, PATHS = "plot", "paths"
-KINDS = {  # the functions that draw the figures, and the titles of the files
-    "convergence": (
-        "run_figures.draw_convergence",
-        "Error against run time and iteration",
-    ),
-    "bench": ("run_figures.draw_bench", "Benchmark"),
-    "response": ("run_figures.draw", "Path of solutions"),
-    "cones": ("plane_figures.draw", "Complementary cones"),
-    "paths": ("plane_figures.draw_paths", "Trajectories of iterates"),
-    "variations": ("run_figures.draw_variations", "Error and time against options"),
-    "fit": ("fit_figures.draw", "Measurements and their fit"),
-}
+PLOT = "plot"
 
 
 class Curve(NamedTuple):
@@ -157,7 +146,7 @@ class Fitted(NamedTuple):
 class Picture:
     """A figure, drawn when it is written; a notebook shows it.
 
-    kind : of KINDS. data : what its function draws. provenance : lines for the file's
+    kind : of FIGURES. data : what its function draws. provenance : lines for the file's
     metadata. text : what the figure shows, for the interpreter.
     """
 
@@ -177,16 +166,27 @@ class Picture:
         require()
         from lcpcli.report.figures import style
 
-        place, title = KINDS[self.kind]
-        module, name = place.split(".")
-        draw = getattr(import_module(f"lcpcli.report.figures.{module}"), name)
-        return style.file(lambda: draw(*self.data), form, title, self.provenance)
+        figure = FIGURES[self.kind]
+        draw = _function(f"report.figures.{figure.drawn_by}")
+        return style.file(lambda: draw(*self.data), form, figure.title, self.provenance)
 
     def __repr__(self) -> str:
         return f"<Picture: {self.text}>"
 
     def _repr_svg_(self) -> str:
         return self.content("svg").decode()
+
+
+def _function(place: str) -> Callable[..., Any]:
+    module, _, name = place.rpartition(".")
+    function: Callable[..., Any] = getattr(import_module(f"lcpcli.{module}"), name)
+    return function
+
+
+def made(kind: str, *data: Any) -> Picture:
+    """Return the picture of a kind, of FIGURES, of its data."""
+    picture: Picture = _function(FIGURES[kind].made_by)(*data)
+    return picture
 
 
 def convergence(panels: Sequence[Panel]) -> Picture:
@@ -227,6 +227,11 @@ def paths(panels: Sequence[Panel]) -> Picture:
     """Return a picture of the iterates of runs on LCPs with two unknowns, over the
     merit function."""
     return Picture("paths", [panels], [panel.provenance for panel in panels])
+
+
+def paths_of(runs: Sequence[Sequence[Result]]) -> Picture:
+    """Return the picture of runs, grouped by problem, as `paths`."""
+    return paths(panels(runs))
 
 
 def variations(drawn: Sequence[Variation], runs: Sequence[Sequence[Result]]) -> Picture:
@@ -290,6 +295,19 @@ def require_plane(problems: Sequence[Problem], option: str = PLOT) -> None:
                 f"draws LCPs with two unknowns, not one with {wording.size(problem)}"
             )
             raise ParameterError(option, fault, LEAVE_OUT)
+
+
+def require_drawable(
+    kind: str, problems: Sequence[Problem], axes: Sequence[str] = ()
+) -> None:
+    """Refuse what a figure, of FIGURES, cannot show. axes : the values of options that
+    vary."""
+    if FIGURES[kind].in_plane:
+        require_plane(problems, FIGURES[kind].option)
+    elif axes:
+        require_numbers(axes)
+    else:
+        require_room(len(problems))
 
 
 def require(option: str = PLOT) -> None:

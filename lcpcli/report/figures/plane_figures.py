@@ -165,70 +165,58 @@ def draw(found: SolutionSet) -> Figure:
     problem, holds_q = found.data.problem, holding(found)
     M, q = matrices.dense(problem.M).tolist(), problem.q.tolist()
     figure = Figure(figsize=(COLUMN, COLUMN + 0.2))  # with room for the titles
-    span = (-REACH, REACH)
-    axes = figure.add_subplot(
-        xlim=span, ylim=span, aspect="equal", xticks=[], yticks=[], frame_on=False
-    )
-    axes.plot(
-        [-AXIS, AXIS],
-        [0, 0],
-        [0, 0],
-        [-AXIS, AXIS],
-        color="0.6",
-        linewidth=0.6,
-        zorder=1,
-    )
+    axes = _coordinates(figure)
     shapes, directions = cones(M), generators(M)
     for cone, color, holds in zip(shapes, COLORS, holds_q, strict=True):
         _cone(axes, cone, color, FILLS[holds])
     for direction in {each for each in directions.values() if each is not None}:
-        axes.annotate(
-            "",
-            _at(VECTOR, direction),
-            (0, 0),
-            arrowprops=ARROW | {"linewidth": 1.1},
-            zorder=5,
-        )
-    of_q = angle(q)
-    at = (0.0, 0.0) if of_q is None else _at(Q, of_q)
-    # The ray through q, and where it crosses the arcs of the cones around it.
-    if of_q is not None:
-        axes.plot(
-            *zip((0, 0), at, strict=True),
-            color="black",
-            linewidth=1.0,
-            dashes=(3, 2),
-            zorder=5,
-        )
-        for cone in (
-            cone
-            for cone, holds in zip(shapes, holds_q, strict=True)
-            if holds and cone.kind != POINT
-        ):
-            axes.plot(
-                *_at(cone.radius, of_q),
-                "o",
-                markersize=4.2,
-                mfc="white",
-                mec="black",
-                mew=0.9,
-                zorder=7,
-            )
-    axes.plot(*at, "o", markersize=5.5, color="black", zorder=7)
-    _labels(axes, directions | {"$q$": of_q})
+        arrow = ARROW | {"linewidth": 1.1}
+        axes.annotate("", _at(VECTOR, direction), (0, 0), arrowprops=arrow, zorder=5)
+    around = [cone for cone, holds in zip(shapes, holds_q, strict=True) if holds]
+    _vector_q(axes, angle(q), around)
+    _labels(axes, directions | {"$q$": angle(q)})
     rows = "; ".join(" ".join(map(_number, row)) for row in M)
     data = [f"M = [{rows}],  q = ({', '.join(map(_number, q))})"]
     data += [f"z{j} = {name}" for j, name in enumerate(problem.names, 1) if name]
     titles = f"{found.count}: {wording.title(problem)}", ",  ".join(data)
     axes.set_title("\n".join(fitted(title, FONT, COLUMN - 0.2) for title in titles))
+    _legend(figure, shapes, holds_q)
+    return figure
+
+
+def _coordinates(figure: Figure) -> Axes:
+    """Return axes through the origin, without a frame."""
+    span = (-REACH, REACH)
+    axes = figure.add_subplot(
+        xlim=span, ylim=span, aspect="equal", xticks=[], yticks=[], frame_on=False
+    )
+    ends = [-AXIS, AXIS]
+    axes.plot(ends, [0, 0], [0, 0], ends, color="0.6", linewidth=0.6, zorder=1)
+    return axes
+
+
+def _vector_q(axes: Axes, direction: float | None, around: Sequence[Cone]) -> None:
+    """Draw q, the ray through it, and where this crosses the arcs of the cones around
+    it."""
+    at = (0.0, 0.0) if direction is None else _at(Q, direction)
+    if direction is not None:
+        look: dict[str, Any] = {"color": "black", "linewidth": 1.0, "dashes": (3, 2)}
+        axes.plot(*zip((0, 0), at, strict=True), zorder=5, **look)
+        look = {"markersize": 4.2, "mfc": "white", "mec": "black", "mew": 0.9}
+        for cone in around:
+            if cone.kind != POINT:
+                axes.plot(*_at(cone.radius, direction), "o", zorder=7, **look)
+    axes.plot(*at, "o", markersize=5.5, color="black", zorder=7)
+
+
+def _legend(figure: Figure, shapes: Sequence[Cone], holds_q: Sequence[bool]) -> None:
+    """Add the legend of the cones, by whose height the figure grows."""
     handles, labels = [], []
     for cone, color, chosen, holds in zip(shapes, COLORS, SETS, holds_q, strict=True):
-        handles.append(
-            Patch(
-                facecolor=to_rgba(color, FILLS[holds]), edgecolor=color, linewidth=1.6
-            )
-        )
-        labels.append(variables(chosen) + KINDS[cone.kind] + f"  {CHECK}" * holds)
+        face = to_rgba(color, FILLS[holds])
+        handles.append(Patch(facecolor=face, edgecolor=color, linewidth=1.6))
+        mark = f"  {CHECK}" if holds else ""
+        labels.append(f"{variables(chosen)}{KINDS[cone.kind]}{mark}")
     title = (
         f"Variables that may be positive in each cone ({CHECK}: q lies in "
         "it).\nOnly directions count."
@@ -241,10 +229,8 @@ def draw(found: SolutionSet) -> Figure:
     legend = figure.legend(
         handles, labels, title=title, ncols=2, loc="outside lower left", **look
     )
-    figure.set_figheight(
-        figure.get_figheight() + legend.get_window_extent().height / figure.dpi
-    )
-    return figure
+    height = legend.get_window_extent().height / figure.dpi
+    figure.set_figheight(figure.get_figheight() + height)
 
 
 def _at(radius: float, direction: float) -> tuple[float, float]:
