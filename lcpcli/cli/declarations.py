@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
+from enum import Flag, auto
 from functools import reduce
 from typing import Any, NamedTuple
 
@@ -456,74 +457,126 @@ solving = declared(
 )
 
 
-# Options by what they need: iterates that are shown, a figure of one problem, unknowns
-# in a table, a method that is chosen and runs.
-ITERATES_STEP = ("--every", "--columns")
-OF_ITERATES = ("--trace", *ITERATES_STEP)
-OF_FIGURES = tuple(dict.fromkeys(f"--{figure.option}" for figure in FIGURES.values()))
-UNKNOWNS = ("--show",)
-OWN = {flag(name) for name in OF_METHODS}
-OF_LINEAR = OWN - {"--z0"}
-OF_RUNS = {"--jobs", "--cluster", "--resume", "--sequence"}
-ONE_SOLUTION = OWN | OF_RUNS | {*OF_ITERATES[:2], "--method", "--paths", "--bound"}
-ONE_SOLUTION |= {"--tol", "--max-iterations"}
-FAMILY = ("FAMILY", "-n", "--seed", "--set")
-BENCH = (
-    *("SUITE", "--method", "--sweep", "--peer", "--infinity"),
-    *("--tol", "--time-limit", "--accept", "--budget"),
-)
+class Needs(Flag):
+    """What an option needs of what a command does, or of what it writes."""
+
+    METHOD = auto()  # one that the user chooses
+    RUN = auto()  # of a method, to one solution
+    LINEAR = auto()  # problem
+    RESIDUAL = auto()  # that decides
+    ITERATES = auto()  # that are shown
+    CHOICE_OF_ITERATES = auto()
+    COLUMNS = auto()  # of the iterates, of which some can be left out
+    UNKNOWNS = auto()  # of which some can be left out
+    FIGURE = auto()  # of one problem
+    TRAJECTORIES = auto()
+    PROOF = auto()  # that is shown
+    TEXT = auto()  # on standard output, or in a file
+    DESTINATION = auto()
+    PROCESSES = auto()  # of this run
+    LOCAL = auto()  # processes on this machine
+    ONE_OBJECTIVE = auto()
+    ONE_AXIS = auto()  # of options that vary
+    PIECES = auto()  # of the set of all solutions, of which one is asked for
+    LIST = auto()  # of all solutions
+    NEW_BENCH = auto()
+    FAMILY = auto()
+    ORIGIN = auto()  # a program or a game in a file
+    GAME = auto()
+    PROBLEM = auto()  # that is written
+
+
+OF_METHOD = Needs.METHOD | Needs.RUN
+OF_START = OF_METHOD | Needs.LINEAR
+# The capabilities without which an option has no effect, by option.
+NEEDS = {
+    **{flag(name): OF_START for name in OF_METHODS},
+    "--z0": OF_METHOD,
+    "--method": OF_METHOD | Needs.NEW_BENCH,
+    "--tol": Needs.RUN | Needs.RESIDUAL | Needs.NEW_BENCH,
+    "--max-iterations": Needs.RUN,
+    "--time-limit": Needs.NEW_BENCH,
+    "--bound": Needs.RUN | Needs.PROOF | Needs.TEXT,
+    "--exact": Needs.LINEAR,
+    **{flag(name): Needs.LINEAR for name in BOUNDS},
+    "--infinity": Needs.LINEAR | Needs.NEW_BENCH,
+    "--trace": Needs.RUN | Needs.ITERATES | Needs.TEXT,
+    "--every": Needs.RUN | Needs.ITERATES | Needs.CHOICE_OF_ITERATES,
+    "--columns": Needs.ITERATES | Needs.CHOICE_OF_ITERATES | Needs.COLUMNS,
+    "--show": Needs.UNKNOWNS,
+    "--plot": Needs.FIGURE,
+    "--paths": Needs.RUN | Needs.FIGURE | Needs.LINEAR | Needs.TRAJECTORIES,
+    "--jobs": Needs.RUN | Needs.PROCESSES | Needs.LOCAL,
+    "--cluster": Needs.RUN | Needs.PROCESSES,
+    "--resume": Needs.RUN,
+    "--sequence": Needs.RUN,
+    "--output": Needs.DESTINATION | Needs.PROBLEM,
+    "--format": Needs.DESTINATION,
+    "--minimize": Needs.PIECES,
+    "--maximize": Needs.PIECES | Needs.ONE_OBJECTIVE,
+    "--max-solutions": Needs.LIST,
+    SWEEP: Needs.ONE_AXIS | Needs.NEW_BENCH,
+    **dict.fromkeys(("SUITE", "--peer", "--accept", "--budget"), Needs.NEW_BENCH),
+    **dict.fromkeys(("FAMILY", "-n", "--seed", "--set"), Needs.FAMILY),
+    "--from-qp": Needs.ORIGIN,
+    "--from-game": Needs.ORIGIN | Needs.GAME,
+}
+NOTHING = Needs(0)
 COMPARE = "leave it out, or use lcp compare"
 
 
 class Refusal(NamedTuple):
-    """Options that have no effect in a mode, with what is said of them."""
+    """Capabilities that a mode lacks, with what is said of the options that need one of
+    them."""
 
-    options: Collection[str]
+    lacks: Needs
     fault: str = "has no effect with {mode}"
     hint: str = LEAVE_OUT
 
 
 @dataclass(eq=False, repr=False)
 class Mode:
-    """What a command is asked for or has found, named as messages have it, and the
-    options that it cannot do anything with."""
+    """What a command is asked for or has found, named as messages have it, and what it
+    cannot do."""
 
     name: str
     refusals: Sequence[Refusal]
 
 
 OWN_METHOD = Refusal(
-    ONE_SOLUTION, "has no effect with {mode}, which has a method of its own"
+    OF_METHOD, "has no effect with {mode}, which has a method of its own"
 )
-ALL = Mode(
-    "--all", [Refusal(("--minimize", "--maximize"), hint=LEAVE_ONE_OUT), OWN_METHOD]
-)
+ALL = Mode("--all", [Refusal(Needs.PIECES, hint=LEAVE_ONE_OUT), OWN_METHOD])
 MINIMIZE = Mode(
     "--minimize",
-    [Refusal(("--maximize",), hint=LEAVE_ONE_OUT), OWN_METHOD, Refusal(("--plot",))],
+    [
+        Refusal(Needs.ONE_OBJECTIVE, hint=LEAVE_ONE_OUT),
+        OWN_METHOD,
+        Refusal(Needs.FIGURE),
+    ],
 )
-MAXIMIZE = Mode("--maximize", [OWN_METHOD, Refusal(("--plot",))])
-OBJECTIVE = Mode("the model's objective", [OWN_METHOD, Refusal(("--plot",))])
+MAXIMIZE = Mode("--maximize", [OWN_METHOD, Refusal(Needs.FIGURE)])
+OBJECTIVE = Mode("the model's objective", [OWN_METHOD, Refusal(Needs.FIGURE)])
 ONE = Mode(
     "one solution",
-    [Refusal(("--max-solutions",), "has no effect without --all", "add --all")],
+    [Refusal(Needs.LIST, "has no effect without --all", "add --all")],
 )
 SEVERAL = Mode(
     "several problems",
     [
-        Refusal(OF_FIGURES, "draws one problem only", COMPARE),
-        Refusal(UNKNOWNS, "chooses the unknowns of one problem only", COMPARE),
+        Refusal(Needs.FIGURE, "draws one problem only", COMPARE),
+        Refusal(Needs.UNKNOWNS, "chooses the unknowns of one problem only", COMPARE),
     ],
 )
 SEVERAL_IN_TABLES = Mode(
     "several problems but in JSON",
-    [Refusal(OF_ITERATES, "has no effect on {mode}", "give --format json")],
+    [Refusal(Needs.ITERATES, "has no effect on {mode}", "give --format json")],
 )
 SEQUENCE = Mode(
     "--sequence",
     [
         Refusal(
-            {*OWN, *OF_ITERATES, "--jobs", "--cluster", "--method"},
+            Needs.METHOD | Needs.ITERATES | Needs.PROCESSES,
             "has no effect with {mode}, where auto solves each problem from the "
             "states of the last one",
         )
@@ -532,9 +585,9 @@ SEQUENCE = Mode(
 VARIED = Mode(
     VARY,
     [
-        Refusal((SWEEP,), hint=LEAVE_ONE_OUT),
+        Refusal(Needs.ONE_AXIS, hint=LEAVE_ONE_OUT),
         Refusal(
-            (*ITERATES_STEP, "--paths", *UNKNOWNS),
+            Needs.CHOICE_OF_ITERATES | Needs.TRAJECTORIES | Needs.UNKNOWNS,
             "has no effect with {mode}, which shows the ends of runs",
         ),
     ],
@@ -543,53 +596,56 @@ RESUME = Mode(
     "--resume",
     [
         Refusal(
-            ("--output", "--format"),
+            Needs.DESTINATION,
             "has no effect with {mode}, which goes on with its file",
         )
     ],
 )
 CLUSTER = Mode(
     "--cluster",
-    [Refusal(("--jobs",), "has no effect with {mode}, which has workers of its own")],
+    [Refusal(Needs.LOCAL, "has no effect with {mode}, which has workers of its own")],
 )
-QUIET = Mode("--quiet", [Refusal(("--trace", "--bound"))])
+QUIET = Mode("--quiet", [Refusal(Needs.TEXT)])
 # JSON has all unknowns and, unless more are asked for, the same columns of iterates.
-JSON = Mode("json", [Refusal(UNKNOWNS, "has no effect on {mode}, which has all")])
+JSON = Mode("json", [Refusal(Needs.UNKNOWNS, "has no effect on {mode}, which has all")])
 ITERATES_IN_JSON = Mode(
     "the iterates in json",
-    [Refusal(("--columns",), "has no effect on {mode}, which have these anyway")],
+    [Refusal(Needs.COLUMNS, "has no effect on {mode}, which have these anyway")],
 )
 CSV = Mode(
     "the format csv",
-    [Refusal(("--bound",), "has no effect on {mode}, which holds no proofs")],
+    [Refusal(Needs.PROOF, "has no effect on {mode}, which holds no proofs")],
 )
 NO_ITERATES = Mode(
-    "iterates", [Refusal(ITERATES_STEP, "has no effect where no {mode} are shown")]
+    "iterates",
+    [Refusal(Needs.CHOICE_OF_ITERATES, "has no effect where no {mode} are shown")],
 )
 NO_UNKNOWNS = Mode(
-    "unknowns", [Refusal(UNKNOWNS, "has no effect where no {mode} are shown")]
+    "unknowns", [Refusal(Needs.UNKNOWNS, "has no effect where no {mode} are shown")]
 )
 NONLINEAR_MODEL = Mode(
     "a nonlinear model",
     [
+        Refusal(Needs.LINEAR, "has no effect on {mode}"),
+    ],
+)
+EXACT = Mode("--exact", [Refusal(Needs.RESIDUAL)])
+PROOF = Mode("a proof", [Refusal(Needs.RESIDUAL, "has no effect on {mode}")])
+RESUMED_BENCH = Mode(
+    "--resume",
+    [
         Refusal(
-            {*OF_LINEAR, "--exact", "--paths", "--lower", "--upper", "--infinity"},
-            "has no effect on {mode}",
+            Needs.NEW_BENCH,
+            "has no effect with {mode}, which keeps the options of the bench",
         )
     ],
 )
-EXACT = Mode("--exact", [Refusal(("--tol",))])
-PROOF = Mode("a proof", [Refusal(("--tol",), "has no effect on {mode}")])
-RESUMED_BENCH = Mode(
-    "--resume",
-    [Refusal(BENCH, "has no effect with {mode}, which keeps the options of the bench")],
-)
 LIST = Mode(
     "--list",
-    [Refusal((*FAMILY, "--from-qp", "--from-game", "--output"), hint=LEAVE_ONE_OUT)],
+    [Refusal(Needs.FAMILY | Needs.ORIGIN | Needs.PROBLEM, hint=LEAVE_ONE_OUT)],
 )
-FROM_QP = Mode("--from-qp", [Refusal((*FAMILY, "--from-game"), hint=LEAVE_ONE_OUT)])
-FROM_GAME = Mode("--from-game", [Refusal(FAMILY, hint=LEAVE_ONE_OUT)])
+FROM_QP = Mode("--from-qp", [Refusal(Needs.FAMILY | Needs.GAME, hint=LEAVE_ONE_OUT)])
+FROM_GAME = Mode("--from-game", [Refusal(Needs.FAMILY, hint=LEAVE_ONE_OUT)])
 
 
 def refuse_beside(given: Mapping[str, Any], *modes: Mode) -> None:
@@ -602,9 +658,10 @@ def refuse_beside(given: Mapping[str, Any], *modes: Mode) -> None:
         if value is not None and value is not False and value != ()
     ]
     for mode in modes:
-        for options, fault, hint in mode.refusals:
+        for lacks, fault, hint in mode.refusals:
             for name in names:
-                refuse(name in options, name, fault.format(mode=mode.name), hint)
+                is_lacking = bool(NEEDS.get(name, NOTHING) & lacks)
+                refuse(is_lacking, name, fault.format(mode=mode.name), hint)
 
 
 def among(modes: Mapping[Mode, bool]) -> list[Mode]:
