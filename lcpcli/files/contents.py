@@ -9,7 +9,6 @@ import os
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
-from functools import lru_cache
 from typing import IO, TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 from lcpcli.errors import (
@@ -160,8 +159,6 @@ def refuse_folder(path: str) -> None:
     )
 
 
-# Each of many lines asks for the place of its file several times.
-@lru_cache(maxsize=64)
 def place(path: str) -> File:
     return File("standard input" if path == STANDARD_INPUT else path)
 

@@ -6,13 +6,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence
 from importlib import import_module
-from typing import TYPE_CHECKING, NamedTuple
+from typing import Any, NamedTuple
 
 from lcpcli.files.formats import LINES
 from lcpcli.report.wording import all_visible
-
-if TYPE_CHECKING:
-    from lcpcli.report.plotting import Picture
 
 
 class Table(NamedTuple):
@@ -54,7 +51,7 @@ class Section(NamedTuple):
     settled : whether the verdict is as requested. facts : lines below the verdict, or
         below the title.
     remarks : lines of advice, above the tables if there is a verdict, else below them.
-    provenance : what made the section. figure : a function that returns its figure;
+    provenance : what made the section. figure : a function that returns its `Picture`;
         None if it has none.
     """
 
@@ -65,7 +62,7 @@ class Section(NamedTuple):
     tables: Sequence[Table] = ()
     remarks: Sequence[str] = ()
     provenance: str = ""
-    figure: Callable[[], Picture] | None = None
+    figure: Callable[[], Any] | None = None
 
 
 class Document(NamedTuple):
