@@ -33,7 +33,6 @@ LONG = {
     "lcpcli.model.problem.Problem.__init__",
     "lcpcli.formulations.quadratic_program.reductions.from_qp",
     "lcpcli.presolve.rules.rows_that_are_bounds",
-    "lcpcli.report.figures.plane_figures.draw",
     "lcpcli.report.path_formats._columns",
     "lcpcli.report.tables._summary",
     "lcpcli.solving.many.solve_many",

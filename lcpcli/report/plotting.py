@@ -20,7 +20,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from lcpcli.errors import LEAVE_ONE_OUT, LEAVE_OUT, ParameterError, count, missing
 from lcpcli.files.atomic_write import write_whole
-from lcpcli.model.formulation import Answer
 from lcpcli.report import wording
 from lcpcli.report.document import FIGURES
 
@@ -206,6 +205,8 @@ def runs_or_answer(runs: Sequence[Sequence[Result]]) -> Picture:
     """Return the picture of the answer of a single run, if it has one; else that of
     the errors of the runs."""
     if len(runs) == 1 and len(runs[0]) == 1:
+        from lcpcli.model.formulation import Answer
+
         result = runs[0][0]
         found: Picture | None = (
             result.answer.picture(wording.title(result.problem))
