@@ -277,7 +277,8 @@ class Problem:
         validates; with another origin, facts are found out again."""
         known = vars(self)
         if "origin" in values:
-            known = {name: value for name, value in known.items() if name != "facts"}
+            old = ("facts", "block_form")
+            known = {name: value for name, value in known.items() if name not in old}
         return Problem.of_fields(known, **values)
 
     def __repr__(self) -> str:
@@ -334,7 +335,7 @@ class Problem:
     def signs(self) -> Vector | None:
         return self.facts.signs
 
-    @property
+    @cached_property
     def block_form(self) -> BlockForm | None:
         """Return where rows, multipliers and an objective are, if the problem has the
         conditions of one."""
