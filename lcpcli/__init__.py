@@ -44,6 +44,7 @@ M is a real matrix of shape (n, n), dense or sparse, and q is a vector of n numb
                  not symmetric
     from_players  the same for the equilibria of players with convex quadratic costs,
                  shared or own constraints, and bounds
+    from_polymatrix  the same for a game whose payoffs are sums over pairs of players
     from_game    the Problem of a two-player game; Result.answer has its equilibrium
     from_efg     the same for a game tree, from the text of one of Gambit's .efg files
     nnls, lsq    the fit that minimizes |Ax - b|, with x >= 0, or with bounds and
@@ -83,6 +84,9 @@ if TYPE_CHECKING:
     from lcpcli.formulations.least_squares.fitting import lsq as lsq
     from lcpcli.formulations.least_squares.fitting import nnls as nnls
     from lcpcli.formulations.nonlinear_model.nl_format import read_nl as read_nl
+    from lcpcli.formulations.players.polymatrix import (
+        from_polymatrix as from_polymatrix,
+    )
     from lcpcli.formulations.players.quadratic import from_players as from_players
     from lcpcli.formulations.quadratic_program.reductions import from_osqp as from_osqp
     from lcpcli.formulations.quadratic_program.reductions import from_qp as from_qp
@@ -129,6 +133,7 @@ _PUBLIC = {  # the public names of each module, loaded on first use
     "files.writing": "write",
     "formulations.contact.friction": "from_contact from_findex",
     "formulations.game_tree.game": "from_efg",
+    "formulations.players.polymatrix": "from_polymatrix",
     "formulations.players.quadratic": "from_players",
     "formulations.nonlinear_model.nl_format": "read_nl",
     "formulations.quadratic_program.reductions": "from_osqp from_qp from_qpsolvers",

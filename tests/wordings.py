@@ -321,7 +321,7 @@ SECTIONS = (
 CORRECT_LP = (
     "correct it there; quadratic constraints and integer variables are not read"
 )
-KINDS_OF_ORIGIN = "use one of qp, game, contact, efg, avi, lsq, players"
+KINDS_OF_ORIGIN = "use one of qp, game, contact, efg, avi, lsq, players, polymatrix"
 MAKE_AGAIN = "make the problem again, or leave origin out"
 NO_LCP = "its equilibria are not the solutions of an LCP"
 TWO_PLAYERS = "give one of two: only its equilibria are the solutions of an LCP"

@@ -167,6 +167,14 @@ TABLE = {
         matrices=("H", "A"),
         page="equilibria",
     ),
+    "polymatrix": Row(
+        "lcpcli.formulations.players",
+        "polymatrix:Polymatrix",
+        "a polymatrix game",
+        ("payoffs players !A !B !q",),
+        ("payoffs", "actions"),
+        others=("actions",),
+    ),
 }
 
 

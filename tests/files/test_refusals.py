@@ -241,7 +241,8 @@ ORIGINS = contents(
     "bad.json",
     r"""
 3 => origin: {IS:a number}; give an object with the key kind
-{} => origin.kind: {MISSING}; add one of qp, game, contact, efg, avi, lsq, players
+{} => origin.kind: {MISSING};
+    add one of qp, game, contact, efg, avi, lsq, players, polymatrix
 {"kind": "lp"} => origin.kind: {IS:'lp'}; {KINDS_OF_ORIGIN}
 {"kind": 3} => origin.kind: {IS:a number}; {KINDS_OF_ORIGIN}
 {"kind": "qp"} => origin.variables: {NO_NUMBER_OF_VARIABLES}; {FROM_ONE}

@@ -190,6 +190,151 @@ def test_what_is_wrong_is_named(
     assert fault in error.value.fault
 
 
+PENNIES, OTHER = [[1, -1], [-1, 1]], [[-1, 1], [1, -1]]
+# Each player wants to differ from the next one.
+RING: Any = {
+    "payoffs": {
+        "Ann": {"Bob": OTHER},
+        "Bob": {"Cid": OTHER},
+        "Cid": {"Ann": [["-1/3", 1], [1, -1]]},
+    },
+    "players": ["Ann", "Bob", "Cid"],
+    "actions": [["a", "b"], ["c", "d"], ["e", "f"]],
+}
+
+
+def test_a_game_of_two_players_has_the_same_equilibria_as_by_from_game() -> None:
+    random = np.random.default_rng(0)
+    for _ in range(6):
+        A, B = random.integers(-4, 5, (2, 3, 3))
+        own = lcpcli.solutions(lcpcli.from_polymatrix({(0, 1): A, (1, 0): B.T}))
+        found = {vertex[:6] for piece in own for vertex in piece.vertices}
+        game = lcpcli.solutions(lcpcli.from_game(A, B))
+        assert list(game)
+        extreme: Any = game.equilibria
+        assert found == {(*each.row, *each.column) for each in extreme.extreme}
+
+
+def test_an_equilibrium_of_a_ring_in_fractions() -> None:
+    problem = lcpcli.from_polymatrix(**RING)
+    answer = lcpcli.exact(problem).answer.exact
+    half, third = [Fraction(1, 2)] * 2, [Fraction(3, 5), Fraction(2, 5)]
+    assert answer.strategies == [third, half, half]
+    assert answer.gains == (0, 0, 0)
+    assert answer.payoffs == (0, 0, Fraction(1, 5))
+    found = lcpcli.check(problem, [p for part in answer.strategies for p in part])
+    assert found.exact
+    assert found.accepted
+
+
+def test_gains_are_those_of_pure_best_responses() -> None:
+    problem = lcpcli.from_polymatrix({(0, 1): PENNIES, (1, 0): OTHER})
+    found: Any = lcpcli.check(problem, [1, 0, 1, 0])
+    assert not found.accepted
+    assert found.strategies.gains == (0, 2)
+
+
+def test_the_best_equilibrium_of_a_player() -> None:
+    # A battle of the sexes, while Cid watches.
+    payoffs: Any = {(0, 1): [[2, 0], [0, 1]], (1, 0): [[1, 0], [0, 2]]}
+    payoffs[2, 0] = [[0, 0]]
+    problem = lcpcli.from_polymatrix(payoffs, ["Ann", "Bob", "Cid"])
+    for player, best in (("Ann", 2), ("Bob", 2), ("Cid", 0)):
+        found = lcpcli.optimum(problem, f'"payoff of {player}"', sense="max")
+        assert (found.status, found.value) == ("optimal", best)
+    assert len(list(lcpcli.solutions(problem))) == 3
+
+
+@pytest.mark.parametrize("suffix", ["json", "npz"])
+def test_files_hold_a_polymatrix_game(tmp_path: Path, suffix: str) -> None:
+    problem = lcpcli.from_polymatrix(**RING)
+    file = str(tmp_path / f"p.{suffix}")
+    for as_program in (False, True):
+        lcpcli.write(problem, file, as_program=as_program)
+        again = lcpcli.read(file)
+        origin: Any = again.origin
+        assert np.array_equal(again.M, problem.M)
+        assert origin.data() == problem.origin.data()
+
+
+def test_strategies_in_text_json_and_csv(
+    lcp: Callable[..., Any], tmp_path: Path
+) -> None:
+    file = tmp_path / "ring.json"
+    file.write_text(json.dumps(RING))
+    text = lcp("solve", str(file), "--exact").out
+    assert "Ann = (a 3/5, b 2/5)" in text
+    assert "payoffs: Ann 0, Bob 0, Cid 1/5" in text
+    data = json.loads(lcp("solve", str(file), "--format", "json").out)["answer"]
+    assert data["kind"] == "polymatrix"
+    assert data["strategies"][0] == pytest.approx([0.6, 0.4])
+    rows = lcp("solve", str(file), "--exact", "--format", "csv").out.splitlines()
+    assert rows[3].endswith("Ann: a,Ann,3/5,0")
+    assert "Cid gets" in lcp("solve", str(file), "--all").out
+    assert lcp("check", str(file), "3/5,2/5,1/2,1/2,1/2,1/2", "--exact").code == 0
+    assert lcp("check", str(file), "1,0,1,0,1,0").code == 1
+
+
+@pytest.mark.parametrize(
+    ("changed", "where", "fault"),
+    [
+        ({"payoffs": None}, "payoffs", "is null"),
+        ({"payoffs": []}, "payoffs", "is a list"),
+        ({"payoffs": {}}, "payoffs", "is empty"),
+        ({"payoffs": {"Ann": [[1]]}}, "payoffs[Ann]", "is no pair"),
+        ({"payoffs": {"Ann": {"Dan": [[1]]}}}, "payoffs[Ann][Dan]", "no player 'Dan'"),
+        ({"payoffs": {"Ann": {"Ann": [[1]]}}}, "payoffs[Ann][Ann]", "against itself"),
+        ({"payoffs": {"Ann": {"Bob": 3}}}, "payoffs[Ann][Bob]", "is no matrix"),
+        ({"payoffs": {"Ann": {"Bob": []}}}, "payoffs[Ann][Bob]", "is empty"),
+        ({"payoffs": {"Ann": {"Bob": [[]]}}}, "payoffs[Ann][Bob]", "is no matrix"),
+        (
+            {"payoffs": {"Ann": {"Bob": [[1], [1, 2]]}}},
+            "payoffs[Ann][Bob][1]",
+            "has 2 entries and row 0 has 1",
+        ),
+        (
+            {"payoffs": {"Ann": {"Bob": [["x"]]}}},
+            "payoffs[Ann][Bob][0][0]",
+            "is the text 'x'",
+        ),
+        (
+            {"payoffs": {"Ann": {"Bob": [["inf"]]}}},
+            "payoffs[Ann][Bob][0][0]",
+            "is the text 'inf'",
+        ),
+        (
+            {"payoffs": {"Ann": {"Bob": [[1e301]]}}},
+            "payoffs[Ann][Bob][0][0]",
+            "is too large for doubles",
+        ),
+        (
+            {"payoffs": {"Ann": {"Bob": [[1]]}, "Bob": {"Ann": [[1, 2]]}}},
+            "payoffs[Bob][Ann]",
+            "has 2 actions of player 0, not 1",
+        ),
+        (
+            {"payoffs": {"Ann": {"Bob": [[1]]}}},
+            "payoffs",
+            "has no pair of player 'Cid'",
+        ),
+        ({"actions": 3}, "actions", "is a number"),
+        ({"actions": [["a", "b"]]}, "actions", "has 1 list for 3 players"),
+        ({"actions": [["a"], ["b"], ["c"]]}, "actions[0]", "has 1 name for 2 actions"),
+        ({"players": "Ann"}, "players", "is the text 'Ann'"),
+        ({"sense": "min"}, "sense", "is not a key of a polymatrix game"),
+    ],
+)
+def test_what_is_wrong_with_payoffs_is_named(
+    changed: dict[str, Any], where: str, fault: str, tmp_path: Path
+) -> None:
+    file = tmp_path / "game.json"
+    file.write_text(json.dumps(RING | changed))
+    with pytest.raises(ProblemError) as error:
+        lcpcli.read(str(file))
+    assert error.value.parts[-1] == where
+    assert fault in error.value.fault
+
+
 def test_check_of_exact_numbers_is_exact() -> None:
     problem = lcpcli.from_players(**MARKET)
     exact = lcpcli.exact(problem)

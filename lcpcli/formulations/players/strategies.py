@@ -1,0 +1,252 @@
+"""What a z says about a polymatrix game: mixed strategies, payoffs, and what best
+responses would gain, from the payoffs as they are."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from fractions import Fraction
+from functools import partial
+from itertools import chain
+from typing import Any
+
+import numpy as np
+
+from lcpcli.enumeration.meaning import Meaning, Payoff, Values
+from lcpcli.errors import ProblemError
+from lcpcli.formulations.players.answers import sentence
+from lcpcli.formulations.players.polymatrix import Polymatrix
+from lcpcli.games.profile import PER_UNKNOWN, Profile
+from lcpcli.linalg.doubles import ROW_ROUNDING
+from lcpcli.rational import elimination
+from lcpcli.rational.exact_problem import ExactProblem
+from lcpcli.rational.numbers import brief
+from lcpcli.rational.tree import first_solution
+from lcpcli.report import wording
+from lcpcli.solving import equilibria
+from lcpcli.solving.result import Result
+from lcpcli.verify.equilibria import (
+    HINT,
+    are_probabilities,
+    of_strategies,
+    with_strategies,
+)
+from lcpcli.verify.exact_solution import from_point
+from lcpcli.verify.verification import Proposed, Verification
+
+MOST_UNKNOWNS = 60  # of a game for which exact arithmetic is tried
+
+
+@dataclass(frozen=True, eq=False)
+class MixedStrategies(Profile):
+    """Mixed strategies of all players, in doubles or in fractions.
+
+    players, actions : their names. strategies : for each player the probabilities of
+        its actions; None, as are payoffs and gains, if the problem is not solved.
+    payoffs : the expected payoffs. gains : how much each player would gain by a best
+        response; 0 if that is only rounding error.
+    statement : whether the strategies are an equilibrium.
+    exact : the same in fractions if z is proved, else None.
+    """
+
+    players: Sequence[str]
+    actions: Sequence[Sequence[str]]
+    strategies: Sequence[Sequence[Any]] | None
+    payoffs: tuple[Any, ...] | None
+    gains: tuple[Any, ...]
+    statement: str = ""
+    exact: Any = None
+    sizes: tuple[float, ...] = field(default=(), repr=False)
+
+    def record(self) -> Mapping[str, Any]:
+        names = ("players", "actions", "strategies", "payoffs", "gains", "statement")
+        own = {name: getattr(self, name) for name in names}
+        return own | {"exact": self.exact and self.exact.record()}
+
+    def lines(self) -> list[str]:
+        own = self.exact or self
+        if own.strategies is None:
+            return [self.statement]
+        cell = brief if self.is_exact or self.exact else wording.plain_number
+        parts = zip(own.players, own.strategies, own.actions, strict=True)
+        lines = [
+            f"{who} = {wording.named(list(x), of, cell, sparing=True)}"
+            for who, x, of in parts
+        ]
+        pairs = zip(own.players, own.payoffs or (), strict=True)
+        payoffs = ", ".join(f"{who} {cell(payoff)}" for who, payoff in pairs)
+        return [*lines, f"payoffs: {payoffs}", *[own.statement] * bool(own.statement)]
+
+    def cells(self) -> Mapping[str, Sequence[Any]]:
+        own, headings = self.exact or self, ("player", "probability", "payoff")
+        if own.strategies is None or own.payoffs is None:
+            return dict.fromkeys(headings, ())
+        players = zip(own.players, own.strategies, own.payoffs, strict=True)
+        rows = [(who, p, payoff) for who, part, payoff in players for p in part]
+        return dict(zip(headings, zip(*rows, strict=True), strict=True))
+
+    @property
+    def is_exact(self) -> bool:
+        return isinstance((self.payoffs or [0.0])[0], Fraction)
+
+    def verdict(self, are_equilibrium: bool) -> str:
+        return sentence(are_equilibrium, self.is_exact, self.players, self.gains)
+
+    @classmethod
+    def of(cls, game: Polymatrix, strategies: Sequence[Sequence[Any]]) -> Any:
+        """Return what these probabilities are, in the numbers that they have."""
+        exact = not any(isinstance(p, float) for p in chain(*strategies))
+        number: Any = Fraction if exact else float
+        payoffs, gains, sizes = list[Any](), list[Any](), list[float]()
+        for player, own in enumerate(strategies):
+            totals, terms = _totals(game, player, strategies, number)
+            payoff = sum((p * u for p, u in zip(own, totals, strict=True)), number(0))
+            best = max(range(len(own)), key=totals.__getitem__)
+            mixed = (float(p) * t for p, t in zip(own, terms, strict=True))
+            sizes.append(terms[best] + sum(mixed))
+            gain, rounding = totals[best] - payoff, ROW_ROUNDING * sizes[-1]
+            payoffs.append(payoff)
+            gains.append(gain if gain > (0 if exact else rounding) else number(0))
+        return cls(
+            game.names_of_players(),
+            game.names_of_actions(),
+            strategies,
+            tuple(payoffs),
+            tuple(gains),
+            sizes=tuple(sizes),
+        )
+
+    def are_best(self, tol: float) -> bool:
+        """Return whether no player gains more than is allowed of the terms of its
+        gain."""
+        allowed = PER_UNKNOWN * sum(map(len, self.actions)) * tol
+        pairs = zip(self.gains, self.sizes, strict=True)
+        return all(gain <= allowed * size for gain, size in pairs)
+
+
+def _totals(
+    game: Polymatrix, player: int, strategies: Sequence[Sequence[Any]], number: Any
+) -> tuple[list[Any], list[float]]:
+    """Return what each action of a player yields, and the sum of the sizes of its
+    terms."""
+    totals = [number(0)] * game.sizes[player]
+    terms = [0.0] * game.sizes[player]
+    for (i, j), table in game.payoffs.items():
+        for a, row in enumerate(table if i == player else ()):
+            for value, p in zip(row, strategies[j], strict=True):
+                totals[a] += number(value) * p
+                terms[a] += abs(float(number(value) * p))
+    return totals, terms
+
+
+@np.errstate(all="ignore")
+def found_at(game: Polymatrix, z: Any, tol: float) -> equilibria.Found | None:
+    """Return the strategies that z stands for, in its numbers, and whether they are an
+    equilibrium to the tolerance; None if it stands for none."""
+    values = z.tolist() if isinstance(z, np.ndarray) else z
+    parts = game.parts(values)
+    if any(min(part) < 0 or not sum(part) for part in parts):
+        return None
+    profile = MixedStrategies.of(game, [[p / sum(own) for p in own] for own in parts])
+    return equilibria.Found(profile, profile.are_best(tol))
+
+
+def answer(game: Polymatrix, result: Result) -> MixedStrategies:
+    found = found_at(game, result.z, result.tol) if result.solved else None
+    if found is None:
+        names = game.names_of_players(), game.names_of_actions()
+        return MixedStrategies(*names, None, None, (), equilibria.UNSOLVED)
+    profile: Any = found.profile
+    exact = None
+    if result.exact is not None and result.exact.z is not None:
+        exact = MixedStrategies.of(game, game.parts(list(result.exact.z)))
+        exact = replace(exact, statement=exact.verdict(True))
+    statement = profile.verdict(found.are_equilibrium)
+    known: MixedStrategies = replace(profile, statement=statement, exact=exact)
+    return known
+
+
+def accepted(game: Polymatrix, result: Result) -> Result:
+    exactly = None
+    if result.problem.n <= MOST_UNKNOWNS:
+        exactly = partial(_exact_solution, game, result)
+    return equilibria.checked(result, partial(found_at, game), exactly)
+
+
+def _exact_solution(
+    game: Polymatrix, result: Result, effort: elimination.Effort
+) -> Sequence[Fraction] | None:
+    data = ExactProblem(result.problem, *game.exact_conditions())
+    found = from_point(data, result.z, effort)
+    return found or first_solution(data, effort.steps(data))
+
+
+@np.errstate(all="ignore")  # overflow counts as infinite
+def verified(game: Polymatrix, proposed: Proposed) -> Verification:
+    """Verify z, or the probabilities of all actions."""
+    if len(proposed.values) == proposed.problem.n:
+        found = found_at(game, proposed.array, proposed.tol)
+        verification = proposed.of_z(proposed.values)
+        return verification if found is None else with_strategies(verification, *found)
+    number: Any = float if proposed.data is None else Fraction
+    parts = game.parts([number(p) for p in proposed.values])
+    for who, own in zip(game.names_of_players(), parts, strict=True):
+        if not are_probabilities(np.array(own, dtype=float)):
+            shown = ", ".join(f"{float(p):.7g}" for p in own)
+            raise ProblemError(who, f"has {shown} as the probabilities", HINT)
+    strategies = [[p / sum(own) for p in own] for own in parts]
+    profile = MixedStrategies.of(game, strategies)
+    best = map(sum, zip(profile.payoffs, profile.gains, strict=True))
+    costs = [
+        (number(game.constant(i)) - payoff) * number(game.factors[i])
+        for i, payoff in enumerate(best)
+    ]
+    z = [*chain(*strategies), *costs]
+    return of_strategies(proposed, z, profile, profile.are_best(proposed.tol))
+
+
+class Equilibria(Meaning):
+    """What solutions mean: probabilities and payoffs."""
+
+    vertices = "the probabilities at its vertices"
+
+    def __init__(self, data: ExactProblem, game: Polymatrix) -> None:
+        super().__init__(data)
+        self._game, self._k = game, sum(game.sizes)
+
+    def payoffs(self) -> Mapping[str, Payoff]:
+        names = self._game.names_of_players()
+        return {
+            name: Payoff(self._k + i, 1 / self._game.factors[i], self._game.constant(i))
+            for i, name in enumerate(names)
+        }
+
+    def shown(self, indices: list[int]) -> list[int]:
+        return [i for i in indices if i < self._k]
+
+    def headings(self, indices: Sequence[int]) -> list[str]:  # noqa: ARG002
+        return [f"{name} gets" for name in self._game.names_of_players()]
+
+    def row(
+        self,
+        kind: str,
+        z: Values,
+        w: Values,  # noqa: ARG002
+        indices: Sequence[int],  # noqa: ARG002
+        cell: Callable[[Fraction], str],
+    ) -> tuple[Values, list[str]]:
+        if kind != "vertex":
+            return z, [""] * len(self._game.sizes)
+        return z, [*map(cell, self._of(z).payoffs or ())]
+
+    def _of(self, z: Values) -> MixedStrategies:
+        found: MixedStrategies = MixedStrategies.of(
+            self._game, self._game.parts(list(z))
+        )
+        return found
+
+    def record(self, z: Values) -> dict[str, Any]:
+        return {"equilibrium": self._of(z).record()}
+
+    def best(self, z: Values) -> tuple[list[str], list[Any]]:
+        return self._of(z).lines(), []
