@@ -342,16 +342,9 @@ class Conditions:
     def __init__(
         self, model: NlModel, stated: dict[int, int], bounds: list[Ends]
     ) -> None:
-        self.graph, self.equations, self.names = (
-            model.graph,
-            model.equations,
-            model.names,
-        )
-        self.complements, self.bounds, self.read = (
-            model.complements,
-            bounds,
-            dict[int, Ends](),
-        )
+        self.graph, self.equations = model.graph, model.equations
+        self.names, self.complements = model.names, model.complements
+        self.bounds, self.read = bounds, dict[int, Ends]()
         self._stated, self._owners = stated, dict[int, int]()
         bounded = [
             x

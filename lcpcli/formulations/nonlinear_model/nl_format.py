@@ -174,7 +174,6 @@ def problem_of(model: Model, name: str) -> NonlinearProblem:
         "has an objective, and is not linear",
         NO_OBJECTIVE,
     )
-    header, fixed = conditions.header, len(conditions.fixed)
     return NonlinearProblem(
         model.functions.F,
         model.functions.J,
@@ -185,7 +184,9 @@ def problem_of(model: Model, name: str) -> NonlinearProblem:
         note=model.remark,
         names=names_beside(model.path, conditions.names),
         interval=lambda *box: model.intervals.enclosure(*box),
-        composition=lambda: Composition(conditions.operators, header.common, fixed),
+        composition=lambda: Composition(
+            conditions.operators, conditions.header.common, len(conditions.fixed)
+        ),
     )
 
 

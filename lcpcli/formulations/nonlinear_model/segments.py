@@ -96,12 +96,8 @@ class BinaryTokens:
     def __init__(
         self, content: bytes, begin: int, order: str, constant: Constant
     ) -> None:
-        self._content, self._next, self._order, self._constant = (
-            content,
-            begin,
-            order,
-            constant,
-        )
+        self._content, self._next = content, begin
+        self._order, self._constant = order, constant
 
     def error(self, fault: str, hint: str = "") -> ProblemError:
         return ProblemError(f"byte {self._next}", fault, hint)
@@ -359,11 +355,8 @@ class Segments:
             number = self._index(inf, "objective")
             self.slopes[number] = self._linear(integer())
         elif code == "V":
-            number, size, _ = (
-                self._index(header.common, "common expression", header.variables),
-                integer(),
-                integer(),
-            )
+            number = self._index(header.common, "common expression", header.variables)
+            size, _ = integer(), integer()
             self.common[number] = self._linear(size), self._expression()
         elif code == "x":
             self.start = self._linear(integer())
@@ -409,10 +402,8 @@ class Segments:
         tokens = self._tokens
         kind = tokens.kind()
         if kind == "5" and row is not None:
-            bounds, variable = (
-                tokens.integer(),
-                self._index(self.header.variables, "variable", 1),
-            )
+            bounds = tokens.integer()
+            variable = self._index(self.header.variables, "variable", 1)
             other, _ = self.complements.setdefault(variable, (row, bounds))
             fault = f"complements v{variable}, and so does C{other}"
             refuse(
@@ -428,12 +419,8 @@ class Segments:
         return (low, low) if kind == "4" else (low, high)
 
     def _expression(self) -> list[Term]:
-        tokens, n, terms, open_terms = (
-            self._tokens,
-            self.header.variables,
-            list[Term](),
-            1,
-        )
+        tokens, n = self._tokens, self.header.variables
+        terms, open_terms = list[Term](), 1
         while open_terms:
             letter, size = tokens.code(), 0
             value: Any

@@ -46,11 +46,8 @@ class Tape:
     def __init__(
         self, graph: Graph, rows: Sequence[int], arithmetic: Arithmetic
     ) -> None:
-        self.n, self.arithmetic, parts = (
-            graph.n,
-            arithmetic,
-            [graph.parts(row) for row in rows],
-        )
+        self.n, self.arithmetic = graph.n, arithmetic
+        parts = [graph.parts(row) for row in rows]
         below = graph.below(part for own in parts for part, _ in own.terms)
         needed = sorted(number for number in below if number >= graph.n)
         fixed = [number for number in needed if graph.value(number) is not None]
