@@ -134,6 +134,7 @@ class Formulation:
     The way back:
         answer       what a result means: an `Answer`, for text, CSV and JSON
         accepted     the result, if the answer stands a check of its own
+        retried      a better result than one that is not solved
         update       the next problem of a sequence
         lengths      what `lcp check` takes, besides z, by its length
         verified     the verification of one of these
@@ -242,6 +243,11 @@ class Formulation:
     def accepted(self, result: Any) -> Any:
         """Return a solved result, as it is if its answer is right, too; else a better
         one, or the same with the status `stalled` and the reason."""
+        return result
+
+    def retried(self, result: Any) -> Any:
+        """Return a result that is not solved, or a better one, as by another form of
+        the problem."""
         return result
 
     def lengths(self, problem: Any) -> dict[int, str]:

@@ -230,8 +230,11 @@ def _of(problem: Problem, result: Result, compiled: bool, finishes: bool) -> Res
     result = result if result.problem is problem else replace(result, problem=problem)
     if compiled:
         result.options["compiled"] = True
-    if problem.origin is None or not result.solved:
+    if problem.origin is None:
         return result
+    if not result.solved:
+        again: Result = problem.origin.retried(result)
+        return again
     if problem.block_form is None:
         with imports:
             from lcpcli.model.origins import Game

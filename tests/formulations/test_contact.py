@@ -352,6 +352,24 @@ def test_a_file_that_is_solved_has_the_answer_in_text_json_and_csv(
     assert rows[3].endswith(",sliding")
 
 
+@pytest.mark.parametrize("seed", [155, 279, 677, 1344])
+def test_where_lemke_ends_in_a_ray_the_other_form_is_solved(seed: int) -> None:
+    random = np.random.default_rng(seed)
+    k = int(random.integers(1, 4))
+    J = random.normal(size=(2 * k, int(random.integers(max(1, k), 3 * k + 1))))
+    W, q = J @ J.T, J @ random.normal(size=J.shape[1])
+    mu = float(random.choice([0.5, 1, 2, 5, 20]))
+    problem = lcpcli.from_contact(W, q, mu)
+    bare = lcpcli.solve(problem.M, problem.q, "lemke")
+    assert bare.status.word == "ray"
+    result = lcpcli.run(problem, "lemke")
+    assert result.solved
+    assert "Stewart and Trinkle" in result.message
+    lower, upper = np.tile([0.0, -mu], k), np.tile([inf, mu], k)
+    findex = np.where(np.arange(2 * k) % 2, np.arange(2 * k) - 1, -1)
+    assert violation(result.answer, (W, q, lower, upper, findex)) < TOL
+
+
 def test_names_say_what_the_unknowns_are() -> None:
     names = lcpcli.from_findex(A, B, LOWER, UPPER, FINDEX).names
     assert names == ["x1", "x2 + 0.5 x1", "slip x2"]

@@ -13,7 +13,7 @@ import numpy as np
 
 from lcpcli.errors import count, listed
 from lcpcli.formulations.contact.friction import Contact
-from lcpcli.linalg.doubles import ROW_ROUNDING
+from lcpcli.linalg.doubles import ROUNDING, ROW_ROUNDING
 from lcpcli.linalg.matrices import absolute_product, product
 from lcpcli.model.formulation import Answer
 from lcpcli.model.problem import Problem
@@ -229,28 +229,35 @@ def _terms(contact: Contact, x: Vector) -> Vector:
     return absolute_product(contact.A, abs(x)) + abs(contact.b)
 
 
+def point_of(contact: Contact, x: Vector) -> Vector:
+    """Return the z of an x in the plane, whose beta and lambda are exactly 0, and at
+    the ends of their ranges, where the difference is only rounding."""
+    n, friction = contact.b.size, contact.friction
+    tangents = friction.tangents[:, 0]
+    most = friction.coefficients * x[friction.normals]
+    w = np.asarray(product(contact.A, x) + contact.b)[tangents]
+    zero = ROW_ROUNDING * _terms(contact, x)[tangents]
+    beta, near = x[tangents] + most, ROUNDING * most
+    beta[(beta <= near) & (w > zero)] = 0.0
+    is_upper = (beta >= 2 * most - near) & (w < -zero)
+    beta[is_upper] = 2 * most[is_upper]
+    z = np.concatenate((x, np.where(w < -zero, -w, 0.0)))
+    z[:n][tangents] = beta
+    return z
+
+
 @np.errstate(all="ignore")
 def verified(contact: Contact, proposed: Proposed) -> Verification:
     """Verify z, or x."""
     if len(proposed.values) == proposed.problem.n or not contact.is_planar:
         return proposed.of_z(proposed.values)
-    x, friction = list(proposed.values), contact.friction
-    exact = proposed.data is not None
-    number = Fraction if exact else float
-    mu = [
-        shortest_decimal(each) if exact else each
-        for each in friction.coefficients.tolist()
-    ]
-    tangents = friction.tangents[:, 0].tolist()
-    z = [number(value) for value in x]
-    for t, f, each in zip(tangents, friction.normals.tolist(), mu, strict=True):
-        z[t] += each * z[f]
-    rows = rows_of(contact.A, shortest_decimal)
-    for t in tangents:
-        if exact:
-            w = sum((a * x[j] for j, a in rows[t].items()), Fraction(0))
-            w += shortest_decimal(float(contact.b[t]))
-        else:
-            w = float(product(contact.A[[t]], np.array(x))[0] + contact.b[t])
-        z.append(max(-w, 0 * w))
-    return proposed.of_z(z if exact else np.array(z))
+    if proposed.data is None:
+        return proposed.of_z(point_of(contact, np.array(proposed.values)))
+    z = [Fraction(value) for value in proposed.values]
+    x, friction, rows = list(z), contact.friction, rows_of(contact.A, shortest_decimal)
+    parts = friction.tangents[:, 0], friction.normals, friction.coefficients
+    for t, f, mu in zip(*(part.tolist() for part in parts), strict=True):
+        z[t] += shortest_decimal(mu) * x[f]
+        w = sum((a * x[j] for j, a in rows[t].items()), Fraction(0))
+        z.append(max(-w - shortest_decimal(float(contact.b[t])), Fraction(0)))
+    return proposed.of_z(z)

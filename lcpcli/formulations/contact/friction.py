@@ -216,9 +216,14 @@ class Contact(Formulation):
 
     @cached_property
     def _form(self) -> Form:
+        if not self.is_planar:
+            return self.stewart_trinkle()
         parts = self.A, self.b, self.lower, self.upper, self.friction
-        if self.is_planar:
-            return cones.compact(*parts)
+        return cones.compact(*parts)
+
+    def stewart_trinkle(self) -> Form:
+        """Return the form of Stewart and Trinkle, which may have another M."""
+        parts = self.A, self.b, self.lower, self.upper, self.friction
         return cones.stewart_trinkle(*parts, cones.polygon(self.facets))
 
     @property
@@ -280,6 +285,9 @@ class Contact(Formulation):
 
     def lengths(self, problem: Problem) -> dict[int, str]:
         return {problem.n: "z", self.b.size: "x"}
+
+    def retried(self, result: Any) -> Any:
+        return self.beside("other_form").retried(self, result)
 
     def update(
         self, states: States | None, data: Mapping[str, Any]

@@ -1,0 +1,61 @@
+"""The form of Stewart and Trinkle, where a method ends in a ray of the compact one: its
+matrix is copositive, so that Lemke's method ends with a solution where their theorem
+says so."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from lcpcli.clock import imports
+from lcpcli.formulations.contact.answers import point_of
+from lcpcli.formulations.contact.friction import Contact
+from lcpcli.linalg.matrices import product
+from lcpcli.model.problem import Problem
+from lcpcli.solving.result import Result, Status
+from lcpcli.verify.point import Criterion, Point
+
+METHODS = "auto", "lemke"
+ENDS = Status.RAY, Status.STALLED, Status.BREAKDOWN
+
+
+@np.errstate(all="ignore")  # overflow counts as infinite
+def retried(contact: Contact, result: Result) -> Result:
+    """Return a result by the same method on the other form, as one of the problem
+    itself; or the same result if that is not solved either, or in space, where there is
+    one form alone."""
+    left = result.limits.time_limit - result.seconds
+    is_open = result.status in ENDS and result.method in METHODS and left > 0
+    if not (is_open and contact.is_planar and contact.contacts):
+        return result
+    with imports:
+        from lcpcli.solving.call import run
+    form = contact.stewart_trinkle()
+    M, q, lower, upper = form.conditions
+    other = run(
+        Problem(M, q, lower=lower, upper=upper),
+        result.method,
+        tol=result.tol,
+        max_iterations=result.limits.max_iterations,
+        time_limit=left,
+    )
+    if not other.solved:
+        return result
+    x = np.asarray(product(form.T, other.z))
+    problem = result.problem
+    point = Point(Criterion(problem, result.tol), point_of(contact, x))
+    if not point.solves():
+        return result
+    parts = {key: value + other.parts[key] for key, value in result.parts.items()}
+    return replace(
+        result,
+        point=point,
+        status=Status.SOLVED,
+        message=Status.SOLVED.sentence("in the form of Stewart and Trinkle"),
+        iterations=result.iterations + other.iterations,
+        evaluations=result.evaluations + other.evaluations,
+        parts=parts,
+        certificate=None,
+        end=None,
+    )
