@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from fractions import Fraction
 from math import inf
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -368,6 +369,24 @@ def test_where_lemke_ends_in_a_ray_the_other_form_is_solved(seed: int) -> None:
     lower, upper = np.tile([0.0, -mu], k), np.tile([inf, mu], k)
     findex = np.where(np.arange(2 * k) % 2, np.arange(2 * k) - 1, -1)
     assert violation(result.answer, (W, q, lower, upper, findex)) < TOL
+
+
+def test_a_fixed_point_of_boxes_satisfies_the_law() -> None:
+    """Where the boxes of an engine come to rest; the first of them does not."""
+    given = generated(6)
+    problem = lcpcli.from_findex(*given, lagged=True)
+    assert "a fixed point" in problem.note
+    result = lcpcli.run(problem)
+    assert result.solved
+    assert violation(SimpleNamespace(x=result.z), given) < 1e-8
+
+
+def test_boxes_without_a_fixed_point_are_told() -> None:
+    """A larger normal force makes friction that takes it away again."""
+    A = [[1.0, 1.2], [1.2, 2.0]]
+    given = A, [-1.0, -3.0], [0, -5.0], [inf, 5.0], [-1, 0]
+    assert "no fixed point" in lcpcli.from_findex(*given, lagged=True).note
+    assert lcpcli.run(lcpcli.from_findex(*given)).solved
 
 
 def test_names_say_what_the_unknowns_are() -> None:

@@ -208,11 +208,7 @@ def _is_solved(contact: Contact, z: Vector, tol: float) -> bool:
     """Return whether x solves the boxed problem of A and b with the bounds of friction
     that its own normal impulses give."""
     x, w = impulses_at(contact, z)
-    friction, lower, upper = contact.friction, contact.lower, contact.upper
-    tangents = friction.tangents[:, 0]
-    most = friction.coefficients * np.maximum(x[friction.normals], 0.0)
-    lower, upper = lower.copy(), upper.copy()
-    lower[tangents], upper[tangents] = -most, most
+    lower, upper = contact.box(x)
     x = np.clip(x, lower, upper)
     # Up to rounding, as for nearly every result, that is so by any measure.
     rounding = ROW_ROUNDING * _terms(contact, x)

@@ -44,6 +44,7 @@ def from_findex(
     upper: BoundLike,
     findex: Any,
     *,
+    lagged: bool = False,
     name: str = "",
     source: str = "",
     note: str = "",
@@ -59,6 +60,10 @@ def from_findex(
     findex : shape (n,), -1, or the index f of a normal unknown; then x_i is tangential,
         upper_i = -lower_i is its coefficient of friction mu, and -mu x_f <= x_i <=
         mu x_f. x_f itself must not be tangential, and its lower bound is at least 0.
+    lagged : whether to return the model of engines, not the law: the bounds of friction
+        are mu times the normal x of the box before, first without friction, until they
+        no longer change or MOST_BOXES boxes are solved, which nothing guarantees. The
+        result is the last box, with x as its z, and its note says how it ended.
     name, source, note : texts of the problem.
 
     ODE and DART hold A x = b + w: give them as from_findex(A, -b, lo, hi, findex). With
@@ -77,6 +82,9 @@ def from_findex(
     ([0.909091, 0.454545], ['sliding'])
     """
     own = of_findex(A, b, (lower, upper), findex, ("lower", "upper"))
+    if lagged:
+        problem: Problem = own.beside("boxes").last_box(own, name, source, note)
+        return problem
     return own.problem(name=name, source=source, note=note)
 
 
@@ -230,6 +238,15 @@ class Contact(Formulation):
     def T(self) -> Matrix:
         """Return T with x = T z."""
         return self._form.T
+
+    def box(self, x: Vector) -> tuple[Vector, Vector]:
+        """Return the bounds of x in the plane, with those of friction that the normal
+        ones of an x lead to."""
+        friction, lower, upper = self.friction, self.lower.copy(), self.upper.copy()
+        tangents = friction.tangents[:, 0]
+        most = friction.coefficients * np.maximum(x[friction.normals], 0.0)
+        lower[tangents], upper[tangents] = -most, most
+        return lower, upper
 
     def fits(self, given: Conditions) -> bool:
         own = self._form.conditions

@@ -1,0 +1,37 @@
+"""The model of game engines: boxes, whose bounds of friction lag behind."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from lcpcli.clock import imports
+from lcpcli.errors import ProblemError
+from lcpcli.formulations.contact.friction import Contact
+from lcpcli.model.problem import Problem
+
+MOST_BOXES = 100
+AT_REST = 1e-10  # relative to the largest bound of friction: a change that counts as 0
+
+
+def last_box(contact: Contact, name: str, source: str, note: str) -> Problem:
+    """Return the box in which the bounds of friction no longer change, or the last of
+    MOST_BOXES; its note says which. Raises ProblemError if a box is not solved."""
+    with imports:
+        from lcpcli.solving.call import run
+    tangents = contact.friction.tangents[:, 0]
+    x, told = np.zeros(contact.b.size), f"no fixed point in {MOST_BOXES} boxes"
+    for number in range(1, MOST_BOXES + 1):
+        lower, upper = contact.box(x)
+        box = Problem(contact.A, contact.b, lower=lower, upper=upper)
+        result = run(box)
+        if not result.solved:
+            fault = f"have no solved box {number}: {result.message}"
+            raise ProblemError("A and b", fault, "leave lagged out")
+        x = result.z
+        most, before = contact.box(x)[1][tangents], upper[tangents]
+        size = abs(most).max(initial=0.0)
+        if abs(most - before).max(initial=0.0) <= AT_REST * size:
+            told = f"a fixed point: box {number}"
+            break
+    note = ". ".join(filter(None, (note, f"Boxes of friction that lags: {told}")))
+    return box.having(name=name, source=source, note=note)
