@@ -77,6 +77,7 @@ if TYPE_CHECKING:
     from lcpcli.explanation.explanation import why as why
     from lcpcli.files.reading import read as read
     from lcpcli.files.writing import write as write
+    from lcpcli.formulations.bimatrix_game.game import from_game as from_game
     from lcpcli.formulations.contact.friction import from_contact as from_contact
     from lcpcli.formulations.contact.friction import from_findex as from_findex
     from lcpcli.formulations.game_tree.game import from_efg as from_efg
@@ -100,7 +101,6 @@ if TYPE_CHECKING:
     from lcpcli.formulations.variational_inequality.inequality import (
         from_avi as from_avi,
     )
-    from lcpcli.games.problems import from_game as from_game
     from lcpcli.inspection.inspection import inspect as inspect
     from lcpcli.inspection.inspection import plan as plan
     from lcpcli.model.problem import Problem as Problem
@@ -131,6 +131,7 @@ _PUBLIC = {  # the public names of each module, loaded on first use
     "explanation.explanation": "why",
     "files.reading": "read",
     "files.writing": "write",
+    "formulations.bimatrix_game.game": "from_game",
     "formulations.contact.friction": "from_contact from_findex",
     "formulations.game_tree.game": "from_efg",
     "formulations.players.polymatrix": "from_polymatrix",
@@ -141,7 +142,6 @@ _PUBLIC = {  # the public names of each module, loaded on first use
     "formulations.variational_inequality.inequality": "from_avi",
     "formulations.least_squares.fit": "from_lsq",
     "formulations.least_squares.fitting": "lsq nnls",
-    "games.problems": "from_game",
     "inspection.inspection": "inspect plan",
     "model.problem": "Problem",
     "parametric.following": "path",
@@ -167,7 +167,14 @@ if not TYPE_CHECKING:  # otherwise type checkers would not find misspelt names
     def __getattr__(name: str) -> Any:
         if name not in _HOMES:
             raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-        value = globals()[name] = getattr(import_module(f"lcpcli.{_HOMES[name]}"), name)
+        home = f"lcpcli.{_HOMES[name]}"
+        if home.startswith("lcpcli.formulations."):  # whose folder may be missing
+            from lcpcli.model.formulations import module_at
+
+            module = module_at(home, f"lcpcli.{name}")
+        else:
+            module = import_module(home)
+        value = globals()[name] = getattr(module, name)
         return value
 
 

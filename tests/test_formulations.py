@@ -21,6 +21,7 @@ FOLDERS = sorted(
     for path in (PACKAGE / "formulations").iterdir()
     if (path / "__init__.py").exists()
 )
+GAME = 'NFG 1 R "" { "one" "two" } { 2 1 }\n1 2 3 4\n'
 TREE = 'EFG 2 R "" { "one" "two" }\nt "" 1 "" { 1 0 }\n'
 PROGRAM = "NAME\nROWS\n N o\n G r\nCOLUMNS\n x o 1 r 1\nRHS\n R r 1\nENDATA\n"
 MISSING = (
@@ -37,6 +38,9 @@ def alone(tmp_path_factory: pytest.TempPathFactory) -> Path:
     shutil.copytree(PACKAGE, folder / "lcpcli", ignore=ignored)
     (folder / "p.json").write_text('{"M": [[2, 1], [1, 2]], "q": [-5, -6]}')
     (folder / "p.csv").write_text("2,1,-5\n1,2,-6\n")
+    (folder / "A.csv").write_text("1,2\n3,4\n")
+    (folder / "game.nfg").write_text(GAME)
+    (folder / "game.json").write_text('{"A": [[1, 0]], "B": [["1/3", 0]]}')
     (folder / "tree.efg").write_text(TREE)
     (folder / "model.nl").write_bytes(model(1, [((5, 1, 1), {0: 1}, -1)], [(2, 0)]))
     (folder / "tree.json").write_text(json.dumps({"efg": TREE}))
@@ -81,6 +85,8 @@ def test_lcps_need_no_formulation(alone: Path, line: str) -> None:
 @pytest.mark.parametrize(
     ("file", "what"),
     [
+        ("game.nfg", ".nfg"),
+        ("game.json", "a game"),
         ("tree.efg", ".efg"),
         ("tree.json", "a game"),
         ("fit.json", "a least-squares problem"),
@@ -103,3 +109,38 @@ def test_a_word_without_its_formulation_gets_one_line(alone: Path) -> None:
     done = run(alone, "model.nl -AMPL")
     told = f"lcp: {MISSING.format('-AMPL')}\n"
     assert (done.returncode, done.stdout, done.stderr) == (2, "", told)
+
+
+def test_tables_without_their_formulation_get_one_line(alone: Path) -> None:
+    done = run(alone, "solve A.csv A.csv --game")
+    told = f"lcp: {MISSING.format('--game')}\n"
+    assert (done.returncode, done.stdout, done.stderr) == (2, "", told)
+
+
+def test_two_tables_without_a_formulation_are_refused_without_a_hint_at_it(
+    alone: Path,
+) -> None:
+    done = run(alone, "solve A.csv A.csv")
+    assert done.returncode == 2
+    assert done.stderr.count("\n") == 1
+    assert "--game" not in done.stderr
+
+
+@pytest.mark.parametrize("name", ["from_game", "from_efg"])
+def test_a_public_name_without_its_formulation_is_an_error_of_one_line(
+    alone: Path, name: str
+) -> None:
+    code = (
+        "import lcpcli, lcpcli.errors\n"
+        f"try: lcpcli.{name}\n"
+        "except lcpcli.errors.LCPError as error: print(error)"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        cwd=alone,
+        env=os.environ | {"PYTHONPATH": str(alone)},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert done.stdout == f"{MISSING.format(f'lcpcli.{name}')}\n"

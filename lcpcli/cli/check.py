@@ -125,7 +125,7 @@ def _verifications(
     from lcpcli.model.problem import Problem
     from lcpcli.rational.numbers import rounded
     from lcpcli.solving import checking
-    from lcpcli.verify import equilibria, verification
+    from lcpcli.verify import verification
 
     first, problem, where = inputs.files[0], read.problem, place(solution)
     if not isinstance(problem, Problem):
@@ -160,8 +160,8 @@ def _verifications(
             return checking.verified_proof(
                 problem, answer.values, data, is_rounded=not answer.exact
             )
-        if answer.rows is not None:
-            equilibria.require_strategies(problem, answer.values, answer.rows)
+        if answer.parts:
+            problem.formulation.joined(answer.parts)
         if data:
             found = checking.verified_exactly(data, answer.values, answer.w, is_own)
         else:

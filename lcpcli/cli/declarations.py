@@ -23,6 +23,7 @@ from lcpcli.methods.registry import (
     Variant,
     meanings,
 )
+from lcpcli.model import formulations
 from lcpcli.options import EVERY, INFINITY, LIMITS, THREADS, Option
 from lcpcli.report.columns import OF_EVERY_METHOD
 from lcpcli.report.document import FIGURES, MEANINGS
@@ -103,15 +104,14 @@ class Bounds:
     """How problems are to be read.
 
     lower, upper : bounds of z in place of the problem's own, numbers or a file.
-    infinity : bounds of at least this size count as infinite. game : whether two files
-    have the payoffs of a game. lsq : whether they have the A and b of a fit.
+    infinity : bounds of at least this size count as infinite. tables : the formulation
+    of which the files are tables, "" if they are none.
     """
 
     lower: str | None = None
     upper: str | None = None
     infinity: float | None = None
-    game: bool = False
-    lsq: bool = False
+    tables: str = ""
 
 
 @dataclass(eq=False, repr=False)
@@ -352,13 +352,18 @@ bounds_options = option(
     ),
     INFINITY,
 )
-game_option = option(
-    "Problem",
-    "--game  The two files are tables of the payoffs A and B of a game.",
-    "--lsq  They are tables of A and b of a fit, min |Ax - b|; bounds are those of x.",
-)
+tables_options = [
+    option(
+        "Problem",
+        f"{row.tables.option} tables  {row.tables.meaning}",
+        flag_value=kind,
+        default="",
+    )
+    for kind, row in formulations.TABLE.items()
+    if row.tables is not None
+]
 # The options of a command that reads problems.
-with_bounds = declared(bounds_options, game_option)
+with_bounds = declared(bounds_options, *tables_options)
 # The problem of a command that takes one: its file, and the file of q if it is
 # separate.
 problem_file = declared(

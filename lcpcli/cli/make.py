@@ -233,7 +233,7 @@ def convert(request: Convert) -> int:
         written = replace(
             written, rounded=written.rounded.named(""), own=written.own.named("")
         )
-    written = writing.with_costs(written, output or "")
+    written = writing.with_exact_conditions(written, output or "")
     write(written, output, inputs.quiet, as_program=True)
     if output is None:
         return 0
@@ -261,7 +261,7 @@ def read_written(inputs: Inputs) -> Written[Problem]:
     from lcpcli.files.input_file import InputFile
     from lcpcli.rational.numbers import Written, written
 
-    if inputs.game or inputs.lsq:
+    if inputs.tables:
         problem = inputs.read().problem
         return Written(problem, problem, {})
     bounds = dict[str, InputFile]()
@@ -270,7 +270,7 @@ def read_written(inputs: Inputs) -> Written[Problem]:
         problem = first.problem(*others, number=doubles)
         return beside.with_bounds(problem, inputs.bounds, bounds, doubles)
 
-    with inputs.hint_at_game(), inputs.reading():
+    with inputs.hint_at_tables(), inputs.reading():
         first, *others = reading.files_of(inputs.files)
         found = written(parse)
     rounded, remarks = without_wrong_solutions(found.rounded, inputs.files[0])

@@ -43,7 +43,7 @@ from lcpcli.errors import (
     ProblemError,
     listed,
 )
-from lcpcli.files import contents, fields
+from lcpcli.files import contents, fields, formats
 from lcpcli.files.contents import files_in, place
 from lcpcli.interrupts import within
 from lcpcli.linalg.threads import GENERAL, MANY_ROWS, VARIABLES
@@ -56,6 +56,7 @@ from lcpcli.methods.registry import (
     known_options,
     labels,
 )
+from lcpcli.model import formulations
 from lcpcli.options import AUTO, LIMITS, Limits, wants_kernels
 from lcpcli.report.wording import flag
 
@@ -70,6 +71,7 @@ if TYPE_CHECKING:
 
 # bytes: a dense matrix of that many rows as .npz; text takes 2 or 3 times as many.
 LARGE_FILE = 8 * MANY_ROWS**2
+SMALL_FILE = 100_000  # bytes
 
 
 NO_BOUNDS: Mapping[str, Any] = dict.fromkeys(fields.BOUND_OPTIONS)
@@ -96,7 +98,7 @@ class Inputs(NamedTuple):
 
     of_folders : those files that come from folders. bounds : of z in place of the
     problem's own, numbers or a file, and the size from which on they are infinite, by
-    name. game, lsq : whether two files have the payoffs of a game, or A and b of a fit.
+    name. tables : the formulation of which the files are tables, "" if they are none.
     quiet : whether remarks on the input are left out.
     others : the values of other options that may name files to read, such as starting
         points. ahead : those of the files that have been read, by their names.
@@ -104,8 +106,7 @@ class Inputs(NamedTuple):
 
     files: Sequence[str]
     bounds: Mapping[str, Any] = NO_BOUNDS
-    game: bool = False
-    lsq: bool = False
+    tables: str = ""
     quiet: bool = False
     of_folders: Collection[str] = ()
     others: Sequence[str] = ()
@@ -121,7 +122,7 @@ class Inputs(NamedTuple):
     ) -> Inputs:
         """Return the inputs in files, to be read as asked."""
         bounds = {name: getattr(asked, name) for name in fields.BOUND_OPTIONS}
-        return cls(files, bounds, asked.game, asked.lsq, quiet, others=others)
+        return cls(files, bounds, asked.tables, quiet, others=others)
 
     @property
     def paths(self) -> list[str]:
@@ -182,28 +183,14 @@ class Inputs(NamedTuple):
         from lcpcli.files import reading
         from lcpcli.files.inputs import Input
 
-        with self.hint_at_game(), self.reading():
-            work = self.of_tables() or Input(tuple(reading.files_of(self.files)))
+        with self.hint_at_tables(), self.reading():
+            if self.tables:
+                work = self.of_tables()
+            else:
+                work = Input(tuple(reading.files_of(self.files)))
             (found,) = self.problems(work, takes_models)
         self.tell(found.remarks)
         return found
-
-    def of_tables(self) -> Input | None:
-        """Return the input in two tables of a game or of a fit; None for other
-        files."""
-        if self.lsq:
-            from lcpcli.model import formulations
-
-            row = formulations.row_of("lsq")
-            fit: Input = formulations.module_of(row, "tables", "--lsq").input_of(
-                self.files
-            )
-            return fit
-        if not self.game:
-            return None
-        from lcpcli.files.games import game_in
-
-        return game_in(self.files)
 
     def reading(self) -> Line:
         """Return a context in which files are read, which may take long."""
@@ -216,13 +203,13 @@ class Inputs(NamedTuple):
             tell(remark, self.quiet)
 
     @contextmanager
-    def hint_at_game(self) -> Iterator[None]:
-        """Open a context in which the error for two files that may be the payoffs of a
-        game hints at --game."""
+    def hint_at_tables(self) -> Iterator[None]:
+        """Open a context in which the error for two files that may be tables of a
+        formulation hints at its option."""
         try:
             yield
         except ProblemError as error:
-            advice = self.with_tables().game_hint()
+            advice = self.with_tables().hint()
             raise (
                 ProblemError(error.parts, error.fault, f"{error.hint}; {advice}")
                 if advice
@@ -231,35 +218,46 @@ class Inputs(NamedTuple):
 
     def with_tables(self) -> Inputs:
         """Return the inputs with their files read if they are two small tables."""
-        if len(self.files) != 2 or self.game or self.lsq:
+        if len(self.files) != 2 or self.tables:
             return self
-        from lcpcli.files.games import may_be_payoffs
         from lcpcli.files.input_file import InputFile
 
-        if not all(map(may_be_payoffs, self.files)):
+        if not all(map(_may_be_table, self.files)):
             return self
         with suppress(ProblemError):
             read = {path: InputFile.read(path) for path in self.files}
             return self._replace(ahead={**read, **self.ahead})
         return self
 
-    def game_hint(self) -> str:
+    def hint(self) -> str:
         """Return the line, if any, that says that two tables, which have been read, may
-        be the payoffs of a game."""
+        be those of a formulation."""
         if len(self.files) != 2 or not self.ahead.keys() >= {*self.files}:
             return ""
-        from lcpcli.files.games import hint
+        read = [self.ahead[path] for path in self.files]
+        for row in formulations.TABLE.values():
+            if row.tables is not None and row.tables.hints:
+                with suppress(ProblemError):  # its folder is missing
+                    module = formulations.module_of(row, row.tables.module, "")
+                    if told := module.hint(read):
+                        return str(told)
+        return ""
 
-        return hint([self.ahead[path] for path in self.files])
+    def of_tables(self) -> Input:
+        """Return the input in files that are tables of a formulation."""
+        row = formulations.row_of(self.tables)
+        assert row.tables is not None
+        module = formulations.module_of(row, row.tables.module, row.tables.option)
+        found: Input = module.input_of(self.files)
+        return found
 
     def works(self, are_many: bool = False) -> tuple[Iterator[Work], bool]:
         """Return the inputs in the files, and whether they may be several problems, as
         they are with `are_many`."""
         from lcpcli.files.inputs import FIRST_NAME, QColumns, inputs
 
-        tables = self.of_tables()
-        if tables is not None:
-            return iter([tables]), are_many
+        if self.tables:
+            return iter([self.of_tables()]), are_many
         each = inputs(
             self.files,
             streams=are_many,
@@ -348,6 +346,14 @@ class Inputs(NamedTuple):
             return data
 
         return InputProblem(problem, exactly, remarks, as_given.length, file)
+
+
+def _may_be_table(path: str) -> bool:
+    """Return whether a file may be a table, and is so small that it can be read again
+    for a mere hint."""
+    kind = formats.kind_by_name(path)
+    is_small = os.path.isfile(path) and os.path.getsize(path) < SMALL_FILE
+    return is_small and (kind is None or kind.is_table)
 
 
 def without_wrong_solutions(problem: Problem, file: str) -> tuple[Problem, list[str]]:

@@ -30,7 +30,7 @@ Kind = tuple[str, Exit]  # how a run ended: a word and an exit code
 
 # Options on which records depend.
 OF_RUN = (
-    *(*BOUND_OPTIONS, "game", "exact", "bound", "sequence", "trace", "every"),
+    *(*BOUND_OPTIONS, "exact", "bound", "sequence", "trace", "every"),
     "columns",
 )
 # q of one M whose marks are made at once: many, to share the cost; few, not to delay
@@ -186,6 +186,7 @@ def options_of(request: Request) -> dict[str, str]:
     given = {**request.inputs._asdict(), **vars(request)}
     nothing = None, False, ()
     given = {name: given[name] for name in OF_RUN if given[name] not in nothing}
+    given |= {request.inputs.tables: True} if request.inputs.tables else {}
     given |= {"method": request.variants[0], **request.own, **vars(request.limits)}
     texts = {name: str(value) for name, value in given.items()}
     for name in {*STARTS, *BOUND_OPTIONS} & texts.keys():

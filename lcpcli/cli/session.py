@@ -61,7 +61,7 @@ def run(
         inputs = inputs.with_tables()
         works, several = inputs.works(are_many and takes_many)
     if several:
-        hint = inputs.game_hint()
+        hint = inputs.hint()
         refuse(
             of_one is not None,
             "--all",

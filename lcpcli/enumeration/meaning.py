@@ -3,13 +3,19 @@ JSON of all solutions, and for objectives."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from fractions import Fraction
-from typing import Any, NamedTuple
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, NamedTuple
 
+from lcpcli.enumeration.pieces import Piece
+from lcpcli.errors import count
 from lcpcli.model.formulation import Answer
+from lcpcli.rational.dictionary import Point
 from lcpcli.rational.exact_problem import ExactProblem
-from lcpcli.verify.certificate import Proof
+
+if TYPE_CHECKING:
+    from lcpcli.verify.certificate import Proof
 
 Values = Sequence[Fraction]
 
@@ -21,6 +27,78 @@ class Payoff(NamedTuple):
     unknown: int
     slope: Fraction
     constant: Fraction
+
+
+class InPayoffs(NamedTuple):
+    """A problem in whose unknowns payoffs are linear, and the way back to a z."""
+
+    data: ExactProblem
+    z_of: Callable[[Values], list[Fraction]]
+
+
+class Listing(NamedTuple):
+    """A table of solutions, in groups of rows. total : the number of rows."""
+
+    header: list[str]
+    groups: Iterable[Iterable[list[str]]]
+    total: int
+    remarks: list[str]
+
+
+class Arrangement:
+    """The pieces of a solution set that were found, in the order in which they are
+    shown; a `Meaning` may return one of a derived class.
+
+    complete : whether they are proved to be all.
+    equilibria : what they are for a game; None for other problems.
+    """
+
+    equilibria: Any = None
+
+    def __init__(self, pieces: Sequence[Piece], complete: bool) -> None:
+        self.pieces: Sequence[Piece] = tuple(pieces)
+        self.complete = complete
+
+    @cached_property
+    def points(self) -> Sequence[Point]:
+        """Return each isolated solution, and each vertex of a piece, once."""
+        return vertices_of(self.pieces)
+
+    def count(self) -> str:
+        """Return how many solutions there are, in words."""
+        points = sum(piece.is_point for piece in self.pieces)
+        faces = len(self.pieces) - points
+        if not faces:
+            return count(points, "solution")
+        isolated = f"{points} isolated and " if points else ""
+        return f"infinitely many solutions: {isolated}{count(faces, 'face')}"
+
+    def record(self) -> dict[str, Any]:
+        """Return what JSON has of all of them together."""
+        return {"components": None, "degenerate": None}
+
+    def table(
+        self,
+        kept: Sequence[int],  # noqa: ARG002
+        most: float,  # noqa: ARG002
+        cell: Callable[[Fraction], str],  # noqa: ARG002
+    ) -> Listing | None:
+        """Return the table of what they mean; None for one of z and w. kept : the
+        components of z that are shown. most : the widest names."""
+        return None
+
+    def cells(
+        self,
+        *,
+        exact: bool,  # noqa: ARG002
+    ) -> tuple[Sequence[str], Iterable[tuple[Any, ...]]] | None:
+        """Return the columns of CSV and its rows, for each solution one for each
+        component; None for those of z and w."""
+        return None
+
+
+def vertices_of(pieces: Iterable[Piece]) -> list[Point]:
+    return list(dict.fromkeys(vertex for piece in pieces for vertex in piece.vertices))
 
 
 class Meaning:
@@ -42,7 +120,11 @@ class Meaning:
         """Return the payoffs of players, by their names."""
         return {}
 
-    def shown(self, indices: list[int]) -> list[int]:
+    def in_payoffs(self) -> InPayoffs:
+        """Return the problem in which the payoffs are linear; by default this one."""
+        return InPayoffs(self.data, list)
+
+    def shown(self, indices: Sequence[int]) -> Sequence[int]:
         """Return which of these components tables show."""
         return indices
 
@@ -63,10 +145,13 @@ class Meaning:
         del kind
         return z, [cell(w[i]) for i in indices]
 
+    def equilibrium(self, z: Values) -> Any:
+        """Return the equilibrium that a solution stands for; None if there is none."""
+        del z
+
     def record(self, z: Values) -> dict[str, Any]:
         """Return what JSON has of a solution besides z and w."""
-        del z
-        return {"equilibrium": None}
+        return {"equilibrium": self.equilibrium(z)}
 
     def cells(self, z: Values) -> Sequence[Sequence[Any]]:
         """Return for each component of a solution, or of a direction, the cells of the
@@ -89,10 +174,21 @@ class Meaning:
         del z, moved
         return None
 
-    def best(self, z: Values) -> tuple[list[str], list[Any]]:
+    def best(
+        self, z: Values, cell: Callable[[Fraction], str]
+    ) -> tuple[list[str], list[Any]]:
         """Return lines and tables about the best solution."""
-        del z
+        del z, cell
         return [], []
+
+    def take(self, vertices: Sequence[Point], check: Callable[[], None]) -> None:
+        """Prepare for vertices that a search has found. `check` counts a step of the
+        search, and may raise."""
+
+    def arranged(self, pieces: Sequence[Piece], complete: bool) -> Arrangement:
+        """Return pieces, whose vertices `take` has received, in order. complete :
+        whether they are proved to be all."""
+        return Arrangement(pieces, complete)
 
 
 def meaning_of(data: ExactProblem) -> Meaning:

@@ -5,13 +5,8 @@ in which some states are chosen. The least objective on it, by the simplex metho
 integers, is a bound, and where it is attained at a solution, the node has no better
 one. So there is no large constant for complementarity, and no tolerance.
 
-Objectives may also be in the payoffs of a game, which are linear in the costs of the
-players. The LCP of a game of two strategies x and y has x / v and y / u in their place,
-with the costs u and v of the row and the column player. With these as unknowns, payoffs
-are linear, and so are sums of them:
-
-    0 <= x,  R y - u e >= 0,  u free,  e'x = 1,
-    0 <= y,  C'x - v e >= 0,  v free,  e'y = 1.
+Objectives may also be in the payoffs of a game: as far as they are linear in the
+unknowns of a problem that the formulation has for them.
 """
 
 from __future__ import annotations
@@ -26,20 +21,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from lcpcli import clock, options
-from lcpcli.enumeration.meaning import meaning_of
-from lcpcli.enumeration.search import (
-    TIME_LIMIT,
-    UNSOLVABLE,
-    ExactEquilibrium,
-    Players,
-    in_exact_numbers,
-)
+from lcpcli.enumeration.meaning import InPayoffs, meaning_of
+from lcpcli.enumeration.search import TIME_LIMIT, UNSOLVABLE, in_exact_numbers
 from lcpcli.errors import ProblemError
 from lcpcli.interrupts import TimeIsUp, remaining, within
-from lcpcli.linalg.matrices import dense
 from lcpcli.model.arrays import as_vector
 from lcpcli.model.block_form import SENSES, sense_of
-from lcpcli.model.origins import Game
 from lcpcli.model.problem import Problem
 from lcpcli.model.words import coefficients, reversed_names
 from lcpcli.options import Limits
@@ -48,87 +35,42 @@ from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import text
 from lcpcli.rational.tree import OBJECTIVE, Node, Unknowns, explored
 from lcpcli.solving import driver
-from lcpcli.typing import Vector
 from lcpcli.verify.exact_solution import from_point
 
 PREFIX = "payoff of "
-PLAYERS = ("row", "column")
 
 
 def names_of_payoffs(data: ExactProblem) -> Sequence[str]:
     """Return the names of the payoffs of both players of a game, none for another
     problem."""
-    is_game = isinstance(data.problem.origin, Game)
-    players = PLAYERS if is_game else meaning_of(data).payoffs()
-    return [PREFIX + player for player in players]
+    return [PREFIX + player for player in meaning_of(data).payoffs()]
 
 
 def in_costs(
     data: ExactProblem, objective: Mapping[str, Fraction]
-) -> tuple[ExactProblem, Mapping[str, Fraction], Fraction]:
+) -> tuple[InPayoffs, Mapping[str, Fraction], Fraction]:
     """Return a problem, an objective in its unknowns and a constant in place of an
     objective that has payoffs of the players of a game beside unknowns, or only
     payoffs; the same ones, and 0, if it has none. Raises ProblemError."""
-    origin, called = data.problem.origin, names_of_payoffs(data)
-    own = [objective.get(name, Fraction(0)) for name in called]
-    if not any(name in objective for name in called):
-        return data, objective, Fraction(0)
-    others = {name: value for name, value in objective.items() if name not in called}
-    # payoffs are constants - slopes z at two places
-    if not isinstance(origin, Game):
-        terms = meaning_of(data).payoffs().values()
-        places, slopes, constants = zip(*terms, strict=True)
-    elif others:
+    meaning = meaning_of(data)
+    payoffs = {PREFIX + player: own for player, own in meaning.payoffs().items()}
+    others = {name: value for name, value in objective.items() if name not in payoffs}
+    if len(others) == len(objective):
+        return InPayoffs(data, list), objective, Fraction(0)
+    searched, constant = meaning.in_payoffs(), Fraction(0)
+    if others and searched.data is not data:
         fault = (
             f"has {next(iter(others))!r} beside payoffs, which are not linear in "
             "the unknowns"
         )
         raise ProblemError(
-            "objective", fault, f"use {' and '.join(map(repr, called))} alone"
+            "objective", fault, f"use {' and '.join(map(repr, payoffs))} alone"
         )
-    else:
-        places, slopes, constants = (
-            (data.n, data.n + 1),
-            (Fraction(1), Fraction(1)),
-            origin.cost_constants(),
-        )
-        data = _with_costs(data, origin)
-    for value, place, slope in zip(own, places, slopes, strict=True):
-        others[f"z{place + 1}"] = (
-            others.get(f"z{place + 1}", Fraction(0)) - value * slope
-        )
-    return (
-        data,
-        others,
-        sum(
-            (value * each for value, each in zip(own, constants, strict=True)),
-            Fraction(0),
-        ),
-    )
-
-
-def _with_costs(data: ExactProblem, game: Game) -> ExactProblem:
-    """Return the problem in terms of x, y, u and v."""
-    m, n = game.A.shape[0], data.n
-    owners = [int(i >= m) for i in range(n)]
-    border = np.zeros((n, 2))
-    border[np.arange(n), owners] = 1.0
-    M = np.block([[dense(data.problem.M), -border], [border.T, np.zeros((2, 2))]])
-    one = Fraction(1)
-    rows = [{**row, n + owner: -one} for row, owner in zip(data.M, owners, strict=True)]
-    rows += [{i: one for i in range(n) if owners[i] == owner} for owner in (0, 1)]
-    q: Vector = np.array([0.0] * n + [-1.0] * 2)
-    lower = [Fraction(0)] * n + [None] * 2
-    problem = Problem(
-        M, q, lower=np.array([0.0] * n + [-np.inf] * 2), upper=np.full(n + 2, np.inf)
-    )
-    return ExactProblem(
-        problem,
-        rows,
-        [Fraction(value) for value in q.tolist()],
-        lower,
-        [None] * (n + 2),
-    )
+    for name, payoff in payoffs.items():
+        value, unknown = objective.get(name, Fraction(0)), f"z{payoff.unknown + 1}"
+        others[unknown] = others.get(unknown, Fraction(0)) - value * payoff.slope
+        constant += value * payoff.constant
+    return searched, others, constant
 
 
 OPTIMAL, UNBOUNDED = "optimal", "unbounded"
@@ -175,15 +117,9 @@ class Optimum:
         return None if self.z is None else self.data.w(self.z)
 
     @property
-    def equilibrium(self) -> ExactEquilibrium | None:
-        """Return the equilibrium that z stands for; None if the problem is no game of
-        two strategies."""
-        game = self.data.problem.origin
-        return (
-            Players(self.data, game).equilibrium(self.z)
-            if self.z and isinstance(game, Game)
-            else None
-        )
+    def equilibrium(self) -> Any:
+        """Return the equilibrium that z stands for; None if the problem is no game."""
+        return meaning_of(self.data).equilibrium(self.z) if self.z else None
 
     @property
     def outward(self) -> dict[str, int]:
@@ -272,7 +208,8 @@ def optimum(
     """
     options.check((options.TIME_LIMIT,), {"time_limit": time_limit})
     data = in_exact_numbers(problem)
-    sign, constant, searched = int(SENSES[sense_of(sense)]), Fraction(0), data
+    sign, constant = int(SENSES[sense_of(sense)]), Fraction(0)
+    searched = InPayoffs(data, list)
     if isinstance(objective, str):
         # Which may have blanks, or be like a number.
         is_name = objective.strip() in data.problem.names
@@ -287,7 +224,8 @@ def optimum(
         )
         searched, objective, constant = in_costs(data, own)
     began = clock.seconds()
-    search = Search(searched, [sign * cost for cost in _costs(searched, objective)])
+    costs = _costs(searched.data, objective)
+    search = Search(searched.data, [sign * cost for cost in costs])
     try:
         with within(math.inf if time_limit is None else time_limit):
             search.begin()
@@ -299,13 +237,8 @@ def optimum(
         for each in (search.value, search.bound(status))
     )
     z = search.z
-    if (
-        z is not None
-        and isinstance(game := data.problem.origin, Game)
-        and searched is not data
-    ):
-        *both, u, v = z  # the strategies and the costs of both players
-        z = [value / (v if i < game.A.shape[0] else u) for i, value in enumerate(both)]
+    if z is not None and searched.data is not data:
+        z = searched.z_of(z)
         assert data.is_solution(z)
     return Optimum(
         data, sense, status, z, value, bound, search.nodes, clock.seconds() - began

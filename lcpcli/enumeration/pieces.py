@@ -26,7 +26,6 @@ from lcpcli.clock import imports
 from lcpcli.interrupts import TimeIsUp, remaining
 from lcpcli.linalg import matrices
 from lcpcli.model.box import BASIC, LOWER, UPPER, WORDS
-from lcpcli.model.origins import Game
 from lcpcli.rational import elimination
 from lcpcli.rational.dictionary import Direction, Point, generators
 from lcpcli.rational.exact_problem import ExactProblem, fractions_of
@@ -44,7 +43,7 @@ MOST_REMEMBERED = 10_000
 MOST_BASES_AT_FIRST = 1000
 # Unknowns up to which the tree finds a first solution as fast as a method does.
 MOST_FOR_TREE = 10
-# The same for games, of which all solutions are sought and which are known to have one.
+# The same for bimatrix games, which are known to have a solution.
 MOST_FOR_TREE_OF_GAME = 30
 POINT, PIECE = "a point", "a piece"
 # Unknowns up to which the tree is faster than a search for parts and multipliers.
@@ -200,13 +199,9 @@ def pieces(data: ExactProblem, check: Callable[[], None]) -> Iterator[Piece]:
     `check` is called before each step and may raise.
     """
     shape = shape_of(data, check)
-    large = (
-        MOST_FOR_TREE
-        if shape
-        else MOST_FOR_TREE_OF_GAME
-        if isinstance(data.problem.origin, Game)
-        else math.inf
-    )
+    large = MOST_FOR_TREE if shape else math.inf
+    if not shape and _strategies(data):
+        large = MOST_FOR_TREE_OF_GAME
     z = _solution(data, check) if data.n > large else None
     if z is not None and shape == POINT:
         yield Piece.of([states_of(data, tuple(z))], (tuple(z),))
@@ -321,17 +316,8 @@ def _solution(data: ExactProblem, check: Callable[[], None]) -> list[Fraction] |
 def shape_of(data: ExactProblem, check: Callable[[], None]) -> str:
     """Return what the solutions are proved to be at most: POINT, PIECE or, if nothing
     is proved, ""."""
-    game = data.problem.origin
-    if isinstance(game, Game):
-        rows = zip(*game.payoffs(), strict=True)
-        return (
-            PIECE
-            if len(
-                {a + b for own, other in rows for a, b in zip(own, other, strict=True)}
-            )
-            == 1
-            else ""
-        )
+    if m := _strategies(data):
+        return PIECE if _is_constant_sum(data, m) else ""
     common, doubles = math.lcm(*data.scales), matrices.dense(data.problem.M)
     own = zip(data.rows, (common // scale for scale in data.scales), strict=True)
     # Integers, a multiple of M.
@@ -353,6 +339,36 @@ def shape_of(data: ExactProblem, check: Callable[[], None]) -> str:
         if all(_is_dominant(*part) or _is_definite(*part, check) for part in parts)
         else ""
     )
+
+
+def _strategies(data: ExactProblem) -> int:
+    """Return the number m of the row player's strategies if the solutions are the
+    equilibria of a bimatrix game: M = [0 R; C' 0] with m rows R > 0 and C > 0, q < 0
+    and z >= 0; else 0."""
+    n, m = data.n, min(data.rows[0], default=0)
+    if not m or max(data.constants) >= 0 or any(data.lower):
+        return 0
+    if any(high is not None for high in data.upper) or None in data.lower:
+        return 0
+    others = [range(m, n)] * m + [range(m)] * (n - m)
+    is_game = all(
+        len(row) == len(other) and min(row) == other[0] and max(row) == other[-1]
+        for row, other in zip(data.rows, others, strict=True)
+    )
+    return m if is_game and all(min(row.values()) > 0 for row in data.rows) else 0
+
+
+def _is_constant_sum(data: ExactProblem, m: int) -> bool:
+    """Return whether the costs of both players have the same sum everywhere, in units
+    in which q = -1. m : the number of strategies of the row player."""
+    sums = (
+        Fraction(data.rows[i][j], -data.constants[i])
+        + Fraction(data.rows[j][i], -data.constants[j])
+        for i in range(m)
+        for j in range(m, data.n)
+    )
+    first = next(sums)
+    return all(each == first for each in sums)
 
 
 def _is_definite(M: Rows, doubles: Vector, check: Callable[[], None]) -> bool:

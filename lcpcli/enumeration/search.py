@@ -1,21 +1,10 @@
-"""All solutions of a problem: `lcpcli.solutions`; and of a game the equilibria: the
-extreme ones, the maximal Nash subsets that they span, and the components of these.
-
-The pieces of the LCP of a game are its maximal Nash subsets, all convex combinations of
-some strategies of each player, and their vertices its extreme equilibria; subsets that
-share one of these form one component (D. Avis, G. Rosenberg, R. Savani and B. von
-Stengel, Enumeration of Nash equilibria for two-player games, Economic Theory 42 (2010)
-9-37).
-"""
+"""All solutions of a problem: `lcpcli.solutions`."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from copy import copy
-from dataclasses import dataclass, replace
-from fractions import Fraction
-from functools import cached_property
 from itertools import tee
 from typing import Any
 
@@ -23,18 +12,15 @@ import numpy as np
 
 from lcpcli import clock, options
 from lcpcli.clock import imports
+from lcpcli.enumeration.meaning import Arrangement, meaning_of, vertices_of
 from lcpcli.enumeration.pieces import Piece, combined, pieces
 from lcpcli.errors import ProblemError, count
 from lcpcli.interrupts import TimeIsUp, check, within
 from lcpcli.linalg import matrices
-from lcpcli.linalg.patterns import connected
-from lcpcli.model.origins import Game
 from lcpcli.model.problem import Problem, as_problem
-from lcpcli.rational import elimination
-from lcpcli.rational.dictionary import Point, Vertex
+from lcpcli.rational.dictionary import Point
 from lcpcli.rational.elimination import Effort
 from lcpcli.rational.exact_problem import ExactProblem
-from lcpcli.rational.numbers import over_one_denominator
 from lcpcli.verify.error_theorems import semidefinite_by_rounding
 
 # That depend on each other: the search among more would practically never end.
@@ -80,8 +66,8 @@ def solutions(
     Parameters
     ----------
     problem : a Problem, whose doubles are taken as exact, or an ExactProblem. If its
-        origin is a game, the payoffs are used, as written or as their shortest
-        decimals, and `equilibria` has the equilibria.
+        origin is a game or a game tree, the payoffs are used, as written or as their
+        shortest decimals; of a game, `equilibria` has the equilibria.
     time_limit : seconds after which to stop; by default there is no limit.
         max_solutions : the most pieces to list.
 
@@ -109,7 +95,14 @@ def solutions(
     given = {"time_limit": time_limit, "max_solutions": max_solutions}
     options.check((options.TIME_LIMIT, options.MAX_SOLUTIONS), given)
     limit = options.TIME_LIMIT.value if time_limit is None else time_limit
-    return Solutions(in_exact_numbers(problem), limit, max_solutions)
+    return Solutions(_as_written(in_exact_numbers(problem)), limit, max_solutions)
+
+
+def _as_written(data: ExactProblem) -> ExactProblem:
+    """Return the conditions of the formulation, of which those of a problem may be
+    rounded."""
+    parts = data.problem.formulation.exact_conditions()
+    return data if parts is None else ExactProblem(data.problem, *parts)
 
 
 def in_exact_numbers(problem: Problem | ExactProblem) -> ExactProblem:
@@ -125,10 +118,14 @@ def in_exact_numbers(problem: Problem | ExactProblem) -> ExactProblem:
 def refuse_large(problem: Problem) -> None:
     """Raise ProblemError if the doubles in M already show that too many unknowns depend
     on each other."""
-    if problem.n <= MOST_BLOCK_UNKNOWNS or isinstance(problem.origin, Game):
+    if problem.n <= MOST_BLOCK_UNKNOWNS:
         return
     with imports:
         from scipy.sparse.csgraph import connected_components
+
+        from lcpcli.methods.bimatrix import costs
+    if costs(problem) is not None:  # a first solution is found fast
+        return
     _, part = connected_components(matrices.compressed(problem.M != 0), directed=False)
     if (unknowns := int(np.bincount(part).max())) > MOST_BLOCK_UNKNOWNS:
         fault = f"has {unknowns} unknowns that depend on each other"
@@ -159,11 +156,7 @@ class Solutions(Iterator[Piece]):
         most: int | None,
         effort: Effort | None = None,
     ) -> None:
-        origin = problem.problem.origin
-        self.problem, self._players = problem, None
-        if isinstance(origin, Game):
-            self.problem = ExactProblem.of_decimals(problem.problem)
-            self._players = Players(self.problem, origin)
+        self.problem, self.meaning = problem, meaning_of(problem)
         self._blocks = self.problem.blocks
         self.pieces: list[Piece] = []
         self.others: bool | None = None
@@ -231,27 +224,22 @@ class Solutions(Iterator[Piece]):
     @property
     def points(self) -> list[Point]:
         """Return each isolated solution, and each vertex of a piece, once."""
-        return _vertices(self.pieces)
+        return vertices_of(self.pieces)
 
     @property
-    def equilibria(self) -> Equilibria | None:
+    def equilibria(self) -> Any:
         """Return the equilibria of a game in the pieces found so far; None for other
         problems."""
-        return self.arranged()[2]
+        return self.arranged().equilibria
 
-    def equilibrium(self, z: Point) -> ExactEquilibrium | None:
+    def equilibrium(self, z: Point) -> Any:
         """Return the equilibrium of a game that a vertex of a piece stands for; None
         for other problems."""
-        return None if self._players is None else self._players.of(z)
+        return self.meaning.equilibrium(z)
 
-    def arranged(
-        self,
-    ) -> tuple[Sequence[Piece], Sequence[Point] | None, Equilibria | None]:
-        """Return pieces and points in the order of the equilibria of a game, and these;
-        else the pieces as they were found."""
-        if self._players is None:
-            return tuple(self.pieces), None, None
-        return self._players.arranged(self.pieces, self.complete)
+    def arranged(self) -> Arrangement:
+        """Return the pieces found so far in the order in which they are shown."""
+        return self.meaning.arranged(self.pieces, self.complete)
 
     def _started(self) -> Iterator[Piece]:
         data, parts = self.problem, self._blocks
@@ -267,8 +255,7 @@ class Solutions(Iterator[Piece]):
                     if len(parts) == 1
                     else combined(chosen, parts, data.n, self._check)
                 )
-                if self._players is not None:
-                    self._players.take(piece.vertices, self._check)
+                self.meaning.take(piece.vertices, self._check)
                 yield piece
         self.others = False
 
@@ -280,10 +267,6 @@ class Solutions(Iterator[Piece]):
         self._spend()
         if self._steps > self._last or clock.seconds() > self._deadline:
             raise TimeIsUp
-
-
-def _vertices(pieces: Iterable[Piece]) -> list[Point]:
-    return list(dict.fromkeys(vertex for piece in pieces for vertex in piece.vertices))
 
 
 def _combinations(searches: Sequence[Iterator[Piece]]) -> Iterator[tuple[Piece, ...]]:
@@ -305,169 +288,9 @@ def _combinations(searches: Sequence[Iterator[Piece]]) -> Iterator[tuple[Piece, 
             return
 
 
-@dataclass(frozen=True)
-class ExactEquilibrium:
-    """An extreme equilibrium.
-
-    row, column : the strategies, exact probabilities. payoffs : the payoffs of the row
-        and the column player.
-    index : 1 or -1; None where the game is degenerate: a strategy has more pure best
-        replies than its support has elements. If no equilibrium is degenerate, the
-        indices of all add up to 1.
-    """
-
-    row: Point
-    column: Point
-    payoffs: tuple[Fraction, Fraction]
-    index: int | None = None
-
-    @property
-    def is_pure(self) -> bool:
-        """Return whether both players play one strategy only."""
-        return max(self.row) == 1 == max(self.column)
-
-
-@dataclass(frozen=True)
-class NashSubset:
-    """A maximal Nash subset: all convex combinations of these strategies of each
-    player, in any pairing; and the extreme equilibria that its strategies form, counted
-    from 0."""
-
-    rows: tuple[Point, ...]
-    columns: tuple[Point, ...]
-    extreme: tuple[int, ...]
-
-
-@dataclass(frozen=True)
-class Equilibria:
-    """The equilibria of a game of two players, as far as they were found.
-
-    extreme : the extreme equilibria. subsets : the maximal Nash subsets, each of them
-    complete; if all are here, their union is the set of equilibria. complete : whether
-    they are proved to be all. components : which subsets are connected, counted from 0;
-    None if there may be others, which might connect them. is_degenerate : whether the
-    game is degenerate at an equilibrium (see `ExactEquilibrium`), which need not be
-    isolated then; None if not known.
-    """
-
-    extreme: tuple[ExactEquilibrium, ...]
-    subsets: tuple[NashSubset, ...]
-    components: tuple[tuple[int, ...], ...] | None
-    is_degenerate: bool | None
-    complete: bool
-
-
-class Players:
-    """The players of a game, with the equilibria that some solutions of its LCP stand
-    for."""
-
-    def __init__(self, data: ExactProblem, game: Game) -> None:
-        self._data, self._rows = data, game.A.shape[0]
-        self._constants = game.cost_constants()
-        self._found: dict[Point, ExactEquilibrium] = {}
-        # Each once, as many equilibria may share it.
-        self._strategies: dict[Vertex, Vertex] = {}
-
-    def take(self, solutions: Sequence[Point], check: Callable[[], None]) -> None:
-        """Make equilibria of extreme solutions. `check` is called before each."""
-        for z in solutions:
-            if z not in self._found:
-                check()
-                self._found[z] = self.equilibrium(z)
-
-    def of(self, z: Point) -> ExactEquilibrium:
-        """Return the equilibrium of a solution that `take` has received."""
-        return self._found[z]
-
-    def arranged(
-        self, pieces: Sequence[Piece], complete: bool
-    ) -> tuple[Sequence[Piece], list[Point], Equilibria]:
-        """Return pieces and their vertices, which `take` has received, in the order of
-        their equilibria, and the latter. complete : whether the pieces are proved to be
-        all."""
-        found = {z: self._found[z] for piece in pieces for z in piece.vertices}
-        points = sorted(
-            found, key=lambda z: (found[z].row, found[z].column), reverse=True
-        )
-        place = {z: k for k, z in enumerate(points)}
-        own = [
-            replace(
-                piece, vertices=tuple(sorted(piece.vertices, key=place.__getitem__))
-            )
-            for piece in pieces
-        ]
-        own.sort(key=lambda piece: [place[z] for z in piece.vertices])
-        parts = [
-            [(found[z].row, found[z].column, place[z]) for z in piece.vertices]
-            for piece in own
-        ]
-        subsets = tuple(
-            NashSubset(
-                *(tuple(dict.fromkeys(each)) for each in zip(*part, strict=True))
-            )
-            for part in parts
-        )
-        extreme = tuple(found[z] for z in points)
-        is_degenerate = (
-            True
-            if any(each.index is None for each in extreme)
-            else False
-            if complete
-            else None
-        )
-        first: dict[int, int] = {}
-        edges = [
-            (first.setdefault(shared, k), k)
-            for k, subset in enumerate(subsets)
-            for shared in subset.extreme
-        ]
-        components = (
-            tuple(map(tuple, connected(len(subsets), edges))) if complete else None
-        )
-        return (
-            own,
-            points,
-            Equilibria(extreme, subsets, components, is_degenerate, complete),
-        )
-
-    def equilibrium(self, z: Sequence[Fraction]) -> ExactEquilibrium:
-        """Return the equilibrium of the strategies in z, each divided by the other's
-        costs; best replies have w = 0."""
-        m, (r, c) = self._rows, self._constants
-        x, y = (
-            self._strategies.setdefault(own, own)
-            for own in map(_strategy, (z[:m], z[m:]))
-        )
-        replies = [i for i, value in enumerate(self._data.w(z)) if not value]
-        rows, columns = [i for i in replies if i < m], [j for j in replies if j >= m]
-        is_regular = replies == [i for i, value in enumerate(z) if value] and len(
-            rows
-        ) == len(columns)
-        payoffs = r - 1 / sum(z[m:], Fraction(0)), c - 1 / sum(z[:m], Fraction(0))
-        return ExactEquilibrium(
-            x, y, payoffs, self._index(rows, columns) if is_regular else None
-        )
-
-    def _index(self, rows: Sequence[int], columns: Sequence[int]) -> int:
-        """Return the sign of the determinants of the costs on the supports, times -1
-        for each strategy but one in the supports (L. S. Shapley, Mathematical
-        Programming Study 1 (1974) 175-189, where the determinants are of positive
-        payoffs, each with that factor); 1 for a pure equilibrium."""
-        M, pairs = self._data.rows, ((rows, columns), (columns, rows))
-        costs = ([[M[i][j] for j in others] for i in own] for own, others in pairs)
-        first, second = (elimination.determinant(each) > 0 for each in costs)
-        return 1 if (len(rows) % 2 == 1) == (first == second) else -1
-
-
-def _strategy(multiple: Sequence[Fraction]) -> Vertex:
-    weights, _ = over_one_denominator(multiple)
-    total = sum(weights)
-    return Vertex(Fraction(weight, total) for weight in weights)
-
-
 class SolutionSet:
-    """The solutions that a search has found, in the order in which they are shown; for
-    a game, that of the equilibria.
+    """The solutions that a search has found, in the order in which they are shown.
+    arranged : their pieces, and what these mean.
     status : COMPLETE, UNSOLVABLE, or what ended the search. seconds : the time of the
         search."""
 
@@ -478,42 +301,16 @@ class SolutionSet:
             search.others,
             seconds,
         )
-        self.pieces, self._points, self.equilibria = search.arranged()
+        self.meaning, self.arranged = search.meaning, search.arranged()
+        self.pieces = self.arranged.pieces
         self.status = (
             (COMPLETE if self.pieces else UNSOLVABLE) if self.complete else ended
         )
-        origin = self.data.problem.origin
-        self.game = origin if isinstance(origin, Game) else None
-
-    @cached_property
-    def points(self) -> Sequence[Point]:
-        """Each isolated solution, and each vertex of a piece, once, of which a table
-        needs none."""
-        return _vertices(self.pieces) if self._points is None else self._points
 
     @property
     def count(self) -> str:
         """Return how many solutions, or equilibria, were found, in words."""
-        points, found = sum(piece.is_point for piece in self.pieces), self.equilibria
-        faces = len(self.pieces) - points
-        if found is None:
-            isolated = f"{points} isolated and " * bool(points)
-            infinite = f"infinitely many solutions: {isolated}{count(faces, 'face')}"
-            words = infinite if faces else count(points, "solution")
-        elif not faces:
-            words = f"{points} {'equilibrium' if points == 1 else 'equilibria'}"
-        else:
-            joined = (
-                ""
-                if found.components is None
-                else f" in {count(len(found.components), 'component')}"
-            )
-            subsets = count(len(found.subsets), "maximal Nash subset")
-            words = (
-                f"infinitely many equilibria: {len(found.extreme)} extreme ones, "
-                f"{subsets}{joined}"
-            )
-        return words + " found" * (not self.complete)
+        return self.arranged.count() + ("" if self.complete else " found")
 
     @property
     def message(self) -> str:

@@ -28,7 +28,6 @@ import numpy as np
 from lcpcli.errors import (
     IS_EMPTY,
     IS_MISSING,
-    LEAVE_OUT,
     MAKE_AGREE,
     ParameterError,
     ProblemError,
@@ -60,8 +59,12 @@ STATES_HINT = (
     "give a JSON list of lower, basic and upper, or a result of lcp solve in JSON "
     "or CSV"
 )
-# Of bounds for a problem made from a game: what this is, and the hint.
-REFUSALS = {"game": ("a game", LEAVE_OUT)}
+# Of bounds for a problem that cannot have others: what it is, and the hint.
+REFUSALS = {
+    kind: (row.noun, row.bounds)
+    for kind, row in formulations.TABLE.items()
+    if row.bounds
+}
 
 
 def with_bounds(
@@ -249,7 +252,7 @@ def read_candidates(
         own = file.within(of_table, file.within(file.data.grid, False))
         found = [each._replace(w=None) for each in own]
     for each in found:
-        if each.rows is None:
+        if not each.parts:
             file.within(of_length, "z", each.values, lengths)
     return found
 
@@ -312,7 +315,7 @@ def _result_in(
 def _vectors_in(file: InputFile, n: int, before: str) -> tuple[Vector, Vector | None]:
     if file.kind.is_table:
         first = of_table(file.data.grid(False))[0]
-        refuse(first.rows is not None, "", "has no column headed z", HINT)
+        refuse(first.parts, "", "has no column headed z", HINT)
         both = [
             None if values is None else rounded(values)
             for values in (first.values, first.w)
@@ -368,8 +371,8 @@ class Candidate(NamedTuple):
     w: list[Fraction] | None = None
     # Of the result, which the vector cannot verify; "" if there is none.
     claim: str = ""
-    # The number of values of the row player's strategy, where it is given separately.
-    rows: int | None = None
+    # The values by the names of their parts, where these are given separately.
+    parts: Mapping[str, list[Fraction]] = {}
     # Which of several results this is, if another one may have been meant.
     remark: str = ""
 
@@ -463,8 +466,10 @@ def _pair(lists: list[list[Any]], lengths: Lengths) -> dict[str, list[Any]] | No
         return None
     if sum(sizes) in lengths and "x" in lengths.values() and sizes[0] == others[-1]:
         return dict(zip("xy", lists, strict=True))
-    is_game = sum(sizes) == n and "strategies" in lengths[n]
-    return dict(zip(("row", "column"), lists, strict=True)) if is_game else None
+    if sum(sizes) != n or lengths[n] == "z":
+        return None
+    parts = next(keys for keys in formulations.PARTS if len(keys) == len(lists))
+    return dict(zip(parts, lists, strict=True))
 
 
 def _candidate(data: Any, lengths: Lengths) -> Candidate:
@@ -472,9 +477,9 @@ def _candidate(data: Any, lengths: Lengths) -> Candidate:
     if isinstance(data, list):
         return Candidate("solution", _numbers("", data, lengths))
     refuse(not isinstance(data, dict), "", f"is {kind(data)}", EXPECTED_RESULT)
-    if "z" not in data and {"row", "column"} <= set(data):
-        row, column = (_entries(player, data[player]) for player in ("row", "column"))
-        return Candidate("solution", [*row, *column], rows=len(row))
+    parts = next((keys for keys in formulations.PARTS if {*keys} <= {*data}), None)
+    if "z" not in data and parts:
+        return _joined({key: _entries(key, data[key]) for key in parts})
     if "z" not in data and isinstance(sets := data.get("information_sets"), list):
         own = [
             each.get("probabilities") if isinstance(each, dict) else each
@@ -621,18 +626,26 @@ def _columns(rows: list[list[str]]) -> list[str]:
 
 
 def _strategies(rows: Rows) -> Candidate:
-    own = [
-        [each for each in rows if (each[1]["player"] == "row") is is_first]
-        for is_first in (True, False)
-    ]
+    first, other = next(keys for keys in formulations.PARTS if len(keys) == 2)
+    own: dict[str, Rows] = {first: [], other: []}
+    for each in rows:
+        own[first if each[1]["player"] == first else other].append(each)
     refuse(
-        not all(own),
+        not all(own.values()),
         "",
         "has an equilibrium with the strategy of one player alone",
         "give both strategies",
     )
-    values = [_column("probability", _in_order("strategy", part)) for part in own]
-    return Candidate("solution", values[0] + values[1], rows=len(values[0]))
+    return _joined(
+        {
+            player: _column("probability", _in_order("strategy", part))
+            for player, part in own.items()
+        }
+    )
+
+
+def _joined(parts: dict[str, list[Fraction]]) -> Candidate:
+    return Candidate("solution", [*chain(*parts.values())], parts=parts)
 
 
 def _solution(rows: Rows) -> Candidate:

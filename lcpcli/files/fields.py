@@ -1,6 +1,5 @@
-"""The named fields of problems and games, in all formats, and the problem made from
-them or from the fields of a formulation. A game has A and B. Each may have name, source
-and note.
+"""The named fields of problems, in all formats, and the problem made from them or from
+the fields of a formulation. Each may have name, source and note.
 """
 
 from __future__ import annotations
@@ -38,10 +37,6 @@ NONLINEAR = {
     "jacobian",
 }
 A_RESULT = ("is a result, not a problem", "name the file of the problem")
-THREE_PLAYERS = (
-    "is a game of more than two players",
-    "its equilibria are not the solutions of an LCP",
-)
 PAIRS_OF_BOUNDS = {"bounds", "bnds", "bound", "box", "limits"}
 OF_LOWER = (
     "l",
@@ -81,10 +76,9 @@ OTHER_NAMES |= (
     | dict.fromkeys(OF_LOWER, "lower")
     | dict.fromkeys(OF_UPPER, "upper")
 )
-GAME = ("A", "B", "rows", "columns", "players", "sense", *TEXTS)
 # Of formulations: all keys, and those of matrices.
-KNOWN = {*GAME, *formulations.KEYS}
-MATRICES = (*formulations.MATRICES, "B")
+KNOWN = formulations.KEYS
+MATRICES = formulations.MATRICES
 
 
 def is_for_bounds(key: str) -> bool:
@@ -100,7 +94,6 @@ def refuse_unknown(
     keys, others = set(given), [key for key in given if key not in known]
     if not others:
         return
-    refuse({"A", "B", "C"} <= keys, "", *THREE_PLAYERS)
     hint = "give M and q of a linear one, or a .nl model (lcp help models)"
     refuse(
         keys & NONLINEAR and not keys & {"M", "Q", "A"},
@@ -110,9 +103,8 @@ def refuse_unknown(
     )
     refuse({"version", "status", "z"} <= keys, "", *A_RESULT)
     bounds = PAIRS_OF_BOUNDS if "lower" in known else set[str]()
-    of_game = {"payoff", "payoffs", "payoff_matrix", "payoff_matrices", "players"}
     meanings = (
-        (of_game, "payoffs of a game as A and B"),
+        *(row.meant for row in formulations.TABLE.values()),
         (bounds, "bounds as lower and upper, each a list"),
     )
     for (names, what), key in product(meanings, others):
@@ -125,13 +117,11 @@ def refuse_unknown(
 
 
 def kind_of(keys: Collection[str]) -> str:
-    """Return "game" or the kind of another formulation if the keys of an object show
+    """Return the kind of the formulation if the keys of an object show
     that it is one, else ""."""
     given = set(keys)
     if "M" in given:
         return ""
-    if given & {"A", "B"} and not given & {"b", "q"}:
-        return formulations.told_in_table(given) or "game"
     return formulations.told_by(given)
 
 
@@ -152,16 +142,14 @@ def without_nulls(fields: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def made(fields: Mapping[str, Any]) -> Problem | Matrix:
-    """Return the problem with these fields, or of the program or game with these
-    fields, or M alone if there is no q; a ProblemError names the field.
+    """Return the problem with these fields, or of the formulation with these fields, or
+    M alone if there is no q; a ProblemError names the field.
 
     fields : texts, numbers, vectors and matrices as `Problem`, `from_qp` and so on take
         them, None for no bound; solution is a list of vectors, origin an object.
         Unknown fields have been refused, except in an origin.
     """
     if kind := kind_of(fields):
-        if kind == "game":
-            return _game(fields)
         problem: Problem = formulations.load(kind).of_fields(fields)
         return problem
     from lcpcli.model.arrays import as_matrix
@@ -193,29 +181,3 @@ def of_table(table: Any) -> dict[str, Any]:
     if table.ndim != 2 or table.shape[1] != table.shape[0] + 1:
         return {"M": table}
     return {"M": table[:, :-1].copy(), "q": table[:, -1].copy()}
-
-
-def _game(data: Mapping[str, Any]) -> Problem:
-    if bound := next(filter(is_for_bounds, data), None):
-        raise ProblemError(
-            bound,
-            "is not a key of a game",
-            "its unknowns are probabilities; leave it out",
-        )
-    refuse_unknown("", data, GAME, "a game")
-    data = without_nulls(data)
-    for key in ("A", "B"):
-        refuse(
-            key not in data,
-            key,
-            IS_MISSING,
-            f"add the key {key}{', -A in a zero-sum game' * (key == 'B')}",
-        )
-    refuse(any(_depth(data[key]) > 2 for key in ("A", "B")), "", *THREE_PLAYERS)
-    from lcpcli.games.problems import from_game
-
-    return from_game(**data)
-
-
-def _depth(payoffs: Any) -> int:
-    return 1 + _depth(payoffs[0]) if isinstance(payoffs, list) and payoffs else 0

@@ -103,14 +103,7 @@ def _of_formulations(rows: Iterable[tuple[str, formulations.Row]]) -> dict[str, 
 
 
 # In the order in which messages and help list them.
-ROWS = [*formulations.TABLE.items()]
-FORMATS |= _of_formulations(ROWS[:2])
-FORMATS |= {
-    ".nfg": Kind(
-        "games", "", is_packed=True, beginning=b"NFG ", has_no_vector="is a game"
-    ),
-}
-FORMATS |= _of_formulations(ROWS[2:])
+FORMATS |= _of_formulations(formulations.TABLE.items())
 
 
 def _suffixes(*kept: str) -> tuple[str, ...]:

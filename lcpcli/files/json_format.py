@@ -11,7 +11,7 @@ from __future__ import annotations
 import json
 import math
 from collections import Counter
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any
@@ -51,8 +51,12 @@ if TYPE_CHECKING:
     from fractions import Fraction
 
 # The keys whose values have no numbers, or are read by themselves.
-WITHOUT_NUMBERS = {*TEXTS, "rows", "columns", "players", "names", "sense", "verdict"}
+WITHOUT_NUMBERS = {*TEXTS, "rows", "columns", "names", "sense", "verdict"}
 WITHOUT_NUMBERS |= {"origin", *formulations.WORDED}
+# What numbers are called that are kept as they are.
+LOSSLESS = " or ".join(
+    row.unrounded for row in formulations.TABLE.values() if row.unrounded
+)
 OF_COORDINATES = ("format", "shape", "rows", "cols", "values")
 # Decimals with so few digits are always the shortest decimals of their doubles.
 DIGITS = 15
@@ -82,22 +86,27 @@ class JsonText:
         return load(self.text, NumberText)
 
     @cached_property
-    def of_payoffs(self) -> Any:
-        return load(self.text, payoff)
+    def lossless(self) -> Any:
+        return load(self.text, lossless)
 
     def value(self, number: Callable[[str], Any]) -> Any:
         if number is float:
             return self._of_doubles
         return _converted(self._as_written, number)
 
-    def is_game(self) -> bool:
-        """Return whether it has the payoffs of a game in two tables. Of a text with
-        other keys, the numbers are not looked at."""
-        if '"M"' in self.text or not ('"A"' in self.text and '"B"' in self.text):
+    def is_lossless(self) -> bool:
+        """Return whether it has tables whose numbers are kept as they are. Of a text
+        with other keys, the numbers are not looked at."""
+        if '"M"' in self.text:
             return False
-        data = self.of_payoffs
-        is_game = isinstance(data, dict) and kind_of(data) == "game"
-        return is_game and _is_table(data.get("A")) and _is_table(data.get("B"))
+        for of, row in formulations.TABLE.items():
+            has_keys = all(f'"{key}"' in self.text for key in row.matrices)
+            if not (row.unrounded and has_keys):
+                continue
+            data = self.lossless
+            if isinstance(data, dict) and kind_of(data) == of:
+                return all(_is_table(data.get(key)) for key in row.matrices)
+        return False
 
 
 def _converted(value: Any, number: Callable[[str], Any]) -> Any:
@@ -118,8 +127,8 @@ def parse(content: bytes) -> JsonText:
 def fields(content: JsonText, number: Number = float) -> dict[str, Any]:
     """Return the fields of the object in a JSON text; a ProblemError names the field,
     or the line and column."""
-    if content.is_game():
-        return _with_numbers(content.of_payoffs, payoff)
+    if content.is_lossless():
+        return _with_numbers(content.lossless, lossless)
     data = content.value(number)
     if not isinstance(data, dict):
         raise ProblemError(
@@ -134,9 +143,10 @@ def fields(content: JsonText, number: Number = float) -> dict[str, Any]:
             for key in MATRICES
             if isinstance(data.get(key), dict)
         }
-        if of != "game":
+        row = formulations.TABLE.get(of)
+        if row is None or not row.unrounded:
             return data
-        return data | _payoffs(_with_numbers(content.of_payoffs, payoff))
+        return data | _tables(_with_numbers(content.lossless, lossless), row.matrices)
     refuse_unknown("", data, KEYS)
     data = without_nulls(_with_numbers(data, number))
     refuse("M" not in data, "M", IS_MISSING, "add the key M")
@@ -189,13 +199,13 @@ def _with_numbers(
     }
 
 
-def payoff(text: str) -> float | Fraction:
-    """Return a payoff as written: the nearest double, or a fraction if the shortest
+def lossless(text: str) -> float | Fraction:
+    """Return a number as written: the nearest double, or a fraction if the shortest
     decimal of the double differs."""
     if "/" in text:
         from lcpcli.rational.numbers import ratio
 
-        return _payoff_of_moderate_size(ratio(text), text)
+        return _of_moderate_size(ratio(text), text)
     double = float(text)
     if (len(text) <= DIGITS and "e" not in text.casefold()) or not math.isfinite(
         double
@@ -203,26 +213,28 @@ def payoff(text: str) -> float | Fraction:
         return double
     from lcpcli.rational.numbers import fraction
 
-    return _payoff_of_moderate_size(fraction(text), text)
+    return _of_moderate_size(fraction(text), text)
 
 
-def _payoff_of_moderate_size(value: Fraction, text: str) -> float | Fraction:
+def _of_moderate_size(value: Fraction, text: str) -> float | Fraction:
     from fractions import Fraction
 
-    exact = payoff_of(value)
+    exact = lossless_of(value)
     if (
         isinstance(exact, Fraction)
         and max(abs(exact.numerator), exact.denominator) >= 10**1000
     ):  # as that is slow
         raise ProblemError(
-            "", f"has the payoff {quoted(text)}", "write it with at most 1000 digits"
+            "",
+            f"has the {LOSSLESS} {quoted(text)}",
+            "write it with at most 1000 digits",
         )
     return exact
 
 
-def payoff_of(value: Fraction) -> Fraction | float:
-    """Return a payoff as a double if the payoff is the double's shortest decimal, else
-    as a fraction."""
+def lossless_of(value: Fraction) -> Fraction | float:
+    """Return a number as a double if it is the double's shortest decimal, else as a
+    fraction."""
     from fractions import Fraction
 
     with suppress(OverflowError):
@@ -235,9 +247,9 @@ def _is_table(value: Any) -> bool:
     return isinstance(value, list) and all(isinstance(row, list) for row in value)
 
 
-def _payoffs(data: dict[str, Any]) -> dict[str, list[Any]]:
+def _tables(data: dict[str, Any], keys: Sequence[str]) -> dict[str, list[Any]]:
     tables: dict[str, list[Any]] = {}
-    for key in ("A", "B"):
+    for key in keys:
         table = data.get(key)
         if isinstance(table, dict):
             m, k = map(int, table["shape"])

@@ -55,15 +55,9 @@ def files_of(paths: Sequence[str]) -> list[InputFile]:
 
 
 def read_origin(kind: str, path: str) -> Problem:
-    """Read the problem of a formulation, such as a game of two players ("game"), in a
-    file."""
-    problem = read(path)
-    own = problem.formulation.kind
-    where = contents.place(path)
-    if kind == "game":
-        is_other = own not in (kind, "efg")
-        refuse(is_other, where, "is not a game", "give the payoffs A and B")
-    else:
-        row = formulations.row_of(kind)
-        refuse(own != kind, where, f"is not {row.noun}", row.hint)
+    """Read the problem of a formulation, or of one of the same noun, in a file."""
+    problem, row = read(path), formulations.row_of(kind)
+    kinds = {each for each, own in formulations.TABLE.items() if own.noun == row.noun}
+    is_other = problem.formulation.kind not in kinds
+    refuse(is_other, contents.place(path), f"is not {row.noun}", row.hint)
     return problem

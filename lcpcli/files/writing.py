@@ -19,7 +19,6 @@ from lcpcli.files.fields import STARTS
 from lcpcli.files.formats import refuse
 from lcpcli.model import formulations
 from lcpcli.model.formulations import TEXTS
-from lcpcli.model.origins import Game
 from lcpcli.model.problem import Problem
 from lcpcli.rational.numbers import Doubles, Written, places, written
 
@@ -131,37 +130,30 @@ def _fields(problem: Problem, in_text: bool) -> dict[str, Any]:
 
 def _fields_of_origin(problem: Problem, in_text: bool) -> dict[str, Any] | None:
     """Return the fields of what a problem was made from, without default values; None
-    if these cannot be written. In formats of text, payoffs are as written."""
-    origin = problem.origin
-    if not isinstance(origin, Game):
-        return problem.formulation.fields(problem, in_text=in_text)
-    exact = origin.written if in_text else None
-    payoffs = (
-        (origin.A, origin.B)
-        if exact is None
-        else (np.array(each, dtype=object) for each in exact)
-    )
-    fields = dict(zip("AB", payoffs, strict=True))
-    lists = ("rows", "columns", "players")
-    return fields | {key: list(own) for key in lists if (own := getattr(origin, key))}
+    if these cannot be written."""
+    return problem.formulation.fields(problem, in_text=in_text)
 
 
-def with_costs(found: Written[Problem], path: str) -> Written[Problem]:
-    """Return the problem of a game for a file with M and q, with its costs computed
-    exactly from the payoffs as written. The problem stays as it is if some costs are
-    not decimals, and for any other file."""
-    problem, game = found.rounded, found.rounded.origin
+def with_exact_conditions(found: Written[Problem], path: str) -> Written[Problem]:
+    """Return the problem of a formulation for a file with M and q, where these are
+    known exactly. The problem stays as it is if some numbers are not decimals, if it
+    has bounds, and for any other file."""
+    problem = found.rounded
     # Which is written in decimals, and does not keep all?
     kind = kind_to_write(path) if path else formats.JSON_FILE
     is_brief = kind.in_decimals and kind.keeps != formats.ALL
-    costs = game.exact_conditions()[0] if isinstance(game, Game) and is_brief else []
-    if not costs or any(places(cost) is None for row in costs for cost in row.values()):
+    parts = problem.formulation.exact_conditions() if is_brief else None
+    if (
+        parts is None
+        or problem.bounds
+        or any(places(value) is None for row in parts[0] for value in row.values())
+    ):
         return found
 
     def parse(doubles: Doubles) -> Problem:
         M = np.zeros(problem.M.shape)
-        for i, row in enumerate(costs):
-            M[i, list(row)] = [doubles.of(cost) for cost in row.values()]
+        for i, row in enumerate(parts[0]):
+            M[i, list(row)] = [doubles.of(value) for value in row.values()]
         return Problem(M, problem.q, problem.name)
 
     own = written(parse)
@@ -169,22 +161,28 @@ def with_costs(found: Written[Problem], path: str) -> Written[Problem]:
 
 
 def is_rounded(found: Written[Problem], path: str) -> bool:
-    """Return whether a file with the problem of `with_costs` has rounded doubles in
-    place of written numbers."""
-    game, kind = found.own.origin, kind_to_write(path)
-    if not isinstance(game, Game) and game is not None and kind.keeps != formats.ALL:
-        parts = game.exact_conditions()
-        if parts is not None:
-            return not _are_doubles(parts[0])
+    """Return whether a file with the problem of `with_exact_conditions` has rounded
+    doubles in place of numbers that are known exactly."""
+    problem, kind = found.own, kind_to_write(path)
+    parts = problem.formulation.exact_conditions()
+    if parts is not None:
+        is_kept = kind.keeps == formats.ALL and (
+            kind.in_decimals
+            or problem.formulation.fields(problem, in_text=False) is None
+        )
+        return not is_kept and not _are_doubles(parts[0])
     if kind.in_decimals:
-        is_lost = not kind.has_fractions and not _are_decimals(found)
-        return is_lost or (isinstance(game, Game) and kind.keeps != formats.ALL)
-    return bool(found.exact) or (isinstance(game, Game) and game.written is not None)
+        return not kind.has_fractions and not _are_decimals(found)
+    return bool(found.exact)
 
 
 def _are_doubles(rows: Sequence[Mapping[int, Fraction]]) -> bool:
+    """Return whether all numbers are doubles, or shortest decimals of doubles."""
     values = chain.from_iterable(row.values() for row in rows)
-    return all(Fraction(float(value)) == value for value in values)
+    return all(
+        value in (Fraction(double), Fraction(repr(double)))
+        for value, double in ((value, float(value)) for value in values)
+    )
 
 
 def _are_decimals(found: Written[Problem]) -> bool:

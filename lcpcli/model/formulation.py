@@ -22,8 +22,9 @@ from lcpcli.typing import Matrix, States, Vector
 if TYPE_CHECKING:
     from fractions import Fraction
 
-# What names are for: to be complete, to choose components by, to head narrow columns.
-FULL, LABELS, HEADINGS = "full", "labels", "headings"
+# What names are for: to be complete, to choose components by, to head narrow columns,
+# to stand beside the components in CSV.
+FULL, LABELS, HEADINGS, CELLS = "full", "labels", "headings", "cells"
 LEFT_OUT = "its objective counts only in lcp solve, for a single model"
 
 
@@ -63,7 +64,8 @@ class Answer:
     """What a solution, or the absence of one, means in the users' words.
 
     Text, CSV and JSON are made from it. All methods have defaults; a dataclass that
-    derives from it is an object in JSON with its fields as keys.
+    derives from it is an object in JSON with its fields as keys, but for those that are
+    no part of its repr.
     """
 
     statement: str = ""  # a sentence that the answer begins or ends with
@@ -137,6 +139,7 @@ class Formulation:
         retried      a better result than one that is not solved
         update       the next problem of a sequence
         lengths      what `lcp check` takes, besides z, by its length
+        joined       the same, from parts that are named in a file
         verified     the verification of one of these
         meaning      what exact solutions mean, for lists of all solutions
 
@@ -212,7 +215,7 @@ class Formulation:
 
     def names(self, n: int, purpose: str = FULL) -> Sequence[str]:  # noqa: ARG002
         """Return the names of the n components, "" where there is none. purpose : FULL,
-        LABELS or HEADINGS."""
+        LABELS, HEADINGS or CELLS."""
         return [""] * n
 
     def bounds(self, problem: Any, given: Mapping[str, Any]) -> Mapping[str, Any]:  # noqa: ARG002
@@ -253,6 +256,12 @@ class Formulation:
     def lengths(self, problem: Any) -> dict[int, str]:
         """Return what may be verified, in words, by its number of entries."""
         return {problem.n: "z"}
+
+    def joined(self, parts: Mapping[str, Sequence[Any]]) -> list[Any]:
+        """Return what may be verified, given in parts by their names, such as the
+        strategies of players, as one list; or raise ProblemError."""
+        fault = "is a strategy, but the problem is not a game"
+        raise ProblemError(next(iter(parts)), fault, "give z")
 
     def verified(self, proposed: Any) -> Any:
         """Return the Verification of what was proposed. proposed : a

@@ -13,7 +13,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from lcpcli.clock import imports
-from lcpcli.errors import LCPError, ProblemError
+from lcpcli.errors import LEAVE_OUT, LCPError, ProblemError
 
 if TYPE_CHECKING:
     from lcpcli.model.formulation import Formulation
@@ -39,6 +39,20 @@ class FileForm(NamedTuple):
     is_written: bool = False
 
 
+class OfTables(NamedTuple):
+    """An option of the command line by which files are tables of this formulation.
+
+    meaning : in help. module : in its folder: `input_of` returns the input in files
+    with these names, and `hint`, if it has one, a line on two files that may be such
+    tables.
+    """
+
+    option: str
+    meaning: str
+    module: str
+    hints: bool = False
+
+
 class Row(NamedTuple):
     """A formulation before it is imported.
 
@@ -57,6 +71,12 @@ class Row(NamedTuple):
     matrices : those of all its keys whose values may be sparse matrices.
     hint : what to give where such a file is asked for.
     page : of help.
+    unrounded : what their numbers are called, if JSON keeps those that are no shortest
+        decimals of doubles as fractions.
+    meant : keys that are taken for its own, and what is to be given in their place.
+    parts : keys of a proposed solution in parts.
+    bounds : the hint for bounds of z, which it does not have; "" if it may.
+    tables : the option for files that are tables.
     """
 
     home: str
@@ -70,6 +90,11 @@ class Row(NamedTuple):
     matrices: tuple[str, ...] = ()
     hint: str = ""
     page: str = "development"
+    unrounded: str = ""
+    meant: tuple[tuple[str, ...], str] = ((), "")
+    parts: tuple[str, ...] = ()
+    bounds: str = ""
+    tables: OfTables | None = None
 
     @property
     def word(self) -> str:
@@ -93,6 +118,10 @@ MPS = FileForm(
     pattern=rb"(?mi)(?:\*[^\n]*\n|\s*\n)*(?:NAME|ROWS|OBJSENSE)\b[^;,{\n]*\r?\n"
     rb"(?s:.){0,1000}?^\s*N\s+\S",
     is_written=True,
+)
+# None of the keys of programs, and of rows and right-hand sides.
+OF_NO_PROGRAM = (
+    "!b !q !Q !c !P !G !h !row_lower !row_upper !H !Aeq !beq !A_eq !b_eq !A_ub !b_ub"
 )
 # By the words for them in files, under the key kind of origin.
 TABLE = {
@@ -131,6 +160,31 @@ TABLE = {
         matrices=("A", "W"),
         page="contact",
     ),
+    "game": Row(
+        "lcpcli.formulations.bimatrix_game",
+        "game:Game",
+        "a game",
+        (f"A {OF_NO_PROGRAM}", f"B {OF_NO_PROGRAM}"),
+        ("rows", "columns", "players", "sense"),
+        {".nfg": FileForm("nfg_format", b"NFG ")},
+        others=TEXTS,
+        matrices=("A", "B"),
+        hint="give the payoffs A and B",
+        page="games",
+        unrounded="payoff",
+        meant=(
+            ("payoff", "payoffs", "payoff_matrix", "payoff_matrices", "players"),
+            "payoffs of a game as A and B",
+        ),
+        parts=("row", "column"),
+        bounds=LEAVE_OUT,
+        tables=OfTables(
+            "--game",
+            "The two files are tables of the payoffs A and B of a game.",
+            "tables",
+            hints=True,
+        ),
+    ),
     "efg": Row(
         "lcpcli.formulations.game_tree",
         "game:ExtensiveGame",
@@ -156,6 +210,11 @@ TABLE = {
         others=("lower", "upper", "E", "d", "columns"),
         matrices=("A", "E"),
         page="fits",
+        tables=OfTables(
+            "--lsq",
+            "They are tables of A and b of a fit, min |Ax - b|; bounds are those of x.",
+            "tables",
+        ),
     ),
     "players": Row(
         "lcpcli.formulations.players",
@@ -217,7 +276,7 @@ WORDS = {word: row for row in TABLE.values() for word in row.words}
 ORIGINS = [kind for kind, row in TABLE.items() if row.location]
 WORDED = {key for row in TABLE.values() for key in row.texts}
 # All keys that tell of one, and the others that they have.
-KEYS = {
+KEYS = WORDED | {
     key
     for row in TABLE.values()
     for own in (*row.tells, *row.others)
@@ -225,6 +284,7 @@ KEYS = {
     if key[0] != "!"
 }
 MATRICES = tuple(dict.fromkeys(key for row in TABLE.values() for key in row.matrices))
+PARTS = [row.parts for row in TABLE.values() if row.parts]
 
 
 def kinds() -> Iterator[str]:
@@ -259,7 +319,11 @@ def load(kind: str) -> type[Formulation]:
 def module_of(row: Row, module: str, asked: str) -> Any:
     """Return a module in the home of a formulation, or home itself for "". asked : what
     needs it, in the message if the formulation is not installed."""
-    place = f"{row.home}.{module}" if module else row.home
+    return module_at(f"{row.home}.{module}" if module else row.home, asked)
+
+
+def module_at(place: str, asked: str) -> Any:
+    """Return a module of a formulation. asked : as for `module_of`."""
     try:
         with imports:
             return import_module(place)

@@ -17,7 +17,6 @@ from lcpcli.clock import imports
 ROOMS = {  # of the modules
     "digits": "verify",
     "advice": "solving",
-    "minimum": "solving",
     "derivative": "parametric",
     "inspection_text": "report",
     "outcome": "report",

@@ -8,11 +8,7 @@ from functools import partial
 from itertools import chain, count
 from typing import Any, TypeAlias
 
-import numpy as np
-
-from lcpcli.games.behavior import Strategies
-from lcpcli.model.formulation import Answer
-from lcpcli.model.origins import Game
+from lcpcli.model.formulation import CELLS, Answer
 from lcpcli.report import columns, wording
 from lcpcli.report.tables import reached
 from lcpcli.solving.result import Result
@@ -35,14 +31,10 @@ def answers(
     has bounds, and the names of components and their meaning;
     compared results have problem and method first. shown : the names of the unknowns
     that have a row, as for `wording.places`."""
-    origins = [result.problem.origin for result in results]
-    games = any(isinstance(own, Game) for own in origins)
     parts = [
         *[STATES] * any(result.problem.bounds for result in results),
-        *[(("name",), _names)]
-        * (games or any(any(result.problem.names) for result in results)),
+        *[(("name",), _names)] * any(chain(*map(_named, results))),
         *_of_answers(results),
-        *[(("player", "probability", "payoff"), _of_game)] * games,
     ]
     header = [
         *["problem", "method"] * compared,
@@ -164,28 +156,11 @@ def _fractions(values: Cells) -> Cells:
 
 
 def _names(result: Result) -> list[Cells]:
-    names, origin = result.problem.names, result.problem.origin
-    return [
-        [name]
-        for name in (
-            wording.labels_of(result.problem) if isinstance(origin, Game) else names
-        )
-    ]
+    return [[name] for name in _named(result)]
 
 
-def _of_game(result: Result) -> list[Cells]:
-    game: Any = result.problem.origin
-    answer: Any = result.answer
-    own = getattr(answer, "exact", None)
-    if getattr(answer, "row", None) is None:
-        return []
-    row, column = (
-        np.array(own[key]) if own else getattr(answer, key) for key in ("row", "column")
-    )
-    players, payoffs = ("row", "column"), Strategies.of(game, row, column).payoffs
-    parts = [row.tolist(), column.tolist()]
-    rows = zip(players, _fractions(payoffs), parts, strict=True)
-    return [(name, p, payoff) for name, payoff, part in rows for p in _fractions(part)]
+def _named(result: Result) -> Sequence[str]:
+    return result.problem.formulation.names(result.problem.n, CELLS)
 
 
 def _of_answers(results: Sequence[Result]) -> list[Part]:

@@ -405,10 +405,13 @@ def plain(value: Any, exact: bool = True) -> Any:
             if is_finite or value.dtype.kind in "bi"
             else plain(value.tolist(), exact)
         )
+    if isinstance(value, Answer) and (own := value.record()) is not None:
+        return plain(own, exact)
     if is_dataclass(value):
         return {
             field.name: plain(getattr(value, field.name), exact)
             for field in fields(value)
+            if field.repr
         }
     from lcpcli.rational.numbers import text
 
@@ -420,7 +423,7 @@ def _answer(result: Result) -> dict[str, Any] | None:
     if answer is None or result.problem.origin is None:
         return None
     origin = result.problem.origin.data()
-    own = plain((isinstance(answer, Answer) and answer.record()) or answer)
+    own = plain(answer)
     return {
         "kind": origin["kind"],
         **own,

@@ -10,20 +10,17 @@ from functools import partial
 from itertools import chain, cycle, islice
 from typing import Any, TypeAlias
 
-from lcpcli.enumeration.meaning import Meaning, meaning_of
+from lcpcli.enumeration.meaning import Listing, Meaning, meaning_of
 from lcpcli.enumeration.optimum import OPTIMAL, Optimum
 from lcpcli.enumeration.pieces import Piece
-from lcpcli.enumeration.search import (
-    ExactEquilibrium,
-    SolutionSet,
-)
+from lcpcli.enumeration.search import SolutionSet
 from lcpcli.errors import count
 from lcpcli.files.contents import Source
 from lcpcli.linalg.doubles import LARGEST_DOUBLE
 from lcpcli.model.words import in_own_sense
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import approximate, brief, rounded
-from lcpcli.report import plotting, programs_and_games, wording
+from lcpcli.report import plotting, wording
 from lcpcli.report.document import Document, Section, Table
 from lcpcli.report.result_formats import (
     Report,
@@ -45,7 +42,7 @@ VERTICES = "vertices"  # the attribute of a piece
 
 Values: TypeAlias = Sequence[Fraction]
 Cells: TypeAlias = tuple[Any, ...]
-Listing: TypeAlias = tuple[Table, list[str]]  # and remarks
+Listed: TypeAlias = tuple[Table, list[str]]  # and remarks
 
 
 def report(
@@ -68,9 +65,9 @@ def report(
 def build(
     found: SolutionSet | Optimum, exact: bool, form: str, names: Sequence[str] = ()
 ) -> Document:
-    """Return the report on a solution set, on the equilibria of a game, or on the best
-    solution, for a format. exact : whether numbers are fractions instead of seven
-    digits. names : of the unknowns shown, as for `wording.places`."""
+    """Return the report on a solution set, or on the best solution, for a format.
+    exact : whether numbers are fractions instead of seven digits. names : of the
+    unknowns shown, as for `wording.places`."""
     cell: Callable[..., str] = brief if exact else approximate
     problem, facts, remarks, figure = found.data.problem, list[str](), list[str](), None
     if isinstance(found, Optimum):
@@ -78,10 +75,10 @@ def build(
         facts, tables, remarks = _best(found, cell, longest(form), names)
     else:
         message, settled = found.message, found.complete
-        listing, remarks = (_pieces if found.equilibria is None else _equilibria)(
-            found, cell, longest(form), names
-        )
-        tables = [listing]
+        kept = wording.places(wording.labels_of(problem), names)
+        own = found.arranged.table(kept, longest(form), cell)
+        table, remarks = _listed(own or _pieces(found, cell, longest(form), kept))
+        tables = [table]
         figure = partial(plotting.cones, found) if plotting.is_plane(problem) else None
     title = f"{wording.title(problem) or 'problem'}: {wording.size(problem)}"
     made_by = (
@@ -106,9 +103,7 @@ def _best(
         for word, value, toward in values
         if value is not None
     ]
-    if each := found.equilibrium:
-        facts += programs_and_games.strategies(problem.origin, each, cell)
-    said, meant = meaning_of(found.data).best(found.z) if found.z else ([], [])
+    said, meant = meaning_of(found.data).best(found.z, cell) if found.z else ([], [])
     facts += said
     own, kept = (
         wording.headings(problem, most),
@@ -117,7 +112,8 @@ def _best(
     z, w = (in_own_sense(problem, values or []) for values in (found.z, found.w))
     rows = ([own[i], cell(z[i]), cell(w[i])] for i in kept) if z else iter(())
     facts.append(f"{count(found.nodes, 'node')} of the tree over the states")
-    table, remarks = _listing(["", "z", "w"], [rows], len(kept) if z else 0, [])
+    listing = Listing(["", "z", "w"], [rows], len(kept) if z else 0, [])
+    table, remarks = _listed(listing)
     return (
         facts,
         [*meant, table],
@@ -142,16 +138,15 @@ def _pieces(
     found: SolutionSet,
     cell: Callable[[Fraction], str],
     most: float,
-    shown_names: Sequence[str],
+    kept: Sequence[int],
 ) -> Listing:
     """Return a row for each vertex, ray and line, z and then w; the isolated solutions
     are a group, and so is each face."""
     data = found.data
     if not found.pieces:  # with many unknowns, a header alone would take a while
-        return Table([], []), []
-    meaning = meaning_of(data)
+        return Listing([], [], 0, [])
+    meaning = found.meaning
     names = wording.headings(data.problem, most)
-    kept = wording.places(wording.labels_of(data.problem), shown_names)
     kept = meaning.shown(kept)
     header = ["piece", "", *(names[i] for i in kept), *meaning.headings(kept)]
 
@@ -175,17 +170,15 @@ def _pieces(
             ", plus any nonnegative multiples of its rays and any multiples of its "
             "lines"
         )
-    return _listing(header, groups, total, [remark] * (len(groups) > 1))
+    return Listing(header, groups, total, [remark] if len(groups) > 1 else [])
 
 
-def _listing(
-    header: list[str],
-    groups: Iterable[Iterable[list[str]]],
-    total: int,
-    remarks: list[str],
-) -> Listing:
+def _listed(listing: Listing) -> Listed:
     """Return the table of as many rows as are worth typesetting, and the remarks, also
     on rows that are left out."""
+    header, groups, total, remarks = listing
+    if not header:
+        return Table([], []), remarks
     most = left = min(MOST_LINES, max(MOST_CELLS // len(header), FEWEST_LINES))
     shown: list[list[list[str]]] = []
     for group in groups:
@@ -201,75 +194,13 @@ def _listing(
     ), remarks
 
 
-def _equilibria(
-    found: SolutionSet,
-    cell: Callable[[Fraction], str],
-    most: float,
-    shown: Sequence[str],
-) -> Listing:
-    """Return a row for each extreme equilibrium; the equilibria of a component are a
-    group."""
-    game, equilibria = found.game, found.equilibria
-    assert game is not None
-    assert equilibria is not None
-    extreme, subsets = equilibria.extreme, equilibria.subsets
-    names = list(chain(*wording.strategy_names(game, most)))
-    kept = wording.places(wording.labels_of(found.data.problem), shown)
-    indexed = any(each.index is not None for each in extreme)
-    header = [
-        "",
-        *(names[i] for i in kept),
-        *wording.payoff_headings(game),
-        *["index"] * indexed,
-        "pure",
-    ]
-
-    def row(k: int) -> list[str]:
-        each = extreme[k]
-        strategies, index = (
-            (*each.row, *each.column),
-            "" if each.index is None else f"{each.index:+d}",
-        )
-        numbers = map(cell, (*(strategies[i] for i in kept), *each.payoffs))
-        return [str(k + 1), *numbers, *[index] * indexed, "pure" * each.is_pure]
-
-    if all(len(subset.extreme) == 1 for subset in subsets):
-        indices = [each.index or 0 for each in extreme]
-        summed = found.complete and all(indices) and len(indices) > 1
-        remarks = [f"the indices sum to {sum(indices)}"] * summed
-        return _listing(header, [map(row, range(len(extreme)))], len(extreme), remarks)
-    joined = (
-        [range(len(subsets))]
-        if equilibria.components is None
-        else equilibria.components
-    )
-    groups = (
-        map(row, sorted({k for s in part for k in subsets[s].extreme}))
-        for part in joined
-    )
-    named = wording.vector(
-        subsets, lambda subset: f"{{{', '.join(str(k + 1) for k in subset.extreme)}}}"
-    )[1:-1]
-    means = (
-        "any average of the row strategies of one with any of its column strategies "
-        "is an equilibrium"
-    )
-    return _listing(
-        header, groups, len(extreme), [f"maximal Nash subsets {named}: {means}"]
-    )
-
-
 def _record(found: SolutionSet, source: Source, exact: bool) -> dict[str, Any]:
-    data, points, equilibria = found.data, found.points, found.equilibria
+    points = found.arranged.points
     number = {point: k for k, point in enumerate(points)}
-    extreme = [None] * len(points) if equilibria is None else equilibria.extreme
     own = {
-        **place(source, data.problem),
-        "components": equilibria and equilibria.components,
-        "degenerate": equilibria and equilibria.is_degenerate,
-        "solutions": [
-            _solution(data, z, each) for z, each in zip(points, extreme, strict=True)
-        ],
+        **place(source, found.data.problem),
+        **found.arranged.record(),
+        "solutions": [_solution(found.meaning, z) for z in points],
         "pieces": [
             vars(piece) | {VERTICES: list(map(number.get, piece.vertices))}
             for piece in found.pieces
@@ -278,19 +209,9 @@ def _record(found: SolutionSet, source: Source, exact: bool) -> dict[str, Any]:
     return record(keys_of("solutions"), found, own, exact)
 
 
-def _solution(
-    data: ExactProblem, z: Values, each: ExactEquilibrium | None
-) -> dict[str, Any]:
-    known = {"z": z, "w": data.w(z), "objective": None}
-    return known | _meaning(data, z, each)
-
-
-def _meaning(
-    data: ExactProblem, z: Values, each: ExactEquilibrium | None
-) -> dict[str, Any]:
-    own = {key: getattr(each, key) for key in ("row", "column", "payoffs") if each}
-    own |= {"pure": each.is_pure, "index": each.index} if each else {}
-    return {"equilibrium": own} if own else meaning_of(data).record(z)
+def _solution(meaning: Meaning, z: Values) -> dict[str, Any]:
+    known = {"z": z, "w": meaning.data.w(z), "objective": None}
+    return known | meaning.record(z)
 
 
 def _rows(
@@ -298,9 +219,8 @@ def _rows(
 ) -> tuple[Iterable[Cells], list[str]]:
     """Return the solutions as rows of CSV, with a comment; the best one as `lcp check`
     reads it. There is a line for each component of each vertex, ray and line: z and w,
-    or their changes for a direction, and what they mean. For a game there is a line for
-    each strategy in each extreme equilibrium: its probability, and the expected payoff
-    of its player. shown : as names for `build`."""
+    or their changes for a direction, and what they mean. shown : as names for
+    `build`."""
     problem, header = found.data.problem, HEADER
     meaning = meaning_of(found.data)
     has_names = isinstance(found, Optimum) or any(problem.names)
@@ -310,22 +230,14 @@ def _rows(
         header = HEADER[3:]
         if found.z:
             rows = _components(meaning, found.z, found.w or [], exact)
-    elif found.equilibria is None:
+    elif (own := found.arranged.cells(exact=exact)) is not None:
+        header, rows = tuple(own[0]), own[1]
+    else:
         rows = (
             (number, kind, k, *cells)
             for number, piece in enumerate(found.pieces, 1)
             for k, (kind, z, w) in enumerate(_parts(found.data, piece), 1)
             for cells in _components(meaning, z, w, exact)
-        )
-    else:
-        header = ("equilibrium", "player", "strategy", "probability", "payoff")
-        rows = (
-            (number, player, i, probability, payoff)
-            for number, each in enumerate(found.equilibria.extreme, 1)
-            for player, payoff in zip(
-                ("row", "column"), plain(each.payoffs, exact), strict=True
-            )
-            for i, probability in enumerate(plain(getattr(each, player), exact), 1)
         )
     named = ["name"] * has_names
     kept = set(wording.places(wording.labels_of(problem), shown))
@@ -351,7 +263,7 @@ def _best_record(found: Optimum, source: Source, exact: bool) -> dict[str, Any]:
     for name, toward in found.outward.items():
         number = getattr(found, name)
         own[name] = number if number is None or exact else _outward(number, toward)
-    own |= _meaning(found.data, found.z, found.equilibrium) if found.z else {}
+    own |= meaning_of(found.data).record(found.z) if found.z else {}
     return record(keys_of("optimum"), found, own, exact)
 
 

@@ -14,7 +14,6 @@ import numpy as np
 
 from lcpcli.methods.quantities import X
 from lcpcli.methods.registry import ALL
-from lcpcli.model.formulation import Answer
 from lcpcli.model.problem import WITHOUT_SOLUTION, Problem
 from lcpcli.model.words import in_own_sense
 from lcpcli.options import AUTO
@@ -107,14 +106,8 @@ def build(
     )
     meanings, strategies = list[str](), list[Table]()
     if any(result.answer is not None for result in results):
-        from lcpcli.report import programs_and_games
-
-        meanings = [
-            line
-            for result in results
-            for line in programs_and_games.lines(result, compared)
-        ]
-        if not compared and isinstance(first.answer, Answer):
+        meanings = list(chain(*(_lines(result, compared) for result in results)))
+        if not compared and first.answer is not None:
             strategies = first.answer.tables(whole=whole or form != "table")
     remarks = _remarks(results, compared, form, shows_times) + meanings
     if elided and not FORMATS[form].is_printed:
@@ -224,6 +217,16 @@ def _group(
         group.append([label if label != earlier else "", *cells])
         earlier = label
     return group
+
+
+def _lines(result: Result, compared: bool) -> list[str]:
+    """Return lines on the answer. compared : whether they name the result."""
+    answer: Answer | None = result.answer
+    if answer is None:
+        return []
+    if not compared:
+        return answer.lines()
+    return [f"{wording.name(result)}: {text}" for text in answer.compared_lines()]
 
 
 def _remarks(

@@ -6,8 +6,6 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-from lcpcli.games.behavior import Strategies
-from lcpcli.report import programs_and_games
 from lcpcli.report.document import Document, Section, Table
 from lcpcli.report.result_formats import Report, keys_of, record
 from lcpcli.report.wording import above, number, short, size, title
@@ -72,9 +70,6 @@ def _of_origin(verification: Verification) -> list[str]:
     """Return lines with strategies, or with what else the formulation has found."""
     own, answer = verification.strategies, verification.answer
     lines = [verification.statement] * bool(verification.statement)
-    if isinstance(own, Strategies):
-        game = verification.problem.origin
-        return [", ".join(programs_and_games.strategies(game, own, number)), *lines]
     if own is not None:
         return [*own.lines(), *lines]
     return [*lines, *([] if answer is None else answer.lines())]

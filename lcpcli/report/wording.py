@@ -16,7 +16,6 @@ from lcpcli.version import VERSION
 
 if TYPE_CHECKING:
     from lcpcli.model.nonlinear import NonlinearProblem
-    from lcpcli.model.origins import Game
     from lcpcli.model.problem import Problem
     from lcpcli.solving.result import Options, Result
 
@@ -433,30 +432,5 @@ def labels_of(problem: Problem | NonlinearProblem) -> Sequence[str]:
     """Return the names by which the unknowns of a problem are chosen: of a game, those
     of the strategies; those of a program's multipliers begin with y."""
     from lcpcli.model.formulation import LABELS
-    from lcpcli.model.origins import Game
 
-    origin = problem.origin
-    if isinstance(origin, Game):
-        return [*chain(*strategy_names(origin, math.inf))]
     return problem.formulation.names(problem.n, LABELS)
-
-
-def strategy_names(game: Game, most: float) -> tuple[list[str], list[str]]:
-    """Return the names of the rows and of the columns, by `short_names` with the
-    letters x and y; a name that both players have says whose it is."""
-    both = set(game.rows) & set(game.columns)
-    players = game.players or ("row", "column" if most == math.inf else "col")
-    most += (len(players[0]) + 1) * bool(both)
-
-    def named(i: int, own: Sequence[str]) -> list[str]:
-        names = [
-            f"{players[i]} {name}" if name in both else name
-            for name in own or [""] * game.A.shape[i]
-        ]
-        return short_names(names, most, "xy"[i])
-
-    return named(0, game.rows), named(1, game.columns)
-
-
-def payoff_headings(game: Game) -> list[str]:
-    return [f"{player} gets" for player in game.players or ("row", "column")]

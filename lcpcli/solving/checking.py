@@ -16,14 +16,12 @@ from lcpcli import options
 from lcpcli.errors import IS_MISSING, LEAVE_ONE_OUT, LEAVE_OUT, ParameterError
 from lcpcli.model.arrays import as_vector, by_names
 from lcpcli.model.nonlinear import NonlinearProblem
-from lcpcli.model.origins import Game
 from lcpcli.model.problem import Problem, as_problem
 from lcpcli.options import TOL
 from lcpcli.rational.exact_problem import ExactProblem, fractions_of
 from lcpcli.rational.numbers import rounded
 from lcpcli.typing import Vector, VectorLike
 from lcpcli.verify.certificate import Proof
-from lcpcli.verify.equilibria import of_game
 from lcpcli.verify.verification import (
     Proposed,
     Verification,
@@ -140,9 +138,6 @@ def _fractions(values: Any) -> list[Fraction]:
 def lengths(problem: Problem | NonlinearProblem) -> dict[int, str]:
     """Return what may be verified, by its length: z, or what the formulation takes in
     its place."""
-    origin = problem.origin
-    if isinstance(origin, Game):
-        return {problem.n: "{} and {} strategies".format(*origin.A.shape)}
     return problem.formulation.lengths(problem)
 
 
@@ -159,9 +154,6 @@ def verified(
 
 
 def _of_origin(proposed: Proposed) -> Verification:
-    game = proposed.problem.origin
-    if isinstance(game, Game):
-        return of_game(game, proposed)
     found: Verification = proposed.problem.formulation.verified(proposed)
     return found
 

@@ -224,9 +224,8 @@ def _with_status(result: Result, point: Point, status: Status, reason: str) -> R
 
 def _of(problem: Problem, result: Result, compiled: bool, finishes: bool) -> Result:
     """Return the result as that of the given problem, whose M `auto` may have stored in
-    another form; of a game, it is solved only if its strategies stand the check by best
-    responses. finishes : whether all methods may take part, for a program whose
-    objective is known to few digits."""
+    another form, if its answer stands a check of its own. finishes : whether all
+    methods may take part, for a program whose objective is known to few digits."""
     result = result if result.problem is problem else replace(result, problem=problem)
     if compiled:
         result.options["compiled"] = True
@@ -236,12 +235,6 @@ def _of(problem: Problem, result: Result, compiled: bool, finishes: bool) -> Res
         again: Result = problem.origin.retried(result)
         return again
     if problem.block_form is None:
-        with imports:
-            from lcpcli.model.origins import Game
-        if isinstance(problem.origin, Game):
-            with imports:
-                from lcpcli.solving.minimum import accepted
-            return accepted(result, problem.origin)
         checked: Result = problem.origin.accepted(result)
         return checked
     may_go_on = finishes and problem.n >= FEWEST_FOR_PIQP

@@ -304,7 +304,7 @@ class Result:
         """Return what the result means for what the problem was made from, such as a
         program or a game: what its formulation says; None if it is given by M and
         q."""
-        return None if self.problem.origin is None else views.minimum.answer(self)
+        return self.problem.formulation.answer(self)
 
     @property
     def digits(self) -> list[int | None] | None:

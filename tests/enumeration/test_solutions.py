@@ -25,12 +25,12 @@ from lcpcli.enumeration import pieces
 from lcpcli.enumeration.search import (
     ENOUGH,
     TIME_LIMIT,
-    Equilibria,
     Solutions,
     SolutionSet,
 )
 from lcpcli.files import contents
 from lcpcli.files.contents import Source
+from lcpcli.formulations.bimatrix_game.nash_subsets import Equilibria
 from lcpcli.rational.exact_problem import ExactProblem, decimal_parts_of
 from lcpcli.report import solutions
 

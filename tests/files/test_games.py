@@ -14,9 +14,9 @@ import pytest
 import lcpcli
 from lcpcli import errors, read
 from lcpcli.files import contents
-from lcpcli.files.games import game_in
+from lcpcli.formulations.bimatrix_game.game import Game
+from lcpcli.formulations.bimatrix_game.tables import input_of
 from lcpcli.formulations.game_tree.game import ExtensiveGame
-from lcpcli.model.origins import Game
 
 from ..cli.conftest import Lcp
 from ..conftest import read_exact
@@ -170,7 +170,7 @@ def test_labels_of_strategies_are_kept(
     first: str, second: str, rows: tuple[str, ...], columns: tuple[str, ...]
 ) -> None:
     put(first, second)
-    origin = game_in(["A.csv", "B.csv"]).read().origin
+    origin = input_of(["A.csv", "B.csv"]).read().origin
     assert isinstance(origin, Game)
     assert (origin.rows, origin.columns) == (rows, columns)
 

@@ -15,6 +15,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import lcpcli
+from lcpcli.formulations.bimatrix_game import game as of_game
+from lcpcli.formulations.bimatrix_game.game import Game
 from lcpcli.linalg import programs
 from lcpcli.methods.bimatrix import (
     LABELS,
@@ -24,8 +26,6 @@ from lcpcli.methods.bimatrix import (
     lemke_howson,
 )
 from lcpcli.methods.stages import Finished
-from lcpcli.model import origins
-from lcpcli.model.origins import Game
 from lcpcli.solving.result import Result
 from lcpcli.typing import Vector
 
@@ -274,9 +274,9 @@ def test_costs_of_doubles_are_those_of_their_shortest_decimals(
 
 
 def test_few_payoffs_are_written_as_decimals(monkeypatch: pytest.MonkeyPatch) -> None:
-    written, decimal = [], origins.Decimal
+    written, decimal = [], of_game.Decimal
     monkeypatch.setattr(
-        origins, "Decimal", lambda value: written.append(value) or decimal(value)
+        of_game, "Decimal", lambda value: written.append(value) or decimal(value)
     )
     rng = np.random.default_rng(0)
     for A, most in (

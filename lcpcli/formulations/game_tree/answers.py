@@ -13,6 +13,13 @@ import numpy as np
 
 from lcpcli.enumeration.meaning import Meaning, Payoff, Values
 from lcpcli.errors import ProblemError
+from lcpcli.formulations import equilibria
+from lcpcli.formulations.equilibria import (
+    HINT,
+    are_probabilities,
+    of_strategies,
+    with_strategies,
+)
 from lcpcli.formulations.game_tree.behavior import (
     Behavior,
     InformationSetStrategy,
@@ -26,15 +33,8 @@ from lcpcli.rational import elimination
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.tree import first_solution
 from lcpcli.report.document import Table
-from lcpcli.solving import equilibria
 from lcpcli.solving.result import Result
 from lcpcli.typing import Vector
-from lcpcli.verify.equilibria import (
-    HINT,
-    are_probabilities,
-    of_strategies,
-    with_strategies,
-)
 from lcpcli.verify.exact_solution import from_point
 from lcpcli.verify.verification import Proposed, Verification
 
@@ -82,13 +82,10 @@ class BehaviorEquilibrium(Answer):
         return [] if self.payoffs is None else [table_of(self._best.information_sets)]
 
     def cells(self) -> Mapping[str, Sequence[Any]]:
-        headings = ("player", "probability", "payoff")
         if self.payoffs is None:
-            return dict.fromkeys(headings, ())
+            return equilibria.cells_of()
         own = self._best
-        players = zip(own.players, moves(own), own.payoffs, strict=True)
-        rows = [(name, p, payoff) for name, part, payoff in players for p in part]
-        return dict(zip(headings, zip(*rows, strict=True), strict=True))
+        return equilibria.cells_of(own.players, moves(own), own.payoffs)
 
 
 def answer(game: ExtensiveGame, result: Result) -> BehaviorEquilibrium:
@@ -212,7 +209,7 @@ class Plans(Meaning):
             )
         }
 
-    def shown(self, indices: list[int]) -> list[int]:
+    def shown(self, indices: Sequence[int]) -> list[int]:
         sizes = self._game.sizes
         empty = 0, sizes[0]
         return [i for i in indices if i < sum(sizes[:2]) and i not in empty]
@@ -233,9 +230,13 @@ class Plans(Meaning):
         behavior = behavior_at(self._game, z)
         return list(chain(*moves(behavior))), [*map(cell, behavior.payoffs)]
 
-    def record(self, z: Values) -> dict[str, Any]:
-        return {"equilibrium": behavior_at(self._game, z)}
+    def equilibrium(self, z: Values) -> Behavior:
+        return behavior_at(self._game, z)
 
-    def best(self, z: Values) -> tuple[list[str], list[Any]]:
+    def best(
+        self,
+        z: Values,
+        cell: Callable[[Fraction], str],  # noqa: ARG002
+    ) -> tuple[list[str], list[Any]]:
         behavior = behavior_at(self._game, z)
         return [payoffs_of(behavior)], [table_of(behavior.information_sets)]

@@ -9,9 +9,9 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
+from lcpcli.formulations.equilibria import PER_UNKNOWN, Profile
 from lcpcli.formulations.game_tree.game import ExtensiveGame
 from lcpcli.formulations.game_tree.tree import GameTree, Player, distinct_labels
-from lcpcli.games.profile import PER_UNKNOWN, Profile
 from lcpcli.linalg.doubles import EPS, ROW_ROUNDING
 from lcpcli.report import wording
 from lcpcli.report.document import Table

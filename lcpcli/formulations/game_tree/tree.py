@@ -31,7 +31,7 @@ from lcpcli.errors import (
     kind,
     quoted,
 )
-from lcpcli.files.games import TOKEN
+from lcpcli.formulations.gambit import TOKEN
 
 MOST_BITS = 3322  # of denominators: a thousand digits
 CHANCE, TERMINAL = -1, -2  # in place of a player, 0 or 1

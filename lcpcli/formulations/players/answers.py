@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 
 from lcpcli.enumeration.meaning import Meaning, Values
+from lcpcli.formulations.equilibria import PER_UNKNOWN, Profile
 from lcpcli.formulations.players.quadratic import Players
-from lcpcli.games.profile import PER_UNKNOWN, Profile
 from lcpcli.linalg.doubles import ROW_ROUNDING
 from lcpcli.linalg.matrices import absolute_product, dense, product
 from lcpcli.model.block_form import Blocks
@@ -242,12 +242,16 @@ class Costs(Meaning):
             return z, [""] * len(self._game.sizes)
         return z, [*map(cell, costs_at(self._game, self.data, z))]
 
-    def record(self, z: Values) -> dict[str, Any]:
+    def equilibrium(self, z: Values) -> dict[str, Any]:
         strategies = [list(z[part]) for part in self._game.parts_of_players()]
         costs = costs_at(self._game, self.data, z)
-        return {"equilibrium": {"strategies": strategies, "costs": costs}}
+        return {"strategies": strategies, "costs": costs}
 
-    def best(self, z: Values) -> tuple[list[str], list[Any]]:
+    def best(
+        self,
+        z: Values,
+        cell: Callable[[Fraction], str],  # noqa: ARG002
+    ) -> tuple[list[str], list[Any]]:
         costs = costs_at(self._game, self.data, z)
         pairs = zip(self._game.names_of_players(), costs, strict=True)
         return [f"costs: {', '.join(f'{who} {brief(own)}' for who, own in pairs)}"], []

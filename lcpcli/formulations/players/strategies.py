@@ -14,23 +14,24 @@ import numpy as np
 
 from lcpcli.enumeration.meaning import Meaning, Payoff, Values
 from lcpcli.errors import ProblemError
+from lcpcli.formulations import equilibria
+from lcpcli.formulations.equilibria import (
+    HINT,
+    PER_UNKNOWN,
+    Profile,
+    are_probabilities,
+    of_strategies,
+    with_strategies,
+)
 from lcpcli.formulations.players.answers import sentence
 from lcpcli.formulations.players.polymatrix import Polymatrix
-from lcpcli.games.profile import PER_UNKNOWN, Profile
 from lcpcli.linalg.doubles import ROW_ROUNDING
 from lcpcli.rational import elimination
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import brief
 from lcpcli.rational.tree import first_solution
 from lcpcli.report import wording
-from lcpcli.solving import equilibria
 from lcpcli.solving.result import Result
-from lcpcli.verify.equilibria import (
-    HINT,
-    are_probabilities,
-    of_strategies,
-    with_strategies,
-)
 from lcpcli.verify.exact_solution import from_point
 from lcpcli.verify.verification import Proposed, Verification
 
@@ -221,7 +222,7 @@ class Equilibria(Meaning):
             for i, name in enumerate(names)
         }
 
-    def shown(self, indices: list[int]) -> list[int]:
+    def shown(self, indices: Sequence[int]) -> list[int]:
         return [i for i in indices if i < self._k]
 
     def headings(self, indices: Sequence[int]) -> list[str]:  # noqa: ARG002
@@ -245,8 +246,12 @@ class Equilibria(Meaning):
         )
         return found
 
-    def record(self, z: Values) -> dict[str, Any]:
-        return {"equilibrium": self._of(z).record()}
+    def equilibrium(self, z: Values) -> Any:
+        return self._of(z).record()
 
-    def best(self, z: Values) -> tuple[list[str], list[Any]]:
+    def best(
+        self,
+        z: Values,
+        cell: Callable[[Fraction], str],  # noqa: ARG002
+    ) -> tuple[list[str], list[Any]]:
         return self._of(z).lines(), []

@@ -152,7 +152,8 @@ OUTLINE = withStroke(linewidth=2.0, foreground="white")
 def holding(found: SolutionSet) -> list[bool]:
     """Return whether the cone of each of SETS contains q: whether there is a solution
     with w = 0 in the set and z = 0 outside."""
-    solutions = [list(zip(z, found.data.w(z), strict=True)) for z in found.points]
+    points = found.arranged.points
+    solutions = [list(zip(z, found.data.w(z), strict=True)) for z in points]
     sets = [(1 in chosen, 2 in chosen) for chosen in SETS]
     return [
         any(not (one[first] or other[second]) for one, other in solutions)

@@ -1,0 +1,132 @@
+"""Mixed strategies of a game of two players: what a best response to them would
+gain."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+
+from lcpcli.formulations.bimatrix_game.game import Game
+from lcpcli.formulations.equilibria import PER_UNKNOWN, Profile
+from lcpcli.linalg.doubles import ROW_ROUNDING
+from lcpcli.report import wording
+from lcpcli.typing import Vector
+
+PLAYERS = "row", "column"
+
+
+@dataclass(frozen=True, eq=False)
+class Strategies(Profile):
+    """A pair of mixed strategies of a game: the probabilities, the payoffs, and how
+    much each player would gain by a best response to the other, 0 if that is only
+    rounding; all doubles, or all fractions."""
+
+    row: Vector
+    column: Vector
+    payoffs: tuple[Any, ...]
+    gains: tuple[Any, ...]
+    players: Sequence[str]
+    game: Game = field(repr=False)
+
+    def lines(self) -> list[str]:
+        return [", ".join(lines_of(self.game, self, wording.number))]
+
+    @classmethod
+    def of(cls, game: Game, x: Vector, y: Vector) -> Strategies:
+        """Return the strategies x, y of a game: doubles, or fractions in arrays of
+        objects, with payoffs as written."""
+        exact = x.dtype == object
+        number: Any = Fraction if exact else float
+        A, B = (
+            (np.array(own, dtype=object) for own in game.payoffs())
+            if exact
+            else (game.A, game.B)
+        )
+        by_row, by_column = A @ y, x @ B
+        row, column = number(x @ by_row), number(by_column @ y)
+        gains = number(by_row.max()) - row, number(by_column.max()) - column
+        rounding = (
+            (0.0, 0.0)
+            if exact
+            else tuple(ROW_ROUNDING * terms for terms in _terms(game, x, y, (0.0, 0.0)))
+        )
+        by_best = (
+            gain if gain > least else number(0)
+            for gain, least in zip(gains, rounding, strict=True)
+        )
+        players = game.players or ("the row player", "the column player")
+        return cls(x, y, (row, column), tuple(by_best), players, game)
+
+    def are_best(self, tol: float) -> bool:
+        """Return whether no player gains more than is allowed of the terms of its gain,
+        of payoffs that are met."""
+        allowed = PER_UNKNOWN * sum(self.game.A.shape) * tol
+        doubles = self.row.astype(float), self.column.astype(float)
+        terms = _terms(self.game, *doubles, self.payoffs)
+        return all(
+            gain <= allowed * size for gain, size in zip(self.gains, terms, strict=True)
+        )
+
+
+def _terms(
+    game: Game, x: Vector, y: Vector, centres: Sequence[Any]
+) -> tuple[float, float]:
+    """Return each player's terms of its gain: sizes of payoffs less a centre, in its
+    mixture and its best response."""
+    found = []
+    for A, own, other, centre in (
+        (game.A, x, y, centres[0]),
+        (game.B.T, y, x, centres[1]),
+    ):
+        sizes = np.abs(A - float(centre)) @ other
+        found.append(float(own @ sizes + sizes[np.argmax(A @ other)]))
+    return found[0], found[1]
+
+
+@np.errstate(all="ignore")
+def strategies_at(game: Game, z: Any) -> Strategies | None:
+    """Return the strategies that z stands for, in its numbers; None if it stands for
+    none."""
+    parts = game.parts(z)
+    if any(min(part) < 0 or not 0 < part.sum() < np.inf for part in parts):
+        return None
+    return Strategies.of(game, *(part / part.sum() for part in parts))
+
+
+def lines_of(
+    game: Any, own: Any, cell: Callable[[Any], str] = wording.plain_number
+) -> list[str]:
+    """Return lines with the mixed strategies row and column, as vectors or by the names
+    of the strategies played, and with the payoffs."""
+    one, other = game.players or PLAYERS
+    row = wording.named(list(own.row), game.rows, cell, sparing=True)
+    column = wording.named(list(own.column), game.columns, cell, sparing=True)
+    return [
+        f"{one} = {row}",
+        f"{other} = {column}",
+        f"payoffs {cell(own.payoffs[0])} and {cell(own.payoffs[1])}",
+    ]
+
+
+def names_of(game: Game, most: float = math.inf) -> list[str]:
+    """Return the names of all strategies, by `short_names` with the letters x and y; a
+    name that both players have says whose it is."""
+    both = set(game.rows) & set(game.columns)
+    players = game.players or ("row", "column" if most == math.inf else "col")
+    most += (len(players[0]) + 1) * bool(both)
+    found = []
+    for player, letter, own, size in zip(
+        players, "xy", (game.rows, game.columns), game.A.shape, strict=True
+    ):
+        names = [f"{player} {name}" if name in both else name for name in own]
+        found += wording.short_names(names or [""] * size, most, letter)
+    return found
+
+
+def payoff_headings(game: Game) -> list[str]:
+    return [f"{player} gets" for player in game.players or PLAYERS]

@@ -1,0 +1,91 @@
+"""Games of two players in two tables, one with the payoffs of each player."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from decimal import Decimal
+
+from lcpcli.errors import LCPError, ParameterError, ProblemError, quoted
+from lcpcli.files.contents import place
+from lcpcli.files.csv_format import is_number
+from lcpcli.files.fields import BOUNDS
+from lcpcli.files.formats import refuse
+from lcpcli.files.input_file import InputFile
+from lcpcli.files.inputs import Input
+
+HINT = "give the payoffs of the row player and those of the column player"
+
+
+def input_of(paths: Sequence[str]) -> Input:
+    """Return the game as an input in JSON. The payoffs in the tables may be fractions;
+    labels name the strategies."""
+    if len(paths) != 2:
+        raise ParameterError("game", f"takes two files, not {len(paths)}", HINT)
+    tables = (_table(InputFile.read(path, HINT)) for path in paths)
+    (A, rows, columns), (B, own_rows, own_columns) = tables
+    parts = [
+        f'"{key}": [{", ".join(map(_row, table))}]'
+        for key, table in (("A", A), ("B", B))
+    ]
+    for key, *names in (("rows", rows, own_rows), ("columns", columns, own_columns)):
+        parts.append(f'"{key}": {json.dumps(_shared(paths[1], key, *names))}')
+    return Input((InputFile(paths[0], f"{{{', '.join(parts)}}}".encode()),))
+
+
+def hint(files: Sequence[InputFile]) -> str:
+    """Return the line that says that two files may be the payoffs of a game, as tables
+    of the same shape that are square, or have labels and no q, or have a shape that no
+    problem has; "" for other files."""
+    try:
+        (A, rows, columns), (B, _, others) = map(_table, files)
+    except LCPError:
+        return ""
+    m, k = len(A), len(A[0])
+    is_labelled = bool(rows and columns) and not {"q", *BOUNDS} & {*columns, *others}
+    if (m, k) != (len(B), len(B[0])) or k == 1 or (k == m + 1 and not is_labelled):
+        return ""
+    names = " and ".join(file.place for file in files)
+    return f"if {names} are the payoffs of a game, add --game"
+
+
+def _shared(path: str, key: str, names: list[str], others: list[str]) -> list[str]:
+    """Return the names that two tables give a player's strategies; an empty list if the
+    numbers of names differ. Raises ProblemError if the names in the second table, in
+    the file `path`, differ, or are in another order."""
+    if names and others and len(names) != len(others):
+        return []
+    if names and others and names != others:
+        own, other = next(
+            (own, name) for own, name in zip(others, names, strict=True) if own != name
+        )
+        fault = (
+            f"has {quoted(own)} among the {key} where the other table has "
+            f"{quoted(other)}"
+        )
+        raise ProblemError(
+            place(path),
+            fault,
+            "give both the same names in the same order, or one of them none",
+        )
+    return names or others
+
+
+def _row(values: Sequence[str]) -> str:
+    texts = (
+        json.dumps(value) if "/" in value else str(Decimal(value)) for value in values
+    )
+    return f"[{', '.join(texts)}]"
+
+
+def _table(file: InputFile) -> tuple[list[list[str]], list[str], list[str]]:
+    hint = "write the game as JSON, with the keys A and B"
+    refuse(not file.kind.is_table, file.place, "is not a table in CSV", hint)
+    table = file.within(file.data.table, str)
+    fault = f"has columns headed {', '.join(table.places)}"
+    refuse(table.places, file.place, fault, HINT)
+    both = (table.labels, table.header)
+    index, header = (
+        [] if any(not name or is_number(name) for name in own) else own for own in both
+    )
+    return table.rows, index, header

@@ -1,0 +1,169 @@
+"""Strategies of all players of a game: what a best response to them would gain, how
+those that are proposed are verified, and their check after a run has solved the problem
+of a game: a payoff that is far larger than all that are reached, as a penalty for a
+forbidden move, makes the residual of strategies small that are no equilibrium."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from dataclasses import replace
+from fractions import Fraction
+from typing import Any, NamedTuple, TypeAlias
+
+import numpy as np
+
+from lcpcli.clock import imports, seconds
+from lcpcli.errors import SCALE_PAYOFFS, ProblemError
+from lcpcli.interrupts import TimeIsUp, within
+from lcpcli.model.formulation import Answer
+from lcpcli.rational.elimination import Effort
+from lcpcli.solving.result import Result, Status
+from lcpcli.typing import Vector
+from lcpcli.verify.point import Criterion, Point
+from lcpcli.verify.verification import Proposed, Verification
+
+# Times n tol: the largest gain, relative to its terms, that counts as none, as M is
+# rounded.
+PER_UNKNOWN = 10
+# By how much probabilities may miss the sum 1, as those do that are printed with seven
+# digits.
+SUM_TOLERANCE = 1e-6
+HINT = "give probabilities, at least 0 and with the sum 1"
+EFFORT = 20.0  # seconds of exact arithmetic, counted as work
+UNSOLVED = "not solved, so there are no strategies"
+REASON = "z solves the problem to the tolerance, but its strategies are {}"
+
+
+class Profile(Answer):
+    """Strategies of all players. players : their names. gains : how much each would
+    gain by a best response."""
+
+    players: Sequence[str]
+    gains: tuple[Any, ...]
+
+    def verdict(self, are_equilibrium: bool) -> str:
+        """Return a sentence on whether the strategies are an equilibrium, and on what a
+        player would gain."""
+        tolerance = "" if isinstance(self.gains[0], Fraction) else " to the tolerance"
+        found = (
+            "an equilibrium" if are_equilibrium else f"not an equilibrium{tolerance}"
+        )
+        one, other = map(float, self.gains)
+        return (
+            f"{found}: by a best response {self.players[0]} would gain {one:.1g}, "
+            f"{self.players[1]} {other:.1g}"
+        )
+
+
+class Found(NamedTuple):
+    """The strategies that z stands for, and whether they are an equilibrium to the
+    tolerance, by best responses."""
+
+    profile: Profile
+    are_equilibrium: bool
+
+
+Reading: TypeAlias = Callable[[Any, float], Found | None]  # of z, to a tolerance
+Exact: TypeAlias = Callable[[Effort], Sequence[Fraction] | None]
+
+
+def checked(result: Result, reading: Reading, exactly: Exact | None) -> Result:
+    """Return the result of a run that has solved a game, if its strategies, if it has
+    any, are an equilibrium to the tolerance; else one of exact arithmetic by `auto`, or
+    one that is stalled and says what the players would gain. exactly : finds a z in
+    exact arithmetic; None if that takes too long."""
+    found = reading(result.z, result.tol)
+    if found is None or found.are_equilibrium:
+        return result
+    began = seconds()
+    z = None
+    if exactly is not None and result.method == "auto":
+        z = _rounded(result, exactly)
+    criterion = Criterion(result.problem, result.tol)
+    if z is not None and (point := Point(criterion, z)).solves():
+        exact = reading(z, result.tol)
+        if exact is not None and exact.are_equilibrium:
+            parts = {
+                **result.parts,
+                "verify": result.parts["verify"] + seconds() - began,
+            }
+            route = (*result.route, "exact")
+            return replace(
+                result, point=point, route=route, parts=parts, nearest="exact", end=None
+            )
+    reason = REASON.format(found.profile.verdict(False))
+    return replace(
+        result, status=Status.STALLED, message=Status.STALLED.sentence(reason), end=None
+    )
+
+
+def _rounded(result: Result, exactly: Exact) -> Vector | None:
+    """Return an equilibrium of the game with its payoffs as written, rounded; None if
+    none is found in time."""
+    with imports:
+        from lcpcli.verify.exact_solution import finitely_rounded
+    z: Sequence[Fraction] | None = None
+    with suppress(TimeIsUp), within(result.limits.time_limit - result.seconds):
+        z = exactly(Effort(EFFORT))
+    return None if z is None else finitely_rounded(z)
+
+
+def cells_of(
+    players: Sequence[str] = (),
+    parts: Sequence[Sequence[Any]] = (),
+    payoffs: Sequence[Any] = (),
+) -> dict[str, Sequence[Any]]:
+    """Return columns of CSV: of each probability, in a part for each player, the player
+    and the payoff of this one."""
+    each = list(zip(players, parts, payoffs, strict=True))
+    return {
+        "player": [name for name, part, _ in each for _ in part],
+        "probability": [p for _, part, _ in each for p in part],
+        "payoff": [payoff for _, part, payoff in each for _ in part],
+    }
+
+
+def are_probabilities(values: Any) -> bool:
+    return bool(min(values) >= 0 and abs(values.sum() - 1) <= SUM_TOLERANCE)
+
+
+def with_strategies(
+    verification: Verification, profile: Profile, are_equilibrium: bool
+) -> Verification:
+    """Return the verification of a z, accepted if the strategies for which it stands
+    are an equilibrium too, and what these are."""
+    accepted = verification.accepted and are_equilibrium
+    joint = (
+        "; as strategies, "
+        if accepted or not verification.accepted
+        else ", but as strategies, "
+    )
+    message = f"{verification.message}{joint}{profile.verdict(are_equilibrium)}"
+    return replace(verification, accepted=accepted, message=message, strategies=profile)
+
+
+def of_strategies(
+    proposed: Proposed,
+    z: Any,
+    profile: Profile,
+    are_equilibrium: bool,
+    divided: str = "",
+) -> Verification:
+    """Return the verification of strategies by that of the z that stands for them.
+    divided : a remark on what was done to them."""
+    if proposed.data is None and not np.isfinite(z).all():
+        raise ProblemError(
+            "z",
+            "of these strategies exceeds the double-precision range",
+            SCALE_PAYOFFS,
+        )
+    verification = proposed.of_z(
+        np.array(z, dtype=float) if proposed.data is None else list(map(Fraction, z))
+    )
+    accepted = verification.accepted and are_equilibrium
+    message = (
+        f"the strategies{divided} are {profile.verdict(accepted)}; their "
+        f"{verification.message}"
+    )
+    return replace(verification, accepted=accepted, message=message, strategies=profile)

@@ -1,2 +1,0 @@
-"""Games of two players as problems, and what strategies gain in them. It uses `linalg`
-and `model`."""
