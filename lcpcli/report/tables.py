@@ -14,6 +14,7 @@ import numpy as np
 
 from lcpcli.methods.quantities import X
 from lcpcli.methods.registry import ALL
+from lcpcli.model.formulation import Answer
 from lcpcli.model.problem import WITHOUT_SOLUTION, Problem
 from lcpcli.model.words import in_own_sense
 from lcpcli.options import AUTO
