@@ -84,13 +84,14 @@ class Option(NamedTuple):
         try:
             if "_" in text:
                 raise ValueError
+            if self.kind is int and text.strip("+- ").isdecimal():
+                return int(text)
             number = float(text)
         except ValueError:
             fault = f"{quoted(text.strip())} is not a number"
             raise ParameterError(self.name, fault, self.hint) from None
-        if self.kind is float or not number.is_integer():
-            return number
-        return int(text) if text.strip("+- ").isdecimal() else int(number)
+        is_whole = self.kind is int and number.is_integer()
+        return int(number) if is_whole else number
 
     def check(self, value: float | str) -> None:
         """Raise ParameterError unless the value is of this option's kind and in its

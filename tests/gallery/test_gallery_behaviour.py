@@ -343,8 +343,8 @@ def test_matrices_of_bricks_are_singular_or_copositive_by_their_layout() -> None
     assert np.array_equal(problem.M[8:16, :24], -problem.M[16:24, :24])
     assert np.array_equal(problem.q[8:16], -problem.q[16:24])
     found = inspect(contact_in_time("tower", 4, 1).problem()).classes["copositive"]
-    assert found.word == "not decided"  # as rounding decides whether the rest is
-    assert re.search("diagonal is 0; without them its entries are", found.evidence)
+    assert found.word == "yes"  # as the rest is definite once opposite rows are merged
+    assert re.search("diagonal is 0, and is positive semidef", found.evidence)
 
 
 @pytest.mark.parametrize(("n", "contrast"), [(200, 1.0), (1000, 1e6)])
