@@ -103,9 +103,9 @@ def holds(data: Data, r: Vector, x: Vector, y: Vector) -> Mask:
     the terms of rows, could doubt them; for several fits, in columns, of each.
 
     The criterion of the package (`verify.measure`) allows a row 1e-10 of its terms, and
-    caps these terms by what b and d call for; here it is 2e-13 of them, beside equations
-    in rows whose terms b and d explain, for bounds that have 0 between them, from which
-    terms are counted.
+    caps these terms by what b and d call for. Here it is 2e-13 of them, for bounds that
+    have 0 between them, from which terms are counted; beside equations b and d have to
+    explain the terms.
     """
     A, b, lower, upper, E, d = data
     if not ((lower <= 0) & (upper >= 0)).all():
