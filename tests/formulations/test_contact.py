@@ -231,6 +231,8 @@ def falling(steps: int, compiled: bool) -> Iterator[tuple[Any, Any, int]]:
 
 @pytest.mark.parametrize("compiled", [False, True])
 def test_contacts_come_and_go_in_a_loop_until_it_is_at_rest(compiled: bool) -> None:
+    if compiled:
+        pytest.importorskip("numba")
     numbers = set()
     for results, given, k in falling(60, compiled):
         numbers.add(k)
