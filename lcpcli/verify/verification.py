@@ -93,7 +93,7 @@ class Verification:
     bound: Bound | None = None
     violations: Sequence[Violation[float] | Violation[Fraction]] = ()
     violated: int = 0
-    strategies: Answer | None = None
+    strategies: Any = None  # an Answer, whose kind the reader knows from the problem
     statement: str = ""
     multipliers: Vector | None = None
     answer: Answer | None = None
