@@ -9,6 +9,7 @@ from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from fractions import Fraction
+from functools import partial
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
@@ -16,7 +17,7 @@ import numpy as np
 from lcpcli.clock import imports, seconds
 from lcpcli.errors import SCALE_PAYOFFS, ProblemError
 from lcpcli.interrupts import TimeIsUp, within
-from lcpcli.model.formulation import Answer
+from lcpcli.model.formulation import Answer, Formulation
 from lcpcli.rational.elimination import Effort
 from lcpcli.solving.result import Result, Status
 from lcpcli.typing import Vector
@@ -31,6 +32,7 @@ PER_UNKNOWN = 10
 SUM_TOLERANCE = 1e-6
 HINT = "give probabilities, at least 0 and with the sum 1"
 EFFORT = 20.0  # seconds of exact arithmetic, counted as work
+MOST_UNKNOWNS = 60  # of a game for which all states are tried in exact arithmetic
 UNSOLVED = "not solved, so there are no strategies"
 REASON = "z solves the problem to the tolerance, but its strategies are {}"
 
@@ -49,11 +51,10 @@ class Profile(Answer):
         found = (
             "an equilibrium" if are_equilibrium else f"not an equilibrium{tolerance}"
         )
-        one, other = map(float, self.gains)
-        return (
-            f"{found}: by a best response {self.players[0]} would gain {one:.1g}, "
-            f"{self.players[1]} {other:.1g}"
-        )
+        first, *others = zip(self.players, map(float, self.gains), strict=True)
+        gains = ["{} would gain {:.1g}".format(*first)]
+        gains += [f"{who} {gain:.1g}" for who, gain in others]
+        return f"{found}: by a best response {', '.join(gains)}"
 
 
 class Found(NamedTuple):
@@ -66,6 +67,26 @@ class Found(NamedTuple):
 
 Reading: TypeAlias = Callable[[Any, float], Found | None]  # of z, to a tolerance
 Exact: TypeAlias = Callable[[Effort], Sequence[Fraction] | None]
+
+
+def accepted(game: Formulation, result: Result, reading: Reading) -> Result:
+    """Return the result of `checked` for a game whose exact solutions are searched for
+    near z, and then in all states."""
+    is_small = result.problem.n <= MOST_UNKNOWNS
+    exactly = partial(_exact_solution, game, result) if is_small else None
+    return checked(result, reading, exactly)
+
+
+def _exact_solution(
+    game: Formulation, result: Result, effort: Effort
+) -> Sequence[Fraction] | None:
+    with imports:
+        from lcpcli.rational.exact_problem import ExactProblem
+        from lcpcli.rational.tree import first_solution
+        from lcpcli.verify.exact_solution import from_point
+    data = ExactProblem(result.problem, *(game.exact_conditions() or ()))
+    found = from_point(data, result.z, effort)
+    return found or first_solution(data, effort.steps(data))
 
 
 def checked(result: Result, reading: Reading, exactly: Exact | None) -> Result:

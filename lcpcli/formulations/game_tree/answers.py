@@ -29,16 +29,11 @@ from lcpcli.formulations.game_tree.behavior import (
 )
 from lcpcli.formulations.game_tree.game import ExtensiveGame
 from lcpcli.model.formulation import Answer
-from lcpcli.rational import elimination
 from lcpcli.rational.exact_problem import ExactProblem
-from lcpcli.rational.tree import first_solution
 from lcpcli.report.document import Table
 from lcpcli.solving.result import Result
 from lcpcli.typing import Vector
-from lcpcli.verify.exact_solution import from_point
 from lcpcli.verify.verification import Proposed, Verification
-
-MOST_UNKNOWNS = 60  # of a game tree for which exact arithmetic is tried
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,18 +107,7 @@ def answer(game: ExtensiveGame, result: Result) -> BehaviorEquilibrium:
 
 
 def accepted(game: ExtensiveGame, result: Result) -> Result:
-    exactly = None
-    if result.problem.n <= MOST_UNKNOWNS:
-        exactly = partial(_exact_solution, game, result)
-    return equilibria.checked(result, partial(profile_of, game), exactly)
-
-
-def _exact_solution(
-    game: ExtensiveGame, result: Result, effort: elimination.Effort
-) -> Sequence[Fraction] | None:
-    data = ExactProblem(result.problem, *game.exact_conditions())
-    found = from_point(data, result.z, effort)
-    return found or first_solution(data, effort.steps(data))
+    return equilibria.accepted(game, result, partial(profile_of, game))
 
 
 def behavior_at(game: ExtensiveGame, z: Sequence[Any]) -> Behavior:

@@ -82,23 +82,6 @@ class PlayersEquilibrium(Profile):
         ]
         return dict(zip(("player", "cost"), zip(*rows, strict=True), strict=True))
 
-    def verdict(self, are_equilibrium: bool) -> str:
-        is_exact = isinstance((self.costs or [0.0])[0], Fraction)
-        return sentence(are_equilibrium, is_exact, self.players, self.gains)
-
-
-def sentence(
-    are_equilibrium: bool, is_exact: bool, players: Sequence[str], gains: Sequence[Any]
-) -> str:
-    """Return whether strategies are an equilibrium, and what players would gain."""
-    found = "an equilibrium" if are_equilibrium else "not an equilibrium"
-    found += "" if are_equilibrium or is_exact else " to the tolerance"
-    each = [
-        f"{who} {'would gain ' * (not i)}{float(gain):.1g}"
-        for i, (who, gain) in enumerate(zip(players, gains, strict=True))
-    ]
-    return f"{found}: by a best response {', '.join(each)}"
-
 
 class _Examination:
     """A game with its numbers in doubles."""

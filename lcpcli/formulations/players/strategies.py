@@ -23,19 +23,13 @@ from lcpcli.formulations.equilibria import (
     of_strategies,
     with_strategies,
 )
-from lcpcli.formulations.players.answers import sentence
 from lcpcli.formulations.players.polymatrix import Polymatrix
 from lcpcli.linalg.doubles import ROW_ROUNDING
-from lcpcli.rational import elimination
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import brief
-from lcpcli.rational.tree import first_solution
 from lcpcli.report import wording
 from lcpcli.solving.result import Result
-from lcpcli.verify.exact_solution import from_point
 from lcpcli.verify.verification import Proposed, Verification
-
-MOST_UNKNOWNS = 60  # of a game for which exact arithmetic is tried
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,19 +73,14 @@ class MixedStrategies(Profile):
         return [*lines, f"payoffs: {payoffs}", *[own.statement] * bool(own.statement)]
 
     def cells(self) -> Mapping[str, Sequence[Any]]:
-        own, headings = self.exact or self, ("player", "probability", "payoff")
-        if own.strategies is None or own.payoffs is None:
-            return dict.fromkeys(headings, ())
-        players = zip(own.players, own.strategies, own.payoffs, strict=True)
-        rows = [(who, p, payoff) for who, part, payoff in players for p in part]
-        return dict(zip(headings, zip(*rows, strict=True), strict=True))
+        own: Any = self.exact or self
+        if own.payoffs is None:
+            return equilibria.cells_of()
+        return equilibria.cells_of(own.players, own.strategies, own.payoffs)
 
     @property
     def is_exact(self) -> bool:
         return isinstance((self.payoffs or [0.0])[0], Fraction)
-
-    def verdict(self, are_equilibrium: bool) -> str:
-        return sentence(are_equilibrium, self.is_exact, self.players, self.gains)
 
     @classmethod
     def of(cls, game: Polymatrix, strategies: Sequence[Sequence[Any]]) -> Any:
@@ -168,18 +157,7 @@ def answer(game: Polymatrix, result: Result) -> MixedStrategies:
 
 
 def accepted(game: Polymatrix, result: Result) -> Result:
-    exactly = None
-    if result.problem.n <= MOST_UNKNOWNS:
-        exactly = partial(_exact_solution, game, result)
-    return equilibria.checked(result, partial(found_at, game), exactly)
-
-
-def _exact_solution(
-    game: Polymatrix, result: Result, effort: elimination.Effort
-) -> Sequence[Fraction] | None:
-    data = ExactProblem(result.problem, *game.exact_conditions())
-    found = from_point(data, result.z, effort)
-    return found or first_solution(data, effort.steps(data))
+    return equilibria.accepted(game, result, partial(found_at, game))
 
 
 @np.errstate(all="ignore")  # overflow counts as infinite
