@@ -481,7 +481,8 @@ def _components(used: Mask, entries: Vector) -> tuple[Indices, Indices, int]:
     if n <= MOST_DENSE:
         linked, before = entries @ entries.T + np.eye(n) > 0, -1
         while before != (before := int(np.count_nonzero(linked))):
-            linked = linked @ linked
+            numbers = linked.astype(np.float64)  # whose product is one by BLAS
+            linked = numbers @ numbers > 0
         first = linked.argmax(axis=1)
         roots = first == np.arange(n)
         rows, count = (np.cumsum(roots) - 1)[first], int(np.count_nonzero(roots))

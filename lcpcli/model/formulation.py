@@ -131,6 +131,7 @@ class Formulation:
     On the way:
         bounds       of z, for those that are given with an option
         proposed     a point that a method of its own reaches
+        followed     the same, in a sequence, from the states of the last solution
         block_form   the fact where rows, multipliers and an objective are
 
     The way back:
@@ -228,18 +229,25 @@ class Formulation:
         else; None if there is no method for that, or it does not end."""
         return None
 
+    def followed(self, problem: Any, states: States) -> Proposal | None:  # noqa: ARG002
+        """Return a point that may be a solution, to which the states of the last one
+        lead in a sequence; None if there is no method for that, or it does not end."""
+        return None
+
     def answer(self, result: Any) -> Answer | None:  # noqa: ARG002
         """Return what a result means. This is computed when it is first asked for."""
         return None
 
     def update(
         self,
+        like: Any,  # noqa: ARG002
         states: States | None,  # noqa: ARG002
         data: Mapping[str, Any],
     ) -> tuple[Any, States | None]:
         """Return the next problem of a sequence, with other data, and the states from
-        which it starts. states : of the last solution, None if there is none. data : by
-        name, as the calls that make such problems have them."""
+        which it starts. like : the last problem, whose M the next one may share.
+        states : of the last solution, None if there is none. data : by name, as the
+        calls that make such problems have them."""
         fault = "is no data of the problem of this Solver"
         raise ProblemError(", ".join(data) or "M", fault, "give M, or another problem")
 

@@ -277,11 +277,16 @@ strictly_exhausted = np.errstate(over="raise", invalid="raise", divide="raise")(
 
 
 def proposed_steps(session: Session) -> Steps:
-    """Return the result at the point that the formulation of the problem proposes, if
-    there is one and it is a solution; else None."""
+    """Return the result at the point that the formulation of the problem proposes, in a
+    sequence from the last states, if there is one and it is a solution; else None."""
     yield from ()
     session.stopwatch.count("setup")
-    proposal = session.problem.formulation.proposed(session.problem)
+    problem, start = session.problem, session.start
+    proposal = (
+        problem.formulation.proposed(problem)
+        if start is None
+        else problem.formulation.followed(problem, start.basis)
+    )
     session.stopwatch.count("solve")
     if proposal is None:
         return None
@@ -609,6 +614,10 @@ def _has_formulation(session: Session) -> bool:
     return session.start is None and session.problem.origin is not None
 
 
+def _has_states(session: Session) -> bool:
+    return session.start is not None and session.problem.origin is not None
+
+
 def _is_program(session: Session) -> bool:
     return session.start is None and may_be_program(session.problem)
 
@@ -643,6 +652,7 @@ QUICK = (
 # Of the problems of a sequence.
 IN_SEQUENCE = (
     Quick(2, _is_eliminated, elimination_steps),
+    Quick(0, _has_states, proposed_steps),
     PIVOTING,
     Quick(0, lambda s: not is_pivoted(s), near_steps),
 )

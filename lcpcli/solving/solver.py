@@ -127,9 +127,12 @@ class Solver:
             that problem (see `Formulation.update`).
         """
         if M is None:
-            states = self._last_states()
-            problem, self._moved = self._like.formulation.update(states, data)
-            self._prepare(problem)
+            like, states = self._like, self._last_states()
+            problem, self._moved = like.formulation.update(like, states, data)
+            if problem.M is self.M:
+                self._like = problem
+            else:
+                self._prepare(problem)
             return
         box, other = self._like.box, Problem(M, np.zeros(_order(M)))
         if other.n != self.n and self._ends is not None:
@@ -160,6 +163,8 @@ class Solver:
         began = seconds()
         box, n = self._like.box, self.n
         if q is None:
+            if lower is None and upper is None:
+                return self.next(self._like, warm, began)
             q = self._like.q
         q, lower, upper = by_names(
             lambda: self._like.names, q=q, lower=lower, upper=upper

@@ -242,6 +242,44 @@ def test_contacts_come_and_go_in_a_loop_until_it_is_at_rest(compiled: bool) -> N
     assert len(numbers) > 2
 
 
+@pytest.mark.parametrize("seed", range(8))
+def test_steps_that_jump_satisfy_the_laws(seed: int) -> None:
+    """From the states of the last step, with limits, motors and redundant contacts, of
+    which the matrix changes now and then."""
+    given, random = list(generated(seed)), np.random.default_rng(seed)
+    solver = lcpcli.Solver(lcpcli.from_findex(*given))
+    assert solver.solve().solved
+    for step in range(10):
+        move = given[0] @ random.normal(size=len(given[1]))
+        given[1] = given[1] + 10.0 ** random.integers(-6, 2) * move
+        if step % 3 == 2:
+            given[0] = 1.1 * given[0]
+        solver.update(A=given[0], b=given[1])
+        result = solver.solve()
+        assert result.solved
+        assert violation(result.answer, tuple(given)) < TOL
+
+
+def test_a_stack_at_rest_keeps_its_states_though_its_contacts_are_redundant() -> None:
+    scene, routes = contact_in_time("tower", 4, 0), []
+    solver: Any = None
+    for _ in range(60):
+        k = len(scene.contacts)
+        step, order = scene.problem(), np.arange(2 * k).reshape(2, k).T.ravel()
+        M: Any = step.M
+        W, q = M[order][:, order], step.q[order]
+        if solver is None:
+            solver = lcpcli.Solver(lcpcli.from_contact(W, q, 0.5))
+        solver.update(W=W, q=q)
+        result = solver.solve()
+        assert result.solved
+        routes.append(result.route)
+        x = result.answer.x
+        scene.advance(np.concatenate((x[::2], x[1::2], np.zeros(2 * k))))
+    assert abs(scene.velocities).max() < 1e-9
+    assert set(routes[-20:]) == {("newton",)}
+
+
 def test_contacts_that_persist_keep_their_states() -> None:
     """In any order, with others before them, which begin without an impulse."""
     W, q = np.eye(6) + 0.1, np.array([-1, 0.1, -1, -5.0, 3.0, 0])
@@ -253,7 +291,8 @@ def test_contacts_that_persist_keep_their_states() -> None:
     origin: Any = first.problem.origin
     own = np.array([2, 3, 0, 1])
     data = {"W": np.eye(6) + 0.1, "q": np.r_[9.0, 0.0, q[own]], "ids": ["d", "b", "a"]}
-    problem, moved = origin.update(np.array(first.problem.box.basis_at(first.z)), data)
+    before = first.problem, first.problem.box.basis_at(first.z)
+    problem, moved = origin.update(*before, data)
     again = lcpcli.run(problem)
     kept = first.problem.box.basis_at(first.z)
     assert moved[[0, 1, 6]].tolist() == [-1, -1, -1]

@@ -125,7 +125,7 @@ def answer(contact: Contact, result: Result) -> Impulses:
         statement = JAMMED if result.status.has_no_solution else UNSOLVED
         return Impulses(None, None, None, statement)
     x, w = impulses_at(contact, result.z)
-    terms = _terms(contact, x)
+    terms = terms_of(contact, x)
     w[abs(w) <= ROW_ROUNDING * terms] = 0.0
     exact, proved = None, result.exact
     if proved is not None and proved.z and proved.w and contact.is_planar:
@@ -174,9 +174,9 @@ def _states(
 ) -> list[ContactState]:
     """Return the states of all contacts. size : of impulses that count as 0. rounding :
     the velocities that count as 0."""
-    found = []
+    found, tangents = [], contact.friction.tangents.tolist()
     for normal, *places in contact.contacts:
-        tangential = contact.friction.tangents[places].ravel().tolist()
+        tangential = [i for place in places for i in tangents[place]]
         state = STICKING
         if x[normal] <= size:
             state = SEPARATED
@@ -211,7 +211,7 @@ def _is_solved(contact: Contact, z: Vector, tol: float) -> bool:
     lower, upper = contact.box(x)
     x = np.clip(x, lower, upper)
     # Up to rounding, as for nearly every result, that is so by any measure.
-    rounding = ROW_ROUNDING * _terms(contact, x)
+    rounding = ROW_ROUNDING * terms_of(contact, x)
     falls = (w >= -rounding) | (x == upper)
     rises = (w <= rounding) | (x == lower)
     if (falls & rises).all():
@@ -220,7 +220,7 @@ def _is_solved(contact: Contact, z: Vector, tol: float) -> bool:
     return bool(Point(Criterion(box, tol), x).solves())
 
 
-def _terms(contact: Contact, x: Vector) -> Vector:
+def terms_of(contact: Contact, x: Vector) -> Vector:
     """Return |A| |x| + |b|, the terms of the rows of A x + b."""
     return absolute_product(contact.A, abs(x)) + abs(contact.b)
 
@@ -232,7 +232,7 @@ def point_of(contact: Contact, x: Vector) -> Vector:
     tangents = friction.tangents[:, 0]
     most = friction.coefficients * x[friction.normals]
     w = np.asarray(product(contact.A, x) + contact.b)[tangents]
-    zero = ROW_ROUNDING * _terms(contact, x)[tangents]
+    zero = ROW_ROUNDING * terms_of(contact, x)[tangents]
     beta, near = x[tangents] + most, ROUNDING * most
     beta[(beta <= near) & (w > zero)] = 0.0
     is_upper = (beta >= 2 * most - near) & (w < -zero)

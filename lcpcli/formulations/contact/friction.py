@@ -20,9 +20,16 @@ from lcpcli.linalg.doubles import EPS
 from lcpcli.linalg.matrices import compressed, is_sparse
 from lcpcli.model.arrays import FROM_0, as_flat, as_square, as_vector, own_matrix, plain
 from lcpcli.model.box import as_bound, as_intervals
-from lcpcli.model.formulation import FULL, Answer, Conditions, Formulation
+from lcpcli.model.formulation import (
+    FULL,
+    Answer,
+    Conditions,
+    Formulation,
+    Proposal,
+)
 from lcpcli.model.formulations import TEXTS
 from lcpcli.model.problem import Problem
+from lcpcli.model.right_hand_sides import like_with
 from lcpcli.typing import BoundLike, Indices, Matrix, States, Vector, VectorLike
 
 NONE = -1  # in findex: an unknown that has no normal one
@@ -218,6 +225,28 @@ class Contact(Formulation):
         # `Problem` would check whether it fits, but it has just made them.
         return problem.having(origin=self)
 
+    def has_matrices_of(self, other: Contact) -> bool:
+        """Return whether the problem of another one differs in b alone, or not at
+        all."""
+        own = (self.A, *self.friction, self.lower, self.upper)
+        others = (other.A, *other.friction, other.lower, other.upper)
+        is_dense = not (is_sparse(self.A) or is_sparse(other.A))
+        return is_dense and all(map(np.array_equal, own, others))
+
+    def with_matrices_of(self, like: Problem) -> Problem:
+        """Return the problem with the M of the problem of another one that has the same
+        matrices, and with all that is known of M."""
+        origin: Any = like.formulation
+        form: Form = origin._form
+        zeros = np.zeros(self.friction.normals.size)
+        q = np.concatenate((self.b, zeros)) if self.is_planar else form.T.T @ self.b
+        conditions = form.conditions._replace(q=as_vector("q", q))
+        # Which would be computed again.
+        vars(self)["_form"] = form._replace(conditions=conditions)
+        problem = like_with(like, conditions.q, like.box)
+        known = {key: value for key, value in vars(problem).items() if key != "names"}
+        return Problem.of_fields(known, origin=self)
+
     @property
     def is_planar(self) -> bool:
         return self.friction.tangents.shape[1:] == (1,)
@@ -307,10 +336,14 @@ class Contact(Formulation):
         return self.beside("other_form").retried(self, result)
 
     def update(
-        self, states: States | None, data: Mapping[str, Any]
+        self, like: Problem, states: States | None, data: Mapping[str, Any]
     ) -> tuple[Problem, States | None]:
         found: tuple[Problem, States | None]
-        found = self.beside("sequence").following(self, states, data)
+        found = self.beside("sequence").following(self, like, states, data)
+        return found
+
+    def followed(self, problem: Any, states: States) -> Proposal | None:  # noqa: ARG002
+        found: Proposal | None = self.beside("states").followed(self, states)
         return found
 
     def verified(self, proposed: Any) -> Any:

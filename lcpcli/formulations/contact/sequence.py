@@ -27,7 +27,7 @@ ABSENT = -1  # in place of an unknown that there is not
 
 
 def following(
-    before: Contact, states: States | None, data: Mapping[str, Any]
+    before: Contact, like: Problem, states: States | None, data: Mapping[str, Any]
 ) -> tuple[Problem, States | None]:
     """Return the problem with other data, each by default as before, and the states of
     its unknowns: those of before where a contact, or with friction indices an unknown,
@@ -43,10 +43,11 @@ def following(
         contact = replace(contact, ids=before.ids)
     else:
         states = None
-    problem = contact.problem()
-    if states is None:
-        return problem, None
+    is_same = contact.has_matrices_of(before)
+    problem = contact.with_matrices_of(like) if is_same else contact.problem()
     now = range(number) if contact.ids is None else contact.ids
+    if states is None or (is_same and now == known):
+        return problem, states
     return problem, _moved(before, contact, problem, states, (known, now))
 
 
