@@ -49,6 +49,38 @@ def test_no_other_point_of_c_is_better_by_the_gradient_at_x(seed: int) -> None:
     assert result.answer.proved.solves.holds
 
 
+@pytest.mark.parametrize("seed", range(8))
+def test_an_active_set_reaches_what_the_conditions_alone_say(seed: int) -> None:
+    """With equations, ranges, rows twice and fixed variables."""
+    random = np.random.default_rng(seed)
+    n = int(random.integers(2, 9))
+    B, skew = random.integers(-2, 3, (2, n, n)).astype(float)
+    A = random.integers(1, 4, (4, n)).astype(float)
+    A[3] = A[2]
+    inside = random.integers(0, 2, n).astype(float)
+    sides = {
+        "row_lower": A @ inside - [0, 1, 1, 1],
+        "row_upper": A @ inside + [0, 1, 0, 0],
+    }
+    bounds = {
+        "lower": inside - (np.arange(n) > 0),
+        "upper": inside + (np.arange(n) > 0),
+    }
+    H, h = B @ B.T + np.eye(n) + skew - skew.T, 9 * random.normal(size=n)
+    problem = lcpcli.from_avi(H, h, A, **sides, **bounds)
+    result = lcpcli.run(problem)
+    plain = Problem(problem.M, problem.q, lower=problem.lower, upper=problem.upper)
+    assert result.solved
+    assert result.route == ("active set",)
+    assert np.allclose(result.answer.x, lcpcli.run(plain).z[:n], atol=1e-9)
+
+
+def test_an_empty_set_is_left_to_the_methods_that_prove_it() -> None:
+    sides = {"row_lower": [3, -np.inf], "row_upper": [np.inf, 2]}
+    problem = lcpcli.from_avi([[2, 1], [-1, 2]], [1, 1], [[1, 1], [1, 1]], **sides)
+    assert lcpcli.run(problem).status.has_no_solution
+
+
 @pytest.mark.parametrize(
     ("problem", "expected"),
     [

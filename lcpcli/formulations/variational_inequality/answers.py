@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import cached_property
 from itertools import chain
 from typing import Any
 
@@ -62,11 +63,11 @@ class Proved:
     only: Claim
 
 
-@dataclass(frozen=True, eq=False)
 class Solution(Answer):
-    """What a result says about a variational inequality.
+    """What a result says about a variational inequality; what takes exact arithmetic is
+    computed when it is read.
 
-    x : shape (k,); the best iterate if the conditions are not solved; None if it is
+    x : shape (k,); if the conditions are not solved the best iterate, or None if it is
         proved that there is no solution.
     y : multipliers of the m rows, positive for lower and negative for upper sides.
     proved : what is proved about x, H and other solutions.
@@ -75,12 +76,40 @@ class Solution(Answer):
     exact : x and y as fractions if z is proved, else None.
     """
 
-    x: Vector | None
-    y: Vector | None
-    proved: Proved
-    origin: Inequality
-    statement: str = ""
-    exact: Mapping[str, list[Fraction]] | None = None
+    def __init__(self, origin: Inequality, result: Result) -> None:
+        self.origin, self._result = origin, result
+
+    @cached_property
+    @np.errstate(all="ignore")
+    def proved(self) -> Proved:
+        return _Examination(self.origin, self._result).proved()
+
+    @cached_property
+    def _parts(self) -> tuple[Vector | None, Vector | None]:
+        result = self._result
+        if not result.solved and self.proved.solves.holds is False:
+            return None, None
+        x, y = self.origin.parts(result.z + 0.0)
+        return x, y
+
+    @property
+    def x(self) -> Vector | None:
+        return self._parts[0]
+
+    @property
+    def y(self) -> Vector | None:
+        return self._parts[1]
+
+    @cached_property
+    def exact(self) -> Mapping[str, list[Fraction]] | None:
+        exact = self._result.exact
+        if exact is None or exact.z is None:
+            return None
+        return dict(zip("xy", map(list, self.origin.parts(exact.z)), strict=True))
+
+    @property
+    def statement(self) -> str:  # type: ignore[override]
+        return _statement(self._result, self.proved.solves)
 
     def record(self) -> Mapping[str, Any]:
         names = ("x", "y", "statement", "proved", "exact")
@@ -126,25 +155,6 @@ def _sentences(proved: Proved) -> Iterator[str]:
     else:
         found = "x is the only solution" if only.holds else "x is not the only solution"
         yield f"{found}: {only.proof}"
-
-
-@np.errstate(all="ignore")
-def answer(origin: Inequality, result: Result) -> Solution:
-    """Return x and y, and what is proved about them."""
-    proved = _Examination(origin, result).proved()
-    x, y = origin.parts(result.z + 0.0)
-    exact = None
-    if result.exact is not None and result.exact.z is not None:
-        exact = dict(zip("xy", map(list, origin.parts(result.exact.z)), strict=True))
-    has_none = proved.solves.holds is False
-    return Solution(
-        None if has_none else x,
-        None if has_none else y,
-        proved,
-        origin,
-        _statement(result, proved.solves),
-        exact,
-    )
 
 
 def _statement(result: Result, solves: Claim) -> str:

@@ -20,7 +20,7 @@ from lcpcli.linalg.matrices import compressed, is_sparse
 from lcpcli.model.arrays import as_square, as_vector, by_label
 from lcpcli.model.block_form import BlockForm, Blocks, rows_between
 from lcpcli.model.box import as_intervals
-from lcpcli.model.formulation import Answer, names_of
+from lcpcli.model.formulation import Answer, Proposal, names_of
 from lcpcli.model.formulations import TEXTS
 from lcpcli.model.problem import Problem, conditions_of
 from lcpcli.typing import BoundLike, VectorLike
@@ -120,8 +120,17 @@ class Inequality(BlockForm):
         blocks = self.blocks(conditions_of(problem))
         return None if blocks is None else self.fields_of(blocks, "H", "h")
 
+    def proposed(self, problem: Problem) -> Proposal | None:
+        blocks = self.blocks(conditions_of(problem))
+        if blocks is None:
+            return None
+        found = self.beside("active_set").solution(blocks)
+        if found is None:
+            return None
+        return Proposal(found.z, found.steps, "active set")
+
     def answer(self, result: Any) -> Answer:
-        found: Answer = self.beside("answers").answer(self, result)
+        found: Answer = self.beside("answers").Solution(self, result)
         return found
 
     def lengths(self, problem: Problem) -> dict[int, str]:

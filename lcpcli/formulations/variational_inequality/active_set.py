@@ -1,0 +1,204 @@
+"""The solution of a strictly monotone variational inequality by an active set: at any
+time x solves it with the active constraints as equations.
+
+A violated constraint is driven to its side by its multiplier, from which constraints
+whose multipliers reach 0 on the way are dropped, as in the dual method of D. Goldfarb,
+A. Idnani, Math. Program. 27 (1983) 1-33, for symmetric H. For others no objective
+proves that this ends: then the methods for any problem go on.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy.linalg.blas import dger
+
+from lcpcli.linalg.matrices import is_sparse
+from lcpcli.model.block_form import Blocks
+from lcpcli.typing import Mask, Vector
+
+MOST_CONSTRAINTS = 600
+STEPS = 3  # at most, for each constraint
+# Of the terms of a constraint: a violation that is rounding.
+SATISFIED = 1e-12
+# Of the largest entry of H^-1: a slope that is rounding of 0, as of a constraint that
+# depends on the active ones.
+DEPENDENT = 1e-11
+
+
+class Found(NamedTuple):
+    """z = (x, y, s) of the conditions, and the number of steps."""
+
+    z: Vector
+    steps: int
+
+
+class _Constraints(NamedTuple):
+    """Constraints Cx >= c, or = c for equations, with unit rows: those of rows of A
+    first, as many as have a side, and then of bounds.
+
+    rows : the row of A or the variable of each. signs : -1 for upper sides. sizes : by
+    what each was divided. of_rows : how many belong to rows of A.
+    """
+
+    C: Vector
+    c: Vector
+    is_equation: Mask
+    rows: Vector
+    signs: Vector
+    sizes: Vector
+    of_rows: int
+
+
+def _constraints(blocks: Blocks) -> _Constraints | None:
+    """Return the constraints; None if a row has no entries."""
+    k = blocks.c.size
+    parts = []
+    ends = (
+        (blocks.A, blocks.row_lower, blocks.row_upper),
+        (np.eye(k), blocks.lower, blocks.upper),
+    )
+    for A, low, high in ends:
+        equal = low == high
+        has_low, has_high = np.isfinite(low), np.isfinite(high) & ~equal
+        rows = np.concatenate((has_low.nonzero()[0], has_high.nonzero()[0]))
+        signs = np.repeat((1.0, -1.0), (has_low.sum(), has_high.sum()))
+        sides = np.concatenate((low[has_low], -high[has_high]))
+        is_equation = equal[rows] & (signs > 0)
+        parts.append((signs[:, np.newaxis] * A[rows], sides, is_equation, rows, signs))
+    C, c, is_equation, rows, signs = map(np.concatenate, zip(*parts, strict=True))
+    sizes = np.sqrt(np.einsum("ij,ij->i", C, C))
+    if not sizes.all():
+        return None
+    C = C / sizes[:, np.newaxis]
+    return _Constraints(C, c / sizes, is_equation, rows, signs, sizes, len(parts[0][3]))
+
+
+@np.errstate(all="ignore")
+def solution(blocks: Blocks) -> Found | None:
+    """Return the solution; None unless H + H' is positive definite, or if the steps do
+    not end at one."""
+    H, k = blocks.Q, blocks.c.size
+    if is_sparse(H) or is_sparse(blocks.A) or k + len(blocks.A) > MOST_CONSTRAINTS:
+        return None
+    own = _constraints(blocks)
+    if own is None:
+        return None
+    try:
+        np.linalg.cholesky(H + H.T)
+        inverse = np.linalg.inv(H)
+    except np.linalg.LinAlgError:
+        return None
+    active, steps = _active(own, inverse, -(inverse @ blocks.c))
+    return None if active is None else _at(blocks, own, active, steps)
+
+
+class _System:
+    """The inverse Z of [H -C_W'; C_W 0], for active constraints W in slots behind the k
+    variables; rows and columns of other slots are 0."""
+
+    def __init__(self, inverse: Vector, C: Vector) -> None:
+        self.k, self.C = len(inverse), C
+        self.Z = np.zeros((2 * self.k, 2 * self.k), order="F")
+        self.Z[: self.k, : self.k] = inverse
+        self.free = list(range(2 * self.k - 1, self.k - 1, -1))
+        self.slots = np.full(len(C), -1)
+
+    def direction(self, p: int) -> Vector:
+        """Return by what x and the multipliers in all slots change with that of p."""
+        found: Vector = self.Z[:, : self.k] @ self.C[p]
+        return found
+
+    def add(self, p: int, direction: Vector, slope: float) -> int:
+        """Make p active and return its slot. slope : by what its value changes with its
+        multiplier."""
+        slot = self.slots[p] = self.free.pop()
+        right = self.C[p] @ self.Z[: self.k]
+        left = direction.copy()
+        left[slot], right[slot] = 1.0, -1.0
+        self._subtract(left, right, slope)
+        return slot
+
+    def drop(self, p: int) -> None:
+        slot = int(self.slots[p])
+        left, right = self.Z[:, slot].copy(), self.Z[slot].copy()
+        self._subtract(left, right, float(left[slot]))
+        self.Z[slot], self.Z[:, slot], self.slots[p] = 0.0, 0.0, -1
+        self.free.append(slot)
+
+    def _subtract(self, left: Vector, right: Vector, divisor: float) -> None:
+        dger(-1 / divisor, left, right, a=self.Z, overwrite_a=1)
+
+
+def _active(own: _Constraints, inverse: Vector, x: Vector) -> tuple[Vector | None, int]:
+    """Return the active constraints at the solution, None if the steps do not end at
+    it, and the number of steps."""
+    system, m, k = _System(inverse, own.C), own.c.size, x.size
+    values, y = own.C @ x - own.c, np.zeros(2 * k)
+    allowed = -SATISFIED * (np.abs(own.C) @ np.abs(x) + np.abs(own.c))
+    least = DEPENDENT * float(np.abs(inverse).max())
+    # Of the active constraints by slots: which may be dropped, and which they are.
+    may_drop, members = np.zeros(2 * k, dtype=np.bool_), np.full(2 * k, -1)
+    driven, p, way = 0.0, -1, 1.0
+    for step in range(STEPS * m + 1):
+        if p < 0:
+            gaps = np.where(own.is_equation, -np.abs(values), values)
+            gaps[members[members >= 0]] = 0.0
+            p = int(gaps.argmin()) if m else 0
+            if not m or not gaps[p] < allowed[p]:
+                return members[members >= 0], step
+            driven, way = 0.0, -1.0 if values[p] > 0 else 1.0
+        move = system.direction(p)
+        changes = own.C @ move[:k]
+        slope = float(changes[p])
+        full = -way * float(values[p]) / slope if slope > least else np.inf
+        falling = (may_drop & (way * move < 0)).nonzero()[0]
+        lengths = y[falling] / (-way * move[falling])
+        length = min(full, float(lengths.min(initial=np.inf)))
+        if not length < np.inf:
+            return None, step
+        length = max(length, 0.0)
+        driven += way * length
+        values += way * length * changes
+        y += way * length * move
+        if length < full:
+            slot = int(falling[lengths.argmin()])
+            system.drop(int(members[slot]))
+            y[slot], may_drop[slot], members[slot] = 0.0, False, -1
+            continue
+        if not system.free:
+            return None, step
+        slot = system.add(p, move, slope)
+        y[slot], may_drop[slot], members[slot] = driven, not own.is_equation[p], p
+        p = -1
+    return None, step
+
+
+def _at(blocks: Blocks, own: _Constraints, active: Vector, steps: int) -> Found | None:
+    """Return the solution with these active constraints; None if their system is
+    singular."""
+    k, C = blocks.c.size, own.C[active]
+    K = np.zeros((k + active.size, k + active.size))
+    K[:k, :k], K[:k, k:], K[k:, :k] = blocks.Q, -C.T, C
+    right = np.concatenate((-blocks.c, own.c[active]))
+    try:
+        both = np.linalg.solve(K, right)
+    except np.linalg.LinAlgError:
+        return None
+    if not np.isfinite(both).all():
+        return None
+    x, multipliers = both[:k], both[k:]
+    of_rows = active < own.of_rows
+    bounds = active[~of_rows]
+    x[own.rows[bounds]] = (own.signs * own.c)[bounds]
+    x = np.clip(x, blocks.lower, blocks.upper)
+    y = np.zeros(len(blocks.A))
+    inside = active[of_rows]
+    own_y = multipliers[of_rows]
+    own_y = np.where(own.is_equation[inside], own_y, np.maximum(own_y, 0.0))
+    np.add.at(y, own.rows[inside], own.signs[inside] * own_y / own.sizes[inside])
+    # Rounding of Ax would leave s beside the end to which a multiplier belongs.
+    s = np.clip(blocks.A @ x, blocks.row_lower, blocks.row_upper)
+    s = np.where(y > 0, blocks.row_lower, np.where(y < 0, blocks.row_upper, s))
+    return Found(np.concatenate((x, y, s[blocks.ranges])), steps)
