@@ -291,6 +291,9 @@ def proposed_steps(session: Session) -> Steps:
     if proposal is None:
         return None
     point, route = session.point(proposal.z), (proposal.method,)
+    fast = compiled() if session.is_compiled and problem.box.is_orthant else None
+    if fast is not None and fast.solves(problem, proposal.z, session.limits.tol):
+        point = Point.of_solution(point.criterion, proposal.z)
     return session.judged(point, proposal.steps, route, why=proposal.reason)
 
 
