@@ -99,6 +99,7 @@ class Structure:
         starts.
     tried : the stages of first attempts that have been made, to be passed on instead of
         being made again.
+    is_linearization : whether a good step of a nonlinear method is asked for, no proof.
     follow : of Lemke's paths, `tableau.follow` or its compiled form. reduced : returns
         a `Reduction` that is kept for problems with this M; None if none is.
     """
@@ -109,6 +110,7 @@ class Structure:
         self.given, self.x0, self.tried = problem, x0, tried or {}
         self.follow: Follow = tableau.follow
         self.reduced: Callable[[Problem], Reduction] | None = None
+        self.is_linearization = False
         self.is_narrow = direct.is_full_band(problem.M)
         self.is_large_and_sparse = self.is_narrow or (
             is_sparse(problem.M) and problem.n > direct.MOST_AS_DENSE
@@ -782,6 +784,13 @@ LATER = (
         lambda _: LOOKS,
     ),
 )
+STEP = (
+    Row(
+        *("lemke", "", "a step of a nonlinear method is asked for, but no proof"),
+        lambda _: True,
+        by("lemke.end_of_path", lambda s: (s.problem, s.follow)),
+    ),
+)
 PRESOLVE = Row(
     *(
         "presolve",
@@ -810,6 +819,8 @@ def phases(structure: Structure) -> tuple[tuple[Row, ...], ...]:
     Presolve takes no longer than the first attempts only if M is large and sparse. Few
     unknowns are decided by exact arithmetic before what may take long.
     """
+    if structure.is_linearization:
+        return (STEP,)
     presolve, exact, milp = (PRESOLVE,), (EXACT,), (MILP,)
     if EXACT.applies(structure):
         return FIRST, BRIEF, exact, presolve, LATER, milp

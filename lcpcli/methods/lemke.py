@@ -36,6 +36,7 @@ from lcpcli.linalg.doubles import SIGN_ROUNDING, generator
 from lcpcli.linalg.factors import SingularMatrix
 from lcpcli.linalg.matrices import absolute_product
 from lcpcli.methods.direct import as_dense
+from lcpcli.methods.newton import from_states
 from lcpcli.methods.registry import LARGEST, LEXICOGRAPHIC, ONES
 from lcpcli.methods.stages import (
     Breakdown,
@@ -64,6 +65,8 @@ FEW_PIVOTS = 2  # per unknown of the first path of `auto`, before other methods
 FEWER_PIVOTS, FEW_MORE_PIVOTS = 1, 20
 # Relative to q: a z_0 so small may be rounding, and the point a solution but for that.
 VANISHED = 1e-9
+# Unknowns up to which a path from no states takes no longer than a few systems.
+SHORT_PATH = 50
 SINGULAR_BASIS = "a basis is singular"
 
 
@@ -147,6 +150,15 @@ def pivoted(
         z, w, _ = path.point()
         yield Iterate(problem.box.x_of(z, w), None, "", path.pivots, signs_final=False)
     return Stalled("the path does not end at a solution")
+
+
+def end_of_path(problem: Problem, follow: Follow) -> Stage:
+    """Yield the point at which the path ends, up to the rounding there, whether it is a
+    solution or not."""
+    path = path_to_end(problem, follow, reduced(problem))
+    z, _, basis = path.point()
+    yield _at(problem, z, path.pivots, basis)
+    return Finished()
 
 
 def path_to_end(
@@ -425,21 +437,39 @@ def confirmed(problem: Problem, basis: States) -> Stage:
     """Yield the basic solution of a basis, such as the last one of a path for another
     q, if it violates no row."""
     try:
-        z = problem.box.project(
-            CorrectedSolutions(problem, matrices.dense(problem.M)).at(basis).z
-        )
+        found = _of_basis(problem, basis)
     except SingularMatrix:
         return Breakdown("the principal submatrix of the given states is singular")
-    if violations(problem, z)[2].any():
+    if violations(problem, problem.box.z_of(found.x))[2].any():
         return Stalled("the given states are not those of a solution")
-    yield Iterate(
-        problem.box.x_within(z, problem.w(z), problem.box.basis_at(z)),
-        None,
-        "block",
-        1,
-        basis=basis,
-    )
+    yield found
     return Finished()
+
+
+def from_last(problem: Problem, basis: States) -> Stage:
+    """Pivot from the states of a similar problem; where they are those of one of
+    several solutions, as if an equation follows from others, yield that one."""
+    ending = yield from from_states(problem, basis)
+    if isinstance(ending, Breakdown) and problem.n > SHORT_PATH:
+        found = _of_basis(problem, basis, np.zeros(problem.n))
+        yield found._replace(basis=None)
+        return Finished()
+    return ending
+
+
+def _of_basis(problem: Problem, basis: States, near: Vector | None = None) -> Iterate:
+    """Return the basic solution of a basis; of several, that near a z."""
+    solutions = CorrectedSolutions(problem, matrices.dense(problem.M), near)
+    return _at(problem, solutions.at(basis).z, 1, basis, "block")
+
+
+def _at(
+    problem: Problem, z: Vector, evaluations: int, basis: States, step: str = ""
+) -> Iterate:
+    """Return the iterate at a z, moved within its bounds, with a basis."""
+    z = problem.box.project(z)
+    x = problem.box.x_within(z, problem.w(z), problem.box.basis_at(z))
+    return Iterate(x, None, step, evaluations, basis=basis)
 
 
 MOST_LEVELS = 3

@@ -54,7 +54,7 @@ from lcpcli.verify.point import Criterion, Point
 if TYPE_CHECKING:
     from types import ModuleType
 
-    from lcpcli.auto.attempts import Structure
+    from lcpcli.auto.attempts import Row, Structure
     from lcpcli.methods.stages import Iterate, Stage, Tried
     from lcpcli.model.words import Start
     from lcpcli.solving.kept import Kept
@@ -145,7 +145,8 @@ class Session:
         is_compiled : whether kernels are used, if there are any. is_shown : whether
         somebody sees the steps. interrupted : whether Ctrl-C has ended an attempt. lost
         : the basic solutions from which `newton` goes on in the first stages. answer :
-        the last one that was judged.
+        the last one that was judged. extent : what is asked of a point, if it is not
+        a solution.
     """
 
     problem: Problem
@@ -160,6 +161,7 @@ class Session:
     interrupted: bool = False
     lost: Sequence[Made] = ()
     answer: DirectAnswer | None = None
+    extent: Extent = AT_ONCE
 
     def is_late(self) -> bool:
         """Return whether the time is up."""
@@ -186,7 +188,7 @@ class Session:
         if point is not None and steps <= self.limits.max_iterations:
             if is_certain:
                 reason = ""
-            elif found := accepted(self.problem, [point], self.limits.tol, AT_ONCE):
+            elif found := accepted(self.problem, [point], self.limits.tol, self.extent):
                 reason = found.reason
             elif why:
                 reason = why
@@ -482,7 +484,7 @@ def first_steps(
     these take it, as the loop of `auto` returns it; None if they do not end at a
     solution that is beyond doubt."""
     with imports:
-        from lcpcli.auto.attempts import FIRST, Structure, in_rounds
+        from lcpcli.auto.attempts import FIRST, STEP, Structure, in_rounds
         from lcpcli.methods.newton import SLOW, iterate_of
         from lcpcli.methods.stages import (
             Finished,
@@ -504,8 +506,12 @@ def first_steps(
         structure.follow = fast.follow
     if session.kept is not None:
         structure.reduced = session.kept.reduced
+    phase: Sequence[Row] = FIRST
+    extent = FIRST_STAGES
+    if session.extent.share:
+        structure.is_linearization, phase, extent = True, STEP, session.extent
     turns, route = Turns(structure.x0), list[str]()
-    parts = in_rounds(structure, FIRST)
+    parts = in_rounds(structure, phase)
     if start is not None:
         parts = chain([Part("newton", _from(start, dense, structure))], parts)
     for part in parts:
@@ -521,7 +527,9 @@ def first_steps(
         session.stopwatch.count("solve")
         last = turns.last
         point = session.point(dense.box.z_of(last.x), dense)
-        found = accepted(dense, [point], session.limits.tol, FIRST_STAGES, last.basis)
+        found = accepted(dense, [point], session.limits.tol, extent, last.basis)
+        if found is None and structure.is_linearization:
+            continue
         if found is None or not found.solved:
             return session.judged(None, 0, ())
         steps, methods = len(route), tuple(dict.fromkeys(route))
@@ -536,8 +544,10 @@ def _from(start: Start, problem: Problem, structure: Structure) -> Stage:
     singular blocks one system, as for contact, or if z is given for many unknowns,
     systems as at the end of interior, as for programs."""
     with imports:
-        from lcpcli.methods.lemke import confirmed
+        from lcpcli.methods.lemke import confirmed, from_last
         from lcpcli.methods.newton import from_start
+    if structure.is_linearization:
+        return from_last(problem, start.basis)
     if problem.M.diagonal().all():
         return from_start(problem, start.basis)
     if start.z is None:

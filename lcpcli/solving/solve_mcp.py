@@ -12,10 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lcpcli.basis import tableau
-from lcpcli.basis.exchanges import CorrectedSolutions
 from lcpcli.basis.free_variables import WithoutFree
-from lcpcli.basis.tableau import SOLVED
 from lcpcli.clock import Stopwatch, imports, seconds
 from lcpcli.errors import (
     LEAVE_OUT,
@@ -25,30 +22,20 @@ from lcpcli.errors import (
     missing,
     out_of_range,
 )
-from lcpcli.linalg.doubles import EPS, is_finite, size
+from lcpcli.linalg.doubles import is_finite
 from lcpcli.linalg.factors import SingularMatrix
-from lcpcli.linalg.matrices import is_sparse, product
+from lcpcli.linalg.matrices import is_sparse
 from lcpcli.linalg.threads import with_limited_threads
 from lcpcli.methods import registry as methods
-from lcpcli.methods.direct import MOST_PIVOTED, MOST_UNKNOWNS, as_dense
+from lcpcli.methods.direct import MOST_PIVOTED, MOST_UNKNOWNS
 from lcpcli.methods.josephy_newton import josephy_newton
-from lcpcli.methods.lemke import path_to_end, reduced, solution_at
-from lcpcli.methods.newton import from_states
-from lcpcli.methods.stages import (
-    FAULTS,
-    Breakdown,
-    Ending,
-    Finished,
-    Iterate,
-    Stalled,
-    advance,
-    ended,
-)
+from lcpcli.methods.lemke import SHORT_PATH
 from lcpcli.model.arrays import FROM_0
 from lcpcli.model.box import Box, in_words
 from lcpcli.model.evaluations import Evaluations
 from lcpcli.model.nonlinear import NonlinearProblem
 from lcpcli.model.problem import Problem
+from lcpcli.model.words import Start
 from lcpcli.options import DEFAULTS, Limits
 from lcpcli.solving import driver
 from lcpcli.solving.call import (
@@ -58,13 +45,14 @@ from lcpcli.solving.call import (
     trace_of,
     unless_interrupted,
 )
+from lcpcli.solving.direct_run import Session, direct_steps, exhausted, uses_kernels
 from lcpcli.solving.direct_run import compiled as kernels
-from lcpcli.solving.direct_run import uses_kernels
 from lcpcli.solving.loop import Loop
 from lcpcli.solving.observers import Seen
 from lcpcli.solving.result import Result, Status
 from lcpcli.solving.trace import Callback, Trace
 from lcpcli.typing import BoundLike, Interrupts, Matrix, States, Vector, VectorLike
+from lcpcli.verify.acceptance import AS_IT_IS, Extent, accepted
 from lcpcli.verify.nonlinear_point import (
     NonlinearCriterion,
     NonlinearPoint,
@@ -72,8 +60,6 @@ from lcpcli.verify.nonlinear_point import (
 )
 
 if TYPE_CHECKING:
-    from types import ModuleType
-
     from typing_extensions import Unpack
 
 METHOD = "josephy-newton"
@@ -222,7 +208,7 @@ def run_nonlinear(
     driver.check_callback(callback)
     methods.check(METHOD, chosen)
     _check_step(problem, difference_step)
-    fast = kernels() if uses_kernels(compiled, 1) else None
+    is_compiled = uses_kernels(compiled, 1) and kernels() is not None
     options = methods.declared(METHOD).options
     in_force = {each.name: chosen.get(each.name, each.default) for each in options}
     kept = trace_of(trace, METHOD)
@@ -231,7 +217,9 @@ def run_nonlinear(
     start = _start(evaluations)
     with np.errstate(all="ignore"):
         criterion = NonlinearCriterion(evaluations, limits.tol)
-        linear = partial(solution_of_linearization, evaluations=evaluations, fast=fast)
+        linear = partial(
+            solution_of_linearization, evaluations=evaluations, is_compiled=is_compiled
+        )
         stage = partial(
             josephy_newton,
             evaluations,
@@ -243,7 +231,7 @@ def run_nonlinear(
         stopwatch.count("setup")
         seen = Seen((kept, curve), None, callback)
         loop = Loop(criterion, METHOD, limits, stopwatch, start / 2, seen)
-        if fast is not None:
+        if is_compiled:
             in_force["compiled"] = True
         result = driver.ended(loop, stage, in_force)
         if result.status in (Status.SOLVED, Status.STALLED):
@@ -328,17 +316,12 @@ def by_jax(F: Callable[[Vector], Any], J: Any) -> list[Callable[[Vector], Any]]:
     return [partial(in_doubles, jax.jit(traced)) for traced in (F, jax.jacfwd(F))]
 
 
-# For a linearization: one that takes more may have no solution.
-LINEAR = Limits(max_iterations=100)
-# Of the natural residual of 0: that of a solution for which no more is done.
-NEARLY = 1e-8
-# Of the natural residual of 0: from which on a step to z pays, although z is no
-# solution.
-CLOSE = 1e-2
-FEW_ROUNDINGS = 8  # of the terms of a row, which its w may be off by
+# For a linearization: one that takes more may have no solution; and its last digits do
+# not make a step better.
+LINEAR = Limits(tol=1e-8, max_iterations=100)
+# What is asked of a step that pays, although z is no solution.
+STEP = Extent(AS_IT_IS, share=1e-2)
 PIVOTS_OF_RUN = 250  # that what `run` does besides takes as long as
-# Unknowns up to which a path from no states takes no longer than a few systems.
-SHORT_PATH = 50
 
 
 def solution_of_linearization(
@@ -348,120 +331,79 @@ def solution_of_linearization(
     basis: States | None,
     longer: bool,
     evaluations: Evaluations,
-    fast: ModuleType | None = None,
+    is_compiled: bool,
 ) -> tuple[Vector, States] | None:
     """Return a solution of the linear problem, or a point that all but solves it, and
     its states; None if none was found.
 
     basis : the states that are tried first. longer : whether a problem with few
-    unknowns, which else is only pivoted, without the last digits and the proofs that
-    `run` is for, is left to `run`. evaluations : whose pivots are counted.
-    fast : the kernels, if they are wanted.
+    unknowns, of which else only the attempts of a step are made, is left to `run` with
+    its proofs. evaluations : whose pivots are counted. is_compiled : whether kernels
+    are used.
     """
     if longer and q.size > MOST_UNKNOWNS:
         return None
     try:
         problem = Problem(M, q, lower=box.lower, upper=box.upper)
-        if problem.n <= MOST_PIVOTED and not longer:
-            return _pivoted(as_dense(problem), basis, evaluations, fast)
-        if problem.n > MOST_PIVOTED and is_sparse(problem.M) and not longer:
+        if not longer and problem.n <= MOST_PIVOTED:
+            return _step(problem, basis, evaluations, is_compiled)
+        if not longer and is_sparse(problem.M):
             with suppress(SingularMatrix):
                 own = WithoutFree(problem)
-                found = _pivoted(
-                    own.reduced,
-                    None if basis is None else basis[own.bounded],
-                    evaluations,
-                    fast,
-                )
-                given = None if found is None else own.given(*found)
-                return (
-                    given
-                    if given is not None and _is_close(problem, given[0], CLOSE)
-                    else None
-                )
-        first = None if basis is None else in_words(basis)
-        ends = None if longer else lambda row: _is_close(problem, row.z, NEARLY)
+                within = None if basis is None else basis[own.bounded]
+                found = _step(own.reduced, within, evaluations, is_compiled)
+                if found is None:
+                    return None
+                z, states = own.given(*found)
+                return (z, states) if _is_step(problem, z) else None
         result = driver.run(
             problem,
             "auto",
-            basis=first,
+            basis=None if basis is None else in_words(basis),
             limits=LINEAR,
-            callback=ends,
-            compiled=fast is not None,
+            compiled=is_compiled,
         )
     except LCPError:  # numbers overflow
         return None
     if result.interrupted:
         raise KeyboardInterrupt
-    evaluations.pivots += PIVOTS_OF_RUN + result.evaluations
-    if not (result.solved or _is_close(problem, result.z, CLOSE)):
-        return None
-    return result.z, problem.box.basis_at(
-        result.z
-    ) if result.end is None else result.end
+    evaluations.pivots += PIVOTS_OF_RUN
+    if result.solved or _is_step(problem, result.z):
+        return _with_states(result, evaluations)
+    return None
 
 
-def _is_close(problem: Problem, z: Vector, share: float) -> bool:
-    """Return whether the natural residual of z is at most this share of that of 0, or
-    rounding."""
-    gaps, most = (
-        np.abs(problem.box.gaps(z, problem.w(z))),
-        share * size(problem.box.gaps(np.zeros(z.size), problem.q)),
-    )
-    if (gaps <= most).all():
-        return True
-    terms = np.abs(problem.q) + product(abs(problem.M), np.abs(z))
-    return bool((gaps <= most + FEW_ROUNDINGS * EPS * terms).all())
+def _is_step(problem: Problem, z: Vector) -> bool:
+    return accepted(problem, [z], LINEAR.tol, STEP) is not None
 
 
-def _pivoted(
+def _with_states(result: Result, evaluations: Evaluations) -> tuple[Vector, States]:
+    """Return the z of a result with its states, once its pivots are counted."""
+    evaluations.pivots += result.evaluations
+    z, end = result.z, result.end
+    return z, result.problem.box.basis_at(z) if end is None else end
+
+
+def _step(
     problem: Problem,
     basis: States | None,
     evaluations: Evaluations,
-    fast: ModuleType | None,
+    is_compiled: bool,
 ) -> tuple[Vector, States] | None:
-    """Return a solution of a problem with few unknowns, by exchanges from the states of
-    another one, or of the reference point, or along Lemke's path, up to the rounding
-    there; None if neither ends at one."""
+    """Return where the attempts of a step lead on a problem with few unknowns, from the
+    states of another one, or for many of these from those of the reference point; None
+    if that is no step."""
     if basis is None and problem.n > SHORT_PATH:
         basis = problem.box.basis_at(problem.reference_point, problem.q_ref)
-    step: Iterate | Ending = Stalled()
-    with suppress(*FAULTS), np.errstate(over="raise", invalid="raise", divide="raise"):
-        stage, last = (
-            ended(Stalled()) if basis is None else from_states(problem, basis),
-            None,
-        )
-        while isinstance(step := advance(stage), Iterate):
-            last = step
-        if last is not None and isinstance(step, Finished):
-            z = problem.box.z_of(last.x)
-            if _is_close(problem, z, CLOSE):
-                return z, problem.box.basis_at(z)
-    if (
-        fast is not None
-        and problem.is_mixed
-        and (answer := fast.mixed(problem, DEFAULTS.tol)) is not None
-    ):
-        return answer.z, problem.box.basis_at(
-            answer.z
-        ) if answer.end is None else answer.end
-    if basis is not None and isinstance(step, Breakdown) and problem.n > SHORT_PATH:
-        with suppress(SingularMatrix):
-            z = problem.box.project(
-                CorrectedSolutions(problem, problem.M, np.zeros(problem.n)).at(basis).z
-            )
-            # One of several, as where an equation follows from others.
-            if _is_close(problem, z, CLOSE):
-                return z, problem.box.basis_at(z)
-    with suppress(*FAULTS), np.errstate(over="raise", invalid="raise", divide="raise"):
-        path = path_to_end(
-            problem, tableau.follow if fast is None else fast.follow, reduced(problem)
-        )
-        evaluations.pivots += path.pivots
-        z, _, states = path.point()
-        z = problem.box.project(z)
-        if path.end == SOLVED and not _is_close(problem, z, NEARLY):
-            z, _ = solution_at(problem, path.reduction.M, z, states)
-        if _is_close(problem, z, CLOSE):
-            return z, states
-    return None
+    session = Session(
+        problem,
+        LINEAR,
+        {},
+        Stopwatch(seconds, seconds()),
+        is_compiled,
+        None if basis is None else Start(problem, basis),
+        extent=STEP,
+    )
+    with np.errstate(all="ignore"):
+        result = exhausted(direct_steps(session))
+    return None if result is None else _with_states(result, evaluations)

@@ -67,6 +67,8 @@ class Extent(NamedTuple):
         hides a term, as `auto` does.
     seconds : how long proofs may take.
     refutation : a proof that only the rounding of M leaves a solution, if one is known.
+    share : if it is not 0, of the natural residual of 0: a point counts that leaves no
+        more, as the step of a linearization, which need be no solution.
     """
 
     last: int = UNREFUTED
@@ -76,6 +78,7 @@ class Extent(NamedTuple):
     is_exact: bool = False
     seconds: float = math.inf
     refutation: Proof | None = None
+    share: float = 0.0
 
 
 AT_ONCE, BY_CRITERION, IN_FULL = Extent(AS_IT_IS), Extent(WITHOUT_ROUNDING), Extent()
@@ -152,6 +155,9 @@ def _by_criterion(
     point: Point, extent: Extent, basis: States | None
 ) -> Acceptance | None:
     """Return what the first three decisions say of a point."""
+    if extent.share:
+        is_step = point.leaves(extent.share)
+        return Acceptance(point, basis=basis) if is_step else None
     if extent.is_exact and point.criterion.problem.n <= FEW_UNKNOWNS:
         return _exactly(point, extent, basis)
     if point.solves():

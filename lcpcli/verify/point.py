@@ -337,6 +337,17 @@ class Point:
                 else decided
             )
 
+    def leaves(self, share: float) -> bool:
+        """Return whether the natural residual is at most this share of that of 0, or
+        rounding."""
+        problem, w = self.criterion.problem, self.plain_w
+        at_0 = problem.box.gaps(np.zeros(problem.n), problem.q)
+        beyond = np.abs(problem.box.gaps(self.z, w)) - share * size(at_0)
+        if (beyond <= 0).all():
+            return True
+        terms = np.abs(problem.q) + absolute_product(problem.M, np.abs(self.z))
+        return bool((beyond <= ROW_ROUNDING * terms).all())
+
     @property
     def counted_as_0(self) -> str:
         """Return which entries of q count as 0, as a clause for the user; "" if there
