@@ -736,7 +736,15 @@ NFG 1 R title
     => has no title, players and strategies; write NFG 1 R "title" { "one" "two" } { 2
     2 }
 NFG 1 R "a game" { "Alice"  }\n{ 1 } 1 => {PLAYERS:1 player}; give one of two players
-NFG 1 R "a game" { "Alice" "Bob" "Cy" }\n{ 1 1 1 } 1 2 3 => {MORE_PLAYERS}; {NO_LCP}
+NFG 1 R "a game" { "Alice" "Bob" "Cy" }\n{ 2 2 2 } { { 1 0 0 } } 0 0 0 0 0 0 0 1
+    => has payoffs that are no sums over pairs of players: for the strategies 2, 2, 2
+    Alice gets 1, not 0; the equilibria of such a game of more than two players are not
+    the solutions of an LCP
+NFG 1 R "a game" { "Alice" "Bob" "Cy" }\n{ 1 1 1 } 1 2
+    => has a number of payoffs that is no multiple of 3; give 3 for each profile of
+    strategies
+NFG 1 R "a game" { "Alice" "Bob" "Cy" }\n{ 1 1 } 1 2
+    => has strategies of 2 players for 3 names; give the strategies of each player
 """,
 )
 STRATEGIC_FORM = contents(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable
 from fractions import Fraction
+from itertools import chain, product
 from pathlib import Path
 from typing import Any
 
@@ -243,6 +244,42 @@ def test_the_best_equilibrium_of_a_player() -> None:
         found = lcpcli.optimum(problem, f'"payoff of {player}"', sense="max")
         assert (found.status, found.value) == ("optimal", best)
     assert len(list(lcpcli.solutions(problem))) == 3
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_games_in_strategic_form_that_are_sums_over_pairs_are_read(
+    seed: int, tmp_path: Path
+) -> None:
+    """Of three or four players, with fractions: any split of the payoffs has the same
+    expected ones."""
+    random = np.random.default_rng(seed)
+    n = int(random.integers(3, 5))
+    sizes = random.integers(1, 4, n).tolist()
+
+    def table(i: int, j: int) -> Any:
+        return [
+            [Fraction(int(random.integers(-9, 10)), 3) for _ in range(sizes[j])]
+            for _ in range(sizes[i])
+        ]
+
+    pairs = [(i, j) for i in range(n) for j in range(n) if i != j]
+    payoffs = {pair: table(*pair) for pair in pairs}
+    profiles = [each[::-1] for each in product(*map(range, sizes[::-1]))]
+    cells = [
+        str(sum(payoffs[i, j][p[i]][p[j]] for j in range(n) if j != i))
+        for p in profiles
+        for i in range(n)
+    ]
+    names = " ".join(f'"P{i}"' for i in range(n))
+    head = f'NFG 1 R "a game" {{ {names} }} {{ {" ".join(map(str, sizes))} }}'
+    file = tmp_path / "game.nfg"
+    file.write_text(f"{head}\n{' '.join(cells)}\n")
+    found: Any = lcpcli.exact(lcpcli.read(str(file))).answer.exact
+    given = lcpcli.from_polymatrix(payoffs)
+    verified: Any = lcpcli.check(given, [*chain(*found.strategies)])
+    assert verified.exact
+    assert verified.accepted
+    assert verified.strategies.payoffs == found.payoffs
 
 
 @pytest.mark.parametrize("suffix", ["json", "npz"])

@@ -1,14 +1,17 @@
-"""Gambit's .nfg files: games of two players in strategic form.
+"""Gambit's .nfg files: games of two players in strategic form, and of more players if
+they are polymatrix games.
 
-A file lists the payoffs of all pairs of strategies, or outcomes with payoffs and then
-the outcome of each pair; the first player's strategy changes fastest; outcome 0 pays
-nothing. (Gambit, https://www.gambit-project.org, file formats.)
+A file lists the payoffs of all profiles of strategies, or outcomes with payoffs and
+then the outcome of each profile; the first player's strategy changes fastest; outcome 0
+pays nothing. (Gambit, https://www.gambit-project.org, file formats.)
 """
 
 from __future__ import annotations
 
 import json
+import math
 import re
+from collections.abc import Sequence
 from fractions import Fraction
 from typing import Any
 
@@ -16,11 +19,10 @@ from lcpcli.errors import CUT_OFF, ENDS_TOO_EARLY, ProblemError, count, quoted
 from lcpcli.files.contents import decode
 from lcpcli.files.formats import Number, refuse
 from lcpcli.files.json_format import lossless_of
-from lcpcli.formulations.bimatrix_game.game import THREE_PLAYERS
-from lcpcli.formulations.gambit import TOKEN
+from lcpcli.formulations.gambit import TOKEN, pair_payoffs
 from lcpcli.rational.numbers import ratio
 
-Pair = tuple[Fraction, Fraction]
+Payoffs = tuple[Fraction, ...]  # of all players
 
 
 # As in every format.
@@ -40,43 +42,59 @@ def fields(content: bytes, number: Number = float) -> dict[str, Any]:  # noqa: A
             "has no title, players and strategies",
             'write NFG 1 R "title" { "one" "two" } { 2 2 }',
         )
-    refuse(max(len(players), len(sides)) > 2, "", *THREE_PLAYERS)
     if (fewest := min(len(players), len(sides))) < 2:
         raise ProblemError(
             "", f"is a game of {count(fewest, 'player')}", "give one of two players"
         )
-    m, k = (len(own) if isinstance(own, list) else _whole(own) for own in sides)
-    refuse(not m * k, "", "has a player without strategies", "give each at least one")
+    if len(players) != len(sides):
+        fault = f"has strategies of {len(sides)} players for {len(players)} names"
+        raise ProblemError("", fault, "give the strategies of each player")
+    sizes = [len(own) if isinstance(own, list) else _whole(own) for own in sides]
+    without = "has a player without strategies"
+    refuse(not min(sizes), "", without, "give each at least one")
+    number_of_profiles = math.prod(sizes)
     # A text here is a comment.
-    pairs = _pairs([cell for cell in cells if cell and not _is_text(cell)])
-    refuse(len(pairs) < m * k, "", ENDS_TOO_EARLY, CUT_OFF)
+    cells = [cell for cell in cells if cell and not _is_text(cell)]
+    payoffs = _payoffs(cells, len(sizes))
+    refuse(len(payoffs) < number_of_profiles, "", ENDS_TOO_EARLY, CUT_OFF)
     refuse(
-        len(pairs) > m * k,
+        len(payoffs) > number_of_profiles,
         "",
-        f"has more than the payoffs of {m} x {k} strategies",
+        f"has more than the payoffs of {' x '.join(map(str, sizes))} strategies",
         "remove the others",
     )
+    labels = [list(map(_text, own)) if isinstance(own, list) else [] for own in sides]
+    own = list(map(_text, players))
+    numbered = [f"Player {number}" for number in range(1, len(own) + 1)]
+    has_names = own != numbered and len({*own, ""}) > len(own)
+    if len(sizes) > 2:
+        tables = pair_payoffs(sizes, payoffs, own if has_names else numbered)
+        numbers = [[str(a + 1) for a in range(size)] for size in sizes]
+        pairs = zip(labels, numbers, strict=True)
+        return {
+            "payoffs": tables,
+            "players": own if has_names else numbered,
+            "actions": [each or other for each, other in pairs],
+            "name": _text(title),
+        }
+    return _of_two(sizes, payoffs, labels) | {
+        "name": _text(title),
+        **({"players": own} if has_names else {}),
+    }
+
+
+def _of_two(
+    sizes: Sequence[int], payoffs: Sequence[Payoffs], labels: Sequence[list[str]]
+) -> dict[str, Any]:
+    m, k = sizes
     A, B = (
-        [[lossless_of(pairs[j * m + i][player]) for j in range(k)] for i in range(m)]
+        [[lossless_of(payoffs[j * m + i][player]) for j in range(k)] for i in range(m)]
         for player in (0, 1)
     )
-    labels = (list(map(_text, own)) if isinstance(own, list) else [] for own in sides)
     rows, columns = (
         [] if own == [str(i) for i in range(1, len(own) + 1)] else own for own in labels
     )
-    own = list(map(_text, players))
-    named = (
-        {}
-        if own == ["Player 1", "Player 2"] or len({*own, ""}) < 3
-        else {"players": own}
-    )
-    return {
-        "A": A,
-        "B": B,
-        "rows": rows,
-        "columns": columns,
-        "name": _text(title),
-    } | named
+    return {"A": A, "B": B, "rows": rows, "columns": columns}
 
 
 def _nested(text: str) -> list[Any]:
@@ -93,15 +111,15 @@ def _nested(text: str) -> list[Any]:
     return found
 
 
-def _pairs(cells: list[Any]) -> list[Pair]:
-    """Return the payoffs of both players for each pair of strategies, from a list of
+def _payoffs(cells: list[Any], players: int) -> list[Payoffs]:
+    """Return the payoffs of all players for each profile of strategies, from a list of
     them or of outcomes."""
     if not (cells and isinstance(cells[0], list)):
-        return _in_pairs(cells)
-    outcomes = [(Fraction(0), Fraction(0))]
+        return _in_groups(cells, players)
+    outcomes = [(Fraction(0),) * players]
     for outcome in cells[0]:
         payoffs = (
-            _in_pairs([part for part in outcome if not _is_text(part)])
+            _in_groups([part for part in outcome if not _is_text(part)], players)
             if isinstance(outcome, list)
             else []
         )
@@ -109,7 +127,7 @@ def _pairs(cells: list[Any]) -> list[Pair]:
             raise ProblemError(
                 "",
                 f"has {quoted(str(outcome))} in place of an outcome",
-                "give two payoffs in braces",
+                f"give {_number(players)} payoffs in braces",
             )
         outcomes += payoffs
     numbers = list(map(_whole, cells[1:]))
@@ -122,15 +140,22 @@ def _pairs(cells: list[Any]) -> list[Pair]:
     return [outcomes[number] for number in numbers]
 
 
-def _in_pairs(numbers: list[Any]) -> list[Pair]:
+def _in_groups(numbers: list[Any], players: int) -> list[Payoffs]:
     values = [ratio(str(number)) for number in numbers]
+    odd = "an odd number of payoffs"
+    several = f"a number of payoffs that is no multiple of {players}"
     refuse(
-        len(values) % 2,
+        len(values) % players,
         "",
-        "has an odd number of payoffs",
-        "give two for each pair of strategies",
+        f"has {odd if players == 2 else several}",
+        f"give {_number(players)} for each "
+        f"{'pair' if players == 2 else 'profile'} of strategies",
     )
-    return list(zip(values[::2], values[1::2], strict=True))
+    return list(zip(*(values[i::players] for i in range(players)), strict=True))
+
+
+def _number(players: int) -> str:
+    return "two" if players == 2 else str(players)
 
 
 def _is_text(token: Any) -> bool:
