@@ -10,10 +10,9 @@ given.
 
 With rho = log2 R and the sign of gamma = log2 C changed, the normal equations are those
 of the Laplacian of the bipartite graph of rows and columns. A matrix without zeros
-solves them by its means. If the graph is a forest, all squares become 0, and each
-unknown follows from the one above it. Few unknowns are solved for directly, those of a
-narrow band too, and others by conjugate gradients, which take few steps unless the
-graph is long, and else by sparse elimination, which creates few entries if it is.
+solves them by its means. Few unknowns are solved for directly, those of a narrow band
+too, and others by conjugate gradients, which take few steps unless the graph is long,
+and else by sparse elimination, which creates few entries if it is.
 
 Equilibration: for positive diagonals R and C the solutions of LCP(R M C, R q) are z / C
 with w scaled by R. With R and C computed from the matrix itself, what is measured in
@@ -222,9 +221,7 @@ def _sparse(M: Matrix, S: Vector | None = None) -> Units:
         for places in ((rows,) if is_symmetric else (rows, columns))
     ]
     sums = [sums[0], sums[-1]]
-    if M.nnz == 2 * n - parts:
-        x = _forest(*rows, part, parts)
-    elif counts.max(initial=0.0) <= 2 * BAND + 1 and (farthest := width(M)) <= BAND:
+    if counts.max(initial=0.0) <= 2 * BAND + 1 and (farthest := width(M)) <= BAND:
         times = [_product((*each[:2], np.ones(M.nnz)), n) for each in (rows, columns)]
         x = _banded(
             M, farthest, np.array(sums), counts, times, _first_of_parts(part, parts)
@@ -365,38 +362,6 @@ def _by_gradients(
 
 def _roots(counts: Vector) -> Vector:
     return np.sqrt(np.maximum(counts, 1.0))
-
-
-def _forest(
-    indptr: Indices, indices: Indices, logarithms: Vector, part: Indices, parts: int
-) -> Vector:
-    """Return rho and gamma, one after another, of a forest: 0 at the root of each tree,
-    and else x_v = a_v - x_above. Each step of the loop puts twice as many steps up the
-    tree in one."""
-    with imports:
-        from scipy.sparse import csr_array
-        from scipy.sparse.csgraph import breadth_first_order
-    n = indptr.size - 1
-    roots = _first_of_parts(part, parts)
-    places = np.concatenate((indices + n, roots.astype(indices.dtype)))
-    begins = np.concatenate((indptr, np.full(n, indices.size), [places.size])).astype(
-        indptr.dtype
-    )
-    graph = csr_array(
-        (np.ones(places.size), places, begins), shape=(2 * n + 1, 2 * n + 1)
-    )
-    above = breadth_first_order(graph, 2 * n, directed=False)[1]
-    above[2 * n] = 2 * n
-    owners = np.repeat(np.arange(n), np.diff(indptr))
-    is_up = above[owners] == indices + n
-    x, signs = np.zeros(2 * n + 1), np.full(2 * n + 1, -1.0)
-    x[owners[is_up]] = -logarithms[is_up]
-    x[indices[~is_up] + n] = -logarithms[~is_up]
-    signs[2 * n] = 0.0
-    while (above != 2 * n).any():
-        x += signs * x[above]
-        signs, above = signs * signs[above], above[above]
-    return x[: 2 * n]
 
 
 def _first_of_parts(part: Indices, parts: int) -> Indices:

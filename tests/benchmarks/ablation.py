@@ -1,0 +1,875 @@
+"""What each special way of solving is worth: it is switched off alone, and the problems
+of `tests/seams` whose run uses it are run again.
+
+    # the first run of the sample, which is kept, and all switches
+    python tests/benchmarks/ablation.py --data FOLDER -o TABLE
+    # some of them; the constants of SCALED, halved and doubled
+    python tests/benchmarks/ablation.py --only units presolve
+    python tests/benchmarks/ablation.py --constants
+
+A row of the table has the tokens of what would go (for a row of a table, of
+the whole table); how many of the sampled problems
+use it, and how many of these were run again; those whose verdict is lost (solved or
+proved before), gained, and otherwise different, and those that are false; the ratio of
+the iterations and of the processor time, off over on; and the problem with the largest
+ratio of time among those that take 3 ms or more, measured in repeated pairs.
+"""
+
+from __future__ import annotations
+
+import argparse
+import ast
+import contextlib
+import importlib
+import inspect
+import io
+import pickle
+import sys
+import textwrap
+import time
+import tokenize
+from collections import defaultdict
+from collections.abc import Callable, Iterator, Sequence
+from itertools import chain
+from pathlib import Path
+from statistics import median
+from tempfile import TemporaryDirectory
+from typing import Any, NamedTuple
+
+HERE = Path(__file__).resolve().parents[2]
+sys.path.append(str(HERE / "tests" / "seams"))
+
+import bench_rows  # noqa: E402
+import contact  # noqa: E402
+import games  # noqa: E402
+import nonlinear  # noqa: E402
+import numpy as np  # noqa: E402
+import oracle  # noqa: E402
+import populations  # noqa: E402
+import verdicts  # noqa: E402
+
+import lcpcli  # noqa: E402
+from lcpcli.errors import LCPError  # noqa: E402
+from lcpcli.gallery import families  # noqa: E402
+
+PACKAGE = str(Path(lcpcli.__file__).parent)
+# Sparse problems that no population has.
+LARGE = (
+    ("beam", 300),
+    ("plate", 400),
+    ("frame", 300),
+    ("tridiagonal", 3000),
+    ("dominant", 2000),
+    ("contact", 100),
+    ("rigid-boxes", 200),
+    ("journal-bearing", 900),
+    ("two-obstacles", 900),
+    ("spatial-prices", 400),
+    ("portfolio", 300),
+    ("frontier", 200),
+)
+POPULATIONS = (verdicts, oracle, games, nonlinear, contact)
+# Of each kind of problem of a population, by the first words of its key; and of all.
+OF_A_KIND, OF_A_POPULATION = 3, 60
+SLOWEST = 0.5  # seconds of a sampled problem
+LIMIT = 30.0  # seconds, after which a run counts as without a verdict
+CLEAR_SECONDS = 3e-3  # of a problem whose ratio of time is looked at
+REPEATED, PAIRS = 4, 5  # problems of a switch that are timed again, and how often
+NOT_KEPT = ("_population", "_case")
+
+
+class Switch(NamedTuple):
+    """target : what is replaced, as "module:name", or "module:Class.name". off : makes
+    of it what stands there without it. goes : what else goes with it."""
+
+    name: str
+    target: str
+    off: Callable[[Any], Any]
+    goes: tuple[str, ...] = ()
+    used: tuple[Callable[..., Any], ...] = ()
+
+
+def never(_: Any) -> Any:
+    """A condition that does not hold."""
+    return lambda *_, **__: False
+
+
+def nothing(_: Any) -> Any:
+    """A function that has no answer."""
+    return lambda *_, **__: None
+
+
+def constant(value: Any) -> Callable[[Any], Any]:
+    return lambda _: value
+
+
+def lacking(*numbers: int) -> Callable[[Any], Any]:
+    """A table without rows of these numbers."""
+    return lambda table: tuple(row for i, row in enumerate(table) if i not in numbers)
+
+
+def empty(_: Any) -> Any:
+    """A generator of nothing."""
+    return lambda *_, **__: iter(())
+
+
+def first(_: Any) -> Any:
+    """A function that returns its first argument."""
+    return lambda value, *_, **__: value
+
+
+def fails(_: Any) -> Any:
+    """A stage that ends at once."""
+
+    def stage(*_: Any, **__: Any) -> Any:
+        from lcpcli.methods.stages import Breakdown
+
+        yield from ()
+        return Breakdown("it is switched off")
+
+    return stage
+
+
+def passes(_: Any) -> Any:
+    """`finish` without what it adds to its stage."""
+
+    def finish(_: Any, __: Any, stage: Any) -> Any:
+        return (yield from stage)
+
+    return finish
+
+
+def prop(value: Any) -> Callable[[Any], Any]:
+    """A property of this value."""
+    return lambda _: property(lambda _: value)
+
+
+def edited(*changes: tuple[str, str]) -> Callable[[Any], Any]:
+    """The function with other words in its source."""
+
+    def off(function: Any) -> Any:
+        plain = inspect.unwrap(getattr(function, "func", function))
+        source = textwrap.dedent(inspect.getsource(plain))
+        for before, after in changes:
+            assert source.count(before) == 1, f"{before!r} in {plain.__qualname__}"
+            source = source.replace(before, after)
+        names: dict[str, Any] = {}
+        exec("from __future__ import annotations\n" + source, plain.__globals__, names)
+        return names[plain.__name__]
+
+    return off
+
+
+def without(*fields: str) -> Callable[[Any], Any]:
+    """A table without its row that begins with these words, or has this key."""
+
+    def off(table: Any) -> Any:
+        if isinstance(table, dict):
+            return {key: table[key] for key in table if key not in fields}
+        left = tuple(row for row in table if row[: len(fields)] != fields)
+        assert len(left) == len(table) - 1, fields
+        return left
+
+    return off
+
+
+def _units(M: Any) -> Any:
+    from lcpcli.linalg.units import units
+
+    return units(M)
+
+
+def _confirmed(z: Any, basis: Any) -> Any:
+    from lcpcli.verify.final_states import Confirmed
+
+    return Confirmed(z, basis)
+
+
+def _in_range(problem: Any, y: Any) -> Any:
+    from lcpcli.verify import certificate
+
+    return certificate._in_range(problem, y)
+
+
+def _no_improvement(*_: Any) -> Any:
+    yield from ()
+    return False
+
+
+def begun(row: Any) -> Callable[..., Any]:
+    """Return the function that is called where an attempt of auto begins."""
+    for cell in row.begin.__closure__ or ():
+        if isinstance(cell.cell_contents, str):
+            module, _, name = cell.cell_contents.partition(".")
+            found = getattr(importlib.import_module(f"lcpcli.methods.{module}"), name)
+            return getattr(found, "func", found)
+    return row.begin
+
+
+def rows() -> Iterator[Switch]:
+    """A switch for each row of the table of auto, and for each rule of presolve."""
+    from lcpcli.auto import attempts
+    from lcpcli.presolve import presolve
+
+    for phase in ("FIRST", "BRIEF", "LATER"):
+        for i, row in enumerate(getattr(attempts, phase)):
+            yield Switch(
+                f"auto {phase} {row.method} {row.part}".strip(),
+                f"auto.attempts:{phase}",
+                lacking(i),
+                used=(begun(row),),
+            )
+    for rule in presolve.RULES:
+        yield Switch(
+            f"presolve {rule}",
+            "presolve.presolve:RULES",
+            without(rule),
+            (f"presolve.rules:{presolve.RULES[rule].__name__}",),
+        )
+    yield Switch(
+        "presolve signs of equations",
+        "presolve.presolve:signs_of_equations",
+        constant(lambda _: ()),
+        tuple(
+            f"presolve.rules:{name}"
+            for name in (
+                *("_pairs", "_diagonal", "_factors", "_votes", "_assign", "_alike"),
+                "_keys",
+            )
+        ),
+    )
+    yield Switch(
+        "presolve", "auto.attempts:PRESOLVE", lambda row: row._replace(applies=never(0))
+    )
+
+
+U, P, J = "linalg.units", "verify.point:", "methods.josephy_newton:_Steps."
+SWITCHES: tuple[Switch, ...] = (
+    # The units of rows and columns, by six routes.
+    Switch(
+        "units of a band",
+        f"{U}:_sparse",
+        edited(
+            (
+                "counts.max(initial=0.0) <= 2 * BAND + 1 and "
+                "(farthest := width(M)) <= BAND",
+                "False",
+            )
+        ),
+        (f"{U}:_banded", f"{U}:_first_of_parts"),
+    ),
+    Switch(
+        "units of symmetric M by gradients",
+        f"{U}:_sparse",
+        edited(("elif n > FEW_SYMMETRIC or M.nnz > THIN * n:", "elif False:")),
+        (f"{U}:_symmetric",),
+    ),
+    Switch(
+        "units by elimination",
+        f"{U}:_sparse",
+        edited(
+            ("elif n > FEW_SYMMETRIC or M.nnz > THIN * n:", "else:"),
+            ("if not is_settled and n <= LARGEST_ELIMINATED:", "if False:"),
+        ),
+        (f"{U}:_eliminated",),
+    ),
+    Switch("units of dense M", f"{U}:_dense", nothing, (f"{U}:_components",)),
+    Switch("units of few rows at once", f"{U}:MOST_DENSE", constant(0)),
+    # Sparse problems.
+    Switch(
+        "krylov",
+        "methods.active_set:krylov",
+        fails,
+        ("methods.active_set:krylov", "linalg.krylov:bicgstab"),
+    ),
+    Switch(
+        "multilevel",
+        "methods.active_set:multilevel",
+        fails,
+        ("methods.multilevel:Hierarchy",),
+    ),
+    Switch(
+        "pivoting near wrong signs",
+        "methods.active_set:_pivoted_near",
+        constant(
+            lambda own, found: own.box.exchanged(found.basis, found.wrong, found.z)
+        ),
+    ),
+    Switch(
+        "stencils", "linalg.stencils:_stencil", nothing, ("linalg.stencils:_Stencil",)
+    ),
+    Switch(
+        "thin dense M as sparse",
+        "auto.attempts:Structure.thin",
+        lambda _: property(lambda self: self.problem),
+    ),
+    Switch("stiff", "auto.attempts:Structure.is_stiff", prop(False)),
+    Switch(
+        "definite at the start of interior",
+        "methods.interior:definite",
+        fails,
+        (
+            "methods.definite:_AccurateSteps",
+            "methods.definite:_Run",
+            "methods.definite:Exchanges",
+            "linalg.definite_systems:DefiniteSystems",
+        ),
+    ),
+    Switch(
+        "friction",
+        "auto.attempts:Structure.is_frictional",
+        prop(False),
+        ("linalg.patterns:has_friction",),
+    ),
+    Switch(
+        "presolve where it may gain",
+        "auto.attempts:Structure.may_gain_by_presolve",
+        prop(True),
+    ),
+    Switch("unsure", "auto.attempts:Structure.is_unsure", prop(False)),
+    Switch("suspended attempts", "auto.attempts:MOST_HELD", constant(0)),
+    Switch("no elimination", "auto.attempts:may_be_eliminated", never),
+    # Factors.
+    Switch(
+        "updated factors",
+        "linalg.factors:PrincipalSolver._updated",
+        nothing,
+    ),
+    Switch(
+        "ordered factors",
+        "linalg.shifted_systems:dense_places",
+        constant(lambda _: np.empty(0, dtype=np.intp)),
+        ("linalg.shifted_systems:Bordered",),
+    ),
+    Switch(
+        "sides of systems by LDL",
+        "linalg.shifted_systems:has_qdldl",
+        never,
+        ("linalg.shifted_systems:LDL",),
+    ),
+    Switch("once factorized", "linalg.shifted_systems:MOST_AT_ONCE", constant(0.0)),
+    # Newton and pivoting.
+    Switch(
+        "projected gradient",
+        "methods.newton:projected_gradient",
+        fails,
+    ),
+    Switch("finish", "methods.newton:finish", passes),
+    Switch(
+        "refined basic solutions",
+        "basis.exchanges:System._refined",
+        edited(("for refines in (True, False):", "for refines in (False,):")),
+    ),
+    Switch(
+        "neighbours in batches",
+        "methods.block_pivoting:_neighbours",
+        constant(lambda q: (np.arange(len(q)), np.zeros(len(q), dtype=bool))),
+        ("methods.block_pivoting:_are_near",),
+    ),
+    Switch(
+        "gradients in batches",
+        "methods.block_pivoting:_start",
+        constant(
+            lambda frame, _, __: (
+                frame.box.basis_of(-0.5 * frame.q),
+                np.zeros(frame.q.shape[0], dtype=bool),
+            )
+        ),
+    ),
+    Switch("lemke settled", "methods.lemke:settled", constant(lambda _, z, __: z)),
+    Switch(
+        "integer path",
+        "methods.lemke:MAX_INTEGER_UNKNOWNS",
+        constant(0),
+        ("methods.lemke:_integer_path", "rational.pivoting:IntegerTableau"),
+    ),
+    # Quick attempts before the loop.
+    *(
+        Switch(f"quick {i} {word}", "solving.direct_run:QUICK", lacking(*i), goes)
+        for i, word, goes in (
+            (
+                (0,),
+                "proposals of a formulation",
+                ("solving.direct_run:proposed_steps",),
+            ),
+            ((1, 3), "programs by PIQP", ("solving.direct_run:program_steps",)),
+            (
+                (2,),
+                "pivoting",
+                (
+                    "solving.direct_run:direct_steps",
+                    "solving.direct_run:first_steps",
+                    "solving.direct_run:_answer",
+                ),
+            ),
+        )
+    ),
+    *(
+        Switch(
+            f"in sequence {i} {word}",
+            "solving.direct_run:IN_SEQUENCE",
+            lacking(i),
+            goes,
+        )
+        for i, word, goes in (
+            (0, "elimination", ("solving.direct_run:elimination_steps",)),
+            (1, "pivoting", ()),
+            (2, "near", ("solving.direct_run:near_steps", "solving.direct_run:_near")),
+        )
+    ),
+    Switch("kernels", "solving.direct_run:compiled", nothing),
+    Switch(
+        "kernels of entries",
+        "solving.direct_run:judge",
+        constant(lambda *_: (None, None)),
+        ("kernels.compiled:judged_by_entries",),
+    ),
+    Switch("basic zeros", "methods.direct:basic_zeros", nothing),
+    # The interior point method.
+    Switch("interior at a point", "methods.interior:at_point", fails),
+    Switch(
+        "interior exchanges",
+        "methods.interior:Run._exchanged",
+        empty,
+        ("methods.interior:_ProximalSolutions",),
+    ),
+    Switch(
+        "interior gmres",
+        "methods.interior_steps:AccurateSystems.solve",
+        edited(("if left > max(10 * goal, DOUBTFUL_RESIDUAL * size):", "if False:")),
+        ("linalg.krylov:gmres",),
+    ),
+    Switch(
+        "interior Ruiz",
+        "methods.interior_steps:_ruiz",
+        constant(lambda M, _: np.exp2(np.rint(sum(_units(M)[:2]) / 2))),
+    ),
+    # What a point is worth.
+    Switch("alternatives of a point", P + "Point.alternatives", empty),
+    Switch(
+        "idle multipliers, noise",
+        P + "Point._without_noise",
+        empty,
+        (P + "without_idle_multipliers", P + "Point._at_reference_in_noise"),
+    ),
+    Switch(
+        "idle multipliers", P + "without_idle_multipliers", constant(lambda _, z, __: z)
+    ),
+    Switch("small components", P + "with_small_components", empty),
+    Switch("small distances", P + "without_small_distances", constant(lambda _, z: z)),
+    Switch(
+        "negligible q",
+        P + "negligible_q",
+        constant(lambda _, __, ___, ____, rows: rows[:0]),
+        (P + "with_sides",),
+    ),
+    Switch(
+        "rounded rows",
+        "model.problem:Problem.rounded_rows",
+        prop(None),
+        ("model.rounded_rows:RoundedRows",),
+    ),
+    Switch("decision by bounds", P + "decision", nothing),
+    Switch("surely solves", "verify.measure:Measure.surely_solves", never),
+    Switch("surely fails", "verify.measure:Measure.surely_fails", never),
+    Switch(
+        "terms rounded once",
+        "verify.measure:Measure.doubtful",
+        constant(lambda _, z, *__: np.zeros(z.size, dtype=bool)),
+        ("verify.measure:rounded_once",),
+    ),
+    Switch(
+        "solutions beside",
+        "verify.acceptance:_beside",
+        nothing,
+        ("verify.small_entries:solution_beside",),
+    ),
+    Switch(
+        "rounded differences", "verify.nearby_solutions:is_rounded_difference", never
+    ),
+    Switch("run-offs", "verify.nearby_solutions:is_run_off", never),
+    Switch("rounded solutions", "verify.nearby_solutions:is_rounded_solution", never),
+    Switch("large solutions", "verify.nearby_solutions:large_solution", nothing),
+    Switch(
+        "exact confirmation",
+        "verify.acceptance:confirmed",
+        constant(lambda _, z, basis=None: _confirmed(z, basis)),
+        ("verify.final_states:confirmed",),
+    ),
+    Switch(
+        "bounds on open signs",
+        "verify.enclosure:open_signs",
+        constant(lambda _, q, *__: np.ones(len(q), dtype=bool)),
+    ),
+    # Proofs.
+    Switch(
+        "whole proofs",
+        "verify.certificate:_whole",
+        lambda _: _in_range,
+        ("verify.farkas:whole_proofs", "verify.farkas:_simple", "verify.farkas:_small"),
+    ),
+    Switch(
+        "simple proofs", "verify.farkas:_simple", empty, ("verify.farkas:_corrected",)
+    ),
+    Switch("proofs with room", "verify.alternative:with_room", empty),
+    Switch(
+        "proofs up to rounding",
+        "verify.farkas:cancellation",
+        constant(lambda *_: 0.0),
+        ("verify.farkas:Multiplied.has_proof_nearby",),
+    ),
+    Switch(
+        "proofs near a point",
+        "verify.certificate:proof_near",
+        nothing,
+        ("verify.certificate:_candidates", "verify.certificate:_null_vector"),
+    ),
+    Switch("proofs by dictionaries", "verify.alternative:dictionaries", empty),
+    Switch("proofs of interior", "methods.interior_steps:proof_of", nothing),
+    # Auto around its table.
+    Switch(
+        "far sides",
+        "model.problem:Problem.has_far_sides",
+        prop(False),
+        (
+            "model.changes:Relaxed",
+            "model.changes:relaxed",
+            "auto.policy:_relaxed_first",
+            "model.far_sides:FarSides",
+        ),
+    ),
+    Switch("exact arithmetic", "auto.policy:exactly", fails, ("auto.policy:_exact",)),
+    Switch(
+        "without doubt",
+        "auto.policy:_without_doubt",
+        edited(("step.signs_final and is_doubtful(problem, z)", "False")),
+    ),
+    Switch("improved points", "auto.policy:_improved", constant(_no_improvement)),
+    Switch("milp of what presolve leaves", "auto.policy:MUCH_SMALLER", constant(0.0)),
+    Switch("clear proofs", "auto.policy:_clearly", constant(lambda _, stage: stage)),
+    # Nonlinear problems.
+    *(
+        Switch(f"nonlinear {name}", J + name, off)
+        for name, off in (
+            ("crash", empty),
+            ("smoothed", empty),
+            ("_active_step", nothing),
+            ("downhill", nothing),
+            ("_farther", constant(lambda _, __, ___, reached: reached)),
+        )
+    ),
+    Switch("nonlinear pivoting near", "solving.solve_mcp:_pivoted", nothing),
+)
+# Constants that guard much code, which `--constants` halves and doubles.
+SCALED: tuple[str, ...] = ()
+
+
+def place(target: str) -> tuple[Any, str]:
+    """Return the module or class that has the target, and its name there."""
+    module, _, names = target.partition(":")
+    *outer, name = names.split(".")
+    found: Any = importlib.import_module(f"lcpcli.{module}")
+    for each in outer:
+        found = getattr(found, each)
+    return found, name
+
+
+@contextlib.contextmanager
+def switched(target: str, off: Callable[[Any], Any]) -> Iterator[None]:
+    """Replace the target in all modules of the package that have imported it."""
+    owner, name = place(target)
+    before = inspect.getattr_static(owner, name)
+    after = off(before)
+    owners = [owner]
+    if inspect.ismodule(owner):
+        owners = [
+            module
+            for key, module in list(sys.modules.items())
+            if key.startswith("lcpcli") and vars(module).get(name) is before
+        ]
+    for each in owners:
+        setattr(each, name, after)
+    try:
+        yield
+    finally:
+        for each in owners:
+            setattr(each, name, before)
+
+
+def tokens(target: str) -> int:
+    """Return the tokens of a function, class or constant of a module."""
+    owner, name = place(target)
+    module = owner if inspect.ismodule(owner) else sys.modules[owner.__module__]
+    source = inspect.getsource(module)
+    kinds = {tokenize.NAME, tokenize.OP, tokenize.NUMBER, tokenize.STRING}
+    for node in ast.walk(ast.parse(source)):
+        named = getattr(node, "name", "") == name or (
+            isinstance(node, (ast.Assign, ast.AnnAssign))
+            and isinstance(
+                getattr(node, "target", getattr(node, "targets", [0])[0]), ast.Name
+            )
+            and getattr(node, "target", getattr(node, "targets", [0])[0]).id == name
+        )
+        if named:
+            lines = source.splitlines()[node.lineno - 1 : node.end_lineno]
+            text = textwrap.dedent("\n".join(lines))
+            read = io.StringIO(text).readline
+            return sum(each.type in kinds for each in tokenize.generate_tokens(read))
+    return 0
+
+
+class Sampled:
+    """A problem of the sample: how its outcome is computed, and what it was at first.
+
+    calls : the functions of the package that its run calls, as (file, first line).
+    """
+
+    def __init__(self, population: Any, case: Any) -> None:
+        self.key = f"{population.__name__} {case.key}"
+        self._population, self._case = population, case
+        self._pickled: bytes | None = None
+        self.calls: frozenset[tuple[str, int]] = frozenset()
+        self.entry: dict[str, Any] = {}
+        self.seconds = np.inf
+
+    def run(self) -> tuple[dict[str, Any], float]:
+        """Return the outcome and the processor time, without that of making the
+        problem."""
+        if self._pickled is None:
+            made = self._case.make()
+            try:
+                self._pickled = pickle.dumps(made)
+            except Exception:  # of functions, which are made in no time
+                self._pickled = b""
+        made = pickle.loads(self._pickled) if self._pickled else self._case.make()
+        start = time.process_time()
+        try:
+            entry = self._population.outcome(self._case, made)
+        except Exception as error:
+            entry = {"status": f"{type(error).__name__}: {error}"}
+        return entry, time.process_time() - start
+
+    def begin(self, known: dict[str, Any]) -> None:
+        """Run it with a list of the functions called, and again for the time, or take
+        what is known of an earlier sample."""
+        if self.key in known:
+            self.__dict__.update(known[self.key])
+            return
+        called: set[tuple[str, int]] = set()
+
+        def note(frame: Any, event: str, _: Any) -> None:
+            if event == "call":
+                code = frame.f_code
+                called.add((code.co_filename, code.co_firstlineno))
+
+        with contextlib.suppress(LCPError):  # of a file that is no problem
+            self.entry, seconds = self.run()
+        if not self.entry or seconds > SLOWEST:
+            return
+        sys.setprofile(note)
+        try:
+            self.run()
+        finally:
+            sys.setprofile(None)
+        self.calls = frozenset(each for each in called if each[0].startswith(PACKAGE))
+        self.seconds = min(self.run()[1] for _ in range(2))
+
+    def known(self) -> dict[str, Any]:
+        """Return what another process need not find again."""
+        return {key: value for key, value in vars(self).items() if key not in NOT_KEPT}
+
+
+class Row(NamedTuple):
+    """A row of `bench_rows` as a case."""
+
+    key: str
+    make: Callable[[], Any]
+
+
+class Bench:
+    """The rows of `bench_rows` as a population."""
+
+    __name__ = "bench"
+
+    def __init__(self, folder: Path) -> None:
+        self.rows = bench_rows.rows(folder, [])
+
+    def cases(self, _: int) -> list[Row]:
+        large = [
+            Row(f"large {family} {n}", bench_rows.of_family(family, n))
+            for family, n in LARGE
+        ]
+        return large + [
+            Row(name, prepare)
+            for name, prepare in self.rows.items()
+            if not name.startswith(("start-up", "on request"))
+        ]
+
+    def outcome(self, _: Row, call: Any) -> dict[str, Any]:
+        found = call()
+        if not hasattr(found, "status"):
+            return {"status": "done"}
+        return {"status": found.status.word, "iterations": found.iterations}
+
+
+def sample(
+    folder: Path, data: Path | None, of_a_kind: int, file: Path | None
+) -> list[Sampled]:
+    """Return problems of all kinds, each of which takes at most SLOWEST. file : where
+    what is known of them is kept."""
+    known = pickle.loads(file.read_bytes()) if file and file.exists() else {}
+    random, found = np.random.default_rng(0), list[Sampled]()
+    # Not by one process for each problem.
+    populations.gallery = families.make
+    bench_rows.made = lambda family, n, *parameters: families.make(
+        family, n, **dict(parameter.split("=") for parameter in parameters)
+    )
+    for population in (*POPULATIONS, Bench(folder)):
+        if hasattr(population, "GENEROUS_SECONDS"):
+            population.GENEROUS_SECONDS = LIMIT
+        arguments = (0, data) if population is verdicts else (0,)
+        kinds = defaultdict[str, list[Any]](list)
+        for case in population.cases(*arguments):
+            kinds[kind_of(case.key)].append(case)
+        most = max(of_a_kind, OF_A_POPULATION // len(kinds))
+        for cases in kinds.values():
+            picked = random.permutation(len(cases))[:most]
+            for k in sorted(picked):
+                found.append(Sampled(population, cases[k]))
+                found[-1].begin(known)
+    if file and not known:
+        file.write_bytes(pickle.dumps({each.key: each.known() for each in found}))
+    return [each for each in found if each.calls]
+
+
+def kind_of(key: str) -> str:
+    """Return the kind of a case: the folder of a file, or two words of the key."""
+    if key.startswith("file "):
+        return key.rpartition("/")[0]
+    return " ".join([word for word in key.split() if not word.isdigit()][:2])
+
+
+def is_verdict(entry: dict[str, Any]) -> bool:
+    return entry["status"] == "solved" or bool(entry.get("proof"))
+
+
+def used_by(switch: Switch, sampled: Sequence[Sampled]) -> list[Sampled]:
+    """Return the problems whose run calls what the switch turns off, or what goes with
+    it; all of them if it names no function."""
+    codes = set()
+    named = [inspect.getattr_static(*place(each)) for each in switch.goes]
+    for found in (
+        switch.used or named or [inspect.getattr_static(*place(switch.target))]
+    ):
+        function = getattr(found, "func", getattr(found, "fget", found))
+        function = inspect.unwrap(function) if callable(function) else function
+        if inspect.isclass(found):
+            function = vars(found).get("__init__")
+        if hasattr(function, "__code__"):
+            code = function.__code__
+            codes.add((code.co_filename, code.co_firstlineno))
+    return [each for each in sampled if not codes or each.calls & codes]
+
+
+def ratio(each: Sampled, switch: Switch) -> float:
+    """Return the ratio of time, off over on, the median of pairs."""
+    ratios = []
+    for _ in range(PAIRS):
+        seconds = []
+        for off in (lambda on: on, switch.off):
+            with switched(switch.target, off):
+                seconds.append(min(each.run()[1] for _ in range(2)))
+        ratios.append(seconds[1] / seconds[0])
+    return median(ratios)
+
+
+def row(switch: Switch, sampled: Sequence[Sampled], most: int) -> str:
+    """Return the row of the table for a switch."""
+    used = used_by(switch, sampled)
+    chosen = used
+    if len(used) > most:
+        picked = np.random.default_rng(1).permutation(len(used))[:most]
+        chosen = [used[k] for k in sorted(picked)]
+    lost, gained, other, false = (list[str]() for _ in range(4))
+    counts, seconds, slow = np.zeros(2), np.zeros(2), []
+    with switched(switch.target, switch.off):
+        for each in chosen:
+            entry, took = each.run()
+            if is_verdict(each.entry) and not is_verdict(entry):
+                lost.append(f"{each.key}: {entry['status'][:60]}")
+            elif is_verdict(entry) and not is_verdict(each.entry):
+                gained.append(each.key)
+            elif entry["status"] != each.entry["status"]:
+                other.append(each.key)
+            if entry.get("false") and not each.entry.get("false"):
+                false.append(each.key)
+            work = (each.entry.get("iterations", 0), entry.get("iterations", 0))
+            counts += work
+            seconds += each.seconds, took
+            if max(took, each.seconds) > CLEAR_SECONDS:
+                slow.append((took / each.seconds, each))
+    slow.sort(key=lambda pair: -pair[0])
+    timed = [(ratio(each, switch), each.key) for _, each in slow[:REPEATED]]
+    worst, key = max(timed, default=(1.0, "-"))
+    size = sum(map(tokens, switch.goes or (switch.target,)))
+    numbers = [size, len(used), len(chosen), *map(len, (lost, gained, other, false))]
+    words = "; ".join((*lost[:3], *(f"FALSE {each}" for each in false[:3])))
+    iterations = counts[1] / max(counts[0], 1)
+    times = f"{iterations:.2f} | {seconds[1] / max(seconds[0], 1e-9):.2f}"
+    cells = " | ".join(map(str, numbers))
+    return f"| {switch.name} | {cells} | {times} | {worst:.2f} {key} | {words} |"
+
+
+def tried(switch: Switch, sampled: Sequence[Sampled], most: int) -> str:
+    """Return its row, or why it cannot be switched off."""
+    try:
+        return row(switch, sampled, most)
+    except (AssertionError, AttributeError) as error:
+        return f"| {switch.name} | {type(error).__name__}: {error} |"
+
+
+HEAD = (
+    "| switched off | tokens | use it | run | lost | gained | other | false "
+    "| iterations | time | slowest | which |\n|" + " --- |" * 12
+)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--data", type=Path, help="a folder of problem files")
+    parser.add_argument("--only", nargs="+", default=[""], help="beginnings of names")
+    parser.add_argument(
+        "--constants", action="store_true", help="SCALED in their place"
+    )
+    parser.add_argument("--of-a-kind", type=int, default=OF_A_KIND)
+    parser.add_argument("--sample", type=Path, help="a file that keeps the sample")
+    parser.add_argument("--most", type=int, default=400, help="problems of a switch")
+    parser.add_argument("-o", "--output", type=Path, help="the table is added to it")
+    asked = parser.parse_args()
+    switches: Sequence[Switch] = [*SWITCHES, *rows()]
+    if asked.constants:
+        switches = [
+            Switch(f"{target} {word}", target, lambda v, f=f: type(v)(v * f))
+            for target in SCALED
+            for f, word in ((0.5, "halved"), (2, "doubled"))
+        ]
+    switches = [each for each in switches if each.name.startswith(tuple(asked.only))]
+    switches.sort(key=lambda each: -sum(map(tokens, each.goes or (each.target,))))
+    with TemporaryDirectory() as folder:
+        sampled = sample(Path(folder), asked.data, asked.of_a_kind, asked.sample)
+        total = sum(each.seconds for each in sampled)
+        print(f"{len(sampled)} problems, {total:.0f} s of processor time", flush=True)
+        lines = [HEAD] if asked.output is None or not asked.output.exists() else []
+        for line in chain(
+            lines, (tried(each, sampled, asked.most) for each in switches)
+        ):
+            print(line, flush=True)
+            if asked.output:
+                with asked.output.open("a") as file:
+                    print(line, file=file)
+
+
+if __name__ == "__main__":
+    main()
