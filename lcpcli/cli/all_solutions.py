@@ -75,19 +75,19 @@ def _search(request: Request, problem: InputProblem, where: str) -> sets.Solutio
     except TimeIsUp:  # zeros, which are not searched, take the place of the numbers
         n, left = problem.problem.n, 0.0
         data = exact_problem.ExactProblem(problem.problem, [{}] * n, [Fraction(0)] * n)
-    search = within(
-        where,
-        partial(
-            sets.solutions,
-            data,
-            time_limit=(left if left > 0 else None),
-            max_solutions=most,
-        ),
-    )
-    if left <= 0:
-        search.stop()
     shown = shows_progress(request.quiet)
     with stopping() as signals, Line("searching", is_shown=shown) as line:
+        search = within(
+            where,
+            partial(
+                sets.solutions,
+                data,
+                time_limit=(left if left > 0 else None),
+                max_solutions=most,
+            ),
+        )
+        if left <= 0:
+            search.stop()
         for _ in search:
             line.doing = f"searching: {count(len(search.pieces), 'piece')} found"
         is_interrupted = bool(signals)

@@ -70,16 +70,19 @@ def test_long_step_is_named_with_the_time_so_far(
     others = set(threading.enumerate())  # such as of calls that were abandoned
     stream = watched(monkeypatch)
     step: Callable[..., Any] = resolve_name(name)
+    named_in_time: list[bool] = []
 
     def long_step(*given: Any, **named: Any) -> Any:
         end = time.monotonic() + MOST_SECONDS
         while text not in stream.getvalue() and time.monotonic() < end:
             time.sleep(0.01)
+        named_in_time.append(text in stream.getvalue())
         return step(*given, **named)
 
     monkeypatch.setattr(name, long_step)
     monkeypatch.setattr(terminal, "INTERVAL", 0.01)
     lcp(*line.split())
+    assert all(named_in_time)
     assert any(shown.startswith(text) for shown in lines_in(stream))
     assert set(threading.enumerate()) <= others
 
