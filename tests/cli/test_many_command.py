@@ -24,6 +24,7 @@ from lcpcli.gallery import families
 from lcpcli.solving import proof
 
 from ..conftest import FACE
+from ..seeds import few_of
 from ..wordings import CANNOT_BE_WRITTEN, ENDS_TOO_EARLY, NO_LOG
 from .conftest import GOOD, INFEASIBLE, Lcp, assert_refused, interrupt, records
 
@@ -442,8 +443,10 @@ RESUMED: dict[str, tuple[dict[str, str], dict[str, str], list[str], list[str]]] 
 }
 
 
-@pytest.mark.parametrize("jobs", ["1", "2"])
-@pytest.mark.parametrize("case", RESUMED)
+@pytest.mark.parametrize(
+    ("case", "jobs"),
+    [*((case, "1") for case in RESUMED), *few_of(((case, "2") for case in RESUMED), 3)],
+)
 def test_run_that_is_resumed_solves_what_was_added_and_names_what_is_gone(
     case: str, jobs: str, lcp: Lcp, folder: Path
 ) -> None:

@@ -53,7 +53,7 @@ def test_a_file_beside_the_report_is_announced_unless_it_is_to_be_quiet(
             *(word for word in words if word in ("paths.svg", "trace.csv")),
         }
         assert all((folder / file).stat().st_size for file in files)
-        assert lcp(*name.split(), *words, "--plot", "plot.svg", "--quiet").err == ""
+    assert lcp("path", *commands["path"], "--plot", "plot.svg", "--quiet").err == ""
 
 
 @pytest.mark.parametrize("width", [60, 80, 120])

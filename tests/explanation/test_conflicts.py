@@ -44,7 +44,7 @@ def test_a_conflict_has_no_point_and_without_any_member_it_has_one(
 def test_no_fewer_complementarities_exclude_a_solution(
     most: int, is_mixed: bool
 ) -> None:
-    for seed, small in unsolvable(30, most, is_mixed):
+    for seed, small in unsolvable(12, most, is_mixed):
         found = lcpcli.why(small.problem())
         if not found.reason.fewest:
             continue

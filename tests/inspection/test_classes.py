@@ -34,6 +34,7 @@ from lcpcli.interrupts import within
 
 from .. import exact
 from ..methods.grids import plane
+from ..seeds import few_of
 
 IMPLIED = {
     "positive_definite": ("positive_semidefinite", "p_matrix", "strictly_copositive"),
@@ -112,7 +113,7 @@ def whole(n: int, size: int) -> st.SearchStrategy[Any]:
     return arrays(np.float64, (n, n), elements=st.integers(-size, size).map(float))
 
 
-@settings(max_examples=60)
+@settings(max_examples=30)
 @given(st.integers(1, 4).flatmap(lambda n: whole(n, 2)))
 def test_small_integer_matrices_are_classified_as_the_definitions_say(M: Any) -> None:
     found = classify(M)
@@ -125,7 +126,7 @@ def test_small_integer_matrices_are_classified_as_the_definitions_say(M: Any) ->
         )
 
 
-@settings(max_examples=50)
+@settings(max_examples=25)
 @given(
     st.integers(1, 4).flatmap(lambda n: whole(n, 3)),
     st.integers(0, 4),
@@ -144,7 +145,7 @@ def test_singular_semidefinite_matrices_are_told_from_others_by_less_than_roundi
         assert nudge or found["positive_semidefinite"].word == YES
 
 
-@settings(max_examples=50)
+@settings(max_examples=25)
 @given(
     st.integers(2, 4).flatmap(lambda n: whole(n, 9)),
     st.sampled_from([1, 0.1, 0.3, 1 / 3]),
@@ -162,7 +163,7 @@ def test_rows_that_are_dominant_up_to_rounding_are_decided_exactly(
 
 
 @pytest.mark.parametrize("transform", [np.array, sparse.csr_array])
-@pytest.mark.parametrize("seed", range(12))
+@pytest.mark.parametrize("seed", few_of(range(12), 4))
 def test_rounding_decides_nothing_about_definiteness(
     seed: int, transform: Callable[[Any], Any]
 ) -> None:

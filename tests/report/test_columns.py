@@ -225,7 +225,7 @@ def assert_steps_lead_on(
     return rows[2] if len(rows) > 2 else None
 
 
-@settings(max_examples=300)
+@settings(max_examples=60)
 @given(small_problems())
 def test_steps_lead_to_the_next_x(drawn: tuple[Problem, Vector, Vector]) -> None:
     assert_steps_lead_on(*drawn)

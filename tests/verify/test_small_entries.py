@@ -3,7 +3,7 @@ rows that are not active, which are rounding of 0."""
 
 import numpy as np
 import scipy.sparse as sp
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import lcpcli
@@ -26,6 +26,7 @@ def without_tail(z: Vector) -> Vector:
     return np.where(z < 1e-13 * z.max(), 0.0, z)
 
 
+@settings(max_examples=20)
 @given(seed=SEEDS)
 def test_a_point_without_its_tail_counts_and_a_wrong_one_does_not(seed: int) -> None:
     generator = np.random.default_rng(seed)
@@ -77,6 +78,7 @@ def test_no_point_counts_where_there_is_no_solution_beside_it() -> None:
         assert not lcpcli.check(Problem(M, q), [t, t]).accepted
 
 
+@settings(max_examples=30)
 @given(seed=SEEDS, rounding=st.sampled_from([1e-17, 5e-17, 2e-16]))
 def test_multipliers_of_rows_that_are_not_active_may_be_rounding(
     seed: int, rounding: float

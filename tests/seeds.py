@@ -1,0 +1,24 @@
+"""The seeds of random problems: a few in every run of the tests, the others in slow
+ones."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+import pytest
+
+
+def few_of(seeds: Iterable[Any], number: int) -> list[Any]:
+    """Return the parameters of a test, of which all but a number are marked slow; a
+    tuple is the values of several."""
+    every = [seed if isinstance(seed, tuple) else (seed,) for seed in seeds]
+    return [
+        pytest.param(*seed, marks=pytest.mark.slow if i >= number else ())
+        for i, seed in enumerate(every)
+    ]
+
+
+def parts(number: int, end: int) -> list[Any]:
+    """Return ranges of seeds as parameters: the first ones, and the slow others."""
+    return few_of((range(number), range(number, end)), 1)
