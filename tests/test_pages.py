@@ -410,7 +410,7 @@ def test_readme_is_short_and_a_problem_of_ones_own_comes_first() -> None:
         "lcp compare paper-example-1"
     )
     links = re.findall(r"(?<!!)\[[^\]]*\]\((.*?)\)", README)
-    assert len(links) == 8
+    assert len(links) == 12
     assert all((ROOT / link).is_file() for link in links)
     assert [
         topic
