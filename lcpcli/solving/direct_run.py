@@ -173,51 +173,57 @@ class Session:
 
     def judged(
         self,
-        point: Point | None,
-        steps: int,
-        route: tuple[str, ...],
-        evaluations: int | None = None,
-        end: States | None = None,
-        is_certain: bool = False,
+        answer: DirectAnswer | None,
+        route: tuple[str, ...] = (),
         why: str = "",
     ) -> Result | None:
-        """Return the result at a point at which an attempt ended, if it solves the
-        problem within the limits. is_certain : whether that is known of the point. why
-        : if it is known, though the relative residual does not say so."""
+        """Return the result of an answer at which an attempt ended, if it solves the
+        problem within the limits.
+
+        route : the methods that took part; by default as the answer says. why : if it
+            is known to be a solution, though the relative residual does not say so.
+        """
+        self.stopwatch.count("solve")
+        self.answer = answer
         reason: str | None = None
-        if point is not None and steps <= self.limits.max_iterations:
-            if is_certain:
+        point = None if answer is None else answer.point
+        if answer is not None and answer.steps <= self.limits.max_iterations:
+            if point is None:
+                criterion = Criterion(self.problem, self.limits.tol)
+                make = Point.of_solution if answer.is_certain else Point
+                point = make(criterion, answer.z)
+            if answer.is_certain:
                 reason = ""
             elif found := accepted(self.problem, [point], self.limits.tol, self.extent):
                 reason = found.reason
             elif why:
                 reason = why
         self.stopwatch.count("verify")
-        if reason is None or (self.limits.time_limit < math.inf and self.is_late()):
+        if answer is None or point is None or reason is None:
             return None
-        of_run = self.limits, self.options, self.stopwatch.parts, evaluations, end
-        return Result.of_solution(
-            route, steps, *of_run, reason, problem=self.problem, point=point
-        )
+        if self.limits.time_limit < math.inf and self.is_late():
+            return None
+        steps, method = answer.steps, answer.method
+        if not route and steps:
+            route = ("newton", method)[steps < 2 or method == "newton" :]
+        of_run = steps, answer.evaluations, answer.end, reason
+        return self.result(point, route or ("auto",), *of_run)
 
-    def of_answer(self, answer: DirectAnswer | None) -> Result | None:
-        """Return the result of an answer, if it is a solution."""
-        self.stopwatch.count("solve")
-        self.answer = answer
-        if answer is None:
-            return None
-        steps, point = answer.steps, answer.point
-        if point is None:
-            criterion = Criterion(self.problem, self.limits.tol)
-            make = Point.of_solution if answer.is_certain else Point
-            point = make(criterion, answer.z)
-        route = (
-            ("newton", answer.method)[steps < 2 or answer.method == "newton" :]
-            if steps
-            else ("auto",)
-        )
-        of_run = route, answer.evaluations, answer.end
-        return self.judged(point, steps, *of_run, answer.is_certain)
+    def result(
+        self,
+        point: Point,
+        route: tuple[str, ...],
+        steps: int,
+        evaluations: int | None = None,
+        end: States | None = None,
+        reason: str = "",
+        **more: Any,
+    ) -> Result:
+        """Return the result of the run at a point, by default that of `auto` at a
+        solution; more : what is different."""
+        of_run = self.limits, self.options, self.stopwatch.parts, evaluations, end
+        at: dict[str, Any] = {"problem": self.problem, "point": point} | more
+        return Result.of_solution(route, steps, *of_run, reason, **at)
 
 
 Item = TypeVar("Item")
@@ -289,14 +295,13 @@ def proposed_steps(session: Session) -> Steps:
         if start is None
         else problem.formulation.followed(problem, start.basis)
     )
-    session.stopwatch.count("solve")
     if proposal is None:
         return None
-    point, route = session.point(proposal.z), (proposal.method,)
+    z, steps, method = proposal.z, proposal.steps, proposal.method
     fast = compiled() if session.is_compiled and problem.box.is_orthant else None
-    if fast is not None and fast.solves(problem, proposal.z, session.limits.tol):
-        point = Point.of_solution(point.criterion, proposal.z)
-    return session.judged(point, proposal.steps, route, why=proposal.reason)
+    is_certain = fast is not None and fast.solves(problem, z, session.limits.tol)
+    answer = DirectAnswer(z, is_certain, steps, method)
+    return session.judged(answer, (method,), proposal.reason)
 
 
 def program_steps(session: Session) -> Steps:
@@ -343,8 +348,10 @@ def program_steps(session: Session) -> Steps:
     if found is None and session.tried is not None:
         # It is not tried again.
         session.tried["piqp"] = [ended(Breakdown("PIQP does not lead to a solution"))]
-    point = None if found is None else found.point
-    return session.judged(point, steps, ("piqp",))
+    if found is None:
+        return None
+    answer = DirectAnswer(found.point.z, False, steps, "piqp", point=found.point)
+    return session.judged(answer, ("piqp",))
 
 
 def direct_steps(session: Session) -> Steps:
@@ -359,7 +366,7 @@ def direct_steps(session: Session) -> Steps:
     if fast is not None and start is None and problem.is_mixed:
         answer = fast.mixed(problem, session.limits.tol)
         if answer is not None:
-            return session.of_answer(answer)
+            return session.judged(answer)
     if session.is_compiled and (problem.n > MOST_PIVOTED or problem.has_far_sides):
         return None
     dense = problem
@@ -376,11 +383,11 @@ def direct_steps(session: Session) -> Steps:
             ):
                 point = Point.of_solution(point.criterion, start.z)
             if np.array_equal(box.project(start.z), start.z) and point.solves():
-                return session.judged(point, 0, ("auto",), is_certain=True)
+                return session.judged(DirectAnswer(start.z, True, 0, point=point))
         # Pivoting takes no longer than a system and judging it.
         if not start.is_near or problem.n <= FEW_UNKNOWNS:
             start = None
-    result = session.of_answer((yield from _answer(session, start, dense, fast)))
+    result = session.judged((yield from _answer(session, start, dense, fast)))
     if result is not None or session.is_late():
         return result
     steps = first_steps(session, start, dense, fast)
@@ -524,18 +531,17 @@ def first_steps(
                 yield step
         if not isinstance(step, Finished):
             continue
-        session.stopwatch.count("solve")
         last = turns.last
         point = session.point(dense.box.z_of(last.x), dense)
         found = accepted(dense, [point], session.limits.tol, extent, last.basis)
         if found is None and structure.is_linearization:
             continue
         if found is None or not found.solved:
-            return session.judged(None, 0, ())
-        steps, methods = len(route), tuple(dict.fromkeys(route))
-        return session.judged(
-            found.point, steps, methods, last.evaluations, found.basis
-        )
+            return None
+        point, steps = found.point, len(route)
+        of_run = route[-1], last.evaluations, found.basis, point
+        answer = DirectAnswer(point.z, False, steps, *of_run)
+        return session.judged(answer, tuple(dict.fromkeys(route)))
     return None
 
 
@@ -570,9 +576,7 @@ def elimination_steps(session: Session) -> Steps:
         return _near(session, of_masks(basic), kept)
     if problem.reference_z is not None:
         z += problem.reference_z
-    session.stopwatch.count("solve")
-    point, route = session.point(z), ("elimination",)
-    return session.judged(point, 1, route, end=of_masks(basic))
+    return session.judged(DirectAnswer(z, False, 1, "elimination", end=of_masks(basic)))
 
 
 def near_steps(session: Session) -> Steps:
@@ -603,9 +607,8 @@ def _near(session: Session, basis: States, kept: Kept) -> Result | None:
             )
     except (*FAULTS, TimeIsUp, StopIteration):
         return None
-    session.stopwatch.count("solve")
     z = box.z_of(box.x_within(found.z, found.w, found.basis))
-    return session.judged(session.point(z), steps, ("newton",))
+    return session.judged(DirectAnswer(z, False, steps))
 
 
 def is_pivoted(session: Session) -> bool:

@@ -127,7 +127,11 @@ def run(
             session.interrupted = True
     if result is None:
         result = _in_loop(session, method, seen, chosen, additions)
-    return _of(problem, result, compiled, is_auto or finish)
+    if result.problem is not problem:  # `auto` may have stored M in another form
+        result = replace(result, problem=problem)
+    if compiled:
+        result.options["compiled"] = True
+    return result if problem.origin is None else _checked(result, is_auto or finish)
 
 
 def _in_loop(
@@ -162,13 +166,13 @@ def _in_loop(
             with imports:
                 from lcpcli.solving.direct_stage import shown
             stage = partial(shown, session, stage)
+        session.options = in_force | additions
         session.stopwatch.count("setup")
         judge = direct_run.judge if session.is_compiled else None
         criterion = Criterion(problem, session.limits.tol, judge=judge)
-        loop = Loop(criterion, method, session.limits, session.stopwatch, x, seen)
-        loop.interrupted = session.interrupted
+        loop = Loop(session, criterion, method, x, seen)
         loop.finishes = method == "auto" or finishes
-        result = ended(loop, stage, in_force | additions)
+        result = ended(loop, stage)
         return result if rounded is None else _of_literal(session.problem, result)
 
 
@@ -222,20 +226,16 @@ def _with_status(result: Result, point: Point, status: Status, reason: str) -> R
     return replace(result, problem=problem, point=point, status=status, message=message)
 
 
-def _of(problem: Problem, result: Result, compiled: bool, finishes: bool) -> Result:
-    """Return the result as that of the given problem, whose M `auto` may have stored in
-    another form, if its answer stands a check of its own. finishes : whether all
-    methods may take part, for a program whose objective is known to few digits."""
-    result = result if result.problem is problem else replace(result, problem=problem)
-    if compiled:
-        result.options["compiled"] = True
-    if problem.origin is None:
-        return result
+def _checked(result: Result, finishes: bool) -> Result:
+    """Return the result, if its answer stands the check of its formulation. finishes :
+    whether all methods may take part, for a program whose objective is known to few
+    digits."""
+    problem = result.problem
     if not result.solved:
-        again: Result = problem.origin.retried(result)
+        again: Result = problem.formulation.retried(result)
         return again
     if problem.block_form is None:
-        checked: Result = problem.origin.accepted(result)
+        checked: Result = problem.formulation.accepted(result)
         return checked
     may_go_on = finishes and problem.n >= FEWEST_FOR_PIQP
     may_go_on = may_go_on and not INEXACT.isdisjoint(result.route)
@@ -293,7 +293,7 @@ def variables_of(method: str, problem: Problem, is_scaled: bool) -> Change:
     )
 
 
-def ended(loop: Loop, stage: Callable[[], Stage], options: dict[str, Any]) -> Result:
+def ended(loop: Loop, stage: Callable[[], Stage]) -> Result:
     """Run the loop within its time limit and return the result, also if Ctrl-C comes
     while it is made."""
     limit = loop.limits.time_limit
@@ -305,10 +305,10 @@ def ended(loop: Loop, stage: Callable[[], Stage], options: dict[str, Any]) -> Re
     ):
         status, reason = loop.run(stage)
     try:
-        return loop.result(options, status, reason)
+        return loop.result(status, reason)
     except KeyboardInterrupt:
-        loop.interrupted = True
-        return loop.result(options, Status.INTERRUPTED, "")
+        loop.session.interrupted = True
+        return loop.result(Status.INTERRUPTED, "")
 
 
 def _start(problem: Problem, method: str, given: dict[str, Any]) -> Start:

@@ -7,11 +7,11 @@ import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lcpcli.clock import Stopwatch, imports
+from lcpcli.clock import imports
 from lcpcli.errors import count
 from lcpcli.interrupts import TimeIsUp, remaining
 from lcpcli.linalg.matrices import may_be_stiff
@@ -19,9 +19,9 @@ from lcpcli.methods import stages
 from lcpcli.methods.registry import declared
 from lcpcli.methods.stages import Ending, Iterate, Stage
 from lcpcli.model.box import LARGEST_X, in_range
-from lcpcli.options import DEFAULTS, Limits
+from lcpcli.options import DEFAULTS
 from lcpcli.solving.observers import NOBODY, Seen
-from lcpcli.solving.result import Result, Status
+from lcpcli.solving.result import Status
 from lcpcli.typing import States, Vector
 from lcpcli.verify.acceptance import (
     AT_ONCE,
@@ -35,6 +35,8 @@ from lcpcli.verify.measure import FEW_UNKNOWNS
 from lcpcli.verify.point import Criterion, Point
 
 if TYPE_CHECKING:
+    from lcpcli.solving.direct_run import Session
+    from lcpcli.solving.result import Result
     from lcpcli.solving.trace import Callback, TraceRow
     from lcpcli.verify.certificate import Proof
 
@@ -86,17 +88,15 @@ NEAR_THE_CRITERION = Extent(WITHOUT_ROUNDING)
 @dataclass(eq=False, repr=False)
 class Loop:
     """The state of one run. The residual bound of an iterate is a bound on its relative
-    residual that F gives at no cost, or else the residual. interrupted : whether Ctrl-C
-    has come, also before. finishes : whether a solution with other small entries is
-    answered in place of an iterate, as by `auto`."""
+    residual that F gives at no cost, or else the residual. finishes : whether a
+    solution with other small entries is answered in place of an iterate, as by
+    `auto`."""
 
+    session: Session
     criterion: Criterion
     method: str
-    limits: Limits
-    stopwatch: Stopwatch
     last: Vector
     seen: Seen = NOBODY
-    interrupted: bool = False
     finishes: bool = False
     k: int = -1
     evaluations: int = 0
@@ -113,6 +113,7 @@ class Loop:
 
     def __post_init__(self) -> None:
         self.problem, self.route = self.criterion.problem, list[str]()
+        self.limits, self.stopwatch = self.session.limits, self.session.stopwatch
         self.traces = [trace for trace in self.seen.traces if trace is not None]
         self.asks_for_quantities = any(trace.columns for trace in self.traces)
         if self.problem.reference_z is not None and self.criterion.reference_solves:
@@ -130,7 +131,7 @@ class Loop:
         try:
             if stop := self._take(self.start):
                 return stop
-            if self.interrupted:
+            if self.session.interrupted:
                 raise KeyboardInterrupt
             tick("verify")
             # Measuring ignores these.
@@ -163,7 +164,7 @@ class Loop:
         except TimeIsUp:
             return Status.TIME_LIMIT, "in the middle of a step"
         except KeyboardInterrupt:
-            self.interrupted = True
+            self.session.interrupted = True
             return Status.INTERRUPTED, ""
 
     def _take(self, iterate: Iterate) -> tuple[Status, str] | None:
@@ -359,7 +360,7 @@ class Loop:
         finally:
             self.stopwatch.skip()
 
-    def result(self, in_force: dict[str, Any], status: Status, reason: str) -> Result:
+    def result(self, status: Status, reason: str) -> Result:
         """Return the result at the last or the best iterate. "Solved" is decided here,
         however the run ended: by the relative residual, or by exact arithmetic where z
         is as close to the solution as doubles allow."""
@@ -374,24 +375,22 @@ class Loop:
             self._keep(self.start._replace(x=self.last))
         for trace in self.traces:
             trace.close(self.criterion)
-        return Result(
+        is_solved = status is Status.SOLVED
+        return self.session.result(
+            point,
+            tuple(self.route) or (self.method,),
+            max(self.k, 0),
+            self.evaluations,
+            self.end if is_solved else None,
             problem=point.criterion.problem,
             method=self.method,
             status=status,
             message=status.sentence(reason),
-            point=point,
-            iterations=max(self.k, 0),
-            evaluations=self.evaluations,
-            parts=self.stopwatch.parts,
-            limits=self.limits,
-            options=in_force,
             trace=self.seen.traces[0],
             curve=self.seen.traces[1],
-            route=tuple(self.route) or (self.method,),
-            certificate=self.certificate if status is not Status.SOLVED else None,
-            interrupted=self.interrupted,
+            certificate=None if is_solved else self.certificate,
+            interrupted=self.session.interrupted,
             nearest=self.last_by,
-            end=self.end if status is Status.SOLVED else None,
         )
 
     def _verified(self, status: Status, reason: str) -> tuple[Point, str, Status]:
@@ -410,7 +409,7 @@ class Loop:
         found = self._accepted(points, NEAR_THE_CRITERION)
         if found is not None:
             return found.point, found.reason, Status.SOLVED
-        if not self.interrupted and status is not Status.TIME_LIMIT:
+        if not self.session.interrupted and status is not Status.TIME_LIMIT:
             seconds = self.limits.time_limit - self.stopwatch.elapsed()
             found = self._accepted(
                 [last, best],

@@ -165,10 +165,9 @@ class Result:
         than the constructor.
 
         evaluations : by default as many as steps. own : its problem and point, or what
-            they are made of when read."""
+            they are made of when read, and what is different of other runs."""
         result = cls.__new__(cls)
         result.__dict__.update(
-            own,
             method="auto",
             status=Status.SOLVED,
             message=Status.SOLVED.sentence(reason) if reason else SAID_OF_SOLVED,
@@ -180,6 +179,7 @@ class Result:
             route=route,
             end=end,
         )
+        result.__dict__.update(own)
         return result
 
     def __repr__(self) -> str:

@@ -230,10 +230,11 @@ def run_nonlinear(
         )
         stopwatch.count("setup")
         seen = Seen((kept, curve), None, callback)
-        loop = Loop(criterion, METHOD, limits, stopwatch, start / 2, seen)
+        session = Session(criterion.problem, limits, in_force, stopwatch)
+        loop = Loop(session, criterion, METHOD, start / 2, seen)
         if is_compiled:
             in_force["compiled"] = True
-        result = driver.ended(loop, stage, in_force)
+        result = driver.ended(loop, stage)
         if result.status in (Status.SOLVED, Status.STALLED):
             result = _with_remarks(result)
     if proof and result.solved:
