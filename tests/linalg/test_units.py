@@ -4,7 +4,6 @@ that are made of arrays, beside those that scipy makes."""
 
 from __future__ import annotations
 
-import sys
 from typing import Any
 
 import numpy as np
@@ -14,7 +13,6 @@ from hypothesis import strategies as st
 from scipy.sparse import coo_array, csc_array, csr_array, diags_array, random_array
 
 from lcpcli import Problem, from_qp
-from lcpcli.linalg import compressed_rows
 from lcpcli.linalg.compressed_rows import of_columns
 from lcpcli.linalg.matrices import (
     column_maxima,
@@ -172,12 +170,7 @@ def test_units_of_a_large_matrix_are_found_by_blocks_of_rows() -> None:
     assert np.allclose(means + found.rows[:3], means[0] + found.rows[0], atol=1e-9)
 
 
-@pytest.mark.parametrize("hidden", [False, True], ids=["routine", "operator"])
-def test_products_are_those_of_the_operator_of_scipy_with_its_routine_or_without(
-    hidden: bool, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    if hidden:
-        monkeypatch.setitem(sys.modules, "scipy.sparse._sparsetools", None)
+def test_products_are_those_of_the_operator() -> None:
     random = np.random.default_rng(0)
     for shape in ((5, 5), (3, 7), (40, 1)):
         A, v = (
@@ -188,15 +181,6 @@ def test_products_are_those_of_the_operator_of_scipy_with_its_routine_or_without
             times = multiplier(M)
             assert np.array_equal(times(v), times(v))
             assert times(v) == pytest.approx(A @ v)
-
-
-@pytest.fixture(params=["unchecked", "public"], autouse=True)
-def routines(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Once with scipy's routines without checks, and once as where they are not
-    found."""
-    if request.param == "public":
-        monkeypatch.setattr(compressed_rows, "unchecked", None)
-        monkeypatch.setattr(compressed_rows, "EMPTY", {})
 
 
 def same(made: Matrix, expected: Any) -> bool:
