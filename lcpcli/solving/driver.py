@@ -105,10 +105,7 @@ def run(
     options: dict[str, Any] = {}
     if is_auto:
         options = methods.options_in_force(method, stored_problem, chosen)
-    has_trace = trace is not None or curve is not None
-    seen = NOBODY
-    if has_trace or observe is not None or callback is not None:
-        seen = Seen((trace, curve), observe, callback)
+    seen = Seen((trace, curve), observe, callback)
     session = Session(
         stored_problem,
         limits or DEFAULTS,
@@ -117,21 +114,17 @@ def run(
         compiled,
         start,
         {} if start is None else None,
-        is_shown=seen is not NOBODY,
+        is_shown=seen != NOBODY,
     )
     result = None
-    if is_auto and seen is NOBODY:
+    if is_auto and not session.is_shown:
         try:
             result = direct_run.answered(session)
         except KeyboardInterrupt:  # the loop is to say that it has ended the attempts
             session.interrupted = True
     if result is None:
         result = _in_loop(session, method, seen, chosen, additions)
-    if result.problem is not problem:  # `auto` may have stored M in another form
-        result = replace(result, problem=problem)
-    if compiled:
-        result.options["compiled"] = True
-    return result if problem.origin is None else _checked(result, is_auto or finish)
+    return _of(problem, result, compiled, is_auto or finish)
 
 
 def _in_loop(
@@ -226,16 +219,20 @@ def _with_status(result: Result, point: Point, status: Status, reason: str) -> R
     return replace(result, problem=problem, point=point, status=status, message=message)
 
 
-def _checked(result: Result, finishes: bool) -> Result:
-    """Return the result, if its answer stands the check of its formulation. finishes :
-    whether all methods may take part, for a program whose objective is known to few
-    digits."""
-    problem = result.problem
+def _of(problem: Problem, result: Result, compiled: bool, finishes: bool) -> Result:
+    """Return the result as that of the given problem, whose M `auto` may have stored in
+    another form, if its answer stands a check of its own. finishes : whether all
+    methods may take part, for a program whose objective is known to few digits."""
+    result = result if result.problem is problem else replace(result, problem=problem)
+    if compiled:
+        result.options["compiled"] = True
+    if problem.origin is None:
+        return result
     if not result.solved:
-        again: Result = problem.formulation.retried(result)
+        again: Result = problem.origin.retried(result)
         return again
     if problem.block_form is None:
-        checked: Result = problem.formulation.accepted(result)
+        checked: Result = problem.origin.accepted(result)
         return checked
     may_go_on = finishes and problem.n >= FEWEST_FOR_PIQP
     may_go_on = may_go_on and not INEXACT.isdisjoint(result.route)
