@@ -1,6 +1,12 @@
 """Functions of other rooms as kernels call them, most of them as they are written for
 numpy. Nothing is compiled here, so that the modules of kernels need none of each
-other."""
+other.
+
+`exchange`, `shift` and `choose` stand here a second time, in passes without temporary
+arrays. Compiled from the functions for numpy, a pivot takes 2 times as long with 10
+unknowns and 4 times with 300, and a call 1.2 times with 30, 1.5 to 1.8 times with 100
+and 2.3 to 2.5 times with 200.
+"""
 
 from __future__ import annotations
 
