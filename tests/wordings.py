@@ -192,7 +192,6 @@ SYMMETRIZE = (
 CHECK_PATH = "check the path"
 NAME_A_FILE = "name a file"
 NAME_PROBLEM = "name the file of the problem"
-OTHER_FILE = "choose another file"
 OTHER_OUTPUT = "choose another file for the output"
 OTHER_FOR_ONE = "choose another file for one"
 OTHER_PLACE = "choose another location"

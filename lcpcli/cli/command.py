@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 # Environment variable that holds a shell's request, such as `bash_complete`
 VARIABLE = "_LCP_COMPLETE"
-OPTIONAL = "--trace"  # the option whose value may be left out
+TRACE = "--trace"  # which took the name of a file in earlier versions
 # Options of other tools whose names resemble other ones here.
 ELSEWHERE = {"maxiter": "max-iterations"}
 GONE = {  # options of earlier versions
@@ -84,8 +84,9 @@ class Command(click.Command):
         self.exits = {code: own[code] for code in Exit if code in own}
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        given = list(args)
+        given, hint = list(args), f"see {ctx.command_path} --help"
         if ctx.allow_interspersed_args:  # else the words belong to another command
+            self._refuse_file_of_trace(args)
             if "--all" in args and not {"-h", "--help"}.isdisjoint(args):
                 ctx.meta[WHOLE], args = True, ["--help"]
             self._refuse_single_dash(ctx, args)
@@ -95,15 +96,10 @@ class Command(click.Command):
                 " " * bool(at < end and NEGATIVE.match(word)) + word
                 for at, word in enumerate(args)
             ]
-        hint = f"see {ctx.command_path} --help"
         try:
             self._refuse_repeated(ctx, args)
             return super().parse_args(ctx, args)
         except click.MissingParameter as error:
-            if OPTIONAL in given[:-1]:  # it takes the next word as its file
-                hint = (
-                    f"{OPTIONAL} has taken {quoted(given[given.index(OPTIONAL) + 1])}"
-                )
             name, _, _ = getattr(error.param, "human_readable_name", "").partition(" ")
             raise OptionError(name, IS_MISSING, hint) from None
         except click.BadOptionUsage as error:
@@ -116,6 +112,17 @@ class Command(click.Command):
             suggested = self._in_variant(ctx, name, given) or self._suggest(ctx, name)
             fault = NO_OPTION.format(ctx.command_path)
             raise OptionError(name, fault, suggested or hint) from None
+
+    def _refuse_file_of_trace(self, words: Sequence[str]) -> None:
+        """Refuse --trace FILE.csv, where scripts of earlier versions mean an output."""
+        if all(TRACE not in param.opts for param in self.params):
+            return
+        for word, following in pairwise([*words, ""]):
+            is_given = word == TRACE and following.casefold().endswith(".csv")
+            if is_given or word.startswith(f"{TRACE}="):
+                file = following if is_given else word.removeprefix(f"{TRACE}=")
+                hint = f"write {TRACE} -o {file} for the iterates, or put {TRACE} last"
+                raise OptionError(TRACE, "takes no file", hint)
 
     def _refuse_single_dash(self, ctx: click.Context, words: Sequence[str]) -> None:
         """Refuse -max-iterations, which would be read as -m ax-iterations."""

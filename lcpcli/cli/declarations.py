@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import click
 
 from lcpcli.cli.command import Candidates, Choice
-from lcpcli.cli.terminal import ITERATES, NAMES_OF_OUTPUT
+from lcpcli.cli.terminal import NAMES_OF_OUTPUT
 from lcpcli.errors import LEAVE_ONE_OUT, LEAVE_OUT, OptionError, listed
 from lcpcli.files.fields import BOUNDS
 from lcpcli.files.formats import WRITTEN
@@ -441,11 +441,8 @@ solving = declared(
         MEANINGS,
         option(
             "Output",
-            "--trace [FILE]  Write the iterates to this .csv file; without a "
-            "file, add them to JSON, or write them as "
-            "CSV.  [default: none]",
-            is_flag=False,
-            flag_value=ITERATES,
+            "--trace  Add the iterates to JSON, or write them as CSV in place of the "
+            "answer.",
         ),
         show_option,
         option("Output", EVERY),

@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from lcpcli.cli.declarations import (
@@ -21,7 +20,7 @@ from lcpcli.cli.declarations import (
     refuse_beside,
 )
 from lcpcli.cli.problems import AnyProblem, Request, tell
-from lcpcli.cli.terminal import ITERATES, emit, size, terminal
+from lcpcli.cli.terminal import emit, size, terminal
 from lcpcli.errors import File
 from lcpcli.methods.registry import ALL
 from lcpcli.options import EVERY
@@ -115,26 +114,19 @@ class Output(Destination):
     """The choice of what is shown of a request, in which format and where, checked
     before any computation.
 
-    trace_path : the file of all iterates, if any. with_iterates : whether the iterates
-        are added to the output.
+    with_iterates : whether the iterates are added to the output.
     """
 
     def __init__(self, request: Request) -> None:
         super().__init__(request.form, request.output, request.quiet)
-        self.request, self.trace_path = request, request.trace or None
-        asks = request.trace == ITERATES or (
-            bool(request.every or request.columns) and self.trace_path is None
-        )
+        self.request = request
+        asks = request.trace or bool(request.every or request.columns)
         self.with_iterates = asks and not self.silent
         kind, has_axes = self.kind, bool(request.sweep or request.vary)
         in_table = bool(kind.renderer) and not (
             request.vary or (request.sweep and not kind.has_figures)
         )
-        self._keeps_iterates = (
-            self.with_iterates
-            or self.trace_path is not None
-            or (in_table and not self.silent)
-        )
+        self._keeps_iterates = self.with_iterates or (in_table and not self.silent)
         self.columns = request.columns or ()
         columns.require(self.columns, [each.method for each in request.variants])
         self._of_traces = columns.of_traces(self.columns)
@@ -147,29 +139,7 @@ class Output(Destination):
             NO_UNKNOWNS: not kind.has_proofs and has_axes and not self.with_iterates,
             CSV: not kind.has_proofs,
         }
-        # Not to a file.
-        given = request.given | {"--trace": request.trace == ITERATES}
-        refuse_beside(given, *among(modes))
-        # --trace may have taken the file of a problem.
-        if (path := self.trace_path) is not None:
-            from lcpcli.report.result_csv import OPENING
-
-            hint = "name a .csv file, or put --trace last"
-            refuse(
-                os.path.splitext(path)[1].lower() != ".csv",
-                "--trace",
-                f"{path} does not end in .csv",
-                hint,
-            )
-            if os.path.isfile(path):
-                with open(path, "rb") as file:
-                    is_other = file.read(len(OPENING)) not in (b"", OPENING.encode())
-                refuse(
-                    is_other,
-                    "--trace",
-                    f"{path} exists and holds no iterates",
-                    "choose another file",
-                )
+        refuse_beside(request.given, *among(modes))
         for figure, drawn in self.figures.items():
             require_plot(drawn, FIGURES[figure].option)
 
@@ -194,9 +164,7 @@ class Output(Destination):
         from lcpcli.solving.trace import Trace
 
         trace = curve = None
-        if self._keeps_iterates and (
-            not self.kind.renderer or self.trace_path is not None
-        ):
+        if self._keeps_iterates and not self.kind.renderer:
             trace = Trace(request.every or 1, columns=self._of_traces)
         elif self._keeps_iterates:
             trace = Trace(
@@ -217,16 +185,6 @@ class Output(Destination):
                 request.paths is not None,
             )
         return trace, curve
-
-    def with_visible_trace(self, result: Result) -> Result:
-        """Return the result with the part of its trace that is shown, where more was
-        kept for a file."""
-        if self.trace_path is None or result.trace is None:
-            return result
-        shown = result.trace if self.with_iterates else None
-        if self.kind.renderer:
-            shown = result.trace.selected(*self._selection(result.problem))
-        return replace(result, trace=shown)
 
     def draw_runs(self, runs: Sequence[Sequence[Result]]) -> None:
         for kind, file in self.figures.items():

@@ -428,7 +428,7 @@ class Request(ManyProblems, Reporting):
     exact: bool = False
     bound: bool = False
     threads: int | None = None
-    trace: str | None = None
+    trace: bool = False
     names: Sequence[str] = ()
     every: int | None = None
     columns: Sequence[str] = ()
@@ -466,7 +466,6 @@ class Request(ManyProblems, Reporting):
         # With --resume there is no other output.
         outputs = {
             "--output": self.output if self.resume is None else None,
-            "--trace": self.trace or None,
             "--plot": self.plot,
             "--paths": self.paths,
             "--resume": self.resume,

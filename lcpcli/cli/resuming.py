@@ -187,6 +187,8 @@ def options_of(request: Request) -> dict[str, str]:
     nothing = None, False, ()
     given = {name: given[name] for name in OF_RUN if given[name] not in nothing}
     given |= {request.inputs.tables: True} if request.inputs.tables else {}
+    if request.trace:
+        given["trace"] = ""  # as logs of earlier versions have it
     given |= {"method": request.variants[0], **request.own, **vars(request.limits)}
     texts = {name: str(value) for name, value in given.items()}
     for name in {*STARTS, *BOUND_OPTIONS} & texts.keys():

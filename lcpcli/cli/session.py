@@ -89,8 +89,6 @@ def _run(request: Request, works: Iterator[Work], output: Output) -> int:
         return Exit.BAD_INPUT
     first = problems[0]
     results, interrupted = _results(request, problems, sources, output)
-    if output.trace_path is not None:
-        output.add(output.trace_path, lambda: _iterates(results, output))
     text = verdict = ""
     if not output.silent:
         try:
@@ -130,12 +128,11 @@ def _text(
     sources: Sequence[contents.Source],
     faults: Faults,
 ) -> str:
-    shown = [[output.with_visible_trace(result) for result in own] for own in results]
-    if not (shown or output.kind.has_records):
+    if not (results or output.kind.has_records):
         return ""
     report = result_formats.report(
-        shown,
-        sources[: len(shown)],  # the others were not reached
+        results,
+        sources[: len(results)],  # the others were not reached
         faults,
         compared=bool(request.levels),
         swept=bool(request.sweep or request.vary),
@@ -144,19 +141,11 @@ def _text(
         columns=request.columns,
         names=request.names,
     )
-    if request.vary and shown:
+    if request.vary and results:
         from lcpcli.report import variations
 
-        report = report._replace(document=lambda *_: variations.document(shown))
+        report = report._replace(document=lambda *_: variations.document(results))
     return report.render(output.form, output.width, output.color)
-
-
-def _iterates(results: Results, output: Output) -> str:
-    from lcpcli.report import columns, result_csv
-
-    runs = list(chain.from_iterable(results))
-    names = columns.with_those_of_every_method(output.columns)
-    return result_formats.written(*result_csv.iterates(runs, names))
 
 
 def _with_others(results: Results, read: InputProblem) -> Results:

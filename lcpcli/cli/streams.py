@@ -100,9 +100,6 @@ def run(works: Iterator[Work], output: Output, request: Request) -> int:
 
 def _refuse(request: Request, output: Output) -> None:
     """Refuse what several problems cannot have, and a log that is not there."""
-    hint = "give --trace without a file, and JSON"
-    fault = "writes the iterates of one problem only"
-    refuse(output.trace_path is not None, "--trace", fault, hint)
     is_whole = not (output.silent or output.kind.takes_many)
     refuse(is_whole, "--format", f"{output.form} is for one problem only", COMPARE)
     modes = {

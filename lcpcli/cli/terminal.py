@@ -22,7 +22,6 @@ if TYPE_CHECKING:
 STANDARD = "-"  # as a file: standard output, or standard input where it is read
 # As only `sys.stdout` writes there.
 NAMES_OF_OUTPUT = (STANDARD, "/dev/stdout", "/dev/fd/1", "/proc/self/fd/1")
-ITERATES = ""  # as the file of --trace: add the iterates to the output
 DIGITS = 4  # of the width of a terminal that are read: more than any table needs
 # Seconds before a run shows progress, as nobody wonders about a shorter wait.
 PATIENCE = 1.0

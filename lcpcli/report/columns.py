@@ -198,11 +198,6 @@ def chosen(names: Sequence[str], methods: Sequence[str]) -> list[Column]:
     ]
 
 
-def with_those_of_every_method(names: Sequence[str]) -> list[str]:
-    """Return the names of all columns of a file of iterates if these are asked for."""
-    return list(dict.fromkeys([*OF_EVERY_METHOD, *names]))
-
-
 def require(names: Sequence[str], methods: Sequence[str]) -> None:
     """Raise an error for a name that is no column, or one of none of the methods."""
     known = [*table(), ALL]

@@ -14,7 +14,6 @@ from lcpcli.report.tables import reached
 from lcpcli.solving.result import Result
 
 ITERATES = "iterates, "
-OPENING = f"# {ITERATES}"  # by which a file is recognised as a trace
 
 Cells: TypeAlias = Sequence[Any]
 Rows: TypeAlias = tuple[list[Cells], list[str]]  # and lines of comments above them

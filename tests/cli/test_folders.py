@@ -58,7 +58,7 @@ def test_a_line_names_each_file_that_cannot_be_read(lcp: Lcp) -> None:
         "solve inside/b.json --all -o r.csv",
         "solve inside/b.json --all -o r.json",
         "compare inside/b.json --method newton -o r.csv",
-        "solve inside/b.json --method newton --trace r.csv",
+        "solve inside/b.json --method newton --trace -o r.csv",
         "check inside/b.json 0.5 -o r.json",
         "inspect inside/b.json -o r.json",
         "bench inside/b.json --method newton --budget 0 -o r.json",

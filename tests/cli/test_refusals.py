@@ -243,8 +243,12 @@ inspect good.json none.json => none.json: {NOT_NEEDED:good.json}; {GIVE_ALONE}
 solve q.csv M.csv => q.csv: holds q, and M.csv M; name M first: M.csv q.csv
 solve M.csv Mq.csv => Mq.csv: {BEGINS_WITH_M}; {ALONE_IF_M_AND_Q}
 convert good.json own.mat => own.mat: {NO_SUCH_FILE}; to write it, give -o own.mat
-solve --trace iterates.csv => FILE: {MISSING}; --trace has taken 'iterates.csv'
-compare --trace q.csv => --trace: q.csv exists and holds no iterates; {OTHER_FILE}
+solve good.json --trace iterates.csv
+    => --trace: takes no file; write --trace -o iterates.csv for the iterates, or put
+    --trace last
+compare --trace=t.csv
+    => --trace: takes no file; write --trace -o t.csv for the iterates, or put --trace
+    last
 """,
     {**GOOD, "Mq.csv": "2,0,-1\n0,2,-1\n", "iterates.csv": "2,1,-5\n1,2,-6\n"},
 )
@@ -267,12 +271,6 @@ solve good.json -o json
     => --output: json is a format; {{GIVE_JSON}}, or a name with a suffix
 solve good.json -o result.pdf => result.pdf: {{NO_FORMAT:.pdf}}; {{SUFFIXES}}
 solve good.json -o result.xlsx => result.xlsx: {{NO_FORMAT:.xlsx}}; {{SUFFIXES}}
-solve good.json --trace t.json
-    => --trace: t.json does not end in .csv; name a .csv file, or put --trace last
-solve good.json --trace q.csv
-    => --trace: q.csv exists and holds no iterates; {{OTHER_FILE}}
-solve good.json -o t.csv --trace t.csv
-    => --trace: {{SAME_FILE:--output}}; {{OTHER_FOR_ONE}}
 solve good.json --trace --format json -q
     => --trace: {{NO_EFFECT:--quiet}}; {{LEAVE_IT_OUT}}
 solve good.json --bound -q => --bound: {{NO_EFFECT:--quiet}}; {{LEAVE_IT_OUT}}
@@ -329,9 +327,6 @@ path p.json to.json -o to.json => to.json: {HOLDS_PROBLEM}; {OTHER_OUTPUT}
 MANY = commands(
     r"""
 solve good.json none.json --plot a.svg => --plot: {ONE_PICTURE}; {OR_COMPARE}
-solve good.json none.json --trace a.csv
-    => --trace: writes the iterates of one problem only; give --trace without a file,
-    and JSON
 solve good.json none.json --trace => --trace: {BUT_IN_JSON}; {GIVE_JSON}
 solve good.json none.json --every 3 => --every: {BUT_IN_JSON}; {GIVE_JSON}
 solve good.json none.json --format latex
