@@ -23,7 +23,6 @@ LONGEST_FUNCTION = 60  # lines: a function fits on a screen
 LONG = {
     "lcpcli.cli.check._verifications",
     "lcpcli.cli.path.path",
-    "lcpcli.cli.streams.all_records",
     "lcpcli.formulations.nonlinear_model.tape.Tape.__init__",
     "lcpcli.formulations.quadratic_program.mps_format.render",
     "lcpcli.formulations.quadratic_program.mps_format._Reader.program",

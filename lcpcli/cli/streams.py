@@ -441,85 +441,93 @@ def all_records(
     task: Task, works: Iterable[Work], pool: Pool | None, in_order: bool
 ) -> Iterator[TaskRecord]:
     """Yield the records that the pool makes, or this process without one, in order or
-    each as soon as it is known.
+    each as soon as it is known."""
+    if pool is None:
+        yield from chain.from_iterable(map(task.records, works))
+        return
+    try:
+        yield from _Distribution(task, works, pool).records(in_order)
+    except pool.end_errors:
+        raise pool.end from None
+
+
+class _Distribution:
+    """Inputs that a pool solves.
 
     Only so many inputs are taken as keep the processes busy and leave room for records
     that wait for an earlier one.
     """
-    if pool is None:
-        yield from chain.from_iterable(map(task.records, works))
-        return
-    # In the order of the inputs; problems of the next one.
-    news, pieces, size = Event(), list[_Piece](), 1
-    inputs = Ahead(works, news)
 
-    def hand_over(taken: Sequence[Work], place: int) -> None:
-        pieces.insert(place, _Piece(taken, pool.submit(task.all_of, taken)))
-        pieces[place].future.add_done_callback(lambda _: news.set())
+    def __init__(self, task: Task, works: Iterable[Work], pool: Pool) -> None:
+        self._task, self._pool, self._news = task, pool, Event()
+        self._inputs = Ahead(works, self._news)
+        self._pieces: list[_Piece] = []  # in the order of the inputs
+        self._size = 1  # problems of the next piece
 
-    try:
+    def records(self, in_order: bool) -> Iterator[TaskRecord]:
         while True:
-            news.clear()
-            pool.look()
-            running = [piece for piece in pieces if piece.records is None]
-            done = [piece for piece in running if piece.future.done()]
-            if any(
-                isinstance(piece.future.exception(), pool.kill_error) for piece in done
-            ):
-                # The others may have been killed with it.
-                _await([piece.future for piece in running], pool)
-                done = running
-            # The first pieces of those that were killed.
-            outcomes, suspects = list[Records](), pool.size
-            for piece in done:
-                try:
-                    outcomes.append(piece.future.result())
-                # The problems of a suspect get a second attempt, each alone.
-                except pool.kill_error:
-                    outcomes.append(
-                        (
-                            [_alone(task, work, pool) for work in piece.works]
-                            if suspects > 0
-                            else [],
-                            0.0,
-                        )
-                    )
-                    suspects -= 1
-            for piece, (records, seconds) in zip(done, outcomes, strict=True):
-                left = piece.works[len(records) :]
-                piece.take(records)
-                size = max(
-                    1,
-                    min(
-                        MOST_IN_A_PIECE,
-                        2 * size,
-                        int(PIECE_SECONDS * len(records) / max(seconds, 1e-6)),
-                    ),
-                )
-                for place, at in enumerate(
-                    range(0, len(left), size), pieces.index(piece) + 1
-                ):
-                    hand_over(left[at : at + size], place)
-            free = PIECES_EACH * pool.size - sum(
-                piece.records is None for piece in pieces
-            )
-            while free > 0 and sum(piece.bytes for piece in pieces) < MOST_BYTES:
-                if not (taken := inputs.take(min(size, pool.most))):
-                    break
-                hand_over(taken, len(pieces))
-                free -= 1
-            ready = [piece for piece in pieces if piece.records is not None]
+            self._news.clear()
+            self._pool.look()
+            self._take_outcomes()
+            self._hand_over_next()
+            ready = [piece for piece in self._pieces if piece.records is not None]
             if in_order:
-                ready = list(takewhile(lambda piece: piece.records is not None, pieces))
+                known = takewhile(lambda piece: piece.records is not None, self._pieces)
+                ready = list(known)
             for piece in ready:
-                pieces.remove(piece)
+                self._pieces.remove(piece)
                 yield from chain.from_iterable(piece.records or [])
             if not ready:
-                if not pieces and inputs.is_at_end:
+                if not self._pieces and self._inputs.is_at_end:
                     return
-                news.wait(SECONDS_BETWEEN)
-    except pool.end_errors:
-        raise pool.end from None
+                self._news.wait(SECONDS_BETWEEN)
+
+    def _hand_over(self, taken: Sequence[Work], index: int) -> None:
+        piece = _Piece(taken, self._pool.submit(self._task.all_of, taken))
+        self._pieces.insert(index, piece)
+        piece.future.add_done_callback(lambda _: self._news.set())
+
+    def _take_outcomes(self) -> None:
+        """Take the records of the pieces that are done, and hand over again what they
+        have left."""
+        running = [piece for piece in self._pieces if piece.records is None]
+        done = [piece for piece in running if piece.future.done()]
+        errors = (piece.future.exception() for piece in done)
+        if any(isinstance(error, self._pool.kill_error) for error in errors):
+            # The others may have been killed with it.
+            _await([piece.future for piece in running], self._pool)
+            done = running
+        outcomes = list(self._outcomes(done))
+        for piece, (records, seconds) in zip(done, outcomes, strict=True):
+            left = piece.works[len(records) :]
+            piece.take(records)
+            in_time = int(PIECE_SECONDS * len(records) / max(seconds, 1e-6))
+            self._size = max(1, min(MOST_IN_A_PIECE, 2 * self._size, in_time))
+            first = self._pieces.index(piece) + 1
+            for index, at in enumerate(range(0, len(left), self._size), first):
+                self._hand_over(left[at : at + self._size], index)
+
+    def _outcomes(self, done: Sequence[_Piece]) -> Iterator[Records]:
+        """Yield the records of pieces, of those that were killed the ones of a second
+        attempt: the problems of the first such pieces get it, each alone."""
+        suspects = self._pool.size
+        for piece in done:
+            try:
+                yield piece.future.result()
+            except self._pool.kill_error:
+                again = piece.works if suspects > 0 else []
+                yield [_alone(self._task, work, self._pool) for work in again], 0.0
+                suspects -= 1
+
+    def _hand_over_next(self) -> None:
+        free = PIECES_EACH * self._pool.size
+        free -= sum(piece.records is None for piece in self._pieces)
+        while free > 0 and sum(piece.bytes for piece in self._pieces) < MOST_BYTES:
+            taken = self._inputs.take(min(self._size, self._pool.most))
+            if not taken:
+                break
+            self._hand_over(taken, len(self._pieces))
+            free -= 1
 
 
 class _Piece:
