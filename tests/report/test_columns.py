@@ -407,7 +407,8 @@ def test_columns_are_the_same_numbers_in_every_format(
         shown = lcp(*asked, "-f", form).out
         assert all(value in shown for value in last), form
         assert sign in shown
-    lcp(*asked[:-1], "alpha", "--trace", "t.csv")
+    named = "k,z,residual,error,time,step,alpha"
+    lcp(*asked[:-1], named, "--trace", "-o", "t.csv")
     written = (in_folder / "t.csv").read_text().splitlines()
     assert written[2] == (
         "problem,method,k,z1,z2,z3,z4,residual,error,seconds,step,alpha,status"
