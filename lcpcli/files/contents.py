@@ -252,11 +252,12 @@ def without_mark(content: bytes) -> bytes:
 
 
 def decode(content: bytes) -> str:
-    with suppress(UnicodeDecodeError):
+    try:
         text = content.decode("utf-8")
-        if "\0" not in text:
-            return text
-    raise ProblemError("", "is not UTF-8 text", "save it as UTF-8")
+    except UnicodeDecodeError:
+        text = "\0"
+    refuse("\0" in text, "", "is not UTF-8 text", "save it as UTF-8")
+    return text
 
 
 def unpacked(content: bytes) -> bytes:

@@ -91,9 +91,10 @@ def refuse_unknown(
 ) -> None:
     """Raise ProblemError for the first unknown key, suggesting the one that is likely
     meant."""
-    keys, others = set(given), [key for key in given if key not in known]
+    others = [key for key in given if key not in known]
     if not others:
         return
+    keys = set(given)
     hint = "give M and q of a linear one, or a .nl model (lcp help models)"
     refuse(
         keys & NONLINEAR and not keys & {"M", "Q", "A"},
@@ -119,10 +120,7 @@ def refuse_unknown(
 def kind_of(keys: Collection[str]) -> str:
     """Return the kind of the formulation if the keys of an object show
     that it is one, else ""."""
-    given = set(keys)
-    if "M" in given:
-        return ""
-    return formulations.told_by(given)
+    return formulations.told_by(keys)
 
 
 def is_whole(fields: Collection[str]) -> bool:

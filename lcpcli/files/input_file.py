@@ -54,6 +54,7 @@ NOT_SECOND = (
 )
 # Hints for an empty file.
 WHOLE, LINE = "give M and q, as JSON or CSV", ROW_OF_NUMBERS
+FIRST_LINE = "line 1, "  # of a place, left out where a file has many problems
 OF_PACKAGE = "correct the file, or that package"
 
 
@@ -106,8 +107,8 @@ class InputFile:
         a line is left out."""
         if self.line is None:
             return contents.inside(self.place, error)
-        if isinstance(error, ProblemError):
-            where = error.where.removeprefix("line 1, ")
+        if isinstance(error, ProblemError) and error.where.startswith(FIRST_LINE):
+            where = error.where.removeprefix(FIRST_LINE)
             error = ProblemError(where, error.fault, error.hint)
         return contents.inside((self.place, f"line {self.line}"), error)
 

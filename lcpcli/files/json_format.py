@@ -13,7 +13,8 @@ import math
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from functools import cached_property, partial
+from functools import cache, cached_property, partial
+from itertools import chain
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -100,8 +101,9 @@ class JsonText:
         if '"M"' in self.text:
             return False
         for of, row in formulations.TABLE.items():
-            has_keys = all(f'"{key}"' in self.text for key in row.matrices)
-            if not (row.unrounded and has_keys):
+            if not row.unrounded:
+                continue
+            if not all(f'"{key}"' in self.text for key in row.matrices):
                 continue
             data = self.lossless
             if isinstance(data, dict) and kind_of(data) == of:
@@ -179,8 +181,11 @@ def numbers_in(value: Any, number: Callable[[str], Any] = float) -> Any:
     if isinstance(value, dict):
         return {key: numbers_in(part, number) for key, part in value.items()}
     if isinstance(value, list):
-        # Rows of numbers, as lists usually are, stay as they are.
-        has_others = not {str, list}.isdisjoint(map(type, value))
+        # Lists and rows of numbers, as most are, stay as they are.
+        types = {*map(type, value)}
+        if types == {list}:
+            types = {*map(type, chain.from_iterable(value))}
+        has_others = not types.isdisjoint((str, list))
         return [numbers_in(part, number) for part in value] if has_others else value
     if not isinstance(value, str):
         return value
@@ -265,9 +270,8 @@ def _tables(data: dict[str, Any], keys: Sequence[str]) -> dict[str, list[Any]]:
 
 
 def load(text: str, number: Callable[[str], Any] = float) -> Any:
-    decoder = OF_DOUBLES if number is float else _decoder(number)
     try:
-        return decoder.decode(text)
+        return _decoder(number).decode(text)
     except json.JSONDecodeError as error:
         if (
             error.msg.startswith("Extra data")
@@ -331,6 +335,7 @@ def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     return data
 
 
+@cache
 def _decoder(number: Callable[[str], Any]) -> json.JSONDecoder:
     return json.JSONDecoder(
         parse_int=number,
@@ -338,9 +343,6 @@ def _decoder(number: Callable[[str], Any]) -> json.JSONDecoder:
         parse_constant=number,
         object_pairs_hook=_object,
     )
-
-
-OF_DOUBLES = _decoder(float)
 
 
 def sparse_matrix(field: str, given: dict[str, Any], n: int | None = None) -> Matrix:

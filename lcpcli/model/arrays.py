@@ -7,7 +7,6 @@ from __future__ import annotations
 import math
 import sys
 from collections.abc import Callable, Sequence
-from contextlib import suppress
 from copy import copy
 from itertools import chain
 from numbers import Rational
@@ -125,9 +124,11 @@ def as_flat(
 ) -> Vector:
     """Return `plain` values as a vector as `as_vector` does, though not in memory of
     its own, and of any numbers."""
-    if isinstance(values, (list, tuple)):
-        refuse_other_than_numbers(field, values)
-    v = as_floats(field, values, expected)
+    v = _of_plain_numbers(values)
+    if v is None:
+        if isinstance(values, (list, tuple)):
+            refuse_other_than_numbers(field, values)
+        v = as_floats(field, values, expected)
     v = v.reshape(-1) if v.ndim == 2 and 1 in v.shape else v
     if v.ndim != 1:
         raise ProblemError(
@@ -288,6 +289,17 @@ def _may_be_masked(values: Any) -> bool:
     return "numpy.ma" in sys.modules and isinstance(values, np.ma.MaskedArray)
 
 
+def _of_plain_numbers(values: Any) -> Vector | None:
+    """Return the numbers of a list without other types than int and float, as most
+    lists are, which numpy takes at once; None for anything else."""
+    if type(values) is not list or not {*map(type, values)} <= {int, float}:
+        return None
+    try:
+        return np.asarray(values, dtype=np.float64)
+    except OverflowError:  # whose place is looked for by the caller
+        return None
+
+
 def as_floats(field: str, values: Any, expected: str = NUMBERS) -> Vector:
     """Return the numbers of an array, or of a list that has been checked, as
     float64."""
@@ -342,10 +354,10 @@ def as_nested(
         and {*map(type, values)} <= {list, tuple}
         and len({*map(len, values)}) == 1
     )
-    # As most are; numpy takes them at once.
-    if are_lists and {*map(type, chain.from_iterable(values))} <= {int, float}:
-        with suppress(OverflowError):  # whose place is looked for below
-            return np.asarray(values, dtype=np.float64)
+    if are_lists:
+        entries = _of_plain_numbers([*chain.from_iterable(values)])
+        if entries is not None:
+            return entries.reshape(len(values), len(values[0]))
     parts = list[Vector]()
     for i, part in enumerate(values):
         own = as_nested(f"{field}[{i}]", part, most - 1, f"{ROW} {FROM_0}", exactly)
@@ -418,6 +430,8 @@ def by_label(
         if is_table
         else []
     )
+    if not labels:
+        return list(fields.values())
     return [
         _in_order(field, values, labels, of, axis) for field, values in fields.items()
     ]

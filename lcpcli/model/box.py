@@ -443,20 +443,21 @@ def as_intervals(
 ) -> tuple[Vector, Vector]:
     """Return lower and upper bounds for each of n things of a kind, infinite if absent
     or if they have at least the size `infinity`, or raise ProblemError."""
-    if infinity == math.inf and _is_plain(lower, n) and _is_plain(upper, n):
-        valid = (lower <= upper) & (lower < math.inf) & (upper > -math.inf)
-        if np.count_nonzero(valid) == n:
-            if type(lower) is float:
-                lower = np.full(n, lower)
-            if type(upper) is float:
-                upper = np.full(n, upper)
-            return lower, upper
+    are_plain = infinity == math.inf and _is_plain(lower, n) and _is_plain(upper, n)
+    if are_plain and np.count_nonzero(_are_valid(lower, upper)) == n:
+        if type(lower) is float:
+            lower = np.full(n, lower)
+        if type(upper) is float:
+            upper = np.full(n, upper)
+        return lower, upper
     below, above = fields
     ends = (
         as_bound(below, lower, n, of, -math.inf),
         as_bound(above, upper, n, of, math.inf),
     )
     low, high = (with_infinity(end, infinity) for end in ends)
+    if np.count_nonzero(_are_valid(low, high)) == n:
+        return low, high
     sides = (
         (below, ends[0], low == math.inf, "", "-"),
         (above, ends[1], high == -math.inf, "minus ", ""),
@@ -484,6 +485,11 @@ def as_intervals(
     return low, high
 
 
+def _are_valid(lower: Vector | float, upper: Vector | float) -> Any:
+    """Return where bounds leave a number."""
+    return (lower <= upper) & (lower < math.inf) & (upper > -math.inf)
+
+
 def _is_plain(bound: Any, n: int) -> bool:
     """Return whether a bound is a number or a vector of doubles, which need not be
     converted."""
@@ -507,6 +513,8 @@ def as_bound(field: str, values: Any, n: int, of: str, absent: float) -> Vector:
     if values is None:
         return np.full(n, absent)
     expected = "a number, or a list of numbers"
+    if type(values) is float and values == values:
+        return np.full(n, values)
     if isinstance(values, (bool, np.bool_, str)):
         raise ProblemError(field, f"is {kind(values)}", f"give {expected}")
     values = plain(field, values, expected)
@@ -516,9 +524,11 @@ def as_bound(field: str, values: Any, n: int, of: str, absent: float) -> Vector:
     if isinstance(values, (list, tuple)):
         values = [absent if value is None else value for value in values]
     v = arrays.as_flat(field, values, n, of, expected, "a number, or ")
-    if (wrong := np.flatnonzero(np.isnan(v))).size:
+    if (wrong := np.isnan(v)).any():
         raise ProblemError(
-            f"{field}[{wrong[0]}]", "is not a number", f"give inf for no bound {FROM_0}"
+            f"{field}[{wrong.argmax()}]",
+            "is not a number",
+            f"give inf for no bound {FROM_0}",
         )
     return v
 

@@ -8,7 +8,8 @@ lcpcli.formulations. numpy is not loaded, so that shell completion responds at o
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping
+from functools import cache, lru_cache
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -101,16 +102,28 @@ class Row(NamedTuple):
         """Return the noun without its article."""
         return self.noun.partition(" ")[2]
 
-    def told_by(self, keys: Collection[str]) -> int:
+    def told_by(self, keys: frozenset[str]) -> int:
         """Return by how many of these keys it is known; 0 if it is not."""
-        return max(
-            (len(own) for own in map(str.split, self.tells) if _have(keys, own)),
-            default=0,
+        numbers = (
+            len(required) + len(excluded)
+            for required, excluded in _conditions(self.tells)
+            if required <= keys and excluded.isdisjoint(keys)
         )
+        return max(numbers, default=0)
 
 
-def _have(keys: Collection[str], told: Sequence[str]) -> bool:
-    return all((key[1:] not in keys) if key[0] == "!" else key in keys for key in told)
+@cache
+def _conditions(
+    tells: tuple[str, ...],
+) -> list[tuple[frozenset[str], frozenset[str]]]:
+    """Return the keys that must be there, and those that must not, for each text of
+    `Row.tells`."""
+    conditions = []
+    for words in map(str.split, tells):
+        excluded = frozenset(word[1:] for word in words if word[0] == "!")
+        required = frozenset(word for word in words if word[0] != "!")
+        conditions.append((required, excluded))
+    return conditions
 
 
 MPS = FileForm(
@@ -254,17 +267,15 @@ def told_by(keys: Collection[str]) -> str:
     """Return the kind of the formulation that has these keys in a file, that with the
     most of them to tell by; "" if there is none, as for a problem that is given by
     M."""
-    return told_in_table(keys) or _told_among(_others(), keys)
-
-
-def told_in_table(keys: Collection[str]) -> str:
-    """Return the same by the table alone, without a look at other packages."""
-    return _told_among(TABLE, keys)
-
-
-def _told_among(kinds: Iterable[str], keys: Collection[str]) -> str:
     if "M" in keys:
         return ""
+    names = frozenset(keys)
+    return _told_among(tuple(TABLE), names) or _told_among(_others(), names)
+
+
+# Many lines of a file have the same keys.
+@lru_cache(maxsize=64)
+def _told_among(kinds: tuple[str, ...], keys: frozenset[str]) -> str:
     told = {kind: row_of(kind).told_by(keys) for kind in kinds}
     best = max(told.values(), default=0)
     return next((kind for kind, number in told.items() if best and number == best), "")
@@ -293,8 +304,8 @@ def kinds() -> Iterator[str]:
     yield from _others()
 
 
-def _others() -> list[str]:
-    return sorted(_added() - {*TABLE})
+def _others() -> tuple[str, ...]:
+    return tuple(sorted(_added() - TABLE.keys()))
 
 
 def _added() -> frozenset[str]:
@@ -322,6 +333,7 @@ def module_of(row: Row, module: str, asked: str) -> Any:
     return module_at(f"{row.home}.{module}" if module else row.home, asked)
 
 
+@cache
 def module_at(place: str, asked: str) -> Any:
     """Return a module of a formulation. asked : as for `module_of`."""
     try:

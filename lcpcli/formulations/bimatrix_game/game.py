@@ -9,6 +9,7 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from decimal import Context, Decimal, localcontext
 from fractions import Fraction
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -387,9 +388,11 @@ def _payoffs(field: str, values: Any) -> tuple[Vector, Payoffs | None]:
     """Return payoffs rounded to doubles and, if some are fractions or texts like "1/3",
     also unrounded."""
     rows = []
-    if isinstance(values, (list, tuple)) and all(
+    has_rows = isinstance(values, (list, tuple)) and all(
         isinstance(row, (list, tuple)) for row in values
-    ):
+    )
+    # As most payoffs are neither texts nor fractions.
+    if has_rows and not {*map(type, chain.from_iterable(values))} <= {int, float}:
         is_number = PAYOFF.fullmatch
         values = rows = [
             [Fraction(v) if isinstance(v, str) and is_number(v) else v for v in row]
