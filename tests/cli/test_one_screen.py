@@ -33,7 +33,7 @@ def test_a_file_beside_the_report_is_announced_unless_it_is_to_be_quiet(
 ) -> None:
     pytest.importorskip("matplotlib")
     commands = {
-        "solve": ("good.json", "--paths", "paths.svg", "--trace", "trace.csv"),
+        "solve": ("good.json", "--paths", "paths.svg"),
         "path": ("good.json", "--direction", "1,1", "--to", "2"),
         "bench": ("good.json", "--method", "newton", "--budget", "0"),
     }
@@ -48,10 +48,7 @@ def test_a_file_beside_the_report_is_announced_unless_it_is_to_be_quiet(
             for line in told.err.splitlines()
             if line != "lcp: wrote "
         }
-        assert files == {
-            "plot.svg",
-            *(word for word in words if word in ("paths.svg", "trace.csv")),
-        }
+        assert files == {"plot.svg", *(word for word in words if word == "paths.svg")}
         assert all((folder / file).stat().st_size for file in files)
     assert lcp("path", *commands["path"], "--plot", "plot.svg", "--quiet").err == ""
 

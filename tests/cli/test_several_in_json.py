@@ -95,7 +95,7 @@ MINUS = {
     "solve -1.json -q -o -2.csv": "-2.csv",
     "solve -1.json -q --output=-.5.json": "-.5.json",
     "solve -1.json good.json -q -o -2.jsonl": "-2.jsonl",
-    "solve -1.json -q --trace -3.csv": "-3.csv",
+    "solve -1.json -q --trace -o -3.csv": "-3.csv",
     "solve good.json -q --x0 -1.csv": "",
     "solve good.json -q --lower -1 --x0 -1,-2.5": "",
     "convert -1.json -o -4.csv": "-4.csv",
