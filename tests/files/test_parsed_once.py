@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -19,19 +20,25 @@ from ..cli.conftest import Lcp
 from .nl_writing import model
 
 M, Q = np.array([[2.0, 1.0], [1.0, 2.0]]), np.array([-5.0, -6.0])
-# What parses a file of each kind; of .nfg and .mps, all is done by one function.
+# What parses a file of each kind; of .nfg, .efg and .mps, all is done by one function.
 PARSERS = {
-    "csv": "csv_format.grid_of",
-    "json": "json_format.load",
-    "npy": "npy_format.parse",
-    "npz": "npz_format.parse",
-    "mat": "mat_format.parse",
-    "mtx": "matrix_market_format.parse",
-    "mps": "mps_format.fields",
+    "csv": "files.csv_format.grid_of",
+    "json": "files.json_format.load",
+    "npy": "files.npy_format.parse",
+    "npz": "files.npz_format.parse",
+    "mat": "files.mat_format.parse",
+    "mtx": "files.matrix_market_format.parse",
+    "mps": "formulations.quadratic_program.mps_format.fields",
     "nl": "formulations.nonlinear_model.nl_format.segments_in",
-    "nfg": "games.fields",
+    "nfg": "formulations.bimatrix_game.nfg_format.fields",
+    "efg": "formulations.game_tree.efg_format.fields",
 }
 NFG = 'NFG 1 R "g" { "a" "b" } { 2 2 } 1 2 0 0 0 0 2 1'
+EFG = """EFG 2 R "tree" { "Ann" "Bob" }
+p "" 1 1 "" { "l" "r" } 0
+t "" 1 "" { 1 2 }
+t "" 2 "" { 3 0 }
+"""
 MPS = "NAME\nROWS\n N o\n G r\nCOLUMNS\n x o 1 r 1\nRHS\n R r 1\nENDATA\n"
 LINEAR = ((5, 1, 1), {0: 2}, -4)
 CURVED = ((5, 1, 1), {0: 2}, ("-", ("exp", "v0"), 4))
@@ -57,6 +64,11 @@ def folder(in_folder: Path) -> Path:
         "game.json": '{"A": [[3, 0.1], [0, 2]], "B": [[2, 0], [0, 3]]}',
         "lower.csv": "-1,none\n",
         "game.nfg": NFG,
+        "tree.efg": EFG,
+        "A.csv": "1,0\n0,1\n1,1\n",
+        "b.csv": "1\n2\n4\n",
+        "avi.json": '{"H": [[2, 1], [0, 2]], "h": [-1, -1]}',
+        "contact.json": '{"A": [[2, 0], [0, 2]], "b": [1, 1], "findex": [-1, -1]}',
         "program.mps": MPS,
         "three.jsonl": 3 * '{"M": [[2, 1], [1, 2]], "q": [-5, -6]}\n',
     }
@@ -76,8 +88,8 @@ def counted(monkeypatch: pytest.MonkeyPatch) -> Counter[str]:
 
     def count(name: str, place: str) -> None:
         module, _, function = place.rpartition(".")
-        path = f"lcpcli.{module}" if "." in module else f"lcpcli.files.{module}"
-        real: Callable[..., Any] = getattr(pytest.importorskip(path), function)
+        path = f"lcpcli.{module}"
+        real: Callable[..., Any] = getattr(import_module(path), function)
 
         def counting(*given: Any, **named: Any) -> Any:
             counts[name] += 1
@@ -108,6 +120,11 @@ COMMANDS = {
     "solve three.jsonl": {"json": 3, "opened": 1},
     "solve game.json": {"json": 1},
     "solve game.nfg": {"nfg": 1},
+    "solve tree.efg": {"efg": 1},
+    "solve --lsq A.csv b.csv": {"csv": 2, "json": 1, "opened": 2},
+    "solve avi.json": {"json": 1},
+    "solve contact.json": {"json": 1},
+    "solve three.jsonl --jobs 1 -f json": {"json": 3, "opened": 1},
     "solve M.npy q.npy": {"npy": 2},
     "solve whole.npz": {"npz": 1},
     "solve whole.mat": {"mat": 1},
