@@ -34,7 +34,10 @@ from lcpcli.options import INSPECTION_SECONDS, TIME_LIMIT, TOL
 from lcpcli.report.document import RECORD_MEANINGS
 
 if TYPE_CHECKING:
+    from lcpcli.cli.problems import AnyProblem
+    from lcpcli.files import beside
     from lcpcli.inspection.inspection import Inspection, NonlinearInspection
+    from lcpcli.rational.exact_problem import ExactProblem
     from lcpcli.verify.verification import Verification
 
 OF_INSPECTION = TIME_LIMIT._replace(
@@ -121,70 +124,84 @@ def check(request: Check) -> int:
 def _verifications(
     read: InputProblem, inputs: Inputs, solution: str, tol: float | None, exact: bool
 ) -> list[Verification]:
+    from lcpcli.model.problem import Problem
+
+    problem, where = read.problem, place(solution)
+    if not isinstance(problem, Problem):
+        refuse_beside({"--exact": exact}, NONLINEAR_MODEL)
+    data = read.exactly() if exact else None
+    candidates = _candidates(read, inputs, solution)
+    remark = candidates[0].remark
+    inputs.tell([f"{where}: {remark}"] if remark else [])
+    verifications = [
+        contents.within(where, _verified, problem, data, candidate, tol)
+        for candidate in candidates
+    ]
+    if len(verifications) == 1:
+        return verifications
+    number = len(verifications)
+    return [
+        replace(each, message=f"solution {i} of {number}: {each.message}")
+        for i, each in enumerate(verifications, 1)
+    ]
+
+
+def _candidates(
+    read: InputProblem, inputs: Inputs, solution: str
+) -> list[beside.Candidate]:
+    """Return the solutions that a file proposes, at least one."""
     from lcpcli.files import beside
+    from lcpcli.solving import checking
+
+    values = None if read.file is None else read.file.solution_in(solution)
+    if values is not None:
+        return [beside.Candidate("solution", values)]
+    problem = read.problem
+    named = inputs.files[0], problem.name
+    lengths = checking.lengths(problem)
+    return beside.read_candidates(solution, lengths, named, lambda: problem.names)
+
+
+def _verified(
+    problem: AnyProblem,
+    data: ExactProblem | None,
+    candidate: beside.Candidate,
+    tol: float | None,
+) -> Verification:
+    """Return what is true of a proposed solution, or of a proof that there is none.
+    data : the numbers as written, for a verification in fractions; None for doubles."""
     from lcpcli.model.problem import Problem
     from lcpcli.rational.numbers import rounded
     from lcpcli.solving import checking
     from lcpcli.verify import verification
 
-    first, problem, where = inputs.files[0], read.problem, place(solution)
+    is_answer, is_proof = candidate.kind == "answer", candidate.kind == "farkas"
     if not isinstance(problem, Problem):
-        refuse_beside({"--exact": exact}, NONLINEAR_MODEL)
-    data = read.exactly() if exact else None
-    values = None if read.file is None else read.file.solution_in(solution)
-    if values is not None:
-        answers = [beside.Candidate("solution", values)]
+        fault = "is a proof, which a nonlinear model cannot have"
+        refuse(is_proof, "SOLUTION", fault, "give z")
+        values = rounded(candidate.values)
+        return verification.verify_nonlinear(problem, values, tol or TOL.value)
+    if is_proof:
+        refuse_beside({"--tol": tol}, PROOF)
+        is_rounded = not candidate.exact
+        return checking.verified_proof(
+            problem, candidate.values, data, is_rounded=is_rounded
+        )
+    if candidate.parts:
+        problem.formulation.joined(candidate.parts)
+    if data:
+        result = checking.verified_exactly(
+            data, candidate.values, candidate.w, is_answer
+        )
+        remarks = [candidate.claim]
     else:
-        named = first, problem.name
-        answers = beside.read_candidates(
-            solution, checking.lengths(problem), named, lambda: problem.names
-        )
-    inputs.tell(
-        [f"{where}: {answer.remark}" for answer in answers[:1] if answer.remark]
-    )
-
-    def verified(answer: beside.Candidate) -> Verification:
-        is_own, is_proof = answer.kind == "answer", answer.kind == "farkas"
-        if not isinstance(problem, Problem):
-            refuse(
-                is_proof,
-                "SOLUTION",
-                "is a proof, which a nonlinear model cannot have",
-                "give z",
-            )
-            return verification.verify_nonlinear(
-                problem, rounded(answer.values), tol or TOL.value
-            )
-        if is_proof:
-            refuse_beside({"--tol": tol}, PROOF)
-            return checking.verified_proof(
-                problem, answer.values, data, is_rounded=not answer.exact
-            )
-        if answer.parts:
-            problem.formulation.joined(answer.parts)
-        if data:
-            found = checking.verified_exactly(data, answer.values, answer.w, is_own)
-        else:
-            values = rounded(answer.values)
-            found = checking.verified(problem, values, tol or TOL.value, is_own)
-            if larger := checking.accepting(problem, values, found, is_own):
-                found = replace(
-                    found, message=f"{found.message}; --tol {larger:g} accepts it"
-                )
-        return (
-            replace(found, message=f"{found.message}; {answer.claim}")
-            if answer.claim
-            else found
-        )
-
-    found = [contents.within(where, verified, answer) for answer in answers]
-    if len(found) == 1:
-        return found
-    places = (f"solution {i} of {len(found)}: " for i in range(1, len(found) + 1))
-    return [
-        replace(each, message=place + each.message)
-        for place, each in zip(places, found, strict=True)
-    ]
+        values = rounded(candidate.values)
+        result = checking.verified(problem, values, tol or TOL.value, is_answer)
+        larger = checking.accepting(problem, values, result, is_answer)
+        hint = f"--tol {larger:g} accepts it" if larger else ""
+        remarks = [hint, candidate.claim]
+    message = "; ".join(filter(None, [result.message, *remarks]))
+    return replace(result, message=message)
 
 
 @dataclass(eq=False, repr=False)

@@ -157,32 +157,15 @@ def path(request: PathRequest) -> int:
     another."""
     from lcpcli.parametric.path import REACHED
 
-    destination, exact, names = Destination.of(request), request.exact, request.names
+    destination, names = Destination.of(request), request.names
     whole, inputs = request.inputs()
     whole.prepare({"--output": destination.path, "--plot": request.plot})
-    direction = request.direction
-    has_no_end = direction is not None and request.stop is None
-    refuse(has_no_end, "--direction", "has no end", "add --to, the last t")
-    stop = request.stop or "1"
-    span = (
-        _number("--from", request.start or "0", exact),
-        _number("--to", stop, exact),
-    )
-    fault = f"is {float(span[1]):g}, and the path begins at t = {float(span[0]):g}"
-    refuse(span[0] >= span[1], "--to", fault, "give a larger number")
+    span = _span(request)
     require_plot(request.plot)
-    asked = _values(request.at, *span, exact)
-    ends = [each.read() for each in inputs]
-    if direction is not None:
-        d = _direction(direction, ends[0].problem)
-        ends = [contents.within("--direction", _along, ends[0], d, t) for t in span]
+    asked = _values(request.at, *span, request.exact)
+    ends = _ends(request, inputs, span)
     files_read = [contents.place(each.files[-1]) for each in inputs]
     file = files_read[-1]
-    if names:
-        from lcpcli.report.path_formats import Ends
-
-        # Refuses a name of none.
-        wording.places(Ends(*(each.problem for each in ends)).names(), names)
     limits = {
         "tol": request.tol,
         "time_limit": request.time_limit,
@@ -192,14 +175,43 @@ def path(request: PathRequest) -> int:
         found, code = _followed(ends, file, span, turns=request.turns, **limits)
     from lcpcli.report import path_formats
 
-    if direction is not None and found.end == REACHED:  # there is no second problem
-        found = replace(found, message=f"the path reaches t = {stop}")
+    # There is no second problem.
+    if request.direction is not None and found.end == REACHED:
+        found = replace(found, message=f"the path reaches t = {request.stop}")
     destination.show(
         path_formats.report(found, asked, files_read, names).render,
         f"{file}: {found.message}",
     )
     destination.draw(request.plot, "response", found, None, names)
     return code
+
+
+def _span(request: PathRequest) -> tuple[Number, Number]:
+    """Return t at the first problem and at the last one."""
+    has_no_end = request.direction is not None and request.stop is None
+    refuse(has_no_end, "--direction", "has no end", "add --to, the last t")
+    start = _number("--from", request.start or "0", request.exact)
+    stop = _number("--to", request.stop or "1", request.exact)
+    fault = f"is {float(stop):g}, and the path begins at t = {float(start):g}"
+    refuse(start >= stop, "--to", fault, "give a larger number")
+    return start, stop
+
+
+def _ends(
+    request: PathRequest, inputs: Sequence[Inputs], span: tuple[Number, Number]
+) -> list[InputProblem]:
+    """Return the problems between which the path leads; refuse a name that neither
+    has."""
+    ends = [each.read() for each in inputs]
+    if request.direction is not None:
+        d = _direction(request.direction, ends[0].problem)
+        ends = [contents.within("--direction", _along, ends[0], d, t) for t in span]
+    if request.names:
+        from lcpcli.report.path_formats import Ends
+
+        names = Ends(*(each.problem for each in ends)).names()
+        wording.places(names, request.names)
+    return ends
 
 
 def _number(option: str, text: str, exact: bool) -> Number:

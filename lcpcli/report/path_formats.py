@@ -455,66 +455,64 @@ def _columns(
     out: t, the number that moves, what changes, as many components of z (x and y of a
     program) as the width has room for, w if there is room for all, and the objective of
     a program. chosen : as names for `build`."""
-    path, blocks, moving, most = (
-        terms.path,
-        terms.form,
-        terms.moving,
-        tables.longest(form),
-    )
-    n, names, ends = (
-        path.problem.n,
-        wording.all_visible(terms.names(most)),
-        (path.family.start, path.family.stop),
-    )
+    path, blocks, most = terms.path, terms.form, tables.longest(form)
+    n, names = path.problem.n, wording.all_visible(terms.names(most))
     of_z, *of_w = (
         float(np.abs(array).max(initial=0.0))
         for array in (path.z, path.w, path.problem.q, path.to.q)
     )
     vectors = list(map(terms.values, points.z))
 
-    def column(name: str, values: Iterable[Any], largest: float = 0.0) -> list[str]:
-        return [name, *(_cell(value, largest) for value in values)]
-
     def of_places(kept: Iterable[int | None]) -> list[list[str]]:
         gap = [wording.ELLIPSIS] * (len(vectors) + 1)
         return [
-            gap if i is None else column(names[i], (z[i] for z in vectors), of_z)
+            gap if i is None else _column(names[i], (z[i] for z in vectors), of_z)
             for i in kept
         ]
 
-    before, after = [["change", *notes]], list[list[str]]()
-    if moving:
-        label = moving.label if len(visible(moving.label)) < most else "value"
-        before.insert(
-            0, column(label, map(terms.moved, points.t), max(map(abs, moving[2:])))
-        )
-    if moving is None or moving[2:] != tuple(map(float, ends)):
-        before.insert(0, column("t", points.t, float(max(map(abs, ends)))))
+    before, after = _of_change(terms, points, notes, most), list[list[str]]()
     if blocks:
-        after.append(column("objective", map(terms.objective, points.t, points.z)))
+        after.append(_column("objective", map(terms.objective, points.t, points.z)))
     if chosen:
-        return [
-            *before,
-            *of_places(wording.places(terms.names(), chosen)),
-            *after,
-        ], False
+        shown = of_places(wording.places(terms.names(), chosen))
+        return [*before, *shown, *after], False
     room = None
     if form == "table" and width is not None:
-        others = tables.CELL * (len(before) - 1 + len(after)) + max(
-            map(len, notes), default=0
-        )
+        others = tables.CELL * (len(before) - 1 + len(after))
+        others += max(map(len, notes), default=0)
         room = width - others + tables.OTHER_COLUMNS
     counts = [n] if blocks is None else [n - blocks.ranges, blocks.variables]
-    own = next(
-        (k for k in counts if tables.shown_components(k, room) is None), counts[-1]
-    )
-    shown = of_places(tables.with_gap(own, tables.shown_components(own, room)))
+    fitting = (k for k in counts if tables.shown_components(k, room) is None)
+    number = next(fitting, counts[-1])
+    shown = of_places(tables.with_gap(number, tables.shown_components(number, room)))
     # w is rounded as its terms are.
     if blocks is None and tables.shown_components(2 * n, room) is None:
+        largest_w = max(of_w)
         shown += [
-            column(f"w{i + 1}", (w[i] for w in points.w), max(of_w)) for i in range(n)
+            _column(f"w{i + 1}", (w[i] for w in points.w), largest_w) for i in range(n)
         ]
     return [*before, *shown, *after], len(shown) < counts[0]
+
+
+def _of_change(
+    terms: Terms, points: Points, notes: Sequence[str], longest: float
+) -> list[list[str]]:
+    """Return the columns of t, unless the number that moves is t, of this number, if
+    there is one, and of what changes."""
+    path, moving = terms.path, terms.moving
+    ends = path.family.start, path.family.stop
+    columns = [["change", *notes]]
+    if moving:
+        label = moving.label if len(visible(moving.label)) < longest else "value"
+        largest = max(map(abs, moving[2:]))
+        columns.insert(0, _column(label, map(terms.moved, points.t), largest))
+    if moving is None or moving[2:] != tuple(map(float, ends)):
+        columns.insert(0, _column("t", points.t, float(max(map(abs, ends)))))
+    return columns
+
+
+def _column(name: str, values: Iterable[Any], largest: float = 0.0) -> list[str]:
+    return [name, *(_cell(value, largest) for value in values)]
 
 
 def _cell(value: Any, largest: float = 0.0) -> str:

@@ -5,7 +5,7 @@ each, its costs, and how it ended."""
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import partial
 from itertools import chain
 from typing import TYPE_CHECKING
@@ -322,57 +322,69 @@ def _summary(
         filter(None, dict.fromkeys(text.partition("=")[0] for text in texts))
     )
     attained = [reached(result) for result in results]
-    length, unit = wording.common_unit(
-        [r.seconds for r in results]
-        + [own[level][1] for own in attained for level in levels if level in own]
-    )
+    seconds = [result.seconds for result in results]
+    seconds += [at[level][1] for at in attained for level in levels if level in at]
+    length, unit = wording.common_unit(seconds)
     has_error = any(result.error is not None for result in results)
-    counts = [] if are_noted else ["evaluations", "residual"]
-    header = [
-        "method",
-        *options,
-        *(name for level in levels for name in (f"to {wording.level(level)}", unit)),
-    ]
-    header += [
-        "end" if are_noted else "iterations",
-        unit,
-        *counts,
-        *["error"] * has_error,
-        "status",
-    ]
+    header = ["method", *options]
+    for level in levels:
+        header += [f"to {wording.level(level)}", unit]
+    header += ["end" if are_noted else "iterations", unit]
+    header += [] if are_noted else ["evaluations", "residual"]
+    header += ["error"] if has_error else []
+    header.append("status")
     rows = []
     for result, at in zip(results, attained, strict=True):
-        own = wording.options_of(result, whole=False)
-        row = [result.method, *(own.get(option, "") for option in options)]
+        values = wording.options_of(result, whole=False)
+        row = [result.method, *(values.get(option, "") for option in options)]
         for cost in (*map(at.get, levels), (result.iterations, result.seconds)):
-            row += (
-                (str(cost[0]), wording.digits(cost[1] / length, 2))
-                if cost
-                else (NONE, NONE)
-            )
-        row += [str(result.evaluations), wording.residual(result)] * (not are_noted)
-        status = (
-            FALSE
-            if result.verified is False
-            else SHORT.get(result.word, result.word.replace("_", " "))
-        )
-        rows.append(
-            row + [wording.error(result.error, result.problem)] * has_error + [status]
-        )
+            row += _cost(cost, length)
+        if not are_noted:
+            row += [str(result.evaluations), wording.residual(result)]
+        if has_error:
+            row.append(wording.error(result.error, result.problem))
+        rows.append([*row, _status(result)])
+    _mark_shortest(rows, results, attained, levels, first=len(options) + 2)
+    notes = ["to: errors relative to the solution's largest component"] * bool(levels)
+    notes += [f"{STAR} the shortest time"] * (len(rows) > 1)
+    return Table(header, [rows], words=(0, len(header) - 1), notes=["; ".join(notes)])
+
+
+def _cost(cost: tuple[int, float] | None, length: float) -> tuple[str, str]:
+    """Return iterations and time, in units of so many seconds; dashes for an error that
+    was not attained."""
+    if cost is None:
+        return NONE, NONE
+    number, seconds = cost
+    return str(number), wording.digits(seconds / length, 2)
+
+
+def _status(result: Result) -> str:
+    if result.verified is False:
+        return FALSE
+    return SHORT.get(result.word, result.word.replace("_", " "))
+
+
+def _mark_shortest(
+    rows: list[list[str]],
+    results: Sequence[Result],
+    attained: Sequence[Mapping[float, tuple[int, float]]],
+    levels: Sequence[float],
+    first: int,
+) -> None:
+    """Mark the shortest time to each level, and to a solution, in the rows of results.
+    first : the column of the first times; each second one has times."""
     times = [
         [at[level][1] if level in at else None for at in attained] for level in levels
     ]
     times.append([result.seconds if result.solved else None for result in results])
-    for j, column in enumerate(times):
+    for place, column in enumerate(times):
         known = [
             (seconds, i) for i, seconds in enumerate(column) if seconds is not None
         ]
         if known and len(rows) > 1:
-            row, place = rows[min(known)[1]], len(options) + 2 * j + 2
-            row[place] = STAR + row[place]
-    notes = ["to: errors relative to the solution's largest component"] * bool(levels)
-    notes += [f"{STAR} the shortest time"] * (len(rows) > 1)
-    return Table(header, [rows], words=(0, len(header) - 1), notes=["; ".join(notes)])
+            row, at = rows[min(known)[1]], first + 2 * place
+            row[at] = STAR + row[at]
 
 
 def reached(result: Result) -> dict[float, tuple[int, float]]:

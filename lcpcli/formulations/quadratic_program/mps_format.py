@@ -49,7 +49,7 @@ from lcpcli.rational.numbers import (
     rounded,
     shortest_decimal,
 )
-from lcpcli.typing import Matrix
+from lcpcli.typing import Matrix, Vector
 
 # Tells it from the LP format.
 MPS = re.compile(rb"^(?:ROWS|ENDATA)\b", re.MULTILINE | re.IGNORECASE)
@@ -482,77 +482,59 @@ def render(fields: Mapping[str, Any], exact: Exact) -> dict[str, bytes]:
     takes for infinite ones."""
     number = partial(number_text, exact, exactly=in_decimals)
     k, m = fields["c"].size, fields["row_lower"].size if "A" in fields else 0
-    low, high = (
-        fields.get("lower", np.zeros(k)),
-        fields.get("upper", np.full(k, np.inf)),
-    )
+    low = fields.get("lower", np.zeros(k))
+    high = fields.get("upper", np.full(k, np.inf))
     ends = fields.get("row_lower", np.zeros(0)), fields.get("row_upper", np.zeros(0))
-    fault = f"has a bound of {NO_BOUND:g} or more, which means no bound in MPS"
-    for field, values in zip(
-        ("lower", "upper", "row_lower", "row_upper"), (low, high, *ends), strict=True
-    ):
-        is_lost = ((np.abs(values) >= NO_BOUND) & np.isfinite(values)).any()
-        refuse(
-            is_lost,
-            field,
-            fault,
-            "give --infinity 1e20 if it means that here too, or write .json",
-        )
-    columns, rows = (
-        names(fields.get("columns", [""] * k), "x"),
-        names(fields.get("rows", [""] * m), "r"),
-    )
+    _refuse_lost_bounds(lower=low, upper=high, row_lower=ends[0], row_upper=ends[1])
+    columns = names(fields.get("columns", [""] * k), "x")
+    rows = names(fields.get("rows", [""] * m), "r")
     objective = _free("obj", rows)
-    sides = [
-        _side(exact, *each)
-        for each in zip(*(end.tolist() for end in ends), strict=True)
-    ]
-    ranges = [
-        f" RNG {row} {size}"
-        for row, (*_, size) in zip(rows, sides, strict=True)
-        if size
-    ]
-    bounds = [
-        line
-        for each in zip(columns, low.tolist(), high.tolist(), strict=True)
-        for line in _bounds(number, *each)
-    ]
     lines = [
         f"NAME {_word(fields.get('name', ''))}".rstrip(),
         *["OBJSENSE", "    MAX"] * ("sense" in fields),
     ]
-    lines += [
-        "ROWS",
-        f" N {objective}",
-        *(f" {kind} {row}" for row, (kind, *_) in zip(rows, sides, strict=True)),
-    ]
+    pairs = zip(*(end.tolist() for end in ends), strict=True)
+    sides = [_side(exact, *pair) for pair in pairs]
+    kinds = (f" {kind} {row}" for row, (kind, *_) in zip(rows, sides, strict=True))
+    lines += ["ROWS", f" N {objective}", *kinds]
     lines += ["COLUMNS", *_columns(fields, columns, rows, objective, number)]
-    lines += ["RHS"] + (
-        [f" RHS {objective} {number(-fields['constant'])}"]
-        if "constant" in fields
-        else []
-    )
-    lines += [
-        f" RHS {row} {number(side)}"
-        for row, (_, side, _) in zip(rows, sides, strict=True)
-        if side
-    ]
+    lines.append("RHS")
+    if "constant" in fields:
+        lines.append(f" RHS {objective} {number(-fields['constant'])}")
+    ranges = []
+    for row, (_, side, size) in zip(rows, sides, strict=True):
+        if side:
+            lines.append(f" RHS {row} {number(side)}")
+        if size:
+            ranges.append(f" RNG {row} {size}")
     lines += ["RANGES", *ranges] if ranges else []
+    intervals = zip(columns, low.tolist(), high.tolist(), strict=True)
+    bounds = [line for each in intervals for line in _bounds(number, *each)]
     lines += ["BOUNDS", *bounds] if bounds else []
     if "Q" in fields:
-        from scipy.sparse import coo_array
-
-        upper = coo_array(fields["Q"])
-        entries = zip(
-            upper.row.tolist(), upper.col.tolist(), upper.data.tolist(), strict=True
-        )
-        triangle = (
-            f" {columns[j]} {columns[i]} {number(value)}"
-            for i, j, value in entries
-            if i <= j and value
-        )
-        lines += ["QUADOBJ", *triangle]
+        lines += ["QUADOBJ", *_triangle(fields["Q"], columns, number)]
     return {"": "\n".join([*lines, "ENDATA", ""]).encode()}
+
+
+def _refuse_lost_bounds(**bounds: Vector) -> None:
+    for field, values in bounds.items():
+        is_lost = ((np.abs(values) >= NO_BOUND) & np.isfinite(values)).any()
+        fault = f"has a bound of {NO_BOUND:g} or more, which means no bound in MPS"
+        hint = "give --infinity 1e20 if it means that here too, or write .json"
+        refuse(is_lost, field, fault, hint)
+
+
+def _triangle(
+    Q: Matrix, columns: Sequence[str], number: Callable[[float], str]
+) -> Iterator[str]:
+    """Yield the lines of the upper triangle of Q."""
+    from scipy.sparse import coo_array
+
+    upper = coo_array(Q)
+    places = zip(upper.row.tolist(), upper.col.tolist(), strict=True)
+    for (i, j), value in zip(places, upper.data.tolist(), strict=True):
+        if i <= j and value:
+            yield f" {columns[j]} {columns[i]} {number(value)}"
 
 
 def remarks(problem: Problem) -> list[str]:
