@@ -244,6 +244,11 @@ class ProblemError(LCPError):
     """The problem, or the file that holds it, cannot be used."""
 
 
+class MissingFolderError(ProblemError, ImportError):
+    """The folder of a formulation, which a file or a name of the package needs, is
+    missing in this installation."""
+
+
 class DerivativeError(LCPError):
     """A result has no derivative, or no known one: its problem is not solved, or its
     solution is singular."""

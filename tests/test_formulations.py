@@ -25,8 +25,8 @@ GAME = 'NFG 1 R "" { "one" "two" } { 2 1 }\n1 2 3 4\n'
 TREE = 'EFG 2 R "" { "one" "two" }\nt "" 1 "" { 1 0 }\n'
 PROGRAM = "NAME\nROWS\n N o\n G r\nCOLUMNS\n x o 1 r 1\nRHS\n R r 1\nENDATA\n"
 MISSING = (
-    "this installation has no formulation for {}; install the package again, with all "
-    "of its files"
+    "this installation has no formulation for {}, as the folder lcpcli/formulations/{} "
+    "is missing; install the package again, with all of its files"
 )
 
 
@@ -83,37 +83,37 @@ def test_lcps_need_no_formulation(alone: Path, line: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("file", "what"),
+    ("file", "what", "folder"),
     [
-        ("game.nfg", ".nfg"),
-        ("game.json", "a game"),
-        ("tree.efg", ".efg"),
-        ("tree.json", "a game"),
-        ("fit.json", "a least-squares problem"),
-        ("contact.json", "contact with friction"),
-        ("model.nl", ".nl"),
-        ("program.mps", ".mps"),
-        ("program.json", "a program"),
-        ("osqp.json", "a program"),
+        ("game.nfg", ".nfg", "bimatrix_game"),
+        ("game.json", "a game", "bimatrix_game"),
+        ("tree.efg", ".efg", "game_tree"),
+        ("tree.json", "a game", "game_tree"),
+        ("fit.json", "a least-squares problem", "least_squares"),
+        ("contact.json", "contact with friction", "contact"),
+        ("model.nl", ".nl", "nonlinear_model"),
+        ("program.mps", ".mps", "quadratic_program"),
+        ("program.json", "a program", "quadratic_program"),
+        ("osqp.json", "a program", "quadratic_program"),
     ],
 )
 def test_a_file_without_its_formulation_gets_one_line(
-    alone: Path, file: str, what: str
+    alone: Path, file: str, what: str, folder: str
 ) -> None:
     done = run(alone, f"solve {file}")
-    told = f"lcp: {file}: {MISSING.format(what)}\n"
+    told = f"lcp: {file}: {MISSING.format(what, folder)}\n"
     assert (done.returncode, done.stdout, done.stderr) == (2, "", told)
 
 
 def test_a_word_without_its_formulation_gets_one_line(alone: Path) -> None:
     done = run(alone, "model.nl -AMPL")
-    told = f"lcp: {MISSING.format('-AMPL')}\n"
+    told = f"lcp: {MISSING.format('-AMPL', 'nonlinear_model')}\n"
     assert (done.returncode, done.stdout, done.stderr) == (2, "", told)
 
 
 def test_tables_without_their_formulation_get_one_line(alone: Path) -> None:
     done = run(alone, "solve A.csv A.csv --game")
-    told = f"lcp: {MISSING.format('--game')}\n"
+    told = f"lcp: {MISSING.format('--game', 'bimatrix_game')}\n"
     assert (done.returncode, done.stdout, done.stderr) == (2, "", told)
 
 
@@ -126,14 +126,21 @@ def test_two_tables_without_a_formulation_are_refused_without_a_hint_at_it(
     assert "--game" not in done.stderr
 
 
-@pytest.mark.parametrize("name", ["from_game", "from_efg"])
-def test_a_public_name_without_its_formulation_is_an_error_of_one_line(
-    alone: Path, name: str
+def test_each_public_name_without_its_formulation_is_an_error_of_one_line(
+    alone: Path,
 ) -> None:
+    homes = {
+        name: home.split(".")[2]
+        for name in lcpcli.__all__
+        if (home := getattr(lcpcli, name).__module__).startswith("lcpcli.formulations")
+    }
+    assert {*homes.values()} == {*FOLDERS}
     code = (
-        "import lcpcli, lcpcli.errors\n"
-        f"try: lcpcli.{name}\n"
-        "except lcpcli.errors.LCPError as error: print(error)"
+        "import lcpcli\n"
+        "from lcpcli.errors import LCPError\n"
+        f"for name in {[*homes]}:\n"
+        "    try: exec(f'from lcpcli import {name}')\n"
+        "    except ImportError as error: print(isinstance(error, LCPError), error)"
     )
     done = subprocess.run(
         [sys.executable, "-c", code],
@@ -143,4 +150,7 @@ def test_a_public_name_without_its_formulation_is_an_error_of_one_line(
         text=True,
         check=True,
     )
-    assert done.stdout == f"{MISSING.format(f'lcpcli.{name}')}\n"
+    assert done.stdout.splitlines() == [
+        f"True {MISSING.format(f'lcpcli.{name}', folder)}"
+        for name, folder in homes.items()
+    ]

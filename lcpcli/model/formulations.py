@@ -14,7 +14,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from lcpcli.clock import imports
-from lcpcli.errors import LEAVE_OUT, LCPError, ProblemError
+from lcpcli.errors import LEAVE_OUT, LCPError, MissingFolderError
 
 if TYPE_CHECKING:
     from lcpcli.model.formulation import Formulation
@@ -319,7 +319,7 @@ def is_known(kind: str) -> bool:
 
 
 def load(kind: str) -> type[Formulation]:
-    """Return the formulation of a kind, or raise ProblemError if it is missing."""
+    """Return the formulation of a kind, or raise MissingFolderError."""
     row = row_of(kind)
     module, _, name = row.location.rpartition(":")
     loaded = module_of(row, module, row.noun)
@@ -335,12 +335,17 @@ def module_of(row: Row, module: str, asked: str) -> Any:
 
 @cache
 def module_at(place: str, asked: str) -> Any:
-    """Return a module of a formulation. asked : as for `module_of`."""
+    """Return a module of a formulation; raise MissingFolderError if its folder is
+    missing. asked : as for `module_of`."""
     try:
         with imports:
             return import_module(place)
     except ModuleNotFoundError as error:
         if not (error.name and f"{place}.".startswith(f"{error.name}.")):
             raise
-        fault = f"this installation has no formulation for {asked}"
-        raise ProblemError("", fault, INSTALL) from None
+        folder = error.name.replace(".", "/")
+        fault = (
+            f"this installation has no formulation for {asked}, as the folder {folder} "
+            "is missing"
+        )
+        raise MissingFolderError("", fault, INSTALL) from None
