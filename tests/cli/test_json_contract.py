@@ -3,8 +3,10 @@ solved one, one that cannot be read, and a command line that is refused."""
 
 from __future__ import annotations
 
+import io
 import json
 import shlex
+import sys
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
@@ -12,6 +14,7 @@ from typing import Any
 import pytest
 
 import lcpcli
+from lcpcli.files import json_format
 
 from ..conftest import Outcome, as_bytes
 from ..refusals import Refusal
@@ -215,6 +218,44 @@ def test_the_words_of_the_command_line_ask_for_the_record(
     assert (outcome.code, outcome.err.count("\n")) == (2, 1)
     assert bool(outcome.out) == are_asked_for
     assert earlier.read_text() == "an earlier result"
+
+
+OF_LINES, OF_FOLDER = ["result", "refused", "result"], ["refused", "result"]
+# Many inputs, some bad, however they come and wherever the records go.
+SEVERAL = {
+    "solve lines.jsonl --format json": OF_LINES,
+    "solve lines.jsonl --jobs 2 --format json": OF_LINES,
+    "solve lines.jsonl -o new.jsonl": OF_LINES,
+    "solve lines.jsonl --jobs 2 -o new.json": OF_LINES,
+    "solve - --format json": OF_LINES,
+    "solve - -o new.json": OF_LINES,
+    "solve folder --format json": OF_FOLDER,
+    "solve folder -o new.json": OF_FOLDER,
+    "compare folder --method newton -o new.jsonl": ["result", "refused"],
+}
+
+
+@pytest.mark.parametrize("command", SEVERAL)
+def test_each_of_many_inputs_has_one_record_and_each_bad_one_a_line(
+    command: str, lcp: Lcp, in_folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (in_folder / "folder").mkdir()
+    for name in ("lines.jsonl", "folder/broken.json", "folder/good.json"):
+        (in_folder / name).write_text(FILES[name.removeprefix("folder/")])
+    lines = io.BytesIO(FILES["lines.jsonl"].encode())
+    monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(lines))
+    outcome = lcp(*command.split())
+    written = "".join(file.read_text() for file in in_folder.glob("new.*"))
+    records = list(map(json.loads, json_format.objects_in(outcome.out + written)))
+    names = SEVERAL[command]
+    for record, name in zip(records, names, strict=True):
+        assert_valid(record, name)
+    refusals = [record["message"] for record in records if "z" not in record]
+    told = outcome.err.splitlines()
+    assert [line for line in told if line.removeprefix("lcp: ") in refusals] == [
+        f"lcp: {refusal}" for refusal in refusals
+    ]
+    assert (outcome.code, bool(refusals)) == (2, True)
 
 
 def test_a_problem_that_is_written_has_no_record_of_a_refusal(lcp: Lcp) -> None:
