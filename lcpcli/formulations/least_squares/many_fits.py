@@ -103,6 +103,11 @@ class _System(NamedTuple):
     lower: Vector
     upper: Vector
 
+    def part(self, rows: Indices) -> _System:
+        """Return the fits of these rows."""
+        own = (each[rows] for each in self[3:])
+        return _System(*self[:3], *own)
+
 
 def _system(fits: Fits, scaled: Scaled, sides: Indices) -> _System:
     data, own = fits.data, scaled.data
@@ -139,7 +144,7 @@ def together(fits: Fits, z: Vector) -> Mask:
         r = system.b - x @ system.A.T
         rest = np.hstack((r @ system.A + y @ system.E, system.d - x @ system.E.T))
         rest[:, :n] *= free
-        step = (inverses @ rest[:, :, np.newaxis])[:, :, 0]
+        step = np.einsum("kij,kj->ki", inverses, rest)
         x = x + step[:, :n]
         y = y - step[:, n:]
     r = system.b - x @ system.A.T
@@ -156,37 +161,46 @@ def _exchanged(system: _System) -> tuple[States, Vector, Vector, Vector]:
     """Return the states, the inverses of their systems, x and y to which exchanges of
     all wrong coefficients lead; those that they do not lead to a solution are wrong."""
     k, n = system.lower.shape
+    size = len(system.K)
     states = np.zeros((k, n), dtype=np.int8)
+    inverses, solutions = np.empty((k, size, size)), np.empty((k, size))
+    others = np.arange(k)  # whose states have changed
     for _ in range(MAX_ROUNDS):
-        free = states == BASIC
-        inverses = _inverses(system, free)
-        x = np.where(free, 0.0, np.where(states == UPPER, system.upper, system.lower))
-        rest = np.hstack((system.c, system.d)) - x @ system.K[:, :n].T
+        part = system.part(others)
+        own = states[others]
+        free = own == BASIC
+        inverses[others] = _inverses(system.K, free)
+        x = np.where(free, 0.0, np.where(own == UPPER, part.upper, part.lower))
+        rest = np.hstack((part.c, part.d)) - x @ system.K[:, :n].T
         rest[:, :n] *= free
-        solution = (inverses @ rest[:, :, np.newaxis])[:, :, 0]
-        x = x + solution[:, :n]
-        y = -solution[:, n:]
-        slopes = x @ system.K[:n, :n] - system.c - y @ system.E
-        below, above = free & (x < system.lower), free & (x > system.upper)
-        turned = (slopes * states > 0) & (system.lower < system.upper)
-        if not (below | above | turned).any():
+        found = np.einsum("kij,kj->ki", inverses[others], rest)
+        found[:, :n] += x
+        solutions[others] = found
+        x = found[:, :n]
+        slopes = found @ system.K[:, :n] - part.c
+        below, above = free & (x < part.lower), free & (x > part.upper)
+        turned = (slopes * own > 0) & (part.lower < part.upper)
+        changed = below | above | turned
+        own = np.where(below, LOWER, np.where(above, UPPER, own))
+        wrong = changed.any(axis=1)
+        if not wrong.any():
             break
-        states = np.where(below, LOWER, np.where(above, UPPER, states))
-        states = np.where(turned, BASIC, states).astype(np.int8)
-    return states, inverses, x, y
+        states[others] = np.where(turned, BASIC, own)
+        others = others[wrong]
+    return states, inverses, solutions[:, :n], -solutions[:, n:]
 
 
-def _inverses(system: _System, free: Mask) -> Vector:
+def _inverses(K: Matrix, free: Mask) -> Vector:
     """Return the inverses of the systems of the free coefficients, 0 for others: each
     computed once for all fits with the same ones."""
-    packed = np.packbits(free, axis=1)
-    _, first, which = np.unique(packed, axis=0, return_index=True, return_inverse=True)
-    kept = np.ones((len(first), len(system.K)))
-    kept[:, : free.shape[1]] = free[first]
+    n = free.shape[1]
+    keys = free @ (np.uint64(1) << np.arange(n, dtype=np.uint64))
+    _, first, which = np.unique(keys, return_index=True, return_inverse=True)
+    kept = np.ones((len(first), len(K)))
+    kept[:, :n] = free[first]
     both = kept[:, :, np.newaxis] * kept[:, np.newaxis, :]
-    units = np.eye(len(system.K)) * (1 - kept)[:, :, np.newaxis]
-    inverses = np.linalg.inv(system.K * both + units) * both
-    return np.asarray(inverses[which.reshape(-1)])
+    units = np.eye(len(K)) * (1 - kept)[:, :, np.newaxis]
+    return np.asarray((np.linalg.inv(K * both + units) * both)[which])
 
 
 def _are_clear(
