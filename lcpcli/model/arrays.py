@@ -199,10 +199,12 @@ def as_square(
     return _as_finite(field, M)
 
 
-def as_matrix(field: str, values: Any) -> Matrix:
+def as_matrix(field: str, values: Any, *, may_be_empty: bool = False) -> Matrix:
     """Return values as a float64 matrix, dense or in compressed sparse rows, or raise
-    ProblemError."""
+    ProblemError. may_be_empty : whether it may have no rows or no columns."""
     M = _as_rows(field, values)
+    if may_be_empty and 0 in M.shape:
+        return np.zeros(M.shape)
     for size, fault in zip(M.shape, (IS_EMPTY, "has empty rows"), strict=True):
         if not size:
             raise ProblemError(field, fault, f"give {ROWS}")

@@ -444,7 +444,7 @@ def as_intervals(
     """Return lower and upper bounds for each of n things of a kind, infinite if absent
     or if they have at least the size `infinity`, or raise ProblemError."""
     are_plain = infinity == math.inf and _is_plain(lower, n) and _is_plain(upper, n)
-    if are_plain and np.count_nonzero(_are_valid(lower, upper)) == n:
+    if are_plain and np.all(_are_valid(lower, upper)):
         if type(lower) is float:
             lower = np.full(n, lower)
         if type(upper) is float:

@@ -141,12 +141,37 @@ def test_equations_that_no_x_within_the_bounds_satisfies_are_infeasible() -> Non
 
 
 @pytest.mark.parametrize(
+    ("rows", "n", "equation", "x", "proved"),
+    [
+        (2, 0, {}, [], "unique"),
+        (0, 2, {}, [0, 0], "several"),
+        (0, 0, {}, [], "unique"),
+        (0, 2, {"E": [1, 2], "d": 4}, [0, 2], "several"),
+    ],
+)
+def test_no_measurements_or_no_coefficients_are_a_fit(
+    rows: int, n: int, equation: Any, x: list[float], proved: str, tmp_path: Path
+) -> None:
+    A, b = np.zeros((rows, n)), np.arange(rows) + 3.0
+    result: Any = lcpcli.lsq(A, b, 0, **equation)
+    answer = result.answer
+    assert result.solved
+    assert (answer.norm, answer.proved) == (np.linalg.norm(b), proved)
+    assert answer.x.tolist() == x or np.array(equation["E"]) @ answer.x == 4
+    problem = lcpcli.from_lsq(A, b, 0, **equation)
+    assert lcpcli.run(problem).answer.norm == answer.norm
+    assert len(answer.cells()["value"]) == rows + n + len(equation) // 2
+    lcpcli.write(problem, str(tmp_path / "fit.npz"))
+    assert lcpcli.read(str(tmp_path / "fit.npz")).n == problem.n
+
+
+@pytest.mark.parametrize(
     ("given", "line"),
     [
         (([[1, 2]], [1, 2]), "b: has 2 entries for 1 row of A; make them agree"),
         (([[1, 2], [3]], [1, 2]), "A[1]: has 1 entry where A[0] has 2; make all "),
         (([[1, float("nan")]], [1]), "A[0][1]: is not a finite number"),
-        (([[]], [1]), "A: has empty rows; give a list of rows of numbers"),
+        (([[]], [1, 2]), "b: has 2 entries for 1 row of A; make them agree"),
         (([[1]], [1], 2, 1), "lower[0]: is 2, above upper[0] = 1; make every lower "),
         (([[1]], [1], 0, 1, [[1]]), "d: is missing, though there is E; add it, or "),
         (([[1]], [1], 0, 1, [1, 1], 1), "E: has 2 columns for 1 coefficient; make "),

@@ -74,7 +74,8 @@ class Minimizer:
 
     @property
     def free(self) -> Indices:
-        return np.flatnonzero(self.states == BASIC)
+        indices: Indices = (self.states == BASIC).nonzero()[0]
+        return indices
 
 
 def minimize(data: Data) -> Minimizer | None:
@@ -153,7 +154,7 @@ def exchanges(
     if has_none.any():
         states = np.where(has_none, BASIC, states)
     for _ in range(MAX_EXCHANGES):
-        free = np.flatnonzero(states == BASIC)
+        free = (states == BASIC).nonzero()[0]
         x = np.where(states == UPPER, upper, lower)
         x[free] = 0.0
         of_free = side[free]
@@ -198,7 +199,7 @@ def _step(data: Data, found: Minimizer, factors: Factors) -> bool:
     step = factors.step(found.r, np.zeros(free.size), data.d - data.E @ found.x)
     start, low, high = found.x[free], data.lower[free], data.upper[free]
     target = start + step.dx
-    outside = np.flatnonzero((target < low) | (target > high))
+    outside = ((target < low) | (target > high)).nonzero()[0]
     if not outside.size:
         found.x[free], found.r, found.y = target, step.dr, step.dy
         return True

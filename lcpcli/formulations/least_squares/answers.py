@@ -142,7 +142,7 @@ class Fit(Answer):
 
     @property
     def support(self) -> Indices | None:
-        return None if self.x is None else np.flatnonzero(self.x)
+        return None if self.x is None else self.x.nonzero()[0]
 
     @cached_property
     def _determinacy(self) -> Determinacy | None:
@@ -223,13 +223,14 @@ class Fit(Answer):
         rows += [("coefficient", *pair) for pair in pairs]
         assert parts[2] is not None
         rows += [("equation", "", value) for value in parts[2].tolist()]
-        return dict(zip(headings, zip(*rows, strict=True), strict=True))
+        columns = ([row[i] for row in rows] for i in range(3))
+        return dict(zip(headings, columns, strict=True))
 
     def picture(self, title: str) -> Picture | None:
         if self._problem is None or self.x is None:
             return None
         data, x = self._problem[0], self.x
-        used = np.flatnonzero(x)
+        used = x.nonzero()[0]
         weighted = dense(data.A[:, used]) * x[used]
         names = [self.names[j] for j in used.tolist()]
         parts = dict(zip(names, weighted.T, strict=True))
@@ -276,7 +277,7 @@ def verified(origin: LeastSquares, proposed: Proposed) -> Verification:
     x = np.array(proposed.values, dtype=float)
     A, E = dense(data.A), dense(data.E)
     r = residual(A, x, data.b)
-    free = np.flatnonzero(states_of(data, x) == BASIC)
+    free = (states_of(data, x) == BASIC).nonzero()[0]
     y = np.zeros(len(E))
     if len(E):
         y = np.linalg.lstsq(E[:, free].T, -A[:, free].T @ r)[0]

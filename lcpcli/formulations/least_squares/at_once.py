@@ -118,7 +118,7 @@ def holds(data: Data, r: Vector, x: Vector, y: Vector) -> Mask:
     good = (violation <= ROUNDING_OF_ROWS * (sizes + np.abs(b))).all(axis=0)
     # Without equations there is a minimizer: large terms of A x hide no contradiction.
     if len(data.d):
-        largest = np.abs(b).max(axis=0)
+        largest = np.abs(b).max(axis=0, initial=0.0)
         good &= sizes.max(axis=0, initial=0.0) <= MAX_CANCELLATION * largest
         good &= (others <= MAX_CANCELLATION * np.abs(d)).all(axis=0)
         violation = np.abs(E @ x - d)

@@ -51,14 +51,14 @@ def determinacy(data: Data, found: Minimizer) -> Determinacy:
     scaled = Scaled.of(data)
     own = scaled.minimizer(found)
     uncertain = _uncertain(scaled.data, own)
-    listed = np.flatnonzero(uncertain).tolist()
+    listed = uncertain.nonzero()[0].tolist()
     is_fixed = data.lower == data.upper
     inside = (own.states == BASIC) | (uncertain & ~is_fixed)
     direction = _direction(scaled.data, own, inside)
     if direction is None:
         return Determinacy(ROUNDED if listed else UNIQUE, None, listed, [])
     along = scaled.x(direction)
-    changing = np.flatnonzero(direction).tolist()
+    changing = direction.nonzero()[0].tolist()
     if _is_exact(scaled.data, direction):
         other = _moved(data, found.x, along)
         if not np.array_equal(other, found.x):
@@ -69,7 +69,7 @@ def determinacy(data: Data, found: Minimizer) -> Determinacy:
 def _uncertain(data: Data, found: Minimizer) -> Mask:
     """Return which coefficients rounding of the data may put at a bound or free."""
     A, E, states = data.A, data.E, found.states
-    free, fixed = found.free, np.flatnonzero(states != BASIC)
+    free, fixed = found.free, (states != BASIC).nonzero()[0]
     factors = Factors(A[:, free], E[:, free])
     uncertain = np.zeros(states.size, dtype=bool)
     if not factors.is_regular:
@@ -121,7 +121,7 @@ def _direction(data: Data, found: Minimizer, inside: Mask) -> Vector | None:
             direction[j] = 1.0
             return _without_rounding(direction)
         independent.append(j)
-    at_bounds = np.flatnonzero(inside & (found.states != BASIC))
+    at_bounds = (inside & (found.states != BASIC)).nonzero()[0]
     if not at_bounds.size:
         return None
     return _along_bounds(data, found, both, at_bounds)
@@ -169,11 +169,12 @@ def _without_rounding(direction: Vector) -> Vector:
 def _is_exact(data: Data, direction: Vector) -> bool:
     """Return whether A v = 0 and E v = 0 hold exactly for a direction, or for one near
     it with the same signs."""
-    moving = np.flatnonzero(direction)
+    moving = direction.nonzero()[0]
     both = np.vstack((data.A, data.E))[:, moving]
     sizes = np.linalg.svd(both, compute_uv=False)
     # Then a small change of v makes up for any A v and E v.
-    if moving.size > len(both) and sizes[-1] > FULL_RANK * sizes[0]:
+    smallest, largest = sizes.min(initial=np.inf), sizes.max(initial=0.0)
+    if moving.size > len(both) and smallest > FULL_RANK * largest:
         return True
     if both.size > MAX_EXACT_TERMS:
         return False

@@ -105,7 +105,7 @@ def from_lsq(
     Parameters
     ----------
     A, b : the model, shape (m, n), dense or sparse, and the m measurements. A may have
-        more columns than rows, or columns that depend on others. A pandas data frame
+        more columns than rows, columns that depend on others, or none. A pandas frame
         gives the names of the coefficients.
     lower, upper : each a number or of shape (n,), by default no bounds; lower=0 makes
         it nonnegative least squares.
@@ -162,7 +162,7 @@ def data_of(
         labels = texts(A.columns)
         lower, upper = by_label(A, of="the columns of A", lower=lower, upper=upper)
         (b,) = by_label(A, of="the rows of A", b=b)
-    matrix = as_matrix("A", A)
+    matrix = as_matrix("A", A, may_be_empty=True)
     m, n = matrix.shape
     low, high = as_intervals(("lower", "upper"), lower, upper, n, COEFFICIENT)
     vector = _measurements(b, m)
@@ -242,8 +242,8 @@ class LeastSquares(Formulation):
         refuse_unknown("", data, ("kind", "measurements", "coefficients", "columns"))
         sizes = [data.get(key) for key in ("measurements", "coefficients")]
         for key, size in zip(("measurements", "coefficients"), sizes, strict=True):
-            if not isinstance(size, (int, float)) or size < 1 or size % 1:
-                raise ProblemError(key, "is no size", "write a whole number from 1")
+            if not isinstance(size, (int, float)) or size < 0 or size % 1:
+                raise ProblemError(key, "is no size", "write a whole number from 0")
         m, n = (int(size) for size in sizes if size is not None)
         return cls(m, n, names_of("columns", data.get("columns", ()), n, COEFFICIENT))
 

@@ -52,7 +52,7 @@ class FitBatch(Batch):
         self.solved: Mask = together(fits, self.z)
         self._steps = 1
         self._stopwatch.count("solve")
-        for i in np.flatnonzero(~self.solved).tolist():
+        for i in (~self.solved).nonzero()[0].tolist():
             result = self._results[i] = single(fits.data.b[:, i])
             self.solved[i] = result.solved
             self.z[i] = result.z if result.solved else np.nan
@@ -133,7 +133,7 @@ def together(fits: Fits, z: Vector) -> Mask:
     if k < 2 or n > MAX_COEFFICIENTS or not isinstance(data.A, np.ndarray):
         return none
     scaled = Scaled.of(data._replace(b=data.b[:, 0]))
-    sides = np.frexp(np.abs(data.b).max(axis=0))[1][:, np.newaxis]
+    sides = np.frexp(np.abs(data.b).max(axis=0, initial=0.0))[1][:, np.newaxis]
     system = _system(fits, scaled, sides)
     try:
         states, inverses, x, y = _exchanged(system)

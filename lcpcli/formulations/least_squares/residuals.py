@@ -16,7 +16,7 @@ from lcpcli.typing import Matrix, Vector
 
 def residual(A: Matrix, x: Vector, b: Vector) -> Vector:
     """Return b - A x for a dense A of shape (m, n)."""
-    used = np.flatnonzero(x)
+    used = x.nonzero()[0]
     terms, errors = split_products(A[:, used].T, x[used, np.newaxis])
     terms = np.vstack((b, terms))
     low = errors.sum(axis=0)
