@@ -194,7 +194,10 @@ TABLE = {
         "friction:Contact",
         "contact with friction",
         ("findex", "W !Q !P !c"),
-        others=("b", "lo", "hi", "q", "mu", "dimension", "facets"),
+        others=(
+            *("b", "lo", "hi", "q", "mu", "dimension", "facets"),
+            *("restitution", "before"),
+        ),
         matrices=("A", "W"),
         page="contact",
     ),

@@ -145,6 +145,30 @@ def test_contacts_separate_stick_and_slide(q: list[float], state: str) -> None:
     assert [each.state for each in lcpcli.run(spatial).answer.contacts] == [state]
 
 
+def test_by_restitution_contacts_bounce_with_a_share_of_their_speed(
+    tmp_path: Path,
+) -> None:
+    """By Newton's law: at least -e times the normal velocity before; also where files
+    keep it, in fractions, and in the next step."""
+    W, before = np.eye(4) + 0.25, [-2.0, 0, -1, 0]
+    problem = lcpcli.from_contact(W, before, 0.5, restitution=[0.5, 0], before=before)
+    result = lcpcli.exact(problem)
+    answer: Any = result.answer
+    assert answer.w[[0, 2]].tolist() == pytest.approx([1, 0])
+    assert answer.exact["w"][::2] == [1, 0]
+    assert np.allclose(W @ answer.x + before, answer.w)
+    lcpcli.write(problem, str(tmp_path / "bounce.json"))
+    again = lcpcli.read(str(tmp_path / "bounce.json"))
+    assert np.array_equal(again.q, problem.q)
+    assert np.allclose(lcpcli.run(again).answer.w, answer.w)
+    solver = lcpcli.Solver(problem)
+    after = answer.w - [3, 0, 0, 0]
+    solver.update(q=after, before=after)
+    w = solver.solve().answer.w
+    assert w[0] == pytest.approx(1)
+    assert w[2] >= -1e-15
+
+
 @pytest.mark.parametrize("facets", [4, 8, 16])
 def test_friction_of_a_polygon_is_too_small_by_at_most_its_share(facets: int) -> None:
     mu = 0.5
@@ -478,8 +502,13 @@ Solver(from_contact(A, B, 1)).update(ids=[1, 2]) => ids: {ENTRIES:2 ids|1 contac
 {AGREE}
 Solver(from_contact(np.eye(4), [1, 2, 3, 4], 1)).update(ids=["a", "a"])
     => ids[1]: is 'a', as ids[0] is; give each contact another one
-Solver(from_contact(A, B, 1)).update(b=[1, 2])
-    => b: {NO_KEY:the data of contacts}; the keys are W, q, mu, ids
+Solver(from_contact(A, B, 1)).update(gap=[1, 2])
+    => gap: {NO_KEY:the data of contacts}; the keys are W, q, mu, restitution, \
+before, ids
+from_contact(A, B, 1, restitution=0.5)
+    => before: {MISSING}, though there is restitution; add it, or leave restitution out
+from_contact(A, B, 1, restitution=2, before=B)
+    => restitution[0]: {IS:2}; give a number from 0 to 1{FROM_0}
 Solver(A).update(q=[1, 2])
     => q: is no data of the problem of this Solver; give M, or another problem
 from_contact(A, B, 0.5, dimension=4) => dimension: {IS:4}; give 2 or 3
@@ -499,7 +528,7 @@ none{FROM_0}
 {"W": [[1, 0], [0, 1]], "q": [1, 1]} => mu: {MISSING}; add the key mu
 {"W": [[1, 0], [0, 1]], "q": [1, 1], "mu": 1, "e": 0.1}
     => e: {NO_KEY:a problem of contact}; the keys are W, q, mu, dimension, facets, \
-name, source, note
+restitution, before, name, source, note
 """,
 )
 

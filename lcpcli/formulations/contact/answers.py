@@ -55,9 +55,9 @@ class ContactState:
 class Impulses(Answer):
     """What a solution says about contacts.
 
-    x, w : the impulses or forces, and the velocities A x + b, 0 where these are only
-        rounding error, in the order of A; None, as are the contacts, if the problem is
-        not solved.
+    x, w : the impulses or forces, and the velocities A x + b, or W x + q with
+        restitution, 0 where these are only rounding error, in the order of A; None, as
+        are the contacts, if the problem is not solved.
     contacts : their states, in the order of their normal unknowns.
     statement : how many of them stick, slide and are separated, or why that is not
         known.
@@ -136,6 +136,12 @@ def answer(contact: Contact, result: Result) -> Impulses:
         zeros = (result.tol * terms).tolist()
         size = result.tol * abs(x).max(initial=0.0)
         states = _states(contact, x.tolist(), w.tolist(), size, zeros)
+    if contact.impact is not None:
+        w -= contact.impact.shift
+        if exact is not None:
+            shift = map(shortest_decimal, contact.impact.shift.tolist())
+            pairs = zip(exact["w"], shift, strict=True)
+            exact["w"] = [velocity - own for velocity, own in pairs]
     return Impulses(x, w, states, _statement(states), exact)
 
 

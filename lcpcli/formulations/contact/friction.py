@@ -7,7 +7,7 @@ import math
 from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -40,7 +40,7 @@ NAME_NORMAL = f"give the index of a normal unknown, or {NONE} for none {FROM_0}"
 FROM_ZERO = f"give a number from 0 {FROM_0}"
 FILE_KEYS = {
     "findex": ("A", "b", "lo", "hi", "findex"),
-    "W": ("W", "q", "mu", "dimension", "facets"),
+    "W": ("W", "q", "mu", "dimension", "facets", "restitution", "before"),
 }
 
 
@@ -102,6 +102,8 @@ def from_contact(
     *,
     dimension: int = 2,
     facets: int = FACETS,
+    restitution: float | VectorLike | None = None,
+    before: VectorLike | None = None,
     name: str = "",
     source: str = "",
     note: str = "",
@@ -111,14 +113,15 @@ def from_contact(
 
     W : shape (n, n), dense or sparse, with rows and columns by contacts: normal and
         tangential, in three dimensions normal and two tangential ones.
-    q : shape (n,), the velocities at the contacts without impulses. For Newton's law of
-        impact with a coefficient of restitution e, add e times the normal velocity
-        before the step to each normal entry.
+    q : shape (n,), the velocities at the contacts without impulses.
     mu : the coefficient of friction, a number or one for each contact.
     dimension : 2 or 3. In the plane the problem is exact.
     facets : in three dimensions, the even number of edges of a polygon in the circle of
         Coulomb, that replaces it; friction is too small by at most the share
         1 - cos(pi / facets), by 8 percent for 8.
+    restitution, before : for Newton's law of impact the coefficient e, from 0 to 1, a
+        number or one for each contact, and the velocities u at the contacts before the
+        step, shape (n,): normal velocities after it are at least -e times those before.
     name, source, note : texts of the problem.
 
     `Result.answer` has the impulses x and the velocities w in this order, and whether
@@ -132,8 +135,18 @@ def from_contact(
     >>> answer.x.round(6).tolist(), answer.contacts[0].state
     ([1.0, 0.2, -0.1], 'sticking')
     """
-    own = of_delassus(W, q, mu, dimension, facets)
+    own = of_delassus(W, q, mu, dimension, facets, (restitution, before))
     return own.problem(name=name, source=source, note=note)
+
+
+class Impact(NamedTuple):
+    """Newton's law of impact: q without it, the coefficients of restitution, shape
+    (k,), and the velocities before the step; b = q + shift."""
+
+    q: Vector
+    restitution: Vector
+    before: Vector
+    shift: Vector
 
 
 @dataclass(frozen=True, eq=False)
@@ -146,6 +159,7 @@ class Contact(Formulation):
     key : "findex" or "W", by which a file has it.
     ids : of the contacts, or of the unknowns of findex, in a sequence; None for their
         indices.
+    impact : what Newton's law of impact has added to q; None without restitution.
     """
 
     A: Matrix
@@ -156,6 +170,7 @@ class Contact(Formulation):
     facets: int
     key: str
     ids: tuple[Hashable, ...] | None = None
+    impact: Impact | None = None
 
     kind = "contact"
     form = "written as the complementarity problem of the contacts,"
@@ -188,7 +203,8 @@ class Contact(Formulation):
             ends = given.get("lo"), given.get("hi")
             return of_findex(matrix, given["b"], ends, given["findex"], ("lo", "hi"))
         dimension, facets = given.get("dimension", 2), given.get("facets", FACETS)
-        return of_delassus(matrix, given["q"], given["mu"], dimension, facets)
+        law = given.get("restitution"), given.get("before")
+        return of_delassus(matrix, given["q"], given["mu"], dimension, facets, law)
 
     def data(self) -> dict[str, Any]:
         return {"kind": self.kind} | {
@@ -208,7 +224,12 @@ class Contact(Formulation):
         if self.key == "W":
             mu, width = friction.coefficients, 1 + friction.tangents.shape[1]
             fields = {"W": self.A, "q": self.b, "mu": mu, "dimension": width}
-            return fields | ({"facets": self.facets} if width > 2 else {})
+            fields |= {"facets": self.facets} if width > 2 else {}
+            law = self.impact
+            if law is None:
+                return fields
+            impact = {"restitution": law.restitution, "before": law.before}
+            return fields | {"q": law.q} | impact
         bounds = {"lo": self.lower, "hi": self.upper}
         return {"A": self.A, "b": self.b, **bounds, "findex": self.findex()}
 
@@ -412,7 +433,16 @@ def _friction_indices(given: Any, n: int) -> Indices:
     return values.astype(np.intp)
 
 
-def of_delassus(W: Any, q: Any, mu: Any, dimension: Any, facets: Any) -> Contact:
+def of_delassus(
+    W: Any,
+    q: Any,
+    mu: Any,
+    dimension: Any,
+    facets: Any,
+    law: tuple[Any, Any] = (None, None),
+) -> Contact:
+    """Return the contacts of these data, or raise ProblemError. law : restitution, and
+    the velocities before the step."""
     width, edges = _whole(dimension), _whole(facets)
     if width not in (2, 3):
         raise ProblemError("dimension", f"is {dimension!r}", "give 2 or 3")
@@ -433,7 +463,34 @@ def of_delassus(W: Any, q: Any, mu: Any, dimension: Any, facets: Any) -> Contact
     lower[friction.tangents] = -math.inf
     upper = np.full(q.size, math.inf)
     edges = 2 if width == 2 else edges
-    return Contact(matrix, q, lower, upper, friction, edges, "W")
+    impact = _impact(q, places[:, 0], *law)
+    b = q if impact is None else as_vector("q", q + impact.shift)
+    return Contact(matrix, b, lower, upper, friction, edges, "W", impact=impact)
+
+
+def _impact(
+    q: Vector, normals: Indices, restitution: Any, before: Any
+) -> Impact | None:
+    if restitution is None and before is None:
+        return None
+    for key, value, other in (
+        ("restitution", restitution, "before"),
+        ("before", before, "restitution"),
+    ):
+        if value is None:
+            fault = f"is missing, though there is {other}"
+            raise ProblemError(key, fault, f"add it, or leave {other} out")
+    size = normals.size
+    given = as_bound("restitution", restitution, size, "contact", 0.0)
+    coefficients = as_vector("restitution", given)
+    for k in np.flatnonzero((coefficients < 0) | (coefficients > 1))[:1].tolist():
+        fault = f"is {coefficients[k]:g}"
+        hint = f"give a number from 0 to 1 {FROM_0}"
+        raise ProblemError(f"restitution[{k}]", fault, hint)
+    velocities = as_vector("before", before, q.size, "entry of q")
+    shift = np.zeros(q.size)
+    shift[normals] = coefficients * velocities[normals]
+    return Impact(q, coefficients, velocities, shift)
 
 
 def _whole(given: Any) -> int:

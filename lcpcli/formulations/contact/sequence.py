@@ -17,10 +17,10 @@ from lcpcli.formulations.contact.friction import (
 )
 from lcpcli.model.box import BASIC, LOWER, UPPER
 from lcpcli.model.problem import Problem
-from lcpcli.typing import Indices, States
+from lcpcli.typing import Indices, States, Vector
 
 KEYS = {
-    "W": ("W", "q", "mu", "ids"),
+    "W": ("W", "q", "mu", "restitution", "before", "ids"),
     "findex": ("A", "b", "lower", "upper", "findex", "ids"),
 }
 ABSENT = -1  # in place of an unknown that there is not
@@ -54,20 +54,24 @@ def following(
 def _with(before: Contact, data: Mapping[str, Any]) -> Contact:
     friction = before.friction
     if before.key == "W":
-        W, q = data.get("W", before.A), data.get("q", before.b)
+        law = before.impact
+        W, q = data.get("W", before.A), data.get("q", law.q if law else before.b)
         width = 1 + friction.tangents.shape[1]
-        mu = data.get("mu")
-        if mu is None:
-            mu = friction.coefficients
-            if np.unique(mu).size == 1:  # also of another number of contacts
-                mu = float(mu[0])
-        return of_delassus(W, q, mu, width, before.facets)
+        mu = data.get("mu", _single(friction.coefficients))
+        e = data.get("restitution", _single(law.restitution) if law else None)
+        velocities = data.get("before", law.before if law else None)
+        return of_delassus(W, q, mu, width, before.facets, (e, velocities))
     own = before.findex()
     names = ("A", "b", "lower", "upper", "findex")
     defaults = (before.A, before.b, before.lower, before.upper, own)
     parts = [data.get(name, value) for name, value in zip(names, defaults, strict=True)]
     A, b, lower, upper, findex = parts
     return of_findex(A, b, (lower, upper), findex, ("lower", "upper"))
+
+
+def _single(values: Vector) -> Vector | float:
+    """Return a number in place of equal ones, also for another number of contacts."""
+    return float(values[0]) if np.unique(values).size == 1 else values
 
 
 def _distinct(ids: Any, number: int, key: str) -> tuple[Hashable, ...]:
