@@ -134,6 +134,27 @@ def test_its_answer_in_text_json_and_csv(
     assert "costs: Ann -14, Bob -20/3, Cid -4/3" in best
 
 
+def test_three_players_with_four_shared_rows_have_one_variational_equilibrium() -> None:
+    """The data of an example of A. Bemporad's NashOpt: costs |x|^2 / 2 + i e'x for the
+    players i = 0, 1, 2, so that the variational equilibrium is a projection."""
+    A = np.round(10 * np.random.RandomState(2).standard_normal((4, 6))) / 10
+    c = np.repeat([0.0, 1.0, 2.0], 2)
+    data: Any = {"sizes": [2, 2, 2], "H": np.eye(6), "c": c, "A": A}
+    sides: Any = {"row_upper": 1, "lower": None}
+    found = lcpcli.solutions(lcpcli.from_players(**data, **sides))
+    (piece,) = list(found)
+    x = np.array(piece.vertices[0][:6], dtype=float)
+    program = lcpcli.from_qp(np.eye(6), c, A, row_upper=1, lower=None)
+    assert found.complete
+    assert piece.is_point
+    assert np.allclose(x, lcpcli.run(program).z[:6])
+    general = lcpcli.from_players(**data, **sides, shared="each")
+    listed = lcpcli.solutions(general)
+    assert len(list(listed)) == 3
+    assert listed.complete
+    assert lcpcli.check(general, list(x)).accepted
+
+
 def test_check_takes_fractions_of_all_players(
     lcp: Callable[..., Any], tmp_path: Path
 ) -> None:
