@@ -202,6 +202,24 @@ def test_a_mass_between_two_walls_is_jammed() -> None:
     assert result.answer.x is None
 
 
+def test_boxes_under_a_ceiling_that_comes_down_are_jammed() -> None:
+    """With a singular matrix, whose rounding may leave a way for huge impulses."""
+    scene = contact_in_time("crushed", 2)
+    for _ in range(10):
+        k = len(scene.contacts)
+        problem, order = scene.problem(), np.arange(2 * k).reshape(2, k).T.ravel()
+        M: Any = problem.M
+        W = M[order][:, order]
+        result = lcpcli.run(lcpcli.from_contact(W, problem.q[order], 0.5))
+        if not result.solved:
+            break
+        x = result.answer.x
+        scene.advance(np.concatenate((x[::2], x[1::2], np.zeros(2 * k))))
+    assert np.linalg.matrix_rank(W) < len(W)
+    assert result.status.word in ("infeasible", "ill_posed")
+    assert result.answer.statement.startswith("jammed")
+
+
 def test_without_contacts_there_is_an_answer() -> None:
     result = lcpcli.run(lcpcli.from_contact(np.zeros((0, 0)), [], 0.5))
     assert result.solved

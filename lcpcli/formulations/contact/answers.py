@@ -34,6 +34,10 @@ JAMMED = (
     "jammed: no impulses within the cones of friction lead to velocities that the "
     "contacts allow; b is outside what impulses can reach"
 )
+NEARLY_JAMMED = (
+    "jammed, up to rounding of the matrix: as it stands there are impulses, but too "
+    "large to satisfy the laws of contact to the tolerance"
+)
 REASON = "z solves the problem to the tolerance, but x and w = A x + b do not"
 
 
@@ -123,6 +127,8 @@ def answer(contact: Contact, result: Result) -> Impulses:
     solved."""
     if not result.solved:
         statement = JAMMED if result.status.has_no_solution else UNSOLVED
+        if result.status is Status.ILL_POSED:
+            statement = NEARLY_JAMMED
         return Impulses(None, None, None, statement)
     x, w = impulses_at(contact, result.z)
     terms = terms_of(contact, x)
