@@ -28,7 +28,6 @@ LONG = {
     "lcpcli.verify.final_states.confirmed",
     "lcpcli.model.problem.Problem.__init__",
     "lcpcli.formulations.quadratic_program.reductions.from_qp",
-    "lcpcli.presolve.rules.rows_that_are_bounds",
     "lcpcli.solving.many.solve_many",
 }
 LOOSE = 10  # modules at the root of the package, which every room may use

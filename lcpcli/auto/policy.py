@@ -22,7 +22,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lcpcli import clock
 from lcpcli.auto.attempts import (
     EXACT,
     FIRST,
@@ -34,7 +33,7 @@ from lcpcli.auto.attempts import (
     phases,
 )
 from lcpcli.clock import imports
-from lcpcli.interrupts import TimeIsUp, check, remaining, within
+from lcpcli.interrupts import TimeIsUp, check
 from lcpcli.linalg import factors
 from lcpcli.linalg.doubles import SMALL_DISTANCE, is_finite
 from lcpcli.linalg.matrices import accurate_residual, dense, is_sparse
@@ -74,7 +73,7 @@ from lcpcli.verify.final_states import MOST_DECIDED, is_doubtful
 from lcpcli.verify.point import Criterion, Point
 
 if TYPE_CHECKING:
-    from lcpcli.presolve.presolve import Presolved
+    pass
 
 REFINED = "refined"
 # Of one point: each may change states that those before it have left wrong.
@@ -378,75 +377,38 @@ def _improved(
     return found is not None and found.solved
 
 
-# Of the unknowns: what presolve may leave if milp is to begin with that.
-MUCH_SMALLER = 0.8
-
-
 def all_parts(
     problem: Problem, x0: Vector, presolve: bool, tried: stages.Tried | None = None
 ) -> Iterator[Part]:
     """Yield the parts of a run before milp in order, for few unknowns those after exact
-    arithmetic; milp comes for what presolve leaves too, for half of the time that is
-    left. presolve : whether it takes part. tried : as in `Structure`."""
-    structure, change = Structure(problem, x0, tried), None
+    arithmetic. presolve : whether it takes part. tried : as in `Structure`."""
+    structure = Structure(problem, x0, tried)
     after = phases(structure)
     if (EXACT,) in after:
         after = after[after.index((EXACT,)) + 1 :]
     for phase in after:
         if phase == (PRESOLVE,):
             if presolve and PRESOLVE.applies(structure):
-                change = yield from _of_presolved(problem, x0)
+                yield from _of_presolved(problem, x0)
         elif phase != (MILP,):
             yield from in_rounds(structure, phase)
-        elif change is not None and change.kept.size <= MUCH_SMALLER * problem.n:
-            milp = stages.changed(change, x0, partial(stages.begin, "milp"))
-            yield Part("milp", for_half_of_the_time(milp))
 
 
-def _of_presolved(
-    problem: Problem, x0: Vector
-) -> Generator[Part, None, Presolved | None]:
-    """Yield the parts of a run on what presolve leaves of a mixed problem; return that,
-    None if it is not worthwhile."""
+def _of_presolved(problem: Problem, x0: Vector) -> Iterator[Part]:
+    """Yield the parts of a run on what presolve leaves of a mixed problem, if that is
+    worthwhile."""
     with imports:
-        from lcpcli.presolve.presolve import Presolved, presolved
-        from lcpcli.presolve.system import Refuted
+        from lcpcli.presolve.presolve import presolved
     change = presolved(problem)
-    if isinstance(change, Refuted) and (proof := clear_proof(problem, change.y)):
-        yield Part("presolve", stages.ended(NoSolution(proof)))
-    if not isinstance(change, Presolved) or not (
+    if change is None or not (
         problem.n <= factors.MOST_NUMPY_ROWS or change.is_worthwhile
     ):
-        return None
+        return
     left = Structure(change.problem, change.start(x0))
     for phase in FIRST, LATER:
         for part in in_rounds(left, phase):
             stage = stages.in_given_variables(change, Turns().go_on(part))
             yield Part(part.method, _clearly(problem, stage))
-    return change
-
-
-def for_half_of_the_time(stage: Stage) -> Stage:
-    """Pass on the stage, for at most half of the time that is left. No context stays
-    open while it is suspended."""
-    end = clock.seconds() + remaining() / 2
-    while True:
-        try:
-            with within(end - clock.seconds()):
-                step = advance(stage)
-        except TimeIsUp:
-            check()  # whether all of the time is up
-            return stages.OutOfTime(stages.TIME_LIMIT_REACHED)
-        if not isinstance(step, Iterate):
-            return step
-        yield step
-
-
-def clear_proof(problem: Problem, y: Vector) -> Proof | None:
-    """Return the proof by y that a problem has no solution, if it is one, and would be
-    for slightly different data."""
-    proof = first_proof(problem, [y])
-    return proof if proof is not None and proof.is_clear(problem) else None
 
 
 def _clearly(problem: Problem, stage: Stage) -> Stage:

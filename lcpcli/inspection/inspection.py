@@ -21,7 +21,6 @@ import numpy as np
 
 from lcpcli import clock
 from lcpcli.auto.attempts import Structure, phases
-from lcpcli.auto.policy import clear_proof
 from lcpcli.clock import imports
 from lcpcli.errors import count
 from lcpcli.inspection import theory
@@ -39,7 +38,6 @@ from lcpcli.model.nonlinear import NonlinearProblem
 from lcpcli.model.problem import Problem, as_problem
 from lcpcli.options import INSPECTION_SECONDS
 from lcpcli.presolve.presolve import Presolved, presolved
-from lcpcli.presolve.system import Refuted
 from lcpcli.typing import Matrix, Vector
 from lcpcli.verify.digits import DOUBLE_DIGITS
 from lcpcli.verify.error_theorems import semidefinite_by_rounding
@@ -106,8 +104,8 @@ class Inspection:
         of a symmetric M.
     p, smoothing_error : as `theory.smoothing` has them. published, best : the rates of
         `fixed-point` with omega = 1 and with `omega=auto`.
-    presolve : what presolve leaves of a mixed problem, or a proof that there is no
-        solution; None if presolve changes nothing or time ran out.
+    presolve : what presolve leaves of a mixed problem; None if presolve changes nothing
+        or time ran out.
     plan : the attempts of `auto`, in order; None if time ran out.
     obvious : the answer, if it is obvious from M and q; else "".
     stiffness : the condition number of a stiff M + M' in units of its diagonal,
@@ -131,7 +129,7 @@ class Inspection:
     spectrum: theory.Spectrum | None = None
     published: theory.Rate | None = None
     best: theory.Rate | None = None
-    presolve: Presolved | Refuted | None = None
+    presolve: Presolved | None = None
     plan: list[Attempt] | None = None
     stiffness: float | None = None
 
@@ -212,10 +210,7 @@ def inspect(
             )
     with suppress(TimeIsUp), within(end - clock.seconds()):
         check()
-        left = presolved(problem) if problem.is_mixed else None
-        # Else this may be due to rounding.
-        if not isinstance(left, Refuted) or clear_proof(problem, left.y):
-            found.presolve = left
+        found.presolve = presolved(problem) if problem.is_mixed else None
         check()
         found.plan = plan(problem)
     with suppress(TimeIsUp), within(end - clock.seconds()):

@@ -1,19 +1,18 @@
-"""Presolve: a mixed problem without the rows and columns that can be decided one by
-one, and with its equations written so that the matrix shows its structure.
+"""Presolve: a mixed problem without the free variables that single equations determine,
+and with its equations written so that the matrix shows its structure.
 
 The rules are those of A. L. Brearley, G. Mitra, H. P. Williams, Analysis of
 mathematical programming problems prior to applying the simplex algorithm, Mathematical
-Programming 8 (1975) 54-83, as far as they hold for complementarity problems: M. C.
-Ferris, T. S. Munson, Preprocessing complementarity problems, in: Complementarity:
-Applications, Algorithms and Extensions, Kluwer (2001) 143-164; and those that free
-variables and multipliers of bounds permit.
+Programming 8 (1975) 54-83, that were measured to matter: without them, a program whose
+equations are written with other signs takes up to 7 times as long (markov, an MCP in
+329 unknowns). Without others, on fixed variables, on rows of one sign or that are
+bounds, on equations of one or two variables and on repeated ones, no verdict was lost.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
@@ -25,26 +24,17 @@ from lcpcli.model.changes import Change
 from lcpcli.model.problem import Problem
 from lcpcli.presolve import rules
 from lcpcli.presolve.rules import signs_of_equations
-from lcpcli.presolve.system import LARGEST_INTEGER, Refuted, Step, System
-from lcpcli.typing import Indices, Mask, Vector
+from lcpcli.presolve.system import LARGEST_INTEGER, Step, System
+from lcpcli.typing import Indices, Vector
 
 Rule = Callable[[System], Iterator[Step]]
 
 DEFINITIONS = "definitions of free variables"
 # What each one takes away, and how; applied in turn, until none finds anything.
 RULES: dict[str, Rule] = {
-    "fixed variables": rules.fixed_variables,
-    "rows of one sign": rules.rows_of_one_sign,
-    "rows of their own variable": rules.rows_of_their_own_variable,
-    "rows that are bounds": rules.rows_that_are_bounds,
     DEFINITIONS: rules.definitions_of_free_variables,
     "single entries of free variables": rules.single_entries_of_free_variables,
-    "equations of one variable": rules.equations_of_one_variable,
-    "equations of two variables": rules.equations_of_two_variables,
-    "repeated equations": rules.repeated_equations,
 }
-# These cost more, and wait until others find nothing.
-COSTLY = ("equations of two variables", "repeated equations")
 SIGNS = "signs of equations"  # comes last, and takes nothing away
 ALL = (*RULES, SIGNS)
 # Of the variables: the methods for large problems gain little if fewer are removed.
@@ -97,24 +87,10 @@ class Presolved(Change):
             step.fill(z)
         z = self.original.box.project(z)
         whole = self.original.box.x_of(z, self.original.w(z))
-        own = self._as_before
+        own = self.rows == self.kept
         w = ((inner.reflected(x) - x)[: self.kept.size] / self.factors)[own]
         whole[self.kept[own]] = (z[self.kept[own]] - w) / 2
         return whole
-
-    @cached_property
-    def _as_before(self) -> Mask:
-        """Return which of the columns that are kept have the rows and bounds that they
-        had."""
-        inner, outer = (
-            self.problem.box.vectors(self.problem.n),
-            self.original.box.vectors(self.original.n),
-        )
-        same = [
-            own[: self.kept.size] == given[self.kept]
-            for own, given in zip(inner, outer, strict=True)
-        ]
-        return np.asarray((self.rows == self.kept) & same[0] & same[1])
 
     def residual(self, F: Vector) -> Vector:
         """Return F of the original problem, 0 for the rows that are left out."""
@@ -129,32 +105,23 @@ class Presolved(Change):
 
 
 @np.errstate(all="ignore")  # a Problem is refused if numbers have overflowed
-def presolved(
-    given: Problem, only: Collection[str] = ALL
-) -> Presolved | Refuted | None:
-    """Return the problem after presolve by these rules; or with y, a proof if it holds
-    for the problem, that a row cannot have its sign; None if they change nothing."""
+def presolved(given: Problem, only: Collection[str] = ALL) -> Presolved | None:
+    """Return the problem after presolve by these rules; None if they change
+    nothing."""
     system, steps, removed = System(given), list[Step](), dict[str, int]()
-    try:
-        for _ in range(MOST_ROUNDS):
-            at_first = system.columns.size
-            for name in (name for name in RULES if name in only):
-                check()
-                before = system.columns.size
-                if name in COSTLY and before < at_first:
-                    break
-                for step in RULES[name](system):
-                    steps.append(step)
-                if system.columns.size < before:
-                    removed[name] = removed.get(name, 0) + before - system.columns.size
-            if not 0 < system.columns.size < at_first:
-                break
-        if SIGNS in only:
+    for _ in range(MOST_ROUNDS):
+        at_first = system.columns.size
+        for name in (name for name in RULES if name in only):
             check()
-            steps += signs_of_equations(system)
-    except Refuted as found:
-        found.y = _carried(given, found.y, steps)
-        return found.with_traceback(None)
+            before = system.columns.size
+            steps += RULES[name](system)
+            if system.columns.size < before:
+                removed[name] = removed.get(name, 0) + before - system.columns.size
+        if not 0 < system.columns.size < at_first:
+            break
+    if SIGNS in only:
+        check()
+        steps += signs_of_equations(system)
     kept = system.columns
     rows = system.row_of[kept]
     if not steps and np.array_equal(rows, np.arange(given.n)):
@@ -190,7 +157,7 @@ def substituted(problem: Problem) -> Change:
         if problem.is_mixed and problem.box.free.any()
         else None
     )
-    return found if isinstance(found, Presolved) else Change(problem, problem)
+    return Change(problem, problem) if found is None else found
 
 
 def _problem(given: Problem, system: System) -> Problem:

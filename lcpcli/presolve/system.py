@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -35,14 +35,6 @@ def summed(places: Indices, values: Vector, n: int) -> Vector:
     return np.bincount(places, values, n).astype(np.float64, copy=False)
 
 
-def are_integers(values: Vector) -> bool:
-    """Return whether all values are integers that doubles represent exactly."""
-    return bool(
-        (np.rint(values) == values).all()
-        and np.abs(values).max(initial=0.0) <= LARGEST_INTEGER
-    )
-
-
 class Entries(NamedTuple):
     """Entries of a matrix of shape (n, n)."""
 
@@ -62,10 +54,6 @@ class Entries(NamedTuple):
 
 def unchanged(_: Vector) -> None:
     """Change nothing."""
-
-
-def put(columns: Indices, values: Vector, z: Vector) -> None:
-    z[columns] = values
 
 
 class Step(NamedTuple):
@@ -107,15 +95,6 @@ def _scale(factors: Vector, y: Vector) -> None:
     y *= factors
 
 
-class Refuted(Exception):
-    """Some rows cannot have the signs that are asked for, whatever z is; y : Farkas'
-    vector for all n rows."""
-
-    def __init__(self, n: int, rows: Any, values: Any) -> None:
-        self.y = np.zeros(n)
-        self.y[rows] = values
-
-
 class System:
     """The rows and columns that are left, with the indices that they have in the
     problem.
@@ -141,7 +120,7 @@ class System:
             problem.q.copy(),
             np.abs(terms),
         )
-        self.lower, self.upper = (bound.copy() for bound in problem.box.vectors(n))
+        self.lower, self.upper = problem.box.vectors(n)
         self.row_of, self.factors, self.keeps_all = np.arange(n), np.ones(n), True
 
     @property
@@ -184,26 +163,10 @@ class System:
             self.entries.columns, minlength=self.n
         )
 
-    def know(
-        self, columns: Indices, values: Vector, rows: Indices | None = None
-    ) -> Step:
-        """Remove variables of known values, and their rows, which serve no proof, or
-        else these rows, as many."""
-        if rows is not None:
-            self.pair(rows, columns)
-        z = np.zeros(self.n)
-        put(columns, values, z)
-        terms = self.entries.values * z[self.entries.columns]
-        self.q += summed(self.entries.rows, terms, self.n)
-        self._add_terms(summed(self.entries.rows, np.abs(terms), self.n))
-        self.remove(columns)
-        return Step(are_integers(values), partial(put, columns, values))
-
     def pivot(self, rows: Indices, columns: Indices, pivots: Vector) -> Step:
         """Solve equations a z_j + (other terms) + q = 0, which have no entry in the
-        column of another's variable, each for a z_j, substitute it in the other rows,
-        and remove both. A bounded variable must be known to be inside its bounds, so
-        that its row is the equation that is left."""
+        column of another's variable, each for a free z_j, substitute it in the other
+        rows, and remove both."""
         of_row, of_column = np.full(self.n, -1), np.full(self.n, -1)
         of_row[rows], of_column[columns] = np.arange(rows.size), np.arange(rows.size)
         in_rows, in_columns = (

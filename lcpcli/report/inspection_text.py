@@ -14,7 +14,6 @@ from lcpcli.inspection.verdict import title
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.options import TOL
 from lcpcli.presolve.presolve import Presolved
-from lcpcli.presolve.system import Refuted
 from lcpcli.report import result_formats, wording
 from lcpcli.report.document import Document, Section, Table
 
@@ -176,9 +175,7 @@ def _spread(spread: Spread) -> str:
     )
 
 
-def _removed(found: Presolved | Refuted | None) -> dict[str, object] | None:
-    if isinstance(found, Refuted):
-        return {"contradiction": True, "unknowns": None, "removed": {}}
+def _removed(found: Presolved | None) -> dict[str, object] | None:
     return (
         None
         if found is None
@@ -190,16 +187,9 @@ def _removed(found: Presolved | Refuted | None) -> dict[str, object] | None:
     )
 
 
-def _presolve(found: Presolved | Refuted | None) -> list[Row]:
+def _presolve(found: Presolved | None) -> list[Row]:
     if found is None:
         return []
-    if isinstance(found, Refuted):
-        return [
-            (
-                "presolve",
-                "finds a row that cannot have its sign for any z within the bounds",
-            )
-        ]
     n, parts = (
         found.original.n,
         ", ".join(f"{number} by {rule}" for rule, number in found.removed.items()),

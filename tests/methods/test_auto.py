@@ -1,7 +1,6 @@
 """What auto does: its attempts take turns in rounds, search where M has no property
-that helps, and a tree whose proofs are exact; presolve gets half of the time for milp.
-What comes before a search: a few nodes of the tree, the trivial solution, and exchanges
-from w = 0.
+that helps, and a tree whose proofs are exact. What comes before a search: a few nodes
+of the tree, the trivial solution, and exchanges from w = 0.
 """
 
 from __future__ import annotations
@@ -20,7 +19,7 @@ import pytest
 from scipy import sparse
 from scipy.sparse import block_array, block_diag, csr_array, diags_array, identity
 
-from lcpcli import Problem, Status, Trace, clock, plan, run, solve, write
+from lcpcli import Problem, Status, Trace, plan, run, solve, write
 from lcpcli.auto import attempts as auto_table
 from lcpcli.auto.attempts import (
     MOST_PIVOTED_BY_NUMPY,
@@ -29,13 +28,11 @@ from lcpcli.auto.attempts import (
     Structure,
     in_rounds,
 )
-from lcpcli.auto.policy import for_half_of_the_time
 from lcpcli.gallery import families
-from lcpcli.interrupts import check, remaining, within
 from lcpcli.linalg.patterns import has_friction
 from lcpcli.methods import lemke
 from lcpcli.methods.direct import MOST_PIVOTED
-from lcpcli.methods.stages import Finished, Iterate, OutOfTime, Stage, Turns, advance
+from lcpcli.methods.stages import Finished, Iterate, Stage, Turns
 from lcpcli.options import Limits
 from lcpcli.solving import driver
 from lcpcli.typing import Vector
@@ -117,40 +114,6 @@ def test_iterations_of_all_rounds_count_and_a_method_stands_in_the_route_once() 
     assert len(set(result.route)) == len(result.route)
     turns = [name for name, _ in groupby(row.method for row in result.trace.rows[1:])]
     assert turns.count("reflections") > 1
-
-
-POINT = Iterate(np.zeros(1), None, "", 0)
-
-
-@pytest.fixture
-def now(monkeypatch: pytest.MonkeyPatch) -> list[float]:
-    time = [0.0]
-    monkeypatch.setattr(clock, "seconds", lambda: time[0])
-    return time
-
-
-def looking(seen: list[float]) -> Stage:
-    """Note the time that is left, twice, then ask whether there is any."""
-    for _ in range(2):
-        seen.append(remaining())
-        yield POINT
-    check()
-    return Finished()
-
-
-def test_the_second_half_is_left_and_no_context_is_open_in_between(
-    now: list[float],
-) -> None:
-    seen: list[float] = []
-    with within(100.0):
-        stage = for_half_of_the_time(looking(seen))
-        for time, left in ((10.0, 90.0), (50.0, 50.0)):
-            assert advance(stage) is POINT
-            now[0] = time
-            assert remaining() == left
-        assert seen == [50.0, 40.0]
-        now[0] = 51.0
-        assert isinstance(advance(stage), OutOfTime)
 
 
 def gaussian(n: int, seed: int) -> Problem:

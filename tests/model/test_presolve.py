@@ -20,7 +20,6 @@ from lcpcli.linalg.doubles import generator
 from lcpcli.linalg.krylov import is_semidefinite
 from lcpcli.methods.direct import MOST_PIVOTED
 from lcpcli.model.box import BASIC
-from lcpcli.model.changes import shifted
 from lcpcli.presolve.presolve import (
     ALL,
     DEFINITIONS,
@@ -29,8 +28,8 @@ from lcpcli.presolve.presolve import (
     presolved,
     substituted,
 )
-from lcpcli.presolve.rules import repeated_equations, signs_of_equations
-from lcpcli.presolve.system import Refuted, System
+from lcpcli.presolve.rules import signs_of_equations
+from lcpcli.presolve.system import System
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import rounded, rounded_direction
 from lcpcli.rational.tree import first_solution
@@ -56,9 +55,7 @@ def says_the_truth(
     """Whether presolve by these rules changes something; it fails if what is said, or
     what comes back, is false."""
     change = presolved(problem, rules)
-    if isinstance(change, Refuted):
-        assert not has_solution
-    elif change is not None:
+    if change is not None:
         data = ExactProblem.of_floats(change.problem)
         z = first_solution(data, check)
         assert (z is not None) == has_solution
@@ -88,21 +85,7 @@ def comes_back(change: Presolved, z: Vector, w: Vector) -> None:
         (before.basis_of(back) == BASIC)[change.kept],
         (after.basis_of(x) == BASIC)[:count],
     )
-    tightened = np.logical_or(*(own != given for own, given in bounds_of(change)))
-    assert np.array_equal(inside | tightened, there | tightened)
-
-
-def bounds_of(change: Presolved) -> list[tuple[Vector, Vector]]:
-    """The lower bounds after and before presolve, and the upper ones, of the variables
-    that are kept."""
-    inner, outer = (
-        change.problem.box.vectors(change.problem.n),
-        change.original.box.vectors(change.original.n),
-    )
-    return [
-        (own[: change.kept.size], given[change.kept])
-        for own, given in zip(inner, outer, strict=True)
-    ]
+    assert np.array_equal(inside, there)
 
 
 @pytest.mark.parametrize("most", [4, 6])
@@ -144,46 +127,14 @@ def test_definitions_of_free_variables_are_substituted_exactly(seed: int) -> Non
     assert (z is None) == (first_solution(ExactProblem.of_floats(whole), check) is None)
 
 
-SUM, TWICE = [[2, 0, -1], [0, 2, -1], [1, 1, 0]], [[0, 1, 2], [-1, 0, 0], [-2, 0, 0]]
 # The rule, the problem by M, q, l and u, the columns that are left, and the z that
 # comes back from a solution.
 EXAMPLES = [
-    ("fixed variables", (np.eye(2), [-1, 5], [0, 2], [INF, 2]), [0], [1, 2]),
-    ("rows of one sign", ([[2, 1], [0, 1]], [-6, 1], 0, [INF, 4]), [0], [3, 0]),
-    (
-        "rows of their own variable",
-        ([[2, 1], [0, 1]], [-6, -1], 0, [INF, 4]),
-        [],
-        [2.5, 1],
-    ),
-    # min x^2 - 6x with -x >= -2, whose multiplier is 2
-    ("rows that are bounds", ([[2, 1], [-1, 0]], [-6, 2], [-INF, 0], INF), [0], [2, 2]),
     (
         "single entries of free variables",
         ([[2, 0], [-3, 1]], [-6, 1], [0, -INF], INF),
         [0],
         [3, 8],
-    ),
-    ("equations of one variable", ([[0, 2], [1, 1]], [-8, -5], -INF, INF), [], [1, 4]),
-    # the row of the variable that is inside its bounds is the equation that is left
-    (
-        "equations of one variable",
-        ([[0, 2], [1, 1]], [-8, -5], [-INF, 0], INF),
-        [],
-        [1, 4],
-    ),
-    # min x^2 + y^2 with x + y = 2
-    (
-        "equations of two variables",
-        (SUM, [0, 0, -2], [-INF, 0, -INF], INF),
-        [1],
-        [1, 1, 2],
-    ),
-    (
-        "repeated equations",
-        (TWICE, [1, 3, 6], [0, -INF, -INF], INF),
-        [0, 1],
-        [3, -1, 0],
     ),
 ]
 
@@ -206,36 +157,17 @@ def test_rules_leave_what_they_should(
     )
 
 
-CONTRADICTIONS = {
-    "a row of one sign": ([[0, 1], [0, -1]], [0, -1], 0),
-    "bounds that cross": (
-        [[1, -1, 1], [1, 0, 0], [-1, 0, 0]],
-        [0, -2, 1],
-        [-INF, 0, 0],
-    ),
-    "an equation without terms": ([[0, 1], [0, 0]], [0, 1], [0, -INF]),
-    "equations that disagree": ([[1, 2], [2, 4]], [1, 3], -INF),
-}
-
-
-@pytest.mark.parametrize("name", CONTRADICTIONS)
-def test_contradictions_are_proofs_for_the_problem_as_given(name: str) -> None:
-    M, q, lower = CONTRADICTIONS[name]
-    problem = Problem(M, q, lower=lower)
-    found = presolved(problem)
-    assert Proof("farkas", found.y).holds(problem)
-    assert refutes(problem, list(map(Fraction, found.y.tolist())))
-
-
 def test_presolve_can_be_switched_off() -> None:
-    one = linear_program(0, "signs", infeasible=True)
+    one = linear_program(0, "signs")
     copies = MOST_PIVOTED // one.n + 1  # so that Lemke's path does not come first
     q, lower, upper = (np.tile(each, copies) for each in (one.q, one.lower, one.upper))
     problem = Problem(
         kron(np.eye(copies), csr_array(one.M)), q, lower=lower, upper=upper
     )
     with_it, without = (lcpcli.run(problem, presolve=own) for own in (True, False))
-    assert (with_it.route[-1], "presolve" in without.route) == ("presolve", False)
+    assert with_it.solved
+    assert without.solved
+    assert with_it.route != without.route
     assert (with_it.options["presolve"], without.options["presolve"]) == (True, False)
     with pytest.raises(ValueError, match="presolve: 1 is neither True nor False"):
         lcpcli.run(problem, presolve=1)
@@ -243,11 +175,8 @@ def test_presolve_can_be_switched_off() -> None:
 
 def test_what_presolve_finds_is_in_the_inspection() -> None:
     text = " ".join(repr(lcpcli.inspect(linear_program(1, "signs"))).split())
-    assert "presolve removes 3" in text
-    assert "by rows that are bounds, 1 by single entries of free variables" in text
+    assert "presolve removes 1 of 79 unknowns: 1 by single entries" in text
     assert "writes equations in another way" in text
-    refuted = repr(lcpcli.inspect(linear_program(0, "signs", infeasible=True)))
-    assert "cannot have its sign" in " ".join(refuted.split())
     assert lcpcli.inspect(Problem(np.eye(2), [-1, 1])).presolve is None
     assert presolved(Problem(np.array([[2.0, 1], [1, 2]]), [-1, -1])) is None, (
         "no bounds but zero"
@@ -261,7 +190,7 @@ def test_solutions_and_proofs_come_back_from_what_was_pickled() -> None:
     ]
     problems += [random_problem(generator(seed)) for seed in range(40)]
     changes = [presolved(given, rules) for given in problems for rules in ONE_BY_ONE]
-    found = [change for change in changes if isinstance(change, Presolved)]
+    found = [change for change in changes if change is not None]
     assert {*ALL} - {DEFINITIONS, SIGNS} == set[str]().union(
         *(change.removed for change in found)
     )
@@ -278,34 +207,9 @@ def test_solutions_and_proofs_come_back_from_what_was_pickled() -> None:
         )
 
 
-def test_rounding_of_fixed_values_is_no_contradiction() -> None:
-    """-0.2 * 420 - 0.2 * 315 + 147 is -8e-15 in doubles, and the third variable is not
-    negative."""
-    M = [[0.0, 0, 0, 0.2], [0, 0, 0, 0.2], [0, 0, 0, 1], [-0.2, -0.2, -1, 0]]
-    lower, upper = [420.0, 315, 0, -INF], [420.0, 315, INF, INF]
-    problem = Problem(csr_array(M), [0.0, 0, 1, 147], lower=lower, upper=upper)
-    change = shifted(problem)
-    assert change.problem.q[3] < 0
-    for given_problem in (problem, change.problem):
-        assert not isinstance(presolved(given_problem), Refuted)
-
-
-def test_a_contradiction_far_below_all_other_numbers_is_not_clear() -> None:
-    """The third row is at least q_3 > 0, as the second variable is at most 1e-30, and
-    it should be 0."""
-    M, upper = [[1.0, 2, 0], [2, 1, 0], [0, 1, 0]], [INF, 1e-30, INF]
-    for violation, is_it in ((1e-16, False), (1e-3, True)):
-        problem = Problem(
-            M, [-1000.0, -1000, violation], lower=[0, 0, -INF], upper=upper
-        )
-        assert Proof("farkas", np.array([0.0, 0, -1])).is_clear(problem) is is_it
-
-
 def test_ratios_of_mirror_images_that_underflow_are_no_factors() -> None:
     M = [[0, 1e-200, 1, 1], [1e200, 0, 2, 1], [1, 1, 3, 1], [1, 2, 1, 4]]
     problem = Problem(M, [1, -2, 3, 1], lower=-INF)
-    change = presolved(problem)
-    assert change is None or not isinstance(change, Refuted)
     assert lcpcli.run(problem).solved == lcpcli.run(problem, presolve=False).solved
 
 
@@ -318,8 +222,6 @@ def test_conditions_of_linear_programs_are_monotone_however_they_are_written(
     change = presolved(problem)
     assert not is_semidefinite(problem.M)
     assert is_semidefinite(change.problem.M)
-    # Of 79: x, its bounds, which are rows here, 18 equations and inequalities.
-    assert change.kept.size <= 48
     result = lcpcli.run(problem)
     assert result.solved
     assert "milp" not in result.route
@@ -348,29 +250,6 @@ def test_conditions_of_programs_that_are_not_convex_are_solved(seed: int) -> Non
     assert "milp" not in result.route
 
 
-def test_what_is_exact_is_known() -> None:
-    for a, is_it in ((1, True), (3, False)):
-        problem = Problem(
-            [[2, a, 0], [-a, 0, 0], [0, 0, 2]],
-            [-6, 2, 1],
-            lower=[-INF, 0, 0],
-            upper=INF,
-        )
-        change = presolved(problem, ["rows that are bounds"])
-        assert change.is_exact is is_it
-
-
-def test_what_counts_as_rounding_is_not_exact() -> None:
-    """q_1 = 1 counts as rounding of 2^49."""
-    size, most = 2.0**20, 2.0**20 - 1
-    M = np.eye(4)
-    M[0] = [1, 0, 2**9, -(2**9)]
-    M[2:, 1] = -size
-    change = presolved(Problem(M, [1, -most, 0, 0], lower=[0, -INF, -INF, -INF]))
-    assert change.problem.q.tolist() == [0]
-    assert not change.is_exact
-
-
 def test_sums_of_large_entries_are_not_exact() -> None:
     for size, is_it in ((3.0, True), (2.0**20, False)):
         system = System(
@@ -390,33 +269,6 @@ def test_entries_that_rounding_moved_from_their_mirror_images_are_not_exact() ->
         system = System(Problem([[0, -size], [entry, 0]], [1, 1], lower=[0, -INF]))
         assert list(signs_of_equations(system)) == []
         assert system.keeps_all is is_it
-
-
-def test_equations_that_are_repeated_but_for_rounding_are_not_exact() -> None:
-    for difference, is_it in ((0.0, True), (1e-12, False)):
-        M = [[0, 1, 1], [1, 0, 0], [1, 0, 0]]
-        system = System(Problem(M, [1, -3, difference - 3], lower=[0, -INF, -INF]))
-        assert len(list(repeated_equations(system))) == 1
-        assert system.keeps_all is is_it
-
-
-def test_a_proof_is_of_the_rows_as_they_were_where_presolve_has_turned_one() -> None:
-    """z1 + z2 + 1 = 0 for a free z1 with z1 >= 0 as a row: the sign of the equation is
-    turned before it is refuted."""
-    problem = Problem(
-        [[1, 1], [1, 0]], [1, 0], lower=[-np.inf, 0], upper=[np.inf, np.inf]
-    )
-    found = presolved(problem)
-    assert found.y.tolist() == [-1, 1]
-    assert Proof("farkas", found.y).holds(problem)
-
-
-def test_a_row_of_its_own_variable_is_solved_within_both_bounds() -> None:
-    problem = Problem([[1, 0], [1, 1]], [-5, -4], lower=[0, 0], upper=[2, 9])
-    change = presolved(problem, ("rows of their own variable",))
-    nothing = np.zeros(change.problem.n)
-    z = problem.box.z_of(change.back(change.problem.box.x_of(nothing, nothing)))
-    assert z.tolist() == [2, 2]
 
 
 def random_problem(random: Generator, most: int = 6) -> Problem:
@@ -576,19 +428,3 @@ def linear_program(seed: int, written: str, infeasible: bool = False) -> Problem
     return Problem(
         csr_array(M[order][:, order]), q[order], lower=lower[order], upper=np.inf
     )
-
-
-# Or as near to a bound as rounding may have moved it.
-OUTSIDE = (-0.5, 0.0, 1 - 2.0**-53, 1.0, 1.5)
-
-
-@pytest.mark.parametrize(
-    ("at", "is_inside"), [(0.5, True), *((at, False) for at in OUTSIDE)]
-)
-def test_an_equation_determines_a_bounded_variable_only_inside_its_bounds(
-    at: float, is_inside: bool
-) -> None:
-    problem = Problem(
-        [[1.0, 1.0], [1.0, 0.0]], [1.0, -at], lower=[0.0, -INF], upper=[1.0, INF]
-    )
-    assert (presolved(problem, ("equations of one variable",)) is not None) == is_inside
