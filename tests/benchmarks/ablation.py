@@ -233,7 +233,7 @@ def rows() -> Iterator[Switch]:
         tuple(
             f"presolve.rules:{name}"
             for name in (
-                *("_pairs", "_diagonal", "_factors", "_votes", "_assign", "_alike"),
+                *("_pairs", "_diagonal", "_factors", "_assign", "_alike"),
                 "_keys",
             )
         ),
@@ -545,7 +545,6 @@ SWITCHES: tuple[Switch, ...] = (
         edited(("step.signs_final and is_doubtful(problem, z)", "False")),
     ),
     Switch("improved points", "auto.policy:_improved", constant(_no_improvement)),
-    Switch("milp of what presolve leaves", "auto.policy:MUCH_SMALLER", constant(0.0)),
     Switch("clear proofs", "auto.policy:_clearly", constant(lambda _, stage: stage)),
     # Nonlinear problems.
     *(
@@ -558,7 +557,6 @@ SWITCHES: tuple[Switch, ...] = (
             ("_farther", constant(lambda _, __, ___, reached: reached)),
         )
     ),
-    Switch("nonlinear pivoting near", "solving.solve_mcp:_pivoted", nothing),
 )
 # Constants that guard much code, which `--constants` halves and doubles.
 SCALED: tuple[str, ...] = ()
