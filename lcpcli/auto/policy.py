@@ -157,6 +157,7 @@ def auto(
     return small(problem, x0, search, states, tried)
 
 
+# Without it: bounds of 1e19 leave a problem in 22 unknowns unsolved.
 def _relaxed_first(problem: Problem, x0: Vector, search: Search, states: bool) -> Stage:
     """Solve the problem without its far sides by all methods but milp. Those that the
     answer is beyond, or that keep a proof from holding with them, count the next time:

@@ -97,6 +97,8 @@ def in_words(size: float) -> str:
     return f"about {size:.0e}" if size <= MOST_TOLD else f"above {MOST_TOLD:.0e}"
 
 
+# Without it: no verdict is lost, and a beam of 30,000 unknowns takes a third of the
+# time, but states of beams from 4000 on are wrong, and z has fewer correct digits.
 def definite(problem: Problem, start_slack: float = 1.0) -> Stage:
     """Follow the central path of a problem with M + M' positive definite to the basic
     solution of its active set.

