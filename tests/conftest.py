@@ -141,7 +141,7 @@ def in_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def still(monkeypatch: pytest.MonkeyPatch) -> None:
     """A clock that stands still."""
     monkeypatch.setattr("time.perf_counter", lambda: 0.0)
-    for most in ("MOST_REPETITIONS", "FEW_REPETITIONS"):
+    for most in ("MAX_REPETITIONS", "FEW_REPETITIONS"):
         monkeypatch.setattr(f"lcpcli.solving.driver.{most}", 0)
 
 

@@ -80,7 +80,7 @@ def test_table_loads_rich_but_not_scipy_nor_does_a_list_of_families() -> None:
 
 
 # Of ours, for a small solve in JSON; exact arithmetic finds the other solutions.
-MOST_MODULES, MOST_OF_SEVERAL = 65, 75
+MAX_MODULES, MAX_OF_SEVERAL = 65, 75
 UNUSED = {  # by a small solve whose solution is the only one by a theorem
     "scipy", "rich", "pathlib", "shutil", "hashlib", "zipfile", "gzip", "fractions",
     "decimal", "statistics", "numpy.ma", "lcpcli.enumeration.search",
@@ -112,7 +112,7 @@ def test_small_solve_to_json_loads_what_it_uses(
     loaded = modules_after(f"solve {file} --format json")
     ours = {name for name in loaded if name.split(".")[0] == "lcpcli"}
     assert not [name for name in ours if name.startswith("lcpcli.formulations")]
-    assert len(ours) <= (MOST_OF_SEVERAL if problem is OF_SEVERAL else MOST_MODULES)
+    assert len(ours) <= (MAX_OF_SEVERAL if problem is OF_SEVERAL else MAX_MODULES)
     unused = {"scipy", "rich", "zipfile", "gzip"} if problem is OF_SEVERAL else UNUSED
     assert sorted(loaded & (unused | OTHER_COMMANDS) - modules_of_the_base()) == []
 

@@ -37,7 +37,7 @@ from lcpcli.linalg.matrices import (
 )
 from lcpcli.linalg.patterns import affordable, is_forest
 from lcpcli.methods import direct, stages
-from lcpcli.methods.newton import LEAST_INDEX_STEPS, SLOW, dense_route, newton
+from lcpcli.methods.newton import MIN_INDEX_STEPS, SLOW, dense_route, newton
 from lcpcli.methods.registry import METHODS
 from lcpcli.methods.stages import Iterate, Part, Stage, Stalled, Tried
 from lcpcli.model.changes import is_far_from_one
@@ -51,44 +51,44 @@ if TYPE_CHECKING:
 
 # Unknowns up to which an LP takes no longer than a few attempts of the interior point
 # method.
-MOST_EARLY_LINEAR = 1000
+MAX_EARLY_LINEAR = 1000
 # Unknowns up to which an LP takes no more than the iterations of the earlier attempts.
-MOST_SURELY_LINEAR = 100
-MOST_REFLECTED = METHODS["reflections"].max_unknowns or 0
+MAX_SURELY_LINEAR = 100
+MAX_REFLECTED = METHODS["reflections"].max_unknowns or 0
 # At the reflections in the first round: by then half are found that are found.
 LOOKS = 40
 # Unknowns of a game up to which Lemke's path takes less time than those of several
 # labels.
-MOST_PIVOTED_GAME = 60
+MAX_PIVOTED_GAME = 60
 # Unknowns up to which a suspended attempt may keep its dense matrices, at most 300 MB.
-MOST_HELD = 4000
+MAX_HELD = 4000
 # Fewer where milp, which comes after them, can do more.
 ROUNDS, ROUNDS_BEFORE_MILP = 6, 5
-MOST_FOR_MILP = 100  # unknowns up to which it does
+MAX_FOR_MILP = 100  # unknowns up to which it does
 # Iterations of the simplex method, by the seconds that so many usually take: for each
 # entry of M, for a linear program before the interior point method has its turn; after
 # first attempts of that, by the order of M; and at least.
-SIMPLEX_EFFORT, SIMPLEX_EFFORT_BY_ORDER, LEAST_SIMPLEX_EFFORT = 4e-5, 1e-9, 0.1
+SIMPLEX_EFFORT, SIMPLEX_EFFORT_BY_ORDER, MIN_SIMPLEX_EFFORT = 4e-5, 1e-9, 0.1
 # Most changes of state in a step of newton, relative to the last step, if it is to go
 # on.
 NEWTON_SETTLING_FACTOR = 0.2
 SETTLED_CHANGES = 3  # of state in a step of newton: so few do not end it
 # Of newton with factors of a band: it settles in these, or takes as many as there are
 # unknowns.
-MOST_BAND_STEPS = 5
+MAX_BAND_STEPS = 5
 CHANDRASEKARAN = "Chandrasekaran's method"
 # The same for a small M, or from zeros of q, where other attempts take longer.
-MOST_SMALL_BAND_STEPS = 25
-FEWEST_FRICTIONAL = 35  # unknowns from which interior is tried on contact with friction
+MAX_SMALL_BAND_STEPS = 25
+MIN_FRICTIONAL = 35  # unknowns from which interior is tried on contact with friction
 # Unknowns from which on interior takes less time, if M + M' is semidefinite.
-MOST_PIVOTED_BY_NUMPY = 150
+MAX_PIVOTED_BY_NUMPY = 150
 # Unknowns up to which Lemke's path is so short that it is followed where no theorem
 # says how it ends.
 SHORT = 20
 # Of all rows: with no more than one entry, from which on presolve may help the best
 # methods too.
 MANY_SHORT_ROWS = 0.2
-MOST_UNFILLED = 100  # unknowns up to which sparse factors cost no less than dense ones
+MAX_UNFILLED = 100  # unknowns up to which sparse factors cost no less than dense ones
 
 
 class Structure:
@@ -113,7 +113,7 @@ class Structure:
         self.is_linearization = False
         self.is_narrow = direct.is_full_band(problem.M)
         self.is_large_and_sparse = self.is_narrow or (
-            is_sparse(problem.M) and problem.n > direct.MOST_AS_DENSE
+            is_sparse(problem.M) and problem.n > direct.MAX_AS_DENSE
         )
         self.problem = problem if self.is_large_and_sparse else direct.as_dense(problem)
 
@@ -121,13 +121,13 @@ class Structure:
     def thin(self) -> Problem:
         """Return the problem with sparse M if M has so few entries that sparse factors
         cost less even for small n; else with dense M for small n."""
-        most = direct.MOST_FILLED * self.given.n**2
+        most = direct.MAX_FILLED * self.given.n**2
         M = (
             self.given.M
-            if self.given.n <= MOST_UNFILLED
+            if self.given.n <= MAX_UNFILLED
             else thinned(self.given.M, most)
         )
-        is_thin = is_sparse(M) and self.given.n > MOST_UNFILLED and M.nnz <= most
+        is_thin = is_sparse(M) and self.given.n > MAX_UNFILLED and M.nnz <= most
         return direct.as_sparse(self.given, M) if is_thin else self.problem
 
     @property
@@ -142,7 +142,7 @@ class Structure:
         M-matrix, so that it may be ill-conditioned without properties that other
         methods need; and factors of it are affordable. One tells."""
         M = self.given.M
-        if not (self.given.n > MOST_UNFILLED and may_be_stiff(M)):
+        if not (self.given.n > MAX_UNFILLED and may_be_stiff(M)):
             return False
         if not (is_narrow(M) or affordable(M)):
             return False
@@ -243,7 +243,7 @@ class Structure:
         M = self.given.M if is_sparse(self.given.M) else self.thin.M
         if (
             self.problem.is_mixed
-            or self.problem.n < FEWEST_FRICTIONAL
+            or self.problem.n < MIN_FRICTIONAL
             or M.diagonal().min() < 0
             or self.has_no_positive_links
             or self.program
@@ -258,17 +258,17 @@ class Structure:
     def is_first_interior(self) -> bool:
         """Return whether interior takes less time on contact with friction than any
         other method, some of which take long to fail."""
-        return self.problem.n > direct.MOST_PIVOTED and self.is_frictional
+        return self.problem.n > direct.MAX_PIVOTED and self.is_frictional
 
     @cached_property
     def is_pivoted(self) -> bool:
         """Return whether Lemke's path is followed before anything but newton is
         tried."""
         n = self.problem.n
-        if n > direct.MOST_PIVOTED or self.is_unsure or is_far_from_one(self.problem):
+        if n > direct.MAX_PIVOTED or self.is_unsure or is_far_from_one(self.problem):
             return False
         return (
-            n <= MOST_PIVOTED_BY_NUMPY
+            n <= MAX_PIVOTED_BY_NUMPY
             or self.follow is not tableau.follow
             or not self.is_semidefinite
         )
@@ -330,7 +330,7 @@ def _is_first_basic(structure: Structure) -> bool:
 def _is_too_large_for_fractions(structure: Structure) -> bool:
     """Return whether M is so large, not only sparse, that exact arithmetic takes far
     longer than other methods."""
-    return structure.is_large_and_sparse and structure.problem.n > direct.MOST_AS_DENSE
+    return structure.is_large_and_sparse and structure.problem.n > direct.MAX_AS_DENSE
 
 
 def _takes_piqp(structure: Structure) -> bool:
@@ -346,7 +346,7 @@ def _has_few_nodes(structure: Structure) -> bool:
     """Return whether a few nodes of the tree of milp are examined, which begin with a
     proof of infeasibility."""
     n, is_mixed = structure.problem.n, structure.problem.is_mixed
-    return FEW_UNKNOWNS < n <= MOST_FOR_MILP and not (
+    return FEW_UNKNOWNS < n <= MAX_FOR_MILP and not (
         is_mixed or structure.is_semidefinite
     )
 
@@ -400,14 +400,14 @@ def usual_newton(structure: Structure) -> Stage:
 def _is_hasty(problem: Problem) -> bool:
     """Return whether newton is given up as soon as it is hopeless: where Lemke's path
     follows."""
-    return problem.n <= direct.MOST_PIVOTED
+    return problem.n <= direct.MAX_PIVOTED
 
 
 def _single_exchanges(structure: Structure) -> int:
     """Return how many exchanges of single indices on dense M are made before other
     methods have their turn: few where Lemke's path follows, which advances by one index
     at a time too, for a fraction of the cost, or interior."""
-    return direct.FEW_INDEX_STEPS if _is_hasty(structure.problem) else LEAST_INDEX_STEPS
+    return direct.FEW_INDEX_STEPS if _is_hasty(structure.problem) else MIN_INDEX_STEPS
 
 
 def _from_basic_zeros(structure: Structure) -> Stage:
@@ -418,7 +418,7 @@ def _from_basic_zeros(structure: Structure) -> Stage:
     stage = newton(
         problem, x0, _single_exchanges(structure), _is_hasty(problem), growing=is_large
     )
-    return stages.limited(stage, MOST_SMALL_BAND_STEPS) if is_large else stage
+    return stages.limited(stage, MAX_SMALL_BAND_STEPS) if is_large else stage
 
 
 def all_basic(structure: Structure) -> Stage:
@@ -450,7 +450,7 @@ BRIEFLY_LINEAR = by(
     "linear.linear",
     lambda s: (
         s.given,
-        max(SIMPLEX_EFFORT_BY_ORDER * s.problem.n**3, LEAST_SIMPLEX_EFFORT),
+        max(SIMPLEX_EFFORT_BY_ORDER * s.problem.n**3, MIN_SIMPLEX_EFFORT),
     ),
 )
 INTERIOR_AT_FIRST = by("interior.first_attempts", lambda s: (s.thin,))
@@ -485,7 +485,7 @@ FIRST = (
             "linear.linear",
             lambda s: (
                 s.given,
-                max(SIMPLEX_EFFORT * s.problem.M.nnz, LEAST_SIMPLEX_EFFORT),
+                max(SIMPLEX_EFFORT * s.problem.M.nnz, MIN_SIMPLEX_EFFORT),
             ),
         ),
     ),
@@ -512,7 +512,7 @@ FIRST = (
             "the entries of M are near the diagonal, so that its factors cost little",
         ),
         lambda s: s.is_narrow and not (s.program or s.is_stiff),
-        lambda s: stages.limited(newton_while_fast(s), MOST_BAND_STEPS),
+        lambda s: stages.limited(newton_while_fast(s), MAX_BAND_STEPS),
     ),
     Row(
         *(
@@ -520,8 +520,8 @@ FIRST = (
             "from w = 0",
             "its factors cost little, and no entry off the diagonal is positive",
         ),
-        lambda s: s.is_narrow and s.problem.n <= direct.MOST_AS_DENSE and s.is_z_matrix,
-        lambda s: stages.limited(all_basic(s), MOST_SMALL_BAND_STEPS),
+        lambda s: s.is_narrow and s.problem.n <= direct.MAX_AS_DENSE and s.is_z_matrix,
+        lambda s: stages.limited(all_basic(s), MAX_SMALL_BAND_STEPS),
     ),
     Row(
         *(
@@ -621,7 +621,7 @@ FIRST = (
     ),
     Row(
         *("lemke", "", "there are few unknowns, with numbers of usual size"),
-        lambda s: s.is_pivoted and not (s.game and s.problem.n > MOST_PIVOTED_GAME),
+        lambda s: s.is_pivoted and not (s.game and s.problem.n > MAX_PIVOTED_GAME),
         by(
             "lemke.pivoted",
             lambda s: (s.problem, s.follow, s.reduction, lambda: s.is_path_sure),
@@ -641,7 +641,7 @@ BRIEF = (
             "no known property of M excludes that the problem is infeasible",
         ),
         lambda s: (
-            s.problem.n <= MOST_EARLY_LINEAR
+            s.problem.n <= MAX_EARLY_LINEAR
             and not (s.is_semidefinite or _has_few_nodes(s))
         ),
         BRIEFLY_LINEAR,
@@ -650,7 +650,7 @@ BRIEF = (
         *(
             "milp",
             "a few nodes",
-            f"there are at most {MOST_FOR_MILP} unknowns, and perhaps no solution",
+            f"there are at most {MAX_FOR_MILP} unknowns, and perhaps no solution",
         ),
         _has_few_nodes,
         by("milp.few_nodes"),
@@ -684,7 +684,7 @@ LATER = (
         ),
         all_basic,
         # Newton, whose basis then only grows, follows.
-        lambda s: MOST_SMALL_BAND_STEPS if s.is_z_matrix else math.inf,
+        lambda s: MAX_SMALL_BAND_STEPS if s.is_z_matrix else math.inf,
     ),
     Row(
         *(
@@ -721,7 +721,7 @@ LATER = (
     *BRIEF,
     Row(
         *("linear", "few iterations", "the problem may be infeasible"),
-        lambda s: s.is_semidefinite and s.problem.n <= MOST_EARLY_LINEAR,
+        lambda s: s.is_semidefinite and s.problem.n <= MAX_EARLY_LINEAR,
         BRIEFLY_LINEAR,
     ),
     Row(
@@ -736,7 +736,7 @@ LATER = (
     ),
     Row(
         *("linear", "", "the problem may be infeasible"),
-        lambda s: s.problem.n > MOST_SURELY_LINEAR,
+        lambda s: s.problem.n > MAX_SURELY_LINEAR,
         by("linear.linear", lambda s: (s.given,)),
         first_round=1,
     ),
@@ -744,10 +744,10 @@ LATER = (
         *(
             "milp",
             "first nodes",
-            f"there are at most {factors.MOST_NUMPY_ROWS} unknowns, and it "
+            f"there are at most {factors.MAX_NUMPY_ROWS} unknowns, and it "
             "applies to any M",
         ),
-        lambda s: s.problem.n <= factors.MOST_NUMPY_ROWS,
+        lambda s: s.problem.n <= factors.MAX_NUMPY_ROWS,
         by("milp.first_nodes"),
         first_round=2,
     ),
@@ -778,9 +778,9 @@ LATER = (
         *(
             "reflections",
             "",
-            f"there are at most {MOST_REFLECTED} unknowns, and it applies to any M",
+            f"there are at most {MAX_REFLECTED} unknowns, and it applies to any M",
         ),
-        lambda s: s.problem.n <= MOST_REFLECTED,
+        lambda s: s.problem.n <= MAX_REFLECTED,
         lambda s: stages.begin("reflections", s.problem, s.x0),
         lambda _: LOOKS,
     ),
@@ -835,7 +835,7 @@ def in_rounds(structure: Structure, phase: Sequence[Row]) -> Iterator[Part]:
     when its first one comes."""
     suspended = dict[int, Part]()
     for number in range(
-        ROUNDS_BEFORE_MILP if structure.problem.n <= MOST_FOR_MILP else ROUNDS
+        ROUNDS_BEFORE_MILP if structure.problem.n <= MAX_FOR_MILP else ROUNDS
     ):
         for i, row in enumerate(phase):
             part = suspended.pop(i, None)
@@ -847,7 +847,7 @@ def in_rounds(structure: Structure, phase: Sequence[Row]) -> Iterator[Part]:
                 continue
             part.most = row.share(structure) * 2.0**number
             yield part
-            if not part.is_over and structure.problem.n <= MOST_HELD:
+            if not part.is_over and structure.problem.n <= MAX_HELD:
                 suspended[i] = part
         if not suspended and number >= max(
             (row.first_round for row in phase), default=0

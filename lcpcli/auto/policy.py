@@ -69,7 +69,7 @@ from lcpcli.verify.certificate import (
 )
 from lcpcli.verify.exact_solution import from_point, refined
 from lcpcli.verify.farkas import farkas_vector
-from lcpcli.verify.final_states import MOST_DECIDED, is_doubtful
+from lcpcli.verify.final_states import MAX_DECIDED, is_doubtful
 from lcpcli.verify.point import Criterion, Point
 
 if TYPE_CHECKING:
@@ -77,11 +77,11 @@ if TYPE_CHECKING:
 
 REFINED = "refined"
 # Of one point: each may change states that those before it have left wrong.
-MOST_REFINEMENTS = 3
+MAX_REFINEMENTS = 3
 # How long a solution is sought after a proof up to rounding, or after a point that
 # violates rows only by what may be rounding: a part of the evaluations so far, and at
 # least so many; for a sparse M four for each unknown, up to so many.
-PATIENCE, LEAST_PATIENCE, MOST_SPARSE_PATIENCE = 2, 200, 2000
+PATIENCE, MIN_PATIENCE, MAX_SPARSE_PATIENCE = 2, 200, 2000
 AS_ROUNDING = "what is left of violations may be rounding of larger numbers"
 EXCLUDED = "each complementary set is excluded in exact arithmetic"
 OUT_OF_RANGE = (
@@ -97,14 +97,14 @@ UNDECIDED_IN_TIME = "exact arithmetic did not decide the problem in time"
 # hide terms: whether exact arithmetic confirms it.
 IF_PROVED, IF_EXACT = Extent(PROVED), Extent(AS_IT_IS, is_exact=True)
 NOTHING = list[Fraction]()  # after all nodes of a tree without a solution
-MOST_PIVOTED_EXACTLY = 100  # unknowns, from states that are nearly right
+MAX_PIVOTED_EXACTLY = 100  # unknowns, from states that are nearly right
 # Of a problem with far sides: each leaves fewer of them out; at first only those less
 # that are met first.
-MOST_RELAXATIONS, SINGLE_RELAXATIONS = 16, 4
+MAX_RELAXATIONS, SINGLE_RELAXATIONS = 16, 4
 # Of the tree, in counted work: what it does at first, in which it decides nearly all
 # problems; after turns of other methods it goes on, each time with twice that or the
 # largest share, up to the most in all.
-FIRST_EFFORT, LARGEST_EFFORT, MOST_EFFORT = 0.25, 2.0, 16.0
+FIRST_EFFORT, LARGEST_EFFORT, MAX_EFFORT = 0.25, 2.0, 16.0
 
 
 def auto(
@@ -170,7 +170,7 @@ def _relaxed_first(problem: Problem, x0: Vector, search: Search, states: bool) -
         from lcpcli.model.changes import Relaxed, relaxed
     turns, first = Turns(x0), partial(small, search=partial(search, milp=False))
     change, has_all = relaxed(problem), True
-    for k in range(MOST_RELAXATIONS):
+    for k in range(MAX_RELAXATIONS):
         if not isinstance(change, Relaxed):
             break
         inner = Turns(change.start(x0))
@@ -219,7 +219,7 @@ def _with_states_of(turns: Turns, change: Change) -> Iterate:
             # moved, most often only values of rows change with them.
             z = _with_values_of_rows(problem, near, basis)
         if (
-            problem.n <= MOST_PIVOTED_EXACTLY
+            problem.n <= MAX_PIVOTED_EXACTLY
             and not Point(
                 Criterion(change.original), change.original.box.project(z)
             ).solves()
@@ -338,9 +338,9 @@ def _search(
 def _patience(problem: Problem, turns: Turns) -> float:
     """Return for how many evaluations a search goes on that knows with what it is to
     end."""
-    least = LEAST_PATIENCE
+    least = MIN_PATIENCE
     if is_sparse(problem.M):
-        least = max(least, min(4 * problem.n, MOST_SPARSE_PATIENCE))
+        least = max(least, min(4 * problem.n, MAX_SPARSE_PATIENCE))
     return max(least, PATIENCE * turns.last.evaluations)
 
 
@@ -365,7 +365,7 @@ def _improved(
             )
             yield turns.last
         return True
-    for _ in range(MOST_REFINEMENTS):
+    for _ in range(MAX_REFINEMENTS):
         before, basis = turns.last.x, box.basis_of(turns.last.x)
         with np.errstate(over="ignore", invalid="ignore"):
             z = refined(problem, box.z_of(before), basis)
@@ -402,7 +402,7 @@ def _of_presolved(problem: Problem, x0: Vector) -> Iterator[Part]:
         from lcpcli.presolve.presolve import presolved
     change = presolved(problem)
     if change is None or not (
-        problem.n <= factors.MOST_NUMPY_ROWS or change.is_worthwhile
+        problem.n <= factors.MAX_NUMPY_ROWS or change.is_worthwhile
     ):
         return
     left = Structure(change.problem, change.start(x0))
@@ -446,7 +446,7 @@ class Tree:
 
     def goes_on(self) -> bool:
         """Do the next share of the work; return whether the problem is decided."""
-        until = min(self._effort.spent + self._share, MOST_EFFORT)
+        until = min(self._effort.spent + self._share, MAX_EFFORT)
         while not self.is_decided and self._effort.spent < until:
             found = next(self._search, NOTHING)
             self.is_decided, self.solution = (
@@ -557,7 +557,7 @@ def _pivoting(
 def exactly(problem: Problem, turns: Turns, tree: Tree | None = None) -> Stage:
     """Yield (z - w) / 2 of an exact solution, rounded, for a problem of at most
     `measure.FEW_UNKNOWNS`: of one near the last iterate, or else of one that the tree
-    finds, if it is given, in its next share of work. For at most MOST_DECIDED unknowns
+    finds, if it is given, in its next share of work. For at most MAX_DECIDED unknowns
     the tree comes first, as it decides sooner than pivoting from states that are not
     right.
 
@@ -579,7 +579,7 @@ def _exact(problem: Problem, z: Vector, tree: Tree | None) -> Stage:
     )
 
     def solutions() -> Iterator[list[Fraction] | None]:
-        if tree is not None and problem.n <= MOST_DECIDED and tree.goes_on():
+        if tree is not None and problem.n <= MAX_DECIDED and tree.goes_on():
             yield tree.solution
         if tree is None or not tree.is_decided or tree.solution is not None:
             with suppress(TimeIsUp):

@@ -18,13 +18,13 @@ from lcpcli.typing import Vector
 # Usually added to A, in units of the largest |A_ij|: most proofs y then have A'y < 0
 # beyond rounding.
 MARGIN = 2e-9
-MOST_DENSE = 300  # rows or columns up to which a dense dictionary is pivoted
+MAX_DENSE = 300  # rows or columns up to which a dense dictionary is pivoted
 NEGLIGIBLE = 1e-6  # of the largest |b_i|: what the margin may add to A z
 # Up to which coefficients and violations count as 0, for A and b with entries of size
 # 1.
 ZERO = 1e-11
 # Per unknown, before a system is given up: most take a few pivots in all.
-MOST_PIVOTS = 5
+MAX_PIVOTS = 5
 
 
 class DualSimplex:
@@ -86,7 +86,7 @@ class DualSimplex:
         """Move to a feasible point and return None; or return y, the multipliers of w =
         A z + b that show that there is none, which are 0 if that takes too many
         pivots."""
-        for _ in range(MOST_PIVOTS * self._basic.size):
+        for _ in range(MAX_PIVOTS * self._basic.size):
             check()
             i = int(np.argmin(self._rows[:, 0]))
             if self._rows[i, 0] >= -ZERO:

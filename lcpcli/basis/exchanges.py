@@ -21,7 +21,7 @@ import numpy as np
 
 from lcpcli.linalg.doubles import (
     LARGEST_DOUBLE,
-    MOST_COPIED_ENTRIES,
+    MAX_COPIED_ENTRIES,
     ROW_ROUNDING,
     is_finite,
 )
@@ -201,7 +201,7 @@ class BasicSolutions(System):
     def __init__(self, problem: Problem, solver: PrincipalSolver | None = None) -> None:
         self._problem, self.box, self.q, M = problem, problem.box, problem.q, problem.M
         self._solver = solver or PrincipalSolver(M, problem.latest)
-        self.has_terms = is_sparse(M) or M.size <= MOST_COPIED_ENTRIES
+        self.has_terms = is_sparse(M) or M.size <= MAX_COPIED_ENTRIES
 
     @property
     def row_maxima(self) -> Vector:  # type: ignore[override]

@@ -385,7 +385,7 @@ class Reduction:
         return y
 
 
-MOST_REDUCED = 500  # bounded variables: their K is dense
+MAX_REDUCED = 500  # bounded variables: their K is dense
 # Relative to the entries of M: those of M_FF^{-1} M_FB, above which M_FF counts as
 # singular.
 LARGEST = 1e10
@@ -393,7 +393,7 @@ LARGEST = 1e10
 
 class WithoutFree:
     """The problem in the bounded variables. Raises SingularMatrix if M_FF is singular,
-    or nearly so, if there are no free variables, or if there are more than MOST_REDUCED
+    or nearly so, if there are no free variables, or if there are more than MAX_REDUCED
     bounded ones.
 
     problem : with a sparse M. bounded : its bounded variables, those of `reduced`, with
@@ -409,7 +409,7 @@ class WithoutFree:
             is_free.nonzero()[0],
             (~is_free).nonzero()[0],
         )
-        if not self._free.size or self.bounded.size > MOST_REDUCED:
+        if not self._free.size or self.bounded.size > MAX_REDUCED:
             raise SingularMatrix
         rows, others = M[self._free], M[self.bounded]
         self._lu: Any = sparse_lu(False)(rows[:, self._free])

@@ -216,7 +216,7 @@ SHIFT = 1e-3  # seconds, so that times of microseconds do not dominate a geometr
 RESOLUTION = 1e-9  # seconds; a clock may show 0, which has no ratios and no logarithm
 # Sizes n for a fit of two parameters, so that two degrees of freedom remain for its
 # interval.
-LEAST_SIZES = 4
+MIN_SIZES = 4
 
 
 class Summary(NamedTuple):
@@ -311,8 +311,8 @@ def performance_ratios(
 
 def growth(points: Sequence[tuple[int, float]]) -> Power | None:
     """Fit the growth of times with n to pairs (n, seconds); return None for fewer than
-    LEAST_SIZES different n."""
-    if len({n for n, _ in points}) < LEAST_SIZES:
+    MIN_SIZES different n."""
+    if len({n for n, _ in points}) < MIN_SIZES:
         return None
     from scipy.stats import linregress, t
 

@@ -397,7 +397,7 @@ def _growth(record: BenchRecord) -> Section:
 PANELS_OF_A_KIND = 4  # in the figure at most, so that all axes fit on a page
 # For a performance profile, whose steps are shares of the problems: fewer steps say
 # little.
-LEAST_PROBLEMS = 5
+MIN_PROBLEMS = 5
 
 
 def figure(record: BenchRecord) -> Picture:
@@ -415,7 +415,7 @@ def figure(record: BenchRecord) -> Picture:
         for name, own in ratios.items()
         if own
     ]
-    if len({row.problem for row in record.measurements}) < LEAST_PROBLEMS and (
+    if len({row.problem for row in record.measurements}) < MIN_PROBLEMS and (
         panels or growth_panels
     ):
         profiles = []

@@ -34,7 +34,7 @@ from lcpcli.files.contents import memory
 from lcpcli.interrupts import hides_interrupt
 from lcpcli.linalg import matrices, threads
 from lcpcli.linalg.doubles import are_moderate, is_finite
-from lcpcli.linalg.matrices import FEWEST_SHARED_ROWS, accurate_residual, is_sparse
+from lcpcli.linalg.matrices import MIN_SHARED_ROWS, accurate_residual, is_sparse
 from lcpcli.methods import registry as methods
 from lcpcli.model.evaluations import Evaluations
 from lcpcli.model.nonlinear import NonlinearProblem
@@ -52,9 +52,9 @@ from lcpcli.verify.point import Criterion, Point
 from lcpcli.version import VERSION
 
 # Of a curve in the record: enough for a figure, few enough for a small file.
-MOST_POINTS = 200
+MAX_POINTS = 200
 # A median of fewer may be an outlier; after more it hardly changes.
-LEAST_REPEATS, MOST_REPEATS = 3, 25
+MIN_REPEATS, MAX_REPEATS = 3, 25
 # half-width of the median's interval, relative to the median, at which the median
 # counts as known.
 NARROW = 0.05
@@ -76,7 +76,7 @@ def run_method(
     with its defaults; on a nonlinear problem the method for these. Raises
     KeyboardInterrupt if the run was interrupted."""
     known, nothing = bool(problem.solutions), np.array([], dtype=np.intp)
-    trace = Trace(1, MOST_POINTS, nothing, residuals=not known) if with_curve else None
+    trace = Trace(1, MAX_POINTS, nothing, residuals=not known) if with_curve else None
     variant, limits, began = (
         methods.parse(name),
         Limits(tol, time_limit=time_limit),
@@ -135,8 +135,8 @@ def measure(
 
     The first run provides the curve and is an untimed warm-up, unless its answer claims
     nothing: as times of failures are not used, it is then the only run. Brief runs are
-    warmed up for WARM_UP seconds. There are at least LEAST_REPEATS repeats; they end
-    when their median is known, after MOST_REPEATS of them, or when the budget in
+    warmed up for WARM_UP seconds. There are at least MIN_REPEATS repeats; they end
+    when their median is known, after MAX_REPEATS of them, or when the budget in
     seconds is spent; a repeat longer than the whole budget is always the last. If no
     repeat was so long, the curve is that of the fastest of CURVES warm runs. In either
     case its times are multiplied by one factor, so that the run takes the median of the
@@ -161,14 +161,14 @@ def measure(
             break
         solve(False)
     began, times = clock(), list[float]()
-    while len(times) < MOST_REPEATS:
+    while len(times) < MAX_REPEATS:
         times.append(rested(False).seconds)
         if times[-1] > budget:
             return _lasting(summary(times).median, first), times
-        if len(times) < LEAST_REPEATS:
+        if len(times) < MIN_REPEATS:
             continue
         if clock() - began >= budget or (
-            len(times) % LEAST_REPEATS == 0 and is_stable(times)
+            len(times) % MIN_REPEATS == 0 and is_stable(times)
         ):
             # The median is looked at seldom, as the next run finds the caches full of
             # that.
@@ -193,7 +193,7 @@ def _lasting(seconds: float, run: Claim) -> Claim:
 ABSOLUTE, RELATIVE, NATURAL = "absolute", "relative", "natural"
 # Of the largest of the three: smaller terms are mere rounding of the solvers'
 # tolerances.
-LEAST_TERMS = 1e-6
+MIN_TERMS = 1e-6
 
 
 @np.errstate(over="ignore", invalid="ignore")  # overflow counts as infinite
@@ -296,7 +296,7 @@ def optimality(
         _largest(terms[:k], z[rows]),
         gap,
     )
-    floor = LEAST_TERMS * max(sizes)
+    floor = MIN_TERMS * max(sizes)
     found = {
         ABSOLUTE: max(residuals),
         RELATIVE: max(
@@ -425,7 +425,7 @@ def _measure(
     else:
         rest = (
             REST
-            if problem.n >= FEWEST_SHARED_ROWS and record.machine.threads != 1
+            if problem.n >= MIN_SHARED_ROWS and record.machine.threads != 1
             else 0.0
         )
         answer, seconds = measure(

@@ -114,7 +114,7 @@ OTHER_WORDS = {  # for topics
 }
 SECTIONS = re.compile(r"^(?=#+ )", re.MULTILINE)
 LAST = ("changes", "sources")  # of the pages that have a word: those that explain none
-MOST_HEADINGS = 4  # of a page that has a word in many sections
+MAX_HEADINGS = 4  # of a page that has a word in many sections
 
 
 GLOSSARY = "words"  # the page with a table of words, what they are here, and pages
@@ -341,11 +341,11 @@ def _places(word: str) -> list[tuple[str, str]]:
         headings = [part.partition("\n")[0].strip("# ") for part in parts]
         if headings:
             more = (
-                f"; {len(headings) - MOST_HEADINGS} more"
-                if len(headings) > MOST_HEADINGS
+                f"; {len(headings) - MAX_HEADINGS} more"
+                if len(headings) > MAX_HEADINGS
                 else ""
             )
-            found.append((name, "; ".join(headings[:MOST_HEADINGS]) + more))
+            found.append((name, "; ".join(headings[:MAX_HEADINGS]) + more))
     return found
 
 

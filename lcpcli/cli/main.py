@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from lcpcli.solving.result import Result, Status
 
 # Objects before garbage is searched for, more than modules make; solves leave none.
-MOST_UNCOLLECTED = 100_000
+MAX_UNCOLLECTED = 100_000
 
 # A run of several problems has the first.
 BY_PRECEDENCE = (
@@ -82,7 +82,7 @@ def of_several(codes: Iterable[Exit]) -> Exit:
 
 
 def main() -> None:
-    gc.set_threshold(MOST_UNCOLLECTED)
+    gc.set_threshold(MAX_UNCOLLECTED)
     _occupy()
     code: int = Exit.INTERRUPTED
     received = list[int]()

@@ -33,10 +33,10 @@ if TYPE_CHECKING:
     from lcpcli.typing import Indices
 
 # Of one method in a table, about a page of paper, unless --every is given.
-MOST_ROWS = 60
+MAX_ROWS = 60
 # Rows shown even on a small screen; lines that the summary and the prompt take.
-FEWEST_ROWS, SUMMARY_LINES = 8, 12
-MOST_POINTS = 400  # of one method in a figure, about one for each pixel across an axis
+MIN_ROWS, SUMMARY_LINES = 8, 12
+MAX_POINTS = 400  # of one method in a figure, about one for each pixel across an axis
 
 
 class Destination:
@@ -174,7 +174,7 @@ class Output(Destination):
                 columns=self._of_traces,
             )
         if has_curve:
-            every, most = (1, MOST_POINTS) if draws else (sys.maxsize, None)
+            every, most = (1, MAX_POINTS) if draws else (sys.maxsize, None)
             residuals = draws and not problem.solutions
             curve = Trace(
                 every,
@@ -200,11 +200,11 @@ class Output(Destination):
         if self.request.every is not None:
             return self.request.every, None, components
         if self.kind.has_figures:
-            return 1, MOST_POINTS, components
-        most = MOST_ROWS
+            return 1, MAX_POINTS, components
+        most = MAX_ROWS
         # A screen has room for them.
         if width is not None and not self.request.levels:
-            most = min(MOST_ROWS, max(FEWEST_ROWS, size().lines - SUMMARY_LINES))
+            most = min(MAX_ROWS, max(MIN_ROWS, size().lines - SUMMARY_LINES))
         return int(EVERY.value), most, components
 
 

@@ -28,7 +28,7 @@ from lcpcli.interrupts import REQUESTS, deferring_signals
 
 TASKS = "/proc/self/task"  # on Linux, the threads of this process
 # That are made at once, as they are all made before the first one works.
-MOST_COPIES = 32
+MAX_COPIES = 32
 # To a scheduler, which answers within a second unless the address is wrong.
 SECONDS_TO_CONNECT = 10
 # Of a scheduler's workers, which come and go seldom; a count costs a message.
@@ -63,7 +63,7 @@ class Local:
 
     def __init__(self, size: int) -> None:
         are_safe = (
-            os.path.isdir(TASKS) and len(os.listdir(TASKS)) == 1 and size <= MOST_COPIES
+            os.path.isdir(TASKS) and len(os.listdir(TASKS)) == 1 and size <= MAX_COPIES
         )
         # As Windows waits for no more.
         self.size = min(size, 61) if sys.platform == "win32" else size

@@ -367,14 +367,14 @@ class Task(NamedTuple):
 
 # Of waiting inputs and records, 32 MiB: memory must not grow with the number of
 # problems.
-MOST_BYTES = 2**25
+MAX_BYTES = 2**25
 READ_AHEAD = 512  # inputs that wait for a process: two of the largest pieces
 # At which a piece takes no further input, 512 KiB: large inputs are work enough one by
 # one.
 PIECE_BYTES = 2**19
 COLUMNS_TOGETHER = 64  # q of one M that are solved together
 # Problems, so that even the smallest ones are shown after at most that many.
-MOST_IN_A_PIECE = 256
+MAX_IN_A_PIECE = 256
 # Pieces that each process has or finds next, so that none waits for the reader.
 PIECES_EACH = 3
 RECORD_BYTES = 500  # of a record besides its text, about, as the interpreter stores it
@@ -433,8 +433,8 @@ class Ahead:
 
 def _room_for(work: Work) -> int:
     """Return as how many inputs one counts that is read ahead: those that wait have at
-    most MOST_BYTES together."""
-    return min(READ_AHEAD, 1 + work.size * READ_AHEAD // MOST_BYTES)
+    most MAX_BYTES together."""
+    return min(READ_AHEAD, 1 + work.size * READ_AHEAD // MAX_BYTES)
 
 
 def all_records(
@@ -502,7 +502,7 @@ class _Distribution:
             left = piece.works[len(records) :]
             piece.take(records)
             in_time = int(PIECE_SECONDS * len(records) / max(seconds, 1e-6))
-            self._size = max(1, min(MOST_IN_A_PIECE, 2 * self._size, in_time))
+            self._size = max(1, min(MAX_IN_A_PIECE, 2 * self._size, in_time))
             first = self._pieces.index(piece) + 1
             for index, at in enumerate(range(0, len(left), self._size), first):
                 self._hand_over(left[at : at + self._size], index)
@@ -522,7 +522,7 @@ class _Distribution:
     def _hand_over_next(self) -> None:
         free = PIECES_EACH * self._pool.size
         free -= sum(piece.records is None for piece in self._pieces)
-        while free > 0 and sum(piece.bytes for piece in self._pieces) < MOST_BYTES:
+        while free > 0 and sum(piece.bytes for piece in self._pieces) < MAX_BYTES:
             taken = self._inputs.take(min(self._size, self._pool.most))
             if not taken:
                 break

@@ -21,7 +21,7 @@ from lcpcli.interrupts import TimeIsUp, stopping
 from lcpcli.options import TIME_LIMIT
 from lcpcli.report.document import RECORD_MEANINGS
 
-LEAST_SECONDS = 1e-6  # of the search, if reading has taken all the time
+MIN_SECONDS = 1e-6  # of the search, if reading has taken all the time
 
 
 @dataclass(eq=False, repr=False)
@@ -95,7 +95,7 @@ def why(request: Why) -> int:
                 data = read.exactly()
         except TimeIsUp:
             data = ExactProblem.of_floats(read.problem)
-        left = max(limit - (clock.seconds() - began), LEAST_SECONDS)
+        left = max(limit - (clock.seconds() - began), MIN_SECONDS)
         found = explained(
             data,
             keep=request.keep,

@@ -74,9 +74,9 @@ def in_costs(
 
 
 OPTIMAL, UNBOUNDED = "optimal", "unbounded"
-LEAST_SECONDS = 1e-6  # of that run, if the time is up already
+MIN_SECONDS = 1e-6  # of that run, if the time is up already
 # Of the run that finds a first solution, and of its proof.
-MOST_ITERATIONS, FIRST_EFFORT = 1000, 5.0
+MAX_ITERATIONS, FIRST_EFFORT = 1000, 5.0
 WORDS = {"min": ("smaller", "lower"), "max": ("larger", "upper")}
 
 
@@ -331,8 +331,8 @@ class Search:
         """Take a solution that a run in doubles finds, so that there is one if the time
         is short."""
         limits = Limits(
-            max_iterations=MOST_ITERATIONS,
-            time_limit=max(remaining() / 2, LEAST_SECONDS),
+            max_iterations=MAX_ITERATIONS,
+            time_limit=max(remaining() / 2, MIN_SECONDS),
         )
         found = driver.run(self.data.problem, "auto", limits=limits)
         if found.interrupted:

@@ -29,11 +29,11 @@ QUICK_UNKNOWNS = 10  # a search among so few takes up to 5 milliseconds
 # Of the search, by the seconds that it usually takes: it ends where numbers have very
 # many digits.
 QUICK_EFFORT = 0.5
-MOST_UNKNOWNS = 50  # up to which the theorem takes less than a millisecond
+MAX_UNKNOWNS = 50  # up to which the theorem takes less than a millisecond
 # As there is no limit on digits: longer texts may take seconds to compute with.
-MOST_TEXT_BYTES = 200_000
+MAX_TEXT_BYTES = 200_000
 # Solutions that errors refer to: each iterate is compared with each.
-MOST_REFERENCES = 16
+MAX_REFERENCES = 16
 # Of the largest component: two points that are this close are the same as they are
 # printed.
 AGREEMENT = 1e-7
@@ -51,8 +51,8 @@ class Findings(NamedTuple):
 def is_asked(problem: Problem) -> bool:
     """Return whether the problem is small enough for an answer at once, and other
     solutions are worth a word."""
-    if problem.n > MOST_UNKNOWNS or problem.origin is None:
-        return problem.n <= MOST_UNKNOWNS
+    if problem.n > MAX_UNKNOWNS or problem.origin is None:
+        return problem.n <= MAX_UNKNOWNS
     return problem.origin.counts_solutions
 
 
@@ -71,7 +71,7 @@ def search_others(
     """
     if is_only(problem, z):
         return Findings(others=False, solvable=True)
-    if problem.n > QUICK_UNKNOWNS or length() > MOST_TEXT_BYTES:
+    if problem.n > QUICK_UNKNOWNS or length() > MAX_TEXT_BYTES:
         return Findings()
     try:
         search = quick_search(exactly())
@@ -136,7 +136,7 @@ def with_all_references(problem: Problem) -> Problem:
         from lcpcli.rational.exact_problem import ExactProblem
         from lcpcli.rational.numbers import rounded
     search = quick_search(ExactProblem.of_floats(problem))
-    pieces = list(islice(search, MOST_REFERENCES + 1))
+    pieces = list(islice(search, MAX_REFERENCES + 1))
     if not pieces or not search.complete or not all(piece.is_point for piece in pieces):
         return problem
     return replace(

@@ -38,16 +38,16 @@ FIXED = "fixed"
 SHOWN_PARTS = 6  # numbers of a point, and points, that are printed: they fit on a line
 # Vertices whose states are remembered, as they may be of several pieces: so many need
 # little memory.
-MOST_REMEMBERED = 10_000
+MAX_REMEMBERED = 10_000
 # A piece that takes more of them is listed after all other pieces.
-MOST_BASES_AT_FIRST = 1000
+MAX_BASES_AT_FIRST = 1000
 # Unknowns up to which the tree finds a first solution as fast as a method does.
-MOST_FOR_TREE = 10
+MAX_FOR_TREE = 10
 # The same for bimatrix games, which are known to have a solution.
-MOST_FOR_TREE_OF_GAME = 30
+MAX_FOR_TREE_OF_GAME = 30
 POINT, PIECE = "a point", "a piece"
 # Unknowns up to which the tree is faster than a search for parts and multipliers.
-MOST_WITHOUT_THEOREM = 10
+MAX_WITHOUT_THEOREM = 10
 # Binary digits of the smallest component of d: integers stay short.
 MULTIPLIER_BITS = 30
 
@@ -199,9 +199,9 @@ def pieces(data: ExactProblem, check: Callable[[], None]) -> Iterator[Piece]:
     `check` is called before each step and may raise.
     """
     shape = shape_of(data, check)
-    large = MOST_FOR_TREE if shape else math.inf
+    large = MAX_FOR_TREE if shape else math.inf
     if not shape and _strategies(data):
-        large = MOST_FOR_TREE_OF_GAME
+        large = MAX_FOR_TREE_OF_GAME
     z = _solution(data, check) if data.n > large else None
     if z is not None and shape == POINT:
         yield Piece.of([states_of(data, tuple(z))], (tuple(z),))
@@ -223,7 +223,7 @@ def pieces(data: ExactProblem, check: Callable[[], None]) -> Iterator[Piece]:
         _choose_common(unknowns, starts[0], bits)
     late: list[Node] = []
 
-    @lru_cache(MOST_REMEMBERED)
+    @lru_cache(MAX_REMEMBERED)
     def states_at(values: Direction) -> tuple[Point, Words]:
         vertex = unknowns.vertex(values)
         return vertex, states_of(data, vertex)
@@ -234,7 +234,7 @@ def pieces(data: ExactProblem, check: Callable[[], None]) -> Iterator[Piece]:
         node, common = _largest(unknowns, root, leaf)
         unknowns.cover.add(common)
         piece = _listed(
-            unknowns, node, states_at, math.inf if shape else MOST_BASES_AT_FIRST
+            unknowns, node, states_at, math.inf if shape else MAX_BASES_AT_FIRST
         )
         if piece is None:
             late.append(node)
@@ -332,7 +332,7 @@ def shape_of(data: ExactProblem, check: Callable[[], None]) -> str:
     found = elimination.definiteness(elimination.symmetrized(M), check)
     if found.negative is None:
         return PIECE if found.zero else POINT
-    if not parts or data.n <= MOST_WITHOUT_THEOREM:
+    if not parts or data.n <= MAX_WITHOUT_THEOREM:
         return ""
     return (
         POINT
@@ -411,7 +411,7 @@ def _whole(d: Vector) -> list[int]:
 def _strong_parts(data: ExactProblem) -> list[Sequence[int]]:
     """Return the unknowns of the strongly connected parts of M; without scipy, of a
     small problem, all as one."""
-    if data.n <= MOST_WITHOUT_THEOREM:
+    if data.n <= MAX_WITHOUT_THEOREM:
         return [range(data.n)]
     with imports:
         from scipy.sparse import csr_array

@@ -24,7 +24,7 @@ from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.verify.error_theorems import semidefinite_by_rounding
 
 # That depend on each other: the search among more would practically never end.
-MOST_BLOCK_UNKNOWNS = 500
+MAX_BLOCK_UNKNOWNS = 500
 SHOWN_PIECES = 4  # pieces that are printed: they fit on a few lines
 # Proved to be all; proved that there are none.
 COMPLETE, UNSOLVABLE = "complete", "unsolvable"
@@ -42,7 +42,7 @@ ROUNDED = (
 )
 OTHERS_WORDING = {True: "there are others", None: "there may be others"}
 # To look for one more piece than were asked for, if these took fewer.
-LEAST_FURTHER_STEPS = 1000
+MIN_FURTHER_STEPS = 1000
 
 
 @np.errstate(all="ignore")
@@ -118,7 +118,7 @@ def in_exact_numbers(problem: Problem | ExactProblem) -> ExactProblem:
 def refuse_large(problem: Problem) -> None:
     """Raise ProblemError if the doubles in M already show that too many unknowns depend
     on each other."""
-    if problem.n <= MOST_BLOCK_UNKNOWNS:
+    if problem.n <= MAX_BLOCK_UNKNOWNS:
         return
     with imports:
         from scipy.sparse.csgraph import connected_components
@@ -127,13 +127,12 @@ def refuse_large(problem: Problem) -> None:
     if costs(problem) is not None:  # a first solution is found fast
         return
     _, part = connected_components(matrices.compressed(problem.M != 0), directed=False)
-    if (unknowns := int(np.bincount(part).max())) > MOST_BLOCK_UNKNOWNS:
+    if (unknowns := int(np.bincount(part).max())) > MAX_BLOCK_UNKNOWNS:
         fault = f"has {unknowns} unknowns that depend on each other"
         raise ProblemError(
             "M",
             fault,
-            f"all solutions are listed up to {MOST_BLOCK_UNKNOWNS}; lcp solve "
-            "finds one",
+            f"all solutions are listed up to {MAX_BLOCK_UNKNOWNS}; lcp solve finds one",
         )
 
 
@@ -197,7 +196,7 @@ class Solutions(Iterator[Piece]):
         if enough:
             if self._last < math.inf:
                 raise StopIteration
-            self._last = self._steps + max(self._steps, LEAST_FURTHER_STEPS)
+            self._last = self._steps + max(self._steps, MIN_FURTHER_STEPS)
         if not self._steps:  # the search begins
             self._deadline = min(self._deadline, clock.seconds() + self._time_limit)
         try:

@@ -33,7 +33,7 @@ from lcpcli.explanation.search import Outcome, search
 from lcpcli.rational.elimination import Effort
 from lcpcli.rational.numbers import whole_multiple
 
-MOST_FOR_FEWEST = 12  # complementarities of which the fewest are found
+MAX_FOR_FEWEST = 12  # complementarities of which the fewest are found
 
 
 @dataclass(frozen=True)
@@ -120,7 +120,7 @@ class Finder:
         members = [each for each in free if each in linear]
         others = [each for each in free if each not in linear]
         background = [*linear, *(each for each in self.kept if each not in linear)]
-        is_fewest = len(others) <= MOST_FOR_FEWEST
+        is_fewest = len(others) <= MAX_FOR_FEWEST
         core = [each for each in others if each in found.core]
         if is_fewest:
             core = self._fewest(others, background)

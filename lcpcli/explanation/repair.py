@@ -23,7 +23,7 @@ from fractions import Fraction
 from typing import NamedTuple
 
 from lcpcli.enumeration.optimum import OPTIMAL, optimum
-from lcpcli.enumeration.search import MOST_BLOCK_UNKNOWNS, UNSOLVABLE
+from lcpcli.enumeration.search import MAX_BLOCK_UNKNOWNS, UNSOLVABLE
 from lcpcli.explanation.conditions import (
     CONSTRAINTS,
     LOWER,
@@ -47,9 +47,9 @@ from lcpcli.solving.proof import exact_answer
 from lcpcli.verify.exact_solution import from_point
 
 # Unknowns up to which the search in rational arithmetic usually ends in seconds.
-MOST_SEARCHED = 60
-MOST_ITERATIONS = 300  # of the run that finds a solution in doubles
-LEAST_SECONDS = 1e-6  # of that run, if the time is up already
+MAX_SEARCHED = 60
+MAX_ITERATIONS = 300  # of the run that finds a solution in doubles
+MIN_SECONDS = 1e-6  # of that run, if the time is up already
 
 Values = list[Fraction]
 Key = tuple[str, int]  # of a number: its field and index
@@ -146,7 +146,7 @@ class Repairs:
         """Find the best solution of the larger problem in which changes are
         unknowns."""
         data, places = _extended(self.system.data, list(self.weights))
-        if data.n > MOST_BLOCK_UNKNOWNS:
+        if data.n > MAX_BLOCK_UNKNOWNS:
             return
         costs = [Fraction(0)] * data.n
         for number, weight in self.weights.items():
@@ -200,7 +200,7 @@ def _program(
     return LinearProgram(costs, rows, ends, equal, lower, upper), changes
 
 
-def solution(data: ExactProblem, most_searched: int = MOST_SEARCHED) -> Values | None:
+def solution(data: ExactProblem, most_searched: int = MAX_SEARCHED) -> Values | None:
     """Return an exact solution; None if none is found. most_searched : unknowns up to
     which it is also sought by a search in rational arithmetic."""
     system, n = System(data), data.n
@@ -208,7 +208,7 @@ def solution(data: ExactProblem, most_searched: int = MOST_SEARCHED) -> Values |
         return z
     limit = remaining()
     limits = Limits(
-        max_iterations=MOST_ITERATIONS, time_limit=max(limit / 2, LEAST_SECONDS)
+        max_iterations=MAX_ITERATIONS, time_limit=max(limit / 2, MIN_SECONDS)
     )
     result = driver.run(data.problem, "auto", limits=limits)
     if result.interrupted:

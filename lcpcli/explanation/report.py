@@ -38,9 +38,9 @@ from lcpcli.report.result_formats import Report, keys_of, place
 from lcpcli.report.result_formats import record as plain_record
 
 SOLVED, UNDECIDED = "solved", "undecided"
-MOST_NAMED = 4  # conditions, or changes, that a sentence names
-MOST_TERMS = 6  # of a row in a table
-MOST_ROWS = 400  # of a table on a screen or a page
+MAX_NAMED = 4  # conditions, or changes, that a sentence names
+MAX_TERMS = 6  # of a row in a table
+MAX_ROWS = 400  # of a table on a screen or a page
 
 Cell: TypeAlias = Callable[[Fraction, int], str]
 
@@ -164,7 +164,7 @@ def _blame(found: Explanation) -> list[str]:
     names = [f"{each.name} ({each.what})" for each in members]
     if len({each.name for each in members}) == len(members):
         names = [each.name for each in members]
-    named = f": {listed(names)}" if len(names) <= MOST_NAMED else ""
+    named = f": {listed(names)}" if len(names) <= MAX_NAMED else ""
     if len(members) == 1:
         said = f"this {_noun(found)} cannot hold{named}"
         return [said, "without it the others can"] if found.irreducible else [said]
@@ -195,7 +195,7 @@ def _cure(found: Explanation, cell: Cell) -> list[str]:
     changes = [_change(each.number, each.change, cell) for each in repair.changes]
     side = 1 if repair.is_least else -1
     said = f"{count(len(changes), 'number')} by {cell(repair.total, side)} in total"
-    named = listed(changes) if len(changes) <= MOST_NAMED else f"change {said}"
+    named = listed(changes) if len(changes) <= MAX_NAMED else f"change {said}"
     if repair.is_least:
         return [f"the cheapest change: {named}"]
     if repair.z is not None:
@@ -226,7 +226,7 @@ def _document(found: Explanation, cell: Cell, form: str) -> Document:
         z = in_own_sense(problem, repair.z)
         shown = wording.vector(z, lambda value: cell(value, 0))
         remarks.append(f"a solution after the change: z = {shown}")
-    rows = [_row(found, *each, cell) for each in islice(_numbers(found), MOST_ROWS)]
+    rows = [_row(found, *each, cell) for each in islice(_numbers(found), MAX_ROWS)]
     if rows:
         tables.append(
             Table(
@@ -238,8 +238,8 @@ def _document(found: Explanation, cell: Cell, form: str) -> Document:
             )
         )
     total = sum(1 for _ in _numbers(found))
-    if total > MOST_ROWS:
-        remarks.append(f"the first {MOST_ROWS} of {total} ranges; JSON has all of them")
+    if total > MAX_ROWS:
+        remarks.append(f"the first {MAX_ROWS} of {total} ranges; JSON has all of them")
     made_by = (
         f"{wording.PROGRAM}, in exact arithmetic{wording.took(found.seconds, form)}"
     )
@@ -322,12 +322,12 @@ def condition(system: System, of: Condition, cell: Cell = brief) -> str:
 
 def _sum(system: System, terms: Mapping[int, Fraction], cell: Cell) -> str:
     parts = list[str]()
-    for j, a in islice(terms.items(), MOST_TERMS):
+    for j, a in islice(terms.items(), MAX_TERMS):
         size = "" if abs(a) == 1 else f"{cell(abs(a), 0)} "
         sign = "-" if a < 0 else "+"
         lead = ("-" if a < 0 else "") if not parts else f" {sign} "
         parts.append(f"{lead}{size}{label(system, j)}")
-    more = f" + {wording.ELLIPSIS}" if len(terms) > MOST_TERMS else ""
+    more = f" + {wording.ELLIPSIS}" if len(terms) > MAX_TERMS else ""
     return "".join(parts) + more if parts else "0"
 
 

@@ -40,7 +40,7 @@ STANDARD_INPUT = "-"
 GONE = "the working folder has been removed: change to another one"
 PAPER_EXAMPLES = ("paper-example-1.json", "paper-example-2.json")
 # Numbers that are not given: always allowed, and for each one that is given.
-FEW_ABSENT, MOST_ABSENT = 2**22, 1000
+FEW_ABSENT, MAX_ABSENT = 2**22, 1000
 
 T = TypeVar("T")
 
@@ -326,5 +326,5 @@ def refuse_mostly_absent(
     file declares but hardly gives: a few bytes could otherwise take all memory. given :
     the numbers in the file."""
     fault = f"is declared as {' x '.join(map(str, shape))} with {count(given, 'entry')}"
-    is_wrong = size > FEW_ABSENT and size > MOST_ABSENT * given
-    refuse(is_wrong, field, fault, f"give at least one of {MOST_ABSENT} entries")
+    is_wrong = size > FEW_ABSENT and size > MAX_ABSENT * given
+    refuse(is_wrong, field, fault, f"give at least one of {MAX_ABSENT} entries")

@@ -32,7 +32,7 @@ PER_UNKNOWN = 10
 SUM_TOLERANCE = 1e-6
 HINT = "give probabilities, at least 0 and with the sum 1"
 EFFORT = 20.0  # seconds of exact arithmetic, counted as work
-MOST_UNKNOWNS = 60  # of a game for which all states are tried in exact arithmetic
+MAX_UNKNOWNS = 60  # of a game for which all states are tried in exact arithmetic
 UNSOLVED = "not solved, so there are no strategies"
 REASON = "z solves the problem to the tolerance, but its strategies are {}"
 
@@ -72,7 +72,7 @@ Exact: TypeAlias = Callable[[Effort], Sequence[Fraction] | None]
 def accepted(game: Formulation, result: Result, reading: Reading) -> Result:
     """Return the result of `checked` for a game whose exact solutions are searched for
     near z, and then in all states."""
-    is_small = result.problem.n <= MOST_UNKNOWNS
+    is_small = result.problem.n <= MAX_UNKNOWNS
     exactly = partial(_exact_solution, game, result) if is_small else None
     return checked(result, reading, exactly)
 

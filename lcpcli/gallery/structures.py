@@ -33,7 +33,7 @@ from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Matrix, Vector
 
 SEGMENTS = 8  # of a structure, in turn of stiffness 1 and `contrast`
-FEWEST_NODES = 2
+MIN_NODES = 2
 
 
 class Support(NamedTuple):
@@ -87,7 +87,7 @@ def beam(
     load : 1 bends the beam, with a stiffness of 1 and without the obstacle, by 2.5
         times its least distance from that; with a mass, its inertia does so besides.
     """
-    held, n = _support(support), max(n, FEWEST_NODES)
+    held, n = _support(support), max(n, MIN_NODES)
     h, factor = 1 / (n + 1), float(np.rint(contrast))
     M = _differences(n, held.ends, factor)
     springs = np.zeros(n)
@@ -126,7 +126,7 @@ def plate(
     """
     if support not in OF_PLATE:
         raise _unknown(support, OF_PLATE)
-    k, factor = max(round(math.sqrt(n)), FEWEST_NODES), float(np.rint(contrast))
+    k, factor = max(round(math.sqrt(n)), MIN_NODES), float(np.rint(contrast))
     M = _laplacians(k, support == "clamped", factor)
     humps = _humps(_places(np.arange(1, k + 1), k + 1))
     along, across = np.repeat(np.arange(k), k), np.tile(np.arange(k), k)
@@ -159,7 +159,7 @@ def frame(
     """
     held = _support(support)
     held_unknowns = sum(FIXED.get(end, 0) for end in held.ends)
-    k = max(round((n + held_unknowns) / 2) - 1, FEWEST_NODES)
+    k = max(round((n + held_unknowns) / 2) - 1, MIN_NODES)
     h, factor = 1 / k, float(np.rint(contrast))
     M, ends = _elements(k, factor), (0, 2 * k)
     springs, fixed = np.zeros(2 * k + 2), list[int]()

@@ -174,7 +174,7 @@ def _not_dominant(v: Vector) -> Verdict:
 ALL_MINORS = 14
 ALL_PAIRS = 8  # n up to which all 3^n pairs of index sets are examined, 6561
 # Unknowns up to which eigenvectors are tried, in a fraction of a second.
-MOST_WITH_VECTORS = 300
+MAX_WITH_VECTORS = 300
 # n up to which all pairs of a dense matrix are examined: 32 MB for each n x n array.
 PAIRS = 2000
 # Pairs whose minor is computed exactly: one of the least minors in doubles is negative
@@ -269,7 +269,7 @@ def _pair(context: Context, strict: bool) -> tuple[int, int] | None:
 def _sign_reversal(context: Context, strict: bool) -> Vector | None:
     """Return a real eigenvector of a nonpositive eigenvalue, if M reverses its signs
     exactly; else None."""
-    if context.n > MOST_WITH_VECTORS:
+    if context.n > MAX_WITH_VECTORS:
         return None
     context.check()
     M = matrices.dense(context.M)
@@ -355,7 +355,7 @@ EXACT_LAST = 200
 # short.
 RATIONAL = 16
 # n up to which a dense factorization of a singular matrix takes hundredths of a second.
-MOST_SINGULAR = 500
+MAX_SINGULAR = 500
 # Of which the denominators of a null space of small integers are divisors.
 DENOMINATOR = 60.0
 # Of the largest pivot: a pivot of singular matrices below it is rounding.
@@ -545,9 +545,9 @@ def _by_index_set(context: Context, indices: tuple[int, ...], strict: bool) -> V
 
 # Pivots of exact elimination, and other steps, that may decide whether S is
 # semidefinite, times n^3, and at least.
-DEFINITENESS_STEPS, LEAST_DEFINITENESS_STEPS = 1.5e7, 20.0
+DEFINITENESS_STEPS, MIN_DEFINITENESS_STEPS = 1.5e7, 20.0
 # Up to which semidefiniteness is tested in floats, if it is not decided: a second.
-MOST_FLOAT_ROWS = 2000
+MAX_FLOAT_ROWS = 2000
 
 
 class Definiteness(NamedTuple):
@@ -571,13 +571,13 @@ def definiteness(S: Matrix) -> Definiteness:
         return Definiteness(UNDECIDED, UNDECIDED, within)
     if _is_clearly_indefinite(S):
         return Definiteness(NO, NO)
-    steps = LEAST_DEFINITENESS_STEPS + DEFINITENESS_STEPS / n**3
+    steps = MIN_DEFINITENESS_STEPS + DEFINITENESS_STEPS / n**3
     found = verdict.classify(S, "positive_semidefinite", steps)
     words = (
         found[name].word for name in ("positive_definite", "positive_semidefinite")
     )
     definite, semidefinite = words
-    if semidefinite == UNDECIDED and n <= MOST_FLOAT_ROWS:
+    if semidefinite == UNDECIDED and n <= MAX_FLOAT_ROWS:
         within = semidefinite_within(S)
     return Definiteness(definite, semidefinite, within)
 
@@ -607,7 +607,7 @@ def semidefinite_rank(S: Matrix) -> int | None:
     S = S[P][:, P]
     if not P.size or S.diagonal().min() <= 0 or not affordable(S):
         return None
-    if (is_definite := proof_of_definiteness(S)[0]) or P.size > MOST_SINGULAR:
+    if (is_definite := proof_of_definiteness(S)[0]) or P.size > MAX_SINGULAR:
         return P.size if is_definite else None
     A = matrices.dense(S)
     whole, _ = numbers.as_written(A)

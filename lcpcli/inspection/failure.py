@@ -20,9 +20,9 @@ from lcpcli.model.problem import Problem
 
 # Unknowns up to which M is classified, and the steps of exact elimination for that:
 # those of all principal minors of order 12, about a tenth of a second.
-MOST_CLASSIFIED, MOST_STEPS = 500, 5000
+MAX_CLASSIFIED, MAX_STEPS = 500, 5000
 # Unknowns up to which the condition is estimated, by factors of M.
-MOST_FACTORIZED = 20_000
+MAX_FACTORIZED = 20_000
 LAST_CLASS = "copositive_plus"  # of those that guarantee one of these to end:
 REMEDIES = ("newton", "interior", "lemke")
 # From which on linear convergence takes thousands of iterations.
@@ -43,8 +43,8 @@ class Explanation(NamedTuple):
 def explanation(problem: Problem, methods: Sequence[str]) -> Explanation:
     """Return why these iterations on x have failed on a problem."""
     classes: Mapping[str, Verdict] = {}
-    if problem.n <= MOST_CLASSIFIED:
-        classes = classify(problem.M, LAST_CLASS, MOST_STEPS)
+    if problem.n <= MAX_CLASSIFIED:
+        classes = classify(problem.M, LAST_CLASS, MAX_STEPS)
     guarantee = _guarantee(classes)
     if "p_matrix" in classes and classes["p_matrix"].word == NO:
         cause = f"M is not a P-matrix ({classes['p_matrix'].evidence})"
@@ -82,7 +82,7 @@ def _of_numbers(problem: Problem) -> tuple[list[str], str]:
             "decades"
         )
         M, need = scaled, "the option scale equilibrates M"
-    is_known = problem.n <= MOST_FACTORIZED and affordable(M)
+    is_known = problem.n <= MAX_FACTORIZED and affordable(M)
     condition = theory.condition(M) if is_known else 0.0
     if condition > SLOW_CONDITION:
         size = "infinite" if condition == math.inf else f"about {condition:.0e}"

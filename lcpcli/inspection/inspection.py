@@ -30,7 +30,7 @@ from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import generator, size
 from lcpcli.linalg.patterns import affordable
 from lcpcli.linalg.units import equilibrate
-from lcpcli.methods.definite import MADE_FOR_IT, MOST_TOLD, in_words, stiffness
+from lcpcli.methods.definite import MADE_FOR_IT, MAX_TOLD, in_words, stiffness
 from lcpcli.model import changes, views
 from lcpcli.model.changes import composed, relaxed, shifted
 from lcpcli.model.evaluations import Evaluations
@@ -299,7 +299,7 @@ def _hints(own: Inspection) -> list[str]:
 
 def _on_stiffness(condition: float) -> str:
     """Return what follows from a condition number in units of the diagonal."""
-    digits = math.floor(DOUBLE_DIGITS - math.log10(min(condition, MOST_TOLD)))
+    digits = math.floor(DOUBLE_DIGITS - math.log10(min(condition, MAX_TOLD)))
     left = (
         f"rounding of M and q leaves at least about {count(digits, 'digit')} of z"
         if digits > 0
@@ -313,12 +313,12 @@ def _on_stiffness(condition: float) -> str:
 
 
 SAMPLES = 2  # points beside the start
-# By which another point is moved towards the start where J is not finite, MOST_MOVES
+# By which another point is moved towards the start where J is not finite, MAX_MOVES
 # times.
 NEARER = 0.5**3
-MOST_MOVES = 10
+MAX_MOVES = 10
 LAST_CLASS = "positive_semidefinite"  # of those that are decided: all that are cheap
-MOST_NAMED = 5  # rows or unknowns in a hint
+MAX_NAMED = 5  # rows or unknowns in a hint
 NO_TEXT = (None, None, None)  # in place of a `Composition`
 
 
@@ -416,8 +416,7 @@ def _samples(evaluations: Evaluations) -> Iterator[Matrix]:
             1.0, np.abs(problem.x0)
         )
         points = (
-            problem.box.project(problem.x0 + NEARER**k * move)
-            for k in range(MOST_MOVES)
+            problem.box.project(problem.x0 + NEARER**k * move) for k in range(MAX_MOVES)
         )
         yield from islice(
             filter(lambda J: J is not None, map(evaluations.finite_jacobian, points)), 1
@@ -483,8 +482,8 @@ def _nonlinear_hints(found: NonlinearInspection, is_undefined: bool) -> Iterator
 
 
 def _named(problem: NonlinearProblem, rows: Sequence[int]) -> str:
-    named = ", ".join(f"{i + 1} {problem.names[i]}".rstrip() for i in rows[:MOST_NAMED])
+    named = ", ".join(f"{i + 1} {problem.names[i]}".rstrip() for i in rows[:MAX_NAMED])
     return (
         f"row{'s' * (len(rows) > 1)} {named}"
-        + f" and {len(rows) - MOST_NAMED} more" * (len(rows) > MOST_NAMED)
+        + f" and {len(rows) - MAX_NAMED} more" * (len(rows) > MAX_NAMED)
     )

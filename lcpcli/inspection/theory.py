@@ -56,7 +56,7 @@ from lcpcli.typing import Matrix
 SETTLED = 12
 # Unknowns up to which the iteration matrix T is formed for its norm alone, which costs
 # O(n^3)
-MOST_WITH_NORM = 500
+MAX_WITH_NORM = 500
 
 
 class Guarantee(NamedTuple):
@@ -181,7 +181,7 @@ def _rate(M: Matrix, omega: float, ends: Spectrum | None) -> Rate:
         factor = max(
             abs(omega - end) / (omega + end) for end in (ends.smallest, ends.largest)
         )
-    elif M.shape[0] <= MOST_WITH_NORM:
+    elif M.shape[0] <= MAX_WITH_NORM:
         dense, shift = matrices.dense(M), omega * np.eye(M.shape[0])
         with (
             suppress(np.linalg.LinAlgError),
@@ -213,7 +213,7 @@ BAD_CONDITION = 1e12  # from which on a hint warns: at most 4 of 16 digits are l
 # scale.
 BAD_SPREAD = 4.0
 # Unknowns up to which all eigenvalues are computed, in a fraction of a second.
-MOST_WITH_SPECTRUM = 500
+MAX_WITH_SPECTRUM = 500
 
 
 class Spread(NamedTuple):
@@ -260,9 +260,9 @@ def spread(M: Matrix) -> Spread:
 
 
 def condition(M: Matrix) -> float:
-    """Return |M|_1 |M^-1|_1, from below for more than factors.MOST_NUMPY_ROWS rows;
+    """Return |M|_1 |M^-1|_1, from below for more than factors.MAX_NUMPY_ROWS rows;
     infinite if M is singular."""
-    small = not matrices.is_sparse(M) and M.shape[0] <= factors.MOST_NUMPY_ROWS
+    small = not matrices.is_sparse(M) and M.shape[0] <= factors.MAX_NUMPY_ROWS
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
         try:
             value = float(np.linalg.cond(M, 1)) if small else _estimated_condition(M)
@@ -292,7 +292,7 @@ def _estimated_condition(M: Matrix) -> float:
 def eigenvalues(M: Matrix, definite: bool) -> Spectrum | None:
     """Return the ends of the spectrum of a symmetric M; estimated if it is large,
     positive definite and affordable."""
-    if M.shape[0] <= MOST_WITH_SPECTRUM:
+    if M.shape[0] <= MAX_WITH_SPECTRUM:
         values = np.linalg.eigvalsh(matrices.dense(M))
         return Spectrum(float(values[0]), float(values[-1]), estimated=False)
     found = krylov.ends(M) if definite and affordable(M) else None

@@ -30,7 +30,7 @@ from lcpcli.rational import elimination, numbers
 from lcpcli.typing import Matrix, Vector
 
 YES, NO, UNDECIDED = "yes", "no", "not decided"
-MOST_ENTRIES = 6  # of a vector or index set in a sentence, about half a line
+MAX_ENTRIES = 6  # of a vector or index set in a sentence, about half a line
 # Nonzeros of v up to which the sign of v'Mv is determined exactly: 250000 products of
 # integers.
 EXACT_SUPPORT = 500
@@ -82,8 +82,8 @@ class Verdict:
 def text_of(numbers: Sequence[float] | Vector) -> str:
     """Return a vector or index set for a sentence: complete if it is short, else its
     beginning."""
-    texts = [f"{number:.6g}" for number in numbers[:MOST_ENTRIES]] + ["..."] * (
-        len(numbers) > MOST_ENTRIES
+    texts = [f"{number:.6g}" for number in numbers[:MAX_ENTRIES]] + ["..."] * (
+        len(numbers) > MAX_ENTRIES
     )
     return f"({', '.join(texts)})"
 

@@ -14,8 +14,8 @@ from lcpcli.errors import OptionError
 from lcpcli.kernels.loading import load
 from lcpcli.linalg.matrices import dense, is_sparse
 from lcpcli.linalg.units import Units
-from lcpcli.methods.direct import CERTAIN, MOST_COMPILED, DirectAnswer
-from lcpcli.methods.lemke import LEAST_REFRESHED, seeded_cover
+from lcpcli.methods.direct import CERTAIN, MAX_COMPILED, DirectAnswer
+from lcpcli.methods.lemke import MIN_REFRESHED, seeded_cover
 from lcpcli.model.box import of_masks
 from lcpcli.model.problem import Problem, conditions_of
 from lcpcli.typing import Indices, Mask, States, Vector
@@ -27,11 +27,11 @@ Vectors = tuple[Vector, ...]
 # In the systems that are solved before Ctrl-C can take effect.
 NUMBERS_AT_ONCE = 1 << 18
 # The covering vector of any number of unknowns is its beginning.
-COVER = seeded_cover(0, 2 * MOST_COMPILED)
+COVER = seeded_cover(0, 2 * MAX_COMPILED)
 # Bounds of LCPs.
-LOWEST, HIGHEST = np.zeros(MOST_COMPILED), np.full(MOST_COMPILED, np.inf)
+LOWEST, HIGHEST = np.zeros(MAX_COMPILED), np.full(MAX_COMPILED, np.inf)
 # Of a sparse M: for more, Ctrl-C would have to wait for the end of the judgement.
-MOST_JUDGED_ENTRIES = 1_000_000
+MAX_JUDGED_ENTRIES = 1_000_000
 # What is asked of a point that meets the criterion, by a kernel.
 EXACT = Extent(AS_IT_IS, is_exact=True)
 
@@ -89,7 +89,7 @@ def lemke(
     if not (q < 0).any():
         return None
     end, pivots, states = path(
-        M, q, HIGHEST[: q.size], COVER[: q.size], max(LEAST_REFRESHED, q.size)
+        M, q, HIGHEST[: q.size], COVER[: q.size], max(MIN_REFRESHED, q.size)
     )
     return (
         _at(problem, M, box, tol, states, "lemke", pivots)
@@ -139,7 +139,7 @@ def mixed(problem: Problem, tol: float) -> DirectAnswer | None:
     except np.linalg.LinAlgError:
         return None
     made = max(-steps, 0)
-    end, pivots, states = path(K, k, d, COVER[: k.size], max(LEAST_REFRESHED, k.size))
+    end, pivots, states = path(K, k, d, COVER[: k.size], max(MIN_REFRESHED, k.size))
     if end != tableau.SOLVED:
         return None
     return _at(
@@ -205,7 +205,7 @@ def _accepted(
 def solves(problem: Problem, z: Vector, tol: float) -> bool:
     """Return whether a z >= 0 solves an LCP beyond doubt, or a z within its bounds a
     problem with sparse M."""
-    if is_sparse(problem.M) and problem.M.nnz > MOST_JUDGED_ENTRIES:
+    if is_sparse(problem.M) and problem.M.nnz > MAX_JUDGED_ENTRIES:
         return False
     lower, upper = conditions_of(problem)[2:]
     return bool(
@@ -220,7 +220,7 @@ def judged_by_entries(
 ) -> tuple[bool | None, Rows | None]:
     """Return whether a z within its bounds solves a problem with sparse M and moderate
     numbers, None if that is in doubt; and the rows of z, if they are known."""
-    if problem.M.nnz > MOST_JUDGED_ENTRIES:
+    if problem.M.nnz > MAX_JUDGED_ENTRIES:
         return None, None
     ends = conditions_of(problem)[2:]
     answer, rows, found = judgement(

@@ -23,7 +23,7 @@ from lcpcli.auto.attempts import NEWTON_SETTLING_FACTOR, SETTLED_CHANGES
 from lcpcli.linalg.doubles import ROW_ROUNDING
 from lcpcli.linalg.matrices import TINY_TERMS
 from lcpcli.methods import direct
-from lcpcli.methods.newton import LEAST_INDEX_STEPS
+from lcpcli.methods.newton import MIN_INDEX_STEPS
 from lcpcli.model.box import BASIC, LOWER, UPPER
 from lcpcli.verify.enclosure import open_signs, regular_change
 from lcpcli.verify.final_states import HIDDEN_TERM, LONG_NUMBER, SURE_DIGITS
@@ -185,7 +185,7 @@ def _block_pivoting(
             if wrong[i]:
                 count += 1
                 first = min(first, i)
-        if is_start and (k < 0 or count > direct.MOST_WRONG * n):
+        if is_start and (k < 0 or count > direct.MAX_WRONG * n):
             for i in range(n):
                 basic[i] = q[i] < 0.0
             is_start = False
@@ -475,7 +475,7 @@ def pivot_blocks(
     )
     is_hasty, left = (
         False,
-        direct.FEW_INDEX_STEPS if n <= direct.MOST_PIVOTED else LEAST_INDEX_STEPS,
+        direct.FEW_INDEX_STEPS if n <= direct.MAX_PIVOTED else MIN_INDEX_STEPS,
     )
     for i in range(n):
         for at in range(begin[i], begin[i + 1]):
@@ -514,7 +514,7 @@ def pivot_blocks(
         fewest, waiting, left, is_single = _safeguarded(
             fewest, waiting, left, is_single, count
         )
-        if left < 0 or (n <= direct.MOST_PIVOTED and _is_hopeless(fewest, waiting, n)):
+        if left < 0 or (n <= direct.MAX_PIVOTED and _is_hopeless(fewest, waiting, n)):
             return -steps, np.zeros(0)
         for i in range(n):
             if wrong[i] and (not is_single or i == first):

@@ -27,11 +27,11 @@ from lcpcli.typing import Mask, Matrix, Vector
 
 # Operations of a factorization up to which it takes no longer than one with little
 # fill, and up to which it takes no time at all, however little fill there is.
-MOST_OPERATIONS, FEW_OPERATIONS = 6e8, 1e7
+MAX_OPERATIONS, FEW_OPERATIONS = 6e8, 1e7
 # Of the entries of M: numbers of the band, unless its operations are few.
-MOST_OF_ENTRIES = 64
+MAX_OF_ENTRIES = 64
 # Of a factorization in fixed-point numbers, each 0.1 microseconds.
-MOST_FIXED_POINT = 1e7
+MAX_FIXED_POINT = 1e7
 
 
 class Banded:
@@ -55,14 +55,14 @@ class Banded:
     @property
     def is_affordable(self) -> bool:
         """Return whether factors in the band take little more time than sparse ones."""
-        if self.n * (self.width + 1) > MOST_OF_ENTRIES * self._M.nnz:
+        if self.n * (self.width + 1) > MAX_OF_ENTRIES * self._M.nnz:
             return self.operations <= FEW_OPERATIONS
-        return self.operations <= MOST_OPERATIONS
+        return self.operations <= MAX_OPERATIONS
 
     @property
     def has_fixed_point(self) -> bool:
         """Return whether factors in fixed-point numbers take at most a second."""
-        return self.operations <= MOST_FIXED_POINT
+        return self.operations <= MAX_FIXED_POINT
 
     @cached_property
     def _band(self) -> Vector:

@@ -32,10 +32,10 @@ from lcpcli.linalg.shifted_systems import Bordered, SuperLU, dense_places
 from lcpcli.typing import Indices, Mask, Matrix, Vector
 
 # Relative to the right-hand side: more accuracy of a direction gains nothing.
-LEAST_ACCURACY = 1e-12
+MIN_ACCURACY = 1e-12
 # Of the residual, by a step of refinement: a larger factor ends it.
 SLOW_REFINEMENT = 0.5
-MOST_REFINEMENTS = 12
+MAX_REFINEMENTS = 12
 # Of a Krylov method in the place of a solve: at most, and of the residual.
 KRYLOV_STEPS, KRYLOV_REDUCTION = 30, 1e-3
 # Of a basic solution: a change that is not refined, relative to the largest component,
@@ -115,11 +115,11 @@ class DefiniteSystems:
 
     def solve(self, b: Vector, target: float = 0.0) -> tuple[DoubleDouble, Vector]:
         """Return x and b - (M + D) x, of a weighted norm up to the target or
-        LEAST_ACCURACY |b|; raise SingularMatrix if that is out of reach."""
+        MIN_ACCURACY |b|; raise SingularMatrix if that is out of reach."""
         if self._exact is not None:
             return self._exact(b), np.zeros(b.size)
         size = self._norm(b)
-        goal = max(LEAST_ACCURACY * size, target)
+        goal = max(MIN_ACCURACY * size, target)
         x = DoubleDouble.of(self._own.solve(b))
         # The backward error of Cholesky's method is a small multiple of this.
         if ROUNDING * self._row_sum * float(np.abs(x.high).max()) <= goal:
@@ -143,7 +143,7 @@ class DefiniteSystems:
         fast."""
         r = self._residual(x, b)
         left, last = self._norm(r), np.inf
-        for _ in range(MOST_REFINEMENTS):
+        for _ in range(MAX_REFINEMENTS):
             if left <= goal or not left <= SLOW_REFINEMENT * last:
                 break
             better = x + improve(r)
@@ -201,7 +201,7 @@ class DefiniteSystems:
         converge."""
         self._own.factorize(None, basic)
         solve, last = self._own.solve, np.inf
-        for _ in range(MOST_REFINEMENTS):
+        for _ in range(MAX_REFINEMENTS):
             change = solve(np.where(basic, -w, 0.0))
             size = float(np.abs(change).max())
             if not size <= SLOW_REFINEMENT * last:

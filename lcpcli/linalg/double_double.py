@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 
 from lcpcli.linalg.matrices import (
-    MOST_PADDED,
+    MAX_PADDED,
     accurate_residual,
     product,
     split,
@@ -103,9 +103,9 @@ class AccurateProduct:
         present = np.bincount(shifts + n, minlength=2 * n).nonzero()[0] - n
         longest = int(lengths.max(initial=0))
         self._terms: list[tuple[Any, Any, Vector, Vector, Vector]] | None = None
-        if present.size * n <= MOST_PADDED * M.nnz:
+        if present.size * n <= MAX_PADDED * M.nnz:
             terms = self._by_diagonals(owners, shifts, present)
-        elif longest * n <= MOST_PADDED * M.nnz:
+        elif longest * n <= MAX_PADDED * M.nnz:
             terms = self._by_entries(lengths)
         else:
             return

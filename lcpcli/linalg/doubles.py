@@ -42,18 +42,18 @@ SIGN_ROUNDING = 1e-12
 WIDEST = 1020
 # Beyond it, or below its inverse, products of a few numbers may over- or underflow.
 FAR_FROM_ONE = 2.0**200
-MOST_COPIED_ENTRIES = 10_000  # up to which a copy costs less than a second reduction
+MAX_COPIED_ENTRIES = 10_000  # up to which a copy costs less than a second reduction
 # Up to which Python's own loop is faster than a reduction by numpy.
-MOST_LOOPED_ENTRIES = 32
+MAX_LOOPED_ENTRIES = 32
 
 
 def largest(v: Vector) -> float:
     """Return the largest |v_i| of a vector, without warnings; 0 if it is empty, NaN or
     infinity if an entry is NaN."""
-    if v.size > MOST_LOOPED_ENTRIES:
+    if v.size > MAX_LOOPED_ENTRIES:
         return (
             float(np.abs(v).max())
-            if v.size <= MOST_COPIED_ENTRIES
+            if v.size <= MAX_COPIED_ENTRIES
             else float(np.maximum(v.max(), -v.min()))
         )
     values = v.tolist()
@@ -76,7 +76,7 @@ def is_finite(v: Vector) -> bool:
 
 def least(v: Vector) -> float:
     """Return the smallest entry, infinite if there is none, NaN if any entry is NaN."""
-    if v.size > MOST_LOOPED_ENTRIES:
+    if v.size > MAX_LOOPED_ENTRIES:
         return float(v.min())
     values = v.tolist()
     return (
@@ -94,7 +94,7 @@ def are_moderate(values: Vector) -> bool:
 def sizes(values: Vector) -> tuple[float, float]:
     """Return the least nonzero |value|, infinite if there is none, and the largest, NaN
     or infinity if an entry is."""
-    if values.size <= 2 * MOST_LOOPED_ENTRIES:  # in place of two reductions
+    if values.size <= 2 * MAX_LOOPED_ENTRIES:  # in place of two reductions
         found = list(map(abs, filter(None, values.ravel().tolist())))
         if not found:
             return math.inf, 0.0

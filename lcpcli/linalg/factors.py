@@ -35,19 +35,19 @@ from lcpcli.linalg.matrices import (
 )
 from lcpcli.typing import Indices, Mask, Matrix, Vector
 
-FEWEST_ROWS = 3  # that scipy's gttrs takes
+MIN_ROWS = 3  # that scipy's gttrs takes
 # Up to which a dense matrix is inverted by numpy: importing scipy costs more than it
 # saves.
-MOST_NUMPY_ROWS = 200
+MAX_NUMPY_ROWS = 200
 # Up to which a sparse factorization is too fast to need an interruptible thread.
-MOST_QUICK_ENTRIES = 10_000
+MAX_QUICK_ENTRIES = 10_000
 # Rows from which dense factorizations are interruptible; see `_DenseFactors`
 LONG_LU, LONG_CHOLESKY = 2000, 5000
 # Solves small systems in half the time of numpy, but importing it takes longer.
 LAPACK = "scipy.linalg.lapack"
 # Of an index set: changes up to which an update costs clearly less than a
 # factorization.
-MOST_UPDATED = 1 / 12
+MAX_UPDATED = 1 / 12
 # The condition number up to which an inverse has half of the digits of a double.
 MODEST_CONDITION = 1e8
 Solve = Callable[[Vector], Vector]
@@ -68,7 +68,7 @@ class Tridiagonal:
         singular."""
         first, beside = indices[:-1], np.diff(indices) == 1
         below, above = (side[first] * beside for side in (self._below, self._above))
-        if indices.size < FEWEST_ROWS:
+        if indices.size < MIN_ROWS:
             return partial(
                 np.linalg.solve,
                 np.diag(self._diagonal[indices])
@@ -86,7 +86,7 @@ def solver(A: Matrix) -> TwoWay:
     overwritten, or its transpose; this function or the solver raises SingularMatrix if
     A is singular."""
     if not is_sparse(A):
-        return invert(A) if A.shape[0] <= MOST_NUMPY_ROWS else dense_factors().lu(A)
+        return invert(A) if A.shape[0] <= MAX_NUMPY_ROWS else dense_factors().lu(A)
     if (definite := definite_solver(A)) is not None:
         return lambda b, transposed=False: definite(b)  # noqa: ARG005 (A is symmetric)
     lu = sparse_lu(symmetric=False)(A)
@@ -160,7 +160,7 @@ def factorized(factorize: Callable[[], Any], entries: int, owns: bool = True) ->
     for any error of a library. owns : whether only the thread that makes them may
     delete them."""
     try:
-        if entries <= MOST_QUICK_ENTRIES:
+        if entries <= MAX_QUICK_ENTRIES:
             return factorize()
         return _Factors(owned(factorize)) if owns else interruptibly(factorize)
     except RuntimeError as error:
@@ -273,7 +273,7 @@ def definite_solver(M: Matrix) -> Solve | None:
         if is_sparse(M):
             lu = sparse_lu(symmetric=True)(M)
             return lu.solve if positive_pivots(lu) else None
-        if M.shape[0] > MOST_NUMPY_ROWS:
+        if M.shape[0] > MAX_NUMPY_ROWS:
             return dense_factors().cholesky(M)
         np.linalg.cholesky(M)
         return invert(M)
@@ -292,7 +292,7 @@ class PrincipalSolver:
 
     def __init__(self, M: Matrix, latest: Latest | None = None) -> None:
         self._M, self._latest = M, latest
-        self._small = not is_sparse(M) and M.shape[0] <= MOST_NUMPY_ROWS
+        self._small = not is_sparse(M) and M.shape[0] <= MAX_NUMPY_ROWS
         self._dense = (
             None
             if is_sparse(M) or (self._small and LAPACK not in sys.modules)
@@ -392,7 +392,7 @@ class PrincipalSolver:
         stays, old = now[kept], before[indices]
         added, dropped = indices[~old], (~stays).nonzero()[0]
         changes = added.size + dropped.size
-        if changes > MOST_UPDATED * kept.size:
+        if changes > MAX_UPDATED * kept.size:
             return None
         if not changes:
             return solve

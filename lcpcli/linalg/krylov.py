@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from lcpcli.linalg.doubles import EPS, generator
-from lcpcli.linalg.factors import MOST_NUMPY_ROWS, SingularMatrix, definite_solver
+from lcpcli.linalg.factors import MAX_NUMPY_ROWS, SingularMatrix, definite_solver
 from lcpcli.linalg.matrices import (
     absolute_product,
     dense,
@@ -35,7 +35,7 @@ from lcpcli.typing import Matrix, Vector
 # eigenvalue.
 EIGENVALUE_STEPS = 8
 # Numbers of an inner product up to which OpenBLAS uses no threads.
-MOST_IN_ONE_THREAD = 10_000
+MAX_IN_ONE_THREAD = 10_000
 # Times n: how far rounding may push eigenvalues of a semidefinite M with diagonal 1
 # below 0.
 SEMIDEFINITE_ROUNDING = 10 * EPS
@@ -45,7 +45,7 @@ Measure = Callable[[Vector], float]
 
 def dot(u: Vector, v: Vector) -> float:
     """Return u'v, by one thread alone."""
-    return float(u.dot(v) if u.size <= MOST_IN_ONE_THREAD else np.einsum("i,i->", u, v))
+    return float(u.dot(v) if u.size <= MAX_IN_ONE_THREAD else np.einsum("i,i->", u, v))
 
 
 def norm(v: Vector) -> float:
@@ -240,7 +240,7 @@ def is_semidefinite(M: Matrix) -> bool:
         M, diagonal = M[used][:, used], diagonal[used]
     C = np.exp2(-np.rint(0.5 * np.log2(diagonal)))  # powers of two: M stays symmetric
     M = plus_diagonal(scaled(M, C, C), SEMIDEFINITE_ROUNDING * n)
-    if used.size > MOST_NUMPY_ROWS:
+    if used.size > MAX_NUMPY_ROWS:
         return definite_solver(M) is not None
     with suppress(SingularMatrix):
         np.linalg.cholesky(dense(M))

@@ -29,7 +29,7 @@ from lcpcli.clock import imports
 from lcpcli.interrupts import check
 from lcpcli.linalg.doubles import (
     LARGEST_DOUBLE,
-    MOST_COPIED_ENTRIES,
+    MAX_COPIED_ENTRIES,
     ROW_ROUNDING,
     SMALLEST_NORMAL,
     sizes,
@@ -38,9 +38,9 @@ from lcpcli.typing import Indices, Mask, Matrix, Vector
 
 BLOCK_NUMBERS = 1 << 17  # in a block of rows: it stays in the cache
 # Of the band, times those of M: factors within it cannot have many more.
-MOST_NARROW_ENTRIES = 4
+MAX_NARROW_ENTRIES = 4
 SAMPLED_ROWS = 32  # of a dense M, which tell that it has many entries other than 0
-FEWEST_SHARED_ROWS = 64  # from which a BLAS may use threads
+MIN_SHARED_ROWS = 64  # from which a BLAS may use threads
 # Factors between its inverse and this over- or underflow only if the product itself
 # does.
 MODERATE_FACTOR = 2.0**100
@@ -49,7 +49,7 @@ MODERATE_FACTOR = 2.0**100
 # Gershgorin's theorem.
 DOMINATED = 0.95
 # Of the unknowns: positive entries off the diagonal, which change few states.
-MOST_POSITIVE = 0.02
+MAX_POSITIVE = 0.02
 
 
 def is_sparse(M: Any) -> bool:
@@ -118,7 +118,7 @@ def may_be_eliminated(M: Matrix) -> bool:
     n = M.shape[0]
     if not (is_sparse(M) and n > 1 and M.nnz <= 3 * n and width(M) <= 1):
         return False
-    return bool(M.diagonal().min() > 0.0 and positive_links(M) <= MOST_POSITIVE * n)
+    return bool(M.diagonal().min() > 0.0 and positive_links(M) <= MAX_POSITIVE * n)
 
 
 def may_be_stiff(M: Matrix) -> bool:
@@ -163,7 +163,7 @@ def _by_rows(reduction: np.ufunc, M: Matrix, values: Vector) -> Vector:
 
 
 def _maxima(M: Vector, axis: int) -> Vector:
-    if M.size <= MOST_COPIED_ENTRIES:
+    if M.size <= MAX_COPIED_ENTRIES:
         return np.asarray(np.abs(M).max(axis, initial=0.0))
     return np.asarray(np.maximum(M.max(axis), -M.min(axis)))
 
@@ -380,7 +380,7 @@ def mirrored(M: Matrix) -> tuple[Matrix, Vector] | None:
     )
 
 
-def is_narrow(M: Matrix, most: float = MOST_NARROW_ENTRIES) -> bool:
+def is_narrow(M: Matrix, most: float = MAX_NARROW_ENTRIES) -> bool:
     """Return whether the entries of a sparse M are so near its diagonal, as for
     problems in one dimension, that its factors cannot have many more entries: at most
     so many times those of M."""
@@ -433,7 +433,7 @@ def product(M: Matrix, v: Vector) -> Vector:
     """
     if not isinstance(M, np.ndarray):
         return _product_with(M, M.data, v) if is_sparse(M) else np.asarray(M @ v)
-    flags = M.flags if M.shape[0] >= FEWEST_SHARED_ROWS else None
+    flags = M.flags if M.shape[0] >= MIN_SHARED_ROWS else None
     blas = (
         None
         if flags is None or not flags.forc
@@ -466,7 +466,7 @@ def absolute_product(M: Matrix, z: Vector) -> Vector:
     """Return |M| z by blocks of rows, so that |M| is never formed."""
     if is_sparse(M):
         return _product_with(M, np.abs(M.data), z)
-    if M.size <= MOST_COPIED_ENTRIES:
+    if M.size <= MAX_COPIED_ENTRIES:
         return np.asarray(np.abs(M) @ z)
     return np.concatenate([product(block, z) for _, block in row_blocks(M)])
 
@@ -548,8 +548,8 @@ def products(M: Matrix, z: Vector) -> Vector:
 
 
 SPLITTER = 2.0**27 + 1  # Dekker's, for a mantissa of 53 bits
-FEWEST_ROWS = 200  # of a sparse matrix, from which they are added up together
-MOST_PADDED = 4  # times the entries of a block of rows: those of a table of them
+MIN_ROWS = 200  # of a sparse matrix, from which they are added up together
+MAX_PADDED = 4  # times the entries of a block of rows: those of a table of them
 # Of the terms: sums that are smaller need more than three times the precision.
 CANCELLED = 2.0**-80
 
@@ -570,8 +570,8 @@ def accurate_residual(A: Matrix, x: Vector, b: Vector) -> Vector:
         rows = A if w.size <= part.stop - part.start else A[part]
         longest = int(np.diff(rows.indptr).max())
         together = (
-            rows.shape[0] >= FEWEST_ROWS
-            and longest * rows.shape[0] <= MOST_PADDED * rows.nnz
+            rows.shape[0] >= MIN_ROWS
+            and longest * rows.shape[0] <= MAX_PADDED * rows.nnz
         )
         w[part] = (_distilled if together else _summed)(rows, x, b[part])
     return w

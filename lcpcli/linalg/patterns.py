@@ -33,14 +33,14 @@ from lcpcli.linalg.matrices import (
 from lcpcli.typing import Indices, Mask, Matrix, Vector
 
 # Up to which factorizing a dense matrix is affordable: seconds, and 200 megabytes.
-MOST_DENSE_ROWS = 5000
+MAX_DENSE_ROWS = 5000
 # Of the factors in a band that are affordable: about a gigabyte.
 MAX_ENTRIES = 150_000_000
 # Of the elimination in a band that are affordable: a minute or so.
 MAX_OPERATIONS = 100_000_000_000
-MOST_ORDERED_ENTRIES = 20_000  # up to which any order is found in no time
+MAX_ORDERED_ENTRIES = 20_000  # up to which any order is found in no time
 # The sum of the squares of the lengths of rows: half a second of minimum degree.
-MOST_STEPS = 1e9
+MAX_STEPS = 1e9
 # Entries, beyond which their insertion into a sorted list takes more than a
 # millisecond.
 LONG_ROW = 1000
@@ -54,7 +54,7 @@ def affordable(M: Matrix) -> bool:
     """Return whether a factorization of M, which takes less than one of its band, may
     be a side computation."""
     if not is_sparse(M):
-        return bool(M.shape[0] <= MOST_DENSE_ROWS)
+        return bool(M.shape[0] <= MAX_DENSE_ROWS)
     band = Band(M)
     return band.entries <= MAX_ENTRIES and band.operations <= MAX_OPERATIONS
 
@@ -141,10 +141,10 @@ def order_of(M: Matrix) -> str:
     whenever one of its unknowns is eliminated, while COLAMD leaves such rows for the
     end.
     """
-    if M.nnz <= MOST_ORDERED_ENTRIES:
+    if M.nnz <= MAX_ORDERED_ENTRIES:
         return "MMD_AT_PLUS_A"
     most, lengths = MUCH_FILL * M.nnz, np.diff(M.indptr).astype(np.float64)
-    slow = lengths @ lengths > MOST_STEPS or (_spreads(M) and fill(M, most) > most)
+    slow = lengths @ lengths > MAX_STEPS or (_spreads(M) and fill(M, most) > most)
     return "COLAMD" if slow else "MMD_AT_PLUS_A"
 
 

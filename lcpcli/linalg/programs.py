@@ -25,7 +25,7 @@ from lcpcli.typing import Matrix, Vector
 LIMIT_REACHED = 1  # the status that scipy's result then has
 # Rows, as at least FEW_ROWS, times entries: so many take milliseconds, for which Ctrl-C
 # may wait as for a thread.
-MOST_BRIEF, FEW_ROWS = 3e6, 100
+MAX_BRIEF, FEW_ROWS = 3e6, 100
 # Of the time that remains, for the solver: if it ends by itself, no thread is left
 # behind.
 EARLIER = 0.9
@@ -79,7 +79,7 @@ def minimized(
         highspy = import_module("highspy") if find_spec("highspy") else None
     run = (
         interruptibly
-        if max(A.shape[0], FEW_ROWS) * _entries(A) > MOST_BRIEF
+        if max(A.shape[0], FEW_ROWS) * _entries(A) > MAX_BRIEF
         else lambda call: call()
     )
     if highspy is None:

@@ -25,15 +25,15 @@ from lcpcli.typing import Indices, Matrix, Vector
 
 DENSE_FACTOR = 10.0  # times the root of n: the entries from which a row is dense
 # Dense rows and columns: the border of more would cost more than it saves.
-MOST_SPLIT_OFF = 30
+MAX_SPLIT_OFF = 30
 # Operations for each entry, up to which variables with a diagonal block are eliminated
 # first.
-MOST_AT_ONCE = 100.0
+MAX_AT_ONCE = 100.0
 # Numbers of a dense border for each entry, up to which it takes less time than a sparse
 # one.
-MOST_FILLED = 5.0
+MAX_FILLED = 5.0
 # Operations of LDL: columns of such a length are handled faster in dense blocks.
-MOST_PER_ENTRY = 300.0
+MAX_PER_ENTRY = 300.0
 Systems: TypeAlias = "SuperLU | LDL | Bordered | _Dense"
 """Systems of one M: factorize(d) factorizes M + diag(d), or raises SingularMatrix;
 solve(b) solves for the last d."""
@@ -48,14 +48,14 @@ def systems(M: Matrix, S: Vector | None, once: bool = False) -> Systems:
     if S is None or not has_qdldl():
         dense = dense_places(M)
         return Bordered(M, dense) if dense.size else SuperLU(M)
-    if once and M.nnz > factors.MOST_QUICK_ENTRIES:
+    if once and M.nnz > factors.MAX_QUICK_ENTRIES:
         counts, owners = np.diff(M.indptr), np.repeat(S, np.diff(M.indptr))
         is_last = (S < 0) | (
             np.bincount(M.indices[owners > 0], minlength=S.size) > (M.diagonal() != 0)
         )
         last = is_last.nonzero()[0]
-        if np.square(counts[~is_last]).sum() + last.size**3 <= MOST_AT_ONCE * M.nnz:
-            if last.size * (S.size - last.size) <= MOST_FILLED * M.nnz:
+        if np.square(counts[~is_last]).sum() + last.size**3 <= MAX_AT_ONCE * M.nnz:
+            if last.size * (S.size - last.size) <= MAX_FILLED * M.nnz:
                 return Bordered(M, last, is_diagonal=True)
             return SuperLU(M, np.argsort(np.argsort(is_last, kind="stable")))
     return LDL(M, S)
@@ -186,7 +186,7 @@ class LDL:
             import qdldl
         if self._solver is not None and self._are_first:
             self._are_first = False
-            if self.operations()[1] > MOST_PER_ENTRY:
+            if self.operations()[1] > MAX_PER_ENTRY:
                 self._in_blocks = SuperLU(
                     self._M, order=np.argsort(self._solver.factors()[2])
                 )
@@ -220,7 +220,7 @@ def dense_places(M: Matrix) -> Indices:
     n = M.shape[0]
     counts = np.maximum(np.diff(M.indptr), np.bincount(M.indices, minlength=n))
     places = np.flatnonzero(counts > DENSE_FACTOR * np.sqrt(n))
-    return places if places.size <= MOST_SPLIT_OFF else places[:0]
+    return places if places.size <= MAX_SPLIT_OFF else places[:0]
 
 
 class _Diagonal:

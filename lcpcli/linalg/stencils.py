@@ -17,9 +17,9 @@ import numpy as np
 from lcpcli.linalg.matrices import row_multiplier, row_parts, with_data
 from lcpcli.typing import Indices, Matrix
 
-FEWEST_ROWS = 1 << 13  # from which a stencil is worth the search for it
-MOST_ENTRIES = 30  # of a row of a stencil
-MOST_OTHERS = 0.3  # of all rows: those that differ from the stencil
+MIN_ROWS = 1 << 13  # from which a stencil is worth the search for it
+MAX_ENTRIES = 30  # of a row of a stencil
+MAX_OTHERS = 0.3  # of all rows: those that differ from the stencil
 
 
 class Operator:
@@ -33,7 +33,7 @@ class Operator:
         n = M.shape[0]
         self.parts = list(row_parts(n))
         self._stencil = (
-            _stencil(M) if n >= FEWEST_ROWS and M.nnz <= MOST_ENTRIES * n else None
+            _stencil(M) if n >= MIN_ROWS and M.nnz <= MAX_ENTRIES * n else None
         )
         self._use(M if self._stencil is None else M[self._stencil.others])
 
@@ -148,7 +148,7 @@ def _stencil(M: Matrix) -> _Stencil | None:
         differs[full] = ~(same & (M.data[places] == values)).all(axis=1)
         others.append(differs.nonzero()[0] + part.start)
         starts.append(starts[-1] + others[-1].size)
-        if starts[-1] > MOST_OTHERS * n:
+        if starts[-1] > MAX_OTHERS * n:
             return None
     terms = {
         value: [int(shift) for shift in shifts[values == value]]

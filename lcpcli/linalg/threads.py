@@ -33,9 +33,9 @@ VARIABLES = (
     "VECLIB_MAXIMUM_THREADS",
     GENERAL,
 )
-MOST_DIGITS = 9  # of a number in the environment that is read
+MAX_DIGITS = 9  # of a number in the environment that is read
 # With fewer than 9216 entries OpenBLAS multiplies by vectors in one thread anyway.
-FEWEST_THREADED_ROWS = 100
+MIN_THREADED_ROWS = 100
 # Rows of a dense matrix from which more threads pay. Measured on two processors, with
 # one thread / two, in seconds: n = 2000 0.16 / 0.11 by auto and 0.27 / 0.21 by
 # fixed-point, 3000 0.46 / 0.40 and 0.79 / 0.60, 5000 1.6 / 1.2 and 2.9 / 2.0. Beside
@@ -51,7 +51,7 @@ def in_environment() -> int | None:
     """Return the number of threads that the environment sets; None if it sets none."""
     values = [os.environ.get(name, "") for name in VARIABLES]
     return next(
-        (int(value[:MOST_DIGITS]) for value in values if value.isdecimal()), None
+        (int(value[:MAX_DIGITS]) for value in values if value.isdecimal()), None
     )
 
 
@@ -67,7 +67,7 @@ def with_limited_threads(function: Function) -> Function:
     @wraps(function)
     def limited_function(problem: Any, *given: Any, **named: Any) -> Any:
         is_small = (
-            2 * problem.n < FEWEST_THREADED_ROWS and options.THREADS.name not in named
+            2 * problem.n < MIN_THREADED_ROWS and options.THREADS.name not in named
         )
         number = None if is_small else _number(problem, named.get(options.THREADS.name))
         if number is None:
@@ -88,7 +88,7 @@ def _number(problem: Any, asked: int | None) -> int | None:
         return int(asked)
     M = getattr(problem, "M", None)
     rows = problem.n if M is not None else 2 * problem.n
-    if rows < FEWEST_THREADED_ROWS or in_environment() is not None:
+    if rows < MIN_THREADED_ROWS or in_environment() is not None:
         return None
     with imports:
         from lcpcli.linalg.matrices import is_sparse

@@ -51,7 +51,7 @@ if TYPE_CHECKING:
 
 # Each of which halves the exponents that are left, so that all settle unless M ties
 # them together.
-MOST_SWEEPS = 30
+MAX_SWEEPS = 30
 # Exponent of the ratio of units above which logarithms are balanced first, then the
 # largest entries.
 UNITS_FAR_APART = 40.0
@@ -68,7 +68,7 @@ SETTLED_ERROR, SETTLED_PROGRAM = 1e-8, 1e-3
 FEW_CG_STEPS = 100  # after which elimination is tried
 # For so many rows that elimination may take too long, and for few rows that are also
 # the columns.
-MOST_CG_STEPS = 300
+MAX_CG_STEPS = 300
 # Entries in a row of few symmetric ones, on average: elimination takes half as long
 # then for narrow grids. For networks, as of transport and spatial prices, conjugate
 # gradients would take .7 of its time with 400 unknowns, .4 with 2000 and .2 with 8000,
@@ -79,7 +79,7 @@ FEW_SYMMETRIC, LARGEST_ELIMINATED = 10_000, 100_000  # rows
 # conjugate gradients.
 BAND = 5
 # Rows up to which dense normal equations take no longer than conjugate gradients.
-MOST_DENSE = 48
+MAX_DENSE = 48
 # Of a dense M, for which products with it are tried without a look at its zeros.
 FEW_ROWS = 256
 # The share of entries from which products with them are dense, and the steps tried.
@@ -165,7 +165,7 @@ def _dense(M: Vector) -> Units | None:
     sums, counts = (
         np.array([each.sum(axis=1), each.sum(axis=0)]) for each in (logarithms, entries)
     )
-    if n > MOST_DENSE:
+    if n > MAX_DENSE:
         scaled = entries / np.multiply.outer(*map(_roots, counts))
         times = [scaled.__matmul__, scaled.T.__matmul__]
         *found, is_settled = _by_gradients([*sums], [*counts], times, DENSE_CG_STEPS)
@@ -173,7 +173,7 @@ def _dense(M: Vector) -> Units | None:
             return None
     row_part, column_part, parts = _components(used, entries)
     part = np.concatenate((row_part, column_part))
-    if n <= MOST_DENSE:
+    if n <= MAX_DENSE:
         signs = np.repeat((1.0, -1.0), n)
         N = (part[:, np.newaxis] == part) * np.outer(signs, signs) + np.diag(
             counts.ravel()
@@ -231,7 +231,7 @@ def _sparse(M: Matrix, S: Vector | None = None) -> Units:
             n > LARGEST_ELIMINATED or (is_symmetric and n <= FEW_SYMMETRIC),
             False,
         )
-        most = MOST_CG_STEPS if is_brief else FEW_CG_STEPS
+        most = MAX_CG_STEPS if is_brief else FEW_CG_STEPS
         if not is_symmetric:
             times = [
                 _product(_scaled(*each), n)
@@ -445,7 +445,7 @@ def _components(used: Mask, entries: Vector) -> tuple[Indices, Indices, int]:
     that share a column; entries : `used` as numbers."""
     n, count = used.shape[0], 0
     rows, columns = np.full((2, n), -1, dtype=np.intp)
-    if n <= MOST_DENSE:
+    if n <= MAX_DENSE:
         linked, before = entries @ entries.T + np.eye(n) > 0, -1
         while before != (before := int(np.count_nonzero(linked))):
             numbers = linked.astype(np.float64)  # whose product is one by BLAS
@@ -454,7 +454,7 @@ def _components(used: Mask, entries: Vector) -> tuple[Indices, Indices, int]:
         roots = first == np.arange(n)
         rows, count = (np.cumsum(roots) - 1)[first], int(np.count_nonzero(roots))
         columns = np.where(used.any(axis=0), rows[used.argmax(axis=0)], -1)
-    for i in range(n if n > MOST_DENSE else 0):
+    for i in range(n if n > MAX_DENSE else 0):
         if rows[i] >= 0:
             continue
         front: Indices = np.array([i])
@@ -478,7 +478,7 @@ def equilibrate(
     Rows and columns are divided simultaneously by the square roots of their largest
     entries (D. Ruiz, A scaling algorithm to equilibrate both rows and columns norms in
     matrices, RAL-TR-2001-034), repeatedly until every largest entry lies between 1/2
-    and 2, at most MOST_SWEEPS times. The divisors are powers of two, so that scaling is
+    and 2, at most MAX_SWEEPS times. The divisors are powers of two, so that scaling is
     exact, and stay finite. A symmetric M stays symmetric: R = C. A zero row is scaled
     until its entry of q is as large as the largest other one; a zero column, which has
     no scale, is left unscaled. Uncoupled blocks of M keep their common units. No
@@ -537,7 +537,7 @@ def moderate_powers(M: Matrix, sizes: Vector, diagonal: Vector) -> Vector:
 def swept(
     M: Matrix, sizes: Vector, diagonal: Vector, powers: Vector, is_limited: bool
 ) -> Vector:
-    """Return the exponents after at most MOST_SWEEPS from some with which the largest
+    """Return the exponents after at most MAX_SWEEPS from some with which the largest
     entries have these sizes; limited ones leave the range of those of the first sweep
     by EXPONENT_MARGIN at most, if these are near each other."""
     n, changes = diagonal.size, half_power(sizes)
@@ -546,7 +546,7 @@ def swept(
         low, high = -changes.max() - EXPONENT_MARGIN, -changes.min() + EXPONENT_MARGIN
     none = diagonal == 0.0
     logarithms = np.log2(diagonal + none) - 4.0 * LARGEST_POWER * none
-    for _ in range(MOST_SWEEPS):
+    for _ in range(MAX_SWEEPS):
         if not changes.any():
             break
         powers = np.minimum(np.maximum(powers - changes, low), high)
@@ -590,9 +590,9 @@ def half_power(sizes: Vector) -> Vector:
 
 
 # The relative change by rounding from which a matrix counts as singular.
-LEAST_DIGITS = 1e-3
+MIN_DIGITS = 1e-3
 # Relative to the largest: smaller ones count as 0.
-LEAST_SINGULAR_VALUE = ROW_ROUNDING / LEAST_DIGITS
+MIN_SINGULAR_VALUE = ROW_ROUNDING / MIN_DIGITS
 
 
 def largest_growth(A: Matrix, solve: Callable[[Vector], Vector]) -> float:
@@ -626,7 +626,7 @@ class PseudoInverse:
     least : a pivot counts as 0 if it is below this, relative to the largest.
     """
 
-    def __init__(self, A: Vector, least: float = LEAST_SINGULAR_VALUE) -> None:
+    def __init__(self, A: Vector, least: float = MIN_SINGULAR_VALUE) -> None:
         with imports:
             from scipy.linalg import qr, solve_triangular
         R, C = units(A).diagonals()

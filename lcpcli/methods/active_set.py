@@ -200,7 +200,7 @@ class Inexact:
 ROUNDS_PATIENCE = 3  # steps without a new minimum of wrong signs
 # Along entries of M, from wrong signs: the variables that are pivoted by themselves.
 HOPS = 8
-MOST_LOCAL_STEPS = 40  # of pivoting with these
+MAX_LOCAL_STEPS = 40  # of pivoting with these
 # Of their number, and of the residual at the start, with which that ends.
 SETTLED_CHANGES, SETTLED_SIZE = 0.002, 0.03
 # Of a set of basic variables: how far it may differ from that whose factors
@@ -303,7 +303,7 @@ def _pivoted_near(own: Inexact, found: BasicSolution) -> States:
     part = Inexact(rows[:, places], q, box.part(places), z, own.is_symmetric)
     start = part.size
     try:
-        for now in islice(exchanging(part, part.basis), MOST_LOCAL_STEPS):
+        for now in islice(exchanging(part, part.basis), MAX_LOCAL_STEPS):
             basis[places] = part.box.exchanged(now.basis, now.wrong, now.z)
             if (
                 np.count_nonzero(now.wrong) <= SETTLED_CHANGES * q.size

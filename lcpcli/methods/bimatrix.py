@@ -34,7 +34,7 @@ from lcpcli.typing import Indices, Vector
 # First labels that are tried: lengths of paths differ by orders of magnitude, and the
 # shortest counts. After each round half of them go on, with twice as many pivots, as
 # all paths of a game that is nearly one of zero sum are long.
-LABELS, FEWEST_LABELS = 32, 4
+LABELS, MIN_LABELS = 32, 4
 # Of the first turn of a path, and how many rounds of turns there are.
 PIVOTS, ROUNDS = 16, 12
 TIE = 1e-11  # relative to the smallest ratio: rows that block within it may be equal
@@ -43,8 +43,8 @@ NO_PIVOT = 1e-11
 # Of PIQP: of its residuals and of the duality gap, which large games do not reach, but
 # whose supports are right by then; steps; and products in a step, for which it cannot
 # be interrupted.
-TOLERANCE, MOST_GAP, MOST_PROGRAM_STEPS = 1e-13, 1e-11, 40
-MOST_DENSE_OPERATIONS = 2e9
+TOLERANCE, MAX_GAP, MAX_PROGRAM_STEPS = 1e-13, 1e-11, 40
+MAX_DENSE_OPERATIONS = 2e9
 
 SolveProgram: TypeAlias = Callable[[Vector], tuple[Vector, Vector] | None]
 
@@ -89,7 +89,7 @@ def is_constant_sum(game: Costs) -> bool:
 def takes_briefly(game: Costs) -> bool:
     """Return whether PIQP, which cannot be interrupted, takes at most two seconds."""
     rows, columns = game.R.shape
-    return bool(rows * columns * max(rows, columns) <= MOST_DENSE_OPERATIONS)
+    return bool(rows * columns * max(rows, columns) <= MAX_DENSE_OPERATIONS)
 
 
 def by_piqp(problem: Problem, game: Costs) -> Stage:
@@ -136,8 +136,8 @@ def _interior(R: Vector) -> tuple[Vector, Vector] | None:
         (R, np.ones(rows), np.full(rows, np.inf)),
         (np.zeros(columns), np.full(columns, np.inf)),
         TOLERANCE,
-        MOST_PROGRAM_STEPS,
-        MOST_GAP,
+        MAX_PROGRAM_STEPS,
+        MAX_GAP,
     )
     is_found = is_finite(ended.x) and is_finite(ended.of_rows)
     return (ended.x, ended.of_rows) if is_found else None
@@ -200,7 +200,7 @@ def lemke_howson(problem: Problem, game: Costs) -> Stage:
     paths, evaluations = dict[int, _Path](), 0
     labels = generator(0).permutation(problem.n)[:LABELS].tolist()
     for number in range(ROUNDS):
-        for label in labels[: max(LABELS >> number, FEWEST_LABELS)]:
+        for label in labels[: max(LABELS >> number, MIN_LABELS)]:
             path = paths[label] = paths.get(label) or _Path(game, label)
             if path.is_over:
                 continue

@@ -24,7 +24,7 @@ from lcpcli.basis.exchanges import BasicSolution, exchanging, in_units_of_state
 from lcpcli.linalg.doubles import ROW_ROUNDING
 from lcpcli.linalg.factors import solve_principal
 from lcpcli.methods.direct import Safeguard
-from lcpcli.methods.newton import LEAST_INDEX_STEPS, gradient_steps
+from lcpcli.methods.newton import MIN_INDEX_STEPS, gradient_steps
 from lcpcli.model.box import BASIC, LOWER, Box
 from lcpcli.model.right_hand_sides import Block
 from lcpcli.typing import Indices, Mask, States, Vector
@@ -143,7 +143,7 @@ def pivoted(
         """Pivot some rows of the frame from their states, and write the solutions into
         `found`."""
         guard, pivoting = (
-            Safeguard(shape[1], LEAST_INDEX_STEPS),
+            Safeguard(shape[1], MIN_INDEX_STEPS),
             exchanging(frame.part(rows), basis),
         )
         going: Indices | None = None

@@ -37,25 +37,25 @@ from lcpcli.typing import Indices, Mask, Matrix, Vector
 TOLERANCE = 1e-13
 # Between its objectives, which rounding may keep from falling further long before the
 # residuals.
-MOST_GAP = 1e-11
+MAX_GAP = 1e-11
 # Numbers of dense matrices for each entry, up to which PIQP is faster with these.
-MOST_PER_ENTRY = 4.0
+MAX_PER_ENTRY = 4.0
 INFINITE = 1e30  # to PIQP, and what is larger
-MOST_STEPS = 60  # of PIQP: about twice as many as it usually takes
+MAX_STEPS = 60  # of PIQP: about twice as many as it usually takes
 # Of linear programs, for which the simplex method is the other choice.
-MOST_LINEAR_STEPS = 40
+MAX_LINEAR_STEPS = 40
 # Of a definite M in units of its diagonal: beyond, the states of PIQP's minimizer are
 # wrong for 36 of 59 beams and frames, below for 4 of 57.
-MOST_CONDITION = 5e12
+MAX_CONDITION = 5e12
 # Of a factorization: PIQP, which cannot be interrupted, then ends in a few tenths of a
 # second.
-MOST_OPERATIONS = 6e7
+MAX_OPERATIONS = 6e7
 
 
 def convex_program(problem: Problem, most_steps: int | None = None) -> Stage:
     """Yield PIQP's point, if only rounding keeps it from solving the problem, then the
     basic solutions of its states, and those after exchanges of wrong signs. most_steps
-    : of PIQP, by default MOST_STEPS, or MOST_LINEAR_STEPS.
+    : of PIQP, by default MAX_STEPS, or MAX_LINEAR_STEPS.
 
     Finished : one of them violates no sign beyond rounding. Breakdown : the problem is
     not that of a convex program, or too large for PIQP, or PIQP finds no minimum.
@@ -71,9 +71,8 @@ def convex_program(problem: Problem, most_steps: int | None = None) -> Stage:
         run = Run(problem, by_units=True)
         most = _most_operations(problem.M, S < 0)
         if (
-            most > MOST_OPERATIONS
-            and operations(systems(run.within.problem.M, run.within.S))
-            > MOST_OPERATIONS
+            most > MAX_OPERATIONS
+            and operations(systems(run.within.problem.M, run.within.S)) > MAX_OPERATIONS
         ):
             return Breakdown("a factorization takes long")
     except (ProblemError, SingularMatrix):
@@ -104,7 +103,7 @@ def _bounded(problem: Problem) -> Stage:
     try:
         within = slack_form(problem, "diagonal")
         inner = within.problem
-        if condition(inner.M) > MOST_CONDITION:
+        if condition(inner.M) > MAX_CONDITION:
             return Breakdown("PIQP's residuals, in doubles, do not tell the states")
         exchanges = Exchanges(within)
         Q, n = csc_matrix(inner.M), inner.n
@@ -116,8 +115,8 @@ def _bounded(problem: Problem) -> Stage:
             (empty, none, none),
             inner.box.vectors(n),
             TOLERANCE,
-            MOST_STEPS,
-            MOST_GAP,
+            MAX_STEPS,
+            MAX_GAP,
         )
         if ended.status != "PIQP_SOLVED":
             return Breakdown("PIQP found no minimum")
@@ -134,18 +133,18 @@ def _bounded(problem: Problem) -> Stage:
 def _most_operations(M: Matrix, is_row: Mask) -> float:
     """Return a bound, but for lower terms, on the operations of a factorization: one
     that eliminates the constraints first, or the variables without entries of Q off the
-    diagonal, and fills all that is left; if that takes more than MOST_OPERATIONS, one
+    diagonal, and fills all that is left; if that takes more than MAX_OPERATIONS, one
     that fills what these variables leave in the envelope of the reverse Cuthill-McKee
     order."""
     counts, n, rows = np.diff(M.indptr), M.shape[0], int(np.count_nonzero(is_row))
     own = float(np.square(counts, dtype=np.float64).sum())
     most: float = own + (n - rows) ** 3 / 3
-    if most <= MOST_OPERATIONS:
+    if most <= MAX_OPERATIONS:
         return most
     of_Q = counts - np.bincount(M.indices[np.repeat(is_row, counts)], minlength=n)
     first = ~is_row & (of_Q <= (M.diagonal() != 0))
     most = own + (n - int(np.count_nonzero(first))) ** 3 / 3
-    if most <= MOST_OPERATIONS:
+    if most <= MAX_OPERATIONS:
         return most
     with imports:
         from scipy.sparse.csgraph import reverse_cuthill_mckee
@@ -205,13 +204,13 @@ def _minimizer(
             (1, -1, -1), (x, equations, rows), parts, strict=True
         )
     )
-    if (x.size + rows.size + equations.size) * x.size <= MOST_PER_ENTRY * (
+    if (x.size + rows.size + equations.size) * x.size <= MAX_PER_ENTRY * (
         Q.nnz + A.nnz + G.nnz
     ):
         Q, A, G = (each.toarray() for each in (Q, A, G))
     of_rows, is_linear = (G, low[rows], high[rows]), not parts[0][1].size
-    usual = MOST_LINEAR_STEPS if is_linear else MOST_STEPS
-    limits = TOLERANCE, usual if most_steps is None else most_steps, MOST_GAP
+    usual = MAX_LINEAR_STEPS if is_linear else MAX_STEPS
+    limits = TOLERANCE, usual if most_steps is None else most_steps, MAX_GAP
     ended = convex_minimum(
         Q, q[x], (A, -q[equations]), of_rows, (lower[x], upper[x]), *limits
     )

@@ -59,15 +59,15 @@ from lcpcli.typing import Mask, Matrix, States, Vector
 MADE_FOR_IT = "interior"  # the method that begins with this one
 # A condition number from which on methods without factors need hundreds of iterations
 # for a digit; and one beyond which doubles do not tell it.
-STIFF, MOST_TOLD = 1e4, 1e16
+STIFF, MAX_TOLD = 1e4, 1e16
 FINISH = "finish"
-MOST_STEPS = 120  # where 15 to 40 are usual
+MAX_STEPS = 120  # where 15 to 40 are usual
 # Between the two indicators of a variable that tell its state; so many of them may be
 # closer, or such a part.
 CLEAR, FEW_UNCLEAR, UNCLEAR_SHARE = 0.3, 2, 0.01
 # At one look: exchanges that do not leave fewer wrong signs, and the part of the states
 # that may be wrong.
-MOST_STAGNANT, MOST_WRONG = 3, 0.2
+MAX_STAGNANT, MAX_WRONG = 3, 0.2
 VANISHED_MU = 1e-80
 # Relative to the largest z, and to the terms of a row: what double-double leaves of 0.
 ZERO_Z, ZERO_W = EPS**1.2, 8 * EPS**2
@@ -94,7 +94,7 @@ def stiffness(M: Matrix) -> float | None:
 
 def in_words(size: float) -> str:
     """Return a condition number as it is told."""
-    return f"about {size:.0e}" if size <= MOST_TOLD else f"above {MOST_TOLD:.0e}"
+    return f"about {size:.0e}" if size <= MAX_TOLD else f"above {MAX_TOLD:.0e}"
 
 
 # Without it: no verdict is lost, and a beam of 30,000 unknowns takes a third of the
@@ -197,7 +197,7 @@ class _Run:
     def steps(self, start_slack: float) -> Stage:
         steps = _AccurateSteps(self._within, self._exchanges.systems)
         at, looked = steps.start(start_slack), b""
-        for _ in range(MOST_STEPS):
+        for _ in range(MAX_STEPS):
             before = at
             at, length, _ = steps.next(at)
             self._exchanges.count += 1
@@ -253,7 +253,7 @@ class Exchanges:
     def from_states(self, states: States) -> Iterator[Iterate]:
         """Yield the basic solutions from these states on, while few signs are wrong."""
         box, fewest, stagnant = self.problem.box, self.problem.n + 1, 0
-        while stagnant <= MOST_STAGNANT:
+        while stagnant <= MAX_STAGNANT:
             basic = states == BASIC
             z, w = self.systems.basic(self.problem.q, box.nonbasic(states), basic)
             violations = self._violations(z, w, states)
@@ -262,7 +262,7 @@ class Exchanges:
             self.count += 1
             self.is_solved = not count
             yield self._finished(z.high, states)
-            if not count or count > MOST_WRONG * self.problem.n:
+            if not count or count > MAX_WRONG * self.problem.n:
                 return
             stagnant += count >= fewest
             if count > fewest:

@@ -46,32 +46,32 @@ from lcpcli.verify.final_states import (
 from lcpcli.verify.measure import FEW_UNKNOWNS, FINEST, Measure, least_caps
 from lcpcli.verify.point import Point
 
-MOST_UNKNOWNS = 100
+MAX_UNKNOWNS = 100
 # Unknowns up to which Lemke's path is followed before anything but newton is tried.
-MOST_PIVOTED = 300
+MAX_PIVOTED = 300
 # Unknowns up to which a narrow band is taken dense; its sparse factors cost little.
-MOST_NARROW_AS_DENSE = 150
+MAX_NARROW_AS_DENSE = 150
 # Times the entries of M: a band that has no more is full, as for problems in one
 # dimension.
-MOST_OF_BAND = 1.5
+MAX_OF_BAND = 1.5
 # unknowns: up to here all methods but interior take M dense, in whatever form it is
 # given.
-MOST_AS_DENSE = 400
+MAX_AS_DENSE = 400
 # Of a dense M: entries other than 0, as a part of all, up to which sparse factors may
 # cost less.
-MOST_FILLED, MOST_FILLED_LARGE = 0.1, 0.01
+MAX_FILLED, MAX_FILLED_LARGE = 0.1, 0.01
 # A full band with so few entries has none beyond an eighth of the unknowns from the
 # diagonal.
 FAR_FROM_DIAGONAL = 8
 # Unknowns of a program from which on PIQP takes less time than pivoting.
-FEWEST_FOR_PIQP = 50
-MOST_COMPILED = 400  # the same for the compiled path of a mixed problem
+MIN_FOR_PIQP = 50
+MAX_COMPILED = 400  # the same for the compiled path of a mixed problem
 # What kernels find: no answer, one to be judged, or a solution beyond doubt.
 NOTHING, CANDIDATE, CERTAIN = 0, 1, 2
 # Of all signs at a start: if more are wrong, it is not near a solution's basis.
-MOST_WRONG = 0.25
+MAX_WRONG = 0.25
 # Of many problems at once, before those that are left are solved one by one.
-MOST_STEPS = 12
+MAX_STEPS = 12
 # Block exchanges without a new minimum of wrong signs, before single ones.
 BLOCK_PATIENCE = 10
 # Of all signs, and exchanges without a new minimum: while that is larger than a part,
@@ -205,7 +205,7 @@ def may_be_program(problem: Problem) -> bool:
     unknowns that it takes less time than pivoting: for sparse M, or of a program, with
     zeros on the diagonal, as constraints have them, or for a band that may be stiff."""
     M = problem.M
-    if problem.n < FEWEST_FOR_PIQP:
+    if problem.n < MIN_FOR_PIQP:
         return False
     form = problem.block_form
     is_bounded_only = form is not None and problem.n == form.variables
@@ -224,10 +224,10 @@ def stored(M: Matrix) -> Matrix:
     """Return M in the form whose route takes less time: in compressed rows if it has
     few entries, and is large or a band."""
     n, far = M.shape[0], M.shape[0] // FAR_FROM_DIAGONAL
-    if is_sparse(M) or n <= MOST_NARROW_AS_DENSE:
+    if is_sparse(M) or n <= MAX_NARROW_AS_DENSE:
         return M
-    if n > MOST_AS_DENSE:
-        return matrices.thinned(M, MOST_FILLED_LARGE * n**2)
+    if n > MAX_AS_DENSE:
+        return matrices.thinned(M, MAX_FILLED_LARGE * n**2)
     if (
         M[0, far:].any()
         or M[-1, :-far].any()
@@ -235,7 +235,7 @@ def stored(M: Matrix) -> Matrix:
         or M[n // 2, n // 2 + far :].any()
     ):
         return M  # most matrices that are no bands take microseconds
-    thin = matrices.thinned(M, MOST_FILLED * n**2)
+    thin = matrices.thinned(M, MAX_FILLED * n**2)
     return thin if is_full_band(thin) else M
 
 
@@ -243,9 +243,7 @@ def is_full_band(M: Matrix) -> bool:
     """Return whether M is a full band, sparse and narrow, of so many unknowns that its
     sparse factors are used."""
     return (
-        is_sparse(M)
-        and M.shape[0] > MOST_NARROW_AS_DENSE
-        and is_narrow(M, MOST_OF_BAND)
+        is_sparse(M) and M.shape[0] > MAX_NARROW_AS_DENSE and is_narrow(M, MAX_OF_BAND)
     )
 
 
@@ -256,7 +254,7 @@ def applies(problem: Problem) -> bool:
 
 def has_few_moderate(problem: Problem) -> bool:
     """Return whether a problem has few unknowns and moderate numbers."""
-    return problem.n <= MOST_UNKNOWNS and problem.is_moderate
+    return problem.n <= MAX_UNKNOWNS and problem.is_moderate
 
 
 def basic_zeros(problem: Problem) -> Mask | None:
@@ -327,7 +325,7 @@ def exchanges(
         steps += 1
         made = z, w, is_single
         count = number_of(wrong)
-        if is_start and count > MOST_WRONG * n:
+        if is_start and count > MAX_WRONG * n:
             yield made
             is_start, basic = False, q < 0.0
             continue
@@ -502,7 +500,7 @@ def direct_many(
     Z, found = np.zeros(q.shape), np.zeros((len(q), 2), dtype=np.intp)
     rows, start = np.arange(len(q)), np.broadcast_to(box.corner, q.shape)
     basis = box.basis_of((start - q - each_product(M, start)) / 2)
-    for steps in range(1, MOST_STEPS + 1):
+    for steps in range(1, MAX_STEPS + 1):
         basic, z = basis == BASIC, box.nonbasic(basis)
         inverse = principal_inverses(M, basic)
         z = z - each_product(inverse, each_product(M, z) + q)

@@ -28,7 +28,7 @@ from lcpcli.linalg.factors import SingularMatrix
 from lcpcli.linalg.matrices import is_sparse, multiplier, plus_diagonal, principal
 from lcpcli.linalg.shifted_systems import systems
 from lcpcli.methods.definite import definite
-from lcpcli.methods.direct import MOST_AS_DENSE
+from lcpcli.methods.direct import MAX_AS_DENSE
 from lcpcli.methods.interior_steps import (
     AccurateSystems,
     PrimalDualPoint,
@@ -54,7 +54,7 @@ from lcpcli.model.problem import Problem
 from lcpcli.typing import States, Vector
 
 FINISH, BEST = "finish", "best"
-MOST_INTERIOR_STEPS = 150  # of an attempt: a few times the tens that it usually takes
+MAX_INTERIOR_STEPS = 150  # of an attempt: a few times the tens that it usually takes
 WARM_UP_STEPS = 8  # after which an attempt may be given up for short steps
 # It is given up if the mean length of so many steps is below that.
 RECENT_STEPS, SLOW_LENGTH = 7, 0.4
@@ -76,7 +76,7 @@ PROXIMAL_SHIFT = 3e-8
 LARGER_SHIFT = 1e-6
 # At most; it ends if w_B falls by less than that factor.
 PROXIMAL_STEPS, SLOW_PROXIMAL = 15, 0.7
-LEAST_STEPS = 2  # before that, so that rows with small terms are solved as accurately
+MIN_STEPS = 2  # before that, so that rows with small terms are solved as accurately
 EXCHANGE_ROUNDS = 5  # of wrong signs: a nearly right active set needs one or two
 # Of exchanges from a given point: more of them cost a large part of a run without it.
 START_ROUNDS = 2
@@ -167,7 +167,7 @@ def of_stiff(problem: Problem) -> Stage:
     if isinstance(first, Finished):
         return first
     ending = yield from turns.take("", attempts(problem, ATTEMPTS))
-    is_large = problem.n > MOST_AS_DENSE
+    is_large = problem.n > MAX_AS_DENSE
     if is_large and isinstance(ending, Stalled | Breakdown):
         return GivenUp(getattr(first, "reason", ""))
     return ending
@@ -208,7 +208,7 @@ def at_point(problem: Problem, x: Vector, tried: Tried | None = None) -> Stage:
         tried is not None
         and not isinstance(ending, Finished)
         and is_sparse(problem.M)
-        and problem.n > MOST_AS_DENSE
+        and problem.n > MAX_AS_DENSE
     ):
         tried["interior"] = [run.attempts(FIRST_ATTEMPTS)]
     return ending
@@ -257,7 +257,7 @@ class Run:
         except SingularMatrix:
             return Breakdown("a factorization failed")
         least, idle_steps, tried, lengths = np.inf, 0, np.inf, list[float]()
-        for k in range(MOST_INTERIOR_STEPS + 1):
+        for k in range(MAX_INTERIOR_STEPS + 1):
             mu = steps.mu(at)
             merit = max(steps.pairs * mu / steps.gap_size(at), steps.residuals(at)[2])
             idle_steps = 0 if merit < 0.9 * least else idle_steps + 1
@@ -432,7 +432,7 @@ class _ProximalSolutions:
             size = float(np.abs(w[basic]).max())
             if size < least or size <= ROUNDING:
                 best, least = (z, w), min(size, least)
-            if size > SLOW_PROXIMAL * last and step >= LEAST_STEPS:
+            if size > SLOW_PROXIMAL * last and step >= MIN_STEPS:
                 break
             last = size
         z, w = best

@@ -186,7 +186,7 @@ def _is_clear(within: SlackForm, y: Vector, nearly: float) -> bool:
 SYSTEM_REFINEMENTS = 8  # each costs a solve; GMRES takes over if they are not enough
 SLOW_REFINEMENT = 0.3  # the factor per refinement above which GMRES takes over
 # Of a solution, relative to the right-hand side: more is out of reach in doubles.
-LEAST_ACCURACY = 1e-13
+MIN_ACCURACY = 1e-13
 # Relative to the right-hand side: refinement that leaves more calls for a smaller rho.
 DOUBTFUL_RESIDUAL = 1e-5
 # The same of the factors: a larger rho next time, or at once.
@@ -222,9 +222,9 @@ class AccurateSystems:
 
     def solve(self, b: Vector, target: float = 0.0) -> tuple[Vector, Vector]:
         """Return x and b - (M + D) x, of a weighted norm up to the target or
-        LEAST_ACCURACY |b|, if that can be."""
+        MIN_ACCURACY |b|, if that can be."""
         size = self._norm(b) + 1e-300
-        goal = max(LEAST_ACCURACY * size, target)
+        goal = max(MIN_ACCURACY * size, target)
         x, r, of_factors = self._first(b)
         while not of_factors <= USELESS_FACTORS * size and self.rho < self._most:
             # From now on the least one.
@@ -294,7 +294,7 @@ class AccurateSystems:
 
 # Of mu: the smallest target of a step, so that products s w do not vanish one before
 # another.
-LEAST_SIGMA = 1e-6
+MIN_SIGMA = 1e-6
 CORRECTORS = 2  # of Gondzio's, at most
 # The least gain in step length that a corrector is worth, and the one aimed at.
 WORTH_GAIN, ASPIRED_GAIN = 0.01, 0.3
@@ -419,7 +419,7 @@ class Steps:
             return self._moved(at, affine, 1.0), 1.0, affine
         length = min(self._longest(at, affine), 1.0)
         after = float((at.s + length * affine.s) @ (at.w + length * affine.w)) / pairs
-        sigma = max(min(max(after, 0.0) / mu, 1.0) ** 3, LEAST_SIGMA)
+        sigma = max(min(max(after, 0.0) / mu, 1.0) ** 3, MIN_SIGMA)
         target = sigma * mu
         # By Mehrotra's direction, and then Gondzio's corrections.
         wanted = target - at.s * at.w - affine.s * affine.w

@@ -44,22 +44,22 @@ MEMORY = 10
 # Times the merit at the start: what the first MEMORY steps must get below, if they are
 # not perturbed.
 SLACK = 100.0
-MOST_HALVINGS = 20  # of the way to another start, for it to be in the domain of F
+MAX_HALVINGS = 20  # of the way to another start, for it to be in the domain of F
 # Of the natural residual at the start: what may be all that rounding leaves.
 NEARLY_SOLVED = 1e-8
 # Of the terms of a row, and times the noise of F, by which its F may be off.
 FEW_ROUNDINGS, FEW_NOISES = 16, 8
-MOST_TRIED = 3  # times that the noise is asked for in a run
+MAX_TRIED = 3  # times that the noise is asked for in a run
 # Times the size of the start: z that run off, for which other steps of differences do
 # not help.
 FAR = 1e8
 # Steps that do not decrease the merit, or only within noise, after which noise may be
 # all that is left.
 FRUITLESS = 4
-MOST_NOISY = 1e-2  # of that residual: what may be all that the noise of F leaves
+MAX_NOISY = 1e-2  # of that residual: what may be all that the noise of F leaves
 # Unknowns of a problem that by default is given up after about a second.
-MOST_BRIEF = 200
-MOST_LINEARIZATIONS = 1000  # of a small problem in that time
+MAX_BRIEF = 200
+MAX_LINEARIZATIONS = 1000  # of a small problem in that time
 # Unknowns from which on the cubic work of a linearization counts more than all else.
 CUBIC = 130
 FUNCTIONS = 64  # evaluations of F that count as a linearization of a small problem
@@ -110,7 +110,7 @@ def josephy_newton(
     for d with z + d in the bounds.
 
     start : an admissible z, where F is finite. linear : solves the linearizations.
-    is_brief : whether, with at most MOST_BRIEF unknowns, it is given up after about a
+    is_brief : whether, with at most MAX_BRIEF unknowns, it is given up after about a
     second, by the numbers of linearizations, of their pivots, and of evaluations of F.
 
     The steps, as the trace names them: "crash" solves the linearization for the
@@ -132,7 +132,7 @@ def josephy_newton(
     Finished : the natural residual is 0, or all but that and no step decreases it.
     Stalled : all starts are stuck, which proves nothing.
     """
-    search = _Search(evaluations, linear, is_brief and start.size <= MOST_BRIEF)
+    search = _Search(evaluations, linear, is_brief and start.size <= MAX_BRIEF)
     ending: Ending = Stalled(STATIONARY)
     for number in range(restarts + 1):
         if search.is_long:
@@ -164,23 +164,23 @@ DECREASE = 1e-4  # of the merit, relative to the length of a step
 SHORTEST = 2.0**-12
 # Of the diagonal of J, relative to its rows, where its linearization has no solution.
 PERTURBATIONS = 1e-4, 1e-2, 1.0
-LEAST_PERTURBATION = 1e-12
+MIN_PERTURBATION = 1e-12
 # By which a perturbation is divided after a step, and multiplied where there is none.
 FALL, RISE = 10.0, 100.0
 # A part of a perturbed step from which on no other perturbation is tried.
 LONG_PART = 1 / 4
 # Linearizations that are tried longer and lead nowhere, after which none is tried
 # longer.
-MOST_FRUITLESS = 4
+MAX_FRUITLESS = 4
 # Of the natural residual at the start, from which on the active set may be that of a
 # solution.
 NEAR = 1e-4
 # Unknowns for which its equations are solved, up to relative singular values.
-MOST_ACTIVE, DEPENDENT = 1000, 1e-9
+MAX_ACTIVE, DEPENDENT = 1000, 1e-9
 # Steps before the first linearization, and how fast the merit falls.
-MOST_CRASHED, CRASH_DECREASE = 20, 0.5
+MAX_CRASHED, CRASH_DECREASE = 20, 0.5
 # Of these steps: the shortest, and how many are cut back, but the last.
-SHORTEST_CRASH, MOST_DAMPED = 2.0**-4, 4
+SHORTEST_CRASH, MAX_DAMPED = 2.0**-4, 4
 # Of the merit: a full step that leaves more of it may be half of the way to a singular
 # solution.
 HALF_WAY = 1 / 64
@@ -190,7 +190,7 @@ FASTER = 1 / 64
 PATIENCE, PROGRESS = 24, 0.5
 SMOOTHER = 0.2  # how fast mu falls in steps for smoothed merit functions
 # The least mu, and the natural residual, relative to the first one, that ends this.
-LEAST_MU, ALMOST = 1e-22, 1e-6
+MIN_MU, ALMOST = 1e-22, 1e-6
 
 
 class Place(NamedTuple):
@@ -266,8 +266,8 @@ class _Steps:
     def crash(self, place: Place) -> Iterator[Place]:
         """Yield where projected Newton steps lead, in the variables that are not held
         at a bound by the sign of F."""
-        left = MOST_DAMPED
-        for _ in range(MOST_CRASHED):
+        left = MAX_DAMPED
+        for _ in range(MAX_CRASHED):
             t, place = self._crashed(place)
             left -= t < 1.0
             if not t or not left:
@@ -308,7 +308,7 @@ class _Steps:
             merits.append(place.merit)
             yield place
             if size(phi(self.box, place.z, place.F, mu)) <= mu**0.5:
-                mu = max(min(SMOOTHER * mu, size(place.gaps) ** 2), LEAST_MU)
+                mu = max(min(SMOOTHER * mu, size(place.gaps) ** 2), MIN_MU)
 
     @np.errstate(all="ignore")
     def step(
@@ -346,11 +346,11 @@ class _Steps:
         if own:
             rising = RISE * own, RISE**2 * own
         elif left < PERTURBATIONS[0]:
-            rising = max(left, LEAST_PERTURBATION), *PERTURBATIONS
+            rising = max(left, MIN_PERTURBATION), *PERTURBATIONS
         for share in (own, *rising):
             if share <= PERTURBATIONS[-1]:
                 yield share, False
-        if self._fruitless < MOST_FRUITLESS:
+        if self._fruitless < MAX_FRUITLESS:
             yield own, True
 
     def _solved(
@@ -395,7 +395,7 @@ class _Steps:
         """Return where the shortest step leads that solves the equations of the active
         set at a place near a solution, as well as they can be solved: J may be singular
         there, if multipliers are not unique."""
-        if place.z.size > MOST_ACTIVE:
+        if place.z.size > MAX_ACTIVE:
             return None
         lower, upper = self.box.moved_by(place.z).vectors(place.z.size)
         low, high = lower >= -place.F, upper <= -place.F
@@ -468,7 +468,7 @@ class _Search(_Steps):
             is_brief,
             np.inf,
             False,
-            MOST_TRIED,
+            MAX_TRIED,
         )
         self._tried: Place | None = None
 
@@ -478,7 +478,7 @@ class _Search(_Steps):
         work = self.linearizations * (1 + (n / CUBIC) ** 3) + own.pivots / PIVOTS * (
             1 + (n / QUADRATIC) ** 2
         )
-        return self._is_brief and work + own.functions / FUNCTIONS > MOST_LINEARIZATIONS
+        return self._is_brief and work + own.functions / FUNCTIONS > MAX_LINEARIZATIONS
 
     def iterate(self, place: Place, step: str) -> Iterate:
         """Return the iterate for the loop; it is final if its residual is tiny, or did
@@ -506,7 +506,7 @@ class _Search(_Steps):
             moves *= np.maximum(1.0, np.abs(first))
             starts = (
                 self.box.project(first + 0.5**halvings * moves)
-                for halvings in range(MOST_HALVINGS)
+                for halvings in range(MAX_HALVINGS)
             )
             start = next(
                 (
@@ -589,7 +589,7 @@ class _Search(_Steps):
         """Return whether the noise of F may be all that the residual is."""
         is_small = size(
             best.gaps
-        ) <= MOST_NOISY * self.reference or self._is_within_noise(best)
+        ) <= MAX_NOISY * self.reference or self._is_within_noise(best)
         if self._tried is not best and self._left and is_small:
             self._tried, self._left = best, self._left - 1
             self.evaluations.noise_at(best.z)

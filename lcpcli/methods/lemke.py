@@ -301,7 +301,7 @@ def _certificate(
 
 Follow: TypeAlias = Callable[..., tuple[int, int, int, float]]
 # Pivots, or n if that is more, after which the tableau is computed anew.
-LEAST_REFRESHED = 50
+MIN_REFRESHED = 50
 
 
 @lru_cache(maxsize=16)
@@ -349,7 +349,7 @@ class LemkePath:
         it is old, or there is a ray."""
         last = self.pivots + most
         while self.end == PAUSED and self.pivots < last:
-            young = max(LEAST_REFRESHED, self.k.size) - self.age
+            young = max(MIN_REFRESHED, self.k.size) - self.age
             if young <= 0:
                 self._refresh()
                 continue

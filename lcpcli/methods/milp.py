@@ -32,7 +32,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from lcpcli.basis.dual_simplex import MOST_DENSE, DualSimplex
+from lcpcli.basis.dual_simplex import MAX_DENSE, DualSimplex
 from lcpcli.basis.exchanges import BasicSolutions
 from lcpcli.clock import imports
 from lcpcli.interrupts import TimeIsUp, check, interruptibly, remaining, silent
@@ -40,7 +40,7 @@ from lcpcli.linalg.doubles import ROW_ROUNDING, is_finite
 from lcpcli.linalg.factors import SingularMatrix
 from lcpcli.linalg.matrices import dense, is_sparse, stack, unit_columns
 from lcpcli.methods import stages
-from lcpcli.methods.direct import MOST_AS_DENSE, as_dense
+from lcpcli.methods.direct import MAX_AS_DENSE, as_dense
 from lcpcli.methods.stages import (
     TIME_LIMIT_REACHED,
     Finished,
@@ -157,7 +157,7 @@ def candidates(
     reached, or a set where the caller found no solution has no proof.
     """
     M, q, tree, unresolved = system.M, system.q, _Nodes(system), False
-    whole = None if is_sparse(M) or q.size > MOST_DENSE else root or DualSimplex(M, q)
+    whole = None if is_sparse(M) or q.size > MAX_DENSE else root or DualSimplex(M, q)
     pending = [_Node(np.full(q.size, OPEN, np.int8), whole)]
     for node, is_leaf in explored(tree, pending):
         if is_leaf and not system.excluded(
@@ -256,14 +256,14 @@ class _Nodes:
 GAP = 1e3  # any alpha > 0 suffices: the solver may stop at 1 / GAP of the maximum
 EXHAUSTED = "each complementary set is excluded by a proof in exact arithmetic"
 UNDECIDED = "neither a solution nor a proof that there is none was found"
-MOST_DENSE_ROWS = 1 << 24  # entries of the columns of a set that may be singular
+MAX_DENSE_ROWS = 1 << 24  # entries of the columns of a set that may be singular
 # Of the proof that comes before the nodes that auto examines: as many iterations as
 # take seconds.
 FIRST_EFFORT = 1.0
 # Of M in the nodes that auto examines before it searches, as most proofs take none of
 # them, or a few: milliseconds; in all that it examines; and in those of milp before its
 # program: these take seconds or less.
-FEW_ENTRIES, FIRST_ENTRIES, MOST_ENTRIES = 1 << 12, 1 << 21, 1 << 23
+FEW_ENTRIES, FIRST_ENTRIES, MAX_ENTRIES = 1 << 12, 1 << 21, 1 << 23
 
 
 def milp(problem: Problem, x0: Vector) -> Stage:  # noqa: ARG001 (every method has it)
@@ -307,7 +307,7 @@ def _decided(
     sets_of: Callable[[ComplementarySystem, DualSimplex | None], Sets],
     effort: float = math.inf,
 ) -> Stage:
-    problem = as_dense(problem) if problem.n <= MOST_AS_DENSE else problem
+    problem = as_dense(problem) if problem.n <= MAX_AS_DENSE else problem
     form = stages.standard_form_of(problem)
     if form is None:
         return stages.Breakdown(stages.NO_STANDARD_FORM)
@@ -372,7 +372,7 @@ def _all_sets(system: ComplementarySystem, root: DualSimplex | None) -> Sets:
         return OutOfTime(TIME_LIMIT_REACHED)
     try:
         ending = yield from candidates(
-            system, root, MOST_ENTRIES // system.q.size**2 + 1
+            system, root, MAX_ENTRIES // system.q.size**2 + 1
         )
         if not isinstance(ending, Stalled):
             return ending
@@ -442,7 +442,7 @@ def _solutions(problem: Problem, basis: States) -> Iterator[Vector]:
     with suppress(SingularMatrix):
         yield BasicSolutions(problem).at(basis).z
     active = np.flatnonzero(basis == BASIC)
-    if not 0 < active.size <= MOST_DENSE_ROWS / problem.n:
+    if not 0 < active.size <= MAX_DENSE_ROWS / problem.n:
         return
     with imports:
         from lcpcli.verify.exact_solution import vertex

@@ -64,7 +64,7 @@ MAX_ENTRIES_RATIO = 1.5
 RELAXATIONS = 10
 # Times the entries of a graph: those of a table of neighbours, which is three times as
 # fast.
-MOST_PADDED = 2
+MAX_PADDED = 2
 FEW_LEFT = 50  # one node in so many may be farther than 2 from all roots
 
 
@@ -157,7 +157,7 @@ def _largest_near(A: Matrix) -> Callable[[Any], Any]:
     """Return what returns the largest value among the neighbours of each node in the
     graph of A, itself among them."""
     n, indptr, indices, degrees = A.shape[0], A.indptr, A.indices, np.diff(A.indptr)
-    if degrees.max(initial=0) * n > MOST_PADDED * indices.size:
+    if degrees.max(initial=0) * n > MAX_PADDED * indices.size:
         return lambda values: np.maximum.reduceat(values[indices], indptr[:-1])
     # The k-th neighbours of all nodes are in row k; nodes with fewer are their own.
     table = np.tile(np.arange(n, dtype=indices.dtype), (degrees.max(), 1))

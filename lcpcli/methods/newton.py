@@ -28,7 +28,7 @@ import numpy as np
 
 from lcpcli.basis.exchanges import BasicSolutions, System
 from lcpcli.linalg.doubles import largest
-from lcpcli.linalg.factors import MOST_NUMPY_ROWS, SingularMatrix
+from lcpcli.linalg.factors import MAX_NUMPY_ROWS, SingularMatrix
 from lcpcli.linalg.krylov import gmres
 from lcpcli.linalg.matrices import is_narrow, is_sparse, product
 from lcpcli.methods.direct import Safeguard
@@ -48,10 +48,10 @@ from lcpcli.typing import States, Vector
 if TYPE_CHECKING:
     from lcpcli.methods.direct import Made
 
-LEAST_INDEX, FINISH = "least index", "finish"
+MIN_INDEX, FINISH = "least index", "finish"
 SLOW = "the active set settles too slowly"
 # Before other methods are tried: block steps advance, these may take 2^n.
-LEAST_INDEX_STEPS = 60
+MIN_INDEX_STEPS = 60
 FAST_STEP = 0.5  # of the violations: what a fast step from given states leaves at most
 # Other steps after which states are not nearly right; a step costs little if the band
 # is narrow.
@@ -62,7 +62,7 @@ NEAR_BOUND = 1e-9
 # Steps of GMRES that decide whether the states of a start are worth a factorization:
 GLANCES = 2
 # Of all signs; of random states it is half, of right ones a quarter or fewer.
-MOST_WRONG_AT_A_GLANCE = 0.4
+MAX_WRONG_AT_A_GLANCE = 0.4
 
 # Consecutive iterates with nearly unchanged P before an attempt to finish.
 STABLE_ITERATES = 2
@@ -130,7 +130,7 @@ def newton(
                 return Stalled("the least-index steps were not enough")
             if hasty and guard.is_hopeless(x0.size):
                 return Stalled(SLOW)
-            step = LEAST_INDEX if guard.single else "block"
+            step = MIN_INDEX if guard.single else "block"
     except SingularMatrix as error:
         return Breakdown(str(error))
     return Finished()
@@ -165,7 +165,7 @@ def iterate_of(made: Made, evaluations: int) -> Iterate:
     return Iterate(
         (z - w) / 2,
         None,
-        LEAST_INDEX if is_single else "block",
+        MIN_INDEX if is_single else "block",
         evaluations,
         "newton",
         signs_final=False,
@@ -176,7 +176,7 @@ def iterate_of(made: Made, evaluations: int) -> Iterate:
 def dense_route(
     problem: Problem,
     x0: Vector,
-    patience: float = LEAST_INDEX_STEPS,
+    patience: float = MIN_INDEX_STEPS,
     hasty: bool = False,
 ) -> Stage:
     """Run newton from x0 or, if x0 = 0, from the reference point and its w (z = 0 and w
@@ -189,7 +189,7 @@ def dense_route(
     """
     reference = 0.0 if problem.reference_z is None else problem.reference_z
     start = x0 if np.count_nonzero(x0) else (reference - problem.q_ref) / 2
-    if problem.n <= MOST_NUMPY_ROWS:
+    if problem.n <= MAX_NUMPY_ROWS:
         return (yield from newton(problem, start, patience, hasty))
     turns = Turns(x0)
     ending = yield from turns.take("gradient", projected_gradient(problem, x0))
@@ -245,13 +245,13 @@ def from_states(
 def from_start(problem: Problem, basis: States) -> Stage:
     """Pivot as `from_states` from the states of a start, unless a rough basic solution
     of a large M, which costs less than a factorization, has more than
-    MOST_WRONG_AT_A_GLANCE wrong signs.
+    MAX_WRONG_AT_A_GLANCE wrong signs.
 
     Of right states, few of these are wrong if M + M' is nearly positive definite. That
     is unknown; but where an M_ii <= 0 shows that it is not, nothing is concluded.
     """
     M, diagonal = problem.M, problem.M.diagonal()
-    if problem.n > MOST_NUMPY_ROWS and diagonal.min() > 0.0:
+    if problem.n > MAX_NUMPY_ROWS and diagonal.min() > 0.0:
         with np.errstate(all="ignore"):
             z, factors = (
                 problem.box.nonbasic(basis),
@@ -262,7 +262,7 @@ def from_start(problem: Problem, basis: States) -> Stage:
             w += product(M, step)
             w[basis == BASIC] = 0.0
             wrong = np.count_nonzero(problem.box.wrong(z + step, w, basis))
-        if wrong > MOST_WRONG_AT_A_GLANCE * problem.n:
+        if wrong > MAX_WRONG_AT_A_GLANCE * problem.n:
             return Stalled("the given states are far from those of a solution")
     return (yield from from_states(problem, basis))
 
@@ -330,8 +330,8 @@ LOOKS_TO_ADVANCE = 3
 # Of |w|^2 over its start, in units with a unit diagonal: the iteration diverges.
 GRADIENT_GROWTH = 1e6
 # At least; for large n no more products than a factorization costs:
-MOST_GRADIENT_STEPS = 40
-MOST_PER_UNKNOWN = 1 / 12
+MAX_GRADIENT_STEPS = 40
+MAX_PER_UNKNOWN = 1 / 12
 # Sizes up to which, and down to whose inverse, single precision has room for products.
 SINGLE_RANGE = 1e9
 
@@ -347,7 +347,7 @@ def projected_gradient(problem: Problem, x0: Vector) -> Stage:
 
     Yields the last x = (z - D^-1 w) / 2, which stands for the likely states: what the
     loop does with an iterate may take as long as a step. Finished : the states have
-    settled. Stalled : they have not settled within MOST_GRADIENT_STEPS, or do not
+    settled. Stalled : they have not settled within MAX_GRADIENT_STEPS, or do not
     settle any further.
     """
     box, diagonal = problem.box, problem.M.diagonal()
@@ -426,7 +426,7 @@ def gradient_steps(
     """
     basis, start, t = box.basis_of(0.5 * (z - w)), _dots(w, w), z.dtype.type(0.5)
     for step in range(
-        1, max(MOST_GRADIENT_STEPS, round(MOST_PER_UNKNOWN * z.shape[-1])) + 1
+        1, max(MAX_GRADIENT_STEPS, round(MAX_PER_UNKNOWN * z.shape[-1])) + 1
     ):
         change = t * w
         former, z = z, box.project(np.subtract(z, change, out=change))

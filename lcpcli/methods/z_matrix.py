@@ -232,7 +232,7 @@ def z_matrix(problem: Problem) -> Stage:
     return Finished()
 
 
-MOST_PASSES = 50  # after which exchanges take over
+MAX_PASSES = 50  # after which exchanges take over
 
 
 class Elimination:
@@ -294,7 +294,7 @@ class Elimination:
     def _in_runs(self, q: Vector, basic: Mask) -> tuple[Vector, Mask]:
         """Return z and which variables are basic, among them those that are known to
         be."""
-        for _ in range(MOST_PASSES):
+        for _ in range(MAX_PASSES):
             begins, ends = ~basic[:-1] & basic[1:], basic[:-1] & ~basic[1:]
             L, pivots = self._factors(
                 self._below, self._diagonal, np.where(begins, 0.0, self._link)

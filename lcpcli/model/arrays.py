@@ -27,7 +27,7 @@ from lcpcli.errors import (
 )
 from lcpcli.linalg.doubles import (
     FAR_FROM_ONE,
-    MOST_LOOPED_ENTRIES,
+    MAX_LOOPED_ENTRIES,
     is_finite,
     largest,
     sizes,
@@ -235,7 +235,7 @@ def _as_finite(field: str, M: Matrix) -> tuple[Matrix, tuple[float, float]]:
     if is_sparse(M):
         M = _as_sparse(field, M)
         least, most = sizes(M.data)
-    elif M.size <= 2 * MOST_LOOPED_ENTRIES:
+    elif M.size <= 2 * MAX_LOOPED_ENTRIES:
         least, most = sizes(M)
     else:
         least, most = float(np.abs(M.diagonal()).min()), float(max(M.max(), -M.min()))

@@ -42,7 +42,7 @@ CANCELLATION = 1000
 # A bound of this size or more means none, by the convention of MPS files and of OSQP.
 NO_BOUND = 1e20
 # A bound of this size or more may mean none (see `far_sides`).
-LEAST_FAR = 1e13
+MIN_FAR = 1e13
 LARGEST_X = LARGEST_DOUBLE / 2  # up to this |x|, z and w are finite
 # states: z_i = l_i and w_i >= 0, w_i = 0, z_i = u_i and w_i <= 0.
 LOWER, BASIC, UPPER = -1, 0, 1
@@ -139,7 +139,7 @@ class Box:
         one (see `far_sides`)."""
         sizes = (np.abs(ends) for ends in (self.lower, self.upper))
         return any(
-            np.count_nonzero(own >= LEAST_FAR) > np.count_nonzero(np.isinf(own))
+            np.count_nonzero(own >= MIN_FAR) > np.count_nonzero(np.isinf(own))
             for own in sizes
         )
 

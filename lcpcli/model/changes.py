@@ -42,7 +42,7 @@ from lcpcli.typing import Indices, Mask, Vector
 # Times the reach of others: a far side that counts, in a problem with the same states.
 NEARER = 1e5
 CLEAR = 1e-9  # of the terms of w: what is no rounding
-MOST_RATIO = 1e3  # of two of them, as a power of the given ratio if that is more
+MAX_RATIO = 1e3  # of two of them, as a power of the given ratio if that is more
 MODERATE_POWER = 300  # the power of two up to which R q is usually left unchanged
 
 
@@ -540,7 +540,7 @@ def relaxed(
         pairs = list(zip((low, high, q), counted, strict=True))
         sizes = np.concatenate([np.abs(each[own]) for each, own in pairs])
         least, ratio = float(sizes.min()), float(sizes.max() / sizes.min())
-        power = 1.0 if ratio <= MOST_RATIO else math.log(MOST_RATIO, ratio)
+        power = 1.0 if ratio <= MAX_RATIO else math.log(MAX_RATIO, ratio)
         low, high, q = (
             np.where(own, _nearer(each, least, power, reach), each)
             for each, own in pairs

@@ -30,7 +30,7 @@ from lcpcli.model.box import Box
 from lcpcli.model.nonlinear import NonlinearProblem
 from lcpcli.typing import Indices, Mask, Matrix, Vector
 
-MOST_DENSE = 100  # unknowns up to which J is differenced column by column, and is dense
+MAX_DENSE = 100  # unknowns up to which J is differenced column by column, and is dense
 # Points whose F is kept, as the loop and the method, and J by differences, ask for it
 # again.
 KEPT = 4
@@ -40,11 +40,11 @@ LONG_STEP = 2.0**-7  # that tells whether differences by STEP are doubtful
 DOUBTFUL = 0.2
 # Of the slope by the longer step: one by the shorter step that is next to nothing.
 FLAT = 1 / 64
-MOST_ADAPTED = 6  # times that steps are changed in a run
+MAX_ADAPTED = 6  # times that steps are changed in a run
 # Times the root of the relative noise: the best step, and the longest one.
 BEST, LONGEST = 8**0.25, 2.0**-3
 # Of steps; of quotients by two steps, and by how many roundings F changes.
-MOST_SHORTER, SAME, ROUNDINGS = 12, 0.1, 64
+MAX_SHORTER, SAME, ROUNDINGS = 12, 0.1, 64
 WRONG = 0.1  # the relative difference from which an entry of J is said to be wrong
 # Relative to the largest entry of the row, for such changes: the size from which an
 # entry is.
@@ -74,13 +74,13 @@ COVERED = 0.1
 SPACINGS = tuple(2.0**-power for power in range(9, 37, 3))
 RESOLVED = 2.0**-30  # the finest of them that tell oscillations from noise
 # Of differences of third order with the spacing, where this resolves F.
-LEAST_FALL, CUBIC = 4.0, (128.0, 4096.0)
+MIN_FALL, CUBIC = 4.0, (128.0, 4096.0)
 # Relative to the largest |F_i|: differences of third order that are no more than
 # rounding.
 QUIET = 16 * EPS
 ORDERS = 6  # of differences, from ORDERS + 1 points
 # Of first differences that may be 0: of more, the points are too close.
-MOST_EQUAL = 0.5
+MAX_EQUAL = 0.5
 # Of the largest first difference, less the median: the next one, unless that is a jump.
 JUMP = 1e-2
 # The ratio of the noise by differences of successive orders, if it is that of noise.
@@ -120,7 +120,7 @@ class Evaluations:
             )
         self.problem, self._given = problem, pattern
         self.functions = self.jacobians = self.pivots = 0
-        self._is_given, self._left = difference_step is not None, MOST_ADAPTED
+        self._is_given, self._left = difference_step is not None, MAX_ADAPTED
         self._shares = np.full(
             problem.n, STEP if difference_step is None else difference_step
         )
@@ -212,7 +212,7 @@ class Evaluations:
             for group in self._groups:
                 self._shorten(z, F, group)
         is_changed = bool((np.abs(np.log2(self._shares / before)) > 1).any())
-        self._left = max(self._left - (1 if is_changed else MOST_ADAPTED // 2), 0)
+        self._left = max(self._left - (1 if is_changed else MAX_ADAPTED // 2), 0)
         self._last = None if is_changed else self._last
         return is_changed
 
@@ -229,7 +229,7 @@ class Evaluations:
         """Divide the steps of a group until that changes its quotients little, or
         rounding begins."""
         longer = self._quotient(z, F, self._steps(z), group)
-        for _ in range(MOST_SHORTER):
+        for _ in range(MAX_SHORTER):
             self._shares[group] /= RATIO
             steps = self._steps(z)
             shorter = self._quotient(z, F, steps, group)
@@ -254,10 +254,10 @@ class Evaluations:
         sides, as a clause; "" if none does by much, and where there would be too many
         differences."""
         J = self.jacobian(z)
-        if self.problem.J is None or (self.problem.n > MOST_DENSE and not is_sparse(J)):
+        if self.problem.J is None or (self.problem.n > MAX_DENSE and not is_sparse(J)):
             return ""
         other = Evaluations(
-            copy(self.problem), J if self.problem.n > MOST_DENSE else None
+            copy(self.problem), J if self.problem.n > MAX_DENSE else None
         )
         other.problem.J = None
         other.adapt(z)
@@ -300,7 +300,7 @@ class Evaluations:
                 from scipy.sparse import coo_array
             pattern = coo_array(self._given).tocsc()  # where repeated entries are one
             return np.split(pattern.indices, pattern.indptr[1:-1])
-        if n <= MOST_DENSE:
+        if n <= MAX_DENSE:
             return None
         z, F = self.problem.x0, self.values(self.problem.x0)
         for j in range(n):
@@ -595,7 +595,7 @@ def _oscillates(
         # Of the noise, not of curvature.
         fall = np.where(thirds[k - 1] > ALIKE * found, 0.0, thirds[k - 1] / thirds[k])
         resolved |= (
-            is_open & (last >= LEAST_FALL) & (fall >= CUBIC[0]) & (fall <= CUBIC[1])
+            is_open & (last >= MIN_FALL) & (fall >= CUBIC[0]) & (fall <= CUBIC[1])
         )
         is_open &= ~resolved & (fall <= CUBIC[1])
         last = fall
@@ -645,7 +645,7 @@ def _level(
     )
     levels, changes, first = list[Vector](), list[Mask](), np.diff(F, axis=0)
     sorted_changes = np.sort(np.abs(first - np.median(first, axis=0)), axis=0)
-    few = ((first == 0).mean(axis=0) <= MOST_EQUAL) & (
+    few = ((first == 0).mean(axis=0) <= MAX_EQUAL) & (
         sorted_changes[-2] >= JUMP * sorted_changes[-1]
     )  # no jump
     for order in range(1, ORDERS):

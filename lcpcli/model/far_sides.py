@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from lcpcli.model.box import LEAST_FAR
+from lcpcli.model.box import MIN_FAR
 from lcpcli.typing import Mask, Vector
 
 # Times the largest of the sides that are not far: how far others are.
@@ -57,13 +57,13 @@ def far_sides(
         is_row[y] = (is_lower | is_upper)[y]
         of_rows[y] = np.abs(q)[y]
     all_sizes = np.concatenate((np.abs(lower), np.abs(upper), of_rows))
-    reach = float(all_sizes[all_sizes < LEAST_FAR].max(initial=reach))
-    least = max(LEAST_FAR, FAR_BEYOND * reach)
+    reach = float(all_sizes[all_sizes < MIN_FAR].max(initial=reach))
+    least = max(MIN_FAR, FAR_BEYOND * reach)
     sizes = np.abs(lower), np.abs(upper), np.where(is_row, of_rows, 0.0)
     far = [(each >= least) & (each < np.inf) for each in sizes]
     # Sides that leave only far values are meant as they are.
-    low = far[0] & (lower < 0) & (upper > -LEAST_FAR)
-    high = far[1] & (upper > 0) & (lower < LEAST_FAR)
+    low = far[0] & (lower < 0) & (upper > -MIN_FAR)
+    high = far[1] & (upper > 0) & (lower < MIN_FAR)
     rows = far[2] & np.where(upper == np.inf, q > 0, q < 0)
     found = FarSides(low, high, rows)
     if not found.number:

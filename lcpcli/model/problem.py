@@ -27,7 +27,7 @@ from lcpcli.model.arrays import (
     own,
     own_matrix,
 )
-from lcpcli.model.box import LEAST_FAR, ORTHANT, Box, Reference, bounds_of, reference
+from lcpcli.model.box import MIN_FAR, ORTHANT, Box, Reference, bounds_of, reference
 from lcpcli.typing import BoundLike, Matrix, Vector, VectorLike
 
 if TYPE_CHECKING:
@@ -351,7 +351,7 @@ class Problem:
         """Return whether some sides most likely stand for infinite ones."""
         is_far = self.box.is_far
         if not is_far and self.origin is not None:  # a far side of a row
-            is_far = self.sizes_of_q[1] >= LEAST_FAR
+            is_far = self.sizes_of_q[1] >= MIN_FAR
         return is_far and self.far_sides is not None
 
     @cached_property

@@ -19,7 +19,7 @@ from lcpcli.linalg.doubles import (
     sizes,
 )
 from lcpcli.linalg.factors import (
-    MOST_NUMPY_ROWS,
+    MAX_NUMPY_ROWS,
     each_product,
     well_conditioned_inverse,
 )
@@ -73,7 +73,7 @@ class Columns:
         self.like = Problem(
             M, np.zeros(self.n), lower=lower, upper=upper, infinity=infinity
         )
-        self.M = dense(self.like.M) if self.n <= MOST_NUMPY_ROWS else self.like.M
+        self.M = dense(self.like.M) if self.n <= MAX_NUMPY_ROWS else self.like.M
 
     def _rows_of(self, field: str, bound: Any) -> Vector | None:
         """Return a bound that differs between problems, with a row for each of them;
@@ -96,7 +96,7 @@ class Columns:
         than unknowns, so that it pays."""
         return (
             well_conditioned_inverse(self.M)
-            if self.n < min(self.k, MOST_NUMPY_ROWS + 1)
+            if self.n < min(self.k, MAX_NUMPY_ROWS + 1)
             else None
         )
 

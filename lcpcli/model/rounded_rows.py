@@ -30,9 +30,9 @@ from lcpcli.typing import Indices, Mask, Vector
 ROUNDING_OF_SIDES = 1e-15
 # Relative to the same median: rounding of the other sides, or of rounding of them,
 # leaves no smaller side.
-LEAST_OF_SIDES = EPS**2
+MIN_OF_SIDES = EPS**2
 FEW = 3  # sides with a median
-MOST_NAMED = 3
+MAX_NAMED = 3
 
 
 class RoundedRows(NamedTuple):
@@ -52,8 +52,8 @@ class RoundedRows(NamedTuple):
         """Return that these rows have no solution, as a clause."""
         pairs = zip(self.names, self.sides.tolist(), strict=True)
         named = [f"{name} (empty, side {side:.0e})" for name, side in pairs]
-        more = len(named) - MOST_NAMED
-        named[MOST_NAMED:] = [f"{more} more"] if more > 0 else []
+        more = len(named) - MAX_NAMED
+        named[MAX_NAMED:] = [f"{more} more"] if more > 0 else []
         have = "has" if self.rows.size == 1 else "have"
         return f"as the numbers stand, {listed(named)} {have} no solution"
 
@@ -84,7 +84,7 @@ def rounded_rows(
         if (is_rounded & is_kind).any():
             size, each = _size(own, is_kind & ~own.is_empty), np.abs(sides)
             is_rounding = each <= ROUNDING_OF_SIDES * size
-            is_rounding &= each >= LEAST_OF_SIDES * size
+            is_rounding &= each >= MIN_OF_SIDES * size
             is_rounded &= ~is_kind | is_rounding
     if not is_rounded.any():
         return None

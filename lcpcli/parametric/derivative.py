@@ -66,8 +66,8 @@ from lcpcli.linalg.matrices import (
 )
 from lcpcli.linalg.threads import with_limited_threads
 from lcpcli.linalg.units import (
-    LEAST_DIGITS,
-    LEAST_SINGULAR_VALUE,
+    MIN_DIGITS,
+    MIN_SINGULAR_VALUE,
     PseudoInverse,
     largest_growth,
 )
@@ -89,13 +89,13 @@ from lcpcli.verify.digits import room, signs
 
 # Up to which S is classified before M: by its principal minors in milliseconds.
 FEW_KINKS = 10
-MOST_MINORS = 20_000  # and other steps of an inspection of S
+MAX_MINORS = 20_000  # and other steps of an inspection of S
 # Of states that the corrected z shows to be wrong: a verified z has few of them.
-MOST_EXCHANGES = 10
+MAX_EXCHANGES = 10
 # Of z, and the relative size of one whose own error is rounding.
 CORRECTIONS, SMALL_CHANGE = 2, 1e-8
 # Variables of a singular block up to which its singular values are computed.
-MOST_DENSE = 2000
+MAX_DENSE = 2000
 # Times a crude bound on rounding: what is further from a kink needs no closer look.
 CLEAR = 1e3
 UNSOLVED = ("raise", "nan")
@@ -344,7 +344,7 @@ def _is_p_matrix(S: Matrix, rounding: Vector | None = None) -> bool | None:
         if rounding is None or not rounding.any()
         else [S - np.diag(rounding), S + np.diag(rounding)]
     )
-    words = [classify(case, "p_matrix", MOST_MINORS)["p_matrix"].word for case in cases]
+    words = [classify(case, "p_matrix", MAX_MINORS)["p_matrix"].word for case in cases]
     return True if words[0] == YES else False if words[-1] == NO else None
 
 
@@ -406,7 +406,7 @@ class Linearization:
             (z > self._low) & (z < self._high),
             np.zeros(problem.n, dtype=bool),
         )
-        for _ in range(MOST_EXCHANGES):
+        for _ in range(MAX_EXCHANGES):
             near, wrong = self._corrected(basic)
             kinks |= near
             wrong &= ~kinks
@@ -494,7 +494,7 @@ class Linearization:
         )
         if B.size and self.block is None:
             growth = largest_growth(M[B][:, B], self._factors)
-            if not growth * ROW_ROUNDING < LEAST_DIGITS:
+            if not growth * ROW_ROUNDING < MIN_DIGITS:
                 raise SingularMatrix
         if B.size:
             moved = self._factors(changes[B])
@@ -532,7 +532,7 @@ class Linearization:
         with suppress(SingularMatrix):
             return (
                 PseudoInverse(np.asarray(dense(self.problem.M[P][:, P])))
-                if P.size <= MOST_DENSE
+                if P.size <= MAX_DENSE
                 else None
             )
         return None
@@ -557,7 +557,7 @@ class Linearization:
         rows = dense(scaled(self.problem.M[B][:, P], R[B], C[P]))
         T, order = qr(np.asarray(rows).T, mode="r", pivoting=True)
         pivots = np.abs(T.diagonal())
-        rank = np.count_nonzero(pivots > LEAST_SINGULAR_VALUE * pivots[0])
+        rank = np.count_nonzero(pivots > MIN_SINGULAR_VALUE * pivots[0])
         return np.asarray(B[order[rank:]])
 
     def has_one_image(self, J: Any) -> bool:
@@ -574,7 +574,7 @@ class Linearization:
         P = distinct(np.concatenate((self.basic, self.kinks)))
         M = self.problem.M[P][:, P]
         S = M + M.T
-        if P.size > MOST_DENSE or definiteness(S).semidefinite != YES:
+        if P.size > MAX_DENSE or definiteness(S).semidefinite != YES:
             return False
         try:
             block = PseudoInverse(np.asarray(dense(S)))
@@ -617,7 +617,7 @@ def are_clear(
     )
     settled = change.max(axis=0, initial=0.0) <= SMALL_CHANGE * largest_z
     return np.asarray(
-        settled & (spare > needed).all(axis=0) & (crude * total < LEAST_DIGITS)
+        settled & (spare > needed).all(axis=0) & (crude * total < MIN_DIGITS)
     )
 
 

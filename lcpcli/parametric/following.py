@@ -118,7 +118,7 @@ def _null_vector(M: Matrix, states: States) -> Vector | None:
 # Numbers of z, and breakpoints, from which on these are verified: so many that they
 # share the cost, so few that the rest is verified within a second after Ctrl-C. In
 # fractions nothing is shared.
-AT_ONCE, LEAST_AT_ONCE, MOST_AT_ONCE, EXACT_AT_ONCE = 500_000, 4, 1000, 16
+AT_ONCE, MIN_AT_ONCE, MAX_AT_ONCE, EXACT_AT_ONCE = 500_000, 4, 1000, 16
 
 
 class _Point(NamedTuple):
@@ -137,12 +137,12 @@ def _rows(rows: list[Any], family: Family, kind: type = float) -> Any:
 
 
 Data: TypeAlias = tuple[ExactProblem, ExactProblem]
-MOST_NUMBERS = 2**26  # of z on a path in memory: with those of w one GiB
+MAX_NUMBERS = 2**26  # of z on a path in memory: with those of w one GiB
 FILL = (
     "fill the memory for a path; follow it in several spans of t, with --from and --to"
 )
 # Pivots at one vertex, where ties are broken: more mean that rounding has misled them.
-MOST_POINTS = 10_000
+MAX_POINTS = 10_000
 
 
 @np.errstate(all="ignore")
@@ -223,7 +223,7 @@ def follow(
     check_options((TOL, MAX_BREAKPOINTS, TIME_LIMIT), given)
     own = {name: value for name, value in given.items() if value is not None}
     most = int(own.pop("max_breakpoints", MAX_BREAKPOINTS.value))
-    room = max(MOST_NUMBERS // max(1, family.problem.n), 2)
+    room = max(MAX_NUMBERS // max(1, family.problem.n), 2)
     found = _Following(family, Limits(**own), min(most, room), turns, read).path(began)
     if found.end == ends.BREAKPOINT_LIMIT and room < most:
         return replace(
@@ -357,7 +357,7 @@ class _Following:
             if edge.rise < 0 and not edge.is_point and not self.turns:
                 return _End(ends.TURN, ENDS[ends.TURN])
             points = points + 1 if edge.is_point else 0
-            if points > MOST_POINTS:
+            if points > MAX_POINTS:
                 return _End(
                     ends.BREAKDOWN,
                     f"{ENDS[ends.BREAKDOWN]}: ties are not resolved in double "
@@ -398,8 +398,8 @@ class _Following:
         points = self.points
         points.append(self.point(s, z, states))
         new, n = len(points) - self._done, self.family.problem.n
-        most = MOST_AT_ONCE if self.exact is None else EXACT_AT_ONCE
-        if new >= LEAST_AT_ONCE and (new * n >= AT_ONCE or new >= most):
+        most = MAX_AT_ONCE if self.exact is None else EXACT_AT_ONCE
+        if new >= MIN_AT_ONCE and (new * n >= AT_ONCE or new >= most):
             each = range(len(points) - 1, self._done, -1)
             # The others have the last t.
             self._verify(next((k for k in each if points[k].t != points[k - 1].t), 0))

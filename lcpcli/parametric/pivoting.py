@@ -37,7 +37,7 @@ from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model import changes
 from lcpcli.model.box import BASIC, LOWER, UPPER
 from lcpcli.parametric.path import Family
-from lcpcli.parametric.systems import MOST_CHANGES, DenseSystem, SparseSystem
+from lcpcli.parametric.systems import MAX_CHANGES, DenseSystem, SparseSystem
 from lcpcli.rational import pivoting
 from lcpcli.rational.dictionary import Dictionary
 from lcpcli.rational.exact_problem import ExactProblem
@@ -350,7 +350,7 @@ class Pivoting:
         if system.moved is not moved and system.has(self.n):
             system.exchange(self.n, self.n)
         # Which, or a small pivot, may have spoilt the factors.
-        if system.age > MOST_CHANGES:
+        if system.age > MAX_CHANGES:
             system.refresh()
 
     def _settle(self) -> None:

@@ -20,8 +20,8 @@ from lcpcli.linalg.matrices import column_reader, product
 from lcpcli.typing import Indices, Matrix, Vector
 
 # Relative to the terms of a pivot: a smaller one is not relied on.
-LEAST_PIVOT = 2.0**-26
-MOST_CHANGES = 64  # after which factors are computed from scratch
+MIN_PIVOT = 2.0**-26
+MAX_CHANGES = 64  # after which factors are computed from scratch
 NOTHING: tuple[int, Vector] = -1, np.zeros(0)  # the solution for no column
 
 
@@ -29,7 +29,7 @@ class ChangingSystem(ABC):
     """What both kinds of systems share.
 
     moved : column n of A, which is c; the others are those of M. age : the changes
-    since factors were computed from scratch; more than MOST_CHANGES after a pivot that
+    since factors were computed from scratch; more than MAX_CHANGES after a pivot that
     is not clearly different from 0. Columns that are exchanged are numbered as in J =
     [M, c, I], where a unit column is there for each row that is not in R.
     """
@@ -183,9 +183,9 @@ class DenseSystem(ChangingSystem):
     def _pivot(self, value: float, terms: float) -> float:
         """Return a pivot, or 1 and have the inverse computed from scratch if it is too
         small."""
-        if abs(value) > LEAST_PIVOT * terms:
+        if abs(value) > MIN_PIVOT * terms:
             return value
-        self.age = MOST_CHANGES
+        self.age = MAX_CHANGES
         return 1.0
 
 
@@ -275,8 +275,8 @@ class SparseSystem(ChangingSystem):
         self._solved = NOTHING
         self.age = (
             self.age + 1
-            if abs(change[place]) > LEAST_PIVOT * np.abs(change).max()
-            else MOST_CHANGES + 1
+            if abs(change[place]) > MIN_PIVOT * np.abs(change).max()
+            else MAX_CHANGES + 1
         )
         self._changes.append((place, change))
         self._place_of[old] = -1

@@ -40,7 +40,7 @@ from lcpcli.typing import Matrix
 SECONDS_TO_LOAD = 5.0  # pygambit in a process of its own, about, beside its time limit
 # Unknowns up to which a matrix is converted; beyond that, the benchmark would misuse
 # the peer.
-MOST_CONVERTED = 2000
+MAX_CONVERTED = 2000
 
 
 def not_convex(problem: Problem) -> str:
@@ -79,12 +79,12 @@ def program_of(problem: Problem, infinite: float = np.inf) -> Blocks:
 
 
 def _not_stored(kind: str, problem: Problem) -> str:
-    fits = problem.n <= MOST_CONVERTED or is_sparse(problem.M) is (kind == "sparse")
+    fits = problem.n <= MAX_CONVERTED or is_sparse(problem.M) is (kind == "sparse")
     return (
         ""
         if fits
         else f"takes {kind} matrices only; others are converted up to n = "
-        f"{MOST_CONVERTED}"
+        f"{MAX_CONVERTED}"
     )
 
 

@@ -48,7 +48,7 @@ from lcpcli.typing import Matrix
 NO_LIMIT = 1e10  # seconds, in place of infinity
 FILES = {"win32": "path52.dll", "darwin": "libpath52.dylib"}
 INFINITY = 1e20  # PATH's own
-MOST_UNKNOWNS, MOST_ENTRIES = 300, 2000  # without a licence
+MAX_UNKNOWNS, MAX_ENTRIES = 300, 2000  # without a licence
 ENDINGS = (  # of PATH, by their numbers from 1
     "solution found, no progress, major iteration limit, minor iteration limit, "
     "time limit, interrupted, bound error, "
@@ -120,7 +120,7 @@ def _unlicensed(problem: Problem | NonlinearProblem) -> str:
         return "; ".join(missing(path_start.module))
     made, J = _prepared(problem)
     licence = (
-        f"licence: without one, up to {MOST_UNKNOWNS} unknowns and {MOST_ENTRIES} "
+        f"licence: without one, up to {MAX_UNKNOWNS} unknowns and {MAX_ENTRIES} "
         "entries of the Jacobian"
     )
     return (
@@ -137,7 +137,7 @@ def _solved(
 ) -> Ending:
     (made, J), path = prepared, _functions()
     n, most = made.n, J.nnz if is_sparse(J) else made.n**2
-    most = most if path.Path_CheckLicense(n, most) else MOST_ENTRIES
+    most = most if path.Path_CheckLicense(n, most) else MAX_ENTRIES
     units = (
         max(float(np.abs(problem.q).max()), 1.0)
         if isinstance(problem, Problem)

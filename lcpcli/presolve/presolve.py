@@ -41,7 +41,7 @@ ALL = (*RULES, SIGNS)
 WORTHWHILE = 0.4
 # Each costs some passes over the entries of M; what they leave, the methods solve as
 # well.
-MOST_ROUNDS = 20
+MAX_ROUNDS = 20
 
 
 @dataclass(eq=False, repr=False)
@@ -109,7 +109,7 @@ def presolved(given: Problem, only: Collection[str] = ALL) -> Presolved | None:
     """Return the problem after presolve by these rules; None if they change
     nothing."""
     system, steps, removed = System(given), list[Step](), dict[str, int]()
-    for _ in range(MOST_ROUNDS):
+    for _ in range(MAX_ROUNDS):
         at_first = system.columns.size
         for name in (name for name in RULES if name in only):
             check()

@@ -33,7 +33,7 @@ from lcpcli.errors import ParameterError, missing
 from lcpcli.interrupts import TimeIsUp, check, remaining
 from lcpcli.rational.exact_problem import ExactProblem
 
-MOST_PLAIN_ROWS = 16  # up to which FLINT is not faster
+MAX_PLAIN_ROWS = 16  # up to which FLINT is not faster
 # Times n^3: the time by FLINT for a nonsingular system, for each bit of its longest
 # entry.
 SECONDS_PER_BIT = 1e-9
@@ -75,7 +75,7 @@ def solve(
     with 0 for unknowns whose columns depend on earlier ones, None if there is none; and
     a basis of the solutions of A x = 0."""
     m, n = len(A), len(A[0]) if A else 0
-    if m == n > MOST_PLAIN_ROWS and library():
+    if m == n > MAX_PLAIN_ROWS and library():
         found = call(solved, duration(A), A, list(b))
         if found is not None:
             return [Fraction(*value) for value in found], []
@@ -113,7 +113,7 @@ def particular(A: Rows, b: Sequence[int]) -> list[Fraction] | None:
     prime. The other equations are not checked: they hold if A x = b has a solution,
     unless the prime divides a minor, which is unlikely.
     """
-    if not A or min(len(A), len(A[0])) <= MOST_PLAIN_ROWS or not library():
+    if not A or min(len(A), len(A[0])) <= MAX_PLAIN_ROWS or not library():
         return solve(A, b)[0]
     rows, columns = call(
         independent, SECONDS_PER_STEP * len(A) * len(A[0]) * min(len(A), len(A[0])), A
@@ -128,7 +128,7 @@ def particular(A: Rows, b: Sequence[int]) -> list[Fraction] | None:
 def _reduced(rows: list[list[int]], n: int) -> tuple[list[list[int]], list[int], int]:
     """Return the reduced row echelon form of n columns times a divisor, its pivot
     columns, and the divisor."""
-    if len(rows) > MOST_PLAIN_ROWS and library():
+    if len(rows) > MAX_PLAIN_ROWS and library():
         whole, divisor, rank = call(reduced, duration(rows), rows)
         leading = [
             next(j for j, value in enumerate(row) if value) for row in whole[:rank]

@@ -30,7 +30,7 @@ LARGEST_INTEGER = 2**53
 # The largest decimal exponent that is expanded: integers of more digits slow everything
 # down.
 LARGEST_EXPONENT = 5000
-MOST_SHOWN_DIGITS = 25  # of a fraction in a line of text
+MAX_SHOWN_DIGITS = 25  # of a fraction in a line of text
 MANTISSA = 53  # binary digits of a double
 SUBNORMAL = 1074  # the smallest positive double is 2 to the minus this
 RATIO = re.compile(r"[-+]?[0-9]+/[0-9]+")
@@ -127,12 +127,12 @@ def in_decimals(value: Fraction) -> str:
 
 
 def brief(value: Fraction, toward: int = 0) -> str:
-    """Return a rational number for a line of text, of more than MOST_SHOWN_DIGITS by
+    """Return a rational number for a line of text, of more than MAX_SHOWN_DIGITS by
     `approximate`, marked by ~."""
     length = value.numerator.bit_length() + value.denominator.bit_length()
     return (
         text(value)
-        if length * math.log10(2) <= MOST_SHOWN_DIGITS
+        if length * math.log10(2) <= MAX_SHOWN_DIGITS
         else f"~{approximate(value, toward)}"
     )
 

@@ -22,7 +22,7 @@ from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import primitive, rounded, rounded_direction
 from lcpcli.typing import Vector
 
-MOST_LEMKE_UNKNOWNS = 60  # up to which `solve` tries: seconds at worst
+MAX_LEMKE_UNKNOWNS = 60  # up to which `solve` tries: seconds at worst
 
 
 class Pivot(NamedTuple):
@@ -154,7 +154,7 @@ class IntegerTableau(Pivoting):
 def solve(data: ExactProblem, effort: Effort) -> list[Fraction] | None:
     """Return the solution at the end of the path; None on a ray, for large n, with
     bounds, or if it takes too long."""
-    if data.n > MOST_LEMKE_UNKNOWNS or not data.problem.box.is_orthant:
+    if data.n > MAX_LEMKE_UNKNOWNS or not data.problem.box.is_orthant:
         return None
     tableau, count = IntegerTableau(data.rows, data.constants), effort.steps(data)
     with suppress(TimeIsUp):

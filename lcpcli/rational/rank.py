@@ -30,7 +30,7 @@ PRIME = 2**27 - 39
 # Of machine integers, with a bit to spare.
 LARGEST = 2**62
 # Products, for a fraction of a second.
-MOST_WORK, MOST_WORK_OF_OBJECTS = 10**9, 10**7
+MAX_WORK, MAX_WORK_OF_OBJECTS = 10**9, 10**7
 
 
 def has_rank(A: Any, rows: Indices, columns: Indices) -> bool | None:
@@ -49,7 +49,7 @@ def has_rank(A: Any, rows: Indices, columns: Indices) -> bool | None:
     elif A.dtype != object:
         whole = np.array([list(map(int, row)) for row in A.tolist()], dtype=object)
     work = digits * A.shape[0] * max(r, 1) * rest.size
-    if work > (MOST_WORK if whole.dtype != object else MOST_WORK_OF_OBJECTS):
+    if work > (MAX_WORK if whole.dtype != object else MAX_WORK_OF_OBJECTS):
         return None
     upper, lower = whole[np.ix_(rows, columns)], whole[np.ix_(others, columns)]
     inverse = _inverse((upper % PRIME).astype(np.int64))

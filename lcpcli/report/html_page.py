@@ -42,7 +42,7 @@ summary { cursor: pointer; margin-top: 0.75rem }
 
 # Rows of a table with a name that a page shows at once, about a screen; more are folded
 # into one line.
-MOST_OPEN = 30
+MAX_OPEN = 30
 
 
 def render(document: Document, _: int | None, __: bool) -> str:
@@ -117,7 +117,7 @@ def _table(table: Table) -> list[str]:
     ]
     grid = f'<div class="wide"><table>{"".join(bodies)}</table></div>'
     if table.name:
-        opened = " open" * (len(table.rows) <= MOST_OPEN)
+        opened = " open" * (len(table.rows) <= MAX_OPEN)
         grid = (
             f"<details{opened}><summary>{escape(table.name)}</summary>{grid}</details>"
         )

@@ -9,7 +9,7 @@ from typing import Any
 from lcpcli.errors import count
 from lcpcli.files.contents import NO_SOURCE
 from lcpcli.inspection.inspection import Inspection, NonlinearInspection
-from lcpcli.inspection.theory import MOST_WITH_NORM, Rate, Spread
+from lcpcli.inspection.theory import MAX_WITH_NORM, Rate, Spread
 from lcpcli.inspection.verdict import title
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.options import TOL
@@ -22,7 +22,7 @@ UNKNOWN = "not computed: too expensive"
 # would hide it.
 CLOSE_TO_ONE = 0.999
 # An estimate above it is shown as "more than": nobody waits for so many.
-MOST_ITERATIONS = 999_999
+MAX_ITERATIONS = 999_999
 # For the choice of a method.
 DECISIVE = ("symmetric", "positive definite", "positive semidefinite", "P-matrix")
 EIGENVALUES = ("smallest_eigenvalue", "largest_eigenvalue", "eigenvalues_estimated")
@@ -220,7 +220,7 @@ def _contraction(rate: Rate | None, found: Inspection) -> str:
         return UNKNOWN
     start = f"omega = {rate.omega:.4g}:"
     if rate.factor is None:
-        is_small = found.problem.n <= MOST_WITH_NORM
+        is_small = found.problem.n <= MAX_WITH_NORM
         return (
             f"{start} "
             f"{'omega I + M is singular, or nearly' if is_small else 'rate unknown'}"
@@ -232,7 +232,7 @@ def _contraction(rate: Rate | None, found: Inspection) -> str:
         if rate.factor < CLOSE_TO_ONE
         else f"1 - {1 - rate.factor:.1e}"
     )
-    many = rate.iterations > MOST_ITERATIONS
+    many = rate.iterations > MAX_ITERATIONS
     times = (
         f"{rate.iterations:.1e} iterations"
         if many

@@ -105,7 +105,7 @@ DIGITS = 7  # of z at most, as in the paper's tables
 # Of z: a line warns if the data determine fewer, as some printed digits then mean
 # nothing.
 ENOUGH_DIGITS = 6
-MOST_NAMED = 4  # components in a line on those that are not unique
+MAX_NAMED = 4  # components in a line on those that are not unique
 OTHERS_CLAUSES = {
     None: "",
     False: "; the only solution",
@@ -222,9 +222,9 @@ def facts(
 
 def _not_unique(indices: list[int]) -> str:
     """Return a line on components that are not unique, some of which it names."""
-    named = [f"z{i + 1}" for i in indices[:MOST_NAMED]]
-    if len(indices) > MOST_NAMED:
-        named.append(count(len(indices) - MOST_NAMED, "other"))
+    named = [f"z{i + 1}" for i in indices[:MAX_NAMED]]
+    if len(indices) > MAX_NAMED:
+        named.append(count(len(indices) - MAX_NAMED, "other"))
     *first, last = named
     names = f"{', '.join(first)} and {last}" if first else last
     are = "are" if first else "is"

@@ -296,10 +296,10 @@ def _moving(
 
 
 # Of a table; typesetting takes a millisecond a row, and nobody reads on.
-MOST_ROWS = 500
+MAX_ROWS = 500
 # Named at a breakpoint; more, where pieces of no length have been left out, would make
 # a wide column.
-MOST_CHANGES = 3
+MAX_CHANGES = 3
 NOISE = 1e-12  # relative to the largest entry: what is shown as 0
 
 # Further values of t, for whose points a text has room too.
@@ -411,14 +411,14 @@ def build(
     further points below them. names : of the unknowns that are shown, as for
     `wording.places`; empty for as many as fit."""
     terms, most = Terms(path), tables.longest(form)
-    notes = notes_on(path, wording.all_visible(terms.names(most)), MOST_CHANGES)[
-        :MOST_ROWS
+    notes = notes_on(path, wording.all_visible(terms.names(most)), MAX_CHANGES)[
+        :MAX_ROWS
     ]
     found = terms.at_all(at)
     missed = [f"{float(t):.7g}" for t in at if t not in found.t]
     points = Points(
         *(
-            [*part[:MOST_ROWS], *more]
+            [*part[:MAX_ROWS], *more]
             for part, more in zip(terms.points, found, strict=True)
         )
     )
@@ -541,9 +541,9 @@ def _remarks(terms: Terms, form: str, elided: bool) -> list[str]:
         )
     if path.jumps:
         remarks.append("at a jump all points between the two rows solve the problem")
-    if path.t.size > MOST_ROWS:
+    if path.t.size > MAX_ROWS:
         remarks.append(
-            f"the first {MOST_ROWS} of {path.t.size} rows; --format json and "
+            f"the first {MAX_ROWS} of {path.t.size} rows; --format json and "
             "csv have all of them"
         )
     if not FORMATS[form].is_printed:

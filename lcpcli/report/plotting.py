@@ -31,8 +31,8 @@ if TYPE_CHECKING:
 
 FORMS = ("png", "svg", "pdf")
 # Rows of axes on a page of A4, each about 1.5 inches high, with readable labels.
-MOST_PANELS = 7
-MOST_PLANES = 6  # whose paths of iterates are on a page, two in a row
+MAX_PANELS = 7
+MAX_PLANES = 6  # whose paths of iterates are on a page, two in a row
 PLOT = "plot"
 
 
@@ -258,7 +258,7 @@ def form_of(path: str, option: str = PLOT) -> str:
     return ending
 
 
-def require_room(problems: int, option: str = PLOT, most: int = MOST_PANELS) -> None:
+def require_room(problems: int, option: str = PLOT, most: int = MAX_PANELS) -> None:
     if problems > most:
         fault = f"would draw {problems} problems, and a page has room for {most}"
         raise ParameterError(option, fault, "draw fewer at a time")
@@ -289,7 +289,7 @@ def is_plane(problem: Problem) -> bool:
 def require_plane(problems: Sequence[Problem], option: str = PLOT) -> None:
     """Refuse problems that are no LCPs with two unknowns, and more than a page has room
     for."""
-    require_room(len(problems), option, MOST_PLANES)
+    require_room(len(problems), option, MAX_PLANES)
     for problem in problems:
         if not is_plane(problem):
             fault = (

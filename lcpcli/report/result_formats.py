@@ -34,7 +34,7 @@ LOST = "breakdown"  # that of one whose result was lost
 # Of the name of one of many problems: at most half a line, and at least where it is
 # cut; the item in a file within it; and in its row, all but the name and what the
 # problem is solved by.
-WIDEST_NAME, FEWEST_OF_NAME, ITEM, OTHERS = 40, 16, len(":1000"), 51
+WIDEST_NAME, MIN_OF_NAME, ITEM, OTHERS = 40, 16, len(":1000"), 51
 
 
 class Layout(NamedTuple):
@@ -52,7 +52,7 @@ class Layout(NamedTuple):
         return cls(
             longest
             if width is None
-            else max(min(longest, width - OTHERS), FEWEST_OF_NAME),
+            else max(min(longest, width - OTHERS), MIN_OF_NAME),
             width,
         )
 

@@ -33,11 +33,11 @@ from lcpcli.report.tables import longest
 
 HEADER: tuple[str, ...] = ("piece", "kind", "number", "component", "z", "w")
 # rows; typesetting more takes longer than the search for the solutions.
-MOST_LINES = 1000
-FEWEST_LINES = 20  # however wide a table is
+MAX_LINES = 1000
+MIN_LINES = 20  # however wide a table is
 # Of a table; a terminal's takes a tenth of a millisecond for each, and more is hardly
 # read.
-MOST_CELLS = 6000
+MAX_CELLS = 6000
 VERTICES = "vertices"  # the attribute of a piece
 
 Values: TypeAlias = Sequence[Fraction]
@@ -179,7 +179,7 @@ def _listed(listing: Listing) -> Listed:
     header, groups, total, remarks = listing
     if not header:
         return Table([], []), remarks
-    most = left = min(MOST_LINES, max(MOST_CELLS // len(header), FEWEST_LINES))
+    most = left = min(MAX_LINES, max(MAX_CELLS // len(header), MIN_LINES))
     shown: list[list[list[str]]] = []
     for group in groups:
         shown.append(list(islice(group, left)))

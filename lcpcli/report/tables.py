@@ -34,7 +34,7 @@ OTHER_COLUMNS = 34  # the usual width of all other columns
 PIPE_COMPONENTS = 12
 # Runs whose failures are explained, a line or two each; more, as in a sweep, would be
 # too many.
-MOST_EXPLAINED = 5
+MAX_EXPLAINED = 5
 NONE = "-"  # in place of the costs to a level that is not reached
 
 
@@ -239,7 +239,7 @@ def _remarks(
         [result for result in results if compared and not result.solved],
         not FORMATS[form].is_printed,
     )
-    are_many = len(results) > MOST_EXPLAINED
+    are_many = len(results) > MAX_EXPLAINED
     # It stands there.
     hints_at_auto = not (compared and any(result.label == AUTO for result in results))
     of_problem = outcome.PROBLEM_STATUSES

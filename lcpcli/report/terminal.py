@@ -21,7 +21,7 @@ RULES = Box("    \n    \n -- \n    \n -- \n -- \n    \n    \n", ascii=True)
 # Columns where there is no limit, as rich needs a number: more than any table has.
 UNLIMITED = 10_000
 PAGE_WIDTH = 120  # columns of a pipe within which no name of a method is written down
-FEWEST_OF_TEXT = 8  # characters of a column of sentences, however wide the others are
+MIN_OF_TEXT = 8  # characters of a column of sentences, however wide the others are
 # Of the width, for the columns that each part of a folded table repeats: others need
 # room too.
 REPEATED = 0.7
@@ -122,7 +122,7 @@ def _print(console: Console, table: Table, width: int | None) -> None:
     widths, room = table.widths(), width or UNLIMITED
     if table.texts:
         least = sum(
-            FEWEST_OF_TEXT if j in table.texts else widest + 1
+            MIN_OF_TEXT if j in table.texts else widest + 1
             for j, widest in enumerate(widths)
         )
         console.print(

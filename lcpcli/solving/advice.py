@@ -23,8 +23,8 @@ ROUNDING_LEVEL = 1e-8
 SMALLEST_TOL = 1e-14  # a smaller tolerance is out of reach in double precision
 # A relative residual below which the method that reached it may reach a solution too.
 NEAR = 1e-2
-LEAST_TIME_LIMIT = 60  # seconds: the shortest longer time limit that is suggested
-MOST_PROVED_UNKNOWNS = 200  # up to which rational arithmetic takes seconds
+MIN_TIME_LIMIT = 60  # seconds: the shortest longer time limit that is suggested
+MAX_PROVED_UNKNOWNS = 200  # up to which rational arithmetic takes seconds
 FEW_ITERATIONS = 1000  # a limit below this may be too small for any method
 MORE_RESTARTS = 20  # the least number of further starts that is suggested
 # Times the iterations that gave half of the digits: linear convergence needs twice as
@@ -50,7 +50,7 @@ def suggestions(result: Result) -> Suggestions:
     ):
         return _where_stuck(result)
     if status is Status.TIME_LIMIT:
-        longer = {"time_limit": _round(max(LEAST_TIME_LIMIT, 10 * result.seconds))}
+        longer = {"time_limit": _round(max(MIN_TIME_LIMIT, 10 * result.seconds))}
         if not automatic and result.method not in NONLINEAR:
             return Suggestions((AUTOMATIC,), longer)
         is_near = (
@@ -70,7 +70,7 @@ def suggestions(result: Result) -> Suggestions:
     if (
         (automatic or too_small)
         and result.exact is None
-        and result.problem.n <= MOST_PROVED_UNKNOWNS
+        and result.problem.n <= MAX_PROVED_UNKNOWNS
     ):
         ways.append(EXACT)
     return Suggestions(tuple(ways))

@@ -11,7 +11,7 @@ import numpy as np
 from lcpcli.clock import seconds
 from lcpcli.errors import OptionError, ParameterError, likely, unknown
 from lcpcli.methods import registry as methods
-from lcpcli.methods.direct import MOST_NARROW_AS_DENSE, stored
+from lcpcli.methods.direct import MAX_NARROW_AS_DENSE, stored
 from lcpcli.model.problem import Problem, as_problem
 from lcpcli.options import Limits
 from lcpcli.solving import driver as driver
@@ -167,7 +167,7 @@ def solve(
         and type(M) is np.ndarray
         and M.ndim == 2
         and M.dtype == np.float64
-        and len(M) > MOST_NARROW_AS_DENSE
+        and len(M) > MAX_NARROW_AS_DENSE
     ):
         M = stored(M)  # which needs no copy of M
     return _run(

@@ -20,7 +20,7 @@ from lcpcli.solving.driver import variables_of
 from lcpcli.typing import Vector
 from lcpcli.verify.point import Criterion, Point
 
-MOST_ITERATES = 50  # of a run: enough to see that it repeats itself and changes nothing
+MAX_ITERATES = 50  # of a run: enough to see that it repeats itself and changes nothing
 
 
 def check_method(name: str) -> None:
@@ -116,7 +116,7 @@ def _iterates(name: str, problem: Problem, start: float) -> list[Iterate]:
                 np.full(given.n, start),
                 **registry.options_in_force(name, given, {}),
             )
-            while len(found) < MOST_ITERATES and isinstance(
+            while len(found) < MAX_ITERATES and isinstance(
                 ending := stages.advance(stage), Iterate
             ):
                 found.append(ending)

@@ -22,10 +22,10 @@ from lcpcli.errors import OptionError, ParameterError
 from lcpcli.interrupts import TimeIsUp, hides_interrupt, within
 from lcpcli.methods import direct
 from lcpcli.methods.direct import (
-    FEWEST_FOR_PIQP,
-    MOST_COMPILED,
-    MOST_PIVOTED,
-    MOST_UNKNOWNS,
+    MAX_COMPILED,
+    MAX_PIVOTED,
+    MAX_UNKNOWNS,
+    MIN_FOR_PIQP,
     DirectAnswer,
     Made,
     may_be_program,
@@ -44,7 +44,7 @@ from lcpcli.verify.acceptance import (
     accepted,
 )
 from lcpcli.verify.final_states import (
-    MOST_DECIDED,
+    MAX_DECIDED,
     may_hide_term,
     without_rounding,
 )
@@ -60,7 +60,7 @@ if TYPE_CHECKING:
     from lcpcli.solving.kept import Kept
 
 # Unknowns of a program up to which kernels for mixed problems take less time than PIQP.
-MOST_BY_KERNELS = 100
+MAX_BY_KERNELS = 100
 MANY = 1000  # problems from which on loading it is worthwhile
 # Of the largest component in the units of M: what elimination leaves of zeros is
 # smaller.
@@ -75,7 +75,7 @@ FIRST_STAGES = Extent(CLEANED, is_exact=True)
 NEARLY_SOLVED = 1e-6
 # Basic solutions from the last states of a sequence: if they are not enough, these were
 # not near.
-MOST_TRIED_BASES = 3
+MAX_TRIED_BASES = 3
 
 
 @cache
@@ -369,7 +369,7 @@ def direct_steps(session: Session) -> Steps:
         answer = fast.mixed(problem, session.limits.tol)
         if answer is not None:
             return session.judged(answer)
-    if session.is_compiled and (problem.n > MOST_PIVOTED or problem.has_far_sides):
+    if session.is_compiled and (problem.n > MAX_PIVOTED or problem.has_far_sides):
         return None
     dense = problem
     if type(problem.M) is not np.ndarray:
@@ -412,8 +412,8 @@ def _answer(
         z = pure(problem, costs(problem))
         if z is not None:
             return DirectAnswer(z, False, 1, "pure")
-    is_small, box = problem.n <= MOST_UNKNOWNS, problem.box
-    if is_small and box.is_orthant and (has_diagonal or problem.n <= MOST_DECIDED):
+    is_small, box = problem.n <= MAX_UNKNOWNS, problem.box
+    if is_small and box.is_orthant and (has_diagonal or problem.n <= MAX_DECIDED):
         if start is None and has_diagonal:
             basic = direct.basic_zeros(problem)
         if fast is not None:
@@ -601,7 +601,7 @@ def _near(session: Session, basis: States, kept: Kept) -> Result | None:
         from lcpcli.methods.stages import FAULTS
     box, limits = session.problem.box, session.limits
     exchanges = BasicSolutions(session.problem, kept.principal).exchanging(basis)
-    pivoting = islice(exchanges, min(MOST_TRIED_BASES, limits.max_iterations))
+    pivoting = islice(exchanges, min(MAX_TRIED_BASES, limits.max_iterations))
     try:
         with within(limits.time_limit):
             steps, found = next(
@@ -622,10 +622,10 @@ def is_pivoted(session: Session) -> bool:
         return False
     is_compiled = session.is_compiled and session.kept is None
     if is_compiled and problem.is_mixed:  # the kernels look for far bounds
-        return problem.n <= MOST_COMPILED and (
+        return problem.n <= MAX_COMPILED and (
             problem.origin is None or not problem.has_far_sides
         )
-    return problem.n <= MOST_PIVOTED and not problem.has_far_sides
+    return problem.n <= MAX_PIVOTED and not problem.has_far_sides
 
 
 def _has_formulation(session: Session) -> bool:
@@ -641,7 +641,7 @@ def _is_program(session: Session) -> bool:
 
 
 def _has_quick_kernels(session: Session) -> bool:
-    return session.is_compiled and session.problem.n <= MOST_BY_KERNELS
+    return session.is_compiled and session.problem.n <= MAX_BY_KERNELS
 
 
 def _is_eliminated(session: Session) -> bool:
@@ -654,14 +654,14 @@ PIVOTING = Quick(0, is_pivoted, direct_steps)
 QUICK = (
     Quick(0, _has_formulation, proposed_steps, is_timed=True),
     Quick(
-        FEWEST_FOR_PIQP,
+        MIN_FOR_PIQP,
         lambda s: not _has_quick_kernels(s) and _is_program(s),
         program_steps,
         is_timed=True,
     ),
     PIVOTING,
     Quick(
-        FEWEST_FOR_PIQP,
+        MIN_FOR_PIQP,
         lambda s: _has_quick_kernels(s) and _is_program(s),
         program_steps,
         is_timed=True,

@@ -19,8 +19,8 @@ from lcpcli.interrupts import TimeIsUp, within
 from lcpcli.linalg.threads import with_limited_threads
 from lcpcli.methods import registry as methods
 from lcpcli.methods.direct import (
-    FEWEST_FOR_PIQP,
-    MOST_NARROW_AS_DENSE,
+    MAX_NARROW_AS_DENSE,
+    MIN_FOR_PIQP,
     as_sparse,
     stored,
 )
@@ -49,7 +49,7 @@ if TYPE_CHECKING:
 BRIEF, FEW_REPETITIONS = 0.02, 4
 # Seconds of a compared run; in a longer run, pauses of the machine hardly count.
 LONGEST_REPEATED = 1.0
-MOST_REPETITIONS = 20  # after which the least time hardly decreases
+MAX_REPETITIONS = 20  # after which the least time hardly decreases
 # After which no repetition is begun, so that a comparison of many runs stays short.
 REPETITION_SECONDS = 0.3
 # Whose rows hold to a tolerance; those of basic solutions hold to rounding, and no step
@@ -97,7 +97,7 @@ def run(
         _refuse_other(method, additions, compiled, callback)
     compiled = direct_run.uses_kernels(compiled, 1) and is_auto
     stored_problem = problem
-    if is_auto and problem.n > MOST_NARROW_AS_DENSE:
+    if is_auto and problem.n > MAX_NARROW_AS_DENSE:
         stored_problem = as_sparse(problem, stored(problem.M))
     start = None
     if not (x0 is z0 is basis is None):
@@ -234,7 +234,7 @@ def _of(problem: Problem, result: Result, compiled: bool, finishes: bool) -> Res
     if problem.block_form is None:
         checked: Result = problem.origin.accepted(result)
         return checked
-    may_go_on = finishes and problem.n >= FEWEST_FOR_PIQP
+    may_go_on = finishes and problem.n >= MIN_FOR_PIQP
     may_go_on = may_go_on and not INEXACT.isdisjoint(result.route)
     if not (may_go_on or result.limits.gap < math.inf):
         return result
@@ -381,7 +381,7 @@ def repeated(
     runs, interrupted = [once(False)], False
     longest, enough, most = 0.0, 0.0, 0
     if compared:
-        longest, enough, most = LONGEST_REPEATED, REPETITION_SECONDS, MOST_REPETITIONS
+        longest, enough, most = LONGEST_REPEATED, REPETITION_SECONDS, MAX_REPETITIONS
     elif is_shown:
         longest, enough, most = BRIEF, BRIEF, FEW_REPETITIONS
     try:

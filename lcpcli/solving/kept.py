@@ -6,7 +6,7 @@ from functools import cached_property
 
 from lcpcli.basis.free_variables import Reduction
 from lcpcli.linalg.factors import PrincipalSolver
-from lcpcli.methods.direct import MOST_PIVOTED, as_dense, as_sparse, stored
+from lcpcli.methods.direct import MAX_PIVOTED, as_dense, as_sparse, stored
 from lcpcli.methods.lemke import reduced
 from lcpcli.methods.z_matrix import of_tridiagonal
 from lcpcli.model.problem import Problem
@@ -24,7 +24,7 @@ class Kept:
     def __init__(self, like: Problem) -> None:
         like = as_sparse(like, stored(like.M))
         self.elimination = of_tridiagonal(like.M)
-        is_pivoted = like.n <= MOST_PIVOTED and not self.elimination
+        is_pivoted = like.n <= MAX_PIVOTED and not self.elimination
         self.like = as_dense(like) if is_pivoted else like
         self._reduction: Reduction | None = None
         self._left, self._pause = 0, 1

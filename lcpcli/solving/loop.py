@@ -57,7 +57,7 @@ EXTRA_ITERATIONS = 3
 GROWTH_LIMIT = 1e100
 # Evaluations times unknowns, and some more, and iterations, from which on a method that
 # is not made for stiff problems is ended if it gains nothing: some seconds.
-MUCH_WORK, OVERHEAD, FEWEST_SLOW = 2e6, 500, 1024
+MUCH_WORK, OVERHEAD, MIN_SLOW = 2e6, 500, 1024
 GAINED_NOTHING = "the residual has not lost a digit in the last {} iterations"
 FINISHED = (
     "the equation of the method is solved up to rounding, but z does not solve the "
@@ -253,7 +253,7 @@ class Loop:
         as many iterations, on a stiff problem that it is not made for; the user, who
         sets another limit, knows better."""
         if (
-            self.k < FEWEST_SLOW
+            self.k < MIN_SLOW
             or self.limits.max_iterations != DEFAULTS.max_iterations
             or not self.best_bound > 0.1 * self.bound_before
             or not may_be_stiff(self.problem.M)

@@ -30,7 +30,7 @@ from lcpcli.methods.block_pivoting import (
 from lcpcli.methods.direct import (
     CANDIDATE,
     CERTAIN,
-    MOST_UNKNOWNS,
+    MAX_UNKNOWNS,
     NOTHING,
     applies,
     direct_many,
@@ -62,7 +62,7 @@ ROUTES: tuple[tuple[str, ...], ...] = (("auto",), ("newton",), ("gradient", "new
 # Unknowns up to which all bounded problems together take less time than kernels for
 # each.
 FEW_TOGETHER = 12
-FEWEST_COLUMNS = 4  # fewer columns are faster by themselves
+MIN_COLUMNS = 4  # fewer columns are faster by themselves
 # Columns of the first block, so that results come soon, and growth of the next ones.
 FIRST_BLOCK, BLOCK_GROWTH = 64, 4
 # In each array of a block, so that a few arrays stay in the cache.
@@ -204,11 +204,7 @@ def solve_many(
     if dimensions(M) == 3:
         return Batch(Stack(M, Q, lower, upper, infinity), method, limits, given)
     columns = Columns(M, Q, lower, upper, infinity)
-    if (
-        method != AUTO
-        or not given.keys() <= BLOCK_OPTIONS
-        or columns.k < FEWEST_COLUMNS
-    ):
+    if method != AUTO or not given.keys() <= BLOCK_OPTIONS or columns.k < MIN_COLUMNS:
         return _one_by_one(columns.problems(), method, given)
     # A step for a block takes too long for time limits and Ctrl-C.
     if is_sparse(columns.M) or columns.n >= LONG_LU:
@@ -320,7 +316,7 @@ class Batch(Sequence[Result]):
         together = (
             method == AUTO
             and len(stack) > 0
-            and stack.n <= MOST_UNKNOWNS
+            and stack.n <= MAX_UNKNOWNS
             and given.keys() <= BLOCK_OPTIONS
         )
         if (

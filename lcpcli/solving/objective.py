@@ -25,9 +25,9 @@ from lcpcli.verify.acceptance import WITHOUT_ROUNDING, Extent, accepted
 from lcpcli.verify.objective import objective_error_at, statement
 
 # Relative to the objective: errors from which on the run goes on.
-MOST_ERROR = 1e-6
+MAX_ERROR = 1e-6
 # Of PIQP: where its gap falls slowly, as multipliers are huge.
-MOST_STEPS = 500
+MAX_STEPS = 500
 
 
 def with_objective(result: Result, may_go_on: bool) -> Result:
@@ -36,7 +36,7 @@ def with_objective(result: Result, may_go_on: bool) -> Result:
     gap = result.limits.gap
     if may_go_on:
         error = objective_error_at(result.problem, result.point)
-        if error > min(MOST_ERROR, gap) and may_be_program(result.problem):
+        if error > min(MAX_ERROR, gap) and may_be_program(result.problem):
             result = _improved(result, error)
     if gap == math.inf or not (result.objective_error or 0.0) > gap:
         return result
@@ -64,7 +64,7 @@ def _improved(result: Result, error: float) -> Result:
             own = objective_error_at(problem, found.point)
             if own < error:
                 best, error, steps, method = found.point, own, k, name
-            if error <= MOST_ERROR:
+            if error <= MAX_ERROR:
                 break
     parts = dict(result.parts)
     parts["solve"] += seconds() - began
@@ -97,7 +97,7 @@ def _finish(result: Result) -> Iterator[tuple[str, Iterate]]:
     x = problem.box.x_of(result.z, result.w)
     stages = (
         ("interior", at_point(problem, x)),
-        ("piqp", convex_program(problem, MOST_STEPS)),
+        ("piqp", convex_program(problem, MAX_STEPS)),
     )
     for name, stage in stages:
         while isinstance(step := advance(stage), Iterate):

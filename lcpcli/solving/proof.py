@@ -59,9 +59,9 @@ EXCLUDED = Exact(Status.UNSOLVABLE, UNSOLVABLE)
 # minute may not be.
 EXACT_SEARCH_EFFORT = 60.0
 REFERENCE_SECONDS = 10.0  # for the search for a reference
-MOST_EXACT_UNKNOWNS = 200  # up to which an exact solution is computed, in a second
+MAX_EXACT_UNKNOWNS = 200  # up to which an exact solution is computed, in a second
 # Components of z up to which they are solved for exactly, in a second.
-MOST_EXACT_POSITIVE = 64
+MAX_EXACT_POSITIVE = 64
 
 
 @np.errstate(all="ignore")
@@ -300,10 +300,10 @@ def with_reference(problem: Problem) -> Problem:
             raise KeyboardInterrupt
         if result.status.has_no_solution:
             return problem
-        if problem.n <= MOST_EXACT_UNKNOWNS:
+        if problem.n <= MAX_EXACT_UNKNOWNS:
             data, effort = ExactProblem.of_floats(problem), Effort()
             exact = from_point(
-                data, result.z, effort, MOST_EXACT_POSITIVE
+                data, result.z, effort, MAX_EXACT_POSITIVE
             ) or pivoting.solve(data, effort)
     z = None if exact is None else finitely_rounded(exact)
     if z is not None:

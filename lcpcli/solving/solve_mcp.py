@@ -27,7 +27,7 @@ from lcpcli.linalg.factors import SingularMatrix
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.linalg.threads import with_limited_threads
 from lcpcli.methods import registry as methods
-from lcpcli.methods.direct import MOST_PIVOTED, MOST_UNKNOWNS
+from lcpcli.methods.direct import MAX_PIVOTED, MAX_UNKNOWNS
 from lcpcli.methods.josephy_newton import josephy_newton
 from lcpcli.methods.lemke import SHORT_PATH
 from lcpcli.model.arrays import FROM_0
@@ -342,11 +342,11 @@ def solution_of_linearization(
     its proofs. evaluations : whose pivots are counted. is_compiled : whether kernels
     are used.
     """
-    if longer and q.size > MOST_UNKNOWNS:
+    if longer and q.size > MAX_UNKNOWNS:
         return None
     try:
         problem = Problem(M, q, lower=box.lower, upper=box.upper)
-        if not longer and problem.n <= MOST_PIVOTED:
+        if not longer and problem.n <= MAX_PIVOTED:
             return _step(problem, basis, evaluations, is_compiled)
         if not longer and is_sparse(problem.M):
             with suppress(SingularMatrix):

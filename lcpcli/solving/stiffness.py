@@ -6,7 +6,7 @@ from __future__ import annotations
 import math
 
 from lcpcli.interrupts import TimeIsUp
-from lcpcli.methods.definite import MADE_FOR_IT, MOST_TOLD, in_words, stiffness
+from lcpcli.methods.definite import MADE_FOR_IT, MAX_TOLD, in_words, stiffness
 from lcpcli.model.problem import Problem
 
 # Methods that fail, with why: in terms of the root of the condition number.
@@ -29,7 +29,7 @@ def explanation(problem: Problem, method: str) -> str:
         return ""
     if condition is None:
         return ""
-    reason = REASONS[method].format(math.sqrt(min(condition, MOST_TOLD)))
+    reason = REASONS[method].format(math.sqrt(min(condition, MAX_TOLD)))
     return (
         f"M is stiff: its condition number is {in_words(condition)} in units of its "
         f"diagonal, and {reason}; {MADE_FOR_IT} is made for such M"

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 # In iterates that are measured together, so that M is read once for all: 16 megabytes.
 MEASURED_NUMBERS = 1 << 21
-MOST_TOGETHER = 64  # iterates that are measured together at most
+MAX_TOGETHER = 64  # iterates that are measured together at most
 
 
 class Quantities(Mapping[str, Any]):
@@ -255,7 +255,7 @@ class Trace:
                 waiting for waiting in self._waiting if self._is_kept(waiting.k)
             ]
         if len(self._waiting) >= max(
-            1, min(MOST_TOGETHER, MEASURED_NUMBERS // max(1, row.z.size))
+            1, min(MAX_TOGETHER, MEASURED_NUMBERS // max(1, row.z.size))
         ):
             self._measure(criterion)
 

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from lcpcli.basis.dual_simplex import MARGIN, MOST_DENSE, DualSimplex
+from lcpcli.basis.dual_simplex import MARGIN, MAX_DENSE, DualSimplex
 from lcpcli.linalg.matrices import is_sparse, stack, unit_columns
 from lcpcli.linalg.programs import Optimum, minimized
 from lcpcli.model.box import ORTHANT, Box
@@ -24,7 +24,7 @@ GRID = 2.0**20  # steps per largest entry of y, to which one candidate is rounde
 PATIENCE = 4
 # Rows or columns up to which a dense dictionary takes less time than an LP solver for
 # any problem.
-MOST_BRIEF = 100
+MAX_BRIEF = 100
 # What is added to the A_ij that are not 0, in units of the largest, before proofs are
 # rounded
 ROOM = 0.3, 0.1, 0.03, 0.01, 0.001
@@ -51,7 +51,7 @@ def alternative(
     without them, as they take longer. A should be equilibrated; nothing is established
     unless it is finite. holds : whether a y is a proof."""
     near = list[Vector]()
-    for found in _searched(A, b, ORTHANT, effort, MOST_DENSE):
+    for found in _searched(A, b, ORTHANT, effort, MAX_DENSE):
         if found.proof is None or holds(found.proof):
             return found
         near.append(found.proof)
@@ -66,7 +66,7 @@ def farkas_multipliers(problem: Problem, effort: float = math.inf) -> Iterator[V
     with np.errstate(all="ignore"):
         units = scale(problem)
     inner = units.problem
-    for found in _searched(inner.M, inner.q, inner.box, effort, MOST_BRIEF):
+    for found in _searched(inner.M, inner.q, inner.box, effort, MAX_BRIEF):
         if found.proof is not None:
             yield units.multipliers(found.proof)
 
@@ -109,7 +109,7 @@ def _are_finite(A: Matrix, b: Vector) -> bool:
 def with_room(problem: Problem) -> Iterator[Vector]:
     """Yield proofs that a small LCP is infeasible that hold for larger M too, so that
     there is room to round."""
-    if not problem.box.is_orthant or is_sparse(problem.M) or problem.n > MOST_BRIEF:
+    if not problem.box.is_orthant or is_sparse(problem.M) or problem.n > MAX_BRIEF:
         return
     with np.errstate(all="ignore"):
         units = scale(problem)

@@ -14,7 +14,7 @@ from typing import Literal
 
 import numpy as np
 
-from lcpcli.basis.dual_simplex import MOST_DENSE
+from lcpcli.basis.dual_simplex import MAX_DENSE
 from lcpcli.clock import imports
 from lcpcli.interrupts import TimeIsUp
 from lcpcli.linalg import matrices
@@ -259,7 +259,7 @@ def proof_near(problem: Problem, z: Vector) -> Proof | None:
     has_dictionary = (
         not matrices.is_sparse(problem.M)
         and problem.box.is_orthant
-        and problem.n <= MOST_DENSE
+        and problem.n <= MAX_DENSE
     )
     with imports:
         from lcpcli.verify.alternative import farkas_multipliers

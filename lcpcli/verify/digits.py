@@ -40,7 +40,7 @@ from lcpcli.linalg.doubles import EPS, LARGEST_DOUBLE, ROW_ROUNDING, SMALL_DISTA
 from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix, Solve, finite
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.linalg.units import (
-    LEAST_DIGITS,
+    MIN_DIGITS,
     PseudoInverse,
     largest_growth,
 )
@@ -54,10 +54,10 @@ DOUBLE_DIGITS = 16  # decimal digits of a double
 # so.
 SAMPLES = 8
 # Variables up to which a factorization takes a few hundredths of a second.
-MOST_BASIC, MOST_BASIC_SPARSE = 1000, 20_000
+MAX_BASIC, MAX_BASIC_SPARSE = 1000, 20_000
 # Variables of a singular system up to which pivots of its columns show, in as much
 # time, what it determines.
-MOST_SINGULAR = 500
+MAX_SINGULAR = 500
 # Of a pivot that is rounding, relative to the one before: in a matrix that is only
 # ill-conditioned pivots decrease gradually, and no rank is better than another.
 LARGEST_GAP = 1e-4
@@ -68,8 +68,8 @@ MEDIAN = 0.674  # of a normally distributed size, relative to its standard devia
 # terms is three.
 SAFE = 100.0
 # That are exchanged: their linear systems take about a tenth of a second.
-MOST_KINKS = 100
-MOST_COMBINED = 8  # kinks up to which each set of them is exchanged
+MAX_KINKS = 100
+MAX_COMBINED = 8  # kinks up to which each set of them is exchanged
 RANDOM_PARTS = 250  # of more kinks, which are exchanged besides single ones
 
 
@@ -93,7 +93,7 @@ def digits(problem: Problem, z: Vector, w: Vector) -> Digits | None:
     it is singular and it is not clear which equations follow from others."""
     basic = (z != problem.lower) & (z != problem.upper)
     if np.count_nonzero(basic) > (
-        MOST_BASIC_SPARSE if is_sparse(problem.M) else MOST_BASIC
+        MAX_BASIC_SPARSE if is_sparse(problem.M) else MAX_BASIC
     ):
         return None
     found = _motions(problem, z, w, basic) if problem.is_moderate else None
@@ -167,10 +167,10 @@ class _States:
             growth = largest_growth(block, self._solve)
         except (SingularMatrix, ValueError):
             growth = math.nan
-        self.is_regular = growth * ROW_ROUNDING < LEAST_DIGITS
+        self.is_regular = growth * ROW_ROUNDING < MIN_DIGITS
         if self.is_regular:
             return
-        if self.B.size <= MOST_SINGULAR:
+        if self.B.size <= MAX_SINGULAR:
             dense = np.asarray(matrices.dense(block))
             inverse = PseudoInverse(dense, self.B.size * ROW_ROUNDING)
             if inverse.is_singular and inverse.gap <= LARGEST_GAP:
@@ -258,7 +258,7 @@ def _motions(problem: Problem, z: Vector, w: Vector, basic: Mask) -> _Motions | 
         # solutions, whose states these are not.
         new = near & ~kinks & sizes.any(axis=0) & np.isfinite(sizes).all(axis=0)
         kinks |= new
-        if np.count_nonzero(kinks) > MOST_KINKS:
+        if np.count_nonzero(kinks) > MAX_KINKS:
             near, sizes = np.ones(z.size, dtype=bool), np.full_like(sizes, np.inf)
             break
         if not new.any():
@@ -384,7 +384,7 @@ class _Exchanges:
 def _parts(count: int) -> Mask:
     """Return rows that select all parts of a few kinks; of many, all, each one, all
     others, and RANDOM_PARTS more."""
-    if count <= MOST_COMBINED:
+    if count <= MAX_COMBINED:
         return (np.arange(1, 2**count)[:, np.newaxis] >> np.arange(count)) % 2 > 0
     each = np.eye(count, dtype=bool)
     return np.vstack(

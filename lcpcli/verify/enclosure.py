@@ -47,7 +47,7 @@ if TYPE_CHECKING:
     from lcpcli.verify.definite_enclosure import Enclosed
 
 # Equations, and their square times the unknowns: a second or so.
-LARGEST_ENCLOSED, MOST_WORK = 1000, 2e9
+LARGEST_ENCLOSED, MAX_WORK = 1000, 2e9
 # A last pivot below this times the first one: the equations may depend on each other.
 DEPENDENT = 1e-10
 
@@ -57,7 +57,7 @@ def is_enclosable(equations: int, unknowns: int) -> bool:
     second or so."""
     return (
         equations <= min(unknowns, LARGEST_ENCLOSED)
-        and equations**2 * unknowns <= MOST_WORK
+        and equations**2 * unknowns <= MAX_WORK
     )
 
 

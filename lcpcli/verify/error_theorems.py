@@ -68,7 +68,7 @@ from lcpcli.interrupts import interruptibly
 from lcpcli.linalg import factors, matrices
 from lcpcli.linalg.doubles import EPS, SMALLEST_NORMAL, sizes
 from lcpcli.linalg.factors import (
-    MOST_NUMPY_ROWS,
+    MAX_NUMPY_ROWS,
     PrincipalSolver,
     SingularMatrix,
     Solve,
@@ -327,7 +327,7 @@ def _called(call: Callable[[], Any], A: Vector) -> Any:
     """Return the value of a call of some n^3 operations, interruptible if these take
     longer than a thread, or None."""
     with suppress(SingularMatrix):
-        return interruptibly(call) if A.shape[0] > MOST_NUMPY_ROWS else call()
+        return interruptibly(call) if A.shape[0] > MAX_NUMPY_ROWS else call()
 
 
 def _sparse(A: Matrix, rounding: float) -> Proof:
@@ -401,7 +401,7 @@ H_PLUS, DEFINITE = (
 # Products of two entries neither overflow nor underflow.
 LARGEST_ENTRY, SMALLEST_ENTRY = 2.0**450, 2.0**-450
 # Unknowns up to which a sparse M is converted to dense, for factors in a few seconds.
-MOST_DENSIFIED = 2000
+MAX_DENSIFIED = 2000
 # Of T and of the units, so that products of these with M neither overflow nor
 # underflow.
 LARGEST_UNIT = 2.0**250
@@ -532,7 +532,7 @@ def definite_theorems(problem: Problem, has_bound: bool = False) -> dict[str, Th
     their sources: with T = I and with a T that makes T M symmetric; unless there is a
     bound then, with any T for which T M is proved to be positive definite. There are
     none if M is sparse and large."""
-    if is_sparse(problem.M) and problem.n > MOST_DENSIFIED:
+    if is_sparse(problem.M) and problem.n > MAX_DENSIFIED:
         return {}
     M = matrices.dense(problem.M)
     found = {DEFINITE: _definite_theorem(M, np.ones(problem.n), problem.box)}
@@ -653,7 +653,7 @@ def error_bound(problem: Problem, z: VectorLike) -> Bound | None:
     The class of M is verified, not estimated, and all rounding errors are bounded and
     included. The cost is O(n^3) for dense M, more than that of solving the problem, and
     a few solves for sparse M. A sparse M that is not H+ is treated as dense for up to
-    `error_theorems.MOST_DENSIFIED` unknowns.
+    `error_theorems.MAX_DENSIFIED` unknowns.
 
     problem : an LCP or a mixed problem with n unknowns; the theorems hold for any
         bounds.

@@ -43,17 +43,17 @@ from lcpcli.verify.measure import Measure
 from lcpcli.verify.point import Criterion, Point
 
 # Of exact pivoting, for each initial set: a nearly right one needs a few.
-MOST_EXACT_STEPS = 30
+MAX_EXACT_STEPS = 30
 # Of a linear program, by the seconds that so many iterations usually take.
 VERTEX_EFFORT = 2.0
-MOST_SOLVED_EXACTLY = 700  # positive components: a minute at worst
+MAX_SOLVED_EXACTLY = 700  # positive components: a minute at worst
 
 
 def from_point(
     data: ExactProblem,
     z: Vector,
     effort: Effort | None = None,
-    most: int = MOST_SOLVED_EXACTLY,
+    most: int = MAX_SOLVED_EXACTLY,
 ) -> list[Fraction] | None:
     """Return the exact solution with the complementary basis of an approximate z, shape
     (n,), or of one near it if its signs are wrong; None if none was found with this
@@ -87,7 +87,7 @@ def _by_pivoting(
     data: ExactProblem, basis: States, effort: Effort, most: int
 ) -> list[Fraction] | None:
     fewest = data.n + 1
-    for _ in range(MOST_EXACT_STEPS):
+    for _ in range(MAX_EXACT_STEPS):
         is_tried = np.count_nonzero(basis == BASIC) <= most and effort.allows()
         if (
             found := exact_basis(data, basis, effort) if is_tried else None
@@ -108,7 +108,7 @@ def finitely_rounded(z: Sequence[Fraction]) -> Vector | None:
 
 
 # Unknowns, up to which connected parts of M are solved exactly, each for itself.
-MOST_IN_PARTS = 10_000
+MAX_IN_PARTS = 10_000
 
 
 class ExactBasis(NamedTuple):
@@ -309,7 +309,7 @@ def is_rounded_solution(
         return False
     basis = problem.box.basis_at(z)
     is_large = np.count_nonzero(basis == BASIC) > farkas.most_exact()
-    if is_large and problem.n > MOST_IN_PARTS:
+    if is_large and problem.n > MAX_IN_PARTS:
         return None
     data = ExactProblem.of_basis(problem, basis)
     effort = Effort() if effort is None else effort

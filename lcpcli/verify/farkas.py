@@ -45,12 +45,12 @@ SNAP = 1e-9  # entries of y below this times the largest one count as 0
 # Of each entry of y: how far the exact proof that it stands for may be from it.
 NEAR = 1e-6
 # Of the terms of a row: six digits of a double are left of their sum.
-LEAST_CANCELLATION = 1e10
+MIN_CANCELLATION = 1e10
 # Unknowns of the largest linear system that is solved exactly: about a second at worst.
 LARGEST_EXACT = 48
 LARGEST_BY_FLINT = 400  # the same with FLINT
 # The number of entries times the bits of the largest: a second or two.
-MOST_BITS = 10_000_000
+MAX_BITS = 10_000_000
 
 
 def sides(box: Box, n: int) -> tuple[Vector, Vector, Mask, Mask]:
@@ -105,7 +105,7 @@ def refutes(
 def cancellation(A: Matrix, b: Vector, y: Vector, box: Box = ORTHANT) -> float:
     """Return by how much the terms of A z exceed their sum, for every z as above and in
     some row at least, if A'y has wrong signs that may be due to the rounding of A
-    alone; 0 if y shows none, or less than LEAST_CANCELLATION.
+    alone; 0 if y shows none, or less than MIN_CANCELLATION.
 
     For then 0 <= b'y + sum_j (A'y)_j z_j, where the second term is but rounding of its
     own terms: data that have been rounded to doubles do not tell whether there is such
@@ -129,7 +129,7 @@ def cancellation(A: Matrix, b: Vector, y: Vector, box: Box = ORTHANT) -> float:
     times = float(
         among * 0.5 / ((of.excess + of.error)[wrong] / of.size[wrong]).max(initial=EPS)
     )
-    return times if times >= LEAST_CANCELLATION else 0.0
+    return times if times >= MIN_CANCELLATION else 0.0
 
 
 class Multiplied:
@@ -280,7 +280,7 @@ def corrected(
     be solved exactly in a second or so."""
     if quickly and (
         max(len(A), len(A[0])) > most_exact()
-        or len(A) * len(A[0]) * elimination.bits(A) > MOST_BITS
+        or len(A) * len(A[0]) * elimination.bits(A) > MAX_BITS
     ):
         return None
     # Large entries best absorb a correction.
@@ -335,9 +335,9 @@ def most_exact() -> int:
 
 
 # Of M in the rows of a proof, and unknowns, up to which integers are sought.
-MOST_ENTRIES = 2_000
+MAX_ENTRIES = 2_000
 # The same up to which it is found out whether y is a proof: a tenth of a second.
-MOST_TERMS = 20_000
+MAX_TERMS = 20_000
 SIMPLE_DENOMINATORS = (100, 10**6)  # largest ones of simple fractions
 # Steps per largest entry of y in roundings to small integers.
 SMALL = np.arange(1.0, 65.0)
@@ -368,7 +368,7 @@ def whole_proofs(problem: Problem, y: Vector, small: bool) -> Iterator[Vector]:
     """Yield vectors of integers near a multiple of y that are proofs for the doubles of
     a problem, or for their shortest decimals: up to 64, or else up to 2^53."""
     support = np.flatnonzero(y)
-    if _entries(problem, support) > MOST_ENTRIES:
+    if _entries(problem, support) > MAX_ENTRIES:
         return
     roundings = list(_small(problem, y)) if small else []
     for data in _data_of_rows(problem, support) if roundings or not small else ():
@@ -387,7 +387,7 @@ def is_exact(problem: Problem, y: Vector) -> bool:
     support = np.flatnonzero(y)
     known = (
         _data_of_rows(problem, support)
-        if _entries(problem, support) <= MOST_TERMS
+        if _entries(problem, support) <= MAX_TERMS
         else ()
     )
     is_clear = Multiplied(problem.M, problem.q, y, problem.box).is_clear()

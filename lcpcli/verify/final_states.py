@@ -31,7 +31,7 @@ from lcpcli.model.problem import Problem
 from lcpcli.typing import States, Vector
 from lcpcli.verify.measure import FEW_UNKNOWNS, Measure
 
-MOST_DECIDED = 10  # unknowns for which all states can be searched in milliseconds
+MAX_DECIDED = 10  # unknowns for which all states can be searched in milliseconds
 # A number from which on units in the last place are no longer small fractions of one.
 LONG_NUMBER = 2.0**50
 # Relative to the largest term of a row: rounding of the others leaves half of its
@@ -41,7 +41,7 @@ HIDDEN_TERM = 1e-8
 SURE_DIGITS = 1e-12
 # At exact basic solutions whose signs only rounding makes wrong; then the tree decides
 # as fast.
-MOST_LOOKS = 3
+MAX_LOOKS = 3
 
 
 def is_doubtful(problem: Problem, z: Vector) -> bool:
@@ -101,7 +101,7 @@ def confirmed(
 
     basis : the states of z, by default as z shows them.
 
-    For more than MOST_DECIDED unknowns, for which not all states can be searched, z
+    For more than MAX_DECIDED unknowns, for which not all states can be searched, z
     itself is returned also where only rounding makes signs of the exact basic solution
     wrong, or its singular system contradictory."""
     given = Confirmed(z, basis)
@@ -138,10 +138,10 @@ def confirmed(
         from lcpcli.rational.numbers import rounded
         from lcpcli.verify.exact_solution import exact_basis
     data = ExactProblem.of_floats(problem)
-    for _ in range(MOST_LOOKS):
+    for _ in range(MAX_LOOKS):
         found = exact_basis(data, basis)
         if found is None:
-            return given if problem.n > MOST_DECIDED else None
+            return given if problem.n > MAX_DECIDED else None
         near = rounded(found.z)
         if found.solves:
             return (
@@ -157,7 +157,7 @@ def confirmed(
             np.abs(matrices.dense(problem.M)) @ np.abs(near) + np.abs(problem.q),
         )
         most = SIGN_ROUNDING * np.where(is_basic, np.abs(near).max(), terms)
-        if problem.is_moderate and problem.n > MOST_DECIDED:
+        if problem.is_moderate and problem.n > MAX_DECIDED:
             measure = Measure(problem)
             most = np.maximum(
                 most,
@@ -166,7 +166,7 @@ def confirmed(
             )
         if not (rounded(list(found.gaps.values())) <= most[list(found.gaps)]).all():
             return None
-        if problem.n > MOST_DECIDED:
+        if problem.n > MAX_DECIDED:
             return given
         worst = np.zeros(problem.n, np.bool_)
         worst[max(found.gaps, key=found.gaps.__getitem__)] = True

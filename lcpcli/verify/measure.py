@@ -408,7 +408,7 @@ def rounded_once(problem: Problem, z: Vector, rows: Indices) -> Vector | list[fl
     ]
 
 
-MOST_ROWS = 0.25  # of all rows: for more of them, the whole of |M| |z| takes less time
+MAX_ROWS = 0.25  # of all rows: for more of them, the whole of |M| |z| takes less time
 CERTAIN = 0.99  # of a cap by means of logarithms, which round
 
 
@@ -437,7 +437,7 @@ def decision(measure: Measure, z: Vector, w: Vector, tol: float) -> bool | None:
         + own.size * SMALLEST_NORMAL
     )
     rows = (excess + largest_error > tol * own).nonzero()[0]  # which |q|_i leaves open
-    if rows.size <= MOST_ROWS * own.size:
+    if rows.size <= MAX_ROWS * own.size:
         own, M, excess = own[rows], M[rows], excess[rows]
     else:
         rows = np.arange(own.size)

@@ -59,7 +59,7 @@ UNPROVED = Bound(
     "Krawczyk's operator proves no solution nearby, or a component is at a "
     "bound with w = 0",
 )
-MOST_UNKNOWNS = 1000  # for which Y is formed
+MAX_UNKNOWNS = 1000  # for which Y is formed
 ATTEMPTS, GROWTH = 8, 8.0  # boxes that are tried, and how much larger each is
 
 
@@ -73,7 +73,7 @@ def proved_bound(problem: NonlinearProblem, z: Vector) -> Bound:
     box, point = problem.box, problem.interval(z, z)
     at_lower, at_upper = (z <= box.lower) & ~box.fixed, (z >= box.upper) & ~box.fixed
     B = (~(at_lower | at_upper | box.fixed)).nonzero()[0]
-    if problem.n > MOST_UNKNOWNS or not np.isfinite(J := dense(point.J_lower)).all():
+    if problem.n > MAX_UNKNOWNS or not np.isfinite(J := dense(point.J_lower)).all():
         return UNPROVED
     try:
         Y = np.linalg.inv(J[np.ix_(B, B)])
@@ -146,7 +146,7 @@ def _rounded_up(sums: Vector, terms: int) -> Vector:
 
 # Relative to the largest |F_i| at the points: what F_i computes is no noise if it is
 # more.
-MOST_NOISE = 1e-10
+MAX_NOISE = 1e-10
 # Relative to the largest |z_i|: a component so small may be what rounding leaves of 0.
 VANISHED = 1e-12
 # The residual, also relative to that at x0, up to which a closer look is taken.
@@ -384,11 +384,11 @@ class NonlinearPoint(Point):
             self.given.evaluations.problem,
         )
         if (self.relative_residuals > self.given.tol)[
-            evaluations.noise > MOST_NOISE * evaluations.sizes
+            evaluations.noise > MAX_NOISE * evaluations.sizes
         ].any():
             return None  # that noise is not of rounding
         other = NonlinearPoint(
-            self.given, z, rounding(problem.values, problem.box, z, MOST_NOISE)
+            self.given, z, rounding(problem.values, problem.box, z, MAX_NOISE)
         )
         return other if other.solves() else None
 

@@ -23,7 +23,7 @@ import numpy as np
 from lcpcli.errors import count
 from lcpcli.linalg.matrices import absolute_product
 from lcpcli.model.block_form import BlockForm
-from lcpcli.model.box import LEAST_FAR
+from lcpcli.model.box import MIN_FAR
 from lcpcli.model.problem import Problem, conditions_of
 from lcpcli.typing import Vector
 from lcpcli.verify.point import Point
@@ -51,7 +51,7 @@ def objective_error(problem: Problem, z: Vector, w: Vector) -> float:
     side = np.where(w > 0, box.lower, box.upper)
     is_met = np.isfinite(side)
     if box.is_far:
-        is_met &= (np.abs(side) < LEAST_FAR) | (side == z)
+        is_met &= (np.abs(side) < MIN_FAR) | (side == z)
     terms = w * (z - np.where(is_met, side, 0.0))
     total, size = float(np.add.reduce(terms)), float(np.add.reduce(np.abs(terms)))
     error = (size + abs(total)) / 2

@@ -17,7 +17,7 @@ row is violated, and
 - it is at most ROW_ROUNDING of the cap of the row, as rounding of the other numbers of
   its part of the problem may be,
 - as it is and in the units of M, it is by a factor in ROUNDING_OF_Q smaller than each
-  of the LARGER_SHARE largest |q_j| != 0 of this part, which are at least FEWEST_LARGER:
+  of the LARGER_SHARE largest |q_j| != 0 of this part, which are at least MIN_LARGER:
   a few large numbers do not make rounding of the others,
 - and LITERAL_STEPS of block pivoting from the states of the point find no solution for
   q as it is.
@@ -71,14 +71,14 @@ if TYPE_CHECKING:
 ROUGH = 1e-3
 # Digits that are attributed to a z: whole numbers are meant exactly, others may be
 # singles.
-FEWEST_GIVEN_DIGITS, MOST_GIVEN_DIGITS = 4, 7
-MOST_CLEANINGS = 4  # of a point, one after another
-MOST_NAMED = 3  # entries of q that a message names
+MIN_GIVEN_DIGITS, MAX_GIVEN_DIGITS = 4, 7
+MAX_CLEANINGS = 4  # of a point, one after another
+MAX_NAMED = 3  # entries of q that a message names
 LARGEST_ROUNDED = 2.0**900  # terms of a row from which its sum may overflow
 # Of the least of the larger entries of q: an entry that may be rounding of 0.
 ROUNDING_OF_Q = 1e-24, 1e-12
 # Of the entries of q that are not 0, in a part of M.
-LARGER_SHARE, FEWEST_LARGER = 1 / 3, 8
+LARGER_SHARE, MIN_LARGER = 1 / 3, 8
 LITERAL_STEPS = 8  # of block pivoting, each at the cost of a factorization
 Judge: TypeAlias = Callable[[Problem, Vector, float], "tuple[bool | None, Rows | None]"]
 
@@ -388,7 +388,7 @@ class Point:
             f"q{i + 1} = {q[i]:.1e}"
             if problem.q[i]
             else f"side {-q[i]:.1e} of row {i - first + 1}"
-            for i in entries[:MOST_NAMED]
+            for i in entries[:MAX_NAMED]
         ]
         more = len(entries) - len(named)
         return [*named, f"{more} more of q"] if more else named
@@ -527,7 +527,7 @@ class Point:
         in the rows that noise alone violates, as what is removed from some rows may
         leave noise in others."""
         point, measure = self, self.criterion.measure
-        for _ in range(MOST_CLEANINGS):
+        for _ in range(MAX_CLEANINGS):
             before = point
             z = without_idle_multipliers(measure, point._inside, point._plain.w)
             if not np.array_equal(z, point._inside):
@@ -679,7 +679,7 @@ def negligible_q(
     ):
         own = np.sort(sizes[(parts == number) & (inside != 0)])
         larger = own[own.size - int(np.ceil(LARGER_SHARE * own.size)) :]
-        if larger.size < FEWEST_LARGER:
+        if larger.size < MIN_LARGER:
             return rows[:0]
         factors = sizes[rows[parts[rows] == number]] - larger[0]
         if factors.min() < np.log2(ROUNDING_OF_Q[0]) or factors.max() > np.log2(
@@ -780,6 +780,6 @@ def _last_digit(z: Vector) -> Vector:
     decimals = max(
         len(text.partition(".")[2]) - int(power or 0) for text, _, power in spelt
     )
-    digits = min(max(digits, FEWEST_GIVEN_DIGITS), MOST_GIVEN_DIGITS)
-    coarsest = 10.0 ** (1 - FEWEST_GIVEN_DIGITS) * float(np.abs(z).max())
+    digits = min(max(digits, MIN_GIVEN_DIGITS), MAX_GIVEN_DIGITS)
+    coarsest = 10.0 ** (1 - MIN_GIVEN_DIGITS) * float(np.abs(z).max())
     return 10.0 ** (1 - digits) * np.abs(z) + min(10.0**-decimals, coarsest)

@@ -77,7 +77,7 @@ MAX_STEPS = 12
 # By how much u may vary in a part in which entries are compared as they are given.
 MAX_UNEVENNESS = 1e4
 # Of a datum that decays along with the solution: what neighbours contribute to its row.
-LEAST_SHARE = 1e-4
+MIN_SHARE = 1e-4
 # Entries with a larger relative error have fewer than three correct digits.
 FEW_DIGITS = 5e-4
 
@@ -285,7 +285,7 @@ def _decays(problem: Problem, near: Vector, data: Vector) -> bool:
         values = moved[M.indices]
         inward = np.where(values > moved[rows][number], values, 0.0)
         received = np.bincount(number, np.abs(M.data) * inward, rows.size)
-    return bool((received >= LEAST_SHARE * data[rows]).all())
+    return bool((received >= MIN_SHARE * data[rows]).all())
 
 
 def _is_worth_little(

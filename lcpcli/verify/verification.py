@@ -36,11 +36,11 @@ if TYPE_CHECKING:
     from lcpcli.model.nonlinear import NonlinearProblem
 
 # Unknowns up to which an error bound is always computed, which may take a second.
-MOST_BOUNDED = 300
+MAX_BOUNDED = 300
 # In the units of M: the largest one for putting components on their bounds, which is
 # reported.
 SMALL_CHANGE = 1e-4
-MOST_LISTED = 10  # violations that a verification lists
+MAX_LISTED = 10  # violations that a verification lists
 
 Number = TypeVar("Number", float, Fraction)
 
@@ -69,7 +69,7 @@ class Verification:
     backward_error : the componentwise backward error; infinite if a z_i is outside
         different bounds, None for a y.
     bound : the proved bound on the distance to the solution, from `error_bound`; None
-        in exact arithmetic, for a y, for more than MOST_BOUNDED unknowns, and if M is
+        in exact arithmetic, for a y, for more than MAX_BOUNDED unknowns, and if M is
         in no class for which a bound is known.
     violations, violated : the worst violations, and how many components violate a
         condition.
@@ -133,7 +133,7 @@ def verify(problem: Problem, z: Vector, tol: float) -> Verification:
     point as it is given. Violations are those components whose own relative residual is
     above tol, the largest first."""
     point = Point(Criterion(problem, tol), z, is_admissible=False)
-    bound = error_bound(problem, z) if problem.n <= MOST_BOUNDED else None
+    bound = error_bound(problem, z) if problem.n <= MAX_BOUNDED else None
     return _verified(point, bound)
 
 
@@ -202,7 +202,7 @@ def _verified(point: Point, bound: Bound | None) -> Verification:
         bound=bound,
         violations=[
             _violation(problem, i, float(z[i]), float(point.w[i]))
-            for i in violating[:MOST_LISTED]
+            for i in violating[:MAX_LISTED]
         ],
         violated=len(violating),
     )
@@ -283,7 +283,7 @@ def verify_exactly(
         error=data.problem.error(doubles),
         backward_error=_backward_error(point, rounded(w)),
         violations=[
-            _violation(data.problem, i, z[i], w[i]) for i in violating[:MOST_LISTED]
+            _violation(data.problem, i, z[i], w[i]) for i in violating[:MAX_LISTED]
         ],
         violated=len(violating),
     )

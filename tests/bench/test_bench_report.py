@@ -29,8 +29,8 @@ from lcpcli.bench.report import render
 from lcpcli.bench.suites import SUITES, Grid, Kind, Suite, case
 from lcpcli.bench.timing import (
     CURVES,
-    LEAST_REPEATS,
-    MOST_REPEATS,
+    MAX_REPEATS,
+    MIN_REPEATS,
     WARM_UP,
     is_stable,
     measure,
@@ -269,19 +269,19 @@ def wild() -> Iterator[float]:
     return cycle((0.001, 0.003))
 
 
-WARMED = [True, *[False] * LEAST_REPEATS]
+WARMED = [True, *[False] * MIN_REPEATS]
 RUNS: dict[str, tuple[Machine, float, list[float], list[bool]]] = {
     # by what is measured: the budget, the times, and whether each run recorded a curve
     "steady times": (
         Machine(chain([0.9], repeat(0.01))),
         1.0,
-        [0.01] * LEAST_REPEATS,
+        [0.01] * MIN_REPEATS,
         [*WARMED, *[True] * CURVES],
     ),
     "a long warm-up": (
         Machine(chain([5.0], repeat(0.01))),
         1.0,
-        [0.01] * LEAST_REPEATS,
+        [0.01] * MIN_REPEATS,
         [*WARMED, *[True] * CURVES],
     ),
     "a run longer than the budget": (Machine(repeat(2.0)), 1.0, [2.0], [True, False]),
@@ -289,7 +289,7 @@ RUNS: dict[str, tuple[Machine, float, list[float], list[bool]]] = {
     "a solver without a curve": (
         Machine(repeat(1.0), curve=False),
         10.0,
-        [1.0] * LEAST_REPEATS,
+        [1.0] * MIN_REPEATS,
         WARMED,
     ),
 }
@@ -308,13 +308,13 @@ def test_runs_are_as_many_as_times_and_curve_need(name: str) -> None:
 
 
 def test_unsettled_times_end_at_the_most_repeats_or_the_budget_with_rests() -> None:
-    assert len(Machine(wild()).measure(budget=10.0)[1]) == MOST_REPEATS
+    assert len(Machine(wild()).measure(budget=10.0)[1]) == MAX_REPEATS
     _, times = Machine(wild()).measure(budget=0.0085)
     assert len(times) == 5  # 3 + 1 + 3 + 1 ms have passed before the fifth
     machine = Machine(wild())
     _, times = machine.measure(budget=0.1, rest=0.06)
-    assert len(times) == LEAST_REPEATS
-    assert machine.rested == pytest.approx(0.06 * (1 + LEAST_REPEATS + CURVES))
+    assert len(times) == MIN_REPEATS
+    assert machine.rested == pytest.approx(0.06 * (1 + MIN_REPEATS + CURVES))
 
 
 def test_brief_runs_are_warmed_up_before_they_count() -> None:

@@ -286,7 +286,7 @@ SWITCHES: tuple[Switch, ...] = (
         (f"{U}:_eliminated",),
     ),
     Switch("units of dense M", f"{U}:_dense", nothing, (f"{U}:_components",)),
-    Switch("units of few rows at once", f"{U}:MOST_DENSE", constant(0)),
+    Switch("units of few rows at once", f"{U}:MAX_DENSE", constant(0)),
     # Sparse problems.
     Switch(
         "krylov",
@@ -339,7 +339,7 @@ SWITCHES: tuple[Switch, ...] = (
         prop(True),
     ),
     Switch("unsure", "auto.attempts:Structure.is_unsure", prop(False)),
-    Switch("suspended attempts", "auto.attempts:MOST_HELD", constant(0)),
+    Switch("suspended attempts", "auto.attempts:MAX_HELD", constant(0)),
     Switch("no elimination", "auto.attempts:may_be_eliminated", never),
     # Factors.
     Switch(
@@ -359,7 +359,7 @@ SWITCHES: tuple[Switch, ...] = (
         never,
         ("linalg.shifted_systems:LDL",),
     ),
-    Switch("once factorized", "linalg.shifted_systems:MOST_AT_ONCE", constant(0.0)),
+    Switch("once factorized", "linalg.shifted_systems:MAX_AT_ONCE", constant(0.0)),
     # Newton and pivoting.
     Switch(
         "projected gradient",

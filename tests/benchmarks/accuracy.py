@@ -51,12 +51,12 @@ ALIKE = 1.02
 RATE_BEGINS, RATE_ENDS = 1e-2, 1e-9
 # Unknowns up to which the theoretical factors, from dense eigenvalues, take less than a
 # second.
-MOST_WITH_RATE = 400
-LEAST_ITERATES = 8  # for a rate by least squares, which fewer would leave uncertain
+MAX_WITH_RATE = 400
+MIN_ITERATES = 8  # for a rate by least squares, which fewer would leave uncertain
 # The size of M_PP up to which the inverse is formed, in a few hundredths of a second.
-MOST_INVERTED = 400
+MAX_INVERTED = 400
 # The size of M_PP up to which it is inverted in rational arithmetic, in about a second.
-MOST_INVERTED_EXACTLY = 64
+MAX_INVERTED_EXACTLY = 64
 # The condition number up to which an inverse in doubles has three correct digits.
 LARGEST_CONDITION = 1e-3 / EPS
 Curve = Sequence[tuple[int, float, float | None]]
@@ -132,7 +132,7 @@ def condition(problem: object) -> float | None:
     if (
         not isinstance(problem, Problem)
         or len(problem.solutions) != 1
-        or problem.n > MOST_INVERTED
+        or problem.n > MAX_INVERTED
     ):
         return None
     found = sensitivity(problem, problem.solutions[0])
@@ -176,11 +176,11 @@ def sensitivity(problem: Problem, z: Vector) -> float | None:
 def _inverse(problem: Problem, P: Indices) -> Matrix | None:
     """Return |M_PP^-1|, shape (k, k); None if M_PP is singular, too large or too
     ill-conditioned."""
-    if P.size > MOST_INVERTED:
+    if P.size > MAX_INVERTED:
         return None
     units = scale(problem)
     A = matrices.dense(units.problem.M[P][:, P])
-    if P.size <= MOST_INVERTED_EXACTLY:
+    if P.size <= MAX_INVERTED_EXACTLY:
         whole, power = in_integers(A.ravel())
         rows, unit = (
             np.array(whole, dtype=object).reshape(A.shape).tolist(),
@@ -454,9 +454,9 @@ def rate_of_fixed_point(problem: Problem, curve: Curve) -> dict[str, float] | No
     if it exists, and the bound.
 
     The result is None if the run shows no rate, for several known solutions, or beyond
-    MOST_WITH_RATE unknowns.
+    MAX_WITH_RATE unknowns.
     """
-    if len(problem.solutions) != 1 or problem.n > MOST_WITH_RATE:
+    if len(problem.solutions) != 1 or problem.n > MAX_WITH_RATE:
         return None
     size, z = problem.size_of_solutions, problem.solutions[0]
     errors = [error if error is not None else 0.0 for _, _, error in curve]
@@ -479,11 +479,11 @@ def empirical_rate(
 ) -> float | None:
     """Return the reduction of the error per iteration, by least squares on the
     logarithms of the errors, from the first error below `largest` to the last one above
-    `smallest`; None for fewer than LEAST_ITERATES iterates."""
+    `smallest`; None for fewer than MIN_ITERATES iterates."""
     below = next((i for i, error in enumerate(errors) if error < largest), len(errors))
     above = max((i for i, error in enumerate(errors) if error > smallest), default=-1)
     kept = [i for i in range(below, above + 1) if errors[i] > 0]
-    if len(kept) < LEAST_ITERATES:
+    if len(kept) < MIN_ITERATES:
         return None
     slope = float(
         np.polyfit([k[i] for i in kept], [math.log(errors[i]) for i in kept], 1)[0]

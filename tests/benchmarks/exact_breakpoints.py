@@ -25,7 +25,7 @@ from lcpcli.typing import Indices, States, Vector
 BITS = 400  # after the binary point
 # A change this small, relative to the solution, ends the refinement.
 SETTLED = 2.0**-333
-MOST_STEPS = 60  # of refinement; a basis that takes more is too ill-conditioned
+MAX_STEPS = 60  # of refinement; a basis that takes more is too ill-conditioned
 
 
 class ExactBreakpoints:
@@ -75,7 +75,7 @@ class ExactBreakpoints:
             warnings.simplefilter("ignore")
             factors, rows = lu_factor(self.M[block]), self.rows[block]
         x = np.full(b.shape, 0, dtype=object)
-        for _ in range(MOST_STEPS):
+        for _ in range(MAX_STEPS):
             change = lu_solve(factors, _floats(b - _scaled(rows @ x, self.exponent)))
             if not np.isfinite(change).all():
                 return None

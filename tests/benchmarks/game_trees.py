@@ -3,7 +3,7 @@
 For each game the number of unknowns, and the least of as many rounds, 3 by default, of
 the seconds that each takes in doubles and, once, in fractions, from the game in memory
 to one equilibrium. lcpcli's time includes the verification, and in fractions all of the
-run before. Gambit is pygambit; in fractions it is asked up to MOST_EXACT unknowns, as
+run before. Gambit is pygambit; in fractions it is asked up to MAX_EXACT unknowns, as
 the time beyond is that of minutes.
 """
 
@@ -22,7 +22,7 @@ from lcpcli.gallery.families import make
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.solving.proof import prove
 
-RANKS, MOST_EXACT = (6, 13, 20, 40), 80
+RANKS, MAX_EXACT = (6, 13, 20, 40), 80
 BARGAINING = (50, 142, 312)
 
 
@@ -63,7 +63,7 @@ if __name__ == "__main__":
         )
         calls = [
             partial(exact, problem),
-            *[partial(gambit, game, True)] * (n <= MOST_EXACT),
+            *[partial(gambit, game, True)] * (n <= MAX_EXACT),
         ]
         fractions = in_turns(*calls, most=1, warm_up=0)
         found, other = exact(problem), gambit(game, False)

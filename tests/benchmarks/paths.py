@@ -32,10 +32,10 @@ import lcpcli
 from lcpcli import Path, Problem
 from lcpcli.gallery import families, programs
 
-LEAST_REPEATS, MOST_REPEATS = 3, 1000
+MIN_REPEATS, MAX_REPEATS = 3, 1000
 WIDTHS = (8, 5, 12, 8, 8, 8, 8, 6)
 # Breakpoints of a path whose errors are computed; each may take a tenth of a second.
-MOST_EXACT = 10
+MAX_EXACT = 10
 Vector = np.ndarray[Any, np.dtype[np.float64]]
 # The path, and the s of its breakpoints.
 Ours, Theirs = Callable[[], Path], Callable[[], Vector]
@@ -127,9 +127,9 @@ def row(
     found, calls = ours(), (ours, theirs) if theirs else (ours,)
     assert (found.end, found.verified) == ("reached", True)
     own, *other = in_turns(
-        *calls, most=MOST_REPEATS, least=LEAST_REPEATS, budget=budget, warm_up=0
+        *calls, most=MAX_REPEATS, least=MIN_REPEATS, budget=budget, warm_up=0
     )
-    exact = [share for _, share in exact_shares(found, MOST_EXACT)]
+    exact = [share for _, share in exact_shares(found, MAX_EXACT)]
     first, last = Fraction(found.family.start), Fraction(found.family.stop)
     shares = [(Fraction(t) - first) / (last - first) for t in found.t.tolist()]
     cells = [

@@ -27,7 +27,7 @@ INFEASIBLE = '{"M": [[0, -1], [1, 0]], "q": [-1, -1]}'
 def few_repetitions(monkeypatch: pytest.MonkeyPatch) -> None:
     """Runs that are compared are repeated once in these tests, which do not look at how
     exact their times are."""
-    monkeypatch.setattr("lcpcli.solving.driver.MOST_REPETITIONS", 1)
+    monkeypatch.setattr("lcpcli.solving.driver.MAX_REPETITIONS", 1)
 
 
 @pytest.fixture

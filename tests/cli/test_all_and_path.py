@@ -49,7 +49,7 @@ def test_long_table_is_cut_and_says_so(
     name: str, lcp: Lcp, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     whole = lcp("solve", f"{name}.json", "--all").out.split("\n\n")
-    monkeypatch.setattr(solutions, "MOST_LINES", 2)
+    monkeypatch.setattr(solutions, "MAX_LINES", 2)
     monkeypatch.setattr(solutions.wording, "LINE_ENTRIES", 1)
     head, rows = lcp("solve", f"{name}.json", "--all").out.split("\n\n")
     assert re.search(

@@ -28,7 +28,7 @@ from lcpcli.verify.point import Criterion, Point
 from .conftest import EXAMPLE, Lcp, python, record, records
 
 PROBLEM = Problem([[2.0, 1.0], [1.0, 2.0]], [-5.0, -6.0])
-MOST_REPETITIONS = driver.MOST_REPETITIONS  # before the tests make it less
+MAX_REPETITIONS = driver.MAX_REPETITIONS  # before the tests make it less
 PARTS = ("setup_seconds", "solve_seconds", "verify_seconds")
 
 
@@ -236,7 +236,7 @@ def runs(monkeypatch: pytest.MonkeyPatch) -> list[lcpcli.Result]:
 
     monkeypatch.setattr(driver, "run", noted)
     monkeypatch.setattr(timing, "methods_run", set())
-    monkeypatch.setattr(driver, "MOST_REPETITIONS", MOST_REPETITIONS)
+    monkeypatch.setattr(driver, "MAX_REPETITIONS", MAX_REPETITIONS)
     # However busy the machine is.
     for limit in ("BRIEF", "LONGEST_REPEATED", "REPETITION_SECONDS"):
         monkeypatch.setattr(driver, limit, np.inf)
@@ -280,7 +280,7 @@ def test_the_fastest_repetition_counts_and_long_pauses_in_the_others_are_told(
 ) -> None:
     """The first run, which is the fastest here, does not count; half of the repetitions
     have pauses."""
-    monkeypatch.setattr(driver, "MOST_REPETITIONS", MOST_REPETITIONS)
+    monkeypatch.setattr(driver, "MAX_REPETITIONS", MAX_REPETITIONS)
     monkeypatch.setattr(driver, "LONGEST_REPEATED", np.inf)
     monkeypatch.setattr(driver, "REPETITION_SECONDS", np.inf)
     whole, runs = run(PROBLEM, "fixed-point", trace=Trace(), clock=Time()), list[bool]()
@@ -293,7 +293,7 @@ def test_the_fastest_repetition_counts_and_long_pauses_in_the_others_are_told(
         )
 
     (result,) = driver.repeated(once, compared=True, is_shown=True)
-    assert runs == [False] + [True] * MOST_REPETITIONS
+    assert runs == [False] + [True] * MAX_REPETITIONS
     assert (result.seconds, result.parts) == (whole.seconds, whole.parts)
     assert result.trace.rows[-1].seconds <= result.seconds
     assert result.spread == pytest.approx(1 + pause / 2)

@@ -537,7 +537,7 @@ def test_each_record_is_known_at_once_where_no_order_is_kept() -> None:
 
 
 def test_in_order_only_what_has_room_is_solved_behind_one_that_takes_long() -> None:
-    length = tasks.MOST_BYTES // 100
+    length = tasks.MAX_BYTES // 100
     pool = Stuck(until=90, length=length)
     assert [int(text) for text in told(pool, 200, pool, True)] == [*range(1, 201)]
     stuck: Any = Stuck(until=1000, length=length)

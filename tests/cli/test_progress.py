@@ -19,7 +19,7 @@ from lcpcli.cli import terminal
 from .conftest import Lcp
 from .terminals import Terminal, lines_in
 
-MOST_SECONDS = 60  # that a step waits for its name
+MAX_SECONDS = 60  # that a step waits for its name
 
 
 def watched(monkeypatch: pytest.MonkeyPatch) -> Terminal:
@@ -73,7 +73,7 @@ def test_long_step_is_named_with_the_time_so_far(
     named_in_time: list[bool] = []
 
     def long_step(*given: Any, **named: Any) -> Any:
-        end = time.monotonic() + MOST_SECONDS
+        end = time.monotonic() + MAX_SECONDS
         while text not in stream.getvalue() and time.monotonic() < end:
             time.sleep(0.01)
         named_in_time.append(text in stream.getvalue())

@@ -244,7 +244,7 @@ def test_a_table_of_an_optimum_says_where_it_is_cut(
     lcp: Lcp, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     n, file = 13, tmp_path / "p.json"
-    monkeypatch.setattr(solutions, "MOST_LINES", n - 1)
+    monkeypatch.setattr(solutions, "MAX_LINES", n - 1)
     diagonal = {
         "format": "coo",
         "shape": [n, n],

@@ -31,9 +31,7 @@ def found(problem: Problem, z: np.ndarray) -> others.Findings:
 
 def test_nothing_is_claimed_without_a_solution_or_of_many_unknowns() -> None:
     assert found(families.make("infeasible", 5, 0), np.zeros(5)).others is None
-    assert not others.is_asked(
-        families.make("tridiagonal", others.MOST_UNKNOWNS + 1, 0)
-    )
+    assert not others.is_asked(families.make("tridiagonal", others.MAX_UNKNOWNS + 1, 0))
     assert not others.is_asked(from_qp(np.eye(2), [1, 1]))
 
 

@@ -203,7 +203,7 @@ def test_pieces_with_many_bases_come_last_but_all_come(
         {str(piece) for piece in lcpcli.solutions(problem)} for problem in problems
     ]
     assert min(map(len, expected)) > 1
-    monkeypatch.setattr(pieces, "MOST_BASES_AT_FIRST", 1)
+    monkeypatch.setattr(pieces, "MAX_BASES_AT_FIRST", 1)
     for problem, own in zip(problems, expected, strict=True):
         found = [*lcpcli.solutions(problem)]
         assert len(found) == len(own)

@@ -44,7 +44,7 @@ def table(file: Path) -> list[dict[str, str]]:
 @pytest.fixture
 def folder(in_folder: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     # Whose times are not looked at here.
-    monkeypatch.setattr("lcpcli.solving.driver.MOST_REPETITIONS", 1)
+    monkeypatch.setattr("lcpcli.solving.driver.MAX_REPETITIONS", 1)
     for name, text in PROBLEMS.items():
         (in_folder / f"{name}.json").write_text(text)
     return in_folder

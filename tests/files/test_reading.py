@@ -198,7 +198,7 @@ def folder(in_folder: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     for name, content in FILES.items():
         (in_folder / name).write_bytes(content)
     # Whose times are not looked at here.
-    monkeypatch.setattr("lcpcli.solving.driver.MOST_REPETITIONS", 1)
+    monkeypatch.setattr("lcpcli.solving.driver.MAX_REPETITIONS", 1)
     return in_folder
 
 
@@ -374,7 +374,7 @@ def test_all_but_the_game_are_solved_by_both_methods(
 def elsewhere(in_folder: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """An empty folder, as the current one."""
     # Whose times are not looked at here.
-    monkeypatch.setattr("lcpcli.solving.driver.MOST_REPETITIONS", 1)
+    monkeypatch.setattr("lcpcli.solving.driver.MAX_REPETITIONS", 1)
     return in_folder
 
 

@@ -26,7 +26,7 @@ from lcpcli.linalg.compressed_rows import block
 from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix
 from lcpcli.linalg.patterns import LONG_ROW, Band, is_structurally_singular, order_of
 from lcpcli.linalg.programs import Optimum, minimized
-from lcpcli.linalg.shifted_systems import MOST_SPLIT_OFF, Bordered, dense_places
+from lcpcli.linalg.shifted_systems import MAX_SPLIT_OFF, Bordered, dense_places
 from lcpcli.linalg.units import PseudoInverse
 
 
@@ -129,7 +129,7 @@ def test_a_singular_border_is_told() -> None:
 
 def test_many_dense_rows_are_no_border() -> None:
     assert not dense_places(
-        bordered(900, list(range(MOST_SPLIT_OFF + 1)), np.random.default_rng(0))
+        bordered(900, list(range(MAX_SPLIT_OFF + 1)), np.random.default_rng(0))
     ).size
     assert not dense_places(csr_array(np.ones((50, 50)))).size
 

@@ -22,7 +22,7 @@ from scipy.sparse import block_array, block_diag, csr_array, diags_array, identi
 from lcpcli import Problem, Status, Trace, plan, run, solve, write
 from lcpcli.auto import attempts as auto_table
 from lcpcli.auto.attempts import (
-    MOST_PIVOTED_BY_NUMPY,
+    MAX_PIVOTED_BY_NUMPY,
     ROUNDS,
     Row,
     Structure,
@@ -31,7 +31,7 @@ from lcpcli.auto.attempts import (
 from lcpcli.gallery import families
 from lcpcli.linalg.patterns import has_friction
 from lcpcli.methods import lemke
-from lcpcli.methods.direct import MOST_PIVOTED
+from lcpcli.methods.direct import MAX_PIVOTED
 from lcpcli.methods.stages import Finished, Iterate, Stage, Turns
 from lcpcli.options import Limits
 from lcpcli.solving import driver
@@ -127,7 +127,7 @@ def test_zeros_on_the_diagonal_call_for_lemke_or_where_costly_for_interior(
 ) -> None:
     small, large = (
         run(families.make(family, n), trace=True)
-        for n in (MOST_PIVOTED_BY_NUMPY // 2, MOST_PIVOTED + 50)
+        for n in (MAX_PIVOTED_BY_NUMPY // 2, MAX_PIVOTED + 50)
     )
     assert small.solved
     assert small.route in [("lemke",), ("piqp",)]
@@ -143,7 +143,7 @@ def test_zeros_on_the_diagonal_call_for_lemke_or_where_costly_for_interior(
 def test_contact_with_friction_goes_to_interior_in_any_order_and_regularized(
     shift: float, form: str
 ) -> None:
-    contact = families.make("rigid-boxes", MOST_PIVOTED + 100)
+    contact = families.make("rigid-boxes", MAX_PIVOTED + 100)
     order = np.random.default_rng(0).permutation(contact.n)
     M = csr_array(contact.M) + shift * identity(contact.n)
     M, q = csr_array(M)[order][:, order], contact.q[order]
@@ -396,7 +396,7 @@ def test_scale_and_finish_are_added_to_the_literal_methods_in_the_open(
 def test_attempts_with_large_matrices_are_not_held(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(auto_table, "MOST_HELD", PROBLEM.n - 1)
+    monkeypatch.setattr(auto_table, "MAX_HELD", PROBLEM.n - 1)
     assert turns_of(row("a", counting))[0] == [("a", 3)]
 
 

@@ -211,7 +211,7 @@ def test_superlu_takes_the_order_that_qdldl_has_found(
         "splu",
         lambda A, **how: orders.append(how["permc_spec"]) or own(A, **how),
     )
-    monkeypatch.setattr("lcpcli.linalg.shifted_systems.MOST_PER_ENTRY", 0.0)
+    monkeypatch.setattr("lcpcli.linalg.shifted_systems.MAX_PER_ENTRY", 0.0)
     assert run(gallery.make("control", 100), "interior").solved
     assert set(orders) == {"NATURAL"}
 

@@ -161,7 +161,7 @@ def test_steps_end_where_states_do_not_settle() -> None:
     stage = newton.projected_gradient(Problem(M, q), np.zeros(300))
     evaluations = [iterate.evaluations for iterate in stage]
     assert len(evaluations) == 1
-    assert evaluations[0] < newton.MOST_GRADIENT_STEPS
+    assert evaluations[0] < newton.MAX_GRADIENT_STEPS
     assert run(Problem(M, q), "auto").solved
 
 
@@ -179,7 +179,7 @@ def with_solution(M: Matrix, seed: int) -> tuple[Problem, Vector]:
     return Problem(M, w - M @ z, solutions=[z]), x
 
 
-@pytest.mark.parametrize("n", [5, factors.MOST_NUMPY_ROWS + 20])
+@pytest.mark.parametrize("n", [5, factors.MAX_NUMPY_ROWS + 20])
 @pytest.mark.parametrize("kind", ["dense", "sparse", "nonsymmetric"])
 def test_right_signs_give_the_solution_to_rounding(n: int, kind: str) -> None:
     M = matrix(

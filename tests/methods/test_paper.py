@@ -473,7 +473,7 @@ def test_iterates_satisfy_the_published_recursion(omega: float) -> None:
         assert np.allclose(iterate.F, F, atol=1e-12)
 
 
-LARGE = np.diag(np.append(1.0, -np.ones(factors.MOST_NUMPY_ROWS)))
+LARGE = np.diag(np.append(1.0, -np.ones(factors.MAX_NUMPY_ROWS)))
 
 
 @pytest.mark.parametrize(
@@ -506,7 +506,7 @@ def test_badly_scaled_matrix_is_not_mistaken_for_a_singular_one(
     )
 
 
-@pytest.mark.parametrize("n", [factors.MOST_NUMPY_ROWS, factors.MOST_NUMPY_ROWS + 1])
+@pytest.mark.parametrize("n", [factors.MAX_NUMPY_ROWS, factors.MAX_NUMPY_ROWS + 1])
 def test_small_large_and_sparse_matrices_give_the_same_iterates(n: int) -> None:
     q = np.random.default_rng(n).standard_normal(n)
     dense, sparse = (

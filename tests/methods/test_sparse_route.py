@@ -433,7 +433,7 @@ def test_a_solution_that_reaches_far_along_a_shuffled_chain_takes_few_steps(
     assert result.iterations < 100
 
 
-MOST_GENERATORS = 6
+MAX_GENERATORS = 6
 
 
 @pytest.mark.parametrize("traced", [False, True])
@@ -456,4 +456,4 @@ def test_an_iterate_passes_few_generators_on_its_way_to_the_loop(
     monkeypatch.setattr(active_set.Inexact, "found", counting)
     result = run(families.make("obstacle", 900), trace=traced)
     assert result.route == ("multilevel",)
-    assert 1 < max(depths) <= MOST_GENERATORS
+    assert 1 < max(depths) <= MAX_GENERATORS

@@ -18,7 +18,7 @@ import lcpcli
 from lcpcli import Problem
 from lcpcli.linalg.doubles import generator
 from lcpcli.linalg.krylov import is_semidefinite
-from lcpcli.methods.direct import MOST_PIVOTED
+from lcpcli.methods.direct import MAX_PIVOTED
 from lcpcli.model.box import BASIC
 from lcpcli.presolve.presolve import (
     ALL,
@@ -159,7 +159,7 @@ def test_rules_leave_what_they_should(
 
 def test_presolve_can_be_switched_off() -> None:
     one = linear_program(0, "signs")
-    copies = MOST_PIVOTED // one.n + 1  # so that Lemke's path does not come first
+    copies = MAX_PIVOTED // one.n + 1  # so that Lemke's path does not come first
     q, lower, upper = (np.tile(each, copies) for each in (one.q, one.lower, one.upper))
     problem = Problem(
         kron(np.eye(copies), csr_array(one.M)), q, lower=lower, upper=upper

@@ -451,7 +451,7 @@ def test_a_path_verified_in_parts_is_the_same_path(
     whole = path(first, last, exact=exact)
     monkeypatch.setattr(following, "AT_ONCE", 1)
     found = path(first, last, exact=exact)
-    assert whole.t.size > 2 * following.LEAST_AT_ONCE
+    assert whole.t.size > 2 * following.MIN_AT_ONCE
     for name in ("t", "z", "w", "states"):
         assert np.array_equal(getattr(found, name), getattr(whole, name))
     assert (found.end, found.verified, found.exact) == (whole.end, True, whole.exact)
@@ -477,7 +477,7 @@ def test_a_path_is_not_verified_if_its_first_part_is_not(
 
 def test_memory_bounds_a_path_that_is_kept(monkeypatch: pytest.MonkeyPatch) -> None:
     first, last = positive(30, 40, 40)
-    monkeypatch.setattr(following, "MOST_NUMBERS", 200)
+    monkeypatch.setattr(following, "MAX_NUMBERS", 200)
     part = path(first, last)
     assert (part.end, part.t.size, part.verified) == ("breakpoint_limit", 6, True)
     assert "5 with 40 unknowns fill the memory" in part.message

@@ -112,7 +112,7 @@ def test_a_quadratic_program_needs_symmetry_and_convexity(name: str) -> None:
 
 
 def test_matrices_are_converted_up_to_a_size() -> None:
-    n = packages.MOST_CONVERTED + 1
+    n = packages.MAX_CONVERTED + 1
     large = Problem(sparse.eye_array(n, format="csr"), -np.ones(n))
     assert (
         peers.load("quantecon").excludes(large)

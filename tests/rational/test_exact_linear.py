@@ -66,7 +66,7 @@ def test_flint_gives_the_same_numbers(system: tuple[Rows, list[int]]) -> None:
     pytest.importorskip("flint")
     own = solve(*system)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(elimination, "MOST_PLAIN_ROWS", 0)
+        patch.setattr(elimination, "MAX_PLAIN_ROWS", 0)
         assert solve(*system) == own
 
 

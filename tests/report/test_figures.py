@@ -71,10 +71,10 @@ def test_long_runs_make_small_files() -> None:
 def test_the_figure_of_the_most_problems_fits_on_a_page(
     lcp: Callable[..., Any], tmp_path: Path
 ) -> None:
-    figure = convergence(*[crowd(15)] * figures.MOST_PANELS)
+    figure = convergence(*[crowd(15)] * figures.MAX_PANELS)
     assert figure.get_figwidth() <= 8.27
     assert figure.get_figheight() <= 11.69
-    one_more = [EXAMPLE] * (figures.MOST_PANELS + 1)
+    one_more = [EXAMPLE] * (figures.MAX_PANELS + 1)
     outcome = lcp("compare", *one_more, "--plot", str(tmp_path / "figure.svg"))
     assert (outcome.code, outcome.out, outcome.err.count("\n")) == (2, "", 1)
     assert "8 problems" in outcome.err

@@ -164,7 +164,7 @@ def test_curves_have_few_markers_on_their_points() -> None:
         ends = {tuple(slow[0]), tuple(slow[-1])}
         placed = {*marks(axes)} & {tuple(point) for point in slow.tolist()}
         assert ends <= placed
-        assert len(placed) <= run_figures.MOST_MARKERS + 1
+        assert len(placed) <= run_figures.MAX_MARKERS + 1
 
 
 def test_runs_of_a_grid_of_options_have_an_entry_and_a_curve_each() -> None:

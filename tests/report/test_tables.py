@@ -390,7 +390,7 @@ def test_a_table_that_is_cut_says_so_whether_rows_or_variables_are_many(
     k: int, m: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     result = lcpcli.run(lcpcli.from_qp(None, np.ones(k), np.ones((m, k)), np.ones(m)))
-    monkeypatch.setattr(answers, "MOST_ON_SCREEN", 3)
+    monkeypatch.setattr(answers, "MAX_ON_SCREEN", 3)
     (table,) = result.answer.tables(whole=False)
     assert [len(group) for group in table.groups] == [min(m, 3), min(k, 3)]
     assert bool(table.notes) is (max(k, m) > 3)

@@ -14,7 +14,7 @@ from record import GENEROUS_SECONDS, Case, Entry, main, of_result
 from lcpcli import Problem, Solver, run
 
 SIZES, STEPS = (4, 8, 12, 16, 20, 32, 48, 100, 200), 12
-MOST_JUDGED = 20  # unknowns of a problem that is judged in fractions
+MAX_JUDGED = 20  # unknowns of a problem that is judged in fractions
 WAYS = ("solve", "compiled", "Solver")
 
 
@@ -66,7 +66,7 @@ def outcome(_: Case, step: Any) -> Entry:
     else:
         result = run(problem, time_limit=GENEROUS_SECONDS, compiled=way == "compiled")
     entry = of_result(result)
-    if problem.n <= MOST_JUDGED:
+    if problem.n <= MAX_JUDGED:
         entry["worth"] = truth.judge(problem, entry)
         if entry["worth"].startswith("false"):
             entry["false"] = entry["worth"]

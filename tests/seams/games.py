@@ -14,7 +14,7 @@ from record import GENEROUS_SECONDS, Case, Entry, main, of_result
 
 from lcpcli import Problem, from_game, run
 
-GAMES, LARGEST, MOST_LARGE = 600, 12, 60
+GAMES, LARGEST, MAX_LARGE = 600, 12, 60
 GAIN = Fraction(1, 10**9)  # relative to the payoffs that are reached
 PAYOFFS: dict[str, Callable[[Generator, tuple[int, ...]], Any]] = {
     "normal": lambda random, shape: random.standard_normal(shape),
@@ -46,7 +46,7 @@ def cases(seed: int) -> list[Case]:
 
 def _game(kind: str, seed: int) -> Problem:
     random = np.random.default_rng(seed)
-    most = MOST_LARGE if seed % 10 == 0 else LARGEST
+    most = MAX_LARGE if seed % 10 == 0 else LARGEST
     A, B = PAYOFFS[kind](random, (2, *random.integers(2, most + 1, 2)))
     return from_game(A, B)
 

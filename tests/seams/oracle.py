@@ -122,7 +122,7 @@ def outcome(case: Case, problem: Any) -> Entry:
         entry["truth"] = "planted"
     entry["worth"] = truth.judge(problem, entry)
     entry["false"] = entry["worth"] if entry["worth"].startswith("false") else ""
-    if int(case.key.split()[1]) % PROVED == 0 and problem.n <= truth.MOST_ENUMERATED:
+    if int(case.key.split()[1]) % PROVED == 0 and problem.n <= truth.MAX_ENUMERATED:
         entry["false"] = entry["false"] or _fault_of_proof(problem, entry)
     return entry
 

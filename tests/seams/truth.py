@@ -17,8 +17,8 @@ TOL = 2e-10  # twice that of the program, as units from least squares have few d
 NOISE = 1e-13
 # Distance of a z from an exact solution with its states, relative to each component.
 NEAR = 1e-6
-MOST_ENUMERATED, MOST_STATES = 6, 729
-MOST_EXACT = 20  # unknowns up to which the states of z are solved exactly
+MAX_ENUMERATED, MAX_STATES = 6, 729
+MAX_EXACT = 20  # unknowns up to which the states of z are solved exactly
 NO_SOLUTION = ("infeasible", "unsolvable")
 
 
@@ -131,12 +131,12 @@ def has_few_states(problem: Any) -> bool:
         number *= (
             1 if low == high else 1 + int(np.isfinite(low)) + int(np.isfinite(high))
         )
-    return number <= MOST_STATES and problem.n <= MOST_ENUMERATED
+    return number <= MAX_STATES and problem.n <= MAX_ENUMERATED
 
 
 def near_solution(problem: Any, z: Sequence[float]) -> bool:
     """Return whether z is near an exact solution with its states, in each component."""
-    if problem.n > MOST_EXACT or not np.isfinite(z).all():
+    if problem.n > MAX_EXACT or not np.isfinite(z).all():
         return False
     M, q = exact.rational(problem)
     lower, upper = (bound.tolist() for bound in bounds(problem))

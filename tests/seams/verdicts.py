@@ -19,7 +19,7 @@ from lcpcli import Problem, read, read_nl, run, solve_mcp
 # Random problems, of ten kinds in turn, with other bounds than 0 and infinity or not.
 RANDOM = 20_000
 COMPILED = 4  # one random problem in so many is solved with compiled kernels
-MOST_STEPS = 2000  # for problems in files, some of which are hard
+MAX_STEPS = 2000  # for problems in files, some of which are hard
 SIZES = (3, 10, 40)
 LARGE = {
     "obstacle": 2500,
@@ -92,7 +92,7 @@ def outcome(case: Case, problem: Any) -> Entry:
         )
     solve = run if isinstance(problem, Problem) else solve_mcp
     return of_result(
-        solve(problem, time_limit=GENEROUS_SECONDS, max_iterations=MOST_STEPS)
+        solve(problem, time_limit=GENEROUS_SECONDS, max_iterations=MAX_STEPS)
     )
 
 

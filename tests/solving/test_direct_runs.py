@@ -135,7 +135,7 @@ def test_zeros_and_tiny_entries_of_q_ask_for_no_units_of_M_and_no_exact_sums(
 def test_its_answer_is_that_of_newton_and_a_nonnegative_q_needs_no_system(
     way: Way,
 ) -> None:
-    for n in (1, 2, 5, 20, 21, module.MOST_UNKNOWNS):
+    for n in (1, 2, 5, 20, 21, module.MAX_UNKNOWNS):
         problem = definite(n, n)
         answer, result = (
             way(problem, TOL),

@@ -239,7 +239,7 @@ def test_reference_is_exact_where_rational_arithmetic_can_be_had(
     assert (exactly.reference, exactly.solutions[0].tolist()) == ("exact", [1 / 3, 0.0])
     monkeypatch.setitem(sys.modules, "flint", None)
     assert with_reference(problem).reference == "exact"
-    monkeypatch.setattr(proof, "MOST_EXACT_UNKNOWNS", 1)
+    monkeypatch.setattr(proof, "MAX_EXACT_UNKNOWNS", 1)
     assert with_reference(problem).reference == "computed"
     assert with_reference(problem).solutions[0].tolist() == [1 / 3, 0.0]
 

@@ -149,7 +149,7 @@ def gains(tree: GameTree, strategies: Sequence[Strategy]) -> list[Fraction]:
 
 
 Lcp = Callable[..., Any]
-MOST_PURE = 200  # strategies of a player that are tried one after another
+MAX_PURE = 200  # strategies of a player that are tried one after another
 
 ENTRY = """EFG 2 R "entry" { "entrant" "incumbent" }
 p "" 1 1 "" { "in" "out" } 0
@@ -184,7 +184,7 @@ def small_games() -> list[lcpcli.Problem]:
         )
         for each in map(tree_of, range(60))
     )
-    return [problem for problem, pure in numbers if max(pure) <= MOST_PURE]
+    return [problem for problem, pure in numbers if max(pure) <= MAX_PURE]
 
 
 def test_no_pure_strategy_gains_in_an_equilibrium_in_fractions() -> None:

@@ -410,7 +410,7 @@ def test_every_proof_for_the_constraints_is_one_for_the_program(
     program alone."""
     y = np.array([0.0, 0.0, 0.0, 1.0, 1.0, 1.0])
     monkeypatch.setattr(no_minimum, "farkas_multipliers", lambda *_: iter([y]))
-    monkeypatch.setattr(no_minimum, "MOST_FRACTIONS", 0)
+    monkeypatch.setattr(no_minimum, "MAX_FRACTIONS", 0)
     rows = [[1.0, 1.0, 0.0, 0.0], [-1.0, -1.0, 0.0, 0.0]]
     result = run(from_qp(None, [0.0, 0.0, -1.0, 5.0], rows, [1.0, -0.5]))
     assert result.word == "infeasible"

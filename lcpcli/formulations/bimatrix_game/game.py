@@ -54,7 +54,7 @@ PAYOFF = re.compile(
 
 # digits: enough for sums and differences of any doubles, which have 650 at most.
 EXACT_CONTEXT = Context(prec=1000)
-MOST_DIGITS = 15  # of a decimal that the nearest double tells
+MAX_DIGITS = 15  # of a decimal that the nearest double tells
 SURELY = 2.0**-50  # relative: more than the rounding of a sum of small terms
 
 Payoffs = list[list[Fraction]]
@@ -331,19 +331,19 @@ def _costs(field: str, payoffs: Any) -> Vector:
 @np.errstate(over="ignore")
 def _costs_of_short(payoffs: Vector) -> Vector | None:
     """Return the same costs where all payoffs are whole multiples of one power of ten,
-    of at most MOST_DIGITS digits, without writing any as a decimal; else None.
+    of at most MAX_DIGITS digits, without writing any as a decimal; else None.
 
     No other decimal of so many digits is as near to the same double, and the whole
     numbers, their differences and the power are exact.
     """
-    for digits in range(MOST_DIGITS):
+    for digits in range(MAX_DIGITS):
         unit = 10.0**digits
         whole = np.rint(unit * payoffs[:1])
-        if not np.abs(whole).max() < 10.0**MOST_DIGITS:
+        if not np.abs(whole).max() < 10.0**MAX_DIGITS:
             return None
         if np.array_equal(whole / unit, payoffs[:1]):
             whole = np.rint(unit * payoffs)
-            if not np.abs(whole).max() < 10.0**MOST_DIGITS:
+            if not np.abs(whole).max() < 10.0**MAX_DIGITS:
                 return None
             if np.array_equal(whole / unit, payoffs):
                 spread = whole.max() - whole.min()

@@ -28,7 +28,7 @@ from lcpcli.verify.verification import Proposed, Verification
 
 SEPARATED, STICKING, SLIDING = "separated", "sticking", "sliding"
 STATES = (STICKING, SLIDING, SEPARATED)
-MOST_CONTACTS = 100  # in a table, a few screens
+MAX_CONTACTS = 100  # in a table, a few screens
 UNSOLVED = "not solved, so the states of the contacts are not known"
 JAMMED = (
     "jammed: no impulses within the cones of friction lead to velocities that the "
@@ -95,11 +95,11 @@ class Impulses(Answer):
                 _numbers(w, own.tangential),
                 own.state,
             ]
-            for number, own in enumerate(self.contacts[:MOST_CONTACTS], 1)
+            for number, own in enumerate(self.contacts[:MAX_CONTACTS], 1)
         ]
         notes = []
-        if len(self.contacts) > MOST_CONTACTS:
-            notes = [f"the first {MOST_CONTACTS} of {len(self.contacts)} contacts"]
+        if len(self.contacts) > MAX_CONTACTS:
+            notes = [f"the first {MAX_CONTACTS} of {len(self.contacts)} contacts"]
         impulses = ["normal", "tangential"]
         velocities = [f"{each} velocity" for each in impulses]
         header = ["contact", *impulses, *velocities, "state"]

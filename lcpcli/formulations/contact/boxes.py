@@ -9,18 +9,18 @@ from lcpcli.errors import ProblemError
 from lcpcli.formulations.contact.friction import Contact
 from lcpcli.model.problem import Problem
 
-MOST_BOXES = 100
+MAX_BOXES = 100
 AT_REST = 1e-10  # relative to the largest bound of friction: a change that counts as 0
 
 
 def last_box(contact: Contact, name: str, source: str, note: str) -> Problem:
     """Return the box in which the bounds of friction no longer change, or the last of
-    MOST_BOXES; its note says which. Raises ProblemError if a box is not solved."""
+    MAX_BOXES; its note says which. Raises ProblemError if a box is not solved."""
     with imports:
         from lcpcli.solving.call import run
     tangents = contact.friction.tangents[:, 0]
-    x, told = np.zeros(contact.b.size), f"no fixed point in {MOST_BOXES} boxes"
-    for number in range(1, MOST_BOXES + 1):
+    x, told = np.zeros(contact.b.size), f"no fixed point in {MAX_BOXES} boxes"
+    for number in range(1, MAX_BOXES + 1):
         lower, upper = contact.box(x)
         box = Problem(contact.A, contact.b, lower=lower, upper=upper)
         result = run(box)

@@ -69,7 +69,7 @@ def from_findex(
         mu x_f. x_f itself must not be tangential, and its lower bound is at least 0.
     lagged : whether to return the model of engines, not the law: the bounds of friction
         are mu times the normal x of the box before, first without friction, until they
-        no longer change or MOST_BOXES boxes are solved, which nothing guarantees. The
+        no longer change or MAX_BOXES boxes are solved, which nothing guarantees. The
         result is the last box, with x as its z, and its note says how it ended.
     name, source, note : texts of the problem.
 

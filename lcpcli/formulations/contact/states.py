@@ -18,7 +18,7 @@ from lcpcli.model.box import BASIC, LOWER, UPPER
 from lcpcli.model.formulation import Proposal
 from lcpcli.typing import States, Vector
 
-MOST_SYSTEMS = 5
+MAX_SYSTEMS = 5
 SHIFT = 1e-10  # of the diagonal of a system, relative to its largest entry
 CORRECTIONS = 2
 
@@ -122,7 +122,7 @@ def followed(contact: Contact, states: States) -> Proposal | None:
     if not (is_dense and contact.is_planar and contact.contacts):
         return None
     step = _Step(contact, states)
-    for number in range(1, MOST_SYSTEMS + 1):
+    for number in range(1, MAX_SYSTEMS + 1):
         x = step.impulses()
         if x is None or not np.isfinite(x).all():
             return None

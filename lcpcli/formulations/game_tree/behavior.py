@@ -16,7 +16,7 @@ from lcpcli.linalg.doubles import EPS, ROW_ROUNDING
 from lcpcli.report import wording
 from lcpcli.report.document import Table
 
-MOST_SETS = 100  # information sets in a table, a few screens
+MAX_SETS = 100  # information sets in a table, a few screens
 
 # A realization plan: for each sequence of the player the product of the probabilities
 # of its moves.
@@ -224,13 +224,13 @@ def table_of(sets: Sequence[InformationSetStrategy]) -> Table:
         wording.named(list(own.probabilities), own.actions, wording.number, True)[1:-1]
         for own in sets
     )
-    shown = zip(sets[:MOST_SETS], chosen, strict=False)
+    shown = zip(sets[:MAX_SETS], chosen, strict=False)
     rows = [
         [own.player, own.label, wording.number(own.reached), actions]
         for own, actions in shown
     ]
-    notes = [f"the first {MOST_SETS} of {len(sets)} information sets; JSON has all"] * (
-        len(sets) > MOST_SETS
+    notes = [f"the first {MAX_SETS} of {len(sets)} information sets; JSON has all"] * (
+        len(sets) > MAX_SETS
     )
     return Table(
         ["player", "information set", "reached", "probabilities"],

@@ -23,7 +23,7 @@ from lcpcli.clock import imports
 from lcpcli.errors import refuse_unknown
 from lcpcli.files import fields as files
 from lcpcli.formulations.game_tree.tree import (
-    MOST_BITS,
+    MAX_BITS,
     GameTree,
     distinct_labels,
     tree_in,
@@ -40,7 +40,7 @@ from lcpcli.model.formulation import (
 from lcpcli.model.formulations import TEXTS
 from lcpcli.model.problem import Problem
 
-MOST_DENSE = 200  # unknowns up to which M is dense, as pivoting is fast there
+MAX_DENSE = 200  # unknowns up to which M is dense, as pivoting is fast there
 LARGEST_INTEGER = 2**53  # up to here every integer is a double
 
 Rows = list[dict[int, Fraction]]
@@ -206,7 +206,7 @@ class ExtensiveGame(Formulation):
             [i for i, row in enumerate(rows) for _ in row],
             [j for row in rows for j in row],
         )
-        if len(q) > MOST_DENSE:
+        if len(q) > MAX_DENSE:
             with imports:
                 from scipy.sparse import csr_array
             M: Any = csr_array((values, places), shape=(len(q), len(q)))
@@ -277,11 +277,11 @@ def _costs(tree: GameTree, player: int) -> Costs:
         at[sequences] = at.get(sequences, 0) + chance * (constant - payoffs[player])
     greatest, common = max(at.values()), 1
     for cost in at.values():
-        if common.bit_length() <= MOST_BITS:
+        if common.bit_length() <= MAX_BITS:
             common = math.lcm(common, cost.denominator)
     factor = Fraction(common, math.gcd(*(cost.numerator for cost in at.values())))
     whole = greatest * factor
-    is_double = common.bit_length() <= MOST_BITS and whole <= LARGEST_INTEGER
+    is_double = common.bit_length() <= MAX_BITS and whole <= LARGEST_INTEGER
     factor = factor / 2 ** int(whole).bit_length() if is_double else 1 / greatest
     return Costs({pair: cost * factor for pair, cost in at.items()}, constant, factor)
 
@@ -291,7 +291,7 @@ def _common(denominators: Iterable[int]) -> int:
     common = 1
     for each in set(denominators):
         common = math.lcm(common, each)
-        if common.bit_length() > MOST_BITS:
+        if common.bit_length() > MAX_BITS:
             return 0
     return common
 
@@ -311,7 +311,7 @@ def _whole_costs(tree: GameTree, player: int, chances: int, units: int) -> Costs
     whole, divisor = chances * units, math.gcd(*at.values())
     greatest = max(at.values())
     common = whole // math.gcd(whole, divisor)
-    is_long = common.bit_length() > MOST_BITS
+    is_long = common.bit_length() > MAX_BITS
     if is_long or greatest // divisor > LARGEST_INTEGER:
         divisor, power = 1, greatest  # costs are rounded, whatever the factor
     else:

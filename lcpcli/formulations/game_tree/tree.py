@@ -33,7 +33,7 @@ from lcpcli.errors import (
 )
 from lcpcli.formulations.gambit import TOKEN
 
-MOST_BITS = 3322  # of denominators: a thousand digits
+MAX_BITS = 3322  # of denominators: a thousand digits
 CHANCE, TERMINAL = -1, -2  # in place of a player, 0 or 1
 
 Payoffs = tuple[Fraction, Fraction]
@@ -128,7 +128,7 @@ class GameTree:
 def _brief(value: Fraction, of: str) -> Fraction:
     """Return a number of moderate length; raise ProblemError for any other, which would
     make all that follows slow."""
-    if value.denominator.bit_length() > MOST_BITS:
+    if value.denominator.bit_length() > MAX_BITS:
         raise ProblemError(
             "",
             f"has {of} whose fractions are longer than a thousand digits",

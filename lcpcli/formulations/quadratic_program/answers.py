@@ -31,8 +31,8 @@ from lcpcli.report.document import Table
 from lcpcli.solving.result import Result
 from lcpcli.typing import Vector
 
-MOST_ROWS = 100  # and variables, a few screens
-MOST_ON_SCREEN = 12  # rows, and variables
+MAX_ROWS = 100  # and variables, a few screens
+MAX_ON_SCREEN = 12  # rows, and variables
 # In JSON.
 KEYS = (
     *("x", "y", "bound_multipliers", "unique_multipliers", "y_down", "y_up"),
@@ -174,7 +174,7 @@ class Minimum(Answer):
         if self.x is None or self.y is None or not self.y.size:
             return []
         program, x, y = self._program, self.x.tolist(), self.y.tolist()
-        largest = MOST_ROWS if whole else MOST_ON_SCREEN
+        largest = MAX_ROWS if whole else MAX_ON_SCREEN
         cell = wording.plain_number
         row_names = wording.short_names(program.rows or [""] * len(y), math.inf, "r")
         names = wording.short_names(program.columns or [""] * len(x), math.inf, "x")

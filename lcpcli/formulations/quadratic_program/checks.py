@@ -41,13 +41,13 @@ from lcpcli.typing import Vector
 from lcpcli.verify import exact_solution
 from lcpcli.verify.verification import Proposed, Verification, verify
 
-MOST_EFFORT = 60.0  # for exact multipliers: as for exact proofs
+MAX_EFFORT = 60.0  # for exact multipliers: as for exact proofs
 # Relative to the terms of the objective: a larger gain shows that x is no optimum.
-LEAST_GAIN = 1e-8
+MIN_GAIN = 1e-8
 # Relative to x: small enough for the linear program to be a model of the objective.
 BOX_SIZE = 0.1
 # Of the largest |x_i|: the least that the box is relative to, so that zeros may move.
-LEAST_BOX_SIZE = 1e-3
+MIN_BOX_SIZE = 1e-3
 OBJECTIVE_CLAUSES = {"min": "above the minimum", "max": "below the maximum"}
 
 
@@ -86,7 +86,7 @@ def verified(program: Program, proposed: Proposed) -> Verification:
 
 def _exact_multipliers(data: ExactProblem, proposal: _Proposal) -> Any:
     near = proposal.with_step()
-    found = exact_solution.from_point(data, near, Effort(MOST_EFFORT))
+    found = exact_solution.from_point(data, near, Effort(MAX_EFFORT))
     z = found or fractions_of(near)
     return np.array(z[proposal.k : data.n - proposal.origin.ranges], dtype=object)
 
@@ -122,7 +122,7 @@ class _Proposal:
         g = product(data.Q, x) + data.c
         largest = float(np.abs(x).max())
         sizes = (
-            BOX_SIZE * np.maximum(np.abs(x), LEAST_BOX_SIZE * largest)
+            BOX_SIZE * np.maximum(np.abs(x), MIN_BOX_SIZE * largest)
             if largest
             else np.ones(x.size)
         )
@@ -208,7 +208,7 @@ class _Proposal:
         terms = float(
             size @ (absolute_product(self.data.Q, size) / 2 + np.abs(self.data.c))
         )  # of the objective
-        if gain > max(tol, LEAST_GAIN) * terms:
+        if gain > max(tol, MIN_GAIN) * terms:
             far = (
                 f"at least {approximate(Fraction(gain), -1, 2)} "
                 f"{OBJECTIVE_CLAUSES[self.origin.sense]}"

@@ -44,7 +44,7 @@ be an optimum; that the program is infeasible, or unbounded, or one of the two."
 FEASIBILITY_EFFORT = 0.5
 # The largest one of a feasible point that is tried before its doubles.
 SIMPLE_DENOMINATOR = 10**6
-MOST_FRACTIONS = 10_000  # entries of A up to which rational arithmetic is quick enough
+MAX_FRACTIONS = 10_000  # entries of A up to which rational arithmetic is quick enough
 EXTREMES = {"min": ("minimum", "below"), "max": ("maximum", "above")}
 
 
@@ -147,7 +147,7 @@ def _feasibility(
     y = None if found is None else _exact_proof(problem, found.vector, data.c.size)
     if y is not None:
         return False, y
-    if compressed(data.A).nnz > MOST_FRACTIONS:
+    if compressed(data.A).nnz > MAX_FRACTIONS:
         return None, None
     if point is not None and _has_simple_point(point, data):
         return True, None

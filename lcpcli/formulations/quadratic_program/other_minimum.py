@@ -33,17 +33,17 @@ from lcpcli.verify.acceptance import BY_CRITERION, accepted
 from lcpcli.verify.point import Criterion, Point
 
 # Unknowns: an LP for more would take longer than many a solution.
-MOST_UNKNOWNS = 500
+MAX_UNKNOWNS = 500
 # Of each of two LPs, by the seconds that so many iterations usually take.
 LP_EFFORT = 0.25
 # Relative to the largest |x_i|: how far another minimizer has to lie from x, far above
 # rounding.
-LEAST_DISTANCE = 1e-3
+MIN_DISTANCE = 1e-3
 # Variables that are not at a bound, for a linear system that is solved exactly in a
 # second.
-MOST_FREE = 100
+MAX_FREE = 100
 # Relative to the terms of a column: a smaller multiplier may be 0.
-LEAST_MULTIPLIER = 1e-9
+MIN_MULTIPLIER = 1e-9
 # Pivots below it, relative to the largest, may be those of dependent columns, and
 # others are not.
 SURE_PIVOT = 1e-8
@@ -64,13 +64,13 @@ def has_other_minimum(
         data; else up to rounding.
     """
     x, y = program.parts(z)
-    if problem.n > MOST_UNKNOWNS or not x.size:
+    if problem.n > MAX_UNKNOWNS or not x.size:
         return False
     C = problem.units.diagonals()[1][: x.size]
     rows, free = _may_leave(x, y, data)
     if _is_regular(_scaled(stacked(data, rows, free), C[free])):
         return False
-    near = LEAST_DISTANCE * np.maximum(np.abs(x), C)
+    near = MIN_DISTANCE * np.maximum(np.abs(x), C)
     # ±1 may be orthogonal to the minimizers.
     along = generator(x.size).standard_normal(x.size) / C
     for look in (_beside, _farthest):
@@ -99,9 +99,9 @@ def _may_leave(x: Vector, y: Vector, data: Blocks) -> tuple[Indices, Indices]:
     of_bounds = np.abs(own - product(data.A.T, y))
     fixed = data.lower == data.upper
     shares = np.abs(dense(data.A)) / np.where(terms > 0, terms, np.inf)
-    is_strict = sizes * shares.max(axis=1, initial=0.0) > LEAST_MULTIPLIER
+    is_strict = sizes * shares.max(axis=1, initial=0.0) > MIN_MULTIPLIER
     rows = is_strict | (data.row_lower == data.row_upper)
-    free = ~fixed & ~(of_bounds > LEAST_MULTIPLIER * terms)
+    free = ~fixed & ~(of_bounds > MIN_MULTIPLIER * terms)
     return np.flatnonzero(rows), np.flatnonzero(free)
 
 
@@ -188,7 +188,7 @@ def _held(x: Vector, data: Blocks, C: Vector) -> tuple[Indices, Indices]:
 def _active(values: Vector, sizes: Vector, low: Vector, high: Vector) -> Mask:
     """Return which values are at an end of their range, to the tolerance by which two
     points are distinguished."""
-    near = LEAST_DISTANCE**2 * sizes
+    near = MIN_DISTANCE**2 * sizes
     active: Mask = (values - low <= near) | (high - values <= near)
     return active
 
@@ -225,7 +225,7 @@ def _may_move(x: Vector, data: Blocks, C: Vector, exactly: bool) -> bool:
     is not 0, for the decimals of the data in rational arithmetic, or up to rounding.
     If not, rounding alone has made x seem one of several minimizers."""
     rows, free = _held(x, data, C)
-    if not 0 < free.size <= MOST_FREE:
+    if not 0 < free.size <= MAX_FREE:
         return False
     parts = (
         dense(data.Q)[:, free],

@@ -43,7 +43,7 @@ from lcpcli.typing import BoundLike, Matrix, Vector, VectorLike
 Interval: TypeAlias = tuple[Vector, Vector]
 
 # Variables for which a program without any matrix is kept as a dense problem.
-MOST_DENSE_VARIABLES = 1000
+MAX_DENSE_VARIABLES = 1000
 
 
 def from_qp(
@@ -301,7 +301,7 @@ def _problem(
     large without any.
     of : its sense, constant and names, as in `Program`."""
     k = c.size
-    if is_sparse(A) or is_sparse(Q) or (Q is None and k > MOST_DENSE_VARIABLES):
+    if is_sparse(A) or is_sparse(Q) or (Q is None and k > MAX_DENSE_VARIABLES):
         Q, A = compressed((k, k) if Q is None else Q), compressed(A)
     Q = np.zeros((k, k)) if Q is None else Q
     data = Blocks(*((-Q, -c) if "max" in of[:1] else (Q, c)), A, *ends, *bounds)

@@ -44,12 +44,12 @@ from lcpcli.model.problem import Problem
 from lcpcli.typing import Mask, Vector
 
 # Products, for the factors of A_F in about as much time as a solution takes.
-MOST_WORK = 1e8
+MAX_WORK = 1e8
 # Systems of inequalities that are solved at once, in about a millisecond.
-MOST_SYSTEMS = 3000
+MAX_SYSTEMS = 3000
 # Linear programs, of about a millisecond each; and the effort of each, in usual
 # seconds.
-MOST_PROGRAMS, PROGRAM_EFFORT = 40, 0.01
+MAX_PROGRAMS, PROGRAM_EFFORT = 40, 0.01
 # Relative to the terms: what a multiplier may be off where it is said not to vary, and
 # what inequalities may be violated by at a vertex.
 NEGLIGIBLE = 1e-9
@@ -122,7 +122,7 @@ def sensitivities(
     P, F, J = (
         np.flatnonzero(each) for each in (rows.active, ~bounds.active, bounds.active)
     )
-    if P.size * F.size * min(P.size, F.size) > MOST_WORK:
+    if P.size * F.size * min(P.size, F.size) > MAX_WORK:
         return None
     A = dense(data.A[P]) * of_y[P, np.newaxis]
     N = _null_space((A[:, F] * of_x[F]).T)
@@ -220,7 +220,7 @@ def _normalized(
 def _extremes(objectives: Vector, G: Vector, b: Vector) -> tuple[Vector, Vector] | None:
     """Return the least and the greatest value of each of the objectives, shape (m, r),
     for all t with G t >= -b, which include 0 and have vertices."""
-    if math.comb(len(G), G.shape[1]) > MOST_SYSTEMS:
+    if math.comb(len(G), G.shape[1]) > MAX_SYSTEMS:
         return _by_programs(objectives, G, b)
     t, rays = objectives @ _vertices(G, b), objectives @ _rays(G)
     least, greatest = t.min(axis=1, initial=0.0), t.max(axis=1, initial=0.0)
@@ -257,7 +257,7 @@ def _by_programs(
 ) -> tuple[Vector, Vector] | None:
     """Return the same by linear programs; None if there are too many of them, or they
     take too long."""
-    if 4 * len(objectives) > MOST_PROGRAMS:
+    if 4 * len(objectives) > MAX_PROGRAMS:
         return None
     unlimited = np.full(len(b), np.inf)
     ones, infinite = np.ones(G.shape[1]), np.full(G.shape[1], np.inf)

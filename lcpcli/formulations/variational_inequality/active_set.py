@@ -18,7 +18,7 @@ from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.block_form import Blocks
 from lcpcli.typing import Mask, Vector
 
-MOST_CONSTRAINTS = 600
+MAX_CONSTRAINTS = 600
 STEPS = 3  # at most, for each constraint
 # Of the terms of a constraint: a violation that is rounding.
 SATISFIED = 1e-12
@@ -80,7 +80,7 @@ def solution(blocks: Blocks) -> Found | None:
     """Return the solution; None unless H + H' is positive definite, or if the steps do
     not end at one."""
     H, k = blocks.Q, blocks.c.size
-    if is_sparse(H) or is_sparse(blocks.A) or k + len(blocks.A) > MOST_CONSTRAINTS:
+    if is_sparse(H) or is_sparse(blocks.A) or k + len(blocks.A) > MAX_CONSTRAINTS:
         return None
     own = _constraints(blocks)
     if own is None:

@@ -34,7 +34,7 @@ EFFORT = 0.5
 AGREEMENT = (
     1e-7  # of the largest |x_i|: by how much x may differ from an exact solution
 )
-MOST_UNKNOWNS = 200  # for which exact arithmetic is tried
+MAX_UNKNOWNS = 200  # for which exact arithmetic is tried
 AGREES = "it agrees to seven digits with a solution in rational arithmetic"
 EMPTY = "C is empty"
 UNDECIDED, POSITIVE = "not decided", "H + H' is positive definite"
@@ -176,7 +176,7 @@ class _Examination:
         self.origin, self.result, self.k = origin, result, origin.variables
         self.data = ExactProblem(result.problem, [{}], [Fraction(0)])
         self.is_known, self.directions = False, None
-        if result.problem.n <= MOST_UNKNOWNS:
+        if result.problem.n <= MAX_UNKNOWNS:
             self.data = ExactProblem.of_decimals(result.problem)
             with suppress(TimeIsUp):
                 self.directions = hull(self.data, self.k, origin.ranges, self.steps())
@@ -207,7 +207,7 @@ class _Examination:
         if result.exact is not None and result.exact.status is Status.SOLVED:
             return Claim(True, "its conditions hold in rational arithmetic")
         z = None
-        if result.problem.n <= MOST_UNKNOWNS:
+        if result.problem.n <= MAX_UNKNOWNS:
             with suppress(TimeIsUp):
                 z = from_point(self.data, result.z, Effort(EFFORT))
         if z is not None:
@@ -248,7 +248,7 @@ class _Examination:
     def only(self) -> Claim:
         """Return whether all solutions, which are searched for in exact arithmetic,
         have the same x."""
-        if self.result.problem.n > MOST_UNKNOWNS:
+        if self.result.problem.n > MAX_UNKNOWNS:
             return Claim(None)
         search = Solutions(self.data, np.inf, None, Effort(EFFORT))
         first: Sequence[Fraction] | None = None

@@ -51,7 +51,7 @@ MEASURES = {
     "residual": r"residual $\|\min(z, Mz + q)\|_\infty$",
 }
 # On a curve: enough to follow it where curves cross, few enough to see the line.
-MOST_MARKERS = 12
+MAX_MARKERS = 12
 TICKS = 6  # labelled on an axis at most, whose labels would touch if there were more
 ROOM = 0.04  # of the length of an axis
 # The ratio of the longest to the shortest run from which on the axis of iterations is
@@ -68,7 +68,7 @@ LARGEST_ERROR = 1e4
 # Of the length of the data, on both sides of them, where values off the scale are
 # drawn.
 MARGIN = 0.06
-LEAST_MARGIN = 0.12  # decades: the margin of data that hardly vary
+MIN_MARGIN = 0.12  # decades: the margin of data that hardly vary
 # No axis goes beyond, so that matplotlib has room in double precision.
 SMALLEST_END, LARGEST_END = 1e-250, 1e250
 
@@ -114,7 +114,7 @@ def times(
     """Return a range around the values from floor to ceiling, of at least one
     decade."""
     shown = [math.log10(v) for v in values if floor <= v <= ceiling] or [0.0]
-    margin = max(MARGIN * (max(shown) - min(shown)), LEAST_MARGIN)
+    margin = max(MARGIN * (max(shown) - min(shown)), MIN_MARGIN)
     low, high = min(shown) - margin, max(shown) + margin
     if math.floor(high) - math.ceil(low) < 1:
         low, high = (
@@ -223,20 +223,20 @@ def _draw_run(
     outside = [i for i, (_, _, is_beyond) in enumerate(points) if is_beyond]
     marked = {*range(len(points))}
     # The first point, the last, and some between, spread evenly along the drawn curve.
-    if len(points) > MOST_MARKERS:
+    if len(points) > MAX_MARKERS:
         across, up = axes.transData.transform(np.column_stack((xs, ys))).T
         # Else oscillations would take all markers.
         falling = np.diff(np.minimum.accumulate(up))
         length = np.concatenate(([0.0], np.cumsum(np.hypot(np.diff(across), falling))))
-        shares = (np.arange(1, MOST_MARKERS - 1) + 0.25 * (turn % 4 - 1.5)) / (
-            MOST_MARKERS - 1
+        shares = (np.arange(1, MAX_MARKERS - 1) + 0.25 * (turn % 4 - 1.5)) / (
+            MAX_MARKERS - 1
         )
         marked = {
             0,
             *np.searchsorted(length, shares * length[-1]).tolist(),
             len(points) - 1,
         }
-    marked |= {*outside[:: math.ceil(len(outside) / MOST_MARKERS) or 1]}
+    marked |= {*outside[:: math.ceil(len(outside) / MAX_MARKERS) or 1]}
     if not solved and len(points) > 1:
         marked -= {len(points) - 1}
     ringed = sorted(marked.intersection(outside))
@@ -352,7 +352,7 @@ def _profile(axes: Axes, profiles: Sequence[Profile], chosen: Looks) -> None:
             for x in xs
         ]
         axes.plot(xs, ys, drawstyle="steps-post", zorder=2, **look.line)
-        every = math.ceil((len(xs) - 1) / (MOST_MARKERS - 1))
+        every = math.ceil((len(xs) - 1) / (MAX_MARKERS - 1))
         marks = sorted({*range(0, len(xs), every), len(xs) - 1})
         axes.plot(
             xs,
@@ -481,11 +481,11 @@ def _against_values(
 
 
 COLORS = [look.color for look in [*style.METHODS.values(), *style.SPARE][1:13]]
-MOST_NAMED = len(COLORS)  # lines in the legend
+MAX_NAMED = len(COLORS)  # lines in the legend
 # Breakpoints with a vertical rule and markers; more would be a grey area.
-MOST_RULES = 60
+MAX_RULES = 60
 SAMPLES = 24  # of the objective on a piece, on which it is a parabola
-MOST_SAMPLES = 4000  # on a path, more than a figure shows
+MAX_SAMPLES = 4000  # on a path, more than a figure shows
 
 
 def draw(path: Path, chosen: Sequence[str] = ()) -> Figure:
@@ -527,8 +527,8 @@ def _solutions(
         shown = np.flatnonzero(
             z[:, : program.variables if program else None].any(axis=0)
         ).tolist()
-    is_named = len(shown) <= MOST_NAMED
-    is_marked = is_named and len(across) <= MOST_RULES
+    is_named = len(shown) <= MAX_NAMED
+    is_marked = is_named and len(across) <= MAX_RULES
     entries = list[Entry]()
     for i, place in enumerate(shown):
         look, values = (
@@ -547,7 +547,7 @@ def _solutions(
                     names[place],
                 )
             )
-    if len(across) <= MOST_RULES:
+    if len(across) <= MAX_RULES:
         for place in np.unique(across):
             axes.axvline(place, color="0.85", linewidth=0.5, zorder=0)
     symbol = "z" if program is None else "x"
@@ -562,7 +562,7 @@ def _objective(
     the frontier in its place."""
     path, parts = (
         terms.path,
-        max(min(SAMPLES, MOST_SAMPLES // max(len(across) - 1, 1)) - 1, 1),
+        max(min(SAMPLES, MAX_SAMPLES // max(len(across) - 1, 1)) - 1, 1),
     )
     steps = np.arange(parts * (len(across) - 1) + 1) / parts
     before, corners = steps.astype(int), np.column_stack((path.t, path.z))
@@ -579,7 +579,7 @@ def _objective(
     if is_frontier:
         pairs, names = [(y, x) for x, y in pairs], names[::-1]
     axes.plot(*pairs[0], zorder=2, color="black", linewidth=1.3)
-    if len(across) <= MOST_RULES:
+    if len(across) <= MAX_RULES:
         axes.plot(
             *pairs[1], zorder=3, color="black", linestyle="", marker="o", markersize=3
         )
