@@ -388,6 +388,7 @@ SWITCHES: tuple[Switch, ...] = (
             )
         ),
     ),
+    Switch("lemke settled", "methods.lemke:settled", constant(lambda _, z, __: z)),
     Switch(
         "integer path",
         "methods.lemke:MAX_INTEGER_UNKNOWNS",
