@@ -121,6 +121,12 @@ GLOSSARY = "words"  # the page with a table of words, what they are here, and pa
 ROW = re.compile(r"^\| (.+?) \| (.+) \| (`.+`) \|$", re.MULTILINE)
 
 
+# A row that explains names: keys, routes and, after their exit codes, statuses.
+NAMES = re.compile(
+    r"^\| (?:\d+ \| )?(`[^`|]+`(?:, `[^`|]+`)*) \| ((?:[^|]|\\\|)+) \|$", re.MULTILINE
+)
+
+
 class Entry(NamedTuple):
     """A row of the glossary: words that mean the same or nearly so, what they are here,
     and what to give to lcp help to read on."""
@@ -269,11 +275,15 @@ def _search(context: click.Context, words: str) -> None:
     """Show what words are here, by the glossary, and the pages that have them; raise
     OptionError if nothing has."""
     formatter, entries = context.make_formatter(), glossary()
+    for page, meaning in _rows_on(words):
+        formatter.write_text(f"{words}: {meaning}.")
+        formatter.write_dl([(f"lcp help {page}", _title(page))])
+        formatter.write("\n")
     about = [entry for entry in entries if _is_about(entry, words)]
     for entry in about:
         formatter.write_text(f"{entry.words}: {entry.meaning}.")
-        rows = [(f"lcp help {page}", _title(*page.split(" "))) for page in entry.pages]
-        formatter.write_dl(rows)
+        more = [(f"lcp help {page}", _title(*page.split(" "))) for page in entry.pages]
+        formatter.write_dl(more)
         formatter.write("\n")
     is_other_name = words.casefold() in OTHER_NAMES
     if not about and not is_other_name and (places := _places(words)):
@@ -294,6 +304,17 @@ def glossary() -> list[Entry]:
     return [
         Entry(words, meaning.replace("`", ""), re.findall("`(.+?)`", pages))
         for words, meaning, pages in ROW.findall(PAGES[GLOSSARY])
+    ]
+
+
+def _rows_on(name: str) -> list[tuple[str, str]]:
+    """Return what the tables of the pages say about a name, each with its page."""
+    name = folded(name).replace(" ", "_")
+    return [
+        (page, meaning.replace("`", "").replace("\\|", "|"))
+        for page in TOPICS
+        for names, meaning in NAMES.findall(PAGES[page])
+        if name in (each.replace(" ", "_") for each in re.findall("`(.+?)`", names))
     ]
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import inspect
 import io
+import itertools
 import re
 import shlex
 import sys
@@ -16,6 +17,7 @@ import click
 import pytest
 
 import lcpcli
+from lcpcli.auto import attempts
 from lcpcli.bench import suites
 from lcpcli.cli import command as group
 from lcpcli.cli import help as command
@@ -32,6 +34,7 @@ from lcpcli.options import ACCEPT, BUDGET, EVERY, LIMITS
 from lcpcli.peers.registry import PEERS
 from lcpcli.report import terminal
 from lcpcli.report.wording import flag
+from lcpcli.solving.result import Status
 from lcpcli.version import VERSION
 
 from ..conftest import Outcome
@@ -413,6 +416,27 @@ def test_words_of_the_field_lead_to_a_page_or_to_what_comes_nearest(
         outcome = lcp("help", *given)
         assert (outcome.code, outcome.err) == (0, "")
         assert f"lcp help {page}" in outcome.out
+
+
+# What `route` of an answer may have besides the names of attempts.
+FURTHER_ROUTES = {"auto", "gradient", "krylov", "multilevel", "least-squares"}
+FURTHER_ROUTES |= {"active set", "josephy-newton"}
+
+
+def test_statuses_and_routes_that_answers_show_have_a_line_of_help(lcp: Lcp) -> None:
+    phases = attempts.FIRST, attempts.BRIEF, attempts.LATER, attempts.STEP
+    single = attempts.PRESOLVE, attempts.EXACT, attempts.MILP
+    routes = {row.method for row in (*itertools.chain(*phases), *single)}
+    for name in routes | FURTHER_ROUTES:
+        outcome = lcp("help", name)
+        assert outcome.code == 0, name
+        has_section = outcome.out.startswith("#")
+        assert has_section or outcome.out.startswith(f"{name}: "), name
+        assert has_section or "\nlcp help methods " in outcome.out, name
+    for status in Status:
+        outcome = lcp("help", status.word)
+        assert outcome.out.startswith(f"{status.word}: "), status
+        assert "\nlcp help statuses " in outcome.out
 
 
 @pytest.mark.parametrize(
