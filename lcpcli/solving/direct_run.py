@@ -207,23 +207,22 @@ class Session:
         if not route and steps:
             route = ("newton", method)[steps < 2 or method == "newton" :]
         of_run = steps, answer.evaluations, answer.end, reason
-        return self.result(point, route or ("auto",), *of_run)
+        at = {"problem": self.problem, "point": point}
+        return self.result(route or ("auto",), *of_run, **at)
 
     def result(
         self,
-        point: Point,
         route: tuple[str, ...],
         steps: int,
         evaluations: int | None = None,
         end: States | None = None,
         reason: str = "",
-        **more: Any,
+        **own: Any,
     ) -> Result:
-        """Return the result of the run at a point, by default that of `auto` at a
-        solution; more : what is different."""
+        """Return the result of the run, by default that of `auto` at a solution; own :
+        its problem and point, and what else is different."""
         of_run = self.limits, self.options, self.stopwatch.parts, evaluations, end
-        at: dict[str, Any] = {"problem": self.problem, "point": point} | more
-        return Result.of_solution(route, steps, *of_run, reason, **at)
+        return Result.of_solution(route, steps, *of_run, reason, **own)
 
 
 Item = TypeVar("Item")

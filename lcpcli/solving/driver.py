@@ -105,7 +105,10 @@ def run(
     options: dict[str, Any] = {}
     if is_auto:
         options = methods.options_in_force(method, stored_problem, chosen)
-    seen = Seen((trace, curve), observe, callback)
+    has_trace = trace is not None or curve is not None
+    seen = NOBODY
+    if has_trace or observe is not None or callback is not None:
+        seen = Seen((trace, curve), observe, callback)
     session = Session(
         stored_problem,
         limits or DEFAULTS,
@@ -114,7 +117,7 @@ def run(
         compiled,
         start,
         {} if start is None else None,
-        is_shown=seen != NOBODY,
+        is_shown=seen is not NOBODY,
     )
     result = None
     if is_auto and not session.is_shown:

@@ -377,12 +377,12 @@ class Loop:
             trace.close(self.criterion)
         is_solved = status is Status.SOLVED
         return self.session.result(
-            point,
             tuple(self.route) or (self.method,),
             max(self.k, 0),
             self.evaluations,
             self.end if is_solved else None,
             problem=point.criterion.problem,
+            point=point,
             method=self.method,
             status=status,
             message=status.sentence(reason),
