@@ -207,7 +207,7 @@ class Session:
         if not route and steps:
             route = ("newton", method)[steps < 2 or method == "newton" :]
         of_run = steps, answer.evaluations, answer.end, reason
-        at = {"problem": self.problem, "point": point}
+        at: dict[str, Any] = {"problem": self.problem, "point": point}
         return self.result(route or ("auto",), *of_run, **at)
 
     def result(

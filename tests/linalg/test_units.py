@@ -4,6 +4,7 @@ that are made of arrays, beside those that scipy makes."""
 
 from __future__ import annotations
 
+import sys
 from typing import Any
 
 import numpy as np
@@ -170,7 +171,12 @@ def test_units_of_a_large_matrix_are_found_by_blocks_of_rows() -> None:
     assert np.allclose(means + found.rows[:3], means[0] + found.rows[0], atol=1e-9)
 
 
-def test_products_are_those_of_the_operator() -> None:
+@pytest.mark.parametrize("hidden", [False, True], ids=["routine", "operator"])
+def test_products_are_those_of_the_operator_of_scipy_with_its_routine_or_without(
+    hidden: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    if hidden:
+        monkeypatch.setitem(sys.modules, "scipy.sparse._sparsetools", None)
     random = np.random.default_rng(0)
     for shape in ((5, 5), (3, 7), (40, 1)):
         A, v = (
