@@ -58,14 +58,15 @@ KEYS = re.compile(r"^\| keys of \| `schemas/(.+)\.json` \|$", re.MULTILINE)
 
 
 def _keys(found: re.Match[str]) -> str:
-    """Return rows with the keys of a record, neighbours of the same meaning in one."""
+    """Return rows with the keys of a record that have a description, neighbours of the
+    same meaning in one."""
     from lcpcli.report.result_formats import keys_of
 
     meanings = groupby(
         keys_of(found[1]).items(), lambda each: each[1].get("description", "")
     )
     rows = [(", ".join(f"`{key}`" for key, _ in own), text) for text, own in meanings]
-    return "\n".join(f"| {keys} | {text} |" for keys, text in rows)
+    return "\n".join(f"| {keys} | {text} |" for keys, text in rows if text)
 
 
 class Pages(UserDict[str, str]):
