@@ -324,7 +324,9 @@ def test_only_a_table_names_the_folder_of_a_formulation(folder: str) -> None:
 
 def test_the_table_of_the_page_on_development_has_all_rooms_in_their_order() -> None:
     page = (ROOT / "lcpcli/development.md").read_text(encoding="utf-8")
-    table = page.partition("| subpackage | job |")[2].partition("\n\n")[0].splitlines()[2:]
+    table = (
+        page.partition("| subpackage | job |")[2].partition("\n\n")[0].splitlines()[2:]
+    )
     assert [line.split("|")[1].strip() for line in table] == list(ROOMS)
 
 
