@@ -176,7 +176,7 @@ def _relaxed_first(problem: Problem, x0: Vector, search: Search, states: bool) -
         inner = Turns(change.start(x0))
         stage = inner.take("", first(change.problem, inner.last.x, states=states))
         ending = yield from turns.take("", stages.moved_back(change, stage))
-        if isinstance(ending, Finished) and change.moved.number:
+        if isinstance(ending, Finished) and change.moved_sides.number:
             yield _with_states_of(turns, relaxed(problem, change.sides, is_moved=False))
         if not change.sides.number:
             break
@@ -190,7 +190,7 @@ def _relaxed_first(problem: Problem, x0: Vector, search: Search, states: bool) -
                 met = change.needed(y, is_first=k < SINGLE_RELAXATIONS)
         if isinstance(ending, (Finished, NoSolution)) and met.number:
             change = relaxed(problem, change.sides.without(met))
-        elif not (isinstance(ending, Finished) and change.moved.number):
+        elif not (isinstance(ending, Finished) and change.moved_sides.number):
             # It is not known which of them count.
             change = relaxed(problem, change.sides.without(change.sides))
         elif has_all and (idle := change.idle(inner.last.x)).number:

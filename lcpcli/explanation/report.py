@@ -29,7 +29,7 @@ from lcpcli.explanation.contradictions import point_without
 from lcpcli.explanation.ranges import End, Range
 from lcpcli.explanation.repair import Repair
 from lcpcli.files.contents import NO_SOURCE, Source
-from lcpcli.model.words import in_own_sense, reversed_names
+from lcpcli.model.words import in_stated_sense, reversed_names
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import approximate, brief, text
 from lcpcli.report import wording
@@ -223,7 +223,7 @@ def _document(found: Explanation, cell: Cell, form: str) -> Document:
     if (repair := found.repair) is not None and repair.changes:
         tables.append(_changes(found, repair, cell))
     if repair is not None and repair.z is not None:
-        z = in_own_sense(problem, repair.z)
+        z = in_stated_sense(problem, repair.z)
         shown = wording.vector(z, lambda value: cell(value, 0))
         remarks.append(f"a solution after the change: z = {shown}")
     rows = [_row(found, *each, cell) for each in islice(_numbers(found), MAX_ROWS)]

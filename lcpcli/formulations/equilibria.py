@@ -48,16 +48,16 @@ class Profile(Answer):
         """Return a sentence on whether the strategies are an equilibrium, and on what a
         player would gain."""
         tolerance = "" if isinstance(self.gains[0], Fraction) else " to the tolerance"
-        found = (
+        verdict = (
             "an equilibrium" if are_equilibrium else f"not an equilibrium{tolerance}"
         )
         first, *others = zip(self.players, map(float, self.gains), strict=True)
         gains = ["{} would gain {:.1g}".format(*first)]
         gains += [f"{who} {gain:.1g}" for who, gain in others]
-        return f"{found}: by a best response {', '.join(gains)}"
+        return f"{verdict}: by a best response {', '.join(gains)}"
 
 
-class Found(NamedTuple):
+class CheckedProfile(NamedTuple):
     """The strategies that z stands for, and whether they are an equilibrium to the
     tolerance, by best responses."""
 
@@ -65,7 +65,9 @@ class Found(NamedTuple):
     are_equilibrium: bool
 
 
-Reading: TypeAlias = Callable[[Any, float], Found | None]  # of z, to a tolerance
+Reading: TypeAlias = Callable[
+    [Any, float], CheckedProfile | None
+]  # of z, to a tolerance
 Exact: TypeAlias = Callable[[Effort], Sequence[Fraction] | None]
 
 
@@ -85,8 +87,8 @@ def _exact_solution(
         from lcpcli.rational.tree import first_solution
         from lcpcli.verify.exact_solution import from_point
     data = ExactProblem(result.problem, *(game.exact_conditions() or ()))
-    found = from_point(data, result.z, effort)
-    return found or first_solution(data, effort.steps(data))
+    exact_z = from_point(data, result.z, effort)
+    return exact_z or first_solution(data, effort.steps(data))
 
 
 def checked(result: Result, reading: Reading, exactly: Exact | None) -> Result:
@@ -94,8 +96,8 @@ def checked(result: Result, reading: Reading, exactly: Exact | None) -> Result:
     any, are an equilibrium to the tolerance; else one of exact arithmetic by `auto`, or
     one that is stalled and says what the players would gain. exactly : finds a z in
     exact arithmetic; None if that takes too long."""
-    found = reading(result.z, result.tol)
-    if found is None or found.are_equilibrium:
+    strategies = reading(result.z, result.tol)
+    if strategies is None or strategies.are_equilibrium:
         return result
     began = seconds()
     z = None
@@ -113,7 +115,7 @@ def checked(result: Result, reading: Reading, exactly: Exact | None) -> Result:
             return replace(
                 result, point=point, route=route, parts=parts, nearest="exact", end=None
             )
-    reason = REASON.format(found.profile.verdict(False))
+    reason = REASON.format(strategies.profile.verdict(False))
     return replace(
         result, status=Status.STALLED, message=Status.STALLED.sentence(reason), end=None
     )

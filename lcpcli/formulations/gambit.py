@@ -32,40 +32,42 @@ def pair_payoffs(
     """
     n = len(sizes)
     profiles = [each[::-1] for each in product(*map(range, reversed(sizes)))]
-    known = dict(zip(profiles, payoffs, strict=True))
+    payoffs_by_profile = dict(zip(profiles, payoffs, strict=True))
 
-    def value(i: int, moves: dict[int, int]) -> Fraction:
-        return known[tuple(moves.get(k, 0) for k in range(n))][i]
+    def value(i: int, deviations: dict[int, int]) -> Fraction:
+        return payoffs_by_profile[tuple(deviations.get(k, 0) for k in range(n))][i]
 
-    found = dict[tuple[int, int], list[list[Fraction]]]()
+    tables = dict[tuple[int, int], list[list[Fraction]]]()
     for i in range(n):
         for j in range(n):
             if i == j:
                 continue
             is_first = j == (0 if i else 1)
-            found[i, j] = [
+            tables[i, j] = [
                 [
                     value(i, {i: a, j: b}) - (0 if is_first else value(i, {i: a}))
                     for b in range(sizes[j])
                 ]
                 for a in range(sizes[i])
             ]
-    for profile, given in known.items():
+    for profile, payoffs_of_profile in payoffs_by_profile.items():
         for i in range(n):
             others = (j for j in range(n) if j != i)
-            terms = (found[i, j][profile[i]][profile[j]] for j in others)
-            _require_sum(profile, given[i], sum(terms, Fraction(0)), players[i])
-    return found
+            terms = (tables[i, j][profile[i]][profile[j]] for j in others)
+            _require_sum(
+                profile, payoffs_of_profile[i], sum(terms, Fraction(0)), players[i]
+            )
+    return tables
 
 
-def _require_sum(profile: Profile, given: Fraction, total: Fraction, who: str) -> None:
-    if given == total:
+def _require_sum(profile: Profile, payoff: Fraction, total: Fraction, who: str) -> None:
+    if payoff == total:
         return
     strategies = ", ".join(str(a + 1) for a in profile)
     raise ProblemError(
         "",
         f"has payoffs that are no sums over pairs of players: for the strategies "
-        f"{strategies} {who} gets {given}, not {total}",
+        f"{strategies} {who} gets {payoff}, not {total}",
         "the equilibria of such a game of more than two players are not the solutions "
         "of an LCP",
     )

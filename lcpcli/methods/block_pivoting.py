@@ -92,7 +92,7 @@ class Frame:
 def frame_of(block: Block) -> Frame:
     """Return the frame of all problems of a block."""
     z, q, box = block.references.z, block.references.q, block.box
-    return Frame(block, q, box if z is None else box.moved_by(z))
+    return Frame(block, q, box if z is None else box.shifted_by(z))
 
 
 def in_given_variables(frame: Frame, z: Vector) -> Vector:
@@ -103,7 +103,7 @@ def in_given_variables(frame: Frame, z: Vector) -> Vector:
     return (
         z
         if reference_z is None
-        else given.project(given.moved_back(z, frame.box, reference_z))
+        else given.project(given.add_within(z, frame.box, reference_z))
     )
 
 

@@ -256,7 +256,7 @@ class _Steps:
     ) -> Iterator[tuple[float, Place]]:
         """Yield the places z + t d, within the bounds, for t = 1, 1/2, 1/4, ..., where
         F is finite and the merit at most (1 - decrease t) times `most`."""
-        t, end = 1.0, self.box.moved_back(d, self.box.moved_by(z), z)
+        t, end = 1.0, self.box.add_within(d, self.box.shifted_by(z), z)
         while t >= shortest:
             place = self.at(self.box.project(z + t * d if t < 1.0 else end))
             if place is not None and place.merit <= most * (1 - decrease * t):
@@ -362,7 +362,7 @@ class _Steps:
         M = plus_diagonal(J, share * np.where(sizes > 0, sizes, 1.0)) if share else J
         self.linearizations += 1
         answer = self._linear(
-            M, place.F, self.box.moved_by(place.z), self.basis, is_longer
+            M, place.F, self.box.shifted_by(place.z), self.basis, is_longer
         )
         if answer is not None:
             d, self.basis = answer
@@ -397,7 +397,7 @@ class _Steps:
         there, if multipliers are not unique."""
         if place.z.size > MAX_ACTIVE:
             return None
-        lower, upper = self.box.moved_by(place.z).vectors(place.z.size)
+        lower, upper = self.box.shifted_by(place.z).vectors(place.z.size)
         low, high = lower >= -place.F, upper <= -place.F
         d, moving = (
             np.where(low, lower, np.where(high, upper, 0.0)),

@@ -88,7 +88,7 @@ def plain(field: str, values: Any, expected: str) -> Any:
 def as_vector(
     field: str, values: Any, n: int | None = None, of: str = "unknown"
 ) -> Vector:
-    """Return values as a float64 vector in memory of its `own`, one entry for each of n
+    """Return values as a float64 vector in memory of its own, one entry for each of n
     things of a kind (of any length if n is None), or raise ProblemError. An array of a
     single row or column counts as a vector."""
     return as_sized_vector(field, values, n, of)[0]
@@ -104,14 +104,14 @@ def as_sized_vector(
         and values.dtype == np.float64
         and n in (None, values.size)
     ):
-        v = own(values)  # in a fraction of the time
+        v = readonly_copy(values)  # in a fraction of the time
     else:
         values = plain(field, values, NUMBERS)
-        v = own(as_flat(field, values, n, of), values)
-    found = sizes(v)
-    if not found[1] < math.inf:
+        v = readonly_copy(as_flat(field, values, n, of), values)
+    smallest_largest = sizes(v)
+    if not smallest_largest[1] < math.inf:
         refuse_infinite(field, v)
-    return v, found
+    return v, smallest_largest
 
 
 def as_flat(
@@ -141,10 +141,10 @@ def as_flat(
     return v
 
 
-def own(array: Vector, given: Any = None) -> Vector:
-    """Return the array, made of `given`, in read-only memory of its own; lists and
+def readonly_copy(array: Vector, raw_value: Any = None) -> Vector:
+    """Return the array, made of `raw_value`, in read-only memory of its own; lists and
     read-only arrays need no copy."""
-    seen = None if isinstance(given, (list, tuple)) else array
+    seen = None if isinstance(raw_value, (list, tuple)) else array
     # The numbers may be changed through the array behind this view, or another view.
     while isinstance(seen, np.ndarray):
         if seen.flags.writeable:
@@ -155,12 +155,12 @@ def own(array: Vector, given: Any = None) -> Vector:
     return array
 
 
-def own_matrix(M: Matrix, given: Any = None) -> Matrix:
-    """Return a matrix as `own` does; of a sparse one the values and indices are
-    copied."""
+def readonly_matrix(M: Matrix, raw_value: Any = None) -> Matrix:
+    """Return a matrix as `readonly_copy` does; of a sparse one the values and indices
+    are copied."""
     if not is_sparse(M):
-        return own(M, given)
-    if (data := own(M.data)) is not M.data:
+        return readonly_copy(M, raw_value)
+    if (data := readonly_copy(M.data)) is not M.data:
         M.data, M.indices, M.indptr = data, M.indices.copy(), M.indptr.copy()
     return M
 
@@ -194,8 +194,8 @@ def as_square(
         M = _as_rows(field, values)
     if M.shape != (n, n):
         shape, is_square = f"is {M.shape[0]} x {M.shape[1]}", M.shape[0] == M.shape[1]
-        fault = f"{shape} but {other} has {count(n, 'entry')}" if is_square else shape
-        raise ProblemError(field, fault, MAKE_AGREE if is_square else "make it square")
+        reason = f"{shape} but {other} has {count(n, 'entry')}" if is_square else shape
+        raise ProblemError(field, reason, MAKE_AGREE if is_square else "make it square")
     return _as_finite(field, M)
 
 
@@ -205,9 +205,9 @@ def as_matrix(field: str, values: Any, *, may_be_empty: bool = False) -> Matrix:
     M = _as_rows(field, values)
     if may_be_empty and 0 in M.shape:
         return np.zeros(M.shape)
-    for size, fault in zip(M.shape, (IS_EMPTY, "has empty rows"), strict=True):
+    for size, reason in zip(M.shape, (IS_EMPTY, "has empty rows"), strict=True):
         if not size:
-            raise ProblemError(field, fault, f"give {ROWS}")
+            raise ProblemError(field, reason, f"give {ROWS}")
     return _as_finite(field, M)[0]
 
 
@@ -234,13 +234,16 @@ def _as_finite(field: str, M: Matrix) -> tuple[Matrix, tuple[float, float]]:
     """
     if is_sparse(M):
         M = _as_sparse(field, M)
-        least, most = sizes(M.data)
+        smallest, greatest = sizes(M.data)
     elif M.size <= 2 * MAX_LOOPED_ENTRIES:
-        least, most = sizes(M)
+        smallest, greatest = sizes(M)
     else:
-        least, most = float(np.abs(M.diagonal()).min()), float(max(M.max(), -M.min()))
-    if least >= 1 / FAR_FROM_ONE and most <= FAR_FROM_ONE:
-        return M, (least, most)
+        smallest, greatest = (
+            float(np.abs(M.diagonal()).min()),
+            float(max(M.max(), -M.min())),
+        )
+    if smallest >= 1 / FAR_FROM_ONE and greatest <= FAR_FROM_ONE:
+        return M, (smallest, greatest)
     maxima = row_maxima(M)
     if not largest(maxima) < math.inf:
         if is_sparse(M):
@@ -272,17 +275,19 @@ def _as_sparse(field: str, M: Any) -> Matrix:
 
 def as_solutions(solutions: Any, n: int) -> tuple[Vector, ...]:
     """Return known solutions as vectors of shape (n,), or raise ProblemError."""
-    given = plain("solutions", solutions, SOLUTIONS)
-    if not isinstance(given, (list, tuple)) and not (
-        isinstance(given, np.ndarray) and given.ndim
+    raw_value = plain("solutions", solutions, SOLUTIONS)
+    if not isinstance(raw_value, (list, tuple)) and not (
+        isinstance(raw_value, np.ndarray) and raw_value.ndim
     ):
-        raise ProblemError("solutions", f"is {kind(given)}", f"give {SOLUTIONS}")
+        raise ProblemError("solutions", f"is {kind(raw_value)}", f"give {SOLUTIONS}")
     names = (
         ("solution",)
-        if len(given) == 1
-        else (f"solution[{i}]" for i in range(len(given)))
+        if len(raw_value) == 1
+        else (f"solution[{i}]" for i in range(len(raw_value)))
     )
-    return tuple(as_vector(name, z, n) for name, z in zip(names, given, strict=False))
+    return tuple(
+        as_vector(name, z, n) for name, z in zip(names, raw_value, strict=False)
+    )
 
 
 def _may_be_masked(values: Any) -> bool:
@@ -319,12 +324,12 @@ def as_floats(field: str, values: Any, expected: str = NUMBERS) -> Vector:
         with np.errstate(over="ignore"):
             return np.asarray(values, dtype=np.float64)
     except OverflowError:
-        place = next(
+        position = next(
             i
             for i, value in enumerate(values)
             if BEYOND_DOUBLES <= abs(value) < math.inf
         )
-        raise ProblemError(f"{field}[{place}]", *NOT_FINITE) from None
+        raise ProblemError(f"{field}[{position}]", *NOT_FINITE) from None
 
 
 def _refuse_other_types(field: str, values: Any) -> None:
@@ -338,21 +343,26 @@ def _refuse_other_types(field: str, values: Any) -> None:
 
 
 def as_nested(
-    field: str, values: Any, most: int, expected: str = NUMBERS, exactly: bool = False
+    field: str,
+    values: Any,
+    max_dimensions: int,
+    expected: str = NUMBERS,
+    exactly: bool = False,
 ) -> Vector:
-    """Return an array, or lists of up to `most` dimensions, or of exactly so many, as
-    floats; else raise ProblemError. A row in a list may be an array of shape (1, n)."""
+    """Return an array, or lists of up to `max_dimensions` dimensions, or of exactly so
+    many, as floats; else raise ProblemError. A row in a list may be an array of shape
+    (1, n)."""
     values = plain(field, values, expected)
     if not isinstance(values, (list, tuple)):
         return as_floats(field, values, expected)
-    if most == 1 or not (
+    if max_dimensions == 1 or not (
         exactly
         or any(isinstance(part, (list, tuple)) or np.ndim(part) for part in values)
     ):
         refuse_other_than_numbers(field, values)
         return as_floats(field, values)
     are_lists = (
-        most == 2
+        max_dimensions == 2
         and {*map(type, values)} <= {list, tuple}
         and len({*map(len, values)}) == 1
     )
@@ -362,12 +372,16 @@ def as_nested(
             return entries.reshape(len(values), len(values[0]))
     parts = list[Vector]()
     for i, part in enumerate(values):
-        own = as_nested(f"{field}[{i}]", part, most - 1, f"{ROW} {FROM_0}", exactly)
-        parts.append(own[0] if own.ndim == most == 2 and len(own) == 1 else own)
-        if parts[i].ndim == most:
+        row = as_nested(
+            f"{field}[{i}]", part, max_dimensions - 1, f"{ROW} {FROM_0}", exactly
+        )
+        parts.append(
+            row[0] if row.ndim == max_dimensions == 2 and len(row) == 1 else row
+        )
+        if parts[i].ndim == max_dimensions:
             raise ProblemError(
                 f"{field}[{i}]",
-                f"has {count(most, 'dimension')}",
+                f"has {count(max_dimensions, 'dimension')}",
                 f"give {ROW} {FROM_0}",
             )
         have, first = parts[i].shape, parts[0].shape
@@ -409,15 +423,20 @@ def refuse_other_than_numbers(field: str, values: Sequence[Any]) -> None:
 
 
 def refuse_infinite(
-    field: str, values: Vector, places: Callable[[], Any] | None = None
+    field: str, values: Vector, positions: Callable[[], Any] | None = None
 ) -> None:
     """Raise ProblemError for an entry that is not finite. places : returns the places
     of the values in a matrix."""
     if is_finite(values.ravel(order="K")):
         return
-    wrong = np.argwhere(~np.isfinite(values))[0]
-    place = "".join(f"[{i}]" for i in (wrong if places is None else places()[wrong[0]]))
-    raise ProblemError(f"{field}{place}", *NOT_FINITE)
+    first_infinite = np.argwhere(~np.isfinite(values))[0]
+    subscript = "".join(
+        f"[{i}]"
+        for i in (
+            first_infinite if positions is None else positions()[first_infinite[0]]
+        )
+    )
+    raise ProblemError(f"{field}{subscript}", *NOT_FINITE)
 
 
 def by_label(
@@ -454,10 +473,11 @@ def by_names(names: Callable[[], Sequence[str]], **fields: Any) -> list[Any]:
 def texts(labels: Any) -> tuple[str, ...]:
     """Return the labels if all of them are texts and all are different; else an empty
     tuple."""
-    own = list(labels)
+    names = list(labels)
     return (
-        tuple(own)
-        if all(isinstance(label, str) for label in own) and len(set(own)) == len(own)
+        tuple(names)
+        if all(isinstance(label, str) for label in names)
+        and len(set(names)) == len(names)
         else ()
     )
 
@@ -468,17 +488,22 @@ def _in_order(
     """Return values with rows, or columns, in the order of these labels, if they have
     the same in another order; the values, so that positions count, if one of the two
     has no labels, or only counts from 0; or raise ProblemError."""
-    own = (
+    own_labels = (
         list(getattr(values, axis))
         if labels and _has_index(values) and hasattr(values, axis)
         else labels
     )
-    if own == labels:
+    if own_labels == labels:
         return values
-    if len(own) == len(labels) == len(set(own)) and set(own) == set(labels):
-        places = {label: i for i, label in enumerate(own)}
-        return values.take([places[label] for label in labels], axis=axis)
-    if len(own) != len(labels) or list(range(len(own))) in (own, labels):
+    if len(own_labels) == len(labels) == len(set(own_labels)) and set(
+        own_labels
+    ) == set(labels):
+        positions = {label: i for i, label in enumerate(own_labels)}
+        return values.take([positions[label] for label in labels], axis=axis)
+    if len(own_labels) != len(labels) or list(range(len(own_labels))) in (
+        own_labels,
+        labels,
+    ):
         return values
     raise ProblemError(field, f"has an index with labels other than {of}", UNLABELLED)
 

@@ -87,8 +87,8 @@ class Blocks(NamedTuple):
 
     def with_rows(self, rows: Sequence[int]) -> Blocks:
         """Return the blocks with these rows, which may be repeated."""
-        own = (each[rows] for each in (self.A, self.row_lower, self.row_upper))
-        A, row_lower, row_upper = own
+        selected = (each[rows] for each in (self.A, self.row_lower, self.row_upper))
+        A, row_lower, row_upper = selected
         return self._replace(A=A, row_lower=row_lower, row_upper=row_upper)
 
     def conditions(self) -> Conditions:
@@ -177,8 +177,8 @@ class BlockForm(Formulation):
         names = {"rows": list(self.rows), "columns": list(self.columns)}
         return {key: value for key, value in (fields | names).items() if value}
 
-    def fits(self, given: Conditions) -> bool:
-        return self.blocks_that_fit(given) is not None
+    def fits(self, conditions: Conditions) -> bool:
+        return self.blocks_that_fit(conditions) is not None
 
     def fields_of(self, blocks: Blocks, matrix: str, vector: str) -> dict[str, Any]:
         """Return the keys of a file for these blocks, without defaults, with these keys
@@ -204,43 +204,52 @@ class BlockForm(Formulation):
         """Return what may be verified, in words, by its number of entries."""
         return {self.variables: "x", n - self.ranges: "x and y", n: "z"}
 
-    def blocks_that_fit(self, given: Conditions) -> Blocks | None:
+    def blocks_that_fit(self, conditions: Conditions) -> Blocks | None:
         """Return the blocks of these conditions, if they have no other entries, and as
         many rows and columns as there are names; else None."""
-        k, m = self.variables, given.q.size - self.variables - self.ranges
+        k, m = self.variables, conditions.q.size - self.variables - self.ranges
         if m < self.ranges or any(
             len(names) not in (0, size)
             for names, size in ((self.names_of_rows, m), (self.columns, k))
         ):
             return None
-        found = self.blocks(given)
-        if found is None or int(found.ranges.sum()) != self.ranges:
+        blocks = self.blocks(conditions)
+        if blocks is None or int(blocks.ranges.sum()) != self.ranges:
             return None
-        made = self.conditions(found)
-        is_same = are_equal(made.M, given.M) and all(
-            map(np.array_equal, made[1:], given[1:])
+        made = self.conditions(blocks)
+        is_same = are_equal(made.M, conditions.M) and all(
+            map(np.array_equal, made[1:], conditions[1:])
         )
-        return found if is_same else None
+        return blocks if is_same else None
 
-    def blocks(self, given: Conditions) -> Blocks | None:
+    def blocks(self, conditions: Conditions) -> Blocks | None:
         """Return the blocks of these conditions; None if they have none of this
         size."""
-        k, n = self.variables, given.q.size
-        M, q, rows = given.M, given.q, slice(k, n - self.ranges)
+        k, n = self.variables, conditions.q.size
+        M, q, rows = conditions.M, conditions.q, slice(k, n - self.ranges)
         low, high = -q[rows] + 0.0, -q[rows] + 0.0
-        low[given.upper[rows] == 0], high[given.lower[rows] == 0] = -np.inf, np.inf
-        places, columns = M[rows, n - self.ranges :].nonzero()
+        low[conditions.upper[rows] == 0], high[conditions.lower[rows] == 0] = (
+            -np.inf,
+            np.inf,
+        )
+        range_rows, columns = M[rows, n - self.ranges :].nonzero()
         if (
             len(columns) != self.ranges
             or (np.sort(columns) != np.arange(self.ranges)).any()
         ):
             return None
-        low[places], high[places] = (
-            given.lower[n - self.ranges + columns],
-            given.upper[n - self.ranges + columns],
+        low[range_rows], high[range_rows] = (
+            conditions.lower[n - self.ranges + columns],
+            conditions.upper[n - self.ranges + columns],
         )
         return Blocks(
-            M[:k, :k], q[:k], M[rows, :k], low, high, given.lower[:k], given.upper[:k]
+            M[:k, :k],
+            q[:k],
+            M[rows, :k],
+            low,
+            high,
+            conditions.lower[:k],
+            conditions.upper[:k],
         )
 
     def parts(self, z: Any) -> tuple[Any, Any]:
@@ -276,11 +285,13 @@ class BlockForm(Formulation):
         objective: y of a maximization."""
         return range(self.variables, n - self.ranges) if self.sign < 0 else range(0)
 
-    def own_parts(self, z: Sequence[Any]) -> tuple[list[Any], list[Any], list[Any]]:
+    def unsigned_parts(
+        self, z: Sequence[Any]
+    ) -> tuple[list[Any], list[Any], list[Any]]:
         """Return the x, y and s in z, with y in the sense of the objective."""
         x, y = self.parts(z)
-        own_y = [0 - value for value in y] if self.sign < 0 else list(y)
-        return list(x), own_y, list(z[len(x) + len(y) :])
+        multipliers = [0 - value for value in y] if self.sign < 0 else list(y)
+        return list(x), multipliers, list(z[len(x) + len(y) :])
 
     def objective(self, blocks: Blocks, x: Vector) -> float:
         """Return the objective in its own sense, with its constant."""
@@ -305,18 +316,18 @@ class BlockForm(Formulation):
         ]
 
 
-def size_of(data: Mapping[str, Any], field: str, least: int) -> int:
-    given = data.get(field, 0)
+def size_of(data: Mapping[str, Any], field: str, minimum: int) -> int:
+    raw_value = data.get(field, 0)
     if (
-        isinstance(given, bool)
-        or not isinstance(given, (int, float))
-        or not given >= least
-        or given % 1 != 0
+        isinstance(raw_value, bool)
+        or not isinstance(raw_value, (int, float))
+        or not raw_value >= minimum
+        or raw_value % 1 != 0
     ):
         raise ProblemError(
-            field, f"is not a number of {field}", f"give a whole number from {least}"
+            field, f"is not a number of {field}", f"give a whole number from {minimum}"
         )
-    return int(given)
+    return int(raw_value)
 
 
 def bordered(
@@ -366,14 +377,11 @@ def bordered(
     return M
 
 
-def sense_of(given: Any) -> str:
-    if not isinstance(given, str) or given not in SENSES:
-        raise ProblemError(
-            "sense",
-            f"is {quoted(given) if isinstance(given, str) else kind(given)}",
-            "give min or max",
-        )
-    return given
+def sense_of(raw_value: Any) -> str:
+    if not isinstance(raw_value, str) or raw_value not in SENSES:
+        shown = quoted(raw_value) if isinstance(raw_value, str) else kind(raw_value)
+        raise ProblemError("sense", f"is {shown}", "give min or max")
+    return raw_value
 
 
 def rows_between(
@@ -398,13 +406,15 @@ def rows_between(
     )
 
 
-def matrix_of_rows(field: str, given: Any, k: int, bounds: Mapping[str, Any]) -> Matrix:
+def matrix_of_rows(
+    field: str, raw_value: Any, k: int, bounds: Mapping[str, Any]
+) -> Matrix:
     """Return the matrix of the rows, of shape (m, k), with m = 0 if neither it nor its
     bounds are given."""
     present = [name for name, bound in bounds.items() if bound is not None]
-    if given is None and not present:
+    if raw_value is None and not present:
         return np.zeros((0, k))
-    if given is None:
+    if raw_value is None:
         raise ProblemError(
             field, IS_MISSING, f"give it with {present[0]}, or leave both out"
         )
@@ -412,12 +422,16 @@ def matrix_of_rows(field: str, given: Any, k: int, bounds: Mapping[str, Any]) ->
         raise ProblemError(
             next(iter(bounds)), IS_MISSING, f"give it with {field}, or leave both out"
         )
-    is_array = isinstance(given, np.ndarray) and given.ndim == 1 and given.size > 0
-    is_row = is_array or (
-        isinstance(given, (list, tuple)) and len(given) > 0 and np.ndim(given[0]) == 0
+    is_array = (
+        isinstance(raw_value, np.ndarray) and raw_value.ndim == 1 and raw_value.size > 0
     )
-    matrix = as_matrix(field, [given] if is_row else given)
+    is_row = is_array or (
+        isinstance(raw_value, (list, tuple))
+        and len(raw_value) > 0
+        and np.ndim(raw_value[0]) == 0
+    )
+    matrix = as_matrix(field, [raw_value] if is_row else raw_value)
     if matrix.shape[1] != k:
-        fault = numbers_for(matrix.shape[1], "column", k, "variable")
-        raise ProblemError(field, fault, MAKE_AGREE)
+        reason = numbers_for(matrix.shape[1], "column", k, "variable")
+        raise ProblemError(field, reason, MAKE_AGREE)
     return matrix

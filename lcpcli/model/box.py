@@ -32,7 +32,7 @@ from lcpcli.linalg.matrices import (
     row_errors,
 )
 from lcpcli.model import arrays
-from lcpcli.model.arrays import FROM_0, as_floats, own, plain
+from lcpcli.model.arrays import FROM_0, as_floats, plain, readonly_copy
 from lcpcli.options import INFINITY
 from lcpcli.typing import Indices, Mask, Matrix, States, Vector
 
@@ -93,11 +93,13 @@ def in_range(x: Vector) -> bool:
     return largest(x) <= LARGEST_X
 
 
-def moved(bound: Vector, given: Vector | float) -> Vector:
+def transformed_bound(bound: Vector, original_bound: Vector | float) -> Vector:
     """Return a bound in other variables, kept finite where the given bound is
     finite."""
     return np.where(
-        np.isfinite(given), np.clip(bound, -LARGEST_DOUBLE, LARGEST_DOUBLE), bound
+        np.isfinite(original_bound),
+        np.clip(bound, -LARGEST_DOUBLE, LARGEST_DOUBLE),
+        bound,
     )
 
 
@@ -137,10 +139,10 @@ class Box:
     def is_far(self) -> bool:
         """Return whether a finite bound is so large that it may stand for an infinite
         one (see `far_sides`)."""
-        sizes = (np.abs(ends) for ends in (self.lower, self.upper))
+        sizes = (np.abs(sides) for sides in (self.lower, self.upper))
         return any(
-            np.count_nonzero(own >= MIN_FAR) > np.count_nonzero(np.isinf(own))
-            for own in sizes
+            np.count_nonzero(side >= MIN_FAR) > np.count_nonzero(np.isinf(side))
+            for side in sizes
         )
 
     def mapped(self, change: Callable[[Vector], Vector]) -> Box:
@@ -218,11 +220,11 @@ class Box:
         """Return y with 0 where multipliers of rows with these bounds have another
         sign."""
         has_lower, has_upper = map(np.isfinite, self.vectors(y.size))
-        least, most = (
+        lowest, highest = (
             np.where(has_lower, 0.0, -np.inf),
             np.where(has_upper, 0.0, np.inf),
         )
-        return np.asarray(np.clip(y, least, most))
+        return np.asarray(np.clip(y, lowest, highest))
 
     def nonbasic(self, basis: States) -> Vector:
         """Return the z of a basis: a bound where nonbasic, 0 in place of basic
@@ -284,10 +286,10 @@ class Box:
         sigma = np.where(
             at_lower, np.minimum(w, 0.0), np.where(at_upper, np.maximum(w, 0.0), w)
         )
-        near = np.where(
+        nearest = np.where(
             at_lower, self.lower, np.where(at_upper, self.upper, self.project(z))
         )
-        return near, np.where(self.fixed, 0.0, sigma)
+        return nearest, np.where(self.fixed, 0.0, sigma)
 
     @property
     def corner(self) -> Vector:
@@ -336,15 +338,15 @@ class Box:
     def in_units(self, C: Vector) -> Box:
         return self.mapped(lambda bound: bound / C)
 
-    def moved_by(self, z: Vector) -> Box:
+    def shifted_by(self, z: Vector) -> Box:
         """Return the bounds of the distances from z, of shape (n,) or (m, n)."""
-        return self.mapped(lambda bound: moved(bound - z, bound))
+        return self.mapped(lambda bound: transformed_bound(bound - z, bound))
 
-    def moved_back(self, distance: Vector, own: Box, z: Vector) -> Vector:
+    def add_within(self, distance: Vector, shifted_box: Box, z: Vector) -> Vector:
         """Return z plus a distance from it; where that is at one of its own bounds, the
         bound of this box."""
-        inside = np.where(distance == own.upper, self.upper, distance + z)
-        return np.where(distance == own.lower, self.lower, inside)
+        inside = np.where(distance == shifted_box.upper, self.upper, distance + z)
+        return np.where(distance == shifted_box.lower, self.lower, inside)
 
 
 ORTHANT = Box(np.array(0.0), np.array(np.inf))
@@ -421,16 +423,18 @@ def bounds_of(
         return None
     low, high = as_intervals(("lower", "upper"), lower, upper, n, infinity=infinity)
     is_orthant = not np.count_nonzero(low) and np.count_nonzero(high == math.inf) == n
-    return None if is_orthant else (own(low, lower), own(high, upper))
+    return (
+        None if is_orthant else (readonly_copy(low, lower), readonly_copy(high, upper))
+    )
 
 
 def has_columns(field: str, bound: Any) -> bool:
     """Return whether a bound has rows and is not an array of a single column, which
     would count as a vector."""
-    given = plain(field, bound, arrays.NUMBERS)
-    if isinstance(given, (list, tuple)):
-        return any(isinstance(row, (list, tuple)) or np.ndim(row) for row in given)
-    return np.ndim(given) > 1 and np.shape(given)[1] != 1
+    raw_value = plain(field, bound, arrays.NUMBERS)
+    if isinstance(raw_value, (list, tuple)):
+        return any(isinstance(row, (list, tuple)) or np.ndim(row) for row in raw_value)
+    return np.ndim(raw_value) > 1 and np.shape(raw_value)[1] != 1
 
 
 def as_intervals(
@@ -451,35 +455,35 @@ def as_intervals(
             upper = np.full(n, upper)
         return lower, upper
     below, above = fields
-    ends = (
+    bounds = (
         as_bound(below, lower, n, of, -math.inf),
         as_bound(above, upper, n, of, math.inf),
     )
-    low, high = (with_infinity(end, infinity) for end in ends)
+    low, high = (with_infinity(bound, infinity) for bound in bounds)
     if np.count_nonzero(_are_valid(low, high)) == n:
         return low, high
     sides = (
-        (below, ends[0], low == math.inf, "", "-"),
-        (above, ends[1], high == -math.inf, "minus ", ""),
+        (below, bounds[0], low == math.inf, "", "-"),
+        (above, bounds[1], high == -math.inf, "minus ", ""),
     )
-    for field, end, wrong, minus, none in sides:
-        for i in np.flatnonzero(wrong)[:1].tolist():
+    for field, bound, is_invalid, minus, none in sides:
+        for i in np.flatnonzero(is_invalid)[:1].tolist():
             size = (
                 ""
-                if math.isinf(end[i])
-                else f", as it is {end[i]:g} and infinity begins at {infinity:g}"
+                if math.isinf(bound[i])
+                else f", as it is {bound[i]:g} and infinity begins at {infinity:g}"
             )
-            fault = f"is {minus}infinity{size}" if minus else f"is infinite{size}"
+            reason = f"is {minus}infinity{size}" if minus else f"is infinite{size}"
             raise ProblemError(
                 f"{field}[{i}]",
-                fault,
+                reason,
                 f"give a number, or {none}inf for no bound {FROM_0}",
             )
     for i in np.flatnonzero(low > high)[:1].tolist():
-        fault = f"is {low[i]:g}, above {above}[{i}] = {high[i]:g}"
+        reason = f"is {low[i]:g}, above {above}[{i}] = {high[i]:g}"
         raise ProblemError(
             f"{below}[{i}]",
-            fault,
+            reason,
             f"make every lower bound at most the upper one {FROM_0}",
         )
     return low, high
@@ -524,9 +528,9 @@ def as_bound(field: str, values: Any, n: int, of: str, absent: float) -> Vector:
     if isinstance(values, (list, tuple)):
         values = [absent if value is None else value for value in values]
     v = arrays.as_flat(field, values, n, of, expected, "a number, or ")
-    if (wrong := np.isnan(v)).any():
+    if (is_nan := np.isnan(v)).any():
         raise ProblemError(
-            f"{field}[{wrong.argmax()}]",
+            f"{field}[{is_nan.argmax()}]",
             "is not a number",
             f"give inf for no bound {FROM_0}",
         )
@@ -545,15 +549,15 @@ def bounds_of_each(
     """Return both bounds of m problems, of shape (m, n); None if they are 0 and
     infinity, as of an LCP. rows_of : returns those of each problem, or None for a bound
     that is the same for all. of : what a problem is in messages."""
-    ends = []
+    bounds = []
     for field, bound, absent in (
         ("lower", lower, -math.inf),
         ("upper", upper, math.inf),
     ):
         rows = rows_of(field, bound)
         rows = as_bound(field, bound, n, "unknown", absent) if rows is None else rows
-        ends.append(np.broadcast_to(with_infinity(rows, infinity), (m, n)))
-    low, high = ends
+        bounds.append(np.broadcast_to(with_infinity(rows, infinity), (m, n)))
+    low, high = bounds
     refuse_crossed(low, high, of)
     return (low, high) if low.any() or (high < math.inf).any() else None
 

@@ -33,7 +33,7 @@ from lcpcli.model.box import (
     UPPER,
     Box,
     as_intervals,
-    moved,
+    transformed_bound,
 )
 from lcpcli.model.far_sides import FarSides
 from lcpcli.model.problem import Problem, conditions_of
@@ -154,9 +154,9 @@ class Scaled(Change):
                 matrices.scaled(self.problem.M, 1 / self.R, 1 / self.C)
                 - self.original.M
             )
-            box, own = self.original.box, self.problem.box
-            keeps_bounds = np.all(own.lower * self.C == box.lower) and np.all(
-                own.upper * self.C == box.upper
+            box, scaled_box = self.original.box, self.problem.box
+            keeps_bounds = np.all(scaled_box.lower * self.C == box.lower) and np.all(
+                scaled_box.upper * self.C == box.upper
             )
             keeps_q = np.array_equal(self.problem.q / self.R, self.original.q)
             return bool(keeps_q and keeps_bounds and abs(back).max() == 0)
@@ -210,7 +210,8 @@ def in_units(problem: Problem, R: Vector, C: Vector) -> Scaled:
     (M.data if is_sparse(M) else M).setflags(write=False)
     with np.errstate(over="ignore"):
         lower, upper = (
-            moved(bound / C, bound) for bound in (problem.lower, problem.upper)
+            transformed_bound(bound / C, bound)
+            for bound in (problem.lower, problem.upper)
         )
     return Scaled(Problem(M, q, lower=lower, upper=upper), problem, R, C)
 
@@ -238,7 +239,7 @@ class Shifted(Change):
     def back(self, x: Vector) -> Vector:
         """Return the x of the original problem; a z at a bound stays at that bound."""
         z = self.problem.box.z_of(x)
-        at = self.original.box.moved_back(
+        at = self.original.box.add_within(
             z, self.problem.box, self.original.reference_point
         )
         return np.clip(0.5 * (at - (z - 2 * x)), -LARGEST_X, LARGEST_X)
@@ -248,19 +249,23 @@ class Shifted(Change):
         return self.original.has_small_integers
 
 
-def shifted(given: Problem) -> Change:
+def shifted(problem_before: Problem) -> Change:
     """Return the problem with its reference point moved to 0; M is shared. Where it is
     0, nothing changes."""
-    if (reference_z := given.reference_z) is None:
-        return Change(given, given)
+    if (reference_z := problem_before.reference_z) is None:
+        return Change(problem_before, problem_before)
     with np.errstate(over="ignore"):
-        box = given.box.moved_by(reference_z)
-    terms = np.abs(given.q) + matrices.absolute_product(given.M, np.abs(reference_z))
-    problem = Problem(given.M, given.q_ref, lower=box.lower, upper=box.upper)
-    known: dict[str, Any] = {"terms_of_q": terms}
-    if given.block_form is None:  # else facts are those of the form
-        known["facts"] = given.facts
-    return Shifted(problem.having(**known), given)
+        box = problem_before.box.shifted_by(reference_z)
+    terms = np.abs(problem_before.q) + matrices.absolute_product(
+        problem_before.M, np.abs(reference_z)
+    )
+    problem = Problem(
+        problem_before.M, problem_before.q_ref, lower=box.lower, upper=box.upper
+    )
+    new_fields: dict[str, Any] = {"terms_of_q": terms}
+    if problem_before.block_form is None:  # else facts are those of the form
+        new_fields["facts"] = problem_before.facts
+    return Shifted(problem.having(**new_fields), problem_before)
 
 
 @dataclass(eq=False, repr=False)
@@ -268,12 +273,12 @@ class StandardForm(Change):
     """An LCP whose solutions are those of a mixed problem, with the way back.
 
     original : the mixed problem, n unknowns z.
-    problem : the LCP, with unknowns p >= 0 for the variables `kept`, then t if some are
-        free, then v for those `boxed`, which are kept too: z = corner + sign p - t on
-        free ones; w' = sign w + v, - sum of free w, upper - lower - p.
+    problem : the LCP, with unknowns p >= 0 for the variables `kept_columns`, then t if
+        some are free, then v for those `boxed`, which are kept too: z = corner + sign p
+        - t on free ones; w' = sign w + v, - sum of free w, upper - lower - p.
     """
 
-    kept: Indices
+    kept_columns: Indices
     boxed: Indices
     sign: Vector
 
@@ -286,9 +291,12 @@ class StandardForm(Change):
         return self.original.has_small_integers
 
     def back(self, x: Vector) -> Vector:
-        unknowns, own = self.problem.box.z_of(x), self.problem.box.reflected(x) - x
+        unknowns, w_of_form = (
+            self.problem.box.z_of(x),
+            self.problem.box.reflected(x) - x,
+        )
         w = np.zeros(self.original.n)
-        w[self.kept] = own[: self.kept.size]
+        w[self.kept_columns] = w_of_form[: self.kept_columns.size]
         w[self.boxed] -= unknowns[unknowns.size - self.boxed.size :]
         z = self.original.box.project(
             self.original.box.corner + self.multipliers(unknowns)
@@ -298,11 +306,13 @@ class StandardForm(Change):
     def multipliers(self, y: Vector) -> Vector:
         """Return a Farkas vector y for the mixed problem from one for the LCP; z -
         corner is mapped likewise."""
-        own = np.zeros(self.original.n)
-        own[self.kept] = self.sign[self.kept] * y[: self.kept.size]
+        multipliers = np.zeros(self.original.n)
+        multipliers[self.kept_columns] = (
+            self.sign[self.kept_columns] * y[: self.kept_columns.size]
+        )
         if self.original.box.free.any():
-            own[self.original.box.free] -= y[self.kept.size]
-        return own
+            multipliers[self.original.box.free] -= y[self.kept_columns.size]
+        return multipliers
 
     @property
     def are_parts_of_free(self) -> Mask:
@@ -310,8 +320,10 @@ class StandardForm(Change):
         and t."""
         free = self.original.box.free
         of_v = np.zeros(self.problem.n, dtype=bool)
-        of_v[: self.kept.size] = np.broadcast_to(free, self.original.n)[self.kept]
-        of_v[self.kept.size : self.problem.n - self.boxed.size] = True
+        of_v[: self.kept_columns.size] = np.broadcast_to(free, self.original.n)[
+            self.kept_columns
+        ]
+        of_v[self.kept_columns.size : self.problem.n - self.boxed.size] = True
         return of_v
 
     def restricted(self, active: Mask, inactive: Mask) -> tuple[Box, Box] | None:
@@ -321,8 +333,14 @@ class StandardForm(Change):
         box, n = self.original.box, self.original.n
         lower, upper = box.vectors(n)
         basic, at_corner, at_upper, below, has_v = np.zeros((5, n), dtype=bool)
-        own, v = slice(self.kept.size), slice(self.problem.n - self.boxed.size, None)
-        basic[self.kept], at_corner[self.kept] = active[own], inactive[own]
+        kept_rows, v = (
+            slice(self.kept_columns.size),
+            slice(self.problem.n - self.boxed.size, None),
+        )
+        basic[self.kept_columns], at_corner[self.kept_columns] = (
+            active[kept_rows],
+            inactive[kept_rows],
+        )
         at_upper[self.boxed], below[self.boxed], has_v[self.boxed] = (
             active[v],
             inactive[v],
@@ -341,24 +359,33 @@ class StandardForm(Change):
         )
 
 
-def standard_form(given: Problem) -> StandardForm:
+def standard_form(original: Problem) -> StandardForm:
     """Return the LCP of a problem, itself if it is one, else with M copied. If all are
     fixed, they count as boxed."""
-    if not given.is_mixed:
+    if not original.is_mixed:
         return StandardForm(
-            given, given, np.arange(given.n), np.arange(0), np.ones(given.n)
+            original, original, np.arange(original.n), np.arange(0), np.ones(original.n)
         )
-    box = given.box
-    kept = np.flatnonzero(~box.fixed) if not box.fixed.all() else np.arange(given.n)
+    box = original.box
+    kept_columns = (
+        np.flatnonzero(~box.fixed) if not box.fixed.all() else np.arange(original.n)
+    )
     low, high = np.isfinite(box.lower), np.isfinite(box.upper)
-    boxed, sign = kept[(low & high)[kept]], np.where(high & ~low, -1.0, 1.0)
-    q = given.w(box.corner) if box.corner.any() else given.q
+    boxed, sign = (
+        kept_columns[(low & high)[kept_columns]],
+        np.where(high & ~low, -1.0, 1.0),
+    )
+    q = original.w(box.corner) if box.corner.any() else original.q
     M, q = (
-        matrices.scaled(given.M[kept][:, kept], sign[kept], sign[kept]),
-        sign[kept] * q[kept],
+        matrices.scaled(
+            original.M[kept_columns][:, kept_columns],
+            sign[kept_columns],
+            sign[kept_columns],
+        ),
+        sign[kept_columns] * q[kept_columns],
     )
     if box.free.any():  # E'ME and E'q for E = [I, -e_F]
-        free = box.free[kept]
+        free = box.free[kept_columns]
         column, row = -(M @ free.astype(float)), -(free.astype(float) @ M)
         corner = np.array([[-float(column[free].sum())]])
         M, q = (
@@ -366,7 +393,7 @@ def standard_form(given: Problem) -> StandardForm:
             np.append(q, -q[free].sum()),
         )
     if boxed.size:
-        E = unit_columns(q.size, np.searchsorted(kept, boxed), is_sparse(M))
+        E = unit_columns(q.size, np.searchsorted(kept_columns, boxed), is_sparse(M))
         zero = (
             matrices.compressed((boxed.size, boxed.size))
             if is_sparse(M)
@@ -376,7 +403,9 @@ def standard_form(given: Problem) -> StandardForm:
             matrices.stack([[M, E], [-E.T, zero]]),
             np.append(q, box.upper[boxed] - box.lower[boxed]),
         )
-    return StandardForm(Problem(M, q, name=given.name), given, kept, boxed, sign)
+    return StandardForm(
+        Problem(M, q, name=original.name), original, kept_columns, boxed, sign
+    )
 
 
 def with_infinity(problem: Problem, infinity: float) -> Problem:
@@ -386,16 +415,20 @@ def with_infinity(problem: Problem, infinity: float) -> Problem:
     Raises ProblemError for a lower bound of at least `infinity`, or an upper bound of
     at most minus that.
     """
-    origin, before, kept = problem.origin, conditions_of(problem), np.arange(problem.n)
-    form = problem.block_form
-    blocks = None if form is None else form.blocks(before)
-    if form is not None and blocks is not None:
-        changed, first = blocks.with_infinity(infinity), problem.n - form.ranges
+    origin, before, kept_columns = (
+        problem.origin,
+        conditions_of(problem),
+        np.arange(problem.n),
+    )
+    block_form = problem.block_form
+    blocks = None if block_form is None else block_form.blocks(before)
+    if block_form is not None and blocks is not None:
+        changed, first = blocks.with_infinity(infinity), problem.n - block_form.ranges
         after = changed.conditions()
-        kept = np.append(
-            kept[:first], first + np.flatnonzero(changed.ranges[blocks.ranges])
+        kept_columns = np.append(
+            kept_columns[:first], first + np.flatnonzero(changed.ranges[blocks.ranges])
         )
-        origin = form.with_ranges(kept.size - first)
+        origin = block_form.with_ranges(kept_columns.size - first)
     else:
         low, high = as_intervals(
             ("lower", "upper"), before.lower, before.upper, problem.n, infinity=infinity
@@ -404,11 +437,11 @@ def with_infinity(problem: Problem, infinity: float) -> Problem:
     if all(map(np.array_equal, after[1:], before[1:])):
         return problem
     starts = {
-        name: start[kept]
+        name: start[kept_columns]
         for name in ("x0", "x1")
         if (start := getattr(problem, name)) is not None
     }
-    solutions = tuple(z[kept] for z in problem.solutions)
+    solutions = tuple(z[kept_columns] for z in problem.solutions)
     return replace(
         problem,
         **after._asdict(),
@@ -439,13 +472,13 @@ class Relaxed(Change):
     multipliers of rows without any other side are fixed at 0. The two problems share
     only the solutions within the sides.
 
-    sides : those that are left out. moved : far sides that count. is_moved : whether
-        they are nearer; then the two problems share only the states of their solutions,
-        if these do not depend on how far such a side is.
+    sides : those that are left out. moved_sides : far sides that count. is_moved :
+        whether they are nearer; then the two problems share only the states of their
+        solutions, if these do not depend on how far such a side is.
     """
 
     sides: FarSides
-    moved: FarSides
+    moved_sides: FarSides
     is_moved: bool = True
     keeps_states = True
 
@@ -454,14 +487,14 @@ class Relaxed(Change):
 
     @np.errstate(invalid="ignore")  # of infinite bounds, which have not moved
     def back(self, x: Vector) -> Vector:
-        own, box = self.problem, self.original.box
-        states = own.box.basis_of(x)
+        relaxed, box = self.problem, self.original.box
+        states = relaxed.box.basis_of(x)
         lower, upper = box.vectors(x.size)
-        x = np.where(states == BASIC, x, x - (self.original.q - own.q) / 2)
-        at_lower = self.moved.lower & (states == LOWER)
-        at_upper = self.moved.upper & (states == UPPER)
-        x = np.where(at_lower, x + (lower - own.lower) / 2, x)
-        return np.where(at_upper, x + (upper - own.upper) / 2, x)
+        x = np.where(states == BASIC, x, x - (self.original.q - relaxed.q) / 2)
+        at_lower = self.moved_sides.lower & (states == LOWER)
+        at_upper = self.moved_sides.upper & (states == UPPER)
+        x = np.where(at_lower, x + (lower - relaxed.lower) / 2, x)
+        return np.where(at_upper, x + (upper - relaxed.upper) / 2, x)
 
     @np.errstate(all="ignore")
     def met(self, x: Vector) -> FarSides:
@@ -479,12 +512,14 @@ class Relaxed(Change):
     def idle(self, x: Vector) -> FarSides:
         """Return those that count, and without which an x of this problem would solve
         it as well: the w of their unknowns are rounding of 0."""
-        own, z = self.problem, self.problem.box.z_of(x)
-        terms = matrices.absolute_product(own.M, np.abs(z)) + np.abs(own.q)
-        is_rounding = np.abs(own.w(z)) <= CLEAR * terms
-        moved, is_zero = self.moved, z == 0
+        relaxed, z = self.problem, self.problem.box.z_of(x)
+        terms = matrices.absolute_product(relaxed.M, np.abs(z)) + np.abs(relaxed.q)
+        is_rounding = np.abs(relaxed.w(z)) <= CLEAR * terms
+        moved_sides, is_zero = self.moved_sides, z == 0
         return FarSides(
-            moved.lower & is_rounding, moved.upper & is_rounding, moved.rows & is_zero
+            moved_sides.lower & is_rounding,
+            moved_sides.upper & is_rounding,
+            moved_sides.rows & is_zero,
         )
 
     @np.errstate(all="ignore")
@@ -511,17 +546,17 @@ class Relaxed(Change):
             ),
         )
         if not is_first:
-            return FarSides(*(ends < np.inf for ends in steps))
+            return FarSides(*(distances < np.inf for distances in steps))
         falls = self.original.q * y < 0
-        own = steps._replace(
+        moved_steps = steps._replace(
             lower=np.where(falls, steps.lower, np.inf),
             upper=np.where(falls, steps.upper, np.inf),
         )
-        for each in (own, steps):
-            first = min(float(ends.min(initial=np.inf)) for ends in each)
+        for each in (moved_steps, steps):
+            first = min(float(distances.min(initial=np.inf)) for distances in each)
             if first < np.inf:
-                return FarSides(*(ends == first for ends in each))
-        return FarSides(*(ends < 0 for ends in steps))
+                return FarSides(*(distances == first for distances in each))
+        return FarSides(*(distances < 0 for distances in steps))
 
 
 def relaxed(
@@ -538,12 +573,12 @@ def relaxed(
     _, q, low, high = conditions_of(problem)
     if is_moved and counted.number:
         pairs = list(zip((low, high, q), counted, strict=True))
-        sizes = np.concatenate([np.abs(each[own]) for each, own in pairs])
-        least, ratio = float(sizes.min()), float(sizes.max() / sizes.min())
+        sizes = np.concatenate([np.abs(each[mask]) for each, mask in pairs])
+        smallest, ratio = float(sizes.min()), float(sizes.max() / sizes.min())
         power = 1.0 if ratio <= MAX_RATIO else math.log(MAX_RATIO, ratio)
         low, high, q = (
-            np.where(own, _nearer(each, least, power, reach), each)
-            for each, own in pairs
+            np.where(mask, _nearer(each, smallest, power, reach), each)
+            for each, mask in pairs
         )
     low[sides.lower], high[sides.upper] = -np.inf, np.inf
     low[sides.rows], high[sides.rows] = 0.0, 0.0
@@ -552,8 +587,8 @@ def relaxed(
     return Relaxed(changed, problem, sides, counted, is_moved)
 
 
-def _nearer(ends: Vector, smallest: float, power: float, reach: float) -> Vector:
+def _nearer(sides: Vector, smallest: float, power: float, reach: float) -> Vector:
     """Return far sides that are nearer, in the same order."""
     with np.errstate(invalid="ignore"):
-        sizes = NEARER * (reach or 1.0) * (np.abs(ends) / smallest) ** power
-        return np.where(np.isfinite(ends), np.copysign(sizes, ends), ends)
+        sizes = NEARER * (reach or 1.0) * (np.abs(sides) / smallest) ** power
+        return np.where(np.isfinite(sides), np.copysign(sizes, sides), sides)

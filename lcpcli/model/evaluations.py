@@ -33,7 +33,7 @@ from lcpcli.typing import Indices, Mask, Matrix, Vector
 MAX_DENSE = 100  # unknowns up to which J is differenced column by column, and is dense
 # Points whose F is kept, as the loop and the method, and J by differences, ask for it
 # again.
-KEPT = 4
+MAX_CACHED = 4
 STEP = EPS**0.5  # of a forward difference, relative to z_j, or to 1 if z_j is smaller
 LONG_STEP = 2.0**-7  # that tells whether differences by STEP are doubtful
 # Relative to the change of F, or to the terms of J: a difference between the two.
@@ -114,9 +114,9 @@ class Evaluations:
         if pattern is not None and (
             shape := getattr(pattern, "shape", np.shape(pattern))
         ) != (problem.n, problem.n):
-            fault = f"has shape {shape} for {count(problem.n, 'unknown')}"
+            reason = f"has shape {shape} for {count(problem.n, 'unknown')}"
             raise ParameterError(
-                "pattern", fault, f"give shape ({problem.n}, {problem.n})"
+                "pattern", reason, f"give shape ({problem.n}, {problem.n})"
             )
         self.problem, self._given = problem, pattern
         self.functions = self.jacobians = self.pivots = 0
@@ -127,7 +127,7 @@ class Evaluations:
         self.noise = self.sizes = np.zeros(problem.n)
         self._noise_of: Vector | None = None
         self._last: tuple[Vector, Matrix] | None = None
-        self._values = deque[tuple[Vector, Vector]](maxlen=KEPT)
+        self._values = deque[tuple[Vector, Vector]](maxlen=MAX_CACHED)
 
     def values(self, z: Vector) -> Vector:
         """Return F(z), with nan where it is undefined; what is known from before counts
@@ -138,14 +138,14 @@ class Evaluations:
     def known_values(self, z: Vector) -> Vector:
         """Return F(z), which does not count, and is evaluated only if it is not
         known."""
-        if (F := self.known(z)) is None:
+        if (F := self.cached(z)) is None:
             F = self.problem.values(z)
             self._values.appendleft((z, F))
         return F
 
-    def known(self, z: Vector) -> Vector | None:
+    def cached(self, z: Vector) -> Vector | None:
         """Return F(z) if it has been evaluated of late."""
-        return next((F for place, F in self._values if np.array_equal(place, z)), None)
+        return next((F for point, F in self._values if np.array_equal(point, z)), None)
 
     def jacobian(self, z: Vector) -> Matrix:
         """Return J(z), dense or a csr array, with nan or infinity where it is
@@ -263,8 +263,8 @@ class Evaluations:
         other.adapt(z)
         steps, F = other._steps(z), self.known_values(z)
         ways = [
-            dense(other._differences(z, way))
-            for way in (steps, self.problem.box.project(z - steps) - z)
+            dense(other._differences(z, step))
+            for step in (steps, self.problem.box.project(z - steps) - z)
         ]
         J, low, high = dense(J), np.fmin(*ways), np.fmax(*ways)
         gaps, sizes = (
@@ -277,10 +277,10 @@ class Evaluations:
             np.maximum(other.noise, EPS * np.abs(F)),
         )
         notable = NOTABLE * (sizes * scales).max(axis=1, initial=0.0)[:, np.newaxis]
-        least = np.maximum(
+        min_gap = np.maximum(
             notable / scales, ROUNDINGS * noise[:, np.newaxis] / np.abs(steps)
         )
-        excess = np.where(gaps > np.maximum(WRONG * sizes, least), gaps / sizes, 0.0)
+        excess = np.where(gaps > np.maximum(WRONG * sizes, min_gap), gaps / sizes, 0.0)
         excess = np.where(gaps == np.inf, np.inf, excess)
         if not excess.any():
             return ""
@@ -304,11 +304,11 @@ class Evaluations:
             return None
         z, F = self.problem.x0, self.values(self.problem.x0)
         for j in range(n):
-            moved, undefined = z.copy(), z.copy()
-            moved[j], undefined[j] = z[j] + self._steps(z)[j], np.nan
+            shifted_z, undefined = z.copy(), z.copy()
+            shifted_z[j], undefined[j] = z[j] + self._steps(z)[j], np.nan
             rows.append(
                 (
-                    (self.values(moved) != F) | np.isnan(self.values(undefined))
+                    (self.values(shifted_z) != F) | np.isnan(self.values(undefined))
                 ).nonzero()[0]
             )
         return rows
@@ -320,15 +320,15 @@ class Evaluations:
         if self._rows is None:
             return [np.array([j]) for j in range(n)]
         last, color = np.full((n, 0), False), np.full(n, -1)
-        for j, own in enumerate(self._rows):
-            free = (~last[own].any(axis=0)).nonzero()[0]
+        for j, rows in enumerate(self._rows):
+            free = (~last[rows].any(axis=0)).nonzero()[0]
             if not free.size:
                 last, free = (
                     np.hstack([last, np.full((n, 1), False)]),
                     np.array([last.shape[1]]),
                 )
             color[j] = free[0]
-            last[own, free[0]] = True
+            last[rows, free[0]] = True
         return [(color == k).nonzero()[0] for k in range(last.shape[1])]
 
     def _steps(self, z: Vector) -> Vector:
@@ -356,11 +356,13 @@ class Evaluations:
         with imports:
             from scipy.sparse import csc_array
         of_column = {
-            j: own
-            for group, own in zip(self._groups, quotients, strict=True)
+            j: column_rows
+            for group, column_rows in zip(self._groups, quotients, strict=True)
             for j in group.tolist()
         }
-        data = np.concatenate([of_column[j][own] for j, own in enumerate(rows)])
+        data = np.concatenate(
+            [of_column[j][column_rows] for j, column_rows in enumerate(rows)]
+        )
         return csc_array(
             (data, np.concatenate(rows), np.cumsum([0, *map(len, rows)])), shape=(n, n)
         ).tocsr()
@@ -371,22 +373,22 @@ class Evaluations:
         quotient = np.full(z.size, np.nan)
         for sign in (1.0, -1.0):
             if not is_finite(quotient):
-                moved = z.copy()
-                moved[group] += sign * steps[group]
+                shifted_z = z.copy()
+                shifted_z[group] += sign * steps[group]
                 self.functions += 1
-                own = (self.problem.values(moved) - F) / self._divisors(
-                    moved - z, group
+                one_sided = (self.problem.values(shifted_z) - F) / self._divisors(
+                    shifted_z - z, group
                 )
-                quotient = np.where(np.isfinite(quotient), quotient, own)
+                quotient = np.where(np.isfinite(quotient), quotient, one_sided)
         return quotient
 
-    def _divisors(self, moves: Vector, group: Indices) -> Vector:
+    def _divisors(self, steps: Vector, group: Indices) -> Vector:
         """Return for each row the move of the component of the group that it depends
         on; 1 without one."""
         divisors = np.ones(self.problem.n)
         for j in group.tolist():
             divisors[slice(None) if self._rows is None else self._rows[j]] = (
-                moves[j] or 1.0
+                steps[j] or 1.0
             )
         return divisors
 
@@ -411,8 +413,8 @@ class Slopes:
     ones, as a noisy F needs; what these tell counts up to the quotients by shorter
     ones, unless these are 0, as of a rounded F.
 
-    least : lower bounds on these terms. refuting : how many pairs of quotients of each
-        row agree, but not with J.
+    min_terms : lower bounds on these terms. refuting : how many pairs of quotients of
+        each row agree, but not with J.
     """
 
     def __init__(
@@ -424,7 +426,7 @@ class Slopes:
             generator(0),
             list[_Quotient](),
         )
-        self.least, (self._confirmed, self.refuting) = (
+        self.min_terms, (self._confirmed, self.refuting) = (
             np.zeros(z.size),
             np.zeros((2, z.size), dtype=int),
         )
@@ -436,7 +438,7 @@ class Slopes:
         first = self._first or [
             self._quotient(step * self._direction()) for step in STEPS[:2]
         ]
-        return any((own.gap > UNEVEN * own.terms).any() for own in first)
+        return any((quotient.gap > UNEVEN * quotient.terms).any() for quotient in first)
 
     @property
     def refuted(self) -> Mask:
@@ -450,14 +452,14 @@ class Slopes:
         because J is confirmed there."""
         for _ in range(DIRECTIONS):
             self._confirmed += self._along(self._direction(), needed)
-            is_open = self.least < needed
+            is_open = self.min_terms < needed
             if (
                 not is_open.any()
                 or (is_open & (self.refuted | (self._confirmed == 0))).any()
             ):
                 break
         return np.asarray(
-            (self.least < needed) & (self.refuted | (self._confirmed < DIRECTIONS))
+            (self.min_terms < needed) & (self.refuted | (self._confirmed < DIRECTIONS))
         )
 
     def _direction(self) -> Vector:
@@ -475,53 +477,59 @@ class Slopes:
     def _along(self, d: Vector, needed: Vector) -> Mask:
         """Add what a direction tells; return in which rows J agrees with two successive
         quotients."""
-        known, confirmed = dict[float, _Quotient](), np.zeros(d.size, dtype=bool)
-        most = np.full(d.size, np.inf)  # by the quotients of shorter steps
+        quotients, is_confirmed = dict[float, _Quotient](), np.zeros(d.size, dtype=bool)
+        max_changes = np.full(d.size, np.inf)  # by the quotients of shorter steps
         for step in STEPS:
-            known[step] = own = self._quotient(step * d)
-            self._first += [own] * (len(self._first) < 2)
+            quotients[step] = quotient = self._quotient(step * d)
+            self._first += [quotient] * (len(self._first) < 2)
             if (
-                other := known.get(RATIO * step) or known.get(step / RATIO)
+                other := quotients.get(RATIO * step) or quotients.get(step / RATIO)
             ) is not None:
-                apart = np.abs(own.change - other.change)
-                low = np.fmin(np.abs(own.change), np.abs(other.change)) - APART * apart
+                apart = np.abs(quotient.change - other.change)
+                low = (
+                    np.fmin(np.abs(quotient.change), np.abs(other.change))
+                    - APART * apart
+                )
                 if step > STEPS[0]:  # longer than those before
                     sizes = np.array(
                         [
                             np.abs(each.change)
-                            for length, each in known.items()
+                            for length, each in quotients.items()
                             if length < step
                         ]
                     )
-                    most = np.where(sizes > 0, sizes, np.inf).min(axis=0)
-                self.least = np.fmax(self.least, np.fmin(low, most))
-                covered = own.terms >= COVERED * self._terms
-                confirmed |= (
-                    np.maximum(own.gap, other.gap) <= MATCH * own.terms
+                    max_changes = np.where(sizes > 0, sizes, np.inf).min(axis=0)
+                self.min_terms = np.fmax(self.min_terms, np.fmin(low, max_changes))
+                covered = quotient.terms >= COVERED * self._terms
+                is_confirmed |= (
+                    np.maximum(quotient.gap, other.gap) <= MATCH * quotient.terms
                 ) & covered
-                differs = np.minimum(own.gap, other.gap) > 2 * apart + MATCH * own.terms
-                self.refuting += (low > 0) & (low <= most) & differs
-            is_open = self.least < needed
-            if not (is_open & ~confirmed).any() or (is_open & self.refuted).any():
+                differs = (
+                    np.minimum(quotient.gap, other.gap)
+                    > 2 * apart + MATCH * quotient.terms
+                )
+                self.refuting += (low > 0) & (low <= max_changes) & differs
+            is_open = self.min_terms < needed
+            if not (is_open & ~is_confirmed).any() or (is_open & self.refuted).any():
                 break
-        return confirmed
+        return is_confirmed
 
     @np.errstate(all="ignore")
     def unsmooth(self, noise: Vector) -> tuple[Mask, Mask]:
         """Return the rows with a kink at z, by the slopes on both sides, and those with
         a jump, far above the noise."""
-        d, room = (
+        d, distance = (
             self._direction(),
             np.minimum(self._problem.upper - self._z, self._z - self._problem.lower),
         )
         # With the changes by a long and a short step each.
-        ways = d, np.where(room < STEPS[0] * np.abs(d), 0.0, d)
+        ways = d, np.where(distance < STEPS[0] * np.abs(d), 0.0, d)
         sides, inner = [
             [
-                [self._quotient(sign * step * way).change for step in STEPS[:2]]
+                [self._quotient(sign * step * direction).change for step in STEPS[:2]]
                 for sign in (1.0, -1.0)
             ]
-            for way in ways
+            for direction in ways
         ]
         steady = [
             np.abs(long - short) <= KINKED / 4 * np.abs(short) for long, short in inner
@@ -537,10 +545,10 @@ class Slopes:
         return kink, (grows[0] & large[0]) | (grows[1] & large[1])
 
     def _quotient(self, step: Vector) -> _Quotient:
-        move = (moved := self._problem.box.project(self._z + step)) - self._z
+        move = (shifted_z := self._problem.box.project(self._z + step)) - self._z
         move_of_z = np.where(self._z != 0, np.abs(move) / np.abs(self._z), 0.0)
         length = move_of_z.max(initial=0.0) or 1.0
-        change, d = (self._problem.values(moved) - self._F) / length, move / length
+        change, d = (self._problem.values(shifted_z) - self._F) / length, move / length
         return _Quotient(
             change,
             np.abs(change - product(self._J, d)),
@@ -555,25 +563,27 @@ def noise(values: Values, box: Box, z: Vector, is_noisy: Mask) -> tuple[Vector, 
     where there is none above rounding, and where finer spacings resolve what looks like
     noise as oscillations of F, unless the row is known to be noisy. And the largest
     |F_i|."""
-    (found, last), is_known = np.zeros((2, z.size)), np.zeros(z.size, dtype=bool)
+    (noise_levels, last), is_known = np.zeros((2, z.size)), np.zeros(z.size, dtype=bool)
     sizes, thirds = np.abs(values(z)), list[Vector]()
     for spacing in SPACINGS:
         F, level, is_noise, third = _level(values, box, z, spacing)
         sizes = np.fmax(sizes, np.where(np.isfinite(F), np.abs(F), 0.0).max(axis=0))
         apart = np.maximum(level, last) > ALIKE * np.minimum(level, last)
         is_found = is_noise & ~apart & ~is_known
-        found = np.where(is_found, level, found)
+        noise_levels = np.where(is_found, level, noise_levels)
         is_known |= is_found | (third <= QUIET * sizes)
         last = np.where(is_noise, level, last)
         thirds.append(third)
         if is_known.all():
             break
-    found[_oscillates(values, box, z, np.where(is_noisy, 0.0, found), thirds)] = 0.0
-    return found, sizes
+    noise_levels[
+        _oscillates(values, box, z, np.where(is_noisy, 0.0, noise_levels), thirds)
+    ] = 0.0
+    return noise_levels, sizes
 
 
 def _oscillates(
-    values: Values, box: Box, z: Vector, found: Vector, thirds: list[Vector]
+    values: Values, box: Box, z: Vector, noise_levels: Vector, thirds: list[Vector]
 ) -> Mask:
     """Return the rows of which finer spacings resolve what looks like noise: in the
     differences of third order F then falls little by little, and as the cube of the
@@ -582,10 +592,10 @@ def _oscillates(
     finest, resolved, is_open = (
         SPACINGS.index(RESOLVED),
         np.zeros(z.size, dtype=bool),
-        found > 0,
+        noise_levels > 0,
     )
     if is_open.any() and len(thirds) <= finest:
-        is_open &= _level(values, box, z, RESOLVED)[-1] < found / ALIKE
+        is_open &= _level(values, box, z, RESOLVED)[-1] < noise_levels / ALIKE
     last = np.zeros(z.size)  # no fall
     for k in range(1, finest + 1):
         if not is_open.any():
@@ -593,7 +603,9 @@ def _oscillates(
         if k == len(thirds):
             thirds.append(_level(values, box, z, SPACINGS[k])[-1])
         # Of the noise, not of curvature.
-        fall = np.where(thirds[k - 1] > ALIKE * found, 0.0, thirds[k - 1] / thirds[k])
+        fall = np.where(
+            thirds[k - 1] > ALIKE * noise_levels, 0.0, thirds[k - 1] / thirds[k]
+        )
         resolved |= (
             is_open & (last >= MIN_FALL) & (fall >= CUBIC[0]) & (fall <= CUBIC[1])
         )
@@ -603,12 +615,12 @@ def _oscillates(
 
 
 @np.errstate(all="ignore")
-def rounding(values: Values, box: Box, z: Vector, most: float) -> Vector:
+def rounding(values: Values, box: Box, z: Vector, max_share: float) -> Vector:
     """Return the noise of each row of F at z that is of rounding, by the finest spacing
     that shows it; most : relative to the largest |F_i| at the points, what is larger
     does not count as rounding. Where |F| is larger at the points than at z, so may its
     rounding be; so the noise is at most that by closer points."""
-    found, is_known, closest = (
+    rounding_levels, is_known, closest = (
         np.zeros(z.size),
         np.zeros(z.size, dtype=bool),
         np.full(z.size, np.inf),
@@ -619,14 +631,14 @@ def rounding(values: Values, box: Box, z: Vector, most: float) -> Vector:
         if not np.isfinite(F).all():
             break
         closest = np.where(third > 0, np.fmin(closest, third), closest)
-        is_noise &= level <= most * np.abs(F).max(axis=0)
-        found = np.where(
-            is_noise & ~is_known, np.minimum(level, ALIKE * closest), found
+        is_noise &= level <= max_share * np.abs(F).max(axis=0)
+        rounding_levels = np.where(
+            is_noise & ~is_known, np.minimum(level, ALIKE * closest), rounding_levels
         )
         is_known |= is_noise
         if is_known.all():
             break
-    return found
+    return rounding_levels
 
 
 def _level(
@@ -639,9 +651,9 @@ def _level(
     in which a smooth F is next to nothing."""
     above, below = box.upper - z, z - box.lower
     up = np.where(above == below, generator(0).random(z.size) < 0.5, above > below)
-    moves = np.where(up, spacing, -spacing) * np.maximum(np.abs(z), 1.0)
+    steps = np.where(up, spacing, -spacing) * np.maximum(np.abs(z), 1.0)
     F = table = np.array(
-        [values(box.project(z + k * moves)) for k in range(ORDERS + 1)]
+        [values(box.project(z + k * steps)) for k in range(ORDERS + 1)]
     )
     levels, changes, first = list[Vector](), list[Mask](), np.diff(F, axis=0)
     sorted_changes = np.sort(np.abs(first - np.median(first, axis=0)), axis=0)

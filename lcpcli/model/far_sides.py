@@ -36,12 +36,12 @@ class FarSides(NamedTuple):
     def without(self, met: FarSides) -> FarSides:
         """Return those that are not among others."""
         pairs = zip(self, met, strict=True)
-        return FarSides(*(own & ~other for own, other in pairs))
+        return FarSides(*(mask & ~other for mask, other in pairs))
 
     def joined(self, others: FarSides) -> FarSides:
         """Return these and others."""
         pairs = zip(self, others, strict=True)
-        return FarSides(*(own | other for own, other in pairs))
+        return FarSides(*(mask | other for mask, other in pairs))
 
 
 def far_sides(
@@ -58,16 +58,18 @@ def far_sides(
         of_rows[y] = np.abs(q)[y]
     all_sizes = np.concatenate((np.abs(lower), np.abs(upper), of_rows))
     reach = float(all_sizes[all_sizes < MIN_FAR].max(initial=reach))
-    least = max(MIN_FAR, FAR_BEYOND * reach)
+    min_size = max(MIN_FAR, FAR_BEYOND * reach)
     sizes = np.abs(lower), np.abs(upper), np.where(is_row, of_rows, 0.0)
-    far = [(each >= least) & (each < np.inf) for each in sizes]
+    far = [(each >= min_size) & (each < np.inf) for each in sizes]
     # Sides that leave only far values are meant as they are.
     low = far[0] & (lower < 0) & (upper > -MIN_FAR)
     high = far[1] & (upper > 0) & (lower < MIN_FAR)
     rows = far[2] & np.where(upper == np.inf, q > 0, q < 0)
-    found = FarSides(low, high, rows)
-    if not found.number:
+    sides = FarSides(low, high, rows)
+    if not sides.number:
         return None
-    parts = zip(sizes, found, strict=True)
-    smallest = min(float(each[own].min(initial=np.inf)) for each, own in parts)
-    return found, smallest, reach
+    parts = zip(sizes, sides, strict=True)
+    smallest = min(
+        float(each[is_far_side].min(initial=np.inf)) for each, is_far_side in parts
+    )
+    return sides, smallest, reach

@@ -165,7 +165,7 @@ class Formulation:
     counts_solutions: ClassVar[bool] = False
 
     @classmethod
-    def beside(cls, name: str) -> Any:
+    def sibling(cls, name: str) -> Any:
         """Return a module in the folder of this class, which is loaded on first use: as
         for the way back, of which reading a file has no need."""
         with imports:
@@ -192,7 +192,7 @@ class Formulation:
         algorithms make use of; else None."""
         return None
 
-    def fits(self, given: Conditions) -> bool:  # noqa: ARG002
+    def fits(self, conditions: Conditions) -> bool:  # noqa: ARG002
         """Return whether the problem may be made from this object."""
         return True
 
@@ -219,10 +219,10 @@ class Formulation:
         LABELS, HEADINGS or CELLS."""
         return [""] * n
 
-    def bounds(self, problem: Any, given: Mapping[str, Any]) -> Mapping[str, Any]:  # noqa: ARG002
+    def bounds(self, problem: Any, user_bounds: Mapping[str, Any]) -> Mapping[str, Any]:  # noqa: ARG002
         """Return bounds of z for those that a user gives: lower and upper, or one of
         them, each a number or a list, in which None stands for no bound."""
-        return given
+        return user_bounds
 
     def proposed(self, problem: Any) -> Proposal | None:  # noqa: ARG002
         """Return a point that may be a solution, which `auto` tries before anything
@@ -248,8 +248,8 @@ class Formulation:
         which it starts. like : the last problem, whose M the next one may share.
         states : of the last solution, None if there is none. data : by name, as the
         calls that make such problems have them."""
-        fault = "is no data of the problem of this Solver"
-        raise ProblemError(", ".join(data) or "M", fault, "give M, or another problem")
+        reason = "is no data of the problem of this Solver"
+        raise ProblemError(", ".join(data) or "M", reason, "give M, or another problem")
 
     def accepted(self, result: Any) -> Any:
         """Return a solved result, as it is if its answer is right, too; else a better
@@ -268,8 +268,8 @@ class Formulation:
     def joined(self, parts: Mapping[str, Sequence[Any]]) -> list[Any]:
         """Return what may be verified, given in parts by their names, such as the
         strategies of players, as one list; or raise ProblemError."""
-        fault = "is a strategy, but the problem is not a game"
-        raise ProblemError(next(iter(parts)), fault, "give z")
+        reason = "is a strategy, but the problem is not a game"
+        raise ProblemError(next(iter(parts)), reason, "give z")
 
     def verified(self, proposed: Any) -> Any:
         """Return the Verification of what was proposed. proposed : a
@@ -295,8 +295,8 @@ class Named(Formulation):
     def data(self) -> dict[str, Any]:
         return {"kind": self.kind, "names": list(self.texts)}
 
-    def fits(self, given: Conditions) -> bool:
-        return len(self.texts) == given.q.size
+    def fits(self, conditions: Conditions) -> bool:
+        return len(self.texts) == conditions.q.size
 
     def names(self, n: int, purpose: str = FULL) -> Sequence[str]:  # noqa: ARG002
         return self.texts
@@ -305,33 +305,33 @@ class Named(Formulation):
 PLAIN = Formulation()  # of a problem that is given by M and q
 
 
-def named(given: Sequence[str], n: int) -> Named:
+def named(raw_names: Sequence[str], n: int) -> Named:
     """Return the names of n unknowns, or raise ProblemError."""
-    own = names_of("names", given, n, "unknown")
-    for name, times in Counter(own).items():
+    texts = names_of("names", raw_names, n, "unknown")
+    for name, times in Counter(texts).items():
         if name and times > 1:
-            fault = f"has {quoted(name)} for {times} unknowns"
+            reason = f"has {quoted(name)} for {times} unknowns"
             hint = "give each its own name, or an empty one"
-            raise ProblemError("names", fault, hint)
-    return Named(own)
+            raise ProblemError("names", reason, hint)
+    return Named(texts)
 
 
 def names_of(
-    field: str, given: Any, size: int | None = None, of: str = ""
+    field: str, raw_value: Any, size: int | None = None, of: str = ""
 ) -> tuple[str, ...]:
     """Return a list of names, one for each of `size` things of a kind, or none; or
     raise ProblemError."""
-    if not isinstance(given, (list, tuple)):
-        raise ProblemError(field, f"is {kind(given)}", "give a list of names")
-    for i, name in enumerate(given):
+    if not isinstance(raw_value, (list, tuple)):
+        raise ProblemError(field, f"is {kind(raw_value)}", "give a list of names")
+    for i, name in enumerate(raw_value):
         if not isinstance(name, str):
             raise ProblemError(
                 f"{field}[{i}]", f"is {kind(name)}", f"give a text {FROM_0}"
             )
-    if given and size is not None and len(given) != size:
+    if raw_value and size is not None and len(raw_value) != size:
         raise ProblemError(
             field,
-            numbers_for(len(given), "name", size, of),
+            numbers_for(len(raw_value), "name", size, of),
             MAKE_AGREE,
         )
-    return tuple(given)
+    return tuple(raw_value)

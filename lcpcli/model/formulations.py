@@ -119,9 +119,9 @@ def _conditions(
     """Return the keys that must be there, and those that must not, for each text of
     `Row.tells`."""
     conditions = []
-    for words in map(str.split, tells):
-        excluded = frozenset(word[1:] for word in words if word[0] == "!")
-        required = frozenset(word for word in words if word[0] != "!")
+    for keys in map(str.split, tells):
+        excluded = frozenset(key[1:] for key in keys if key[0] == "!")
+        required = frozenset(key for key in keys if key[0] != "!")
         conditions.append((required, excluded))
     return conditions
 
@@ -260,8 +260,8 @@ def row_of(kind: str) -> Row:
             from lcpcli import additions
         row = additions.addition("formulations", kind)
         if not isinstance(row, Row):
-            fault = "of another package is no Row of lcpcli.model.formulations"
-            raise LCPError(kind, fault, "see lcp help development")
+            reason = "of another package is no Row of lcpcli.model.formulations"
+            raise LCPError(kind, reason, "see lcp help development")
         TABLE[kind] = row
     return TABLE[kind]
 
@@ -337,18 +337,18 @@ def module_of(row: Row, module: str, asked: str) -> Any:
 
 
 @cache
-def module_at(place: str, asked: str) -> Any:
+def module_at(module_name: str, asked: str) -> Any:
     """Return a module of a formulation; raise MissingFolderError if its folder is
     missing. asked : as for `module_of`."""
     try:
         with imports:
-            return import_module(place)
+            return import_module(module_name)
     except ModuleNotFoundError as error:
-        if not (error.name and f"{place}.".startswith(f"{error.name}.")):
+        if not (error.name and f"{module_name}.".startswith(f"{error.name}.")):
             raise
         folder = error.name.replace(".", "/")
-        fault = (
+        reason = (
             f"this installation has no formulation for {asked}, as the folder {folder} "
             "is missing"
         )
-        raise MissingFolderError("", fault, INSTALL) from None
+        raise MissingFolderError("", reason, INSTALL) from None

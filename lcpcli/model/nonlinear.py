@@ -13,7 +13,7 @@ import numpy as np
 from lcpcli.clock import imports
 from lcpcli.errors import MAKE_AGREE, ProblemError, count, kind, numbers_for
 from lcpcli.linalg.matrices import is_sparse
-from lcpcli.model.arrays import as_solutions, as_vector, own
+from lcpcli.model.arrays import as_solutions, as_vector, readonly_copy
 from lcpcli.model.box import Box, as_intervals
 from lcpcli.model.formulation import Named
 from lcpcli.typing import BoundLike, Matrix, Vector, VectorLike
@@ -108,35 +108,35 @@ class NonlinearProblem:
         solutions: Sequence[VectorLike] = (),
         infinity: float = math.inf,
     ) -> None:
-        for field, given in (("F", F), ("J", J)):
-            if not (callable(given) or (given is None and field == "J")):
+        for field, function in (("F", F), ("J", J)):
+            if not (callable(function) or (function is None and field == "J")):
                 raise ProblemError(
                     field,
-                    f"is {kind(given)}",
+                    f"is {kind(function)}",
                     f"give a function of z that returns {field}(z)",
                 )
         vectors: tuple[Any, ...] = x0, lower, upper, tuple(names) or None
         if (vector := next(filter(np.ndim, vectors), None)) is None:
-            fault = (
+            reason = (
                 f"{'is missing' if x0 is None else f'is {kind(x0)}'}, so that the "
                 "number of unknowns is unknown"
             )
-            raise ProblemError("x0", fault, "give x0, a list of numbers")
+            raise ProblemError("x0", reason, "give x0, a list of numbers")
         self.n = n = int(np.size(vector))
         self.F, self.J, self.name, self.note = F, J, name, note
         self.interval, self.composition = interval, composition
         self.box = Box(
             *map(
-                own,
+                readonly_copy,
                 as_intervals(("lower", "upper"), lower, upper, n, infinity=infinity),
             )
         )
         self.lower, self.upper = self.box.lower, self.box.upper
         if len(names) not in (0, n):
-            fault = numbers_for(len(names), "entry", n, "unknown")
-            raise ProblemError("names", fault, MAKE_AGREE)
+            reason = numbers_for(len(names), "entry", n, "unknown")
+            raise ProblemError("names", reason, MAKE_AGREE)
         self.names = tuple(map(str, names)) or ("",) * n
-        self.x0 = own(
+        self.x0 = readonly_copy(
             self.box.project(np.zeros(n) if x0 is None else as_vector("x0", x0, n))
         )
         self.solutions = as_solutions(solutions, n) if len(solutions) else ()
@@ -148,7 +148,7 @@ class NonlinearProblem:
     def starting_at(self, z: VectorLike) -> NonlinearProblem:
         """Return the problem with another start, moved within the bounds."""
         other = copy(self)
-        other.x0 = own(self.box.project(as_vector("z0", z, self.n)))
+        other.x0 = readonly_copy(self.box.project(as_vector("z0", z, self.n)))
         return other
 
     def values(self, z: Vector) -> Vector:
@@ -156,10 +156,10 @@ class NonlinearProblem:
         F returns anything else."""
         values = _reals("F", _called("F", self.F, z, self.n))
         if values.size != self.n:
-            fault = (
+            reason = (
                 f"returns {count(values.size, 'number')} for {count(self.n, 'unknown')}"
             )
-            raise ProblemError("F", fault, "return as many as there are unknowns")
+            raise ProblemError("F", reason, "return as many as there are unknowns")
         return values.reshape(self.n)
 
     def undefined(self, z: Vector) -> tuple[int, str] | None:
@@ -180,20 +180,20 @@ class NonlinearProblem:
         """Return the given J(z), dense or a csr array, possibly with nan; raise
         ProblemError for anything else."""
         assert self.J is not None
-        given = _called("J", self.J, z, (self.n, self.n))
-        if hasattr(given, "matvec"):
+        raw_jacobian = _called("J", self.J, z, (self.n, self.n))
+        if hasattr(raw_jacobian, "matvec"):
             hint = "return a matrix, dense or sparse, since its entries are needed"
             raise ProblemError("J", "returns a linear operator", hint)
-        if is_sparse(given):
+        if is_sparse(raw_jacobian):
             with imports:
                 from scipy.sparse import csr_array
-            matrix: Matrix = csr_array(given)
+            matrix: Matrix = csr_array(raw_jacobian)
             matrix.data = _reals("J", matrix.data)
         else:
-            matrix = _reals("J", given)
+            matrix = _reals("J", raw_jacobian)
         if matrix.shape != (self.n, self.n):
-            fault = f"returns shape {matrix.shape} for {count(self.n, 'unknown')}"
-            raise ProblemError("J", fault, f"return shape ({self.n}, {self.n})")
+            reason = f"returns shape {matrix.shape} for {count(self.n, 'unknown')}"
+            raise ProblemError("J", reason, f"return shape ({self.n}, {self.n})")
         return matrix
 
 
@@ -207,14 +207,14 @@ def _called(
     argument = z.copy()
     try:
         with np.errstate(all="ignore"):
-            found = function(argument)
+            returned = function(argument)
         if argument.tobytes() != z.tobytes():
             raise ProblemError(
                 field,
                 "changes its argument z",
                 "let it change a copy, such as z.copy()",
             )
-        return found
+        return returned
     except ArithmeticError:
         pass
     except ValueError as error:
@@ -223,17 +223,17 @@ def _called(
     return np.full(shape, np.nan)
 
 
-def _reals(field: str, given: Any) -> Vector:
+def _reals(field: str, raw_value: Any) -> Vector:
     """Return a copy of numbers as doubles, with nan for those that are not real, such
     as roots of negative numbers."""
-    if given is None:
+    if raw_value is None:
         raise ProblemError(field, "returns nothing", "end it with a return statement")
     try:
-        numbers = np.asarray(given)
+        numbers = np.asarray(raw_value)
         if numbers.dtype.kind == "c":
             numbers = np.where(numbers.imag == 0, numbers.real, np.nan)
         return np.array(numbers, dtype=float)
     except (TypeError, ValueError):
         raise ProblemError(
-            field, f"returns {kind(given)}", "return an array of real numbers"
+            field, f"returns {kind(raw_value)}", "return an array of real numbers"
         ) from None

@@ -10,12 +10,16 @@ from lcpcli.model import formulations
 from lcpcli.model.formulation import Conditions, Formulation, named
 
 
-def origin_of(given: Any, names: Sequence[str], problem: Conditions) -> Formulation:
+def origin_of(
+    raw_origin: Any, names: Sequence[str], problem: Conditions
+) -> Formulation:
     """Return the origin that is given as such, as the object in a file, or as names; or
     raise ProblemError."""
-    if given is None:
+    if raw_origin is None:
         return named(names, problem.q.size)
-    origin: Formulation = given if isinstance(given, Formulation) else _parsed(given)
+    origin: Formulation = (
+        raw_origin if isinstance(raw_origin, Formulation) else _parsed(raw_origin)
+    )
     if not origin.fits(problem):
         raise ProblemError(
             "origin",
@@ -29,20 +33,20 @@ def origin_of(given: Any, names: Sequence[str], problem: Conditions) -> Formulat
     return origin
 
 
-def _parsed(given: Any) -> Formulation:
-    if not isinstance(given, Mapping):
+def _parsed(raw_origin: Any) -> Formulation:
+    if not isinstance(raw_origin, Mapping):
         raise ProblemError(
-            "origin", f"is {kind(given)}", "give an object with the key kind"
+            "origin", f"is {kind(raw_origin)}", "give an object with the key kind"
         )
-    known = ", ".join(formulations.ORIGINS)
-    if "kind" not in given:
-        raise ProblemError("origin.kind", IS_MISSING, f"add one of {known}")
-    name = given["kind"]
+    valid_kinds = ", ".join(formulations.ORIGINS)
+    if "kind" not in raw_origin:
+        raise ProblemError("origin.kind", IS_MISSING, f"add one of {valid_kinds}")
+    name = raw_origin["kind"]
     if not isinstance(name, str) or not formulations.is_known(name):
         shown = quoted(name) if isinstance(name, str) else kind(name)
-        raise ProblemError("origin.kind", f"is {shown}", f"use one of {known}")
+        raise ProblemError("origin.kind", f"is {shown}", f"use one of {valid_kinds}")
     try:
-        origin: Formulation = formulations.load(name).parse(given)
+        origin: Formulation = formulations.load(name).parse(raw_origin)
     except ProblemError as error:
         raise ProblemError(f"origin.{error.where}", error.fault, error.hint) from None
     return origin

@@ -24,8 +24,8 @@ from lcpcli.model.arrays import (
     as_solutions,
     as_square,
     as_vector,
-    own,
-    own_matrix,
+    readonly_copy,
+    readonly_matrix,
 )
 from lcpcli.model.box import MIN_FAR, ORTHANT, Box, Reference, bounds_of, reference
 from lcpcli.typing import BoundLike, Matrix, Vector, VectorLike
@@ -59,8 +59,8 @@ class Facts:
 
     kind: Any = None
 
-    def __init__(self, M: Matrix, form: BlockForm | None) -> None:
-        self._M, self._form = M, form
+    def __init__(self, M: Matrix, block_form: BlockForm | None) -> None:
+        self._M, self._form = M, block_form
 
     @cached_property
     def row_maxima(self) -> Vector:
@@ -198,9 +198,9 @@ class Problem:
             M, q, lower, upper, x0, x1 = arrays.by_label(
                 M, M=M, q=q, lower=lower, upper=upper, x0=x0, x1=x1
             )
-        vector_q, (least_q, largest_q) = as_sized_vector("q", q)
+        vector_q, (smallest_q, largest_q) = as_sized_vector("q", q)
         n = vector_q.size
-        matrix, (least_row, largest_entry) = as_square("M", M, n)
+        matrix, (smallest_row, largest_entry) = as_square("M", M, n)
         texts_of = {"name": name, "verdict": verdict, "source": source, "note": note}
         are_texts = type(name) is type(verdict) is type(source) is type(note) is str
         for field, text in () if are_texts else texts_of.items():
@@ -209,18 +209,20 @@ class Problem:
         bounds = bounds_of(lower, upper, n, infinity)
         x0 = None if x0 is None else as_vector("x0", x0, n)
         x1 = None if x1 is None else as_vector("x1", x1, n)
-        known = (
+        known_solutions = (
             as_solutions(solutions, n)
             if type(solutions) is not tuple or solutions
             else ()
         )
         is_moderate = (
-            min(least_row, least_q) >= 1 / FAR_FROM_ONE
+            min(smallest_row, smallest_q) >= 1 / FAR_FROM_ONE
             and max(largest_entry, largest_q) <= FAR_FROM_ONE
         )
         fields = self.__dict__  # set one by one, as that takes least time
         fields["M"], fields["q"], fields["n"], fields["x0"], fields["x1"] = (
-            own(matrix, M) if type(matrix) is np.ndarray else own_matrix(matrix),
+            readonly_copy(matrix, M)
+            if type(matrix) is np.ndarray
+            else readonly_matrix(matrix),
             vector_q,
             n,
             x0,
@@ -228,12 +230,12 @@ class Problem:
         )
         fields.update(
             texts_of,
-            solutions=known,
+            solutions=known_solutions,
             reference=reference,
             origin=None,
             is_moderate=is_moderate,
         )
-        fields["largest"], fields["sizes_of_q"] = largest_entry, (least_q, largest_q)
+        fields["largest"], fields["sizes_of_q"] = largest_entry, (smallest_q, largest_q)
         if bounds is None:
             fields.update(
                 lower=0.0,
@@ -250,7 +252,7 @@ class Problem:
                 from lcpcli.model.origins import origin_of
             fields["origin"] = origin_of(origin, names, conditions_of(self))
             if self.block_form is not None:
-                fields["M"] = own_matrix(self.block_form.symmetric(matrix))
+                fields["M"] = readonly_matrix(self.block_form.symmetric(matrix))
         if verdict and verdict not in VERDICTS:
             raise ProblemError(
                 "verdict",
@@ -259,27 +261,27 @@ class Problem:
             )
 
     @classmethod
-    def of_fields(cls, known: Mapping[str, Any], **own: Any) -> Problem:
+    def of_fields(cls, fields: Mapping[str, Any], **changed_fields: Any) -> Problem:
         """Return the problem with these fields and known values, in a microsecond, as
         nothing is validated."""
         problem = cls.__new__(cls)
-        problem.__dict__.update(known, **own)
+        problem.__dict__.update(fields, **changed_fields)
         return problem
 
-    def known_of_M(self) -> dict[str, Any]:
+    def fields_of_M(self) -> dict[str, Any]:
         """Return what is known of this problem that holds for any q and bounds:
         M_FIELDS and LABELS."""
-        known = vars(self) | {"facts": self.facts}
-        return {name: known[name] for name in (*M_FIELDS, *LABELS) if name in known}
+        fields = vars(self) | {"facts": self.facts}
+        return {name: fields[name] for name in (*M_FIELDS, *LABELS) if name in fields}
 
     def having(self, **values: Any) -> Problem:
         """Return the same problem with other values of these fields, which nothing
         validates; with another origin, facts are found out again."""
-        known = vars(self)
+        fields = vars(self)
         if "origin" in values:
             old = ("facts", "block_form")
-            known = {name: value for name, value in known.items() if name not in old}
-        return Problem.of_fields(known, **values)
+            fields = {name: value for name, value in fields.items() if name not in old}
+        return Problem.of_fields(fields, **values)
 
     def __repr__(self) -> str:
         return str(views.outcome.problem_text(self))
@@ -298,10 +300,10 @@ class Problem:
     def named(self, name: str, origin: Formulation | None = None) -> Problem:
         """Return the same problem with another name and, if given, another origin,
         whose names then apply."""
-        own = (
+        fields = (
             {} if origin is None else {"origin": origin, "names": origin.names(self.n)}
         )
-        return self.having(name=name, **own)
+        return self.having(name=name, **fields)
 
     def anew(self) -> Problem:
         """Return the same problem, rebuilt from its arrays, without anything computed
@@ -361,9 +363,9 @@ class Problem:
         with imports:
             from lcpcli.model.far_sides import far_sides
         _, q, low, high = conditions_of(self)
-        form = self.block_form
-        if form is not None:
-            y = slice(form.variables, self.n - form.ranges)
+        block_form = self.block_form
+        if block_form is not None:
+            y = slice(block_form.variables, self.n - block_form.ranges)
             return far_sides(q, low, high, y)
         # How large z is without bounds.
         is_used = self.row_maxima > 0
@@ -374,13 +376,15 @@ class Problem:
     def rounded_rows(self) -> RoundedRows | None:
         """Return the rows without entries whose sides are rounding of 0, so that there
         is no solution as the numbers stand; None if there are none."""
-        form = self.block_form
-        has_ranges = form is not None and form.ranges > 0
+        block_form = self.block_form
+        has_ranges = block_form is not None and block_form.ranges > 0
         if not has_ranges and np.count_nonzero(self.row_maxima) == self.n:
             return None
         with imports:
             from lcpcli.model.rounded_rows import rounded_rows
-        return rounded_rows(conditions_of(self), self.row_maxima, form, self.names)
+        return rounded_rows(
+            conditions_of(self), self.row_maxima, block_form, self.names
+        )
 
     @property
     def has_small_integers(self) -> bool:
@@ -464,16 +468,16 @@ class Problem:
         return w
 
 
-def as_problem(given: Any) -> Problem:
+def as_problem(argument: Any) -> Problem:
     """Return a Problem as it is; raise ProblemError for anything else, such as M alone
     or the name of a file."""
-    if not isinstance(given, Problem):
+    if not isinstance(argument, Problem):
         raise ProblemError(
             "problem",
-            f"is {kind(given)}",
+            f"is {kind(argument)}",
             "make it by Problem(M, q), or by read(path) from a file",
         )
-    return given
+    return argument
 
 
 def conditions_of(problem: Problem) -> Conditions:

@@ -25,7 +25,7 @@ from lcpcli.linalg.factors import (
 )
 from lcpcli.linalg.matrices import absolute_product, dense, product
 from lcpcli.model import arrays
-from lcpcli.model.arrays import FROM_0, by_label, own
+from lcpcli.model.arrays import FROM_0, by_label, readonly_copy
 from lcpcli.model.box import (
     NO_BOUND,
     ORTHANT,
@@ -66,9 +66,9 @@ class Columns:
             shape = len(M), *{len(row) for row in M if isinstance(row, (list, tuple))}
         if len(shape) == 2 and self.n != shape[0] == shape[1]:
             transposed = ", as Q.T here" if self.k == shape[0] else ""
-            fault = f"has shape {self.Q.shape}, but M is {shape[0]} x {shape[0]}"
+            reason = f"has shape {self.Q.shape}, but M is {shape[0]} x {shape[0]}"
             raise ProblemError(
-                "Q", fault, f"give one right-hand side in each column{transposed}"
+                "Q", reason, f"give one right-hand side in each column{transposed}"
             )
         self.like = Problem(
             M, np.zeros(self.n), lower=lower, upper=upper, infinity=infinity
@@ -82,10 +82,10 @@ class Columns:
             return None
         values = arrays.as_columns(field, bound, finite=False)
         if values.shape != (self.n, self.k):
-            fault = f"has shape {values.shape}, but Q has {(self.n, self.k)}"
+            reason = f"has shape {values.shape}, but Q has {(self.n, self.k)}"
             raise ProblemError(
                 field,
-                fault,
+                reason,
                 "give a number, one for each unknown, or one for each entry of Q",
             )
         return np.asarray(values.T)
@@ -105,10 +105,10 @@ class Columns:
         raise ProblemError."""
         q = _copy(self.Q[:, first:last].T)
         if not is_finite(q.reshape(-1)):
-            j, i = (int(place) for place in np.argwhere(~np.isfinite(q))[0])
-            fault = "has ceased to be a finite number since the call"
+            j, i = (int(index) for index in np.argwhere(~np.isfinite(q))[0])
+            reason = "has ceased to be a finite number since the call"
             raise ProblemError(
-                f"Q[{i}][{first + j}]", fault, f"give solve_many a copy {FROM_0}"
+                f"Q[{i}][{first + j}]", reason, f"give solve_many a copy {FROM_0}"
             )
         if self._bounds is not None:
             low, high = (_copy(bound[first:last]) for bound in self._bounds)
@@ -125,28 +125,28 @@ class Columns:
 def like_with(like: Problem, q: Vector, box: Box) -> Problem:
     """Return the problem with the M of another one, and all that is known of M, a
     validated q and bounds, quickly."""
-    least, largest = sizes(q)
+    smallest, largest = sizes(q)
     is_moderate = (
         like.facts.has_moderate_rows
-        and least >= 1 / FAR_FROM_ONE
+        and smallest >= 1 / FAR_FROM_ONE
         and largest <= FAR_FROM_ONE
     )
-    known = like.known_of_M()
-    known.update(
+    fields = like.fields_of_M()
+    fields.update(
         q=q,
-        sizes_of_q=(least, largest),
+        sizes_of_q=(smallest, largest),
         is_moderate=is_moderate,
         box=box,
         lower=box.lower,
         upper=box.upper,
     )
     if box.is_orthant:
-        known.update(reference_z=None, q_ref=q, q_error=0.0)
-    return Problem.of_fields(known)
+        fields.update(reference_z=None, q_ref=q, q_error=0.0)
+    return Problem.of_fields(fields)
 
 
 def _copy(rows: Vector) -> Vector:
-    return own(np.array(rows, dtype=np.float64, order="C"), [])
+    return readonly_copy(np.array(rows, dtype=np.float64, order="C"), [])
 
 
 class Block:
@@ -169,7 +169,7 @@ class Block:
         self.reference_z, self.q_ref, self.q_error = self.references
         bounds = {"lower": self.like.lower, "upper": self.like.upper, "box": box}
         self._fields = {
-            **self.like.known_of_M(),
+            **self.like.fields_of_M(),
             **bounds,
             "reference_z": None,
             "q_error": 0.0,
@@ -201,16 +201,18 @@ class Block:
     def are_moderate(self) -> Mask:
         """Return which of the problems have moderate numbers (see
         `Problem.is_moderate`); shape (m,)."""
-        least, largest = self._sizes_of_q
+        smallest, largest = self._sizes_of_q
         return np.asarray(
             (largest <= FAR_FROM_ONE)
-            & (least >= 1 / FAR_FROM_ONE)
+            & (smallest >= 1 / FAR_FROM_ONE)
             & self.like.facts.has_moderate_rows
         )
 
     @cached_property
     def _fields_of_q(self) -> list[tuple[tuple[float, float], bool]]:
-        sizes_of_q = zip(*(own.tolist() for own in self._sizes_of_q), strict=True)
+        sizes_of_q = zip(
+            *(of_rows.tolist() for of_rows in self._sizes_of_q), strict=True
+        )
         return list(zip(sizes_of_q, self.are_moderate.tolist(), strict=True))
 
     def problem(self, i: int) -> Problem:
@@ -221,9 +223,13 @@ class Block:
         # They differ in q alone, as LCPs do.
         if self.reference_z is None and self.box is self.like.box:
             return Problem.of_fields(self._fields, **of_q, q_ref=q)
-        box, own = self.box.part(i), self.references.part(i)
+        box, reference_point = self.box.part(i), self.references.part(i)
         bounds = {"box": box, "lower": box.lower, "upper": box.upper}
-        reference = {"reference_z": own.z, "q_ref": own.q, "q_error": own.error}
+        reference = {
+            "reference_z": reference_point.z,
+            "q_ref": reference_point.q,
+            "q_error": reference_point.error,
+        }
         return Problem.of_fields(self._fields, **of_q, **bounds, **reference)
 
 
@@ -240,7 +246,9 @@ class Stack:
     def __init__(
         self, M: Any, q: Any, lower: Any, upper: Any, infinity: float = math.inf
     ) -> None:
-        self.M = own(np.ascontiguousarray(as_stack("M", M, (None, None, None))), M)
+        self.M = readonly_copy(
+            np.ascontiguousarray(as_stack("M", M, (None, None, None))), M
+        )
         m, n, columns = self.M.shape
         if n != columns:
             raise ProblemError(
@@ -248,7 +256,7 @@ class Stack:
                 f"has shape {self.M.shape}",
                 "give one square matrix for each problem",
             )
-        self.q = own(as_stack("q", q, (m, n)), q)
+        self.q = readonly_copy(as_stack("q", q, (m, n)), q)
         if dimensions(q) < 2:
             raise ProblemError(
                 "q",
@@ -265,10 +273,12 @@ class Stack:
         )
         self.box = self.like.box.mapped(lambda bound: np.broadcast_to(bound, (m, n)))
         if of_each:
-            ends = bounds_of_each(
+            bounds_by_row = bounds_of_each(
                 self._rows_of, lower, upper, m, n, infinity, "problem"
             )
-            self.box = ORTHANT if ends is None else Box(*map(_copy, ends))
+            self.box = (
+                ORTHANT if bounds_by_row is None else Box(*map(_copy, bounds_by_row))
+            )
 
     def _rows_of(self, field: str, bound: Any) -> Vector | None:
         return (
@@ -298,10 +308,10 @@ class Stack:
         bounds; shape (m,)."""
         moderate = np.ones(len(self), dtype=bool)
         if not (are_moderate(self.M) and are_moderate(self.q)):
-            for least, largest in map(
+            for smallest, largest in map(
                 row_sizes, (np.abs(self.M).max(axis=2, initial=0.0), self.q)
             ):
-                moderate &= (least >= 1 / FAR_FROM_ONE) & (largest <= FAR_FROM_ONE)
+                moderate &= (smallest >= 1 / FAR_FROM_ONE) & (largest <= FAR_FROM_ONE)
         for bound in (self.box.lower, self.box.upper) if self.box.is_far else ():
             moderate &= ~((np.abs(bound) >= NO_BOUND) & np.isfinite(bound)).any(axis=1)
         return moderate
@@ -324,22 +334,22 @@ def as_stack(
     """Return values as a float64 array of this shape, in which None stands for any
     length, or raise ProblemError. Without the first dimension they are the same for
     all."""
-    given = arrays.as_nested(field, values, len(shape))
-    expected = shape[len(shape) - max(given.ndim, 1) :]
-    known = tuple(
+    array = arrays.as_nested(field, values, len(shape))
+    expected = shape[len(shape) - max(array.ndim, 1) :]
+    expected_shape = tuple(
         have if want is None else want
-        for have, want in zip(given.shape, expected, strict=False)
+        for have, want in zip(array.shape, expected, strict=False)
     )
-    if given.ndim < len(shape) - 1 or given.shape != known:
+    if array.ndim < len(shape) - 1 or array.shape != expected_shape:
         raise ProblemError(
             field,
-            f"has shape {given.shape}",
+            f"has shape {array.shape}",
             f"give shape {shape}".replace("None", "k"),
         )
     if finite:
-        arrays.refuse_infinite(field, given)
+        arrays.refuse_infinite(field, array)
     return (
-        np.broadcast_to(given, (shape[0], *known))
-        if given.ndim < len(shape) and shape[0] is not None
-        else given
+        np.broadcast_to(array, (shape[0], *expected_shape))
+        if array.ndim < len(shape) and shape[0] is not None
+        else array
     )

@@ -73,34 +73,44 @@ class _Rows(NamedTuple):
 
 
 def rounded_rows(
-    data: Conditions, maxima: Vector, form: BlockForm | None, names: Sequence[str]
+    data: Conditions, maxima: Vector, block_form: BlockForm | None, names: Sequence[str]
 ) -> RoundedRows | None:
     """Return the rows without entries whose sides are rounding of 0; None if there are
     none. maxima : the largest |M_ij| of each row. names : of the unknowns."""
-    own = _rows(data, maxima, form)
-    sides = np.where(own.lower > 0, own.lower, np.where(own.upper < 0, own.upper, 0.0))
-    is_rounded = own.is_empty & (sides != 0)
-    for is_kind in (own.is_equation, ~own.is_equation):
+    table_rows = _rows(data, maxima, block_form)
+    sides = np.where(
+        table_rows.lower > 0,
+        table_rows.lower,
+        np.where(table_rows.upper < 0, table_rows.upper, 0.0),
+    )
+    is_rounded = table_rows.is_empty & (sides != 0)
+    for is_kind in (table_rows.is_equation, ~table_rows.is_equation):
         if (is_rounded & is_kind).any():
-            size, each = _size(own, is_kind & ~own.is_empty), np.abs(sides)
+            size, each = (
+                _size(table_rows, is_kind & ~table_rows.is_empty),
+                np.abs(sides),
+            )
             is_rounding = each <= ROUNDING_OF_SIDES * size
             is_rounding &= each >= MIN_OF_SIDES * size
             is_rounded &= ~is_kind | is_rounding
     if not is_rounded.any():
         return None
-    rows, values = own.indices[is_rounded], own.ranges[is_rounded & (own.ranges >= 0)]
+    rows, values = (
+        table_rows.indices[is_rounded],
+        table_rows.ranges[is_rounded & (table_rows.ranges >= 0)],
+    )
     q, low, high = data.q.copy(), data.lower.copy(), data.upper.copy()
     q[rows] = 0.0
     low[values], high[values] = np.minimum(low[values], 0), np.maximum(high[values], 0)
-    first = own.indices[0]
+    first = table_rows.indices[0]
     named = [f"row {names[i] or i - first + 1}" for i in rows.tolist()]
     changed = Conditions(data.M, q, low, high)
     return RoundedRows(rows, sides[is_rounded], named, changed)
 
 
-def _size(own: _Rows, others: Mask) -> float:
+def _size(rows: _Rows, others: Mask) -> float:
     """Return the size of the sides of other rows; 0 if there are too few of them."""
-    each = np.abs(np.stack((own.lower[others], own.upper[others])))
+    each = np.abs(np.stack((rows.lower[others], rows.upper[others])))
     largest = np.where(each < np.inf, each, 0.0).max(axis=0, initial=0.0)
     sizes = np.sort(largest[largest > 0])
     if sizes.size < FEW and sizes.size < largest.size:
@@ -108,12 +118,12 @@ def _size(own: _Rows, others: Mask) -> float:
     return float(sizes[(sizes.size - 1) // 2]) if sizes.size else 0.0
 
 
-def _rows(data: Conditions, maxima: Vector, form: BlockForm | None) -> _Rows:
+def _rows(data: Conditions, maxima: Vector, block_form: BlockForm | None) -> _Rows:
     M, q, low, high = data
-    first, end = 0, q.size
-    if form is not None:
-        first, end = form.variables, q.size - form.ranges
-    indices = np.arange(first, end)
+    first, last = 0, q.size
+    if block_form is not None:
+        first, last = block_form.variables, q.size - block_form.ranges
+    indices = np.arange(first, last)
     is_equation = (low == -np.inf) & (high == np.inf)
     # Of w = M z + q: where z_i may be as large as it likes, and as small.
     lower = np.where(high == np.inf, -q, -np.inf)[indices]
@@ -123,8 +133,8 @@ def _rows(data: Conditions, maxima: Vector, form: BlockForm | None) -> _Rows:
         is_equation[indices],
     )
     ranges = np.full(indices.size, -1)
-    if end < q.size:
-        values = np.arange(end, q.size)
+    if last < q.size:
+        values = np.arange(last, q.size)
         # Each value occurs in its row alone.
         of_value = M[values].nonzero()[1] - first
         lower[of_value], upper[of_value] = low[values], high[values]

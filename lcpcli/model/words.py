@@ -105,15 +105,15 @@ def start_at(
 ) -> Start:
     """Return the start that is given: x0, or the x of z0 and w = M z0 + q, or an x with
     the states of a basis."""
-    given = [
+    start_options = [
         name
         for name, value in (("basis", basis), ("z0", z0), ("x0", x0))
         if value is not None
     ]
-    if len(given) > 1:
+    if len(start_options) > 1:
         raise ParameterError(
-            given[0],
-            f"gives the starting point, and so does {given[-1]}",
+            start_options[0],
+            f"gives the starting point, and so does {start_options[-1]}",
             LEAVE_ONE_OUT,
         )
     if basis is not None:
@@ -139,7 +139,9 @@ def basis_of_words(problem: Problem, basis: Sequence[str]) -> States:
             numbers_for(len(basis), "entry", n, "unknown"),
             MAKE_AGREE,
         )
-    numbers = [_STATES.get(word) if isinstance(word, str) else None for word in basis]
+    numbers = [
+        _STATES.get(state) if isinstance(state, str) else None for state in basis
+    ]
     if None in numbers:
         i = numbers.index(None)
         raise ProblemError(
@@ -174,8 +176,8 @@ def x_in(problem: Problem, basis: States) -> Vector:
     the bounds."""
     low, high = problem.box.vectors(problem.n)
     above, below = (
-        bound + turn * np.maximum(1.0, np.spacing(np.abs(bound)))
-        for bound, turn in ((low, 1), (high, -1))
+        bound + sign * np.maximum(1.0, np.spacing(np.abs(bound)))
+        for bound, sign in ((low, 1), (high, -1))
     )
     inside = np.where(np.isfinite(low), above, np.where(np.isfinite(high), below, 0.0))
     inside = np.where(np.isfinite(low) & np.isfinite(high), low / 2 + high / 2, inside)
@@ -194,27 +196,29 @@ def component(problem: Problem, name: str, z: Vector) -> Vector:
     names = list(problem.names)
     if not name or name not in names:
         hint = (
-            likely(str(name), own) if (own := list(filter(None, names))) else NO_NAMES
+            likely(str(name), valid_names)
+            if (valid_names := list(filter(None, names)))
+            else NO_NAMES
         )
         raise KeyError(f"{name!r} is not the name of an unknown; {hint}")
     if (times := names.count(name)) > 1:
         raise KeyError(
             f"{name!r} is the name of {times} unknowns; take z, with their indices"
         )
-    found: Vector = z[..., i := names.index(name)]
-    return 0.0 - found if i in reversed_names(problem) else found
+    values: Vector = z[..., i := names.index(name)]
+    return 0.0 - values if i in reversed_names(problem) else values
 
 
 def reversed_names(problem: Problem) -> set[int]:
     """Return the components whose names have the other sign: multipliers of an
     objective to be maximized."""
-    form = problem.block_form
-    if form is None:
+    block_form = problem.block_form
+    if block_form is None:
         return set()
-    return {i for i in form.reversed(problem.n) if problem.names[i]}
+    return {i for i in block_form.reversed(problem.n) if problem.names[i]}
 
 
-def in_own_sense(problem: Problem, values: Sequence[Any]) -> list[Any]:
+def in_stated_sense(problem: Problem, values: Sequence[Any]) -> list[Any]:
     """Return z, or w, with the signs for which the names of its components stand."""
     turned = reversed_names(problem)
     return [0 - value if i in turned else value for i, value in enumerate(values)]
@@ -241,22 +245,22 @@ def coefficients(text: str) -> dict[str, Fraction]:
     """
     with imports:
         from fractions import Fraction
-    found, place = dict[str, Fraction](), 0
-    while place < len(text) or not found:
-        if (term := re.compile(TERM).match(text, place)) is None or (
-            found and not term["sign"]
+    coefficients_by_name, position = dict[str, Fraction](), 0
+    while position < len(text) or not coefficients_by_name:
+        if (term := re.compile(TERM).match(text, position)) is None or (
+            coefficients_by_name and not term["sign"]
         ):
             raise ProblemError(
                 "objective",
-                f"has {quoted(text[place:].strip())} in place of a term",
+                f"has {quoted(text[position:].strip())} in place of a term",
                 HINT,
             )
-        name, place = term["name"].strip('"'), term.end()
-        whole, _, exponent = (term["number"] or "1").lower().partition("e")
+        name, position = term["name"].strip('"'), term.end()
+        significand, _, exponent = (term["number"] or "1").lower().partition("e")
         value = (
-            Fraction(whole)
+            Fraction(significand)
             * Fraction(10) ** int(exponent or 0)
             * (-1 if term["sign"] == "-" else 1)
         )
-        found[name] = found.get(name, Fraction(0)) + value
-    return found
+        coefficients_by_name[name] = coefficients_by_name.get(name, Fraction(0)) + value
+    return coefficients_by_name

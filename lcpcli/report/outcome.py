@@ -17,7 +17,7 @@ from lcpcli.linalg.doubles import ROW_ROUNDING
 from lcpcli.methods.registry import declared
 from lcpcli.model.box import WORDS
 from lcpcli.model.problem import Problem
-from lcpcli.model.words import in_own_sense
+from lcpcli.model.words import in_stated_sense
 from lcpcli.rational.numbers import approximate, brief
 from lcpcli.report import wording
 from lcpcli.report.wording import (
@@ -270,7 +270,7 @@ def _cells(result: Result, part: slice, by_name: bool = False) -> list[str]:
     if result.solved and known is not None and 0 < known < math.inf:
         place = math.floor(math.log10(known))
     cells, problem, z = list[str](), result.problem, result.z.tolist()
-    for v in (in_own_sense(problem, z) if by_name else z)[part]:
+    for v in (in_stated_sense(problem, z) if by_name else z)[part]:
         digits = (
             1
             if v == 0 or not math.isfinite(v)

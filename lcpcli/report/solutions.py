@@ -17,7 +17,7 @@ from lcpcli.enumeration.search import SolutionSet
 from lcpcli.errors import count
 from lcpcli.files.contents import Source
 from lcpcli.linalg.doubles import LARGEST_DOUBLE
-from lcpcli.model.words import in_own_sense
+from lcpcli.model.words import in_stated_sense
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import approximate, brief, rounded
 from lcpcli.report import plotting, wording
@@ -109,7 +109,7 @@ def _best(
         wording.headings(problem, most),
         wording.places(wording.labels_of(problem), names),
     )
-    z, w = (in_own_sense(problem, values or []) for values in (found.z, found.w))
+    z, w = (in_stated_sense(problem, values or []) for values in (found.z, found.w))
     rows = ([own[i], cell(z[i]), cell(w[i])] for i in kept) if z else iter(())
     facts.append(f"{count(found.nodes, 'node')} of the tree over the states")
     listing = Listing(["", "z", "w"], [rows], len(kept) if z else 0, [])
@@ -153,7 +153,7 @@ def _pieces(
     def rows(number: int, piece: Piece) -> Iterator[list[str]]:
         for k, (kind, z, w) in enumerate(_parts(data, piece)):
             shown, more = meaning.row(kind, z, w, kept, cell)
-            shown = in_own_sense(data.problem, shown)
+            shown = in_stated_sense(data.problem, shown)
             numbers = [*(cell(shown[i]) for i in kept), *more]
             yield ["" if k else str(number), kind, *numbers]
 

@@ -16,7 +16,7 @@ from lcpcli.methods.quantities import X
 from lcpcli.methods.registry import ALL
 from lcpcli.model.formulation import Answer
 from lcpcli.model.problem import WITHOUT_SOLUTION, Problem
-from lcpcli.model.words import in_own_sense
+from lcpcli.model.words import in_stated_sense
 from lcpcli.options import AUTO
 from lcpcli.report import columns, html_page, outcome, wording
 from lcpcli.report.document import FORMATS, Document, Section, Table
@@ -180,7 +180,7 @@ def _iterates(
     kept = with_gap(problem.n, components)
     if shown_names:
         kept = [*wording.places(wording.labels_of(problem), shown_names)]
-    signs = np.array(in_own_sense(problem, [1.0] * problem.n))
+    signs = np.array(in_stated_sense(problem, [1.0] * problem.n))
     frame = columns.Frame(
         problem,
         wording.headings(problem, most),

@@ -234,7 +234,7 @@ class NonlinearPoint(Point):
         is_admissible: bool = True,
     ) -> None:
         self.given, self.noise = criterion, noise
-        self._is_new = criterion.evaluations.known(z) is None
+        self._is_new = criterion.evaluations.cached(z) is None
         self._measured(z, criterion.evaluations.known_values(z), is_admissible)
 
     def _measured(self, z: Vector, F: Vector, is_admissible: bool) -> None:
@@ -304,7 +304,7 @@ class NonlinearPoint(Point):
         lacking = slopes.lacking(needed)
         wrong, terms = (
             lacking | slopes.refuted,
-            np.maximum(slopes.least, np.abs(self.F)),
+            np.maximum(slopes.min_terms, np.abs(self.F)),
         )
         if wrong.any():
             own, full = (

@@ -94,7 +94,7 @@ def test_both_forms_are_only_read_and_complete_formats_keep_payoffs_and_tree(
 ) -> None:
     winkels, kept = (
         contents.shipped_path("games/winkels.nfg"),
-        game_of(GAME, "g.efg").tree.ends,
+        game_of(GAME, "g.efg").tree.terminal_nodes,
     )
     assert lcp("convert", winkels, "-o", "w.json").code == 0
     assert read("w.json").origin.payoffs()[0][4][0] == Fraction(5, 2)
@@ -104,7 +104,7 @@ def test_both_forms_are_only_read_and_complete_formats_keep_payoffs_and_tree(
             == f"lcp: wrote g.{suffix}\n"
         )
         again = read(f"g.{suffix}")
-        assert again.origin.tree.ends == kept
+        assert again.origin.tree.terminal_nodes == kept
         assert (again.M == read("g.efg").M).all()
     for output in ("w.nfg", "w.efg"):
         done = lcp("convert", winkels, "-o", output)

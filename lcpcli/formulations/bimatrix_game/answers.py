@@ -87,10 +87,10 @@ class Equilibrium(Answer):
 def answer(game: Game, result: Result) -> Equilibrium:
     """Return strategies, payoffs and gains if the result is solved, and whether the
     strategies are an equilibrium."""
-    found = strategies_of(game, result.z, result.tol) if result.solved else None
-    if found is None:
+    reading = strategies_of(game, result.z, result.tol) if result.solved else None
+    if reading is None:
         return Equilibrium(game, None, None, None, None, equilibria.UNSOLVED)
-    own: Any = found.profile
+    profile: Any = reading.profile
     exact = None
     if result.exact is not None and result.exact.z is not None:
         parts = game.parts(result.exact.z)
@@ -100,21 +100,25 @@ def answer(game: Game, result: Result) -> Equilibrium:
         }
     return Equilibrium(
         game,
-        own.row,
-        own.column,
-        own.payoffs,
-        own.gains,
-        own.verdict(found.are_equilibrium),
+        profile.row,
+        profile.column,
+        profile.payoffs,
+        profile.gains,
+        profile.verdict(reading.are_equilibrium),
         exact,
     )
 
 
 @np.errstate(all="ignore")
-def strategies_of(game: Game, z: Any, tol: float) -> equilibria.Found | None:
+def strategies_of(game: Game, z: Any, tol: float) -> equilibria.CheckedProfile | None:
     """Return the strategies that z stands for, in its numbers; None if it stands for
     none."""
-    found = strategies_at(game, z)
-    return None if found is None else equilibria.Found(found, found.are_best(tol))
+    strategies = strategies_at(game, z)
+    return (
+        None
+        if strategies is None
+        else equilibria.CheckedProfile(strategies, strategies.are_best(tol))
+    )
 
 
 def accepted(game: Game, result: Result) -> Result:
@@ -128,30 +132,30 @@ def _exact(result: Result, game: Game, effort: Effort) -> Any:
         from lcpcli.rational import pivoting
     problem = result.problem
     data = ExactProblem(problem, *game.exact_conditions())
-    found = pivoting.equilibrium(data, game.A.shape[0], effort)
-    if found is None:
+    z = pivoting.equilibrium(data, game.A.shape[0], effort)
+    if z is None:
         return None
-    return _point_of(game, problem, np.array(found), data).tolist()
+    return _point_of(game, problem, np.array(z), data).tolist()
 
 
 def joined(game: Game, parts: Mapping[str, Sequence[Fraction]]) -> list[Fraction]:
     """Return the strategies of both players one after the other, or raise ProblemError
     if they are none."""
-    found: list[Fraction] = []
+    values: list[Fraction] = []
     for player, size in zip(PLAYERS, game.A.shape, strict=True):
         part = parts[player]
         if len(part) != size:
-            fault = f"has {count(len(part), 'entry')} for {size} strategies"
-            raise ProblemError(player, fault, MAKE_AGREE)
+            reason = f"has {count(len(part), 'entry')} for {size} strategies"
+            raise ProblemError(player, reason, MAKE_AGREE)
         if not equilibria.are_probabilities(rounded(part)):
-            fault = (
+            reason = (
                 f"has the sum {approximate(sum(part, Fraction(0)))}"
                 if min(part) >= 0
                 else "has a negative entry"
             )
-            raise ProblemError(player, fault, equilibria.HINT)
-        found += part
-    return found
+            raise ProblemError(player, reason, equilibria.HINT)
+        values += part
+    return values
 
 
 @np.errstate(all="ignore")  # overflow counts as infinite
@@ -162,12 +166,12 @@ def verified(game: Game, proposed: Proposed) -> Verification:
     if profile is None:
         return proposed.of_z(proposed.values)
     are_equilibrium = profile.are_best(proposed.tol)
-    given = game.parts(proposed.array)
-    if not all(map(equilibria.are_probabilities, given)):
+    parts = game.parts(proposed.array)
+    if not all(map(equilibria.are_probabilities, parts)):
         verification = proposed.of_z(proposed.values)
         return equilibria.with_strategies(verification, profile, are_equilibrium)
     rounding = ROW_ROUNDING if proposed.data is None else 0
-    is_divided = any(abs(part.sum() - 1) > rounding for part in given)
+    is_divided = any(abs(part.sum() - 1) > rounding for part in parts)
     divided = ", divided by their sums," if is_divided else ""
     both = np.concatenate((profile.row, profile.column))
     z = _point_of(game, proposed.problem, both, proposed.data).tolist()

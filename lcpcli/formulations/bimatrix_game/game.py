@@ -26,7 +26,7 @@ from lcpcli.files import fields as files
 from lcpcli.files.formats import refuse
 from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import EPS
-from lcpcli.model.arrays import as_matrix, by_label, own, texts
+from lcpcli.model.arrays import as_matrix, by_label, readonly_copy, texts
 from lcpcli.model.formulation import (
     CELLS,
     FULL,
@@ -210,8 +210,8 @@ class Game(Formulation):
 
     def negated(self) -> Game:
         A, B = (
-            [[-value for value in row] for row in own]
-            for own in self.written or ([], [])
+            [[-value for value in row] for row in matrix]
+            for matrix in self.written or ([], [])
         )
         return replace(
             self, A=0.0 - self.A, B=0.0 - self.B, written=self.written and (A, B)
@@ -231,21 +231,21 @@ class Game(Formulation):
         }
         return {key: value for key, value in fields.items() if value}
 
-    def fits(self, given: Conditions) -> bool:
+    def fits(self, conditions: Conditions) -> bool:
         m, k = self.A.shape
         if (
-            given.q.size != m + k
-            or (given.q != -1).any()
-            or given.lower.any()
-            or (given.upper < np.inf).any()
+            conditions.q.size != m + k
+            or (conditions.q != -1).any()
+            or conditions.lower.any()
+            or (conditions.upper < np.inf).any()
         ):
             return False
-        M = matrices.dense(given.M)
+        M = matrices.dense(conditions.M)
         with np.errstate(over="ignore", invalid="ignore"):
             # Their sum is constant up to rounding.
-            for costs, own in ((M[:m, m:], self.A), (M[m:, :m].T, self.B)):
-                if not np.ptp(costs + own) <= 8 * EPS * (
-                    np.abs(costs).max() + np.abs(own).max()
+            for costs, payoffs in ((M[:m, m:], self.A), (M[m:, :m].T, self.B)):
+                if not np.ptp(costs + payoffs) <= 8 * EPS * (
+                    np.abs(costs).max() + np.abs(payoffs).max()
                 ):
                     return False
         return not M[:m, :m].any() and not M[m:, m:].any()
@@ -281,30 +281,30 @@ class Game(Formulation):
         """Return the names of the strategies, "" where they have none; labels and cells
         then have their numbers."""
         if purpose in (LABELS, CELLS):
-            names: list[str] = self.beside("strategies").names_of(self)
+            names: list[str] = self.sibling("strategies").names_of(self)
             return names
         m, k = self.A.shape
         return [*(self.rows or [""] * m), *(self.columns or [""] * k)]
 
     def answer(self, result: Any) -> Answer:
-        found: Answer = self.beside("answers").answer(self, result)
-        return found
+        answer: Answer = self.sibling("answers").answer(self, result)
+        return answer
 
     def accepted(self, result: Any) -> Any:
-        return self.beside("answers").accepted(self, result)
+        return self.sibling("answers").accepted(self, result)
 
     def lengths(self, problem: Any) -> dict[int, str]:
         return {problem.n: "{} and {} strategies".format(*self.A.shape)}
 
     def joined(self, parts: Mapping[str, Sequence[Any]]) -> list[Any]:
-        found: list[Any] = self.beside("answers").joined(self, parts)
-        return found
+        values: list[Any] = self.sibling("answers").joined(self, parts)
+        return values
 
     def verified(self, proposed: Any) -> Any:
-        return self.beside("answers").verified(self, proposed)
+        return self.sibling("answers").verified(self, proposed)
 
     def meaning(self, data: Any) -> Any:
-        return self.beside("nash_subsets").Players(data, self)
+        return self.sibling("nash_subsets").Players(data, self)
 
     def parts(self, z: Any) -> tuple[Any, Any]:
         """Return the parts of a z that belong to the row and to the column player."""
@@ -338,16 +338,16 @@ def _costs_of_short(payoffs: Vector) -> Vector | None:
     """
     for digits in range(MAX_DIGITS):
         unit = 10.0**digits
-        whole = np.rint(unit * payoffs[:1])
-        if not np.abs(whole).max() < 10.0**MAX_DIGITS:
+        integers = np.rint(unit * payoffs[:1])
+        if not np.abs(integers).max() < 10.0**MAX_DIGITS:
             return None
-        if np.array_equal(whole / unit, payoffs[:1]):
-            whole = np.rint(unit * payoffs)
-            if not np.abs(whole).max() < 10.0**MAX_DIGITS:
+        if np.array_equal(integers / unit, payoffs[:1]):
+            integers = np.rint(unit * payoffs)
+            if not np.abs(integers).max() < 10.0**MAX_DIGITS:
                 return None
-            if np.array_equal(whole / unit, payoffs):
-                spread = whole.max() - whole.min()
-                return np.asarray((whole.max() + (spread or unit) - whole) / unit)
+            if np.array_equal(integers / unit, payoffs):
+                spread = integers.max() - integers.min()
+                return np.asarray((integers.max() + (spread or unit) - integers) / unit)
     return None
 
 
@@ -359,20 +359,22 @@ def _costs_of_doubles(payoffs: Vector) -> Vector:
     A cost is s + t less what separates the payoff from its decimal, where s + t is
     exact by D. E. Knuth's sum.
     """
-    ends = [[Decimal(repr(float(end))) for end in (payoffs.max(), payoffs.min())]]
-    exact = _constant(ends)
+    extremes = [
+        [Decimal(repr(float(extreme))) for extreme in (payoffs.max(), payoffs.min())]
+    ]
+    exact = _constant(extremes)
     constant = float(exact)
     s = constant - payoffs
     minus = s - constant
     t = (constant - (s - minus)) - (payoffs + minus)
     t += float(exact - Decimal(constant))
     costs = s + t
-    left = np.abs((s - costs) + t) + 0.5 * np.abs(np.spacing(payoffs))
-    left += SURELY * (np.spacing(costs) + np.spacing(constant))
-    is_sure = left < 0.5 * (costs - np.nextafter(costs, 0.0))
-    places = np.logical_not(is_sure).nonzero()
-    costs[places] = [
-        float(exact - Decimal(repr(value))) for value in payoffs[places].tolist()
+    residual = np.abs((s - costs) + t) + 0.5 * np.abs(np.spacing(payoffs))
+    residual += SURELY * (np.spacing(costs) + np.spacing(constant))
+    is_sure = residual < 0.5 * (costs - np.nextafter(costs, 0.0))
+    unsure = np.logical_not(is_sure).nonzero()
+    costs[unsure] = [
+        float(exact - Decimal(repr(value))) for value in payoffs[unsure].tolist()
     ]
     return np.asarray(costs)
 
@@ -380,8 +382,8 @@ def _costs_of_doubles(payoffs: Vector) -> Vector:
 def _constant(payoffs: Any) -> Any:
     """Return the largest payoff plus their range, or plus 1 if all payoffs are
     equal."""
-    largest, least = max(map(max, payoffs)), min(map(min, payoffs))
-    return largest + ((largest - least) or 1)
+    largest, smallest = max(map(max, payoffs)), min(map(min, payoffs))
+    return largest + ((largest - smallest) or 1)
 
 
 def _payoffs(field: str, values: Any) -> tuple[Vector, Payoffs | None]:
@@ -398,7 +400,7 @@ def _payoffs(field: str, values: Any) -> tuple[Vector, Payoffs | None]:
             [Fraction(v) if isinstance(v, str) and is_number(v) else v for v in row]
             for row in values
         ]
-    rounded = own(matrices.dense(as_matrix(field, values)))
+    rounded = readonly_copy(matrices.dense(as_matrix(field, values)))
     if not any(isinstance(v, Fraction) for row in rows for v in row):
         return rounded, None
     return rounded, [

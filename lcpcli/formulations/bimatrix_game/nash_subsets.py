@@ -111,7 +111,7 @@ class Equilibria:
     ) -> Equilibria:
         """Return the equilibria with these extreme ones, of which each subset has those
         with its indices."""
-        own = tuple(
+        maximal = tuple(
             NashSubset(
                 tuple(dict.fromkeys(extreme[k].row for k in part)),
                 tuple(dict.fromkeys(extreme[k].column for k in part)),
@@ -130,8 +130,8 @@ class Equilibria:
         ]
         components = None
         if complete:
-            components = tuple(map(tuple, connected(len(own), edges)))
-        return cls(tuple(extreme), own, components, is_degenerate, complete)
+            components = tuple(map(tuple, connected(len(maximal), edges)))
+        return cls(tuple(extreme), maximal, components, is_degenerate, complete)
 
 
 class Players(Meaning):
@@ -193,8 +193,8 @@ class Players(Meaning):
                 self._found[z] = self._equilibrium(z)
 
     def equilibrium(self, z: Values) -> ExactEquilibrium:
-        known = self._found.get(tuple(z))
-        return self._equilibrium(z) if known is None else known
+        equilibrium = self._found.get(tuple(z))
+        return self._equilibrium(z) if equilibrium is None else equilibrium
 
     def best(
         self, z: Values, cell: Callable[[Fraction], str]
@@ -209,8 +209,8 @@ class Players(Meaning):
         costs; best replies have w = 0."""
         m, (r, c) = self._rows, self._constants
         x, y = (
-            self._strategies.setdefault(own, own)
-            for own in map(_strategy, (z[:m], z[m:]))
+            self._strategies.setdefault(strategy, strategy)
+            for strategy in map(_strategy, (z[:m], z[m:]))
         )
         replies = [i for i, value in enumerate(self.data.w(z)) if not value]
         rows, columns = [i for i in replies if i < m], [j for j in replies if j >= m]
@@ -227,7 +227,9 @@ class Players(Meaning):
         Programming Study 1 (1974) 175-189, where the determinants are of positive
         payoffs, each with that factor); 1 for a pure equilibrium."""
         M, pairs = self.data.rows, ((rows, columns), (columns, rows))
-        costs = ([[M[i][j] for j in others] for i in own] for own, others in pairs)
+        costs = (
+            [[M[i][j] for j in others] for i in indices] for indices, others in pairs
+        )
         first, second = (elimination.determinant(each) > 0 for each in costs)
         return 1 if (len(rows) % 2 == 1) == (first == second) else -1
 
@@ -241,29 +243,29 @@ class EquilibriaInOrder(Arrangement):
     def __init__(
         self,
         game: Game,
-        found: Mapping[Point, ExactEquilibrium],
+        equilibria: Mapping[Point, ExactEquilibrium],
         pieces: Sequence[Piece],
         complete: bool,
     ) -> None:
         self._game = game
         points = sorted(
             {z for piece in pieces for z in piece.vertices},
-            key=lambda z: (found[z].row, found[z].column),
+            key=lambda z: (equilibria[z].row, equilibria[z].column),
             reverse=True,
         )
         position = {z: k for k, z in enumerate(points)}
-        own = [
+        pieces_in_order = [
             replace(
                 piece, vertices=tuple(sorted(piece.vertices, key=position.__getitem__))
             )
             for piece in pieces
         ]
-        own.sort(key=lambda piece: [position[z] for z in piece.vertices])
-        super().__init__(own, complete)
+        pieces_in_order.sort(key=lambda piece: [position[z] for z in piece.vertices])
+        super().__init__(pieces_in_order, complete)
         self.points = points
         self.equilibria = Equilibria.of(
-            [found[z] for z in points],
-            [[position[z] for z in piece.vertices] for piece in own],
+            [equilibria[z] for z in points],
+            [[position[z] for z in piece.vertices] for piece in pieces_in_order],
             complete,
         )
 
@@ -285,20 +287,25 @@ class EquilibriaInOrder(Arrangement):
         return {"components": held.components, "degenerate": held.is_degenerate}
 
     def table(
-        self, kept: Sequence[int], most: float, cell: Callable[[Fraction], str]
+        self,
+        kept_columns: Sequence[int],
+        max_width: float,
+        cell: Callable[[Fraction], str],
     ) -> Listing:
         """Return a row for each extreme equilibrium; those of a component are a
         group."""
         extreme, subsets = self.equilibria.extreme, self.equilibria.subsets
-        names = names_of(self._game, most)
+        names = names_of(self._game, max_width)
         is_indexed = any(each.index is not None for each in extreme)
-        header = ["", *(names[i] for i in kept), *payoff_headings(self._game)]
+        header = ["", *(names[i] for i in kept_columns), *payoff_headings(self._game)]
         header += ["index", "pure"] if is_indexed else ["pure"]
 
         def row(k: int) -> list[str]:
             each = extreme[k]
             probabilities = (*each.row, *each.column)
-            numbers = map(cell, (*(probabilities[i] for i in kept), *each.payoffs))
+            numbers = map(
+                cell, (*(probabilities[i] for i in kept_columns), *each.payoffs)
+            )
             cells = [str(k + 1), *numbers]
             if is_indexed:
                 cells.append("" if each.index is None else f"{each.index:+d}")

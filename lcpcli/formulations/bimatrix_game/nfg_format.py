@@ -42,14 +42,14 @@ def fields(content: bytes, number: Number = float) -> dict[str, Any]:  # noqa: A
             "has no title, players and strategies",
             'write NFG 1 R "title" { "one" "two" } { 2 2 }',
         )
-    if (fewest := min(len(players), len(sides))) < 2:
+    if (n_players := min(len(players), len(sides))) < 2:
         raise ProblemError(
-            "", f"is a game of {count(fewest, 'player')}", "give one of two players"
+            "", f"is a game of {count(n_players, 'player')}", "give one of two players"
         )
     if len(players) != len(sides):
-        fault = f"has strategies of {len(sides)} players for {len(players)} names"
-        raise ProblemError("", fault, "give the strategies of each player")
-    sizes = [len(own) if isinstance(own, list) else _whole(own) for own in sides]
+        reason = f"has strategies of {len(sides)} players for {len(players)} names"
+        raise ProblemError("", reason, "give the strategies of each player")
+    sizes = [len(side) if isinstance(side, list) else _whole(side) for side in sides]
     without = "has a player without strategies"
     refuse(not min(sizes), "", without, "give each at least one")
     number_of_profiles = math.prod(sizes)
@@ -63,23 +63,25 @@ def fields(content: bytes, number: Number = float) -> dict[str, Any]:  # noqa: A
         f"has more than the payoffs of {' x '.join(map(str, sizes))} strategies",
         "remove the others",
     )
-    labels = [list(map(_text, own)) if isinstance(own, list) else [] for own in sides]
-    own = list(map(_text, players))
-    numbered = [f"Player {number}" for number in range(1, len(own) + 1)]
-    has_names = own != numbered and len({*own, ""}) > len(own)
+    labels = [
+        list(map(_text, side)) if isinstance(side, list) else [] for side in sides
+    ]
+    side = list(map(_text, players))
+    numbered = [f"Player {number}" for number in range(1, len(side) + 1)]
+    has_names = side != numbered and len({*side, ""}) > len(side)
     if len(sizes) > 2:
-        tables = pair_payoffs(sizes, payoffs, own if has_names else numbered)
+        tables = pair_payoffs(sizes, payoffs, side if has_names else numbered)
         numbers = [[str(a + 1) for a in range(size)] for size in sizes]
         pairs = zip(labels, numbers, strict=True)
         return {
             "payoffs": tables,
-            "players": own if has_names else numbered,
+            "players": side if has_names else numbered,
             "actions": [each or other for each, other in pairs],
             "name": _text(title),
         }
     return _of_two(sizes, payoffs, labels) | {
         "name": _text(title),
-        **({"players": own} if has_names else {}),
+        **({"players": side} if has_names else {}),
     }
 
 
@@ -92,7 +94,8 @@ def _of_two(
         for player in (0, 1)
     )
     rows, columns = (
-        [] if own == [str(i) for i in range(1, len(own) + 1)] else own for own in labels
+        [] if names == [str(i) for i in range(1, len(names) + 1)] else names
+        for names in labels
     )
     return {"A": A, "B": B, "rows": rows, "columns": columns}
 
@@ -105,10 +108,10 @@ def _nested(text: str) -> list[Any]:
         braces.get(token) or f"{json.dumps(token)},\n" for token in TOKEN.findall(text)
     )
     try:
-        found: list[Any] = json.loads(f"[{''.join(parts)}]".replace(",\n]", "]"))
+        nested: list[Any] = json.loads(f"[{''.join(parts)}]".replace(",\n]", "]"))
     except (ValueError, RecursionError):
         raise ProblemError("", "has braces that do not match", CUT_OFF) from None
-    return found
+    return nested
 
 
 def _payoffs(cells: list[Any], players: int) -> list[Payoffs]:
@@ -173,11 +176,11 @@ def _text(token: Any) -> str:
 
 
 def _whole(token: Any) -> int:
-    fault = f"has {quoted(str(token))} in place of a whole number"
+    reason = f"has {quoted(str(token))} in place of a whole number"
     refuse(
         not re.fullmatch(r"[0-9]{1,9}", str(token)),
         "",
-        fault,
+        reason,
         "give the number of strategies or of an outcome",
     )
     return int(token)

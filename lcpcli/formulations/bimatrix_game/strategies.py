@@ -43,7 +43,7 @@ class Strategies(Profile):
         exact = x.dtype == object
         number: Any = Fraction if exact else float
         A, B = (
-            (np.array(own, dtype=object) for own in game.payoffs())
+            (np.array(matrix, dtype=object) for matrix in game.payoffs())
             if exact
             else (game.A, game.B)
         )
@@ -56,8 +56,8 @@ class Strategies(Profile):
             else tuple(ROW_ROUNDING * terms for terms in _terms(game, x, y, (0.0, 0.0)))
         )
         by_best = (
-            gain if gain > least else number(0)
-            for gain, least in zip(gains, rounding, strict=True)
+            gain if gain > smallest else number(0)
+            for gain, smallest in zip(gains, rounding, strict=True)
         )
         players = game.players or ("the row player", "the column player")
         return cls(x, y, (row, column), tuple(by_best), players, game)
@@ -78,14 +78,14 @@ def _terms(
 ) -> tuple[float, float]:
     """Return each player's terms of its gain: sizes of payoffs less a centre, in its
     mixture and its best response."""
-    found = []
-    for A, own, other, centre in (
+    terms = []
+    for A, strategy, other, centre in (
         (game.A, x, y, centres[0]),
         (game.B.T, y, x, centres[1]),
     ):
         sizes = np.abs(A - float(centre)) @ other
-        found.append(float(own @ sizes + sizes[np.argmax(A @ other)]))
-    return found[0], found[1]
+        terms.append(float(strategy @ sizes + sizes[np.argmax(A @ other)]))
+    return terms[0], terms[1]
 
 
 @np.errstate(all="ignore")
@@ -99,33 +99,35 @@ def strategies_at(game: Game, z: Any) -> Strategies | None:
 
 
 def lines_of(
-    game: Any, own: Any, cell: Callable[[Any], str] = wording.plain_number
+    game: Any, profile: Any, cell: Callable[[Any], str] = wording.plain_number
 ) -> list[str]:
     """Return lines with the mixed strategies row and column, as vectors or by the names
     of the strategies played, and with the payoffs."""
     one, other = game.players or PLAYERS
-    row = wording.named(list(own.row), game.rows, cell, sparing=True)
-    column = wording.named(list(own.column), game.columns, cell, sparing=True)
+    row = wording.named(list(profile.row), game.rows, cell, sparing=True)
+    column = wording.named(list(profile.column), game.columns, cell, sparing=True)
     return [
         f"{one} = {row}",
         f"{other} = {column}",
-        f"payoffs {cell(own.payoffs[0])} and {cell(own.payoffs[1])}",
+        f"payoffs {cell(profile.payoffs[0])} and {cell(profile.payoffs[1])}",
     ]
 
 
-def names_of(game: Game, most: float = math.inf) -> list[str]:
+def names_of(game: Game, max_width: float = math.inf) -> list[str]:
     """Return the names of all strategies, by `short_names` with the letters x and y; a
     name that both players have says whose it is."""
     both = set(game.rows) & set(game.columns)
-    players = game.players or ("row", "column" if most == math.inf else "col")
-    most += (len(players[0]) + 1) * bool(both)
-    found = []
-    for player, letter, own, size in zip(
+    players = game.players or ("row", "column" if max_width == math.inf else "col")
+    max_width += (len(players[0]) + 1) * bool(both)
+    names_of_both = []
+    for player, letter, names_of_player, size in zip(
         players, "xy", (game.rows, game.columns), game.A.shape, strict=True
     ):
-        names = [f"{player} {name}" if name in both else name for name in own]
-        found += wording.short_names(names or [""] * size, most, letter)
-    return found
+        names = [
+            f"{player} {name}" if name in both else name for name in names_of_player
+        ]
+        names_of_both += wording.short_names(names or [""] * size, max_width, letter)
+    return names_of_both
 
 
 def payoff_headings(game: Game) -> list[str]:

@@ -23,12 +23,12 @@ def input_of(paths: Sequence[str]) -> Input:
     if len(paths) != 2:
         raise ParameterError("game", f"takes two files, not {len(paths)}", HINT)
     tables = (_table(InputFile.read(path, HINT)) for path in paths)
-    (A, rows, columns), (B, own_rows, own_columns) = tables
+    (A, rows, columns), (B, rows_of_B, columns_of_B) = tables
     parts = [
         f'"{key}": [{", ".join(map(_row, table))}]'
         for key, table in (("A", A), ("B", B))
     ]
-    for key, *names in (("rows", rows, own_rows), ("columns", columns, own_columns)):
+    for key, *names in (("rows", rows, rows_of_B), ("columns", columns, columns_of_B)):
         parts.append(f'"{key}": {json.dumps(_shared(paths[1], key, *names))}')
     return Input((InputFile(paths[0], f"{{{', '.join(parts)}}}".encode()),))
 
@@ -56,16 +56,18 @@ def _shared(path: str, key: str, names: list[str], others: list[str]) -> list[st
     if names and others and len(names) != len(others):
         return []
     if names and others and names != others:
-        own, other = next(
-            (own, name) for own, name in zip(others, names, strict=True) if own != name
+        name_in_A, other = next(
+            (name_in_A, name)
+            for name_in_A, name in zip(others, names, strict=True)
+            if name_in_A != name
         )
-        fault = (
-            f"has {quoted(own)} among the {key} where the other table has "
+        reason = (
+            f"has {quoted(name_in_A)} among the {key} where the other table has "
             f"{quoted(other)}"
         )
         raise ProblemError(
             place(path),
-            fault,
+            reason,
             "give both the same names in the same order, or one of them none",
         )
     return names or others
@@ -82,10 +84,11 @@ def _table(file: InputFile) -> tuple[list[list[str]], list[str], list[str]]:
     hint = "write the game as JSON, with the keys A and B"
     refuse(not file.kind.is_table, file.place, "is not a table in CSV", hint)
     table = file.within(file.data.table, str)
-    fault = f"has columns headed {', '.join(table.places)}"
-    refuse(table.places, file.place, fault, HINT)
+    reason = f"has columns headed {', '.join(table.places)}"
+    refuse(table.places, file.place, reason, HINT)
     both = (table.labels, table.header)
     index, header = (
-        [] if any(not name or is_number(name) for name in own) else own for own in both
+        [] if any(not name or is_number(name) for name in names) else names
+        for names in both
     )
     return table.rows, index, header

@@ -89,13 +89,13 @@ class Impulses(Answer):
         rows = [
             [
                 str(number),
-                wording.number(x[own.normal]),
-                _numbers(x, own.tangential),
-                wording.number(w[own.normal]),
-                _numbers(w, own.tangential),
-                own.state,
+                wording.number(x[contact.normal]),
+                _numbers(x, contact.tangential),
+                wording.number(w[contact.normal]),
+                _numbers(w, contact.tangential),
+                contact.state,
             ]
-            for number, own in enumerate(self.contacts[:MAX_CONTACTS], 1)
+            for number, contact in enumerate(self.contacts[:MAX_CONTACTS], 1)
         ]
         notes = []
         if len(self.contacts) > MAX_CONTACTS:
@@ -111,9 +111,9 @@ class Impulses(Answer):
             return dict.fromkeys(headings, ())
         x, w = self._values
         states = [""] * len(x)
-        for own in self.contacts:
-            for i in (own.normal, *own.tangential):
-                states[i] = own.state
+        for contact in self.contacts:
+            for i in (contact.normal, *contact.tangential):
+                states[i] = contact.state
         return dict(zip(headings, (x, w, states), strict=True))
 
 
@@ -147,7 +147,7 @@ def answer(contact: Contact, result: Result) -> Impulses:
         if exact is not None:
             shift = map(shortest_decimal, contact.impact.shift.tolist())
             pairs = zip(exact["w"], shift, strict=True)
-            exact["w"] = [velocity - own for velocity, own in pairs]
+            exact["w"] = [velocity - shift_of_row for velocity, shift_of_row in pairs]
     return Impulses(x, w, states, _statement(states), exact)
 
 
@@ -157,10 +157,12 @@ def impulses_at(contact: Contact, z: Vector) -> tuple[Vector, Vector]:
     friction = contact.friction
     if contact.is_planar:
         tangents = friction.tangents[:, 0]
-        most = friction.coefficients * np.maximum(x[friction.normals], 0.0)
+        max_friction = friction.coefficients * np.maximum(x[friction.normals], 0.0)
         # A lambda that is not 0 asks for the upper end, exactly.
         at_end = z[contact.b.size :] > 0
-        x[tangents] = np.where(at_end, most, np.clip(x[tangents], -most, most))
+        x[tangents] = np.where(
+            at_end, max_friction, np.clip(x[tangents], -max_friction, max_friction)
+        )
     return x, np.asarray(product(contact.A, x) + contact.b)
 
 
@@ -171,9 +173,9 @@ def _exactly(
     these are: those of beta and lambda are w + lambda and mu x_f - x_t."""
     n = contact.b.size
     x, w = list(z[:n]), list(rows[:n])
-    for place, t in enumerate(contact.friction.tangents[:, 0].tolist(), n):
-        x[t] = (x[t] - rows[place]) / 2
-        w[t] -= z[place]
+    for row, t in enumerate(contact.friction.tangents[:, 0].tolist(), n):
+        x[t] = (x[t] - rows[row]) / 2
+        w[t] -= z[row]
     return {"x": x, "w": w}
 
 
@@ -186,22 +188,22 @@ def _states(
 ) -> list[ContactState]:
     """Return the states of all contacts. size : of impulses that count as 0. rounding :
     the velocities that count as 0."""
-    found, tangents = [], contact.friction.tangents.tolist()
-    for normal, *places in contact.contacts:
-        tangential = [i for place in places for i in tangents[place]]
+    contact_states, tangents = [], contact.friction.tangents.tolist()
+    for normal, *pairs in contact.contacts:
+        tangential = [i for pair in pairs for i in tangents[pair]]
         state = STICKING
         if x[normal] <= size:
             state = SEPARATED
         elif any(abs(w[i]) > rounding[i] for i in tangential):
             state = SLIDING
-        found.append(ContactState(normal, tangential, state))
-    return found
+        contact_states.append(ContactState(normal, tangential, state))
+    return contact_states
 
 
 def _statement(states: Sequence[ContactState]) -> str:
     if not states:
         return ""
-    times = Counter(own.state for own in states)
+    times = Counter(contact.state for contact in states)
     parts = [f"{times[state]} {state}" for state in STATES if times[state]]
     return f"{count(len(states), 'contact')}: {listed(parts)}"
 
@@ -242,13 +244,13 @@ def point_of(contact: Contact, x: Vector) -> Vector:
     the ends of their ranges, where the difference is only rounding."""
     n, friction = contact.b.size, contact.friction
     tangents = friction.tangents[:, 0]
-    most = friction.coefficients * x[friction.normals]
+    max_friction = friction.coefficients * x[friction.normals]
     w = np.asarray(product(contact.A, x) + contact.b)[tangents]
     zero = ROW_ROUNDING * terms_of(contact, x)[tangents]
-    beta, near = x[tangents] + most, ROUNDING * most
-    beta[(beta <= near) & (w > zero)] = 0.0
-    is_upper = (beta >= 2 * most - near) & (w < -zero)
-    beta[is_upper] = 2 * most[is_upper]
+    beta, rounding = x[tangents] + max_friction, ROUNDING * max_friction
+    beta[(beta <= rounding) & (w > zero)] = 0.0
+    is_upper = (beta >= 2 * max_friction - rounding) & (w < -zero)
+    beta[is_upper] = 2 * max_friction[is_upper]
     z = np.concatenate((x, np.where(w < -zero, -w, 0.0)))
     z[:n][tangents] = beta
     return z

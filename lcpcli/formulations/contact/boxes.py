@@ -25,12 +25,12 @@ def last_box(contact: Contact, name: str, source: str, note: str) -> Problem:
         box = Problem(contact.A, contact.b, lower=lower, upper=upper)
         result = run(box)
         if not result.solved:
-            fault = f"have no solved box {number}: {result.message}"
-            raise ProblemError("A and b", fault, "leave lagged out")
+            reason = f"have no solved box {number}: {result.message}"
+            raise ProblemError("A and b", reason, "leave lagged out")
         x = result.z
-        most, before = contact.box(x)[1][tangents], upper[tangents]
-        size = abs(most).max(initial=0.0)
-        if abs(most - before).max(initial=0.0) <= AT_REST * size:
+        max_friction, before = contact.box(x)[1][tangents], upper[tangents]
+        size = abs(max_friction).max(initial=0.0)
+        if abs(max_friction - before).max(initial=0.0) <= AT_REST * size:
             told = f"a fixed point: box {number}"
             break
     note = ". ".join(filter(None, (note, f"Boxes of friction that lags: {told}")))

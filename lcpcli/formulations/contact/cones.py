@@ -71,9 +71,13 @@ def compact(
     """
     n, k = b.size, friction.normals.size
     tangents, mu = friction.tangents[:, 0], friction.coefficients
-    own = np.arange(n)
+    diagonal = np.arange(n)
     T = _matrix(
-        A, (n, n + k), (own, own), (tangents, friction.normals, -mu), values=1.0
+        A,
+        (n, n + k),
+        (diagonal, diagonal),
+        (tangents, friction.normals, -mu),
+        values=1.0,
     )
     rows = np.arange(k)
     C = _matrix(
@@ -110,10 +114,10 @@ def stewart_trinkle(
         for tangent, along in zip(friction.tangents.T, directions.T, strict=True)
     ]
     T = _matrix(A, (n, size), (others, np.arange(first)), *parts)
-    rows, places = np.arange(k), np.empty(n, dtype=np.intp)
-    places[others] = np.arange(first)
+    rows, positions = np.arange(k), np.empty(n, dtype=np.intp)
+    positions[others] = np.arange(first)
     of_betas = np.repeat(rows, m), betas.ravel(), np.full(k * m, -1.0)
-    of_normals = rows, places[friction.normals], friction.coefficients
+    of_normals = rows, positions[friction.normals], friction.coefficients
     C = _matrix(A, (k, size), of_betas, of_normals)
     E = _matrix(A, (last, size), (betas.ravel(), last + np.repeat(rows, m)))
     S = T[:, :last].T
@@ -152,8 +156,11 @@ def exact_compact(
         rows.append({f: 2 * mu, t: -ONE})
     q = [*map(shortest_decimal, b.tolist()), *[Fraction(0)] * len(mus)]
     low, high = (
-        [None if math.isinf(end) else shortest_decimal(end) for end in ends.tolist()]
-        for ends in (lower, upper)
+        [
+            None if math.isinf(bound) else shortest_decimal(bound)
+            for bound in bounds.tolist()
+        ]
+        for bounds in (lower, upper)
     )
     for t in tangents:
         low[t], high[t] = Fraction(0), None
@@ -163,7 +170,7 @@ def exact_compact(
 
 
 def _form(
-    upper_rows: Matrix, b: Vector, C: Matrix, ends: tuple[Vector, Vector], T: Matrix
+    upper_rows: Matrix, b: Vector, C: Matrix, bounds: tuple[Vector, Vector], T: Matrix
 ) -> Form:
     k = C.shape[0]
     if is_sparse(C):
@@ -173,8 +180,8 @@ def _form(
     else:
         M = np.concatenate((upper_rows, C))
     q = np.concatenate((b, np.zeros(k)))
-    low = np.concatenate((ends[0], np.zeros(k)))
-    high = np.concatenate((ends[1], np.full(k, math.inf)))
+    low = np.concatenate((bounds[0], np.zeros(k)))
+    high = np.concatenate((bounds[1], np.full(k, math.inf)))
     return Form(Conditions(M, q, low, high), T)
 
 
@@ -187,8 +194,8 @@ def _matrix(
     """
     if not is_sparse(like):
         M = np.zeros(shape)
-        for rows, columns, *given in parts:
-            M[rows, columns] = given[0] if given else values
+        for rows, columns, *block_values in parts:
+            M[rows, columns] = block_values[0] if block_values else values
         return M
     with imports:
         from scipy.sparse import csr_array

@@ -18,7 +18,14 @@ from lcpcli.formulations.contact import cones
 from lcpcli.formulations.contact.cones import Form, Friction
 from lcpcli.linalg.doubles import EPS
 from lcpcli.linalg.matrices import compressed, is_sparse
-from lcpcli.model.arrays import FROM_0, as_flat, as_square, as_vector, own_matrix, plain
+from lcpcli.model.arrays import (
+    FROM_0,
+    as_flat,
+    as_square,
+    as_vector,
+    plain,
+    readonly_matrix,
+)
 from lcpcli.model.box import as_bound, as_intervals
 from lcpcli.model.formulation import (
     FULL,
@@ -88,11 +95,13 @@ def from_findex(
     >>> answer.x.round(6).tolist(), [each.state for each in answer.contacts]
     ([0.909091, 0.454545], ['sliding'])
     """
-    own = of_findex(A, b, (lower, upper), findex, ("lower", "upper"))
+    contact = of_findex(A, b, (lower, upper), findex, ("lower", "upper"))
     if lagged:
-        problem: Problem = own.beside("boxes").last_box(own, name, source, note)
+        problem: Problem = contact.sibling("boxes").last_box(
+            contact, name, source, note
+        )
         return problem
-    return own.problem(name=name, source=source, note=note)
+    return contact.problem(name=name, source=source, note=note)
 
 
 def from_contact(
@@ -135,8 +144,8 @@ def from_contact(
     >>> answer.x.round(6).tolist(), answer.contacts[0].state
     ([1.0, 0.2, -0.1], 'sticking')
     """
-    own = of_delassus(W, q, mu, dimension, facets, (restitution, before))
-    return own.problem(name=name, source=source, note=note)
+    contact = of_delassus(W, q, mu, dimension, facets, (restitution, before))
+    return contact.problem(name=name, source=source, note=note)
 
 
 class Impact(NamedTuple):
@@ -191,20 +200,27 @@ class Contact(Formulation):
         key = "findex" if "findex" in data else "W"
         keys = FILE_KEYS[key]
         refuse_unknown("", data, ("kind", *keys))
-        given = {key: data[key] for key in keys if data.get(key) is not None}
+        arguments = {key: data[key] for key in keys if data.get(key) is not None}
         needed = {"findex": ("A", "b", "findex"), "W": ("W", "q", "mu")}[key]
         for each in needed:
-            if each not in given:
+            if each not in arguments:
                 raise ProblemError(each, IS_MISSING, f"add the key {each}")
-        matrix = given.pop(keys[0])
+        matrix = arguments.pop(keys[0])
         if isinstance(matrix, Mapping):
             matrix = sparse_matrix(keys[0], dict(matrix))
         if key == "findex":
-            ends = given.get("lo"), given.get("hi")
-            return of_findex(matrix, given["b"], ends, given["findex"], ("lo", "hi"))
-        dimension, facets = given.get("dimension", 2), given.get("facets", FACETS)
-        law = given.get("restitution"), given.get("before")
-        return of_delassus(matrix, given["q"], given["mu"], dimension, facets, law)
+            bounds = arguments.get("lo"), arguments.get("hi")
+            return of_findex(
+                matrix, arguments["b"], bounds, arguments["findex"], ("lo", "hi")
+            )
+        dimension, facets = (
+            arguments.get("dimension", 2),
+            arguments.get("facets", FACETS),
+        )
+        law = arguments.get("restitution"), arguments.get("before")
+        return of_delassus(
+            matrix, arguments["q"], arguments["mu"], dimension, facets, law
+        )
 
     def data(self) -> dict[str, Any]:
         return {"kind": self.kind} | {
@@ -249,24 +265,28 @@ class Contact(Formulation):
     def has_matrices_of(self, other: Contact) -> bool:
         """Return whether the problem of another one differs in b alone, or not at
         all."""
-        own = (self.A, *self.friction, self.lower, self.upper)
+        parts = (self.A, *self.friction, self.lower, self.upper)
         others = (other.A, *other.friction, other.lower, other.upper)
         is_dense = not (is_sparse(self.A) or is_sparse(other.A))
-        return is_dense and all(map(np.array_equal, own, others))
+        return is_dense and all(map(np.array_equal, parts, others))
 
     def with_matrices_of(self, like: Problem) -> Problem:
         """Return the problem with the M of the problem of another one that has the same
         matrices, and with all that is known of M."""
         origin: Any = like.formulation
-        form: Form = origin._form
+        other_form: Form = origin._form
         zeros = np.zeros(self.friction.normals.size)
-        q = np.concatenate((self.b, zeros)) if self.is_planar else form.T.T @ self.b
-        conditions = form.conditions._replace(q=as_vector("q", q))
+        q = (
+            np.concatenate((self.b, zeros))
+            if self.is_planar
+            else other_form.T.T @ self.b
+        )
+        conditions = other_form.conditions._replace(q=as_vector("q", q))
         # Which would be computed again.
-        vars(self)["_form"] = form._replace(conditions=conditions)
+        vars(self)["_form"] = other_form._replace(conditions=conditions)
         problem = like_with(like, conditions.q, like.box)
-        known = {key: value for key, value in vars(problem).items() if key != "names"}
-        return Problem.of_fields(known, origin=self)
+        fields = {key: value for key, value in vars(problem).items() if key != "names"}
+        return Problem.of_fields(fields, origin=self)
 
     @property
     def is_planar(self) -> bool:
@@ -294,19 +314,19 @@ class Contact(Formulation):
         ones of an x lead to."""
         friction, lower, upper = self.friction, self.lower.copy(), self.upper.copy()
         tangents = friction.tangents[:, 0]
-        most = friction.coefficients * np.maximum(x[friction.normals], 0.0)
-        lower[tangents], upper[tangents] = -most, most
+        max_friction = friction.coefficients * np.maximum(x[friction.normals], 0.0)
+        lower[tangents], upper[tangents] = -max_friction, max_friction
         return lower, upper
 
-    def fits(self, given: Conditions) -> bool:
-        own = self._form.conditions
-        if given.M.shape != own.M.shape or not all(
-            map(np.array_equal, given[2:], own[2:])
+    def fits(self, conditions: Conditions) -> bool:
+        expected = self._form.conditions
+        if conditions.M.shape != expected.M.shape or not all(
+            map(np.array_equal, conditions[2:], expected[2:])
         ):
             return False
-        off = abs(compressed(given.M) - compressed(own.M)).max()
-        off_q = abs(given.q - own.q).max()
-        size, size_q = abs(own.M).max(), abs(own.q).max()
+        off = abs(compressed(conditions.M) - compressed(expected.M)).max()
+        off_q = abs(conditions.q - expected.q).max()
+        size, size_q = abs(expected.M).max(), abs(expected.q).max()
         return bool(off <= ROUNDING * size and off_q <= ROUNDING * size_q)
 
     def exact_conditions(self) -> tuple[Any, ...] | None:
@@ -321,19 +341,19 @@ class Contact(Formulation):
     def contacts(self) -> list[list[int]]:
         """Return the normal unknown of each contact, and its pairs or triples in
         `friction`, in the order of the normal unknowns."""
-        found: dict[int, list[int]] = {}
-        for place, normal in enumerate(self.friction.normals.tolist()):
-            found.setdefault(normal, [normal]).append(place)
-        return [found[normal] for normal in sorted(found)]
+        members: dict[int, list[int]] = {}
+        for k, normal in enumerate(self.friction.normals.tolist()):
+            members.setdefault(normal, [normal]).append(k)
+        return [members[normal] for normal in sorted(members)]
 
     def names(self, n: int, purpose: str = FULL) -> Sequence[str]:  # noqa: ARG002
         if self.key == "findex":
-            own = [f"x{i}" for i in range(1, self.b.size + 1)]
+            names = [f"x{i}" for i in range(1, self.b.size + 1)]
             for k, (tangent,) in enumerate(self.friction.tangents.tolist()):
-                own.append(f"slip {own[tangent]}")
-                normal = own[self.friction.normals[k]]
-                own[tangent] += f" + {self.friction.coefficients[k]:g} {normal}"
-            return own
+                names.append(f"slip {names[tangent]}")
+                normal = names[self.friction.normals[k]]
+                names[tangent] += f" + {self.friction.coefficients[k]:g} {normal}"
+            return names
         k, width = len(self.contacts), 1 if self.is_planar else self.facets
         numbers = range(1, k + 1)
         slips = [f"slip {i}" for i in numbers]
@@ -344,37 +364,37 @@ class Contact(Formulation):
         return [*(f"normal {i}" for i in numbers), *sides, *slips]
 
     def answer(self, result: Any) -> Answer:
-        found: Answer = self.beside("answers").answer(self, result)
-        return found
+        answer: Answer = self.sibling("answers").answer(self, result)
+        return answer
 
     def accepted(self, result: Any) -> Any:
-        return self.beside("answers").accepted(self, result)
+        return self.sibling("answers").accepted(self, result)
 
     def lengths(self, problem: Problem) -> dict[int, str]:
         return {problem.n: "z", self.b.size: "x"}
 
     def retried(self, result: Any) -> Any:
-        return self.beside("other_form").retried(self, result)
+        return self.sibling("other_form").retried(self, result)
 
     def update(
         self, like: Problem, states: States | None, data: Mapping[str, Any]
     ) -> tuple[Problem, States | None]:
-        found: tuple[Problem, States | None]
-        found = self.beside("sequence").following(self, like, states, data)
-        return found
+        next_problem: tuple[Problem, States | None]
+        next_problem = self.sibling("sequence").following(self, like, states, data)
+        return next_problem
 
     def followed(self, problem: Any, states: States) -> Proposal | None:  # noqa: ARG002
-        found: Proposal | None = self.beside("states").followed(self, states)
-        return found
+        proposal: Proposal | None = self.sibling("states").followed(self, states)
+        return proposal
 
     def verified(self, proposed: Any) -> Any:
-        return self.beside("answers").verified(self, proposed)
+        return self.sibling("answers").verified(self, proposed)
 
 
 def of_findex(
     A: Any,
     b: Any,
-    ends: tuple[Any, Any],
+    bounds: tuple[Any, Any],
     findex: Any,
     fields: tuple[str, str],
 ) -> Contact:
@@ -382,11 +402,11 @@ def of_findex(
     the bounds in messages."""
     b = as_vector("b", b)
     n = b.size
-    matrix = own_matrix(as_square("A", A, n, "b")[0], A)
+    matrix = readonly_matrix(as_square("A", A, n, "b")[0], A)
     normal_of = _friction_indices(findex, n)
     tangents = np.flatnonzero(normal_of >= 0)
     normals = normal_of[tangents]
-    lower, upper = as_intervals(fields, *ends, n)
+    lower, upper = as_intervals(fields, *bounds, n)
     for t, f in zip(tangents.tolist(), normals.tolist(), strict=True):
         _refuse_friction(t, f, lower, upper, fields)
     friction = Friction(normals, tangents[:, np.newaxis], upper[tangents])
@@ -402,24 +422,24 @@ def _refuse_friction(
     mu = upper[t]
     if mu == math.inf:
         hint = f"give a finite one, or findex {NONE} for no limit {FROM_0}"
-        fault = "is infinite, but findex makes it a coefficient of friction"
-        raise ProblemError(f"{above}[{t}]", fault, hint)
+        reason = "is infinite, but findex makes it a coefficient of friction"
+        raise ProblemError(f"{above}[{t}]", reason, hint)
     if mu < 0:
-        fault = f"is {mu:g}, but findex makes it a coefficient of friction"
-        raise ProblemError(f"{above}[{t}]", fault, FROM_ZERO)
+        reason = f"is {mu:g}, but findex makes it a coefficient of friction"
+        raise ProblemError(f"{above}[{t}]", reason, FROM_ZERO)
     if lower[t] != -mu:
-        fault = f"is {lower[t]:g}, but findex makes it minus {above}[{t}], {-mu:g}"
-        raise ProblemError(f"{below}[{t}]", fault, f"{MAKE_AGREE} {FROM_0}")
+        reason = f"is {lower[t]:g}, but findex makes it minus {above}[{t}], {-mu:g}"
+        raise ProblemError(f"{below}[{t}]", reason, f"{MAKE_AGREE} {FROM_0}")
     if lower[f] < 0:
-        fault = f"is {lower[f]:g}, but findex[{t}] makes unknown {f} a normal one"
-        raise ProblemError(f"{below}[{f}]", fault, FROM_ZERO)
+        reason = f"is {lower[f]:g}, but findex[{t}] makes unknown {f} a normal one"
+        raise ProblemError(f"{below}[{f}]", reason, FROM_ZERO)
 
 
-def _friction_indices(given: Any, n: int) -> Indices:
+def _friction_indices(findex: Any, n: int) -> Indices:
     """Return findex as integers, or raise ProblemError for an entry that names no
     normal unknown."""
     values = as_flat(
-        "findex", plain("findex", given, "a list of indices"), n, "unknown"
+        "findex", plain("findex", findex, "a list of indices"), n, "unknown"
     )
     for i, value in enumerate(values.tolist()):
         if not (value.is_integer() and NONE <= value < n):
@@ -428,8 +448,8 @@ def _friction_indices(given: Any, n: int) -> Indices:
         if value == i:
             raise ProblemError(f"findex[{i}]", f"is {i}, its own index", NAME_NORMAL)
         if value >= 0 and values[int(value)] >= 0:
-            fault = f"is {value:g}, a tangential unknown itself"
-            raise ProblemError(f"findex[{i}]", fault, NAME_NORMAL)
+            reason = f"is {value:g}, a tangential unknown itself"
+            raise ProblemError(f"findex[{i}]", reason, NAME_NORMAL)
     return values.astype(np.intp)
 
 
@@ -443,7 +463,7 @@ def of_delassus(
 ) -> Contact:
     """Return the contacts of these data, or raise ProblemError. law : restitution, and
     the velocities before the step."""
-    width, edges = _whole(dimension), _whole(facets)
+    width, edges = _integer(dimension), _integer(facets)
     if width not in (2, 3):
         raise ProblemError("dimension", f"is {dimension!r}", "give 2 or 3")
     if width == 3 and (edges < 4 or edges % 2):
@@ -451,19 +471,19 @@ def of_delassus(
     q = as_vector("q", q)
     contacts, rest = divmod(q.size, width)
     if rest:
-        fault = f"has {count(q.size, 'entry')} for contacts of {width} each"
-        raise ProblemError("q", fault, MAKE_AGREE)
-    matrix = own_matrix(as_square("W", W, q.size)[0], W)
+        reason = f"has {count(q.size, 'entry')} for contacts of {width} each"
+        raise ProblemError("q", reason, MAKE_AGREE)
+    matrix = readonly_matrix(as_square("W", W, q.size)[0], W)
     coefficients = as_vector("mu", as_bound("mu", mu, contacts, "contact", 0.0))
     for k in np.flatnonzero(coefficients < 0)[:1].tolist():
         raise ProblemError(f"mu[{k}]", f"is {coefficients[k]:g}", FROM_ZERO)
-    places = np.arange(q.size).reshape(contacts, width)
-    friction = Friction(places[:, 0], places[:, 1:], coefficients)
+    unknowns = np.arange(q.size).reshape(contacts, width)
+    friction = Friction(unknowns[:, 0], unknowns[:, 1:], coefficients)
     lower = np.zeros(q.size)
     lower[friction.tangents] = -math.inf
     upper = np.full(q.size, math.inf)
     edges = 2 if width == 2 else edges
-    impact = _impact(q, places[:, 0], *law)
+    impact = _impact(q, unknowns[:, 0], *law)
     b = q if impact is None else as_vector("q", q + impact.shift)
     return Contact(matrix, b, lower, upper, friction, edges, "W", impact=impact)
 
@@ -478,28 +498,30 @@ def _impact(
         ("before", before, "restitution"),
     ):
         if value is None:
-            fault = f"is missing, though there is {other}"
-            raise ProblemError(key, fault, f"add it, or leave {other} out")
+            reason = f"is missing, though there is {other}"
+            raise ProblemError(key, reason, f"add it, or leave {other} out")
     size = normals.size
-    given = as_bound("restitution", restitution, size, "contact", 0.0)
-    coefficients = as_vector("restitution", given)
+    raw_coefficients = as_bound("restitution", restitution, size, "contact", 0.0)
+    coefficients = as_vector("restitution", raw_coefficients)
     for k in np.flatnonzero((coefficients < 0) | (coefficients > 1))[:1].tolist():
-        fault = f"is {coefficients[k]:g}"
+        reason = f"is {coefficients[k]:g}"
         hint = f"give a number from 0 to 1 {FROM_0}"
-        raise ProblemError(f"restitution[{k}]", fault, hint)
+        raise ProblemError(f"restitution[{k}]", reason, hint)
     velocities = as_vector("before", before, q.size, "entry of q")
     shift = np.zeros(q.size)
     shift[normals] = coefficients * velocities[normals]
     return Impact(q, coefficients, velocities, shift)
 
 
-def _whole(given: Any) -> int:
+def _integer(raw_value: Any) -> int:
     """Return a whole number, which may stand in an array of one entry; -1 for anything
     else."""
-    if isinstance(given, np.ndarray) and given.size == 1:
-        given = given.item()
-    is_whole = isinstance(given, (int, float, np.number)) and given == int(given)
-    return int(given) if is_whole else -1
+    if isinstance(raw_value, np.ndarray) and raw_value.size == 1:
+        raw_value = raw_value.item()
+    is_whole = isinstance(raw_value, (int, float, np.number)) and raw_value == int(
+        raw_value
+    )
+    return int(raw_value) if is_whole else -1
 
 
 def _listed(value: Any) -> Any:

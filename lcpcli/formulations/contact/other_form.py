@@ -25,24 +25,24 @@ def retried(contact: Contact, result: Result) -> Result:
     """Return a result by the same method on the other form, as one of the problem
     itself; or the same result if that is not solved either, or in space, where there is
     one form alone."""
-    left = result.limits.time_limit - result.seconds
-    is_open = result.status in ENDS and result.method in METHODS and left > 0
+    time_left = result.limits.time_limit - result.seconds
+    is_open = result.status in ENDS and result.method in METHODS and time_left > 0
     if not (is_open and contact.is_planar and contact.contacts):
         return result
     with imports:
         from lcpcli.solving.call import run
-    form = contact.stewart_trinkle()
-    M, q, lower, upper = form.conditions
+    other_form = contact.stewart_trinkle()
+    M, q, lower, upper = other_form.conditions
     other = run(
         Problem(M, q, lower=lower, upper=upper),
         result.method,
         tol=result.tol,
         max_iterations=result.limits.max_iterations,
-        time_limit=left,
+        time_limit=time_left,
     )
     if not other.solved:
         return result
-    x = np.asarray(product(form.T, other.z))
+    x = np.asarray(product(other_form.T, other.z))
     problem = result.problem
     point = Point(Criterion(problem, result.tol), point_of(contact, x))
     if not point.solves():

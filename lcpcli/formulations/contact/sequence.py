@@ -34,21 +34,27 @@ def following(
     has the same id, and where it is new those of no impulse."""
     refuse_unknown("", data, KEYS[before.key], "the data of contacts")
     contact = _with(before, data)
-    number = len(_places(contact))
+    number = len(_positions_of_contacts(contact))
     ids = data.get("ids")
-    known = before.ids if before.ids is not None else range(len(_places(before)))
+    ids_before = (
+        before.ids
+        if before.ids is not None
+        else range(len(_positions_of_contacts(before)))
+    )
     if ids is not None:
         contact = replace(contact, ids=_distinct(ids, number, contact.key))
-    elif number == len(known):
+    elif number == len(ids_before):
         contact = replace(contact, ids=before.ids)
     else:
         states = None
     is_same = contact.has_matrices_of(before)
     problem = contact.with_matrices_of(like) if is_same else contact.problem()
-    now = range(number) if contact.ids is None else contact.ids
-    if states is None or (is_same and now == known):
+    ids_now = range(number) if contact.ids is None else contact.ids
+    if states is None or (is_same and ids_now == ids_before):
         return problem, states
-    return problem, _moved(before, contact, problem, states, (known, now))
+    return problem, _transferred_states(
+        before, contact, problem, states, (ids_before, ids_now)
+    )
 
 
 def _with(before: Contact, data: Mapping[str, Any]) -> Contact:
@@ -61,9 +67,9 @@ def _with(before: Contact, data: Mapping[str, Any]) -> Contact:
         e = data.get("restitution", _single(law.restitution) if law else None)
         velocities = data.get("before", law.before if law else None)
         return of_delassus(W, q, mu, width, before.facets, (e, velocities))
-    own = before.findex()
+    findex_before = before.findex()
     names = ("A", "b", "lower", "upper", "findex")
-    defaults = (before.A, before.b, before.lower, before.upper, own)
+    defaults = (before.A, before.b, before.lower, before.upper, findex_before)
     parts = [data.get(name, value) for name, value in zip(names, defaults, strict=True)]
     A, b, lower, upper, findex = parts
     return of_findex(A, b, (lower, upper), findex, ("lower", "upper"))
@@ -76,20 +82,22 @@ def _single(values: Vector) -> Vector | float:
 
 def _distinct(ids: Any, number: int, key: str) -> tuple[Hashable, ...]:
     """Return the ids as a tuple, or raise ProblemError."""
-    given = tuple(ids.tolist() if isinstance(ids, np.ndarray) else ids)
+    listed = tuple(ids.tolist() if isinstance(ids, np.ndarray) else ids)
     of = "contact" if key == "W" else "unknown"
-    if len(given) != number:
-        raise ProblemError("ids", numbers_for(len(given), "id", number, of), MAKE_AGREE)
-    known: dict[Hashable, int] = {}
-    for i, each in enumerate(given):
-        first = known.setdefault(each, i)
+    if len(listed) != number:
+        raise ProblemError(
+            "ids", numbers_for(len(listed), "id", number, of), MAKE_AGREE
+        )
+    first_positions: dict[Hashable, int] = {}
+    for i, each in enumerate(listed):
+        first = first_positions.setdefault(each, i)
         if first != i:
-            fault = f"is {each!r}, as ids[{first}] is"
-            raise ProblemError(f"ids[{i}]", fault, f"give each {of} another one")
-    return given
+            reason = f"is {each!r}, as ids[{first}] is"
+            raise ProblemError(f"ids[{i}]", reason, f"give each {of} another one")
+    return listed
 
 
-def _places(contact: Contact) -> Indices:
+def _positions_of_contacts(contact: Contact) -> Indices:
     """Return the places in z of the unknowns of each contact, or with friction indices
     of each unknown: a row for each, with ABSENT where it has fewer."""
     n, friction = contact.b.size, contact.friction
@@ -106,7 +114,7 @@ def _places(contact: Contact) -> Indices:
     return np.column_stack((np.arange(k), betas, k + k * m + np.arange(k)))
 
 
-def _moved(
+def _transferred_states(
     before: Contact,
     contact: Contact,
     problem: Problem,
@@ -119,12 +127,17 @@ def _moved(
     new = np.full(problem.n, LOWER, dtype=np.int8)
     new[low == -np.inf] = UPPER
     new[(low == -np.inf) & (high == np.inf)] = BASIC
-    place_of = {each: i for i, each in enumerate(ids[0])}
-    pairs = [(place_of[each], i) for i, each in enumerate(ids[1]) if each in place_of]
+    position_of = {each: i for i, each in enumerate(ids[0])}
+    pairs = [
+        (position_of[each], i) for i, each in enumerate(ids[1]) if each in position_of
+    ]
     if not pairs:
         return new
-    old, own = np.array(pairs).T
-    source, target = _places(before)[old], _places(contact)[own]
+    old_rows, new_rows = np.array(pairs).T
+    source, target = (
+        _positions_of_contacts(before)[old_rows],
+        _positions_of_contacts(contact)[new_rows],
+    )
     both = (source != ABSENT) & (target != ABSENT)
     new[target[both]] = states[source[both]]
     return new

@@ -25,8 +25,8 @@ CORRECTIONS = 2
 
 class _Step:
     """The contacts, and the states of all unknowns: `states` of those that are not
-    tangential; `ends` of the tangential ones, -1 and 1 at an end of their range, 0
-    between them."""
+    tangential; `slip_signs` of the tangential ones, -1 and 1 at an end of their range,
+    0 between them."""
 
     def __init__(self, contact: Contact, states: States) -> None:
         n, friction = contact.b.size, contact.friction
@@ -35,7 +35,7 @@ class _Step:
         self.tangents = friction.tangents[:, 0]
         self.states, is_upper = states[:n].copy(), states[n:] == BASIC
         is_lower = self.states[self.tangents] != BASIC
-        self.ends = np.where(is_upper, 1.0, np.where(is_lower, -1.0, 0.0))
+        self.slip_signs = np.where(is_upper, 1.0, np.where(is_lower, -1.0, 0.0))
         self.is_other = np.ones(n, dtype=np.bool_)
         self.is_other[self.tangents] = False
         self.lower, self.upper = contact.lower, contact.upper
@@ -47,8 +47,8 @@ class _Step:
         x[is_free | ~self.is_other] = 0.0
         # A tangential impulse whose normal one is 0 is 0, too.
         is_open = is_free[self.normals] | (x[self.normals] > 0)
-        is_free[self.tangents] = (self.ends == 0) & is_open
-        free, slips = is_free.nonzero()[0], self.ends * self.mu
+        is_free[self.tangents] = (self.slip_signs == 0) & is_open
+        free, slips = is_free.nonzero()[0], self.slip_signs * self.mu
         x[self.tangents] = slips * x[self.normals]
         if not free.size:
             return x
@@ -56,15 +56,15 @@ class _Step:
         block = matrix[:, free]
         sliding = (is_free[self.normals] & (slips != 0)).nonzero()[0]
         if sliding.size:
-            places = np.cumsum(is_free)[self.normals[sliding]] - 1
+            columns_of_normals = np.cumsum(is_free)[self.normals[sliding]] - 1
             columns = matrix[:, self.tangents[sliding]] * slips[sliding]
-            np.add.at(block.T, places, columns.T)
-        found = _solved(block, row)
-        if found is None:
+            np.add.at(block.T, columns_of_normals, columns.T)
+        impulses = _solved(block, row)
+        if impulses is None:
             return None
-        x[free] = found
+        x[free] = impulses
         x[self.tangents] = np.where(
-            self.ends == 0, x[self.tangents], slips * x[self.normals]
+            self.slip_signs == 0, x[self.tangents], slips * x[self.normals]
         )
         return x
 
@@ -80,18 +80,18 @@ class _Step:
         rises = (states == UPPER) & (w > rounding) & ~is_basic
         states[(falls | rises) & (self.lower < self.upper)] = BASIC
         states[self.tangents] = self.states[self.tangents]
-        most = self.mu * np.maximum(x[self.normals], 0.0)
-        own, velocity = x[self.tangents], w[self.tangents]
+        max_friction = self.mu * np.maximum(x[self.normals], 0.0)
+        tangential, velocity = x[self.tangents], w[self.tangents]
         zero = rounding[self.tangents]
-        ends = self.ends.copy()
-        beyond = (ends == 0) & (np.abs(own) > most + small)
-        ends[beyond] = np.sign(own[beyond])
-        ends[~beyond & (ends * velocity > zero)] = 0.0
-        is_closed = most == 0.0
-        ends[is_closed] = -np.sign(velocity[is_closed])
-        others = ~is_closed & (ends != self.ends)
+        slip_signs = self.slip_signs.copy()
+        beyond = (slip_signs == 0) & (np.abs(tangential) > max_friction + small)
+        slip_signs[beyond] = np.sign(tangential[beyond])
+        slip_signs[~beyond & (slip_signs * velocity > zero)] = 0.0
+        is_closed = max_friction == 0.0
+        slip_signs[is_closed] = -np.sign(velocity[is_closed])
+        others = ~is_closed & (slip_signs != self.slip_signs)
         is_changed = bool((states != self.states).any() or others.any())
-        self.states, self.ends = states, ends
+        self.states, self.slip_signs = states, slip_signs
         return is_changed
 
 

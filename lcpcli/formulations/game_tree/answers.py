@@ -79,29 +79,29 @@ class BehaviorEquilibrium(Answer):
     def cells(self) -> Mapping[str, Sequence[Any]]:
         if self.payoffs is None:
             return equilibria.cells_of()
-        own = self._best
-        return equilibria.cells_of(own.players, moves(own), own.payoffs)
+        profile = self._best
+        return equilibria.cells_of(profile.players, moves(profile), profile.payoffs)
 
 
 def answer(game: ExtensiveGame, result: Result) -> BehaviorEquilibrium:
     """Return strategies, payoffs and gains if the result is solved, and whether the
     strategies are an equilibrium."""
-    found = profile_of(game, result.z, result.tol) if result.solved else None
-    if found is None:
+    reading = profile_of(game, result.z, result.tol) if result.solved else None
+    if reading is None:
         unsolved = equilibria.UNSOLVED
         return BehaviorEquilibrium(game.tree.names(), None, None, None, None, unsolved)
-    own, are_equilibrium = found
-    assert isinstance(own, Behavior)
+    profile, are_equilibrium = reading
+    assert isinstance(profile, Behavior)
     exact = None
     if result.exact is not None and result.exact.z is not None:
         exact = behavior_at(game, result.exact.z)
     return BehaviorEquilibrium(
-        own.players,
-        own.information_sets,
-        (np.array(own.plans[0]), np.array(own.plans[1])),
-        own.payoffs,
-        own.gains,
-        (exact or own).verdict(are_equilibrium),
+        profile.players,
+        profile.information_sets,
+        (np.array(profile.plans[0]), np.array(profile.plans[1])),
+        profile.payoffs,
+        profile.gains,
+        (exact or profile).verdict(are_equilibrium),
         exact,
     )
 
@@ -119,7 +119,7 @@ def behavior_at(game: ExtensiveGame, z: Sequence[Any]) -> Behavior:
 @np.errstate(all="ignore")
 def profile_of(
     game: ExtensiveGame, z: Sequence[Any] | Vector, tol: float
-) -> equilibria.Found | None:
+) -> equilibria.CheckedProfile | None:
     """Return the strategies that z stands for, in its numbers, and whether they are an
     equilibrium to the tolerance; None if it stands for none."""
     values = z.tolist() if isinstance(z, np.ndarray) else z
@@ -127,16 +127,18 @@ def profile_of(
     if min(*x, *y) < 0 or not (x[0] and y[0]):
         return None
     behavior = behavior_at(game, values)
-    return equilibria.Found(behavior, behavior.are_best(game, tol))
+    return equilibria.CheckedProfile(behavior, behavior.are_best(game, tol))
 
 
 @np.errstate(all="ignore")  # overflow counts as infinite
 def verified(game: ExtensiveGame, proposed: Proposed) -> Verification:
     """Verify z, or the probabilities of all actions."""
     if len(proposed.values) == proposed.problem.n:
-        found = profile_of(game, proposed.array, proposed.tol)
+        reading = profile_of(game, proposed.array, proposed.tol)
         verification = proposed.of_z(proposed.values)
-        return verification if found is None else with_strategies(verification, *found)
+        return (
+            verification if reading is None else with_strategies(verification, *reading)
+        )
     behavior = _proposed(game, proposed.values)
     # A player without moves has a plan of integers.
     number: Callable[[Any], Any] = float if proposed.data is None else Fraction
@@ -148,28 +150,34 @@ def verified(game: ExtensiveGame, proposed: Proposed) -> Verification:
 def _proposed(game: ExtensiveGame, values: Sequence[Any] | Vector) -> Behavior:
     """Return the strategies with these probabilities of all actions, divided by their
     sums, or raise ProblemError."""
-    left, found = iter(values), list[list[list[Any]]]()
+    remaining, strategies = iter(values), list[list[list[Any]]]()
     for player in game.tree.players:
-        given = [[next(left) for _ in each.actions] for each in player.sets]
-        for label, probabilities in zip(player.labels(), given, strict=True):
+        probabilities_of_sets = [
+            [next(remaining) for _ in each.actions] for each in player.sets
+        ]
+        for label, probabilities in zip(
+            player.labels(), probabilities_of_sets, strict=True
+        ):
             if not are_probabilities(np.array(probabilities, dtype=float)):
-                fault = (
+                reason = (
                     f"has {', '.join(f'{float(p):.7g}' for p in probabilities)} as "
                     "the probabilities of its actions"
                 )
                 raise ProblemError(
-                    f"information set {label} of {player.name}", fault, HINT
+                    f"information set {label} of {player.name}", reason, HINT
                 )
-        found.append([[p / sum(each) for p in each] for each in given])
-    return Behavior.of(game, found)
+        strategies.append(
+            [[p / sum(each) for p in each] for each in probabilities_of_sets]
+        )
+    return Behavior.of(game, strategies)
 
 
-def moves(own: Any) -> list[list[Any]]:
+def moves(profile: Any) -> list[list[Any]]:
     """Return for each player the probabilities of the last moves of the sequences, the
     first of which has none. own : a `Behavior` or an answer."""
     sets = (
-        [each.probabilities for each in own.information_sets if each.player == name]
-        for name in own.players
+        [each.probabilities for each in profile.information_sets if each.player == name]
+        for name in profile.players
     )
     return [[1, *chain(*probabilities)] for probabilities in sets]
 

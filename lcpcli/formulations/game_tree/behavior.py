@@ -64,10 +64,17 @@ class Behavior(Profile):
         exact = not any(isinstance(value, float) for value in (*one, *two))
         number: Any = Fraction if exact else float
         one, two = list(map(number, one)), list(map(number, two))
-        ends, payoffs, gains = _ends(tree, number), list[Any](), list[Any]()
-        for player, (own, other) in enumerate(((one, two), (two, one))):
-            best = _best_plan(players[player], ends, player, other)
-            now, then = (_expected(ends, player, plan, other) for plan in (own, best))
+        terminal_nodes, payoffs, gains = (
+            _terminal_nodes(tree, number),
+            list[Any](),
+            list[Any](),
+        )
+        for player, (plan_of_player, other) in enumerate(((one, two), (two, one))):
+            best = _best_plan(players[player], terminal_nodes, player, other)
+            now, then = (
+                _expected(terminal_nodes, player, plan, other)
+                for plan in (plan_of_player, best)
+            )
             gain, rounding = (
                 then[0] - now[0],
                 0 if exact else ROW_ROUNDING * (now[1] + then[1]),
@@ -83,11 +90,13 @@ class Behavior(Profile):
                 i, j = node.sequences
                 reached[node.owner][node.where] += number(node.chance) * one[i] * two[j]
         sets = [
-            InformationSetStrategy(name, label, distinct_labels(own.actions), *values)
+            InformationSetStrategy(
+                name, label, distinct_labels(plan_of_player.actions), *values
+            )
             for name, player, *both in zip(
                 names, players, strategies, reached, strict=True
             )
-            for label, own, *values in zip(
+            for label, plan_of_player, *values in zip(
                 player.labels(), player.sets, *both, strict=True
             )
         ]
@@ -109,18 +118,19 @@ class Behavior(Profile):
         """Return whether no player gains more than is allowed of the terms of its gain,
         counted from what it gets."""
         allowed = PER_UNKNOWN * sum(game.sizes) * tol
-        ends, plans = (
-            _ends(game.tree, float),
+        terminal_nodes, plans = (
+            _terminal_nodes(game.tree, float),
             [list(map(float, plan)) for plan in self.plans],
         )
         for player, gain in enumerate(self.gains):
             centre, other = float(self.payoffs[player]), plans[1 - player]
             both = (
                 plans[player],
-                _best_plan(game.tree.players[player], ends, player, other),
+                _best_plan(game.tree.players[player], terminal_nodes, player, other),
             )
             if not gain <= allowed * sum(
-                _expected(ends, player, plan, other, centre)[1] for plan in both
+                _expected(terminal_nodes, player, plan, other, centre)[1]
+                for plan in both
             ):
                 return False
         return True
@@ -131,16 +141,16 @@ def point_of(game: ExtensiveGame, x: Plan, y: Plan) -> list[Any]:
     the numbers that they have."""
     z = [*x, *y]
     for player, other in ((0, y), (1, x)):
-        own, exact = (
+        player_sets, exact = (
             game.tree.players[player],
             not any(isinstance(value, float) for value in other),
         )
-        behind: Plan = [0] * own.sequences
+        behind: Plan = [0] * player_sets.sequences
         for pair, cost in game.costs[player].at.items():
             behind[pair[player]] -= (cost if exact else float(cost)) * other[
                 pair[1 - player]
             ]
-        z += [0 - value for value in _best_response(own, behind)[1]]
+        z += [0 - value for value in _best_response(player_sets, behind)[1]]
     return z
 
 
@@ -154,65 +164,72 @@ def plan_of(player: Player, strategy: Strategy) -> Plan:
 def strategy_of(player: Player, plan: Plan) -> Strategy:
     """Return the behavior strategy of a plan, uniform at information sets that the
     player's own moves exclude."""
-    found: Strategy = []
+    strategy: Strategy = []
     for i in range(len(player.sets)):
-        total = sum(own := [plan[sequence] for sequence in player.moves(i)])
+        total = sum(probabilities := [plan[sequence] for sequence in player.moves(i)])
         if total <= (EPS * len(plan) if isinstance(total, float) else 0):
-            own, total = [total * 0 + 1] * len(own), len(own)
-        found.append([value / total for value in own])
-    return found
+            probabilities, total = (
+                [total * 0 + 1] * len(probabilities),
+                len(probabilities),
+            )
+        strategy.append([value / total for value in probabilities])
+    return strategy
 
 
-def _ends(tree: GameTree, number: Any) -> list[tuple[tuple[int, int], Any, list[Any]]]:
+def _terminal_nodes(
+    tree: GameTree, number: Any
+) -> list[tuple[tuple[int, int], Any, list[Any]]]:
     """Return the ends of a tree with their numbers as doubles or fractions."""
     return [
         (at, number(chance), list(map(number, payoffs)))
-        for at, chance, payoffs in tree.ends
+        for at, chance, payoffs in tree.terminal_nodes
     ]
 
 
 def _expected(
-    ends: Sequence[Any], player: int, own: Plan, other: Plan, centre: Any = 0
+    terminal_nodes: Sequence[Any], player: int, plan: Plan, other: Plan, centre: Any = 0
 ) -> tuple[Any, Any]:
     """Return the expected payoff of a player less the centre, and the sum of the sizes
     of its terms."""
     weights = (
-        (chance * own[at[player]] * other[at[1 - player]], payoffs)
-        for at, chance, payoffs in ends
+        (chance * plan[at[player]] * other[at[1 - player]], payoffs)
+        for at, chance, payoffs in terminal_nodes
     )
     terms = [
         weight * (payoffs[player] - centre) for weight, payoffs in weights if weight
     ]
-    zero = 0 * ends[0][1]
+    zero = 0 * terminal_nodes[0][1]
     return sum(terms, zero), sum(map(abs, terms), zero)
 
 
-def _best_plan(own: Player, ends: Sequence[Any], player: int, other: Plan) -> Plan:
+def _best_plan(
+    player_sets: Player, terminal_nodes: Sequence[Any], player: int, other: Plan
+) -> Plan:
     """Return the plan of a pure best response to the plan of the other player."""
-    behind: Plan = [0 * ends[0][1]] * own.sequences
-    for at, chance, payoffs in ends:
+    behind: Plan = [0 * terminal_nodes[0][1]] * player_sets.sequences
+    for at, chance, payoffs in terminal_nodes:
         if weight := chance * other[at[1 - player]]:
             behind[at[player]] += weight * payoffs[player]
-    return plan_of(own, _best_response(own, behind)[0])
+    return plan_of(player_sets, _best_response(player_sets, behind)[0])
 
 
-def _best_response(own: Player, behind: Plan) -> tuple[Strategy, list[Any]]:
+def _best_response(player: Player, behind: Plan) -> tuple[Strategy, list[Any]]:
     """Return a pure best response, with the first action of the largest payoff at each
     information set, and the payoff of the game and of what follows each information
     set. behind : what each sequence gets where the game then ends. Information sets
     behind other ones of the player come later, and are decided first."""
     behind, strategy, largest = [*behind], list[list[Any]](), list[Any]()
-    for i in range(len(own.sets) - 1, -1, -1):
-        payoffs = [behind[sequence] for sequence in own.moves(i)]
+    for i in range(len(player.sets) - 1, -1, -1):
+        payoffs = [behind[sequence] for sequence in player.moves(i)]
         largest.append(max(payoffs))
         chosen = payoffs.index(largest[-1])
         strategy.append([int(move == chosen) for move in range(len(payoffs))])
-        behind[own.before[i]] += largest[-1]
+        behind[player.before[i]] += largest[-1]
     return strategy[::-1], [behind[0], *reversed(largest)]
 
 
-def payoffs_of(own: Any) -> str:
-    pairs = zip(own.players, own.payoffs, strict=True)
+def payoffs_of(equilibrium: Any) -> str:
+    pairs = zip(equilibrium.players, equilibrium.payoffs, strict=True)
     payoffs = (f"{name} {wording.number(value)}" for name, value in pairs)
     return f"payoffs {', '.join(payoffs)}"
 
@@ -221,13 +238,23 @@ def table_of(sets: Sequence[InformationSetStrategy]) -> Table:
     """Return a table of what players do at their information sets, actions that are not
     chosen left out."""
     chosen = (
-        wording.named(list(own.probabilities), own.actions, wording.number, True)[1:-1]
-        for own in sets
+        wording.named(
+            list(information_set.probabilities),
+            information_set.actions,
+            wording.number,
+            True,
+        )[1:-1]
+        for information_set in sets
     )
     shown = zip(sets[:MAX_SETS], chosen, strict=False)
     rows = [
-        [own.player, own.label, wording.number(own.reached), actions]
-        for own, actions in shown
+        [
+            information_set.player,
+            information_set.label,
+            wording.number(information_set.reached),
+            actions,
+        ]
+        for information_set, actions in shown
     ]
     notes = [f"the first {MAX_SETS} of {len(sets)} information sets; JSON has all"] * (
         len(sets) > MAX_SETS

@@ -45,7 +45,7 @@ def poker(n: int, seed: int, *, perturbation: float = 0.25) -> Problem:
     for i, j in pairs:
         sign = 1 if i > j else -1
 
-        def end(won: int) -> str:
+        def terminal_node(won: int) -> str:
             number, (one, other) = next(of_end)
             return (
                 f't "" {number} "" {{ {Fraction(won * GRID + one, GRID)} '
@@ -55,10 +55,10 @@ def poker(n: int, seed: int, *, perturbation: float = 0.25) -> Problem:
         lines += [
             f'p "" 1 {i} "{i}" {{ "bet" "check" }} 0',
             f'p "" 2 {j} "{j} bet" {{ "call" "fold" }} 0',
-            *map(end, (2 * sign, 1)),
+            *map(terminal_node, (2 * sign, 1)),
             f'p "" 2 {ranks + j} "{j} checked" {{ "bet" "check" }} 0',
             f'p "" 1 {ranks + i} "{i} checked, bet" {{ "call" "fold" }} 0',
-            *map(end, (2 * sign, -1, sign)),
+            *map(terminal_node, (2 * sign, -1, sign)),
         ]
     return from_efg(
         "\n".join(lines),
@@ -119,9 +119,9 @@ def _offers(k: int, i: int, j: int, discount: Fraction) -> Iterator[str]:
         )
         yield end(ask, Fraction(1))
         for offer in prices:
-            own = k + k * k * (i - 1) + k * (ask - 1) + offer
+            number = k + k * k * (i - 1) + k * (ask - 1) + offer
             yield (
-                f'p "" 1 {own} "cost {i - 1}, asked {ask}, offered {offer}" {{ '
+                f'p "" 1 {number} "cost {i - 1}, asked {ask}, offered {offer}" {{ '
                 f'"accept" "reject" }} 0'
             )
             yield end(offer, discount)

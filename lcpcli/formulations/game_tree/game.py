@@ -141,15 +141,15 @@ class ExtensiveGame(Formulation):
     def data(self) -> dict[str, Any]:
         return {"kind": "efg", "efg": self.tree.text}
 
-    def fits(self, given: Conditions) -> bool:
-        own = self.conditions()
-        if given.M.shape != own.M.shape or not all(
-            map(np.array_equal, given[1:], own[1:])
+    def fits(self, conditions: Conditions) -> bool:
+        expected = self.conditions()
+        if conditions.M.shape != expected.M.shape or not all(
+            map(np.array_equal, conditions[1:], expected[1:])
         ):
             return False
         return bool(
-            abs(compressed(given.M) - compressed(own.M)).max()
-            <= 8 * EPS * abs(own.M).max()
+            abs(compressed(conditions.M) - compressed(expected.M)).max()
+            <= 8 * EPS * abs(expected.M).max()
         )
 
     @cached_property
@@ -166,8 +166,10 @@ class ExtensiveGame(Formulation):
         return sum(player.sequences - 1 for player in self.tree.players)
 
     def parts(self, z: Any) -> list[Any]:
-        ends = np.cumsum(self.sizes)
-        return [z[end - size : end] for end, size in zip(ends, self.sizes, strict=True)]
+        stops = np.cumsum(self.sizes)
+        return [
+            z[stop - size : stop] for stop, size in zip(stops, self.sizes, strict=True)
+        ]
 
     def exact_conditions(self) -> tuple[Rows, list[Fraction], list[Fraction | None]]:
         """Return the rows of M, q and the lower bounds, as fractions."""
@@ -185,9 +187,9 @@ class ExtensiveGame(Formulation):
                 for i, before in enumerate(player.before)
             )
             # Of row k of E, the columns of its entries 1 and -1.
-            for k, moves, before in [(0, [0], []), *sets]:
+            for k, next_sequences, before in [(0, [0], []), *sets]:
                 for entry, other, sequences in (
-                    (one, -one, moves),
+                    (one, -one, next_sequences),
                     (-one, one, before),
                 ):
                     for sequence in sequences:
@@ -202,17 +204,17 @@ class ExtensiveGame(Formulation):
         values = np.array(
             [a.numerator / a.denominator for row in rows for a in row.values()]
         )
-        places = (
+        positions = (
             [i for i, row in enumerate(rows) for _ in row],
             [j for row in rows for j in row],
         )
         if len(q) > MAX_DENSE:
             with imports:
                 from scipy.sparse import csr_array
-            M: Any = csr_array((values, places), shape=(len(q), len(q)))
+            M: Any = csr_array((values, positions), shape=(len(q), len(q)))
         else:
             M = np.zeros((len(q), len(q)))
-            M[places] = values
+            M[positions] = values
         low = np.array([-np.inf if bound is None else 0.0 for bound in lower])
         return Conditions(M, np.array(q, dtype=float), low, np.full(len(q), np.inf))
 
@@ -223,11 +225,17 @@ class ExtensiveGame(Formulation):
         for who, player in zip(self.tree.names(), self.tree.players, strict=True):
             plans.append((who, who, who))
             values.append(f"cost of {who}")
-            for label, own in zip(player.labels(), player.sets, strict=True):
-                moves = (
-                    (move, f"{label}: {move}") for move in distinct_labels(own.actions)
+            for label, information_set in zip(
+                player.labels(), player.sets, strict=True
+            ):
+                names_of_moves = (
+                    (move, f"{label}: {move}")
+                    for move in distinct_labels(information_set.actions)
                 )
-                plans += [(move, longer, f"{who}: {longer}") for move, longer in moves]
+                plans += [
+                    (move, longer, f"{who}: {longer}")
+                    for move, longer in names_of_moves
+                ]
                 values.append(f"cost of {who}: {label}")
         return [*plans, *((name, name, name) for name in values)]
 
@@ -247,42 +255,48 @@ class ExtensiveGame(Formulation):
         ]
 
     def answer(self, result: Any) -> Answer:
-        found: Answer = self.beside("answers").answer(self, result)
-        return found
+        answer: Answer = self.sibling("answers").answer(self, result)
+        return answer
 
     def accepted(self, result: Any) -> Any:
-        return self.beside("answers").accepted(self, result)
+        return self.sibling("answers").accepted(self, result)
 
     def lengths(self, problem: Problem) -> dict[int, str]:
         return {problem.n: "z", self.actions: "the probabilities of all actions"}
 
     def verified(self, proposed: Any) -> Any:
-        return self.beside("answers").verified(self, proposed)
+        return self.sibling("answers").verified(self, proposed)
 
     def meaning(self, data: Any) -> Any:
-        return self.beside("answers").Plans(data, self)
+        return self.sibling("answers").Plans(data, self)
 
 
 def _costs(tree: GameTree, player: int) -> Costs:
     """Return the costs of a player."""
-    chances = _common(chance.denominator for _, chance, _ in tree.ends)
-    units = _common(payoffs[player].denominator for *_, payoffs in tree.ends)
+    chances = _common(chance.denominator for _, chance, _ in tree.terminal_nodes)
+    units = _common(payoffs[player].denominator for *_, payoffs in tree.terminal_nodes)
     if chances and units:
         return _whole_costs(tree, player, chances, units)
-    largest, least = (
-        extreme(payoffs[player] for *_, payoffs in tree.ends) for extreme in (max, min)
+    largest, smallest = (
+        extreme(payoffs[player] for *_, payoffs in tree.terminal_nodes)
+        for extreme in (max, min)
     )
-    constant, at = largest + ((largest - least) or 1), dict[tuple[int, int], Fraction]()
-    for sequences, chance, payoffs in tree.ends:
+    constant, at = (
+        largest + ((largest - smallest) or 1),
+        dict[tuple[int, int], Fraction](),
+    )
+    for sequences, chance, payoffs in tree.terminal_nodes:
         at[sequences] = at.get(sequences, 0) + chance * (constant - payoffs[player])
     greatest, common = max(at.values()), 1
     for cost in at.values():
         if common.bit_length() <= MAX_BITS:
             common = math.lcm(common, cost.denominator)
     factor = Fraction(common, math.gcd(*(cost.numerator for cost in at.values())))
-    whole = greatest * factor
-    is_double = common.bit_length() <= MAX_BITS and whole <= LARGEST_INTEGER
-    factor = factor / 2 ** int(whole).bit_length() if is_double else 1 / greatest
+    scaled_greatest = greatest * factor
+    is_double = common.bit_length() <= MAX_BITS and scaled_greatest <= LARGEST_INTEGER
+    factor = (
+        factor / 2 ** int(scaled_greatest).bit_length() if is_double else 1 / greatest
+    )
     return Costs({pair: cost * factor for pair, cost in at.items()}, constant, factor)
 
 
@@ -301,22 +315,27 @@ def _whole_costs(tree: GameTree, player: int, chances: int, units: int) -> Costs
     of payoffs."""
     payoffs_of = [
         payoffs[player].numerator * (units // payoffs[player].denominator)
-        for *_, payoffs in tree.ends
+        for *_, payoffs in tree.terminal_nodes
     ]
-    largest, least = max(payoffs_of), min(payoffs_of)
-    constant, at = largest + ((largest - least) or units), dict[tuple[int, int], int]()
-    for (sequences, chance, _), payoff in zip(tree.ends, payoffs_of, strict=True):
+    largest, smallest = max(payoffs_of), min(payoffs_of)
+    constant, at = (
+        largest + ((largest - smallest) or units),
+        dict[tuple[int, int], int](),
+    )
+    for (sequences, chance, _), payoff in zip(
+        tree.terminal_nodes, payoffs_of, strict=True
+    ):
         parts = chance.numerator * (chances // chance.denominator)
         at[sequences] = at.get(sequences, 0) + parts * (constant - payoff)
-    whole, divisor = chances * units, math.gcd(*at.values())
+    numerator, divisor = chances * units, math.gcd(*at.values())
     greatest = max(at.values())
-    common = whole // math.gcd(whole, divisor)
+    common = numerator // math.gcd(numerator, divisor)
     is_long = common.bit_length() > MAX_BITS
     if is_long or greatest // divisor > LARGEST_INTEGER:
         divisor, power = 1, greatest  # costs are rounded, whatever the factor
     else:
         power = 2 ** (greatest // divisor).bit_length()
-    factor = Fraction(whole, divisor * power)
+    factor = Fraction(numerator, divisor * power)
     scaled = {each: Fraction(each // divisor, power) for each in set(at.values())}
     costs = {pair: scaled[each] for pair, each in at.items()}
     return Costs(costs, Fraction(constant, units), factor)

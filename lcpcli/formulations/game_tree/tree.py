@@ -90,11 +90,12 @@ class Player:
 
     @property
     def sequences(self) -> int:
-        return 1 + sum(len(own.actions) for own in self.sets)
+        return 1 + sum(len(information_set.actions) for information_set in self.sets)
 
     def labels(self) -> list[str]:
         return distinct_labels(
-            [own.label for own in self.sets], [own.number for own in self.sets]
+            [information_set.label for information_set in self.sets],
+            [information_set.number for information_set in self.sets],
         )
 
     def moves(self, index: int) -> range:
@@ -117,7 +118,7 @@ class GameTree:
         return distinct_labels([player.name for player in self.players])
 
     @cached_property
-    def ends(self) -> list[tuple[tuple[int, int], Fraction, Payoffs]]:
+    def terminal_nodes(self) -> list[tuple[tuple[int, int], Fraction, Payoffs]]:
         """Return the sequences, the chance and the payoffs of each end of the game that
         chance does not exclude."""
         return [
@@ -145,8 +146,8 @@ def distinct_labels(labels: Sequence[str], numbers: Sequence[int] = ()) -> list[
         zip(labels, numbers or range(1, len(labels) + 1), strict=True),
     )
     return [
-        own if own and times[own] == 1 else f"{own} {number}".strip()
-        for own, number in pairs
+        label if label and times[label] == 1 else f"{label} {number}".strip()
+        for label, number in pairs
     ]
 
 
@@ -172,8 +173,8 @@ class _Reading:
     """The words of a text that are left to be read, and what has been read so far."""
 
     def __init__(self, text: str) -> None:
-        self.words: list[str] = [*TOKEN.findall(text), "", ""]
-        self.text, self.place = text, 0
+        self.tokens: list[str] = [*TOKEN.findall(text), "", ""]
+        self.text, self.position = text, 0
         self.outcomes = {0: NOTHING}
         self.sets: dict[int, list[InformationSet]] = {CHANCE: [], 0: [], 1: []}
         # The index of each set, by its number.
@@ -183,74 +184,82 @@ class _Reading:
         self.values: dict[str, Fraction] = {}
         self.actions: dict[tuple[int, int], tuple[str, ...]] = {}
 
-    def fault(self, fault: str, hint: str, place: int | None = None) -> ProblemError:
+    def error(
+        self, reason: str, hint: str, position: int | None = None
+    ) -> ProblemError:
         """Return the error for the word at a place, by default the last one that was
         read."""
-        at = max(self.place - 1, 0) if place is None else place
-        if (found := next(islice(TOKEN.finditer(self.text), at, None), None)) is None:
+        at = max(self.position - 1, 0) if position is None else position
+        if (token := next(islice(TOKEN.finditer(self.text), at, None), None)) is None:
             return ProblemError("", ENDS_TOO_EARLY, CUT_OFF)
         return ProblemError(
-            f"line {self.text.count(chr(10), 0, found.start()) + 1}", fault, hint
+            f"line {self.text.count(chr(10), 0, token.start()) + 1}", reason, hint
         )
 
-    def word(
+    def next_token(
         self, pattern: re.Pattern[str] | None = None, of: str = "", hint: str = ""
     ) -> str:
         """Return the next word, which has to match a pattern, in full."""
-        self.place += 1
-        word = self.words[self.place - 1]
-        if pattern is not None and not pattern.fullmatch(word):
-            raise self.fault(f"has {quoted(word)} in place of {of}", hint)
-        return word
+        self.position += 1
+        token = self.tokens[self.position - 1]
+        if pattern is not None and not pattern.fullmatch(token):
+            raise self.error(f"has {quoted(token)} in place of {of}", hint)
+        return token
 
     @property
     def next_is_text(self) -> bool:
-        return self.words[self.place][:1] == '"' and len(self.words[self.place]) > 1
+        return (
+            self.tokens[self.position][:1] == '"'
+            and len(self.tokens[self.position]) > 1
+        )
 
     def name(self) -> str:
-        word = self.word(NAME, "a name", "put names in quotes")[1:-1]
-        return ESCAPED.sub(r"\1", word) if "\\" in word else word
+        token = self.next_token(NAME, "a name", "put names in quotes")[1:-1]
+        return ESCAPED.sub(r"\1", token) if "\\" in token else token
 
-    def whole(self, of: str) -> int:
-        return int(self.word(WHOLE, f"the number of {of}", "give a whole number"))
+    def integer(self, of: str) -> int:
+        return int(self.next_token(WHOLE, f"the number of {of}", "give a whole number"))
 
     def number(self) -> Fraction:
-        word = self.words[self.place]
-        if word in self.values:
-            self.place += 1
-            return self.values[word]
+        token = self.tokens[self.position]
+        if token in self.values:
+            self.position += 1
+            return self.values[token]
         hint = "give an integer, a decimal or a fraction"
-        value = Fraction(self.word(NUMBER, "a number", hint))
+        value = Fraction(self.next_token(NUMBER, "a number", hint))
         if abs(value) > LARGEST:
-            raise self.fault(
-                f"has {quoted(word)}, too large for doubles", SCALE_PAYOFFS
+            raise self.error(
+                f"has {quoted(token)}, too large for doubles", SCALE_PAYOFFS
             )
-        self.values[word] = value
+        self.values[token] = value
         return value
 
     def in_braces(self) -> tuple[str, ...] | None:
         """Return the words between the braces that come next, which are not read by
         that; None if there are none."""
-        if self.words[self.place] != "{":
+        if self.tokens[self.position] != "{":
             return None
         with suppress(ValueError):  # no brace closes the list
-            end = self.words.index("}", self.place)
-            return tuple(self.words[self.place + 1 : end])
+            closing = self.tokens.index("}", self.position)
+            return tuple(self.tokens[self.position + 1 : closing])
         return None
 
     def listed(self, each: Callable[[], T]) -> tuple[T, ...] | None:
         """Return what is between braces; None if there is no list."""
-        if self.words[self.place] != "{":
+        if self.tokens[self.position] != "{":
             return None
-        self.place += 1
-        found = []
-        while self.words[self.place] != "}":
-            found.append(each())
-        self.place += 1
-        return tuple(found)
+        self.position += 1
+        items = []
+        while self.tokens[self.position] != "}":
+            items.append(each())
+        self.position += 1
+        return tuple(items)
 
     def tree(self) -> GameTree:
-        if (self.word(), self.word()) != ("EFG", "2") or self.word() not in ("R", "D"):
+        if (self.next_token(), self.next_token()) != (
+            "EFG",
+            "2",
+        ) or self.next_token() not in ("R", "D"):
             raise ProblemError(
                 "line 1",
                 "is not the beginning of a game tree",
@@ -258,7 +267,7 @@ class _Reading:
             )
         title, players = self.name(), self.listed(self.name)
         if players is None:
-            raise self.fault(
+            raise self.error(
                 "has no players after the title",
                 'write EFG 2 R "title" { "one" "two" }',
             )
@@ -276,31 +285,31 @@ class _Reading:
         )
         nodes = self.nodes(both)
         self.comments()
-        if word := self.word():
-            raise self.fault(
-                f"has {quoted(word)} after the last node of the tree",
+        if token := self.next_token():
+            raise self.error(
+                f"has {quoted(token)} after the last node of the tree",
                 "remove it, or correct the nodes",
             )
         return GameTree(self.text, title, both, self.sets[CHANCE], nodes)
 
     def comments(self) -> None:
         while self.next_is_text:
-            self.place += 1
+            self.position += 1
 
     def nodes(self, players: tuple[Player, Player]) -> list[Node]:
         """Return the nodes, and add what leads to the information sets, in the order of
         first nodes, to the players."""
-        found, pending = list[Node](), [(-1, 0)]
+        nodes, pending = list[Node](), [(-1, 0)]
         letters = ", ".join(f"{letter} for {what}" for letter, what in NODES.items())
         while pending:
-            place, (parent, move) = self.place, pending.pop()
-            word = self.word(NODE, "a node", f"begin each node with {letters}")
+            position, (parent, move) = self.position, pending.pop()
+            token = self.next_token(NODE, "a node", f"begin each node with {letters}")
             self.name()
-            owner = {"c": CHANCE, "t": TERMINAL}.get(word) or self.player()
+            owner = {"c": CHANCE, "t": TERMINAL}.get(token) or self.player()
             index = self.information_set(owner) if owner != TERMINAL else -1
-            moves = len(self.sets[owner][index].actions) if owner != TERMINAL else 0
-            pending += [(len(found), k) for k in range(moves - 1, -1, -1)]
-            above, own = found[parent] if found else ROOT, self.outcome()
+            n_actions = len(self.sets[owner][index].actions) if owner != TERMINAL else 0
+            pending += [(len(nodes), k) for k in range(n_actions - 1, -1, -1)]
+            above, outcome = nodes[parent] if nodes else ROOT, self.outcome()
             sequences, chance, payoffs = (
                 list(above.sequences),
                 above.chance,
@@ -314,13 +323,13 @@ class _Reading:
             ):
                 chance = _brief(chance * odds, "chances")
             if payoffs is NOTHING:
-                payoffs = own
-            elif own is not NOTHING:  # as few are, and fractions take long to add
+                payoffs = outcome
+            elif outcome is not NOTHING:  # as few are, and fractions take long to add
                 payoffs = (
-                    _brief(payoffs[0] + own[0], "payoffs"),
-                    _brief(payoffs[1] + own[1], "payoffs"),
+                    _brief(payoffs[0] + outcome[0], "payoffs"),
+                    _brief(payoffs[1] + outcome[1], "payoffs"),
                 )
-            found.append(
+            nodes.append(
                 Node(
                     parent,
                     move,
@@ -332,11 +341,11 @@ class _Reading:
                 )
             )
             if owner >= 0:
-                self.recall(owner, players[owner], index, sequences[owner], place)
-        return found
+                self.recall(owner, players[owner], index, sequences[owner], position)
+        return nodes
 
     def recall(
-        self, owner: int, player: Player, index: int, before: int, place: int
+        self, owner: int, player: Player, index: int, before: int, position: int
     ) -> None:
         """Take note of the sequence before an information set, which has to be the same
         at all of its nodes."""
@@ -347,90 +356,92 @@ class _Reading:
             )
         elif player.before[index] != before:
             named = f"information set {player.sets[index].number} of player {owner + 1}"
-            fault = (
+            reason = (
                 f"has no perfect recall: other own moves lead to {named} than before"
             )
-            raise self.fault(
-                fault,
+            raise self.error(
+                reason,
                 "give an information set to each history of a player's own moves",
-                place,
+                position,
             )
 
     def player(self) -> int:
-        if (number := self.whole("a player")) not in (1, 2):
-            raise self.fault(f"names player {number} of 2", "give 1 or 2")
+        if (number := self.integer("a player")) not in (1, 2):
+            raise self.error(f"names player {number} of 2", "give 1 or 2")
         return number - 1
 
     def information_set(self, owner: int) -> int:
         """Return the index of the information set, or of the event, that comes next."""
         what = "chance event" if owner == CHANCE else "information set"
-        number, known = (
-            self.whole(f"{'an' * (owner >= 0) or 'a'} {what}"),
+        number, indices = (
+            self.integer(f"{'an' * (owner >= 0) or 'a'} {what}"),
             self.numbers[owner],
         )
         named = f"{what} {number}" + f" of player {owner + 1}" * (owner >= 0)
-        label, place = self.name() if self.next_is_text else "", self.place
-        words = self.in_braces()
-        if words is not None and self.actions.get((owner, number)) == words:
-            self.place += len(words) + 2
-            return known[number]
-        given = self.listed(
+        label, position = self.name() if self.next_is_text else "", self.position
+        names = self.in_braces()
+        if names is not None and self.actions.get((owner, number)) == names:
+            self.position += len(names) + 2
+            return indices[number]
+        actions_in_text = self.listed(
             lambda: (self.name(), self.number() if owner == CHANCE else Fraction(0))
         )
-        if given is not None:
+        if actions_in_text is not None:
             actions, odds = (
-                tuple(name for name, _ in given),
-                tuple(odd for _, odd in given) * (owner == CHANCE),
+                tuple(name for name, _ in actions_in_text),
+                tuple(odd for _, odd in actions_in_text) * (owner == CHANCE),
             )
             if not actions:
-                raise self.fault(f"lists no action for {named}", "list at least one")
+                raise self.error(f"lists no action for {named}", "list at least one")
             if odds and (min(odds) < 0 or sum(odds) != 1):
-                fault = (
+                reason = (
                     f"the probabilities of {named} are not at least 0 with the sum 1"
                 )
-                raise self.fault(
-                    fault, "give fractions, such as 1/3, whose sum is 1", place
+                raise self.error(
+                    reason, "give fractions, such as 1/3, whose sum is 1", position
                 )
-            own = InformationSet(number, label, actions, odds)
-            if number not in known:
-                known[number] = len(self.sets[owner])
-                self.sets[owner].append(own)
-                self.actions[owner, number] = words or ()
-            elif (first := self.sets[owner][known[number]])[2:] != own[2:]:
+            information_set = InformationSet(number, label, actions, odds)
+            if number not in indices:
+                indices[number] = len(self.sets[owner])
+                self.sets[owner].append(information_set)
+                self.actions[owner, number] = names or ()
+            elif (first := self.sets[owner][indices[number]])[2:] != information_set[
+                2:
+            ]:
                 listed = "actions" if first.actions != actions else "probabilities"
-                raise self.fault(
+                raise self.error(
                     f"lists other {listed} for {named} than before",
                     "correct one of them",
-                    place,
+                    position,
                 )
-        elif number not in known:
-            raise self.fault(
+        elif number not in indices:
+            raise self.error(
                 f"names {named} before its actions",
                 "list its actions where it is first named",
             )
-        return known[number]
+        return indices[number]
 
     def outcome(self) -> Payoffs:
-        number = self.whole("an outcome")
+        number = self.integer("an outcome")
         if self.next_is_text:
-            self.place += 1
-        place, given = self.place, self.listed(self.number)
-        if given is not None and len(given) != 2:
-            raise self.fault(
-                f"has {count(len(given), 'payoff')} for 2 players",
+            self.position += 1
+        position, payoffs = self.position, self.listed(self.number)
+        if payoffs is not None and len(payoffs) != 2:
+            raise self.error(
+                f"has {count(len(payoffs), 'payoff')} for 2 players",
                 "give one for each",
-                place,
+                position,
             )
-        if given is None and number not in self.outcomes:
-            raise self.fault(
+        if payoffs is None and number not in self.outcomes:
+            raise self.error(
                 f"names outcome {number} before its payoffs",
                 "give them where it is first named",
             )
-        known = self.outcomes.setdefault(number, given or NOTHING)
-        if given is not None and known != given:
-            raise self.fault(
+        outcome = self.outcomes.setdefault(number, payoffs or NOTHING)
+        if payoffs is not None and outcome != payoffs:
+            raise self.error(
                 f"gives outcome {number} other payoffs than it has",
                 "correct one of them",
-                place,
+                position,
             )
-        return known
+        return outcome

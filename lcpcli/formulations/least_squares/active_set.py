@@ -92,8 +92,8 @@ def minimize(data: Data) -> Minimizer | None:
         start = _of_states(data, feasible.x, feasible.states)
     else:
         start = _exchanged(data, start)
-    found = _descended(data, start, _noise(data, start))
-    return None if found is None else _settled(data, found)
+    minimizer = _descended(data, start, _noise(data, start))
+    return None if minimizer is None else _with_certain_signs(data, minimizer)
 
 
 def start_of(data: Data) -> Minimizer:
@@ -131,9 +131,9 @@ def _exchanged(data: Data, start: Minimizer) -> Minimizer:
         return start
     is_inside = (lower < x) & (x < upper)
     states = np.where(is_inside, BASIC, np.where(x <= lower, LOWER, UPPER))
-    found = _of_states(data, x, states.astype(np.int8))
-    is_better = found.r @ found.r < start.r @ start.r
-    return found if is_better and found.factors(data).is_regular else start
+    minimizer = _of_states(data, x, states.astype(np.int8))
+    is_better = minimizer.r @ minimizer.r < start.r @ start.r
+    return minimizer if is_better and minimizer.factors(data).is_regular else start
 
 
 class Exchanged(NamedTuple):
@@ -141,7 +141,7 @@ class Exchanged(NamedTuple):
 
     x: Vector
     states: States
-    wrong: int
+    n_infeasible: int
 
 
 def exchanges(
@@ -149,7 +149,7 @@ def exchanges(
 ) -> Exchanged | None:
     """Return where exchanges of all wrong coefficients lead, by A'A and A'b; None if a
     system is not positive definite."""
-    solve, fewest, failures = lapack().dposv, lower.size + 1, 0
+    solve, min_wrong, failures = lapack().dposv, lower.size + 1, 0
     has_none = np.isinf(lower) & np.isinf(upper)
     if has_none.any():
         states = np.where(has_none, BASIC, states)
@@ -161,131 +161,131 @@ def exchanges(
         if x.any():
             of_free = of_free - gram[free] @ x
         if free.size:
-            _, x[free], fault = solve(gram[free[:, np.newaxis], free], of_free)
-            if fault:
+            _, x[free], reason = solve(gram[free[:, np.newaxis], free], of_free)
+            if reason:
                 return None
         slopes = gram @ x - side
         below, above = x < lower, x > upper
-        wrong = below | above | ((slopes * states > 0) & (lower < upper))
-        number = int(np.count_nonzero(wrong))
-        if number < fewest:
-            fewest, failures = number, 0
+        is_infeasible = below | above | ((slopes * states > 0) & (lower < upper))
+        number = int(np.count_nonzero(is_infeasible))
+        if number < min_wrong:
+            min_wrong, failures = number, 0
         else:
             failures += 1
         if not number or failures > MAX_FAILED_EXCHANGES:
             break
         others = np.where(below, LOWER, np.where(above, UPPER, BASIC))
-        states = np.where(wrong, others, states)
+        states = np.where(is_infeasible, others, states)
     return Exchanged(x, states, number)
 
 
-def _descended(data: Data, found: Minimizer, noise: Vector) -> Minimizer | None:
+def _descended(data: Data, minimizer: Minimizer, noise: Vector) -> Minimizer | None:
     """Return the point at which steps to minimizers of the free coefficients end; None
     if they do not. noise : what rounding may make of the multipliers."""
-    n = found.x.size
+    n = minimizer.x.size
     for _ in range(MAX_STEPS * (n + 10)):
-        while not _step(data, found, found.factors(data)):
-            found.steps += 1
-        found.steps += 1
-        if not _freed(data, found, noise):
-            return found
+        while not _step(data, minimizer, minimizer.factors(data)):
+            minimizer.steps += 1
+        minimizer.steps += 1
+        if not _freed(data, minimizer, noise):
+            return minimizer
     return None
 
 
-def _step(data: Data, found: Minimizer, factors: Factors) -> bool:
+def _step(data: Data, minimizer: Minimizer, factors: Factors) -> bool:
     """Move the free coefficients to their minimizer, or up to the first bounds on the
     way, which they then keep. Return whether it is reached."""
-    free = found.free
-    step = factors.step(found.r, np.zeros(free.size), data.d - data.E @ found.x)
-    start, low, high = found.x[free], data.lower[free], data.upper[free]
+    free = minimizer.free
+    step = factors.step(minimizer.r, np.zeros(free.size), data.d - data.E @ minimizer.x)
+    start, low, high = minimizer.x[free], data.lower[free], data.upper[free]
     target = start + step.dx
     outside = ((target < low) | (target > high)).nonzero()[0]
     if not outside.size:
-        found.x[free], found.r, found.y = target, step.dr, step.dy
+        minimizer.x[free], minimizer.r, minimizer.y = target, step.dr, step.dy
         return True
     bounds = np.where(target < low, low, high)
     ratios = np.ones(free.size)
     ratios[outside] = (bounds - start)[outside] / step.dx[outside]
     ratio = float(ratios.min())
     reached = ratios == ratio
-    moved = np.clip(start + ratio * step.dx, low, high)
-    found.x[free] = np.where(reached, bounds, moved)
-    found.r = found.r - factors.A @ (found.x[free] - start)
+    new_x = np.clip(start + ratio * step.dx, low, high)
+    minimizer.x[free] = np.where(reached, bounds, new_x)
+    minimizer.r = minimizer.r - factors.A @ (minimizer.x[free] - start)
     states = np.where(target < low, LOWER, UPPER)
-    found.states[free[reached]] = states[reached]
+    minimizer.states[free[reached]] = states[reached]
     return False
 
 
-def _freed(data: Data, found: Minimizer, noise: Vector) -> bool:
+def _freed(data: Data, minimizer: Minimizer, noise: Vector) -> bool:
     """Free the coefficient at a bound whose multiplier has the wrong sign by most, if
     one has by more than rounding."""
-    slopes = data.A.T @ found.r + data.E.T @ found.y
-    gains = np.where(found.states == UPPER, -slopes, slopes)
+    slopes = data.A.T @ minimizer.r + data.E.T @ minimizer.y
+    gains = np.where(minimizer.states == UPPER, -slopes, slopes)
     has_none = np.isinf(data.lower) & np.isinf(data.upper)
     gains[has_none] = np.abs(slopes[has_none])
-    gains[(found.states == BASIC) | (data.lower == data.upper)] = 0.0
+    gains[(minimizer.states == BASIC) | (data.lower == data.upper)] = 0.0
     gains[gains <= noise] = 0.0
     for j in np.argsort(-gains, kind="stable").tolist():
         if not gains[j] > 0:
             return False
-        before, found.states[j] = found.states[j], BASIC
+        before, minimizer.states[j] = minimizer.states[j], BASIC
         # Else the multiplier is rounding, or the column depends on others.
-        if _moves_inside(data, found, j, slopes[j]):
+        if _moves_inside(data, minimizer, j, slopes[j]):
             return True
-        found.states[j] = before
+        minimizer.states[j] = before
     return False
 
 
-def _moves_inside(data: Data, found: Minimizer, j: int, slope: float) -> bool:
+def _moves_inside(data: Data, minimizer: Minimizer, j: int, slope: float) -> bool:
     """Return whether the step of the free coefficients moves one of them along its
     slope."""
-    factors = found.factors(data)
+    factors = minimizer.factors(data)
     if not factors.is_regular:
         return False
-    e = data.d - data.E @ found.x
-    dx = factors.step(found.r, np.zeros(found.free.size), e).dx
-    return bool(dx[np.searchsorted(found.free, j)] * slope > 0)
+    e = data.d - data.E @ minimizer.x
+    dx = factors.step(minimizer.r, np.zeros(minimizer.free.size), e).dx
+    return bool(dx[np.searchsorted(minimizer.free, j)] * slope > 0)
 
 
-def _noise(data: Data, found: Minimizer) -> Vector:
+def _noise(data: Data, minimizer: Minimizer) -> Vector:
     """Return what rounding may make of the multipliers at points that are not
     refined."""
     norms = column_norms(data.A)
-    terms = norms * (np.sqrt(data.b @ data.b) + norms @ np.abs(found.x))
-    of_E = np.abs(data.E).T @ np.abs(found.y)
+    terms = norms * (np.sqrt(data.b @ data.b) + norms @ np.abs(minimizer.x))
+    of_E = np.abs(data.E).T @ np.abs(minimizer.y)
     return np.asarray(ROUNDING_OF_MULTIPLIERS * (terms + of_E))
 
 
-def _are_clear(data: Data, found: Minimizer) -> bool:
+def _are_clear(data: Data, minimizer: Minimizer) -> bool:
     """Return whether the signs of all coefficients and multipliers are known, and all
     conditions hold to rounding, without refinement."""
-    factors = found.factors(data)
+    factors = minimizer.factors(data)
     if data.d.size or not factors.is_regular:
         return False
-    free = found.free
-    found.r = factors.step(found.r, np.zeros(free.size), data.d).dr
+    free = minimizer.free
+    minimizer.r = factors.step(minimizer.r, np.zeros(free.size), data.d).dr
     norms = column_norms(data.A)
     rows = column_norms(factors.inverse_of_R.T) if free.size else norms[:0]
-    return are_clear(data, found, norms, rows)
+    return are_clear(data, minimizer, norms, rows)
 
 
-def are_clear(data: Data, found: Minimizer, norms: Vector, rows: Vector) -> bool:
+def are_clear(data: Data, minimizer: Minimizer, norms: Vector, rows: Vector) -> bool:
     """Return whether the signs of all coefficients and multipliers of a point without
     refinement are known. norms : of the columns of A. rows : those of the rows of the
     pseudoinverse of the free columns."""
-    free = found.free
-    size = float(np.sqrt(found.r @ found.r))
-    terms = float(np.sqrt(data.b @ data.b) + norms @ np.abs(found.x))
+    free = minimizer.free
+    size = float(np.sqrt(minimizer.r @ minimizer.r))
+    terms = float(np.sqrt(data.b @ data.b) + norms @ np.abs(minimizer.x))
     if not size > LARGE_RESIDUAL * terms:
         return False
     largest = float(np.sqrt(rows @ rows))
     of_free = float(np.sqrt(norms[free] @ norms[free]))
     errors = UNREFINED * rows * (terms + largest * of_free * size)
-    gaps = np.minimum(found.x - data.lower, data.upper - found.x)[free]
+    gaps = np.minimum(minimizer.x - data.lower, data.upper - minimizer.x)[free]
     if not (gaps > errors).all():
         return False
-    fixed = (found.states != BASIC) & (data.lower < data.upper)
-    slopes = -(data.A.T @ found.r)[fixed] * found.states[fixed]
+    fixed = (minimizer.states != BASIC) & (data.lower < data.upper)
+    slopes = -(data.A.T @ minimizer.r)[fixed] * minimizer.states[fixed]
     noise = UNREFINED * norms[fixed] * (terms + largest * size)
     return bool((slopes < -noise).all())
 
@@ -295,56 +295,63 @@ def column_norms(A: Matrix) -> Vector:
     return np.asarray(np.sqrt(np.einsum("ij,ij->j", A, A)))
 
 
-def _settled(data: Data, found: Minimizer) -> Minimizer | None:
+def _with_certain_signs(data: Data, minimizer: Minimizer) -> Minimizer | None:
     """Return the minimizer to which refined points lead, whose signs are known to more
     digits than those of others."""
-    if _are_clear(data, found):
-        return found
+    if _are_clear(data, minimizer):
+        return minimizer
     for _ in range(MAX_REFINED_POINTS):
-        found = _refined(data, found)
-        inside = (data.lower <= found.x) & (found.x <= data.upper)
-        terms = np.abs(data.A) @ np.abs(found.x) + np.abs(data.b)
-        if inside.all() and (np.abs(found.r) <= ROUNDING_OF_RESIDUALS * terms).all():
-            found.r, found.y = np.zeros_like(found.r), np.zeros_like(found.y)
-            return found
+        minimizer = _refine_to_digits(data, minimizer)
+        inside = (data.lower <= minimizer.x) & (minimizer.x <= data.upper)
+        terms = np.abs(data.A) @ np.abs(minimizer.x) + np.abs(data.b)
+        if (
+            inside.all()
+            and (np.abs(minimizer.r) <= ROUNDING_OF_RESIDUALS * terms).all()
+        ):
+            minimizer.r, minimizer.y = (
+                np.zeros_like(minimizer.r),
+                np.zeros_like(minimizer.y),
+            )
+            return minimizer
         noise = ROUNDING_OF_MULTIPLIERS * (
-            np.abs(data.A).T @ np.abs(found.r) + np.abs(data.E).T @ np.abs(found.y)
+            np.abs(data.A).T @ np.abs(minimizer.r)
+            + np.abs(data.E).T @ np.abs(minimizer.y)
         )
         if not inside.all():
-            _put_on_bounds(data, found)
-        elif not _freed(data, found, noise):
-            return found
-        again = _descended(data, found, noise)
+            _put_on_bounds(data, minimizer)
+        elif not _freed(data, minimizer, noise):
+            return minimizer
+        again = _descended(data, minimizer, noise)
         if again is None:
             return None
-        found = again
-    return found
+        minimizer = again
+    return minimizer
 
 
-def _put_on_bounds(data: Data, found: Minimizer) -> None:
+def _put_on_bounds(data: Data, minimizer: Minimizer) -> None:
     """Put the coefficients that refinement has moved beyond their bounds there."""
-    below, above = found.x < data.lower, found.x > data.upper
-    found.states[below], found.states[above] = LOWER, UPPER
-    found.x = np.clip(found.x, data.lower, data.upper)
-    found.r = data.b - data.A @ found.x
+    below, above = minimizer.x < data.lower, minimizer.x > data.upper
+    minimizer.states[below], minimizer.states[above] = LOWER, UPPER
+    minimizer.x = np.clip(minimizer.x, data.lower, data.upper)
+    minimizer.r = data.b - data.A @ minimizer.x
 
 
-def _refined(data: Data, found: Minimizer) -> Minimizer:
+def _refine_to_digits(data: Data, minimizer: Minimizer) -> Minimizer:
     """Return the point with x, r and y refined to nearly all of their digits."""
-    free, last = found.free, np.inf
-    factors = found.factors(data)
+    free, last = minimizer.free, np.inf
+    factors = minimizer.factors(data)
     both = np.vstack((factors.A, factors.E)).T
     for _ in range(MAX_REFINEMENTS):
-        x = np.append(found.x, 1.0)
-        f = residual(np.column_stack((data.A, found.r)), x, data.b)
-        g = residual(both, np.append(found.r, found.y), np.zeros(free.size))
-        step = factors.step(f, g, residual(data.E, found.x, data.d))
-        sizes = np.abs(found.x[free]) + EPS
+        x = np.append(minimizer.x, 1.0)
+        f = residual(np.column_stack((data.A, minimizer.r)), x, data.b)
+        g = residual(both, np.append(minimizer.r, minimizer.y), np.zeros(free.size))
+        step = factors.step(f, g, residual(data.E, minimizer.x, data.d))
+        sizes = np.abs(minimizer.x[free]) + EPS
         size = float((np.abs(step.dx) / sizes).max(initial=0.0))
         if not size <= last / 2:
             break
         last = size
-        found.x[free] += step.dx
-        found.r = found.r + step.dr
-        found.y = found.y + step.dy
-    return found
+        minimizer.x[free] += step.dx
+        minimizer.r = minimizer.r + step.dr
+        minimizer.y = minimizer.y + step.dy
+    return minimizer

@@ -105,16 +105,16 @@ class Fit(Answer):
         """Return the residual, its norm with the bound, and the multipliers."""
         if self._problem is None:
             return None
-        data, found = self._problem
-        own = (accurate_residual if is_sparse(data.A) else residual)(
-            data.A, found.x, data.b
+        data, minimizer = self._problem
+        residual_of_x = (accurate_residual if is_sparse(data.A) else residual)(
+            data.A, minimizer.x, data.b
         )
-        slopes = data.A.T @ found.r + data.E.T @ found.y
-        multipliers = np.where(found.states == BASIC, 0.0, 0.0 - slopes)
-        norm, error = _norm(own)
-        terms = abs(data.A) @ np.abs(found.x) + np.abs(data.b)
-        error += (found.x.size * EPS) ** 2 * _norm(terms)[0]
-        return own, norm, error, multipliers
+        slopes = data.A.T @ minimizer.r + data.E.T @ minimizer.y
+        multipliers = np.where(minimizer.states == BASIC, 0.0, 0.0 - slopes)
+        norm, error = _norm(residual_of_x)
+        terms = abs(data.A) @ np.abs(minimizer.x) + np.abs(data.b)
+        error += (minimizer.x.size * EPS) ** 2 * _norm(terms)[0]
+        return residual_of_x, norm, error, multipliers
 
     @property
     def residual(self) -> Vector | None:
@@ -148,10 +148,10 @@ class Fit(Answer):
     def _determinacy(self) -> Determinacy | None:
         if self._problem is None:
             return None
-        data, found = self._problem
-        if data.b.size + found.free.size + data.d.size > MAX_EXAMINED:
+        data, minimizer = self._problem
+        if data.b.size + minimizer.free.size + data.d.size > MAX_EXAMINED:
             return None
-        return determinacy(data._replace(A=dense(data.A), E=dense(data.E)), found)
+        return determinacy(data._replace(A=dense(data.A), E=dense(data.E)), minimizer)
 
     @property
     def proved(self) -> str | None:
@@ -255,8 +255,8 @@ def fit_at(
 ) -> Fit:
     """Return the answer for a solution z. exact : its coefficients in fractions."""
     r, x, y = origin.parts(z)
-    found = Minimizer(x, r, y, states_of(data, x))
-    return Fit(origin.coefficient_names(), x, exact, "solved", (data, found))
+    minimizer = Minimizer(x, r, y, states_of(data, x))
+    return Fit(origin.coefficient_names(), x, exact, "solved", (data, minimizer))
 
 
 def _norm(values: Vector) -> tuple[float, float]:

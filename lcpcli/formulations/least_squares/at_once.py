@@ -35,22 +35,22 @@ REASON = "each row holds to 2e-13 of its own terms"
 @np.errstate(all="ignore")
 def proposed(data: Data) -> Proposal | None:
     """Return the z of the minimizer; None if the method does not reach one."""
-    found = None
+    minimizer = None
     if is_sparse(data.A):
         scaled = Scaled.of(data)
-        found = minimize_sparse(scaled.data)
-        if found is None and data.A.shape[0] * data.A.shape[1] > MAX_ENTRIES:
+        minimizer = minimize_sparse(scaled.data)
+        if minimizer is None and data.A.shape[0] * data.A.shape[1] > MAX_ENTRIES:
             return None
-    if found is None:
+    if minimizer is None:
         data = data._replace(A=dense(data.A), E=dense(data.E))
         scaled = Scaled.of(data)
-        found = minimize(scaled.data)
-    if found is None:
+        minimizer = minimize(scaled.data)
+    if minimizer is None:
         return None
-    x = np.clip(scaled.x(found.x), data.lower, data.upper)
-    z = np.concatenate((scaled.r(found.r), x, scaled.y(found.y)))
-    is_certain = holds(data, scaled.r(found.r), x, scaled.y(found.y)).all()
-    return Proposal(z, found.steps, METHOD, REASON * bool(is_certain))
+    x = np.clip(scaled.x(minimizer.x), data.lower, data.upper)
+    z = np.concatenate((scaled.r(minimizer.r), x, scaled.y(minimizer.y)))
+    is_certain = holds(data, scaled.r(minimizer.r), x, scaled.y(minimizer.y)).all()
+    return Proposal(z, minimizer.steps, METHOD, REASON * bool(is_certain))
 
 
 class Fits:

@@ -46,72 +46,72 @@ class Determinacy(NamedTuple):
 
 
 @np.errstate(all="ignore")
-def determinacy(data: Data, found: Minimizer) -> Determinacy:
+def determinacy(data: Data, minimizer: Minimizer) -> Determinacy:
     """Return what the data say about a minimizer, both in the units of the problem."""
     scaled = Scaled.of(data)
-    own = scaled.minimizer(found)
-    uncertain = _uncertain(scaled.data, own)
+    scaled_minimizer = scaled.minimizer(minimizer)
+    uncertain = _uncertain(scaled.data, scaled_minimizer)
     listed = uncertain.nonzero()[0].tolist()
     is_fixed = data.lower == data.upper
-    inside = (own.states == BASIC) | (uncertain & ~is_fixed)
-    direction = _direction(scaled.data, own, inside)
+    inside = (scaled_minimizer.states == BASIC) | (uncertain & ~is_fixed)
+    direction = _direction(scaled.data, scaled_minimizer, inside)
     if direction is None:
         return Determinacy(ROUNDED if listed else UNIQUE, None, listed, [])
     along = scaled.x(direction)
     changing = direction.nonzero()[0].tolist()
     if _is_exact(scaled.data, direction):
-        other = _moved(data, found.x, along)
-        if not np.array_equal(other, found.x):
+        other = _moved(data, minimizer.x, along)
+        if not np.array_equal(other, minimizer.x):
             return Determinacy(SEVERAL, other, listed, changing)
     return Determinacy(ROUNDED, None, listed, changing)
 
 
-def _uncertain(data: Data, found: Minimizer) -> Mask:
+def _uncertain(data: Data, minimizer: Minimizer) -> Mask:
     """Return which coefficients rounding of the data may put at a bound or free."""
-    A, E, states = data.A, data.E, found.states
-    free, fixed = found.free, (states != BASIC).nonzero()[0]
+    A, E, states = data.A, data.E, minimizer.states
+    free, fixed = minimizer.free, (states != BASIC).nonzero()[0]
     factors = Factors(A[:, free], E[:, free])
     uncertain = np.zeros(states.size, dtype=bool)
     if not factors.is_regular:
         uncertain[:] = True
         return uncertain & (data.lower < data.upper)
-    errors = ROUNDING_OF_DATA * np.concatenate(_terms(data, found, free))
+    errors = ROUNDING_OF_DATA * np.concatenate(_terms(data, minimizer, free))
     inverse = factors.inverse()
     p = free.size
-    moves = np.abs(inverse[:p]) @ errors
-    gaps = np.minimum(found.x - data.lower, data.upper - found.x)[free]
-    uncertain[free] = gaps <= moves
+    changes = np.abs(inverse[:p]) @ errors
+    gaps = np.minimum(minimizer.x - data.lower, data.upper - minimizer.x)[free]
+    uncertain[free] = gaps <= changes
     slopes = np.hstack((A[:, fixed].T, E[:, fixed].T))
-    own = np.abs(A[:, fixed]).T @ np.abs(found.r) + np.abs(E[:, fixed]).T @ np.abs(
-        found.y
-    )
+    own_errors = np.abs(A[:, fixed]).T @ np.abs(minimizer.r) + np.abs(
+        E[:, fixed]
+    ).T @ np.abs(minimizer.y)
     of_others = np.abs(slopes @ inverse[p:]) @ errors
-    sizes = np.abs(slopes @ np.concatenate((found.r, found.y)))
+    sizes = np.abs(slopes @ np.concatenate((minimizer.r, minimizer.y)))
     is_free_value = data.lower[fixed] < data.upper[fixed]
-    is_rounding = sizes <= ROUNDING_OF_DATA * own + of_others
+    is_rounding = sizes <= ROUNDING_OF_DATA * own_errors + of_others
     uncertain[fixed] = is_rounding & is_free_value
     return uncertain
 
 
 def _terms(
-    data: Data, found: Minimizer, free: Indices
+    data: Data, minimizer: Minimizer, free: Indices
 ) -> tuple[Vector, Vector, Vector]:
     """Return the sizes of the terms in the rows of the system of the free
     coefficients."""
-    sizes = np.abs(found.x)
+    sizes = np.abs(minimizer.x)
     of_A = np.abs(data.A) @ sizes + np.abs(data.b)
     of_E = np.abs(data.E) @ sizes + np.abs(data.d)
-    slopes = np.abs(data.A[:, free]).T @ np.abs(found.r)
-    return of_A, slopes + np.abs(data.E[:, free]).T @ np.abs(found.y), of_E
+    slopes = np.abs(data.A[:, free]).T @ np.abs(minimizer.r)
+    return of_A, slopes + np.abs(data.E[:, free]).T @ np.abs(minimizer.y), of_E
 
 
-def _direction(data: Data, found: Minimizer, inside: Mask) -> Vector | None:
+def _direction(data: Data, minimizer: Minimizer, inside: Mask) -> Vector | None:
     """Return a direction in which A x and E x stay the same to rounding and x stays
     within its bounds; None if there is none. inside : which coefficients may move, away
     from their bound if they are at one."""
-    free = found.free
+    free = minimizer.free
     both = np.vstack((data.A, data.E))
-    direction = np.zeros(found.x.size)
+    direction = np.zeros(minimizer.x.size)
     independent: list[int] = []
     for j in free.tolist():
         columns = both[:, [*independent, j]]
@@ -121,26 +121,28 @@ def _direction(data: Data, found: Minimizer, inside: Mask) -> Vector | None:
             direction[j] = 1.0
             return _without_rounding(direction)
         independent.append(j)
-    at_bounds = (inside & (found.states != BASIC)).nonzero()[0]
+    at_bounds = (inside & (minimizer.states != BASIC)).nonzero()[0]
     if not at_bounds.size:
         return None
-    return _along_bounds(data, found, both, at_bounds)
+    return _along_bounds(data, minimizer, both, at_bounds)
 
 
 def _along_bounds(
-    data: Data, found: Minimizer, both: Matrix, at_bounds: Indices
+    data: Data, minimizer: Minimizer, both: Matrix, at_bounds: Indices
 ) -> Vector | None:
     """Return a direction that leaves bounds: the smallest A v, with E v, for v that
     moves off them by 1 in all."""
-    moving = np.concatenate((found.free, at_bounds))
+    moving = np.concatenate((minimizer.free, at_bounds))
     signs = np.ones(moving.size)
-    signs[found.free.size :] = np.where(found.states[at_bounds] == UPPER, -1.0, 1.0)
+    signs[minimizer.free.size :] = np.where(
+        minimizer.states[at_bounds] == UPPER, -1.0, 1.0
+    )
     lower = np.zeros(moving.size)
-    lower[: found.free.size] = -np.inf
+    lower[: minimizer.free.size] = -np.inf
     is_unbounded = np.isinf(data.lower[moving]) & np.isinf(data.upper[moving])
     lower[is_unbounded] = -np.inf
     weights = np.zeros((1, moving.size))
-    weights[0, found.free.size :] = 1.0
+    weights[0, minimizer.free.size :] = 1.0
     columns = both[:, moving] * signs
     zero, high = np.zeros(len(both)), np.full(moving.size, np.inf)
     cone = minimize(Data(columns, zero, lower, high, weights, np.ones(1)))
@@ -149,7 +151,7 @@ def _along_bounds(
     sizes = np.abs(columns) @ np.abs(cone.x)
     if not (np.abs(cone.r) <= ZERO * sizes.max(initial=0.0)).all():
         return None
-    direction = np.zeros(found.x.size)
+    direction = np.zeros(minimizer.x.size)
     direction[moving] = signs * cone.x
     return _without_rounding(direction)
 
@@ -161,9 +163,9 @@ def _without_rounding(direction: Vector) -> Vector:
     largest = np.abs(direction).max()
     direction = np.where(np.abs(direction) <= ZERO * largest, 0.0, direction)
     smallest = np.abs(direction[direction != 0]).min()
-    whole = np.round(direction / smallest)
-    is_whole = np.abs(direction / smallest - whole) <= 1e-9
-    return np.asarray(whole if is_whole.all() else direction)
+    integers = np.round(direction / smallest)
+    are_integers = np.abs(direction / smallest - integers) <= 1e-9
+    return np.asarray(integers if are_integers.all() else direction)
 
 
 def _is_exact(data: Data, direction: Vector) -> bool:
@@ -194,12 +196,12 @@ def _moved(data: Data, x: Vector, along: Vector) -> Vector:
     length = min(length, float((rooms / np.abs(along[along != 0])).min()))
     if not length > 0 and (along < 0).any() and (along > 0).any():
         return _moved(data, x, -along) if (x - along >= data.lower).all() else x
-    moved: Vector = np.clip(x + length * along, data.lower, data.upper)
-    return moved
+    other: Vector = np.clip(x + length * along, data.lower, data.upper)
+    return other
 
 
 def states_of(data: Data, x: Vector) -> States:
     """Return the state of each coefficient at a point within the bounds."""
     states = np.where(x >= data.upper, UPPER, BASIC)
-    found: States = np.where(x <= data.lower, LOWER, states).astype(np.int8)
-    return found
+    states_at_bounds: States = np.where(x <= data.lower, LOWER, states).astype(np.int8)
+    return states_at_bounds

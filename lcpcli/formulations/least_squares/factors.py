@@ -68,14 +68,14 @@ class Factors:
         self.R = self._qr[: self.rank]
         # The norm of a column of R is that of the column of A.
         norms = np.sqrt(np.einsum("ij,ij->j", reduced, reduced))
-        least = DEPENDENT * np.sqrt(m + self.rank) * norms
-        self.is_regular = bool((np.abs(self.R.diagonal()) > least).all())
+        min_pivots = DEPENDENT * np.sqrt(m + self.rank) * norms
+        self.is_regular = bool((np.abs(self.R.diagonal()) > min_pivots).all())
 
     def _times_Q(self, v: Vector, transposed: str) -> Vector:
-        given = v.reshape(len(v), -1)
-        lwork = max(64 * given.shape[1], 1)
-        own = "L", transposed, self._qr, self._tau, given, lwork
-        return np.asarray(lapack().dormqr(*own)[0]).reshape(v.shape)
+        columns = v.reshape(len(v), -1)
+        lwork = max(64 * columns.shape[1], 1)
+        arguments = "L", transposed, self._qr, self._tau, columns, lwork
+        return np.asarray(lapack().dormqr(*arguments)[0]).reshape(v.shape)
 
     def _solve(self, v: Vector, transposed: int) -> Vector:
         return np.asarray(lapack().dtrtrs(self.R, v, trans=transposed)[0])
@@ -87,17 +87,17 @@ class Factors:
     def step(self, f: Vector, g: Vector, e: Vector) -> Step:
         """Return the solution for these right-hand sides; the factors must be
         regular."""
-        known = np.zeros_like(e)
+        minimum_norm = np.zeros_like(e)
         rest = g
         if self.basis is not None:
             U, V = self._rows
-            known = V @ (U.T @ e)
-            f, rest = f - self.A @ known, self.basis.T @ g
+            minimum_norm = V @ (U.T @ e)
+            f, rest = f - self.A @ minimum_norm, self.basis.T @ g
         v, dr = self._reduced_step(f, rest)
         if self.basis is None:
-            return Step(v, dr, known)
+            return Step(v, dr, minimum_norm)
         dy = U @ (V.T @ (g - self.A.T @ dr))
-        return Step(known + self.basis @ v, dr, dy)
+        return Step(minimum_norm + self.basis @ v, dr, dy)
 
     def _reduced_step(self, f: Vector, g: Vector) -> tuple[Vector, Vector]:
         if not self.rank:

@@ -133,8 +133,8 @@ def from_lsq(
         )
     data, labels = data_of(A, b, lower, upper, E, d)
     n = data.A.shape[1]
-    own = names_of("columns", columns, n, COEFFICIENT) if len(columns) else labels
-    return problem_of(data, LeastSquares(data.b.size, n, own), name, source, note)
+    names = names_of("columns", columns, n, COEFFICIENT) if len(columns) else labels
+    return problem_of(data, LeastSquares(data.b.size, n, names), name, source, note)
 
 
 def problem_of(
@@ -178,8 +178,8 @@ def _measurements(b: Any, m: int) -> Vector:
         return as_vector("b", b, m, "row of A")
     columns = as_columns("b", b)
     if len(columns) != m:
-        fault = numbers_for(len(columns), "row", m, "row of A")
-        raise ProblemError("b", fault, MAKE_AGREE)
+        reason = numbers_for(len(columns), "row", m, "row of A")
+        raise ProblemError("b", reason, MAKE_AGREE)
     return np.array(columns)
 
 
@@ -189,13 +189,13 @@ def _equations(E: Any, d: Any, n: int) -> tuple[Matrix, Vector]:
         return np.zeros((0, n)), np.zeros(0)
     for key, value, other in (("E", E, "d"), ("d", d, "E")):
         if value is None:
-            fault = f"is missing, though there is {other}"
-            raise ProblemError(key, fault, f"add it, or leave {other} out")
+            reason = f"is missing, though there is {other}"
+            raise ProblemError(key, reason, f"add it, or leave {other} out")
     E = E if is_sparse(E) else np.atleast_2d(np.asarray(E, dtype=object)).tolist()
     matrix = as_matrix("E", E)
     if matrix.shape[1] != n:
-        fault = numbers_for(matrix.shape[1], "column", n, COEFFICIENT)
-        raise ProblemError("E", fault, MAKE_AGREE)
+        reason = numbers_for(matrix.shape[1], "column", n, COEFFICIENT)
+        raise ProblemError("E", reason, MAKE_AGREE)
     sides = as_vector("d", [d] if np.ndim(d) == 0 else d, matrix.shape[0], "row of E")
     return matrix, sides
 
@@ -226,16 +226,16 @@ class LeastSquares(Formulation):
     @classmethod
     def of_fields(cls, fields: Mapping[str, Any]) -> Problem:
         files.refuse_unknown("", fields, KEYS, "a least-squares problem")
-        known = files.without_nulls(fields)
-        flag = known.pop("lsq", None)
+        arguments = files.without_nulls(fields)
+        flag = arguments.pop("lsq", None)
         # An array of one number in MAT files.
         if isinstance(flag, str) or np.size(flag) != 1 or not np.all(flag):
             raise ProblemError("lsq", "is not true", "write true, or leave it out")
         for key in ("A", "b"):
-            if key not in known:
+            if key not in arguments:
                 raise ProblemError(key, "is missing", f"add the key {key}")
-        columns = names_of("columns", known.pop("columns", ()))
-        return from_lsq(**known, columns=columns)
+        columns = names_of("columns", arguments.pop("columns", ()))
+        return from_lsq(**arguments, columns=columns)
 
     @classmethod
     def parse(cls, data: Mapping[str, Any]) -> LeastSquares:
@@ -252,14 +252,14 @@ class LeastSquares(Formulation):
         names = {"columns": list(self.columns)} if self.columns else {}
         return {"kind": self.kind, **sizes, **names}
 
-    def fits(self, given: Conditions) -> bool:
+    def fits(self, conditions: Conditions) -> bool:
         m, n = self.measurements, self.coefficients
-        if given.q.size < m + n:
+        if conditions.q.size < m + n:
             return False
-        own = self.fitted(given).conditions()
-        difference = compressed(given.M) - compressed(own.M)
+        expected = self.fitted(conditions).conditions()
+        difference = compressed(conditions.M) - compressed(expected.M)
         return not difference.count_nonzero() and all(
-            map(np.array_equal, given[1:], own[1:])
+            map(np.array_equal, conditions[1:], expected[1:])
         )
 
     def fields(
@@ -269,18 +269,18 @@ class LeastSquares(Formulation):
         in_text: bool,  # noqa: ARG002
     ) -> dict[str, Any]:
         data = self.fitted(conditions_of(problem))
-        found: dict[str, Any] = {"A": data.A, "b": data.b, "lsq": True}
-        found |= {"lower": data.lower} if np.isfinite(data.lower).any() else {}
-        found |= {"upper": data.upper} if np.isfinite(data.upper).any() else {}
-        found |= {"E": data.E, "d": data.d} if data.d.size else {}
-        return found | ({"columns": list(self.columns)} if self.columns else {})
+        fields: dict[str, Any] = {"A": data.A, "b": data.b, "lsq": True}
+        fields |= {"lower": data.lower} if np.isfinite(data.lower).any() else {}
+        fields |= {"upper": data.upper} if np.isfinite(data.upper).any() else {}
+        fields |= {"E": data.E, "d": data.d} if data.d.size else {}
+        return fields | ({"columns": list(self.columns)} if self.columns else {})
 
-    def fitted(self, given: Conditions) -> Data:
+    def fitted(self, conditions: Conditions) -> Data:
         """Return the data from which conditions of these sizes are made."""
         m, n = self.measurements, self.coefficients
         x, y = slice(m, m + n), slice(m + n, None)
-        M, q = given.M, given.q
-        sides = -q[:m] + 0.0, given.lower[x], given.upper[x]
+        M, q = conditions.M, conditions.q
+        sides = -q[:m] + 0.0, conditions.lower[x], conditions.upper[x]
         return Data(M[:m, x], *sides, M[y, x], -q[y] + 0.0)
 
     def data_in(self, problem: Problem) -> Data:
@@ -289,8 +289,8 @@ class LeastSquares(Formulation):
 
     def parts(self, z: Any) -> tuple[Any, Any, Any]:
         """Return the r, x and y in a z, or in a w, a sequence of any numbers."""
-        m, end = self.measurements, self.measurements + self.coefficients
-        return z[:m], z[m:end], z[end:]
+        m, stop = self.measurements, self.measurements + self.coefficients
+        return z[:m], z[m:stop], z[stop:]
 
     def names(self, n: int, purpose: str = FULL) -> Sequence[str]:
         """Return the names of the components; labels are never empty."""
@@ -307,27 +307,31 @@ class LeastSquares(Formulation):
     def coefficient_names(self) -> Sequence[str]:
         return self.columns or [f"x{j + 1}" for j in range(self.coefficients)]
 
-    def bounds(self, problem: Problem, given: Mapping[str, Any]) -> Mapping[str, Any]:
+    def bounds(
+        self, problem: Problem, user_bounds: Mapping[str, Any]
+    ) -> Mapping[str, Any]:
         """Return bounds of z with these bounds of x."""
-        ends = {"lower": problem.lower, "upper": problem.upper}
-        found = {}
-        for name, values in given.items():
+        bounds = {"lower": problem.lower, "upper": problem.upper}
+        new_bounds = {}
+        for name, values in user_bounds.items():
             absent = -math.inf if name == "lower" else math.inf
-            end = np.broadcast_to(ends[name], problem.n).copy()
-            own = as_bound(name, values, self.coefficients, COEFFICIENT, absent)
-            self.parts(end)[1][:] = own
-            found[name] = end
-        return found
+            bound = np.broadcast_to(bounds[name], problem.n).copy()
+            of_coefficients = as_bound(
+                name, values, self.coefficients, COEFFICIENT, absent
+            )
+            self.parts(bound)[1][:] = of_coefficients
+            new_bounds[name] = bound
+        return new_bounds
 
     def proposed(self, problem: Problem) -> Any:
-        return self.beside("at_once").proposed(self.data_in(problem))
+        return self.sibling("at_once").proposed(self.data_in(problem))
 
     def answer(self, result: Any) -> Answer:
-        found: Answer = self.beside("answers").answer(self, result)
-        return found
+        answer: Answer = self.sibling("answers").answer(self, result)
+        return answer
 
     def lengths(self, problem: Problem) -> dict[int, str]:
         return {problem.n: "z", self.coefficients: "the coefficients x"}
 
     def verified(self, proposed: Any) -> Any:
-        return self.beside("answers").verified(self, proposed)
+        return self.sibling("answers").verified(self, proposed)

@@ -49,8 +49,8 @@ def nnls(A: Any, b: Any, **options: Unpack[RunOptions]) -> Result | FitBatch:
     >>> answer.x.round(6).tolist(), round(answer.norm, 6)
     ([0.666667, 0.0], 0.816497)
     """
-    found: Result | FitBatch = lsq(A, b, 0.0, **options)
-    return found
+    fit: Result | FitBatch = lsq(A, b, 0.0, **options)
+    return fit
 
 
 @overload
@@ -122,8 +122,8 @@ def lsq(
     began = seconds()
     if dimensions(b) == 2:
         data, labels = data_of(A, b, lower, upper, E, d)
-        given = data.A, data.lower, data.upper, data.E, data.d
-        return FitBatch(Fits(data, labels), partial(_single, given, options))
+        shared = data.A, data.lower, data.upper, data.E, data.d
+        return FitBatch(Fits(data, labels), partial(_single, shared, options))
     if not options:
         data, labels = data_of(A, b, lower, upper, E, d)
         result = solved_at_once(Fits(data, labels), began)
@@ -132,7 +132,7 @@ def lsq(
     return run(from_lsq(A, b, lower, upper, E, d), **options)
 
 
-def _single(given: Any, options: Any, b: Vector) -> Result:
-    A, lower, upper, *equations = given
+def _single(shared: Any, options: Any, b: Vector) -> Result:
+    A, lower, upper, *equations = shared
     E, d = equations if equations[1].size else (None, None)
     return run(from_lsq(A, b, lower, upper, E, d), **options)

@@ -105,21 +105,21 @@ class _System(NamedTuple):
 
     def part(self, rows: Indices) -> _System:
         """Return the fits of these rows."""
-        own = (each[rows] for each in self[3:])
-        return _System(*self[:3], *own)
+        selected = (each[rows] for each in self[3:])
+        return _System(*self[:3], *selected)
 
 
 def _system(fits: Fits, scaled: Scaled, sides: Indices) -> _System:
-    data, own = fits.data, scaled.data
-    A, E = own.A, own.E
+    data, scaled_data = fits.data, scaled.data
+    A, E = scaled_data.A, scaled_data.E
     k, n = len(sides), A.shape[1]
     K = np.zeros((n + len(E), n + len(E)))
     K[:n, :n], K[n:, :n], K[:n, n:] = A.T @ A, E, E.T
     b = np.ldexp(data.b.T, -sides)
     d = np.ldexp(np.broadcast_to(data.d, (k, len(E))), -sides - scaled.rows)
     low, high = (
-        np.ldexp(np.broadcast_to(end, (k, n)), scaled.columns - sides)
-        for end in (data.lower, data.upper)
+        np.ldexp(np.broadcast_to(bound, (k, n)), scaled.columns - sides)
+        for bound in (data.lower, data.upper)
     )
     return _System(A, E, K, b, b @ A, d, low, high)
 
@@ -150,10 +150,10 @@ def together(fits: Fits, z: Vector) -> Mask:
     r = system.b - x @ system.A.T
     clear = _are_clear(system, states, inverses, x, r, y)
     back = sides - scaled.columns
-    found = np.clip(np.ldexp(x, back), data.lower, data.upper)
+    coefficients = np.clip(np.ldexp(x, back), data.lower, data.upper)
     residuals, multipliers = np.ldexp(r, sides), np.ldexp(y, sides - scaled.rows)
-    clear &= holds(data, residuals.T, found.T, multipliers.T)
-    z[clear] = np.hstack((residuals, found, multipliers))[clear]
+    clear &= holds(data, residuals.T, coefficients.T, multipliers.T)
+    z[clear] = np.hstack((residuals, coefficients, multipliers))[clear]
     return clear
 
 
@@ -167,26 +167,28 @@ def _exchanged(system: _System) -> tuple[States, Vector, Vector, Vector]:
     others = np.arange(k)  # whose states have changed
     for _ in range(MAX_ROUNDS):
         part = system.part(others)
-        own = states[others]
-        free = own == BASIC
+        states_of_part = states[others]
+        free = states_of_part == BASIC
         inverses[others] = _inverses(system.K, free)
-        x = np.where(free, 0.0, np.where(own == UPPER, part.upper, part.lower))
+        x = np.where(
+            free, 0.0, np.where(states_of_part == UPPER, part.upper, part.lower)
+        )
         rest = np.hstack((part.c, part.d)) - x @ system.K[:, :n].T
         rest[:, :n] *= free
-        found = np.einsum("kij,kj->ki", inverses[others], rest)
-        found[:, :n] += x
-        solutions[others] = found
-        x = found[:, :n]
-        slopes = found @ system.K[:, :n] - part.c
+        values = np.einsum("kij,kj->ki", inverses[others], rest)
+        values[:, :n] += x
+        solutions[others] = values
+        x = values[:, :n]
+        slopes = values @ system.K[:, :n] - part.c
         below, above = free & (x < part.lower), free & (x > part.upper)
-        turned = (slopes * own > 0) & (part.lower < part.upper)
+        turned = (slopes * states_of_part > 0) & (part.lower < part.upper)
         changed = below | above | turned
-        own = np.where(below, LOWER, np.where(above, UPPER, own))
-        wrong = changed.any(axis=1)
-        if not wrong.any():
+        states_of_part = np.where(below, LOWER, np.where(above, UPPER, states_of_part))
+        is_changed = changed.any(axis=1)
+        if not is_changed.any():
             break
-        states[others] = np.where(turned, BASIC, own)
-        others = others[wrong]
+        states[others] = np.where(turned, BASIC, states_of_part)
+        others = others[is_changed]
     return states, inverses, solutions[:, :n], -solutions[:, n:]
 
 
@@ -196,10 +198,10 @@ def _inverses(K: Matrix, free: Mask) -> Vector:
     n = free.shape[1]
     keys = free @ (np.uint64(1) << np.arange(n, dtype=np.uint64))
     _, first, which = np.unique(keys, return_index=True, return_inverse=True)
-    kept = np.ones((len(first), len(K)))
-    kept[:, :n] = free[first]
-    both = kept[:, :, np.newaxis] * kept[:, np.newaxis, :]
-    units = np.eye(len(K)) * (1 - kept)[:, :, np.newaxis]
+    is_free = np.ones((len(first), len(K)))
+    is_free[:, :n] = free[first]
+    both = is_free[:, :, np.newaxis] * is_free[:, np.newaxis, :]
+    units = np.eye(len(K)) * (1 - is_free)[:, :, np.newaxis]
     return np.asarray((np.linalg.inv(K * both + units) * both)[which])
 
 

@@ -53,14 +53,14 @@ class Scaled:
     def y(self, scaled: Vector) -> Vector:
         return np.ldexp(scaled, self.side - self.rows)
 
-    def minimizer(self, found: Minimizer) -> Minimizer:
+    def minimizer(self, minimizer: Minimizer) -> Minimizer:
         """Return a minimizer of the problem in these units."""
         return Minimizer(
-            np.ldexp(found.x, self.columns - self.side),
-            np.ldexp(found.r, -self.side),
-            np.ldexp(found.y, self.rows - self.side),
-            found.states,
-            found.steps,
+            np.ldexp(minimizer.x, self.columns - self.side),
+            np.ldexp(minimizer.r, -self.side),
+            np.ldexp(minimizer.y, self.rows - self.side),
+            minimizer.states,
+            minimizer.steps,
         )
 
 

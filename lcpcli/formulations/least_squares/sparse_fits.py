@@ -29,16 +29,16 @@ def minimize_sparse(data: Data) -> Minimizer | None:
         return None
     start = start_of(data)
     gram = (A.T @ A).toarray()
-    found = exchanges(gram, A.T @ b, lower, upper, start.states)
-    if found is None or found.wrong:
+    exchanged = exchanges(gram, A.T @ b, lower, upper, start.states)
+    if exchanged is None or exchanged.n_infeasible:
         return None
-    states = found.states.astype(np.int8)
-    point = Minimizer(found.x, b - A @ found.x, np.zeros(0), states, 1)
+    states = exchanged.states.astype(np.int8)
+    point = Minimizer(exchanged.x, b - A @ exchanged.x, np.zeros(0), states, 1)
     free = point.free
     rows = np.zeros(0)
     if free.size:
-        factor, fault = lapack().dpotrf(gram[free[:, np.newaxis], free])
-        if fault or not _is_corrected(data, point, factor):
+        factor, reason = lapack().dpotrf(gram[free[:, np.newaxis], free])
+        if reason or not _is_corrected(data, point, factor):
             return None
         inverse, _ = lapack().dpotri(factor)
         rows = np.sqrt(np.diagonal(inverse))

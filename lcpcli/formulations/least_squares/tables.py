@@ -25,11 +25,11 @@ def input_of(paths: Sequence[str]) -> Input:
     b, _ = _table(file)
     values = [row[0] for row in b] if len(b[0]) == 1 else b[0]
     if len(values) * max(len(values), 1) != len(values) * sum(map(len, b)):
-        fault = f"has {count(len(b), 'row')} and {count(len(b[0]), 'column')}"
-        raise ProblemError(file.place, fault, "give a single column, b")
+        reason = f"has {count(len(b), 'row')} and {count(len(b[0]), 'column')}"
+        raise ProblemError(file.place, reason, "give a single column, b")
     if len(values) != len(A):
-        fault = f"has {count(len(values), 'number')} for {count(len(A), 'row')} of A"
-        raise ProblemError(file.place, fault, MAKE_AGREE)
+        reason = f"has {count(len(values), 'number')} for {count(len(A), 'row')} of A"
+        raise ProblemError(file.place, reason, MAKE_AGREE)
     rows = ", ".join(map(_listed, A))
     parts = [f'"lsq": true, "A": [{rows}], "b": {_listed(values)}']
     if names:
@@ -50,8 +50,8 @@ def _table(file: InputFile) -> tuple[list[list[str]], list[str]]:
     hint = "write the fit as JSON, with the keys A, b and lsq"
     refuse(not file.kind.is_table, file.place, "is not a table in CSV", hint)
     table = file.within(file.data.table, str)
-    fault = f"has columns headed {', '.join(table.places)}"
-    refuse(table.places, file.place, fault, HINT)
+    reason = f"has columns headed {', '.join(table.places)}"
+    refuse(table.places, file.place, reason, HINT)
     names = table.header
     are_names = all(name and not is_number(name) for name in names)
     return table.rows, names if are_names else []

@@ -59,7 +59,7 @@ OF_PROGRAMS = {
 NO_POINT = 500
 
 
-def run(stub: str, words: Sequence[str]) -> int:
+def run(stub: str, arguments: Sequence[str]) -> int:
     """Solve the model in a file, write the answer beside it, and return 0. words :
     options, each NAME=VALUE."""
     stem = stub.removesuffix(".nl")
@@ -68,13 +68,13 @@ def run(stub: str, words: Sequence[str]) -> int:
     if os.path.isfile(written):
         with suppress(OSError):
             os.unlink(written)
-    given = _options([*os.environ.get(ENVIRONMENT, "").split(), *words])
+    option_values = _options([*os.environ.get(ENVIRONMENT, "").split(), *arguments])
     file = InputFile.read(path, WHOLE)
     model: nl_format.Model = file.data
     conditions = file.within(lambda: model.conditions)
-    told, number, z = _answer(file, isinstance(conditions, NlProgram), given)
-    whole = "; ".join(filter(None, [f"lcp {VERSION}: {told}", model.remark]))
-    message = visible(" ".join(whole.split()))
+    told, number, z = _answer(file, isinstance(conditions, NlProgram), option_values)
+    statement = "; ".join(filter(None, [f"lcp {VERSION}: {told}", model.remark]))
+    message = visible(" ".join(statement.split()))
     print(message)
     has_values = z is not None and bool(np.isfinite(z).all())
     number = number if has_values or 200 <= number < 400 else NO_POINT
@@ -86,33 +86,33 @@ def run(stub: str, words: Sequence[str]) -> int:
     return 0
 
 
-def _options(words: Sequence[str]) -> dict[str, Any]:
+def _options(arguments: Sequence[str]) -> dict[str, Any]:
     """Return the values of options, of which the last one counts where one is given
     twice."""
-    given: dict[str, Any] = {}
-    for word in words:
-        name, is_there, text = word.partition("=")
+    option_values: dict[str, Any] = {}
+    for argument in arguments:
+        name, is_there, text = argument.partition("=")
         name = name.replace("-", "_")
         if name not in OPTIONS or not is_there:
             raise OptionError(
-                quoted(word),
+                quoted(argument),
                 "unknown option",
                 likely(name, [f"{each}=" for each in OPTIONS]),
             )
         try:
-            given[name] = OPTIONS[name].kind(text)
+            option_values[name] = OPTIONS[name].kind(text)
         except ValueError:
             raise OptionError(name, f"is {quoted(text)}", OPTIONS[name].hint) from None
-    check(OPTIONS.values(), given)
-    return given
+    check(OPTIONS.values(), option_values)
+    return option_values
 
 
 def _answer(
-    file: InputFile, is_program: bool, given: Mapping[str, Any]
+    file: InputFile, is_program: bool, option_values: Mapping[str, Any]
 ) -> tuple[str, int, Vector | None]:
     """Return how a run has ended, in words and as a solve_result_num, and the unknowns;
     None if there are no values."""
-    others = {**given}
+    others = {**option_values}
     limits = Limits.taken_from(others)
     if file.nonlinear is not None:
         result = file.within(
@@ -130,15 +130,15 @@ def _answer(
         from lcpcli.enumeration.optimum import best
 
         exact = file.exactly(file.problem())
-        found = file.within(best, exact, *objective, limits.time_limit)
+        best_solution = file.within(best, exact, *objective, limits.time_limit)
         return (
-            found.message(approximate),
-            OPTIMA[found.status],
-            None if found.z is None else rounded(found.z),
+            best_solution.message(approximate),
+            OPTIMA[best_solution.status],
+            None if best_solution.z is None else rounded(best_solution.z),
         )
     else:
         result = driver.run(file.problem(), "auto", limits=limits, **others)
-    words = (
+    sentence = (
         f"{result.message}; {count(result.iterations, 'iteration')}, residual "
         f"{result.residual:.3g}"
     )
@@ -148,5 +148,5 @@ def _answer(
         number = OF_PROGRAMS.get(str(result.answer.proved), number)
     # It is in words of Python, as are options of solvers; other functions are not.
     advice = "" if result.status.has_no_solution else result.advice
-    told = "; ".join(filter(None, [words, statement, advice]))
+    told = "; ".join(filter(None, [sentence, statement, advice]))
     return told, number, result.z

@@ -105,9 +105,9 @@ class NlModel:
         unknowns = (i for i in range(len(bounds)) if i not in fixed)
         self.unknowns = sorted(unknowns, key=segments.auxiliary.__contains__)
         self.graph = graph = Graph(len(self.unknowns), is_exact)
-        place = {variable: i for i, variable in enumerate(self.unknowns)}
+        position = {variable: i for i, variable in enumerate(self.unknowns)}
         self._nodes = {
-            i: place[i] if i in place else graph.constant(fixed[i])
+            i: position[i] if i in position else graph.constant(fixed[i])
             for i in range(len(bounds))
         }
         for number, (linear, terms) in segments.common.items():
@@ -119,7 +119,7 @@ class NlModel:
         for row, (low, high) in enumerate(segments.sides):
             parts = segments.linear.get(row, {}), segments.rows[row]
             if row in row_of:
-                self.complements[place[row_of[row]]] = within(
+                self.complements[position[row_of[row]]] = within(
                     f"C{row}", self._node, *parts, 0
                 )
             elif low is not None or high is not None:
@@ -131,12 +131,12 @@ class NlModel:
                 )
                 self.equations.append(within(f"C{row}", self._node, *parts, -low))
         stated = {
-            place[variable]: kind
+            position[variable]: kind
             for variable, (_, kind) in segments.complements.items()
         }
         conditions = Conditions(self, stated, [bounds[i] for i in self.unknowns])
         self.lower, self.upper = (
-            [ends[k] for ends in conditions.bounds] for k in (0, 1)
+            [bound_pair[k] for bound_pair in conditions.bounds] for k in (0, 1)
         )
         self.free = [i for i in range(graph.n) if i not in self.complements]
         if segments.has_objective:
@@ -171,52 +171,54 @@ class NlModel:
     def operators(self) -> dict[str, int]:
         """Return how often each operator but sums occurs in the rows, the most frequent
         one first."""
-        found = Counter[str]()
+        counts = Counter[str]()
         for group in Tape(self.graph, self.rows, Arithmetic()).groups:
-            found[group.operator] += len(group.nodes) * (group.operator != SUM)
-        return dict((+found).most_common())
+            counts[group.operator] += len(group.nodes) * (group.operator != SUM)
+        return dict((+counts).most_common())
 
     def values(self, z: Vector) -> Vector:
-        found = np.empty(len(self.unknowns) + len(self.fixed))
-        found[[*self.unknowns, *self.fixed]] = np.append(z, list(self.fixed.values()))
-        return found
+        model_values = np.empty(len(self.unknowns) + len(self.fixed))
+        model_values[[*self.unknowns, *self.fixed]] = np.append(
+            z, list(self.fixed.values())
+        )
+        return model_values
 
     def multipliers(self, z: Vector) -> Vector:  # noqa: ARG002
         """Return none: rows of a complementarity problem have no multipliers."""
         return np.empty(0)
 
     def _objective(self, segments: Segments) -> tuple[str, int] | None:
-        found = [
+        objectives = [
             (
                 "max" if is_maximized else "min",
                 self._node(segments.slopes.get(number, {}), terms, 0),
             )
             for number, (is_maximized, terms) in segments.objectives.items()
         ]
-        found = [each for each in found if self.graph.value(each[1]) is None]
-        refuse(len(found) > 1, "", f"has {len(found)} objectives", KEEP_ONE)
-        return found[0] if found else None
+        objectives = [each for each in objectives if self.graph.value(each[1]) is None]
+        refuse(len(objectives) > 1, "", f"has {len(objectives)} objectives", KEEP_ONE)
+        return objectives[0] if objectives else None
 
     def _node(self, linear: Linear, terms: Sequence[Term], constant: Any) -> int:
         parts = [(self._nodes[variable], factor) for variable, factor in linear.items()]
         return self.graph.sum([*parts, (self._expression(terms), 1)], constant)
 
     def _expression(self, terms: Sequence[Term]) -> int:
-        found: list[_Parts] = []
+        operands: list[_Parts] = []
         for letter, value, size in reversed(terms):
             if letter == "o":
-                arguments = [found.pop() for _ in range(size)]
-                found.append(self._apply(MEANINGS[value][0], arguments))
+                arguments = [operands.pop() for _ in range(size)]
+                operands.append(self._apply(MEANINGS[value][0], arguments))
                 continue
             if letter == "p":
-                argument = self.graph.sum(found.pop())
+                argument = self.graph.sum(operands.pop())
                 node = self._piecewise_linear(value[::2], value[1::2], argument)
             elif letter == "v":
                 node = self._nodes[value]
             else:
                 node = self.graph.constant(value)
-            found.append([(node, 1)])
-        return self.graph.sum(found.pop())
+            operands.append([(node, 1)])
+        return self.graph.sum(operands.pop())
 
     def _apply(self, name: str, arguments: Sequence[_Parts]) -> _Parts:
         """Return the value of an operator as a sum, so that sums of sums become nodes
@@ -231,13 +233,13 @@ class NlModel:
         if lost := next(
             (value for value in constants if value and not isfinite(value)), None
         ):
-            fault = (
+            reason = (
                 f"computes with the constant {float(lost):g}, so that it is finite "
                 "nowhere"
             )
             raise ProblemError(
                 "",
-                fault,
+                reason,
                 "correct it; the program that wrote the file may have divided by 0",
             )
         if name in ("+", "-", "sum", "negative"):
@@ -264,10 +266,12 @@ class NlModel:
         a sum of kinks."""
         graph, zero = self.graph, self.graph.constant(0)
         parts, constant = [(argument, slopes[0])], 0
-        for place, left, right in zip(breakpoints, slopes, slopes[1:], strict=False):
-            kink = graph.apply("max", graph.sum([(argument, 1)], -place), zero)
-            parts.append((kink, right - left))
-            constant -= (right - left) * max(-place, 0)
+        for breakpoint, slope_before, slope_after in zip(
+            breakpoints, slopes, slopes[1:], strict=False
+        ):
+            kink = graph.apply("max", graph.sum([(argument, 1)], -breakpoint), zero)
+            parts.append((kink, slope_after - slope_before))
+            constant -= (slope_after - slope_before) * max(-breakpoint, 0)
         return graph.sum(parts, constant)
 
 
@@ -287,16 +291,16 @@ WORDS = {
     UPPER: "an upper bound",
     BOTH: "both bounds",
 }
-Ends = tuple[Any, Any]  # bounds: Fractions, or infinite
-NONE: Ends = (-inf, inf)
-LOST_ENDS = (
+BoundPair = tuple[Any, Any]  # bounds: Fractions, or infinite
+NONE: BoundPair = (-inf, inf)
+LOST_BOUNDS = (
     "if it is inequality(l, e, u) of an expression in Pyomo, which loses the "
     "bounds, write a variable y with "
     "Var(bounds=(l, u)), the constraint y == e and complements(y >= l, F >= 0); "
     "else write an equation"
 )
 # Of the function, by the only bound of its unknown.
-SIGNS: dict[int, Ends] = {LOWER: (0, inf), UPPER: (-inf, 0)}
+SIGNS: dict[int, BoundPair] = {LOWER: (0, inf), UPPER: (-inf, 0)}
 
 
 class Affine(NamedTuple):
@@ -310,16 +314,16 @@ class Affine(NamedTuple):
     def of(self, slope: Fraction, constant: Fraction) -> Affine:
         return Affine(self.i, slope * self.slope, slope * self.constant + constant)
 
-    def range(self, ends: Ends) -> Ends:
+    def range(self, bounds: BoundPair) -> BoundPair:
         sign = 1 if self.slope > 0 else -1
-        found = [
-            self.slope * end + self.constant if _is_finite(end) else sign * end
-            for end in ends
+        images = [
+            self.slope * bound + self.constant if _is_finite(bound) else sign * bound
+            for bound in bounds
         ]
-        return min(found), max(found)
+        return min(images), max(images)
 
-    def domain(self, ends: Ends) -> Ends:
-        return Affine(self.i, 1 / self.slope, -self.constant / self.slope).range(ends)
+    def domain(self, bounds: BoundPair) -> BoundPair:
+        return Affine(self.i, 1 / self.slope, -self.constant / self.slope).range(bounds)
 
 
 def kinds_of(low: Any, high: Any) -> int:
@@ -340,26 +344,26 @@ class Conditions:
     """
 
     def __init__(
-        self, model: NlModel, stated: dict[int, int], bounds: list[Ends]
+        self, model: NlModel, stated: dict[int, int], bounds: list[BoundPair]
     ) -> None:
         self.graph, self.equations = model.graph, model.equations
         self.names, self.complements = model.names, model.complements
-        self.bounds, self.read = bounds, dict[int, Ends]()
+        self.bounds, self.read = bounds, dict[int, BoundPair]()
         self._stated, self._owners = stated, dict[int, int]()
         bounded = [
             x
-            for x, ends in enumerate(bounds)
-            if x not in self.complements and kinds_of(*ends)
+            for x, sides in enumerate(bounds)
+            if x not in self.complements and kinds_of(*sides)
         ]
         for x in [x for x in bounded if not self._drop_implied(x)]:
             self._give_bounds(x)
         for x, kind in self._stated.items():
             low, high = self.bounds[x]
-            own = kinds_of(low, high)
-            if own == kind == 0:
+            actual_kind = kinds_of(low, high)
+            if actual_kind == kind == 0:
                 self._refuse_lost(x)
-            if low < high and kind not in (own, BOTH):
-                self._settle(x, kind, own)
+            if low < high and kind not in (actual_kind, BOTH):
+                self._resolve_bounds(x, kind, actual_kind)
 
     def refuse_leaders(self, free: Sequence[int], declared: Sequence[int]) -> None:
         """Raise ProblemError if unknowns without a row are more than the equations, so
@@ -369,25 +373,25 @@ class Conditions:
         if excess > 0:
             names = ", ".join(self.names[i] for i in declared[:MAX_NAMED])
             which = f": {names}" if len(declared) == excess <= MAX_NAMED else ""
-            fault = (
+            reason = (
                 f"leaves {count(excess, 'variable')} without a row to its objective, "
                 f"as those of a leader{which}"
             )
-            raise ProblemError("", fault, LEADER)
+            raise ProblemError("", reason, LEADER)
 
     def refuse_others(self, free: Sequence[int]) -> None:
         """Raise ProblemError unless there are as many equations as unknowns without a
         row, none of which has bounds."""
         kinds = {i: kind for i in free if (kind := kinds_of(*self.bounds[i]))}
         if len(free) != len(self.equations):
-            fault = (
+            reason = (
                 f"has {count(len(self.equations), 'equation')} for "
                 f"{count(len(free), 'variable')}"
             )
             is_lost = BOTH in kinds.values() and len(self.equations) < len(free)
             raise ProblemError(
                 "",
-                f"{fault} that no row complements",
+                f"{reason} that no row complements",
                 f"{SQUARE}; {LOST}" if is_lost else SQUARE,
             )
         hint = (
@@ -420,12 +424,13 @@ class Conditions:
         )
         return f"{text}fewer bounds than the variable has{more}"
 
-    def _settle(self, x: int, stated: int, own: int) -> None:
+    def _resolve_bounds(self, x: int, stated: int, actual: int) -> None:
         """Drop the bounds of x that are not stated if other conditions imply them, else
         let them count."""
-        if stated & ~own or stated not in WORDS:
+        if stated & ~actual or stated not in WORDS:
             said, has = (
-                WORDS.get(each, f"the kind {each} of bounds") for each in (stated, own)
+                WORDS.get(each, f"the kind {each} of bounds")
+                for each in (stated, actual)
             )
             hint = "state the bounds of the variable in its complementarity condition"
             raise ProblemError(
@@ -448,12 +453,19 @@ class Conditions:
             or kinds_of(*self.bounds[u])
         ):
             return
-        own, other = self._definition(x), self._definition(u, self.complements[x])
-        if own is not None and other is not None and own != other:
+        equation, other_equation = (
+            self._definition(x),
+            self._definition(u, self.complements[x]),
+        )
+        if (
+            equation is not None
+            and other_equation is not None
+            and equation != other_equation
+        ):
             raise ProblemError(
                 self.names[x],
                 f"is complementary to {self.names[u]}, and neither has bounds",
-                LOST_ENDS,
+                LOST_BOUNDS,
             )
 
     def _definition(self, x: int, condition: int | None = None) -> int | None:
@@ -474,37 +486,39 @@ class Conditions:
     @cached_property
     def _rows_with(self) -> dict[int, list[int]]:
         """For each unknown the rows that have it."""
-        found = dict[int, list[int]]()
+        rows_by_unknown = dict[int, list[int]]()
         for row in (*self.equations, *self.complements.values()):
             for x in self.graph.below([row]):
-                found.setdefault(x, []).append(row)
-        return found
+                rows_by_unknown.setdefault(x, []).append(row)
+        return rows_by_unknown
 
     def _drop_implied(self, x: int, stated: int = 0) -> bool:
         """Drop the bounds of x that are not stated and that other conditions imply, by
         their unknowns and by the signs of their functions; return whether none is
         left."""
-        (low, high), own = self.bounds[x], self._ends(x)
-        domains = [value.domain(ends) for y, value, ends, _ in self._sides(x) if y != x]
-        if not stated & LOWER and own[0] <= max(
-            (end for end, _ in domains), default=-inf
+        (low, high), exact_bounds = self.bounds[x], self._ends(x)
+        domains = [
+            value.domain(sides) for y, value, sides, _ in self._sides(x) if y != x
+        ]
+        if not stated & LOWER and exact_bounds[0] <= max(
+            (bound for bound, _ in domains), default=-inf
         ):
             low = -inf
         if (
             not stated & UPPER
-            and min((end for _, end in domains), default=inf) <= own[1]
+            and min((bound for _, bound in domains), default=inf) <= exact_bounds[1]
         ):
             high = inf
         self.bounds[x] = low, high
         return kinds_of(low, high) == stated
 
     def _give_bounds(self, x: int) -> None:
-        if (found := self._condition_on(x)) is None:
+        if (condition := self._condition_on(x)) is None:
             return
-        (y, value), own = found, self._ends(x)
+        (y, value), exact_bounds = condition, self._ends(x)
         if value == self._tied(x).get(y):
-            (low, high), ends = self._ends(y), value.range(own)
-            self._set(y, (max(low, ends[0]), min(high, ends[1])))
+            (low, high), implied = self._ends(y), value.range(exact_bounds)
+            self._set(y, (max(low, implied[0]), min(high, implied[1])))
             self.bounds[x], self._owners[y] = NONE, x
         else:
             self._exchange(x, y, value)
@@ -513,10 +527,10 @@ class Conditions:
         """Return the unknown of the condition that x takes part in but for a shift and
         the sign, and the side of this condition that is x: the unknown itself, or its
         function. The best one has a bound of x itself."""
-        own = {end for end in self._ends(x) if _is_finite(end)}
+        finite_bounds = {bound for bound in self._ends(x) if _is_finite(bound)}
         fit = [
-            (own.isdisjoint(value.domain(ends)), y, value)
-            for y, value, ends, is_function in self._sides(x)
+            (finite_bounds.isdisjoint(value.domain(sides)), y, value)
+            for y, value, sides, is_function in self._sides(x)
             if abs(value.slope) == 1
             and (
                 not is_function or kinds_of(*self.bounds[y]) == self._stated[y] in SIGNS
@@ -524,7 +538,7 @@ class Conditions:
         ]
         return min(fit, key=lambda side: side[0])[1:] if fit else None
 
-    def _sides(self, x: int) -> list[tuple[int, Affine, Ends, bool]]:
+    def _sides(self, x: int) -> list[tuple[int, Affine, BoundPair, bool]]:
         """Return the sides of conditions that are affine functions of x, unknowns
         before functions: the condition's unknown, the function, the bounds that it
         implies for the side, and whether this is its function."""
@@ -552,8 +566,10 @@ class Conditions:
         self.complements[x] = self.graph.sum(
             [(y, sign)], -sign * (low if low > -inf else high)
         )
-        implied, own = function.domain(SIGNS[self._stated[y]]), self._ends(x)
-        self._set(x, (max(implied[0], own[0]), min(implied[1], own[1])))
+        implied, exact_bounds = function.domain(SIGNS[self._stated[y]]), self._ends(x)
+        self._set(
+            x, (max(implied[0], exact_bounds[0]), min(implied[1], exact_bounds[1]))
+        )
         self.bounds[y] = NONE
         del self.complements[y], self._stated[y]
         self.read[x], self._stated[x] = self.bounds[x], BOTH
@@ -562,7 +578,7 @@ class Conditions:
     def _single(self) -> dict[int, list[tuple[int, Fraction, Fraction]]]:
         """For each unknown the conditions whose functions are slope times it, plus a
         constant, and no more."""
-        found = dict[int, list[tuple[int, Fraction, Fraction]]]()
+        conditions_by_unknown = dict[int, list[tuple[int, Fraction, Fraction]]]()
         for y, node in self.complements.items():
             terms, constant = self.graph.parts(node)
             if (
@@ -571,27 +587,27 @@ class Conditions:
                 and isfinite(terms[0][1])
                 and isfinite(constant)
             ):
-                found.setdefault(terms[0][0], []).append(
+                conditions_by_unknown.setdefault(terms[0][0], []).append(
                     (y, _fraction(terms[0][1]), _fraction(constant))
                 )
-        return found
+        return conditions_by_unknown
 
     def _tied(self, x: int) -> dict[int, Affine]:
         """Return the unknowns that equations in two unknowns each make functions of x,
         as these, x first."""
-        found = {x: Affine(x, Fraction(1), Fraction(0))}
+        functions = {x: Affine(x, Fraction(1), Fraction(0))}
         for u in (reached := [x]):
             for v, slope, constant in self._relations.get(u, ()):
-                if v not in found:
-                    found[v] = found[u].of(slope, constant)
+                if v not in functions:
+                    functions[v] = functions[u].of(slope, constant)
                     reached.append(v)
-        return found
+        return functions
 
     @cached_property
     def _relations(self) -> dict[int, list[tuple[int, Fraction, Fraction]]]:
         """For each unknown the others that an equation makes slope times it, plus a
         constant."""
-        found = dict[int, list[tuple[int, Fraction, Fraction]]]()
+        relations = dict[int, list[tuple[int, Fraction, Fraction]]]()
         for node in self.equations:
             terms, constant = self.graph.parts(node)
             if len(terms) == 2 and all(
@@ -600,25 +616,25 @@ class Conditions:
             ):
                 for (u, a), (v, b) in (terms, terms[::-1]):
                     ratio = -_fraction(a) / _fraction(b)
-                    found.setdefault(u, []).append(
+                    relations.setdefault(u, []).append(
                         (v, ratio, -_fraction(constant) / _fraction(b))
                     )
-        return found
+        return relations
 
-    def _ends(self, x: int) -> Ends:
+    def _ends(self, x: int) -> BoundPair:
         low, high = self.bounds[x]
         return _fraction(low), _fraction(high)
 
-    def _set(self, x: int, ends: Ends) -> None:
-        fault = (
-            f"has the bounds {_double(ends[0]):g} and {_double(ends[1]):g} by its "
+    def _set(self, x: int, bounds: BoundPair) -> None:
+        reason = (
+            f"has the bounds {_double(bounds[0]):g} and {_double(bounds[1]):g} by its "
             "complementarity condition"
         )
-        refuse(ends[0] > ends[1], self.names[x], fault, "correct them")
-        low, high = map(_double, ends)
+        refuse(bounds[0] > bounds[1], self.names[x], reason, "correct them")
+        low, high = map(_double, bounds)
         exact = tuple(
-            end if isfinite(double) else double
-            for end, double in zip(ends, (low, high), strict=True)
+            bound if isfinite(double) else double
+            for bound, double in zip(bounds, (low, high), strict=True)
         )
         self.bounds[x] = (exact[0], exact[1]) if self.graph.is_exact else (low, high)
 

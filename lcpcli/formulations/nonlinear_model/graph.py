@@ -34,7 +34,7 @@ EPS = float(np.finfo(float).eps)
 ERROR = 8 * EPS  # relative, of functions that are not rounded correctly
 LARGEST_ANGLE = 1e8  # whose place between extrema of the sine is known to six digits
 MARGIN = 1e-6  # of places between extrema
-Ends: TypeAlias = tuple[float, float]
+Interval: TypeAlias = tuple[float, float]
 LINE, POSITIVE, UNIT = (-np.inf, np.inf), (0.0, np.inf), (-1.0, 1.0)
 
 
@@ -43,48 +43,55 @@ def _outward(lower: Vector, upper: Vector) -> Vector:
     return np.stack([np.nextafter(lower, -np.inf), np.nextafter(upper, np.inf)])
 
 
-def _around(ends: Vector) -> Vector:
+def _around(interval: Vector) -> Vector:
     """Return bounds of numbers with a relative error of at most ERROR."""
-    signs = np.sign(ends) * ERROR
-    return _outward(ends[0] * (1.0 - signs[0]), ends[1] * (1.0 + signs[1]))
+    signs = np.sign(interval) * ERROR
+    return _outward(interval[0] * (1.0 - signs[0]), interval[1] * (1.0 + signs[1]))
 
 
-def _defined(found: Vector, *given: Vector) -> Vector:
+def _defined(result: Vector, *arguments: Vector) -> Vector:
     """Return the values of a function, nan where one of its arguments is."""
     return np.where(
-        np.logical_or.reduce([np.isnan(each).any(axis=0) for each in given]),
+        np.logical_or.reduce([np.isnan(each).any(axis=0) for each in arguments]),
         np.nan,
-        found,
+        result,
     )
 
 
-def _line_where(condition: Any, ends: Vector) -> Vector:
+def _line_where(condition: Any, interval: Vector) -> Vector:
     """Return the ends of intervals, those of the whole line where a condition is
     true."""
     return np.stack(
-        [np.where(condition, -np.inf, ends[0]), np.where(condition, np.inf, ends[1])]
+        [
+            np.where(condition, -np.inf, interval[0]),
+            np.where(condition, np.inf, interval[1]),
+        ]
     )
 
 
 def product(a: Vector, b: Vector) -> Vector:
     """Return a b, where 0 times infinity is 0."""
-    ends = np.stack([np.where((x == 0) | (y == 0), 0.0, x * y) for x in a for y in b])
-    return _defined(_outward(ends.min(axis=0), ends.max(axis=0)), a, b)
+    products = np.stack(
+        [np.where((x == 0) | (y == 0), 0.0, x * y) for x in a for y in b]
+    )
+    return _defined(_outward(products.min(axis=0), products.max(axis=0)), a, b)
 
 
 def quotient(a: Vector, b: Vector) -> Vector:
     """Return a / b; the whole line where b may be 0."""
-    ends = np.stack([x / y for x in a for y in b])
-    unbounded = ((b[0] <= 0) & (b[1] >= 0)) | np.isnan(ends).any(axis=0)
+    quotients = np.stack([x / y for x in a for y in b])
+    unbounded = ((b[0] <= 0) & (b[1] >= 0)) | np.isnan(quotients).any(axis=0)
     return _defined(
-        _line_where(unbounded, _outward(ends.min(axis=0), ends.max(axis=0))), a, b
+        _line_where(unbounded, _outward(quotients.min(axis=0), quotients.max(axis=0))),
+        a,
+        b,
     )
 
 
 def absolute(a: Vector) -> Vector:
     crosses = (a[0] < 0) & (a[1] > 0)
-    ends = np.abs(a)
-    return np.stack([np.where(crosses, 0.0, ends.min(axis=0)), ends.max(axis=0)])
+    sizes = np.abs(a)
+    return np.stack([np.where(crosses, 0.0, sizes.min(axis=0)), sizes.max(axis=0)])
 
 
 def power(a: Vector, exponent: int) -> Vector:
@@ -99,9 +106,9 @@ def power(a: Vector, exponent: int) -> Vector:
 def _reaches(a: Vector, angle: float, period: float) -> Mask:
     """Return where an interval may contain an angle, or one that differs from it by
     periods."""
-    turns, near = (a - angle) / period, np.abs(a).max(axis=0) < LARGEST_ANGLE
+    periods, is_small = (a - angle) / period, np.abs(a).max(axis=0) < LARGEST_ANGLE
     return np.asarray(
-        ~near | (np.floor(turns[1] + MARGIN) > np.floor(turns[0] - MARGIN))
+        ~is_small | (np.floor(periods[1] + MARGIN) > np.floor(periods[0] - MARGIN))
     )
 
 
@@ -136,8 +143,8 @@ def _chosen(condition: Vector) -> Vector:
     """Return 1 or 0; where the condition is open the whole line, as the function may
     jump."""
     holds, fails = _decided(condition)
-    found = _line_where(~holds & ~fails, np.stack([holds, holds]).astype(float))
-    return _defined(found, condition)
+    truth = _line_where(~holds & ~fails, np.stack([holds, holds]).astype(float))
+    return _defined(truth, condition)
 
 
 def _if(condition: Vector, a: Vector, b: Vector) -> Vector:
@@ -170,17 +177,17 @@ class Operator(NamedTuple):
 def _monotone(
     function: Callable[..., Any],
     partials: Callable[..., list[Any]],
-    domain: Ends = LINE,
-    image: Ends = LINE,
+    domain: Interval = LINE,
+    image: Interval = LINE,
     sign: int = 1,
 ) -> Operator:
     """Return a monotone function between the ends of its domain and of its image, with
     the sign of its derivative."""
 
     def enclosed(a: Vector) -> Vector:
-        found = _around(function(np.clip(a, *domain))[::sign])
+        images = _around(function(np.clip(a, *domain))[::sign])
         return np.where(
-            (a[0] < domain[0]) | (a[1] > domain[1]), np.nan, np.clip(found, *image)
+            (a[0] < domain[0]) | (a[1] > domain[1]), np.nan, np.clip(images, *image)
         )
 
     return Operator(function, enclosed, partials)
@@ -423,13 +430,13 @@ class Graph:
 
     def below(self, roots: Iterable[int]) -> set[int]:
         """Return the nodes that the roots depend on, with these."""
-        found, waiting = set[int](), list(roots)
-        while waiting:
-            number = waiting.pop()
-            if number not in found:
-                found.add(number)
-                waiting += self.arguments(number) if number >= self.n else ()
-        return found
+        reached, pending = set[int](), list(roots)
+        while pending:
+            number = pending.pop()
+            if number not in reached:
+                reached.add(number)
+                pending += self.arguments(number) if number >= self.n else ()
+        return reached
 
     def _add(self, node: Sum | Operation) -> int:
         number = self._known.get(node)
@@ -486,18 +493,20 @@ class Graph:
                 Sum(((number, 1),), 0) if number in self._shared else self.parts(number)
             )
             constant = constant + factor * flat.constant if flat.constant else constant
-            for part, own in flat.terms:
+            for part, coefficient in flat.terms:
                 terms[part] = (
-                    terms[part] + factor * own if part in terms else factor * own
+                    terms[part] + factor * coefficient
+                    if part in terms
+                    else factor * coefficient
                 )
-        kept = tuple(
-            (part, own)
-            for part, own in terms.items()
-            if own or part in self._restricted
+        nonzero = tuple(
+            (part, coefficient)
+            for part, coefficient in terms.items()
+            if coefficient or part in self._restricted
         )
-        if not constant and len(kept) == 1 and kept[0][1] == 1:
-            return kept[0][0]
-        return self._add(Sum(kept, constant))
+        if not constant and len(nonzero) == 1 and nonzero[0][1] == 1:
+            return nonzero[0][0]
+        return self._add(Sum(nonzero, constant))
 
     def apply(self, operator: str, *arguments: int) -> int:
         """Return the value of an operator for these arguments."""
@@ -513,7 +522,7 @@ class Graph:
                 raise ProblemError("", "divides by the constant 0", "correct the model")
             parts = self.parts(arguments[0])
             return self.sum(
-                [(part, own / values[1]) for part, own in parts.terms],
+                [(part, coefficient / values[1]) for part, coefficient in parts.terms],
                 parts.constant / values[1],
             )
         if (
@@ -574,8 +583,10 @@ class Graph:
                     terms[part].append((adjoint, partial))
                 elif partial is not None and self.value(part) is None:
                     terms[part].append((self.apply(product, adjoint, partial), 1))
-        found = self._gradients[row] = {x: self.sum(own) for x, own in terms.items()}
-        return found
+        derivatives = self._gradients[row] = {
+            x: self.sum(parts) for x, parts in terms.items()
+        }
+        return derivatives
 
     def _partials(
         self, node: Operation, value: int

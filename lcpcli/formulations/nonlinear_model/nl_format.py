@@ -30,7 +30,7 @@ from lcpcli.formulations.nonlinear_model.segments import (
     Header,
     in_names,
     named,
-    names_beside,
+    names_from_sibling,
     segments_in,
     whole,
     with_names,
@@ -118,14 +118,14 @@ def fields(model: Model, number: Number = float) -> dict[str, Any]:
 
     graph = conditions.graph
     order = order_of(conditions, Jacobian(graph, conditions.rows, Arithmetic()))
-    rows = [graph.parts(conditions.rows[place]) for place in order]
+    rows = [graph.parts(conditions.rows[position]) for position in order]
     entries = [(i, *term) for i, row in enumerate(rows) for term in row.terms]
     i, j, numbers = zip(*entries, strict=True) if entries else ((), (), ())
     values = np.array(list(map(of, numbers)), float)
     M = csr_array((values, (i, j)), shape=(graph.n, graph.n))
     lower, upper = (
-        np.array([of(end) if isfinite(end) else float(end) for end in ends])
-        for ends in (conditions.lower, conditions.upper)
+        np.array([of(bound) if isfinite(bound) else float(bound) for bound in bounds])
+        for bounds in (conditions.lower, conditions.upper)
     )
     remark = in_names(model.path, conditions.remark)
     remarks = remark, LEFT_OUT if conditions.objective else ""
@@ -134,7 +134,7 @@ def fields(model: Model, number: Number = float) -> dict[str, Any]:
         "q": np.array([of(row.constant) for row in rows]),
         "lower": lower,
         "upper": upper,
-        "names": names_beside(model.path, conditions.names),
+        "names": names_from_sibling(model.path, conditions.names),
         "note": "; ".join(filter(None, remarks)),
     }
 
@@ -182,7 +182,7 @@ def problem_of(model: Model, name: str) -> NonlinearProblem:
         x0=conditions.start,
         name=name,
         note=model.remark,
-        names=names_beside(model.path, conditions.names),
+        names=names_from_sibling(model.path, conditions.names),
         interval=lambda *box: model.intervals.enclosure(*box),
         composition=lambda: Composition(
             conditions.operators, conditions.header.common, len(conditions.fixed)
@@ -200,9 +200,9 @@ def objective(model: Model) -> Objective | None:
     sense, node = exact.objective
     terms, constant = exact.graph.parts(node)
     costs, n = dict(terms), exact.graph.n
-    fault = "has an objective that is not linear"
+    reason = "has an objective that is not linear"
     hint = "write a linear one, or take it out to find one solution"
-    refuse(any(part >= n for part in costs), "", fault, hint)
+    refuse(any(part >= n for part in costs), "", reason, hint)
     values = [Fraction(costs.get(i, 0)) for i in range(n)]
     return Objective(values, sense, Fraction(constant))
 
@@ -215,21 +215,26 @@ def solution(model: Model, content: bytes) -> list[Fraction]:
     try:
         at = lines.index("Options") + 1
         at += 1 + whole(lines[at]) - (lines[at + 2] == WITH_TOLERANCE)
-        _, duals, own, values = map(whole, lines[at : at + 4])
+        _, duals, n_variables, values = map(whole, lines[at : at + 4])
         first = at + 4 + duals
-        found = [fraction(line) for line in lines[first : first + values]]
+        read_values = [fraction(line) for line in lines[first : first + values]]
     except (ValueError, IndexError):
         raise ProblemError(
             "",
             "is no .sol file in text",
             "write it as solvers for AMPL do, in text",
         ) from None
-    fault = (
-        f"has {count(len(found), 'value')} of {count(own, 'variable')} for "
-        f"{variables} of the model"
+    reason = (
+        f"has {count(len(read_values), 'value')} of "
+        f"{count(n_variables, 'variable')} for {variables} of the model"
     )
-    refuse(own != variables or len(found) != own, "", fault, "solve the model again")
-    return [found[variable] for variable in model.conditions.unknowns]
+    refuse(
+        n_variables != variables or len(read_values) != n_variables,
+        "",
+        reason,
+        "solve the model again",
+    )
+    return [read_values[variable] for variable in model.conditions.unknowns]
 
 
 class Functions:
@@ -246,7 +251,7 @@ class Functions:
         self.n = graph.n
         self._jacobian = Jacobian(graph, rows_of_model, arithmetic)
         self.order = order_of(model, self._jacobian) if order is None else order
-        in_order = [rows_of_model[place] for place in self.order]
+        in_order = [rows_of_model[position] for position in self.order]
         self.F = Tape(graph, in_order, arithmetic).values
         rows = np.argsort(self.order)[self._jacobian.rows]
         self._entries = np.lexsort((self._jacobian.columns, rows))
@@ -263,9 +268,9 @@ class Functions:
             return matrix
         from scipy.sparse import csr_array
 
-        ends = np.searchsorted(rows, np.arange(self.n + 1))
+        row_starts = np.searchsorted(rows, np.arange(self.n + 1))
         return csr_array(
-            (entries[self._entries], columns, ends), shape=(self.n, self.n)
+            (entries[self._entries], columns, row_starts), shape=(self.n, self.n)
         )
 
     @np.errstate(all="ignore")
@@ -279,14 +284,17 @@ class Functions:
 @np.errstate(all="ignore")
 def order_of(model: NlModel, jacobian: Jacobian) -> Indices:
     free, first = np.array(model.free, np.intp), len(model.complements)
-    place = np.full(model.graph.n, -1)
-    place[free] = np.arange(free.size)
-    rows, columns = jacobian.rows - first, place[jacobian.columns]
-    own = (rows >= 0) & (columns >= 0)
+    position = np.full(model.graph.n, -1)
+    position[free] = np.arange(free.size)
+    rows, columns = jacobian.rows - first, position[jacobian.columns]
+    is_inside = (rows >= 0) & (columns >= 0)
     order = np.empty(model.graph.n, np.intp)
     order[sorted(model.complements)] = np.arange(first)
     order[free] = first + paired(
-        free.size, rows[own], columns[own], jacobian.entries(model.start)[own]
+        free.size,
+        rows[is_inside],
+        columns[is_inside],
+        jacobian.entries(model.start)[is_inside],
     )
     return order
 
@@ -312,20 +320,20 @@ def paired(n: int, rows: Indices, columns: Indices, values: Vector) -> Indices:
     sizes = np.rint(
         np.log2(np.clip(np.nan_to_num(np.abs(values), nan=LEAST), LEAST, 1 / LEAST))
     )
-    largest, own = np.full(n, np.log2(LEAST)), np.arange(n)
+    largest, indices = np.full(n, np.log2(LEAST)), np.arange(n)
     np.maximum.at(largest, rows, sizes)
     costs = 1.0 + largest[rows] - sizes
     # Of a row, and of a column, without a partner.
     unpaired = n * (1.0 + costs.max(initial=0.0))
-    i = np.concatenate([rows, own, n + own, n + columns])
-    j = np.concatenate([columns, n + own, own, n + rows])
+    i = np.concatenate([rows, indices, n + indices, n + columns])
+    j = np.concatenate([columns, n + indices, indices, n + rows])
     weights = np.concatenate([costs, np.full(2 * n, unpaired), np.ones(len(rows))])
-    _, found = min_weight_full_bipartite_matching(
+    _, matching = min_weight_full_bipartite_matching(
         csr_array((weights, (i, j)), shape=(2 * n, 2 * n))
     )
-    equations, is_paired = np.full(n, -1), found[:n] < n
-    equations[found[:n][is_paired]] = own[is_paired]
-    equations[equations < 0] = own[~is_paired]
+    equations, is_paired = np.full(n, -1), matching[:n] < n
+    equations[matching[:n][is_paired]] = indices[is_paired]
+    equations[equations < 0] = indices[~is_paired]
     return equations
 
 
@@ -337,15 +345,15 @@ def solution_text(
 ) -> str:
     """Return the file with the values of all variables, and the multipliers of all rows
     or of none. number : the solve_result_num."""
-    size, *own = header.options
+    size, *options = header.options
     # Which counts two more if a tolerance follows.
-    size = str(int(size) + 2 * (own[1:2] == [WITH_TOLERANCE]))
+    size = str(int(size) + 2 * (options[1:2] == [WITH_TOLERANCE]))
     lines = [
         message,
         "",
         "Options",
         size,
-        *own,
+        *options,
         header.rows,
         len(duals),
         header.variables,

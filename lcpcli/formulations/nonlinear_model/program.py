@@ -133,12 +133,16 @@ class NlProgram:
             (("row_lower", "row_upper"), self.sides, constants),
             (("lower", "upper"), self.bounds, k * [0]),
         ):
-            for key, end, none in zip(keys, (0, 1), (-np.inf, np.inf), strict=True):
-                ends = [
-                    none if side[end] is None else number(side[end] - shift)
+            for key, bound_index, none in zip(
+                keys, (0, 1), (-np.inf, np.inf), strict=True
+            ):
+                bounds = [
+                    none
+                    if side[bound_index] is None
+                    else number(side[bound_index] - shift)
                     for side, shift in zip(sides, shifts, strict=True)
                 ]
-                fields |= {key: np.array(ends)} if ends else {}
+                fields |= {key: np.array(bounds)} if bounds else {}
         return fields
 
     def _polynomial(
@@ -150,9 +154,9 @@ class NlProgram:
         try:
             return _sum([slopes, self._expression(terms)])
         except NotQuadratic as error:
-            place = where or "the objective"
-            fault = f"has {error} in {place}, so that this is no quadratic program"
-            raise ProblemError("", fault, NOT_QUADRATIC) from None
+            location = where or "the objective"
+            reason = f"has {error} in {location}, so that this is no quadratic program"
+            raise ProblemError("", reason, NOT_QUADRATIC) from None
 
     def _expression(self, terms: Sequence[Term]) -> Polynomial:
         stack: list[Polynomial] = []

@@ -38,19 +38,19 @@ class TextTokens:
     def __init__(self, text: str, constant: Constant) -> None:
         self._words: list[str] = []
         self._lines: list[int] = []
-        for line, words in enumerate(
+        for line, line_words in enumerate(
             (line.partition("#")[0].split() for line in text.split("\n")),
             HEADER_LINES + 1,
         ):
-            self._words += words
-            self._lines += [line] * len(words)
+            self._words += line_words
+            self._lines += [line] * len(line_words)
         # The next word, and what is left of the last one behind its letter.
         self._next, self._rest = 0, ""
         self._constant = constant
 
-    def error(self, fault: str, hint: str = "") -> ProblemError:
+    def error(self, reason: str, hint: str = "") -> ProblemError:
         return ProblemError(
-            f"line {self._lines[self._next - 1]}" if self._next else "", fault, hint
+            f"line {self._lines[self._next - 1]}" if self._next else "", reason, hint
         )
 
     def code(self) -> str:
@@ -99,15 +99,15 @@ class BinaryTokens:
         self._content, self._next = content, begin
         self._order, self._constant = order, constant
 
-    def error(self, fault: str, hint: str = "") -> ProblemError:
-        return ProblemError(f"byte {self._next}", fault, hint)
+    def error(self, reason: str, hint: str = "") -> ProblemError:
+        return ProblemError(f"byte {self._next}", reason, hint)
 
-    def _unpack(self, form: str) -> Any:
-        begin, end = self._next, self._next + struct.calcsize(self._order + form)
-        self._next = min(end, len(self._content))
-        if self._next < end:
+    def _unpack(self, layout: str) -> Any:
+        begin, stop = self._next, self._next + struct.calcsize(self._order + layout)
+        self._next = min(stop, len(self._content))
+        if self._next < stop:
             raise self.error(ENDS_TOO_EARLY, CUT_OFF)
-        return struct.unpack_from(self._order + form, self._content, begin)[0]
+        return struct.unpack_from(self._order + layout, self._content, begin)[0]
 
     def code(self) -> str:
         return self.kind() if self._next < len(self._content) else ""
@@ -170,21 +170,24 @@ MEANINGS = {
 }  # fmt: skip
 
 
-def names_beside(path: str, variables: Sequence[str]) -> Sequence[str]:
+def names_from_sibling(path: str, variables: Sequence[str]) -> Sequence[str]:
     """Return the names of some variables of the model in a file, which are given by v
     and their numbers from 0."""
     names, numbers = _names(path, ".col"), [int(variable[1:]) for variable in variables]
     last = max(numbers, default=-1)
-    fault = f"has {count(len(names), 'name')}, but {path} has the variable v{last}"
+    reason = f"has {count(len(names), 'name')}, but {path} has the variable v{last}"
     refuse(
-        names and last >= len(names), _beside(path, ".col"), fault, "write both again"
+        names and last >= len(names),
+        _sibling_file(path, ".col"),
+        reason,
+        "write both again",
     )
     return [names[number] for number in numbers] if names else variables
 
 
 def with_names(path: str, fields: Mapping[str, Any]) -> dict[str, Any]:
     """Return the fields of a program with the names that stand beside its file."""
-    named = {"columns": list(names_beside(path, fields["columns"]))}
+    named = {"columns": list(names_from_sibling(path, fields["columns"]))}
     rows, names = fields.get("rows", []), _names(path, ".row")
     if rows and len(names) >= len(rows):  # the objective's follow
         named["rows"] = names[: len(rows)]
@@ -198,23 +201,23 @@ def named(path: str, error: ProblemError) -> ProblemError:
 
 
 def in_names(path: str, text: str) -> str:
-    def name(found: re.Match[str]) -> str:
-        names = _names(path, ".col" if found[1] == "v" else ".row")
-        number = int(found[2])
-        return names[number] if number < len(names) else found[0]
+    def name(match: re.Match[str]) -> str:
+        names = _names(path, ".col" if match[1] == "v" else ".row")
+        number = int(match[2])
+        return names[number] if number < len(names) else match[0]
 
     return re.sub(r"\b([vC])(\d+)\b", name, text)
 
 
-def _beside(path: str, suffix: str) -> str:
+def _sibling_file(path: str, suffix: str) -> str:
     return f"{os.path.splitext(path.removesuffix('.gz'))[0]}{suffix}"
 
 
 def _names(path: str, suffix: str) -> list[str]:
-    beside = _beside(path, suffix)
-    if path == STANDARD_INPUT or not os.path.isfile(beside):
+    sibling = _sibling_file(path, suffix)
+    if path == STANDARD_INPUT or not os.path.isfile(sibling):
         return []
-    text = within(beside, decode, content_of(beside, "write it again"))
+    text = within(sibling, decode, content_of(sibling, "write it again"))
     return [line.strip() for line in text.removesuffix("\n").split("\n")]
 
 
@@ -263,25 +266,30 @@ def _header(lines: list[bytes]) -> Header:
             "line 1", "is not the beginning of an .nl file", "begin it with g3 or b3"
         )
     counts = list[list[int]]()
-    for number, line, fewest in zip(
+    for number, line, min_counts in zip(
         range(2, HEADER_LINES + 1), lines[1:], FEWEST, strict=True
     ):
-        own = list[int]()
+        line_counts = list[int]()
         with suppress(ValueError):
-            own = list(map(whole, _line(line).split()))
-        fault = f"has not the {fewest} counts of the header"
-        refuse(len(own) < fewest or min(own) < 0, f"line {number}", fault, CUT_OFF)
-        counts.append([*own, 0, 0])
+            line_counts = list(map(whole, _line(line).split()))
+        reason = f"has not the {min_counts} counts of the header"
+        refuse(
+            len(line_counts) < min_counts or min(line_counts) < 0,
+            f"line {number}",
+            reason,
+            CUT_OFF,
+        )
+        counts.append([*line_counts, 0, 0])
     (n, m, *_), (integers, logical) = counts[0], (sum(counts[5]), counts[0][5])
     for number, noun in (
         (integers, "integer variable"),
         (logical, "logical constraint"),
     ):
-        fault, hint = (
+        reason, hint = (
             f"has {count(number, noun)}",
             "lcp solves complementarity problems of continuous variables",
         )
-        refuse(number, "", fault, hint)
+        refuse(number, "", reason, hint)
     # Of bytes, the highest one first.
     order = "" if lines[0].startswith(b"g") else ">" if counts[4][2] == 2 else "<"
     options = [first[1], *first[2].split(), *filter(None, [first[3]])]
@@ -373,28 +381,28 @@ class Segments:
                 integer(), (tokens.number() if kind & 4 else integer())  # floating
         elif code == "F":
             integer(), integer(), integer()
-            fault = f"imports the function {quoted(tokens.name())}"
-            raise tokens.error(fault, "write it with the operators of AMPL")
+            reason = f"imports the function {quoted(tokens.name())}"
+            raise tokens.error(reason, "write it with the operators of AMPL")
         else:
             raise tokens.error(f"has {quoted(code)} in place of a segment", COUNTS)
 
-    def _index(self, end: float, noun: str, first: int = 0) -> int:
-        if not 0 <= (number := self._tokens.integer() - first) < end:
+    def _index(self, size: float, noun: str, first: int = 0) -> int:
+        if not 0 <= (number := self._tokens.integer() - first) < size:
             raise self._tokens.error(
-                f"names {noun} {number}, counted from 0, of {end}", COUNTS
+                f"names {noun} {number}, counted from 0, of {size}", COUNTS
             )
         return number
 
     def _linear(self, size: int) -> Linear:
-        tokens, found = self._tokens, Linear()
+        tokens, coefficients = self._tokens, Linear()
         for _ in range(size):
             number = self._index(self.header.variables, "variable")
-            if number in found:
+            if number in coefficients:
                 raise tokens.error(
                     f"gives variable {number} a second coefficient here", KEEP_ONE
                 )
-            found[number] = tokens.number()
-        return found
+            coefficients[number] = tokens.number()
+        return coefficients
 
     def _side(self, row: int | None) -> Side:
         """Return both bounds of the next variable, or of a row, which may complement a
@@ -405,9 +413,9 @@ class Segments:
             bounds = tokens.integer()
             variable = self._index(self.header.variables, "variable", 1)
             other, _ = self.complements.setdefault(variable, (row, bounds))
-            fault = f"complements v{variable}, and so does C{other}"
+            reason = f"complements v{variable}, and so does C{other}"
             refuse(
-                other != row, f"C{row}", fault, "give each row a variable of its own"
+                other != row, f"C{row}", reason, "give each row a variable of its own"
             )
             return 0, 0
         if kind not in SIDES:
@@ -415,7 +423,9 @@ class Segments:
                 f"has {quoted(kind)} in place of the kind of a bound",
                 "the kinds are 0 to 5",
             )
-        low, high = (tokens.number() if given else None for given in SIDES[kind])
+        low, high = (
+            tokens.number() if has_number else None for has_number in SIDES[kind]
+        )
         return (low, low) if kind == "4" else (low, high)
 
     def _expression(self) -> list[Term]:
@@ -451,8 +461,8 @@ class Segments:
 
     def _constant(self, letter: str, what: str = "a number") -> Any:
         if letter not in STORED:
-            fault = f"has {quoted(letter)} in place of {what}"
-            raise self._tokens.error(fault if letter else ENDS_TOO_EARLY, CUT_OFF)
+            reason = f"has {quoted(letter)} in place of {what}"
+            raise self._tokens.error(reason if letter else ENDS_TOO_EARLY, CUT_OFF)
         return self._tokens.number(letter)
 
     def _arguments(self, operator: int) -> int:
@@ -473,7 +483,7 @@ class Segments:
 
     def _refuse_incomplete(self) -> None:
         header, both = self.header, len(self.slopes.keys() & self.objectives.keys())
-        for what, given, declared in (
+        for what, number, declared in (
             ("expressions of rows (C)", len(self.rows), header.rows),
             ("sides of rows (r)", len(self.sides), header.rows),
             ("bounds of variables (b)", len(self.bounds), header.variables),
@@ -486,8 +496,8 @@ class Segments:
             ),
         ):
             refuse(
-                given != declared,
+                number != declared,
                 "",
-                f"has {given} {what}, but its header says {declared}",
+                f"has {number} {what}, but its header says {declared}",
                 CUT_OFF,
             )

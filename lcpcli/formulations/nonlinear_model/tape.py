@@ -48,14 +48,14 @@ class Tape:
     ) -> None:
         self.n, self.arithmetic = graph.n, arithmetic
         parts = [graph.parts(row) for row in rows]
-        below = graph.below(part for own in parts for part, _ in own.terms)
+        below = graph.below(part for sum_parts in parts for part, _ in sum_parts.terms)
         needed = sorted(number for number in below if number >= graph.n)
         fixed = [number for number in needed if graph.value(number) is not None]
         # The first one is for sums.
         self._constants = arithmetic.constants([1, *map(graph.value, fixed)])
         self.places = {
-            number: place
-            for place, number in enumerate(chain(range(graph.n), [-1], fixed))
+            number: position
+            for position, number in enumerate(chain(range(graph.n), [-1], fixed))
         }
         self._values_known = len(self.places)
         # Of the others, with what those of a group have in common.
@@ -107,8 +107,12 @@ class Tape:
         """Add several sums; a constant is a multiple of one, also where there are no
         terms."""
         terms = [
-            [*own.terms, *[(-1, own.constant)] * bool(own.constant or not own.terms)]
-            for own in parts
+            [
+                *sum_parts.terms,
+                *[(-1, sum_parts.constant)]
+                * bool(sum_parts.constant or not sum_parts.terms),
+            ]
+            for sum_parts in parts
         ]
         numbers, factors = zip(*chain(*terms), strict=True) if terms else ((), ())
         starts, more = (
@@ -122,21 +126,21 @@ class Tape:
     def values(self, x: Vector) -> Vector:
         """Return the values of the rows. x : the unknowns, numbers of the
         arithmetic."""
-        last, functions, found = self.groups[-1], self.arithmetic.functions, x
+        last, functions, results = self.groups[-1], self.arithmetic.functions, x
         values = np.empty((*x.shape[:-1], last.begin))
         values[..., : self.n] = x
         values[..., self.n : self._values_known] = self._constants
         for group in self.groups:
             arguments = [values[..., each] for each in group.arguments]
             if group.starts is None:
-                found = functions[group.operator](*arguments, *group.more)
+                results = functions[group.operator](*arguments, *group.more)
             else:
-                found = self.arithmetic.sums(
+                results = self.arithmetic.sums(
                     functions["product"](*arguments, *group.more), group.starts
                 )
             if group is not last:
-                values[..., group.begin : group.begin + len(group.nodes)] = found
-        return found
+                values[..., group.begin : group.begin + len(group.nodes)] = results
+        return results
 
 
 class Jacobian:
@@ -160,7 +164,7 @@ class Jacobian:
 
     def entries(self, x: Vector) -> Vector:
         """Return the entries. x : the unknowns, numbers of the arithmetic."""
-        found: Vector = self._fixed.copy()
+        entries: Vector = self._fixed.copy()
         if self._varying.size:
-            found[..., self._varying] = self._tape.values(x)
-        return found
+            entries[..., self._varying] = self._tape.values(x)
+        return entries

@@ -61,22 +61,22 @@ class PlayersEquilibrium(Profile):
     def lines(self) -> list[str]:
         if self.x is None:
             return [self.statement]
-        own: Any = self.exact or {"strategies": self.strategies, "costs": self.costs}
+        shown: Any = self.exact or {"strategies": self.strategies, "costs": self.costs}
         cell = brief if self.exact else wording.plain_number
-        parts = zip(self.players, own["strategies"], self.columns, strict=True)
+        parts = zip(self.players, shown["strategies"], self.columns, strict=True)
         lines = [f"{who} = {wording.named(list(x), of, cell)}" for who, x, of in parts]
-        pairs = zip(self.players, own["costs"], strict=True)
+        pairs = zip(self.players, shown["costs"], strict=True)
         costs = ", ".join(f"{who} {cell(cost)}" for who, cost in pairs)
         return [*lines, f"costs: {costs}", self.statement]
 
     def cells(self) -> Mapping[str, Sequence[Any]]:
         if self.x is None:
             return {"player": (), "cost": ()}
-        own: Any = self.exact or {"strategies": self.strategies, "costs": self.costs}
+        shown: Any = self.exact or {"strategies": self.strategies, "costs": self.costs}
         rows = [
             (who, cost)
             for who, part, cost in zip(
-                self.players, own["strategies"], own["costs"], strict=True
+                self.players, shown["strategies"], shown["costs"], strict=True
             )
             for _ in part
         ]
@@ -99,10 +99,10 @@ class _Examination:
         sizes = absolute_product(self.blocks.Q, np.abs(x)) + np.abs(self.blocks.c)
         costs, gains, is_best = list[float](), list[float](), True
         for player, part in enumerate(parts):
-            own = x[part] @ dense(self.blocks.Q[part, part]) @ x[part] / 2
-            costs.append(float(x[part] @ g[part] - own))
-            best, moved = self.best(player, part, x, g)
-            terms = float(np.maximum(np.abs(x[part]), np.abs(moved)) @ sizes[part])
+            own_cost = x[part] @ dense(self.blocks.Q[part, part]) @ x[part] / 2
+            costs.append(float(x[part] @ g[part] - own_cost))
+            best, best_x = self.best(player, part, x, g)
+            terms = float(np.maximum(np.abs(x[part]), np.abs(best_x)) @ sizes[part])
             gain = costs[-1] - best
             gains.append(gain if not gain <= ROW_ROUNDING * terms else 0.0)
             is_best &= gains[-1] <= PER_UNKNOWN * x.size * tol * terms
@@ -126,27 +126,27 @@ class _Examination:
         H, numbers = dense(blocks.Q[part, part]), [i for i, _ in copies]
         rows = [
             numbers.index(i)
-            for i, own in enumerate(self.game.owner)
-            if own in (None, player)
+            for i, own_terms in enumerate(self.game.owner)
+            if own_terms in (None, player)
         ]
         A, c = dense(blocks.A[rows])[:, part], g[part] - H @ x[part]
-        own, all_of_it = A @ x[part], product(blocks.A[rows], x)
-        others, matters = all_of_it - own, A.any(axis=1)
+        own_terms, all_of_it = A @ x[part], product(blocks.A[rows], x)
+        others, matters = all_of_it - own_terms, A.any(axis=1)
         # x counts as feasible, as it is but for rounding.
         sides = (
-            np.minimum(blocks.row_lower[rows] - others, own)[matters],
-            np.maximum(blocks.row_upper[rows] - others, own)[matters],
+            np.minimum(blocks.row_lower[rows] - others, own_terms)[matters],
+            np.maximum(blocks.row_upper[rows] - others, own_terms)[matters],
         )
         bounds = blocks.lower[part], blocks.upper[part]
         alone = Blocks(H, c, A[matters], *sides, *bounds)
         M, q, low, high = alone.conditions()
         result = driver.run(Problem(M, q, lower=low, upper=high), "auto")
-        moved = result.z[: c.size]
+        best_x = result.z[: c.size]
         if result.status.has_no_solution:
             return -math.inf, x[part]
         if not result.solved:
             return math.nan, x[part]
-        return float(moved @ (H @ moved / 2 + c)), moved
+        return float(best_x @ (H @ best_x / 2 + c)), best_x
 
 
 @np.errstate(all="ignore")
@@ -155,14 +155,14 @@ def answer(game: Players, result: Result) -> PlayersEquilibrium:
     if not result.solved:
         return PlayersEquilibrium(names, None, None, None, (), UNSOLVED)
     x, y = game.parts(result.z + 0.0)
-    found, _ = _Examination(game, result.problem).profile(x, result.tol)
+    profile, _ = _Examination(game, result.problem).profile(x, result.tol)
     exact = None
     if result.exact is not None and result.exact.z is not None:
-        own = game.parts(result.exact.z)[0]
+        exact_x = game.parts(result.exact.z)[0]
         data = ExactProblem.of_decimals(result.problem)
-        strategies = [list(own[part]) for part in game.parts_of_players()]
-        exact = {"strategies": strategies, "costs": costs_at(game, data, own)}
-    return replace(found, y=y, exact=exact)
+        strategies = [list(exact_x[part]) for part in game.parts_of_players()]
+        exact = {"strategies": strategies, "costs": costs_at(game, data, exact_x)}
+    return replace(profile, y=y, exact=exact)
 
 
 UNSOLVED = "not solved, so there is no equilibrium"
@@ -171,16 +171,18 @@ UNSOLVED = "not solved, so there is no equilibrium"
 def verified(game: Players, proposed: Proposed) -> Verification:
     """Verify z, x and y, or x alone, for which multipliers are sought, and what the
     players would gain."""
-    found = verification.verified(game, proposed)
+    verification_of_x = verification.verified(game, proposed)
     x = rounded(map(Fraction, proposed.values))[: game.variables]
     profile, is_best = _Examination(game, proposed.problem).profile(
         x, proposed.tol or TOL.value
     )
     joint = (
-        "; as strategies, " if is_best == found.accepted else ", but as strategies, "
+        "; as strategies, "
+        if is_best == verification_of_x.accepted
+        else ", but as strategies, "
     )
-    message = f"{found.message}{joint}{profile.statement}"
-    return replace(found, message=message, strategies=profile)
+    message = f"{verification_of_x.message}{joint}{profile.statement}"
+    return replace(verification_of_x, message=message, strategies=profile)
 
 
 def costs_at(
@@ -190,11 +192,11 @@ def costs_at(
     rows, costs = data.M[: game.variables], list[Fraction]()
     constants = data.w([Fraction(0)] * data.n)
     for part in game.parts_of_players():
-        own = range(part.start, part.stop)
+        indices = range(part.start, part.stop)
         total = Fraction(0)
-        for i in own:
+        for i in indices:
             terms = (
-                a * x[j] / (2 if j in own else 1)
+                a * x[j] / (2 if j in indices else 1)
                 for j, a in rows[i].items()
                 if j < game.variables
             )
@@ -237,4 +239,6 @@ class Costs(Meaning):
     ) -> tuple[list[str], list[Any]]:
         costs = costs_at(self._game, self.data, z)
         pairs = zip(self._game.names_of_players(), costs, strict=True)
-        return [f"costs: {', '.join(f'{who} {brief(own)}' for who, own in pairs)}"], []
+        return [
+            f"costs: {', '.join(f'{who} {brief(cost)}' for who, cost in pairs)}"
+        ], []

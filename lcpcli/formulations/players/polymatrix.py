@@ -71,22 +71,22 @@ def from_polymatrix(
     """
     called = names_of("players", players)
     tables = {
-        _pair(pair, called): _table(_field(pair), own)
-        for pair, own in _pairs(payoffs).items()
+        _pair(pair, called): _table(_field(pair), value)
+        for pair, value in _pairs(payoffs).items()
     }
     if not tables:
         raise ProblemError("payoffs", IS_EMPTY, "give a matrix for a pair of players")
     n = len(called) or 1 + max(map(max, tables))
     sizes = _sizes(n, tables, called)
     if not isinstance(actions, (list, tuple)):
-        fault, hint = f"is {kind(actions)}", "give a list of names for each player"
-        raise ProblemError("actions", fault, hint)
+        reason, hint = f"is {kind(actions)}", "give a list of names for each player"
+        raise ProblemError("actions", reason, hint)
     if actions and len(actions) != n:
-        fault = numbers_for(len(actions), "list", n, "player")
-        raise ProblemError("actions", fault, MAKE_AGREE)
+        reason = numbers_for(len(actions), "list", n, "player")
+        raise ProblemError("actions", reason, MAKE_AGREE)
     named = tuple(
-        names_of(f"actions[{i}]", own, size, "action")
-        for i, (own, size) in enumerate(zip(actions, sizes, strict=False))
+        names_of(f"actions[{i}]", value, size, "action")
+        for i, (value, size) in enumerate(zip(actions, sizes, strict=False))
     )
     game = Polymatrix(sizes, tables, called, named)
     M, q, lower, upper = game.conditions()
@@ -100,14 +100,14 @@ def _pairs(payoffs: Any) -> dict[Any, Any]:
     if not isinstance(payoffs, Mapping):
         hint = "give an object of matrices by players, and by those they play against"
         raise ProblemError("payoffs", f"is {kind(payoffs)}", hint)
-    found = dict[Any, Any]()
-    for key, own in payoffs.items():
-        found |= (
-            {(key, other): table for other, table in own.items()}
-            if isinstance(own, Mapping)
-            else {key: own}
+    tables = dict[Any, Any]()
+    for key, inner in payoffs.items():
+        tables |= (
+            {(key, other): table for other, table in inner.items()}
+            if isinstance(inner, Mapping)
+            else {key: inner}
         )
-    return found
+    return tables
 
 
 def _field(pair: Any) -> str:
@@ -115,56 +115,58 @@ def _field(pair: Any) -> str:
     return "payoffs" + "".join(f"[{each}]" for each in named)
 
 
-def _pair(given: Any, players: Sequence[str]) -> Pair:
+def _pair(raw_pair: Any, players: Sequence[str]) -> Pair:
     hint = "give two players, by name or by index"
-    if not isinstance(given, tuple) or len(given) != 2:
-        raise ProblemError(_field(given), "is no pair", hint)
-    found = list[int]()
-    for name in given:
+    if not isinstance(raw_pair, tuple) or len(raw_pair) != 2:
+        raise ProblemError(_field(raw_pair), "is no pair", hint)
+    indices = list[int]()
+    for name in raw_pair:
         index = players.index(name) if name in players else name
         is_index = isinstance(index, (int, np.integer)) and not isinstance(index, bool)
         if not is_index or not 0 <= index < (len(players) or math.inf):
             shown = quoted(name) if isinstance(name, str) else str(name)
-            raise ProblemError(_field(given), f"has no player {shown}", hint)
-        found.append(int(index))
-    if found[0] == found[1]:
-        raise ProblemError(_field(given), "has a player against itself", hint)
-    return found[0], found[1]
+            raise ProblemError(_field(raw_pair), f"has no player {shown}", hint)
+        indices.append(int(index))
+    if indices[0] == indices[1]:
+        raise ProblemError(_field(raw_pair), "has a player against itself", hint)
+    return indices[0], indices[1]
 
 
-def _table(field: str, given: Any) -> Table:
-    rows = given.tolist() if hasattr(given, "tolist") else given
+def _table(field: str, raw_table: Any) -> Table:
+    rows = raw_table.tolist() if hasattr(raw_table, "tolist") else raw_table
     is_table = isinstance(rows, (list, tuple)) and all(
         isinstance(row, (list, tuple)) and len(row) for row in rows
     )
     if not is_table or not rows:
-        fault = IS_EMPTY if is_table else "is no matrix"
-        raise ProblemError(field, fault, "give its rows, each a list of payoffs")
+        reason = IS_EMPTY if is_table else "is no matrix"
+        raise ProblemError(field, reason, "give its rows, each a list of payoffs")
     for i, row in enumerate(rows):
         if len(row) != len(rows[0]):
-            fault = f"has {len(row)} entries and row 0 has {len(rows[0])}"
-            raise ProblemError(f"{field}[{i}]", fault, f"{MAKE_AGREE} {FROM_0}")
+            reason = f"has {len(row)} entries and row 0 has {len(rows[0])}"
+            raise ProblemError(f"{field}[{i}]", reason, f"{MAKE_AGREE} {FROM_0}")
     return tuple(
         tuple(_payoff(f"{field}[{i}][{j}]", value) for j, value in enumerate(row))
         for i, row in enumerate(rows)
     )
 
 
-def _payoff(field: str, given: Any) -> Fraction:
-    is_number = isinstance(given, str) and NUMBER.fullmatch(given)
-    if is_number and "inf" not in given.casefold():
+def _payoff(field: str, raw_value: Any) -> Fraction:
+    is_number = isinstance(raw_value, str) and NUMBER.fullmatch(raw_value)
+    if is_number and "inf" not in raw_value.casefold():
         try:
-            value = ratio(given.strip())
+            value = ratio(raw_value.strip())
         except ProblemError as error:
             raise error.inside(field) from None
-    elif isinstance(given, bool) or not isinstance(given, (int, float, Fraction)):
-        raise ProblemError(field, f"is {kind(given)}", GIVE_NUMBER)
-    elif isinstance(given, float):
-        if not math.isfinite(given):
-            raise ProblemError(field, f"is {given}", GIVE_NUMBER)
-        value = shortest_decimal(given)
+    elif isinstance(raw_value, bool) or not isinstance(
+        raw_value, (int, float, Fraction)
+    ):
+        raise ProblemError(field, f"is {kind(raw_value)}", GIVE_NUMBER)
+    elif isinstance(raw_value, float):
+        if not math.isfinite(raw_value):
+            raise ProblemError(field, f"is {raw_value}", GIVE_NUMBER)
+        value = shortest_decimal(raw_value)
     else:
-        value = Fraction(given)
+        value = Fraction(raw_value)
     if abs(value) > LARGEST:
         raise ProblemError(field, "is too large for doubles", "scale the payoffs")
     return value
@@ -177,9 +179,9 @@ def _sizes(
     for (i, j), table in tables.items():
         for player, size in ((i, len(table)), (j, len(table[0]))):
             if sizes.setdefault(player, size) != size:
-                fault = f"has {size} actions of player {player}, not {sizes[player]}"
+                reason = f"has {size} actions of player {player}, not {sizes[player]}"
                 pair = tuple(players[k] for k in (i, j)) if players else (i, j)
-                raise ProblemError(_field(pair), fault, f"{MAKE_AGREE} {FROM_0}")
+                raise ProblemError(_field(pair), reason, f"{MAKE_AGREE} {FROM_0}")
     for player in range(n):
         if player not in sizes:
             shown = quoted(players[player]) if players else player
@@ -214,8 +216,8 @@ class Polymatrix(Formulation):
 
     @classmethod
     def of_fields(cls, fields: Mapping[str, Any]) -> Problem:
-        known = ("payoffs", "players", "actions", *TEXTS)
-        files.refuse_unknown("", fields, known, "a polymatrix game")
+        valid_keys = ("payoffs", "players", "actions", *TEXTS)
+        files.refuse_unknown("", fields, valid_keys, "a polymatrix game")
         is_null = fields["payoffs"] is None
         refuse(is_null, "payoffs", "is null", "give matrices by pairs")
         return from_polymatrix(**files.without_nulls(fields))
@@ -230,9 +232,9 @@ class Polymatrix(Formulation):
         refuse_unknown("", data, ("kind", "payoffs", "players", "actions"))
         if "payoffs" not in data:
             raise ProblemError("payoffs", IS_MISSING, "add the key payoffs")
-        given = {key: data[key] for key in data if key != "kind"}
-        found: Any = from_polymatrix(**given).origin
-        return found if isinstance(found, cls) else cls((), {})
+        arguments = {key: data[key] for key in data if key != "kind"}
+        origin: Any = from_polymatrix(**arguments).origin
+        return origin if isinstance(origin, cls) else cls((), {})
 
     def data(self) -> dict[str, Any]:
         names = self.names_of_players()
@@ -251,22 +253,22 @@ class Polymatrix(Formulation):
 
     def parts(self, x: Any) -> list[Any]:
         """Return the parts of x, or z, that belong to the players."""
-        ends = np.cumsum(self.sizes).tolist()
-        pairs = zip(ends, self.sizes, strict=True)
-        return [x[end - size : end] for end, size in pairs]
+        stops = np.cumsum(self.sizes).tolist()
+        pairs = zip(stops, self.sizes, strict=True)
+        return [x[stop - size : stop] for stop, size in pairs]
 
     @cached_property
     def constants(self) -> dict[Pair, Fraction]:
-        found = {}
+        constants = {}
         for pair, table in self.payoffs.items():
             largest, smallest = max(map(max, table)), min(map(min, table))
-            found[pair] = largest + ((largest - smallest) or 1)
-        return found
+            constants[pair] = largest + ((largest - smallest) or 1)
+        return constants
 
     @cached_property
     def factors(self) -> list[Fraction]:
         """Return for each player by what its costs are multiplied."""
-        found = []
+        factors = []
         for player in range(len(self.sizes)):
             costs = [
                 self.constants[pair] - value
@@ -279,13 +281,13 @@ class Polymatrix(Formulation):
             largest = common * max([Fraction(0), *costs])
             is_short = common <= LARGEST_INTEGER and largest <= LARGEST_INTEGER
             power = 2 ** int(largest).bit_length() if is_short else 1
-            found.append(Fraction(common if is_short else 1, power))
-        return found
+            factors.append(Fraction(common if is_short else 1, power))
+        return factors
 
     def constant(self, player: int) -> Fraction:
         """Return from what the cost of a player is subtracted to give its payoff."""
-        own = (value for (i, _), value in self.constants.items() if i == player)
-        return sum(own, Fraction(0))
+        constants = (value for (i, _), value in self.constants.items() if i == player)
+        return sum(constants, Fraction(0))
 
     def exact_conditions(
         self,
@@ -313,22 +315,25 @@ class Polymatrix(Formulation):
         low = np.array([-np.inf if bound is None else 0.0 for bound in lower])
         return Conditions(M, np.array(q, dtype=float), low, np.full(len(q), np.inf))
 
-    def fits(self, given: Conditions) -> bool:
-        own = self.conditions()
-        if given.M.shape != own.M.shape or not all(
-            map(np.array_equal, given[1:], own[1:])
+    def fits(self, conditions: Conditions) -> bool:
+        expected = self.conditions()
+        if conditions.M.shape != expected.M.shape or not all(
+            map(np.array_equal, conditions[1:], expected[1:])
         ):
             return False
-        return bool(abs(dense(given.M) - own.M).max() <= 8 * EPS * abs(own.M).max())
+        return bool(
+            abs(dense(conditions.M) - expected.M).max()
+            <= 8 * EPS * abs(expected.M).max()
+        )
 
     def names(self, n: int, purpose: str = FULL) -> Sequence[str]:  # noqa: ARG002
         names = self.names_of_players()
-        moves = [
+        strategies = [
             f"{who}: {action}"
-            for who, own in zip(names, self.names_of_actions(), strict=True)
-            for action in own
+            for who, actions in zip(names, self.names_of_actions(), strict=True)
+            for action in actions
         ]
-        return [*moves, *(f"cost of {who}" for who in names)]
+        return [*strategies, *(f"cost of {who}" for who in names)]
 
     def names_of_actions(self) -> Sequence[Sequence[str]]:
         if self.actions:
@@ -336,20 +341,20 @@ class Polymatrix(Formulation):
         return [[str(a + 1) for a in range(size)] for size in self.sizes]
 
     def answer(self, result: Any) -> Answer:
-        found: Answer = self.beside("strategies").answer(self, result)
-        return found
+        answer: Answer = self.sibling("strategies").answer(self, result)
+        return answer
 
     def accepted(self, result: Any) -> Any:
-        return self.beside("strategies").accepted(self, result)
+        return self.sibling("strategies").accepted(self, result)
 
     def lengths(self, problem: Any) -> dict[int, str]:
         return {problem.n: "z", sum(self.sizes): "the probabilities of all actions"}
 
     def verified(self, proposed: Any) -> Any:
-        return self.beside("strategies").verified(self, proposed)
+        return self.sibling("strategies").verified(self, proposed)
 
     def meaning(self, data: Any) -> Any:
-        return self.beside("strategies").Equilibria(data, self)
+        return self.sibling("strategies").Equilibria(data, self)
 
 
 def _for_json(value: Fraction) -> int | float | str:

@@ -96,8 +96,8 @@ def from_players(
     if not (k := vector.size):
         raise ProblemError("c", IS_EMPTY, ONE_VARIABLE)
     if sum(numbers) != k:
-        fault = f"have the sum {sum(numbers)} and c has {count(k, 'entry')}"
-        raise ProblemError("sizes", fault, MAKE_AGREE)
+        reason = f"have the sum {sum(numbers)} and c has {count(k, 'entry')}"
+        raise ProblemError("sizes", reason, MAKE_AGREE)
     matrix, _ = as_square("H", H, k, "c")
     bounds = as_intervals(("lower", "upper"), lower, upper, k, "variable", infinity)
     A, sides = rows_between(A, k, b, row_lower, row_upper, infinity)
@@ -125,35 +125,37 @@ def from_players(
     return Problem(M, q, lower=low, upper=high, **texts).having(origin=game)
 
 
-def _sizes(given: Any) -> tuple[int, ...]:
-    if not isinstance(given, (list, tuple, np.ndarray)) or not len(given):
-        fault = IS_EMPTY if hasattr(given, "__len__") else f"is {kind(given)}"
-        raise ProblemError("sizes", fault, "give a number of unknowns for each player")
-    for i, size in enumerate(given):
+def _sizes(raw_sizes: Any) -> tuple[int, ...]:
+    if not isinstance(raw_sizes, (list, tuple, np.ndarray)) or not len(raw_sizes):
+        reason = IS_EMPTY if hasattr(raw_sizes, "__len__") else f"is {kind(raw_sizes)}"
+        raise ProblemError("sizes", reason, "give a number of unknowns for each player")
+    for i, size in enumerate(raw_sizes):
         if isinstance(size, bool) or not isinstance(size, (int, float, np.integer)):
             raise ProblemError(f"sizes[{i}]", f"is {kind(size)}", WHOLE)
         if not (size >= 1 and size % 1 == 0):
             raise ProblemError(f"sizes[{i}]", f"is {size:g}", WHOLE)
-    return tuple(map(int, given))
+    return tuple(map(int, raw_sizes))
 
 
 WHOLE = f"give a whole number from 1 {FROM_0}"
 
 
 def _owners(
-    given: Any, m: int, players: Sequence[str], n: int
+    raw_owners: Any, m: int, players: Sequence[str], n: int
 ) -> tuple[int | None, ...]:
     """Return for each row its player, counted from 0, or None."""
-    if given is None:
+    if raw_owners is None:
         return (None,) * m
-    if not isinstance(given, (list, tuple)):
-        raise ProblemError("owner", f"is {kind(given)}", "give a player for each row")
-    if len(given) != m:
+    if not isinstance(raw_owners, (list, tuple)):
         raise ProblemError(
-            "owner", numbers_for(len(given), "entry", m, "row"), MAKE_AGREE
+            "owner", f"is {kind(raw_owners)}", "give a player for each row"
         )
-    found = list[int | None]()
-    for i, name in enumerate(given):
+    if len(raw_owners) != m:
+        raise ProblemError(
+            "owner", numbers_for(len(raw_owners), "entry", m, "row"), MAKE_AGREE
+        )
+    owners = list[int | None]()
+    for i, name in enumerate(raw_owners):
         index = players.index(name) if name in players else name
         is_number = isinstance(index, (int, float)) and not isinstance(index, bool)
         if index is not None and not (is_number and index % 1 == 0 and 0 <= index < n):
@@ -162,8 +164,8 @@ def _owners(
                 f"give a player by its name, by its number from 0 to {n - 1}, or null"
             )
             raise ProblemError(f"owner[{i}]", f"is {shown}", hint)
-        found.append(None if index is None else int(index))
-    return tuple(found)
+        owners.append(None if index is None else int(index))
+    return tuple(owners)
 
 
 @dataclass(frozen=True)
@@ -208,12 +210,12 @@ class Players(BlockForm):
 
     @classmethod
     def parse(cls, data: Mapping[str, Any]) -> Players:
-        known = ("kind", "ranges", "sizes", "owner", "shared", *NAMES)
-        refuse_unknown("", data, known)
+        valid_keys = ("kind", "ranges", "sizes", "owner", "shared", *NAMES)
+        refuse_unknown("", data, valid_keys)
         sizes = _sizes(data.get("sizes"))
         players, columns, rows = (names_of(key, data.get(key, ())) for key in NAMES)
-        given = data.get("owner", ())
-        owner = _owners(given, len(given), players, len(sizes))
+        raw_owners = data.get("owner", ())
+        owner = _owners(raw_owners, len(raw_owners), players, len(sizes))
         shared = str(data.get("shared", COMMON))
         k, ranges = sum(sizes), size_of(data, "ranges", 0)
         return cls(k, ranges, rows, columns, sizes, owner, shared, players)
@@ -232,12 +234,12 @@ class Players(BlockForm):
     @cached_property
     def copies(self) -> list[tuple[int, int | None]]:
         """Return the rows with each of their multipliers, and whose this is."""
-        found = list[tuple[int, int | None]]()
+        copies = list[tuple[int, int | None]]()
         for i, player in enumerate(self.owner):
             is_for_each = player is None and self.shared == EACH
             whose = range(len(self.sizes)) if is_for_each else [player]
-            found += [(i, each) for each in whose]
-        return found
+            copies += [(i, each) for each in whose]
+        return copies
 
     @property
     def names_of_rows(self) -> Sequence[str]:
@@ -256,16 +258,18 @@ class Players(BlockForm):
 
     def parts_of_players(self) -> list[slice]:
         """Return where the unknowns of each player stand."""
-        ends = np.cumsum(self.sizes).tolist()
-        pairs = zip(ends, self.sizes, strict=True)
-        return [slice(end - size, end) for end, size in pairs]
+        stops = np.cumsum(self.sizes).tolist()
+        pairs = zip(stops, self.sizes, strict=True)
+        return [slice(stop - size, stop) for stop, size in pairs]
 
     def conditions(self, blocks: Blocks) -> Conditions:
         """Return the conditions of all players: those of the blocks, without the
         multipliers of a player's rows in the rows of other players."""
         made = blocks.conditions()
         k, players = self.variables, np.repeat(np.arange(len(self.sizes)), self.sizes)
-        owners = np.array([-1 if own is None else own for _, own in self.copies], int)
+        owners = np.array(
+            [-1 if owner is None else owner for _, owner in self.copies], int
+        )
         if (owners < 0).all():
             return made
         is_foreign = (owners >= 0) & (players[:, np.newaxis] != owners)
@@ -276,9 +280,9 @@ class Players(BlockForm):
             from lcpcli.linalg.compressed_rows import of_entries
         coo = made.M.tocoo()
         above = (coo.row < k) & (coo.col >= k) & (coo.col < k + owners.size)
-        kept = np.ones(coo.data.size, dtype=bool)
-        kept[above] = ~is_foreign[coo.row[above], coo.col[above] - k]
-        entries = (coo.row[kept], coo.col[kept], coo.data[kept])
+        is_kept = np.ones(coo.data.size, dtype=bool)
+        is_kept[above] = ~is_foreign[coo.row[above], coo.col[above] - k]
+        entries = (coo.row[is_kept], coo.col[is_kept], coo.data[is_kept])
         return made._replace(M=of_entries(made.M.shape, *([each] for each in entries)))
 
     def require_convex(self, H: Matrix) -> None:
@@ -294,26 +298,26 @@ class Players(BlockForm):
             size, i, j = largest_asymmetry(block)
             if size > part.stop * EPS * float(np.abs(block).max()):
                 one, other = i + part.start, j + part.start
-                fault = (
+                reason = (
                     f"is {block[i, j]:.15g} and H[{other}][{one}] is "
                     f"{block[j, i]:.15g}, so that the part of {name} is not symmetric"
                 )
                 hint = "give the gradient of its cost, with a symmetric part"
-                raise ProblemError(f"H[{one}][{other}]", fault, f"{hint} {FROM_0}")
+                raise ProblemError(f"H[{one}][{other}]", reason, f"{hint} {FROM_0}")
             if definiteness(block).semidefinite == NO:
-                fault = f"makes the cost of {name} not convex in its own variables"
+                reason = f"makes the cost of {name} not convex in its own variables"
                 hint = "its part of H has to be positive semidefinite"
-                raise ProblemError("H", fault, hint)
+                raise ProblemError("H", reason, hint)
 
     def answer(self, result: Any) -> Answer:
-        found: Answer = self.beside("answers").answer(self, result)
-        return found
+        answer: Answer = self.sibling("answers").answer(self, result)
+        return answer
 
     def lengths(self, problem: Problem) -> dict[int, str]:
         return self.lengths_of_parts(problem.n)
 
     def verified(self, proposed: Any) -> Any:
-        return self.beside("answers").verified(self, proposed)
+        return self.sibling("answers").verified(self, proposed)
 
     def meaning(self, data: Any) -> Any:
-        return self.beside("answers").Costs(data, self)
+        return self.sibling("answers").Costs(data, self)

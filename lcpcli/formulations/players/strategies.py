@@ -55,28 +55,32 @@ class MixedStrategies(Profile):
 
     def record(self) -> Mapping[str, Any]:
         names = ("players", "actions", "strategies", "payoffs", "gains", "statement")
-        own = {name: getattr(self, name) for name in names}
-        return own | {"exact": self.exact and self.exact.record()}
+        values = {name: getattr(self, name) for name in names}
+        return values | {"exact": self.exact and self.exact.record()}
 
     def lines(self) -> list[str]:
-        own = self.exact or self
-        if own.strategies is None:
+        shown = self.exact or self
+        if shown.strategies is None:
             return [self.statement]
         cell = brief if self.is_exact or self.exact else wording.plain_number
-        parts = zip(own.players, own.strategies, own.actions, strict=True)
+        parts = zip(shown.players, shown.strategies, shown.actions, strict=True)
         lines = [
             f"{who} = {wording.named(list(x), of, cell, sparing=True)}"
             for who, x, of in parts
         ]
-        pairs = zip(own.players, own.payoffs or (), strict=True)
+        pairs = zip(shown.players, shown.payoffs or (), strict=True)
         payoffs = ", ".join(f"{who} {cell(payoff)}" for who, payoff in pairs)
-        return [*lines, f"payoffs: {payoffs}", *[own.statement] * bool(own.statement)]
+        return [
+            *lines,
+            f"payoffs: {payoffs}",
+            *[shown.statement] * bool(shown.statement),
+        ]
 
     def cells(self) -> Mapping[str, Sequence[Any]]:
-        own: Any = self.exact or self
-        if own.payoffs is None:
+        shown: Any = self.exact or self
+        if shown.payoffs is None:
             return equilibria.cells_of()
-        return equilibria.cells_of(own.players, own.strategies, own.payoffs)
+        return equilibria.cells_of(shown.players, shown.strategies, shown.payoffs)
 
     @property
     def is_exact(self) -> bool:
@@ -88,11 +92,13 @@ class MixedStrategies(Profile):
         exact = not any(isinstance(p, float) for p in chain(*strategies))
         number: Any = Fraction if exact else float
         payoffs, gains, sizes = list[Any](), list[Any](), list[float]()
-        for player, own in enumerate(strategies):
+        for player, strategy in enumerate(strategies):
             totals, terms = _totals(game, player, strategies, number)
-            payoff = sum((p * u for p, u in zip(own, totals, strict=True)), number(0))
-            best = max(range(len(own)), key=totals.__getitem__)
-            mixed = (float(p) * t for p, t in zip(own, terms, strict=True))
+            payoff = sum(
+                (p * u for p, u in zip(strategy, totals, strict=True)), number(0)
+            )
+            best = max(range(len(strategy)), key=totals.__getitem__)
+            mixed = (float(p) * t for p, t in zip(strategy, terms, strict=True))
             sizes.append(terms[best] + sum(mixed))
             gain, rounding = totals[best] - payoff, ROW_ROUNDING * sizes[-1]
             payoffs.append(payoff)
@@ -130,50 +136,56 @@ def _totals(
 
 
 @np.errstate(all="ignore")
-def found_at(game: Polymatrix, z: Any, tol: float) -> equilibria.Found | None:
+def checked_profile_at(
+    game: Polymatrix, z: Any, tol: float
+) -> equilibria.CheckedProfile | None:
     """Return the strategies that z stands for, in its numbers, and whether they are an
     equilibrium to the tolerance; None if it stands for none."""
     values = z.tolist() if isinstance(z, np.ndarray) else z
     parts = game.parts(values)
     if any(min(part) < 0 or not sum(part) for part in parts):
         return None
-    profile = MixedStrategies.of(game, [[p / sum(own) for p in own] for own in parts])
-    return equilibria.Found(profile, profile.are_best(tol))
+    profile = MixedStrategies.of(
+        game, [[p / sum(weights) for p in weights] for weights in parts]
+    )
+    return equilibria.CheckedProfile(profile, profile.are_best(tol))
 
 
 def answer(game: Polymatrix, result: Result) -> MixedStrategies:
-    found = found_at(game, result.z, result.tol) if result.solved else None
-    if found is None:
+    reading = checked_profile_at(game, result.z, result.tol) if result.solved else None
+    if reading is None:
         names = game.names_of_players(), game.names_of_actions()
         return MixedStrategies(*names, None, None, (), equilibria.UNSOLVED)
-    profile: Any = found.profile
+    profile: Any = reading.profile
     exact = None
     if result.exact is not None and result.exact.z is not None:
         exact = MixedStrategies.of(game, game.parts(list(result.exact.z)))
         exact = replace(exact, statement=exact.verdict(True))
-    statement = profile.verdict(found.are_equilibrium)
-    known: MixedStrategies = replace(profile, statement=statement, exact=exact)
-    return known
+    statement = profile.verdict(reading.are_equilibrium)
+    equilibrium: MixedStrategies = replace(profile, statement=statement, exact=exact)
+    return equilibrium
 
 
 def accepted(game: Polymatrix, result: Result) -> Result:
-    return equilibria.accepted(game, result, partial(found_at, game))
+    return equilibria.accepted(game, result, partial(checked_profile_at, game))
 
 
 @np.errstate(all="ignore")  # overflow counts as infinite
 def verified(game: Polymatrix, proposed: Proposed) -> Verification:
     """Verify z, or the probabilities of all actions."""
     if len(proposed.values) == proposed.problem.n:
-        found = found_at(game, proposed.array, proposed.tol)
+        reading = checked_profile_at(game, proposed.array, proposed.tol)
         verification = proposed.of_z(proposed.values)
-        return verification if found is None else with_strategies(verification, *found)
+        return (
+            verification if reading is None else with_strategies(verification, *reading)
+        )
     number: Any = float if proposed.data is None else Fraction
     parts = game.parts([number(p) for p in proposed.values])
-    for who, own in zip(game.names_of_players(), parts, strict=True):
-        if not are_probabilities(np.array(own, dtype=float)):
-            shown = ", ".join(f"{float(p):.7g}" for p in own)
+    for who, strategy in zip(game.names_of_players(), parts, strict=True):
+        if not are_probabilities(np.array(strategy, dtype=float)):
+            shown = ", ".join(f"{float(p):.7g}" for p in strategy)
             raise ProblemError(who, f"has {shown} as the probabilities", HINT)
-    strategies = [[p / sum(own) for p in own] for own in parts]
+    strategies = [[p / sum(strategy) for p in strategy] for strategy in parts]
     profile = MixedStrategies.of(game, strategies)
     best = map(sum, zip(profile.payoffs, profile.gains, strict=True))
     costs = [
@@ -219,10 +231,10 @@ class Equilibria(Meaning):
         return z, [*map(cell, self._of(z).payoffs or ())]
 
     def _of(self, z: Values) -> MixedStrategies:
-        found: MixedStrategies = MixedStrategies.of(
+        profile: MixedStrategies = MixedStrategies.of(
             self._game, self._game.parts(list(z))
         )
-        return found
+        return profile
 
     def equilibrium(self, z: Values) -> Any:
         return self._of(z).record()

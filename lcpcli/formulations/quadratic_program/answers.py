@@ -122,8 +122,8 @@ class Minimum(Answer):
     seconds = _concluded(lambda own: own._conclusion[1] + own._variation[1])
 
     def _sensitivity(self, name: str) -> Any:
-        found = self._variation[0]
-        return None if found is None else getattr(found, name)
+        sensitivities = self._variation[0]
+        return None if sensitivities is None else getattr(sensitivities, name)
 
     @property
     def headline(self) -> str:
@@ -210,10 +210,10 @@ class Minimum(Answer):
     def _multipliers(self, name: str) -> list[Any]:
         """Return the multipliers of rows, or of bounds, and where they are not unique,
         the derivatives to both sides, if they are known."""
-        known = [getattr(self, name)]
+        arrays = [getattr(self, name)]
         if self.unique_multipliers is False and self.y_down is not None:
-            known += [getattr(self, f"{name}_down"), getattr(self, f"{name}_up")]
-        return known
+            arrays += [getattr(self, f"{name}_down"), getattr(self, f"{name}_up")]
+        return arrays
 
     def cells(self) -> Mapping[str, Sequence[Any]]:
         """Return for each component whether it is x, y or s, its value in the program's
@@ -253,8 +253,14 @@ class NoOptimum(Answer):
     certificate: Vector | None = None
 
     @classmethod
-    def of(cls, program: Program, found: Conclusion) -> NoOptimum:
-        return cls(program, found.statement, found.proved, found.ray, found.certificate)
+    def of(cls, program: Program, conclusion: Conclusion) -> NoOptimum:
+        return cls(
+            program,
+            conclusion.statement,
+            conclusion.proved,
+            conclusion.ray,
+            conclusion.certificate,
+        )
 
     def lines(self) -> list[str]:
         return reasons(self.program, self.certificate, self.ray)
@@ -271,10 +277,10 @@ def reasons(
         (excluded, certificate, program.rows),
         (unbounded, ray, program.columns),
     )
-    known = ((what, v.tolist(), names) for what, v, names in proofs if v is not None)
+    vectors = ((what, v.tolist(), names) for what, v, names in proofs if v is not None)
     return [
         f"{what} {wording.named(v, names, wording.multiplier, sparing=True)}"
-        for what, v, names in known
+        for what, v, names in vectors
     ]
 
 

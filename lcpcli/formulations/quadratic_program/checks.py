@@ -85,9 +85,9 @@ def verified(program: Program, proposed: Proposed) -> Verification:
 
 
 def _exact_multipliers(data: ExactProblem, proposal: _Proposal) -> Any:
-    near = proposal.with_step()
-    found = exact_solution.from_point(data, near, Effort(MAX_EFFORT))
-    z = found or fractions_of(near)
+    refined_z = proposal.with_step()
+    exact_z = exact_solution.from_point(data, refined_z, Effort(MAX_EFFORT))
+    z = exact_z or fractions_of(refined_z)
     return np.array(z[proposal.k : data.n - proposal.origin.ranges], dtype=object)
 
 
@@ -131,19 +131,22 @@ class _Proposal:
             heights = row_maxima(scaled(A, heights, sizes))
             heights[heights == 0] = 1.0
             A = scaled(A, 1 / heights, sizes)
-        ends = _around(product(data.A, x), data.row_lower, data.row_upper)
+        bounds_of_rows = _around(product(data.A, x), data.row_lower, data.row_upper)
         low, high = _around(x, data.lower, data.upper)
         bounds = np.maximum(low / sizes, -1.0), np.minimum(high / sizes, 1.0)
         unit = float(np.abs(g * sizes).max()) or 1.0
-        found = minimized(
-            g * sizes / unit, A, (ends[0] / heights, ends[1] / heights), bounds
+        optimum = minimized(
+            g * sizes / unit,
+            A,
+            (bounds_of_rows[0] / heights, bounds_of_rows[1] / heights),
+            bounds,
         )
-        if found is None or not np.isfinite(found.y).all():
+        if optimum is None or not np.isfinite(optimum.y).all():
             return np.zeros(heights.size), math.nan
-        d = found.x * sizes
+        d = optimum.x * sizes
         slope, curvature = float(g @ d), float(d @ product(data.Q, d))
         t = min(1.0, -slope / curvature) if curvature > 0 else 1.0
-        return found.y * unit / heights, -t * (slope + t * curvature / 2)
+        return optimum.y * unit / heights, -t * (slope + t * curvature / 2)
 
     def with_step(self) -> Vector:
         """Return the z that consists of x and the multipliers of the step from it."""
@@ -152,9 +155,9 @@ class _Proposal:
     def readings(
         self,
         values: Any,
-        own: bool,
+        has_multipliers: bool,
         completed: Callable[[Any, Any], Any],
-        sought: Callable[[], Any],
+        search: Callable[[], Any],
     ) -> Iterator[Any]:
         """Yield each z for which the values may stand, as `completed` makes it from x
         and y, which is sought if it is missing; for a maximum, y may have either
@@ -162,42 +165,47 @@ class _Proposal:
         ranges, n = self.origin.ranges, self.problem.n
         x, y = values[: self.k], values[self.k : n - ranges]
         if self.needs_multipliers:
-            yield completed(x, sought())
+            yield completed(x, search())
             return
-        if values.size == n and not own:
+        if values.size == n and not has_multipliers:
             yield values
-        if values.size < n or own:
+        if values.size < n or has_multipliers:
             yield completed(x, -y if self.sign < 0 else y)
-        if self.sign < 0 and not own and y.size and (values.size < n or not ranges):
+        if (
+            self.sign < 0
+            and not has_multipliers
+            and y.size
+            and (values.size < n or not ranges)
+        ):
             yield completed(x, y if values.size < n else -y)
 
     def verified(self, of_readings: Iterator[Verification], tol: float) -> Verification:
         """Return the first verification that is accepted, or else the first of all,
         with a statement on x, and with the multipliers if they had to be sought."""
-        found = next(of_readings)
-        found = (
-            found
-            if found.accepted
-            else next((other for other in of_readings if other.accepted), found)
+        verification = next(of_readings)
+        verification = (
+            verification
+            if verification.accepted
+            else next((other for other in of_readings if other.accepted), verification)
         )
-        if not found.accepted:
-            return replace(found, statement=self._fault(tol))
+        if not verification.accepted:
+            return replace(verification, statement=self._fault(tol))
         y = (
             self.sign * self.with_step()[self.k : self.problem.n - self.origin.ranges]
             + 0.0
         )
         statement = kind_of_solutions(self.problem, self.origin, self.data).statement
-        found = replace(found, statement=statement)
+        verification = replace(verification, statement=statement)
         if not self.needs_multipliers:
-            return found
-        return replace(found, multipliers=y, answer=Multipliers(self.origin, y))
+            return verification
+        return replace(verification, multipliers=y, answer=Multipliers(self.origin, y))
 
     @np.errstate(all="ignore")
     def _fault(self, tol: float) -> str:
         if violated := _violated(self.origin, self.data, self.x, tol):
             return f"x is not feasible: {violated}"
         origin, feasible = self.origin, f"x is feasible to the tolerance {tol:g}"
-        word, value = (
+        noun, value = (
             WORDS[origin.sense],
             self.sign * self.data.objective(self.x) + origin.constant,
         )
@@ -213,14 +221,14 @@ class _Proposal:
                 f"at least {approximate(Fraction(gain), -1, 2)} "
                 f"{OBJECTIVE_CLAUSES[self.origin.sense]}"
             )
-            return f"{feasible}, but not a {word}: its objective {value:.7g} is {far}"
+            return f"{feasible}, but not a {noun}: its objective {value:.7g} is {far}"
         if (
             not self.needs_multipliers
             and verify(self.problem, self.with_step(), tol).accepted
         ):
             kind = kind_of_solutions(self.problem, origin, self.data)
             return f"{kind.statement}, but with other multipliers"
-        return f"{feasible}, but not shown to be a {word}"
+        return f"{feasible}, but not shown to be a {noun}"
 
 
 def _completed(data: ExactProblem, proposal: _Proposal, x: Any, y: Any) -> Any:
@@ -232,10 +240,10 @@ def _completed(data: ExactProblem, proposal: _Proposal, x: Any, y: Any) -> Any:
         data.n - proposal.origin.ranges,
     )
     rows = proposal.k + np.flatnonzero(proposal.data.ranges)
-    ends = zip(rows.tolist(), data.lower[first:], data.upper[first:], strict=True)
+    sides = zip(rows.tolist(), data.lower[first:], data.upper[first:], strict=True)
     s = [
         w[i] if low is None or high is None else min(max(w[i], low), high)
-        for i, low, high in ends
+        for i, low, high in sides
     ]
     return np.concatenate((x, y, np.array(s, dtype=object)))
 
@@ -260,17 +268,19 @@ def _violated(origin: Program, data: Blocks, x: Vector, tol: float) -> str:
     )
     worst, sentence, number = 0.0, "", 0
     for side, bound, of_rows, of_x, sign in sides:
-        ends = np.concatenate((of_rows, of_x))
-        beyond = np.where(np.isfinite(ends), sign * (ends - values), 0.0)
+        bounds = np.concatenate((of_rows, of_x))
+        beyond = np.where(np.isfinite(bounds), sign * (bounds - values), 0.0)
         relative = np.where(
-            beyond > tol * (sizes + np.abs(ends)), beyond / (sizes + np.abs(ends)), 0.0
+            beyond > tol * (sizes + np.abs(bounds)),
+            beyond / (sizes + np.abs(bounds)),
+            0.0,
         )
         number, i = number + int(np.count_nonzero(relative)), int(np.argmax(relative))
         if relative[i] > worst:
             worst = relative[i]
             sentence = (
                 f"{names[i]} is {values[i]:.7g}, {beyond[i]:.2g} {side} its {bound} "
-                f"bound {ends[i]:.7g}"
+                f"bound {bounds[i]:.7g}"
             )
     return (
         f"{sentence}; {count(number - 1, 'other bound')} violated"

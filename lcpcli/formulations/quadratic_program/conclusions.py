@@ -48,7 +48,7 @@ def conclusion(problem: Problem, result: Result, program: Program) -> Conclusion
     """Return what a result on the conditions of a program says about the program;
     nothing that takes long if Ctrl-C has ended the run. What is known about every
     solution of the problem is kept with it."""
-    word, data = WORDS[program.sense], data_of(problem, program)
+    noun, data = WORDS[program.sense], data_of(problem, program)
     if result.status.has_no_solution:
         done = result.interrupted
         return (
@@ -58,7 +58,7 @@ def conclusion(problem: Problem, result: Result, program: Program) -> Conclusion
         )
     if result.status is Status.ILL_POSED:
         return Conclusion(
-            f"the program is ill-posed: whether it has a {word} depends on the "
+            f"the program is ill-posed: whether it has a {noun} depends on the "
             "rounding of its data"
         )
     if not result.solved:
@@ -73,7 +73,7 @@ def conclusion(problem: Problem, result: Result, program: Program) -> Conclusion
         )
     if result.interrupted:
         return Conclusion(
-            f"x satisfies the first-order conditions; whether it is a {word} "
+            f"x satisfies the first-order conditions; whether it is a {noun} "
             "was not examined"
         )
     kind = kind_of_solutions(problem, program, data)
@@ -81,7 +81,7 @@ def conclusion(problem: Problem, result: Result, program: Program) -> Conclusion
     if kind.proved == OPTIMUM and has_other_minimum(
         problem, program, data, result.z, result.tol, is_exact
     ):
-        several = kind.statement.replace(f"a {word}", f"one of several {word}s")
+        several = kind.statement.replace(f"a {noun}", f"one of several {noun}s")
         proved = SEVERAL if is_exact else OPTIMUM
         return Conclusion(several, proved, within=kind.within)
     return kind
@@ -118,30 +118,30 @@ def kind_of_point(data: Blocks, program: Program) -> Conclusion:
     Up to rounding: if Q + d diag(Q) is semidefinite, x minimizes a program with this in
     place of Q, and its conditions are violated by at most d of their own terms.
     """
-    word, definite = WORDS[program.sense], DEFINITE[program.sense]
+    noun, definite = WORDS[program.sense], DEFINITE[program.sense]
     if not (data.Q != 0).sum():
-        return Conclusion(f"x is a {word} of the linear program", OPTIMUM)
-    found = definiteness(data.Q)
-    if found.definite == YES:
+        return Conclusion(f"x is a {noun} of the linear program", OPTIMUM)
+    definiteness_of_Q = definiteness(data.Q)
+    if definiteness_of_Q.definite == YES:
         return Conclusion(
-            f"x is the unique {word}, as Q is {definite} definite", UNIQUE
+            f"x is the unique {noun}, as Q is {definite} definite", UNIQUE
         )
-    if found.semidefinite == YES:
-        return Conclusion(f"x is a {word}, as Q is {definite} semidefinite", OPTIMUM)
-    if found.semidefinite == NO:
+    if definiteness_of_Q.semidefinite == YES:
+        return Conclusion(f"x is a {noun}, as Q is {definite} semidefinite", OPTIMUM)
+    if definiteness_of_Q.semidefinite == NO:
         return Conclusion(
-            f"x is a stationary point and need not be a {word}: Q is not "
+            f"x is a stationary point and need not be a {noun}: Q is not "
             f"{definite} semidefinite",
             STATIONARY,
         )
-    if found.within is not None:
-        change = approximate(Fraction(found.within), 1, 1)
+    if definiteness_of_Q.within is not None:
+        change = approximate(Fraction(definiteness_of_Q.within), 1, 1)
         statement = (
-            f"x is a {word} up to rounding: Q differs by at most {change}, relatively, "
+            f"x is a {noun} up to rounding: Q differs by at most {change}, relatively, "
             f"from a {definite} semidefinite matrix"
         )
-        return Conclusion(statement, OPTIMUM, within=found.within)
+        return Conclusion(statement, OPTIMUM, within=definiteness_of_Q.within)
     open_question = (
-        f"whether Q is {definite} semidefinite and x a {word} is not decided"
+        f"whether Q is {definite} semidefinite and x a {noun} is not decided"
     )
     return Conclusion(f"x satisfies the first-order conditions; {open_question}")

@@ -56,20 +56,23 @@ FORMS = {
 def problem_of(data: Mapping[str, Any]) -> Problem:
     """Return the problem of the program with these keys, or raise ProblemError."""
     if other := next((key for key in data if key in FOREIGN_FIELDS), None):
-        fault = (
+        reason = (
             f"is not a key of a program; it is called {FOREIGN_FIELDS[other]} in "
             "the second of these ways"
         )
-        raise ProblemError(other, fault, READINGS)
-    known = [key for key in data if any(key in keys for keys, *_ in FORMS.values())]
-    known.sort(key=lambda key: key not in NATIVE)
+        raise ProblemError(other, reason, READINGS)
+    recognized = [
+        key for key in data if any(key in keys for keys, *_ in FORMS.values())
+    ]
+    recognized.sort(key=lambda key: key not in NATIVE)
     maker = next(
-        (maker for maker, (keys, *_) in FORMS.items() if set(known) <= set(keys)), ""
+        (maker for maker, (keys, *_) in FORMS.items() if set(recognized) <= set(keys)),
+        "",
     )
     if not maker:
         pairs = (
             two
-            for two in combinations(known, 2)
+            for two in combinations(recognized, 2)
             if not any(set(two) <= set(keys) for keys, *_ in FORMS.values())
         )
         one, other = next(pairs)

@@ -38,11 +38,11 @@ class Optima(Meaning):
         return shown, [*cells, objective]
 
     def record(self, z: Values) -> dict[str, Any]:
-        x, y, _ = self._program.own_parts(z)
+        x, y, _ = self._program.unsigned_parts(z)
         return {"objective": self.objective(z), "x": x, "y": y, **super().record(z)}
 
     def cells(self, z: Values) -> Sequence[Sequence[Any]]:
-        parts = zip("xys", self._program.own_parts(z), strict=True)
+        parts = zip("xys", self._program.unsigned_parts(z), strict=True)
         return [(letter, value) for letter, part in parts for value in part]
 
     def without_solution(self, proof: Proof | None) -> NoOptimum:
@@ -54,13 +54,13 @@ class Optima(Meaning):
         return NoOptimum.of(program, without_minimum(problem, proof, program, data))
 
     def objective(
-        self, z: Values, moved: tuple[int, Fraction] | None = None
+        self, z: Values, shift: tuple[int, Fraction] | None = None
     ) -> Fraction:
         """Return the exact value of the objective at the x of z, in its own sense and
         with its constant."""
         data, k, total = self.data, self._program.variables, Fraction(0)
-        if moved is not None and moved[0] < k:
-            total = moved[1] * z[moved[0]]
+        if shift is not None and shift[0] < k:
+            total = shift[1] * z[shift[0]]
         for i, value in enumerate(z[:k]):
             curvature = sum(
                 (Fraction(a) * z[j] for j, a in data.rows[i].items() if j < k),

@@ -134,13 +134,13 @@ class _Reader:
         for self._line, line in enumerate(lines, 1):
             words = line.split()
             # A remark begins with an unknown name.
-            for place, word in enumerate(words[2:] if "$" in line else (), 2):
+            for index, word in enumerate(words[2:] if "$" in line else (), 2):
                 if (
                     word.startswith("$")
                     and word not in self._kinds
                     and word not in self._columns
                 ):
-                    words = words[:place]
+                    words = words[:index]
                     break
             if not words or line.startswith("*"):
                 continue
@@ -160,10 +160,12 @@ class _Reader:
                         f"has the heading {quoted(self._section)}", HEADING
                     )
                 elif self._section == "QSECTION":
-                    fault = f"has a quadratic part of row {quoted(' '.join(words[:1]))}"
+                    reason = (
+                        f"has a quadratic part of row {quoted(' '.join(words[:1]))}"
+                    )
                     self._require(
                         words[:1] in ([], [self._objective()]),
-                        fault,
+                        reason,
                         "only an objective may have one",
                     )
                     words = []
@@ -179,20 +181,20 @@ class _Reader:
                     raise
         return self._fields()
 
-    def _require(self, is_right: bool, fault: str, hint: str) -> None:
+    def _require(self, is_right: bool, reason: str, hint: str) -> None:
         if not is_right:
-            raise self._error(fault, hint)
+            raise self._error(reason, hint)
 
-    def _error(self, fault: str, hint: str) -> ProblemError:
-        return ProblemError(f"line {self._line}", fault, hint)
+    def _error(self, reason: str, hint: str) -> ProblemError:
+        return ProblemError(f"line {self._line}", reason, hint)
 
     def _refuse(self, words: Sequence[str]) -> None:
         where = f" in {self._section}" if self._section else ""
         raise self._error(f"has {quoted(' '.join(words))}{where}", LINE)
 
     def _read_sense(self, words: Sequence[str]) -> None:
-        fault = f"has {quoted(' '.join(words))} as the sense of the objective"
-        self._require(" ".join(words).upper() in SENSES, fault, "give MIN or MAX")
+        reason = f"has {quoted(' '.join(words))} as the sense of the objective"
+        self._require(" ".join(words).upper() in SENSES, reason, "give MIN or MAX")
         self._sense = SENSES[" ".join(words).upper()]
 
     def _read_row(self, words: Sequence[str]) -> None:
@@ -254,18 +256,18 @@ class _Reader:
             self._refuse(words)
         column = others[-2] if has_number else others[min(1, len(others) - 1)]
         self._declare(column)
-        fault = f"makes {quoted(column)} {NOT_CONTINUOUS.get(kind)} variable"
-        self._require(kind not in NOT_CONTINUOUS, fault, CONTINUOUS)
+        reason = f"makes {quoted(column)} {NOT_CONTINUOUS.get(kind)} variable"
+        self._require(kind not in NOT_CONTINUOUS, reason, CONTINUOUS)
         value = others[-1] if has_number else ""
         self._require_number(value or "0", bool(INFINITE.fullmatch(value)))
-        for end in ENDS[kind]:
+        for side in ENDS[kind]:
             self._require(
-                (column, end) not in self._bounds,
+                (column, side) not in self._bounds,
                 f"has {quoted(column)} a second time",
                 KEEP_ONE,
             )
-            self._bounds[column, end] = (
-                self._end(self._number(value)) if value else (-math.inf, math.inf)[end]
+            self._bounds[column, side] = (
+                self._end(self._number(value)) if value else (-math.inf, math.inf)[side]
             )
             self._lines[column] = self._line
 
@@ -295,13 +297,13 @@ class _Reader:
             self._curvature |= dict.fromkeys(both, self._number(value))
 
     def _pairs(
-        self, words: Sequence[str], known: Collection[str], where: str
+        self, words: Sequence[str], valid_names: Collection[str], where: str
     ) -> list[tuple[str, str]]:
         if not words or len(words) % 2:
             self._refuse(words)
         pairs = list(zip(words[::2], words[1::2], strict=True))
         for name, value in pairs:
-            if name not in known:
+            if name not in valid_names:
                 raise self._unknown(name, where)
             if not NUMBER.fullmatch(value):
                 self._require_number(value)
@@ -337,42 +339,45 @@ class _Reader:
         )
         is_dense = len(columns) + len(rows) <= LARGEST_DENSE
         constant = self._sides["RHS"].get(objective)
-        found: dict[str, Any] = {
+        fields: dict[str, Any] = {
             "name": self._name,
             "sense": self._sense,
             "rows": rows,
             "columns": columns,
         }
-        found["constant"] = 0.0 if constant is None else -self._number(constant)
-        found["c"] = np.array(
-            [own.get(objective, 0.0) for own in self._columns.values()]
+        fields["constant"] = 0.0 if constant is None else -self._number(constant)
+        fields["c"] = np.array(
+            [
+                column_entries.get(objective, 0.0)
+                for column_entries in self._columns.values()
+            ]
         )
-        found["lower"], found["upper"] = np.array(
-            [self._ends_of(column) for column in columns]
+        fields["lower"], fields["upper"] = np.array(
+            [self._bounds_of(column) for column in columns]
         ).T
         if rows:
             entries = {
                 (row, name): value
-                for name, own in self._columns.items()
-                for row, value in own.items()
+                for name, column_entries in self._columns.items()
+                for row, value in column_entries.items()
             }
-            found["A"] = _matrix(entries, rows, columns, is_dense)
-            found["row_lower"], found["row_upper"] = np.array(
+            fields["A"] = _matrix(entries, rows, columns, is_dense)
+            fields["row_lower"], fields["row_upper"] = np.array(
                 [self._sides_of(row) for row in rows]
             ).T
         if any(self._curvature.values()):
-            found["Q"] = _matrix(self._curvature, columns, columns, is_dense)
-            if symmetrized(found["Q"]) is None:
-                _, i, j = largest_asymmetry(found["Q"])
-                fault = (
+            fields["Q"] = _matrix(self._curvature, columns, columns, is_dense)
+            if symmetrized(fields["Q"]) is None:
+                _, i, j = largest_asymmetry(fields["Q"])
+                reason = (
                     "has a QMATRIX that is not symmetric at "
                     f"{quoted(columns[i])} and {quoted(columns[j])}"
                 )
                 hint = "give both entries, or one of them in QUADOBJ"
-                raise ProblemError("", fault, hint)
-        return found
+                raise ProblemError("", reason, hint)
+        return fields
 
-    def _ends_of(self, column: str) -> tuple[float, float]:
+    def _bounds_of(self, column: str) -> tuple[float, float]:
         low, high = (
             self._bounds.get((column, 0), 0.0),
             self._bounds.get((column, 1), math.inf),
@@ -380,7 +385,7 @@ class _Reader:
         self._line = self._lines.get(column, 0)
         self._require(low < math.inf and high > -math.inf, *NOT_NONE)
         if low > high:
-            fault = (
+            reason = (
                 f"gives {quoted(column)} the upper bound {high:g}, below its lower "
                 f"bound {low:g}"
             )
@@ -389,7 +394,7 @@ class _Reader:
                 if low
                 else "give a lower bound too: LO, or MI for none"
             )
-            raise self._error(fault, hint)
+            raise self._error(reason, hint)
         return low, high
 
     def _sides_of(self, row: str) -> tuple[float, float]:
@@ -399,13 +404,13 @@ class _Reader:
             fraction(self._sides[section].get(row, "0"))
             for section in ("RHS", "RANGES")
         )
-        ends: dict[str, tuple[Any, Any]]
-        ends = {"G": (side, math.inf), "L": (-math.inf, side), "E": (side, side)}
+        sides: dict[str, tuple[Any, Any]]
+        sides = {"G": (side, math.inf), "L": (-math.inf, side), "E": (side, side)}
         if row in self._sides["RANGES"] and abs(width) < NO_BOUND:
-            ends = {"G": (side, side + abs(width)), "L": (side - abs(width), side)}
+            sides = {"G": (side, side + abs(width)), "L": (side - abs(width), side)}
         if row in self._sides["RANGES"] and kind == "E":
             kind = "G" if width > 0 else "L"
-        low, high = map(self._end, ends[kind])
+        low, high = map(self._end, sides[kind])
         refuse(low == math.inf or high == -math.inf, f"row {row}", *NOT_NONE)
         return low, high
 
@@ -420,21 +425,21 @@ class _Reader:
 
 
 def _squared(lines: Sequence[str]) -> set[str]:
-    found, is_quadratic = set[str](), False
+    names, is_quadratic = set[str](), False
     for line in lines:
         words = line.split()
         if words and not line[0].isspace() and not line.startswith("*"):
             is_quadratic = words[0].upper() in QUADRATIC
         elif is_quadratic and len(words) > 2 and words[0] in words[1::2]:
-            found.add(words[0])
-    return found
+            names.add(words[0])
+    return names
 
 
 def _fixed(line: str) -> list[str]:
-    at = [0, *(place for each in FIXED for place in each), None]
-    between = (line[begin:end] for begin, end in zip(at[::2], at[1::2], strict=True))
+    at = [0, *(position for each in FIXED for position in each), None]
+    between = (line[begin:stop] for begin, stop in zip(at[::2], at[1::2], strict=True))
     refuse(any(map(str.strip, between)), "", "is not in fixed format", LINE)
-    return [word for begin, end in FIXED if (word := line[begin:end].strip())]
+    return [word for begin, stop in FIXED if (word := line[begin:stop].strip())]
 
 
 def _matrix(
@@ -446,16 +451,19 @@ def _matrix(
     from scipy.sparse import csr_array
 
     i, j = (
-        {name: place for place, name in enumerate(names)} for names in (rows, columns)
+        {name: index for index, name in enumerate(names)} for names in (rows, columns)
     )
-    own = [
+    entries_of_matrix = [
         (value, i[row], j[column])
         for (row, column), value in entries.items()
         if row in i and value
     ]
-    values, *places = zip(*own, strict=True) if own else ((), (), ())
+    values, *positions = (
+        zip(*entries_of_matrix, strict=True) if entries_of_matrix else ((), (), ())
+    )
     matrix = csr_array(
-        (np.array(values, np.float64), tuple(places)), shape=(len(rows), len(columns))
+        (np.array(values, np.float64), tuple(positions)),
+        shape=(len(rows), len(columns)),
     )
     matrix.sort_indices()
     return matrix.toarray() if is_dense else matrix
@@ -484,8 +492,13 @@ def render(fields: Mapping[str, Any], exact: Exact) -> dict[str, bytes]:
     k, m = fields["c"].size, fields["row_lower"].size if "A" in fields else 0
     low = fields.get("lower", np.zeros(k))
     high = fields.get("upper", np.full(k, np.inf))
-    ends = fields.get("row_lower", np.zeros(0)), fields.get("row_upper", np.zeros(0))
-    _refuse_lost_bounds(lower=low, upper=high, row_lower=ends[0], row_upper=ends[1])
+    row_bounds = (
+        fields.get("row_lower", np.zeros(0)),
+        fields.get("row_upper", np.zeros(0)),
+    )
+    _refuse_lost_bounds(
+        lower=low, upper=high, row_lower=row_bounds[0], row_upper=row_bounds[1]
+    )
     columns = names(fields.get("columns", [""] * k), "x")
     rows = names(fields.get("rows", [""] * m), "r")
     objective = _free("obj", rows)
@@ -493,7 +506,7 @@ def render(fields: Mapping[str, Any], exact: Exact) -> dict[str, bytes]:
         f"NAME {_word(fields.get('name', ''))}".rstrip(),
         *["OBJSENSE", "    MAX"] * ("sense" in fields),
     ]
-    pairs = zip(*(end.tolist() for end in ends), strict=True)
+    pairs = zip(*(bound.tolist() for bound in row_bounds), strict=True)
     sides = [_side(exact, *pair) for pair in pairs]
     kinds = (f" {kind} {row}" for row, (kind, *_) in zip(rows, sides, strict=True))
     lines += ["ROWS", f" N {objective}", *kinds]
@@ -519,9 +532,9 @@ def render(fields: Mapping[str, Any], exact: Exact) -> dict[str, bytes]:
 def _refuse_lost_bounds(**bounds: Vector) -> None:
     for field, values in bounds.items():
         is_lost = ((np.abs(values) >= NO_BOUND) & np.isfinite(values)).any()
-        fault = f"has a bound of {NO_BOUND:g} or more, which means no bound in MPS"
+        reason = f"has a bound of {NO_BOUND:g} or more, which means no bound in MPS"
         hint = "give --infinity 1e20 if it means that here too, or write .json"
-        refuse(is_lost, field, fault, hint)
+        refuse(is_lost, field, reason, hint)
 
 
 def _triangle(
@@ -531,8 +544,8 @@ def _triangle(
     from scipy.sparse import coo_array
 
     upper = coo_array(Q)
-    places = zip(upper.row.tolist(), upper.col.tolist(), strict=True)
-    for (i, j), value in zip(places, upper.data.tolist(), strict=True):
+    positions = zip(upper.row.tolist(), upper.col.tolist(), strict=True)
+    for (i, j), value in zip(positions, upper.data.tolist(), strict=True):
         if i <= j and value:
             yield f" {columns[j]} {columns[i]} {number(value)}"
 
@@ -551,25 +564,25 @@ def remarks(problem: Problem) -> list[str]:
 
 
 def new_names(problem: Problem) -> dict[str, str]:
-    given = (
+    old_names = (
         (getattr(problem.origin, key), letter)
         for key, letter in (("columns", "x"), ("rows", "r"))
     )
     both = (
         pair
-        for own, letter in given
-        for pair in zip(own, names(own, letter), strict=True)
+        for names_of_kind, letter in old_names
+        for pair in zip(names_of_kind, names(names_of_kind, letter), strict=True)
     )
     return {name: other for name, other in both if name and name != other}
 
 
-def names(given: Sequence[str], letter: str) -> list[str]:
+def names(old_names: Sequence[str], letter: str) -> list[str]:
     """Return names without spaces, all different and none of them a word of the format;
     a missing name becomes the letter and the number of its place."""
-    found: dict[str, None] = {}
-    for i, name in enumerate(given, 1):
-        found[_free(_word(name) or f"{letter}{i}", WORDS, found)] = None
-    return list(found)
+    free_names: dict[str, None] = {}
+    for i, name in enumerate(old_names, 1):
+        free_names[_free(_word(name) or f"{letter}{i}", WORDS, free_names)] = None
+    return list(free_names)
 
 
 def _word(name: str) -> str:
@@ -595,11 +608,12 @@ def _side(exact: Exact, low: float, high: float) -> tuple[str, float, str]:
             if math.isfinite(high)
             else ("G", -1e30, "")
         )
-    ends = [
-        exact[end] if end in exact else shortest_decimal(end) for end in (low, high)
+    bounds = [
+        exact[bound] if bound in exact else shortest_decimal(bound)
+        for bound in (low, high)
     ]
     kind, side = ("L", high) if abs(low) >= abs(high) else ("G", low)
-    return kind, side, in_decimals(ends[1] - ends[0])
+    return kind, side, in_decimals(bounds[1] - bounds[0])
 
 
 def _bounds(
@@ -615,7 +629,7 @@ def _bounds(
 
 
 def _columns(
-    given: Mapping[str, Any],
+    fields: Mapping[str, Any],
     columns: list[str],
     rows: list[str],
     objective: str,
@@ -623,20 +637,20 @@ def _columns(
 ) -> Iterator[str]:
     from scipy.sparse import csc_array
 
-    A = csc_array(given["A"] if rows else (0, len(columns)))
+    A = csc_array(fields["A"] if rows else (0, len(columns)))
     entries = zip(
         np.split(A.indices, A.indptr[1:-1]),
         np.split(A.data, A.indptr[1:-1]),
         strict=True,
     )
-    for name, cost, (places, values) in zip(
-        columns, given["c"].tolist(), entries, strict=True
+    for name, cost, (positions, values) in zip(
+        columns, fields["c"].tolist(), entries, strict=True
     ):
-        if cost or not places.size:
+        if cost or not positions.size:
             yield f" {name} {objective} {number(cost)}"
         yield from (
             f" {name} {rows[i]} {number(value)}"
-            for i, value in zip(places, values.tolist(), strict=True)
+            for i, value in zip(positions, values.tolist(), strict=True)
         )
 
 
@@ -649,18 +663,20 @@ def as_mps(text: bytes) -> bytes:
     try:
         import highspy
     except ModuleNotFoundError:
-        fault, hint = missing("highspy")
-        fault = f"is in the LP format, which {fault}"
-        raise ProblemError("", fault, hint) from None
+        reason, hint = missing("highspy")
+        reason = f"is in the LP format, which {reason}"
+        raise ProblemError("", reason, hint) from None
     # By default, sides of 1e20 or more would be lost.
     options = {"log_to_console": False, "infinite_bound": math.inf}
     highs, events = solver(highspy, options), list[str]()
     highs.cbLogging.subscribe(lambda event: events.append(event.message))
     with tempfile.TemporaryDirectory() as folder:
-        given, made = (Path(folder) / name for name in ("program.lp", "program.mps"))
-        given.write_bytes(text)
+        source_file, made = (
+            Path(folder) / name for name in ("program.lp", "program.mps")
+        )
+        source_file.write_bytes(text)
         try:
-            status = highs.readModel(str(given))
+            status = highs.readModel(str(source_file))
         except UnicodeDecodeError:  # a complaint that quotes bytes that are no text
             status = highspy.HighsStatus.kError
         for line in events:
@@ -670,8 +686,8 @@ def as_mps(text: bytes) -> bytes:
                 first, _, rest = line.partition(":")[2].strip().partition("\n")
                 # line and column after the name of the file, which follow since version
                 # 1.16 of HiGHS
-                place = re.search(r":(\d+):\d+$", rest, re.MULTILINE)
-                where = "" if place is None else f"line {place[1]}: "
+                location = re.search(r":(\d+):\d+$", rest, re.MULTILINE)
+                where = "" if location is None else f"line {location[1]}: "
                 raise ProblemError(
                     "", f"cannot be read ({where}{' '.join(first.split())})", HINT
                 )

@@ -140,11 +140,11 @@ def _feasibility(
         zero.eliminate_zeros()
     M, q, lower, upper = data._replace(Q=zero, c=np.zeros(data.c.size)).conditions()
     constraints = Problem(M, q, lower=lower, upper=upper)
-    found = None
+    proof = None
     if data.row_lower.size:
-        sought = farkas_multipliers(constraints, FEASIBILITY_EFFORT)
-        found = first_proof(constraints, sought)
-    y = None if found is None else _exact_proof(problem, found.vector, data.c.size)
+        candidates = farkas_multipliers(constraints, FEASIBILITY_EFFORT)
+        proof = first_proof(constraints, candidates)
+    y = None if proof is None else _exact_proof(problem, proof.vector, data.c.size)
     if y is not None:
         return False, y
     if compressed(data.A).nnz > MAX_FRACTIONS:
@@ -167,8 +167,8 @@ def _exact_proof(problem: Problem, y: Vector | None, columns: int = 0) -> Vector
     if y is None:
         return None
     y[:columns] = 0.0
-    found = first_proof(problem, [y], whole=True)
-    return None if found is None else found.vector
+    proof = first_proof(problem, [y], whole=True)
+    return None if proof is None else proof.vector
 
 
 class Constraints(NamedTuple):
@@ -180,9 +180,11 @@ class Constraints(NamedTuple):
 
     @classmethod
     def of(cls, data: Blocks) -> Constraints:
-        own = unit_columns(data.c.size, np.arange(data.c.size), is_sparse(data.A))
+        identity = unit_columns(data.c.size, np.arange(data.c.size), is_sparse(data.A))
         low, high = (data.row_lower, data.lower), (data.row_upper, data.upper)
-        return cls(stack([[data.A], [own]]), np.concatenate(low), np.concatenate(high))
+        return cls(
+            stack([[data.A], [identity]]), np.concatenate(low), np.concatenate(high)
+        )
 
     def central_point(self) -> Vector | None:
         """Return an LP solver's point with the largest distance, up to 1, from the
@@ -201,10 +203,10 @@ class Constraints(NamedTuple):
             (np.where(equal, self.high, np.inf)[below], self.high[above])
         )
         bounds = np.append(np.full(k, -np.inf), 0.0), np.append(np.full(k, np.inf), 1.0)
-        found = minimized(
+        optimum = minimized(
             np.append(np.zeros(k), -1.0), A, (low, high), bounds, FEASIBILITY_EFFORT
         )
-        return None if found is None else found.x[:-1]
+        return None if optimum is None else optimum.x[:-1]
 
     @np.errstate(all="ignore")
     def hold_near(self, x: Vector) -> bool:
@@ -223,9 +225,11 @@ class Constraints(NamedTuple):
         error = 2 * (abs(self.A) @ changes[:-1]) + factor * (
             EPS * size + SMALLEST_NORMAL
         )
-        for distance, end in ((Ax - self.low, self.low), (self.high - Ax, self.high)):
+        for distance, side in ((Ax - self.low, self.low), (self.high - Ax, self.high)):
             rest = np.where(
-                np.isfinite(end), error + (2 * changes[-1] + 4 * EPS) * np.abs(end), 0.0
+                np.isfinite(side),
+                error + (2 * changes[-1] + 4 * EPS) * np.abs(side),
+                0.0,
             )
             distance[equal] = np.inf
             if not (distance > rest).all():

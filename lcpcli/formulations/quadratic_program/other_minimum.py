@@ -70,16 +70,16 @@ def has_other_minimum(
     rows, free = _may_leave(x, y, data)
     if _is_regular(_scaled(stacked(data, rows, free), C[free])):
         return False
-    near = MIN_DISTANCE * np.maximum(np.abs(x), C)
+    min_distance = MIN_DISTANCE * np.maximum(np.abs(x), C)
     # ±1 may be orthogonal to the minimizers.
     along = generator(x.size).standard_normal(x.size) / C
-    for look in (_beside, _farthest):
+    for search in (_adjacent, _farthest):
         for direction in (along, -along):
-            other = look(direction, x, data, C)
-            if other is None or not (np.abs(other - x) > near).any():
+            other = search(direction, x, data, C)
+            if other is None or not (np.abs(other - x) > min_distance).any():
                 continue
-            moved = program.z_of(other, y, data)
-            point = Point(Criterion(problem, tol), moved)
+            other_z = program.z_of(other, y, data)
+            point = Point(Criterion(problem, tol), other_z)
             if accepted(problem, [point], tol, BY_CRITERION) is not None:
                 return _may_move((x + other) / 2, data, C, exactly)
     return False
@@ -93,10 +93,10 @@ def stacked(data: Blocks, rows: Indices, columns: Indices) -> Vector:
 def _may_leave(x: Vector, y: Vector, data: Blocks) -> tuple[Indices, Indices]:
     """Return the rows that hold with equality at all minimizers, and the variables that
     may leave their bounds: those with multipliers that may be 0."""
-    own, sizes = product(data.Q, x) + data.c, np.abs(y)
+    slopes, sizes = product(data.Q, x) + data.c, np.abs(y)
     terms = absolute_product(data.Q, np.abs(x)) + np.abs(data.c)
     terms += absolute_product(data.A.T, sizes)
-    of_bounds = np.abs(own - product(data.A.T, y))
+    of_bounds = np.abs(slopes - product(data.A.T, y))
     fixed = data.lower == data.upper
     shares = np.abs(dense(data.A)) / np.where(terms > 0, terms, np.inf)
     is_strict = sizes * shares.max(axis=1, initial=0.0) > MIN_MULTIPLIER
@@ -136,7 +136,7 @@ def _rank(A: Vector, pivots: Vector) -> int:
     return int(np.count_nonzero(pivots > max(A.shape) * ROW_ROUNDING))
 
 
-def _beside(direction: Vector, x: Vector, data: Blocks, C: Vector) -> Vector | None:
+def _adjacent(direction: Vector, x: Vector, data: Blocks, C: Vector) -> Vector | None:
     """Return another minimizer at which the same rows and bounds are active, in about
     this direction; None if there is none."""
     with imports:
@@ -155,20 +155,21 @@ def _beside(direction: Vector, x: Vector, data: Blocks, C: Vector) -> Vector | N
     if not d.any():
         return None
     Ax, Ad = product(data.A, x), product(data.A, d)
-    room = [
+    slacks = [
         np.where(move > 0, high - value, value - low) / np.abs(move)
         for value, move, low, high in (
             (x, d, data.lower, data.upper),
             (Ax, Ad, data.row_lower, data.row_upper),
         )
     ]
-    moved = (
+    moving = (
         np.abs(d) > 0,
         np.abs(Ad) > ROW_ROUNDING * (absolute_product(data.A, np.abs(d))),
     )
     reach = (1.0 + np.abs(x / C).max()) / np.abs(d / C).max()
     steps = (
-        own[move].min(initial=reach) for own, move in zip(room, moved, strict=True)
+        slack[move].min(initial=reach)
+        for slack, move in zip(slacks, moving, strict=True)
     )
     return np.asarray(x + min(steps) / 2 * d)
 
@@ -188,8 +189,10 @@ def _held(x: Vector, data: Blocks, C: Vector) -> tuple[Indices, Indices]:
 def _active(values: Vector, sizes: Vector, low: Vector, high: Vector) -> Mask:
     """Return which values are at an end of their range, to the tolerance by which two
     points are distinguished."""
-    near = MIN_DISTANCE**2 * sizes
-    active: Mask = (values - low <= near) | (high - values <= near)
+    is_active_within = MIN_DISTANCE**2 * sizes
+    active: Mask = (values - low <= is_active_within) | (
+        high - values <= is_active_within
+    )
     return active
 
 
@@ -200,20 +203,21 @@ def _farthest(objective: Vector, x: Vector, data: Blocks, C: Vector) -> Vector |
     low, high = np.maximum(data.lower - x, -reach), np.minimum(data.upper - x, reach)
     Ax, nothing = product(data.A, x), np.zeros(x.size + 1)
     rows = stack([[data.Q], [data.c[np.newaxis]], [data.A]])
-    ends = tuple(
-        np.concatenate((nothing, end - Ax)) for end in (data.row_lower, data.row_upper)
+    distances = tuple(
+        np.concatenate((nothing, side - Ax))
+        for side in (data.row_lower, data.row_upper)
     )
     bounds = np.minimum(low, 0.0), np.maximum(high, 0.0)
-    found = minimized(
+    optimum = minimized(
         objective,
         rows,
-        (np.minimum(ends[0], 0.0), np.maximum(ends[1], 0.0)),
+        (np.minimum(distances[0], 0.0), np.maximum(distances[1], 0.0)),
         bounds,
         LP_EFFORT,
     )
-    if found is None:
+    if optimum is None:
         return None
-    y = x + found.x
+    y = x + optimum.x
     nearer = np.where(y - data.lower <= data.upper - y, data.lower, data.upper)
     # An LP leaves zeros at 1e-12.
     sizes = np.maximum(np.abs(y), C)
@@ -239,21 +243,21 @@ def _may_move(x: Vector, data: Blocks, C: Vector, exactly: bool) -> bool:
     rank = _rank(A, pivots)
     if rank == free.size or not exactly:
         return rank < free.size
-    whole = np.vstack([_whole_rows(part) for part in parts])
+    integers = np.vstack([_whole_rows(part) for part in parts])
     chosen = np.sort(_pivots(A[:, columns[:rank]].T)[2][:rank])
-    proved = has_rank(whole, chosen, np.sort(columns[:rank]))
+    proved = has_rank(integers, chosen, np.sort(columns[:rank]))
     if proved is not None and (proved or rank == free.size - 1):
         return proved
-    return _has_null_vector(whole)
+    return _has_null_vector(integers)
 
 
 def _whole_rows(A: Vector) -> Any:
     """Return multiples of rows, those of zeros left out, in whole numbers: their
     decimals, in doubles if these represent them."""
     A = A[A.any(axis=1)]
-    whole, _ = as_written(A)
-    if np.array_equal(whole, np.rint(whole)):
-        return whole
+    integers, _ = as_written(A)
+    if np.array_equal(integers, np.rint(integers)):
+        return integers
     rows = [
         over_one_denominator(list(map(shortest_decimal, row)))[0] for row in A.tolist()
     ]

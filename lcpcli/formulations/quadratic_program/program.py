@@ -55,7 +55,7 @@ class Program(BlockForm):
 
     @classmethod
     def of_fields(cls, fields: Mapping[str, Any]) -> Problem:
-        problem: Problem = cls.beside("keys").problem_of(fields)
+        problem: Problem = cls.sibling("keys").problem_of(fields)
         return problem
 
     def fields(self, problem: Problem, *, in_text: bool) -> dict[str, Any] | None:
@@ -103,11 +103,11 @@ class Program(BlockForm):
         fields |= {"sense": self.sense if self.sense != "min" else ""}
         return {key: value for key, value in fields.items() if value}
 
-    def fits(self, given: Conditions) -> bool:
+    def fits(self, conditions: Conditions) -> bool:
         """Return whether the problem is made from a program of this size, and the
         number of names fits it."""
-        found = self.blocks_that_fit(given)
-        return found is not None and symmetrized(found.Q) is not None
+        blocks = self.blocks_that_fit(conditions)
+        return blocks is not None and symmetrized(blocks.Q) is not None
 
     @property
     def block_form(self) -> Program:
@@ -121,25 +121,25 @@ class Program(BlockForm):
         return SENSES[self.sense]
 
     def answer(self, result: Any) -> Answer:
-        found: Answer = self.beside("answers").answer(self, result)
-        return found
+        answer: Answer = self.sibling("answers").answer(self, result)
+        return answer
 
     def lengths(self, problem: Any) -> dict[int, str]:
         others = {problem.n - self.ranges: "x and y", self.variables: "x"}
         return {problem.n: "z", **others}
 
     def verified(self, proposed: Any) -> Any:
-        return self.beside("checks").verified(self, proposed)
+        return self.sibling("checks").verified(self, proposed)
 
     def meaning(self, data: Any) -> Any:
-        return self.beside("meaning").Optima(data, self)
+        return self.sibling("meaning").Optima(data, self)
 
 
-def constant_of(given: Any) -> float:
-    if isinstance(given, (bool, np.bool_)) or not isinstance(
-        given, (int, float, np.integer, np.floating)
+def constant_of(raw_value: Any) -> float:
+    if isinstance(raw_value, (bool, np.bool_)) or not isinstance(
+        raw_value, (int, float, np.integer, np.floating)
     ):
-        raise ProblemError("constant", f"is {kind(given)}", GIVE_NUMBER)
-    if not math.isfinite(given):
+        raise ProblemError("constant", f"is {kind(raw_value)}", GIVE_NUMBER)
+    if not math.isfinite(raw_value):
         raise ProblemError("constant", "is not a finite number", GIVE_FINITE)
-    return float(given)
+    return float(raw_value)

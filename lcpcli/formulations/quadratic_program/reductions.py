@@ -125,7 +125,7 @@ def from_qp(
         if distinct(indices.astype(np.intp)).size < indices.size:
             raise ProblemError("free", "names an index twice", KEEP_ONE)
         low[indices.astype(np.intp)] = -np.inf
-    matrix, ends = rows_between(A, k, b, row_lower, row_upper, infinity)
+    matrix, sides = rows_between(A, k, b, row_lower, row_upper, infinity)
     m = matrix.shape[0]
     names = (
         names_of("rows", rows, m, "row"),
@@ -135,7 +135,7 @@ def from_qp(
         quadratic,
         linear,
         matrix,
-        ends,
+        sides,
         (low, high),
         texts,
         sense,
@@ -192,12 +192,12 @@ def from_qpsolvers(
         matrix_of_rows("G", G, k, {"h": h}),
         matrix_of_rows("A", A, k, {"b": b}),
     )
-    least, most = as_intervals(("h", "h"), None, h, below.shape[0], "row", infinity)
+    lowest, highest = as_intervals(("h", "h"), None, h, below.shape[0], "row", infinity)
     value = as_vector("b", [] if b is None else b, equal.shape[0], "row")
     if is_sparse(equal):
         below = compressed(below)
-    ends = np.concatenate((least, value)), np.concatenate((most, value))
-    return _problem(quadratic, linear, stack([[below], [equal]]), ends, bounds, texts)
+    sides = np.concatenate((lowest, value)), np.concatenate((highest, value))
+    return _problem(quadratic, linear, stack([[below], [equal]]), sides, bounds, texts)
 
 
 def from_osqp(
@@ -232,12 +232,12 @@ def from_osqp(
     quadratic, linear = _objective("P", P, "q", q, may_be_triangle=True)
     k = linear.size
     matrix = matrix_of_rows("A", A, k, {"l": l, "u": u})
-    ends = as_intervals(("l", "u"), l, u, matrix.shape[0], "row", NO_BOUND)
+    sides = as_intervals(("l", "u"), l, u, matrix.shape[0], "row", NO_BOUND)
     return _problem(
         quadratic,
         linear,
         matrix,
-        ends,
+        sides,
         (np.full(k, -np.inf), np.full(k, np.inf)),
         texts,
     )
@@ -262,7 +262,7 @@ def _objective(
     symmetric = symmetrized(matrix, max(eps, EPS))
     if symmetric is None:
         _, i, j = largest_asymmetry(matrix)
-        fault = (
+        reason = (
             f"is {matrix[i, j]:.15g} and {field}[{j}][{i}] is {matrix[j, i]:.15g}, so "
             f"that {field} is not symmetric"
         )
@@ -271,7 +271,7 @@ def _objective(
             f"inequality call it H and {other} h, in Python from_avi: see lcp help "
             f"equilibria {FROM_0}"
         )
-        raise ProblemError(f"{field}[{i}][{j}]", fault, hint)
+        raise ProblemError(f"{field}[{i}][{j}]", reason, hint)
     return symmetric, vector
 
 
@@ -292,7 +292,7 @@ def _problem(
     Q: Matrix | None,
     c: Vector,
     A: Matrix,
-    ends: Interval,
+    sides: Interval,
     bounds: Interval,
     texts: Mapping[str, Any],
     *of: Any,
@@ -304,7 +304,7 @@ def _problem(
     if is_sparse(A) or is_sparse(Q) or (Q is None and k > MAX_DENSE_VARIABLES):
         Q, A = compressed((k, k) if Q is None else Q), compressed(A)
     Q = np.zeros((k, k)) if Q is None else Q
-    data = Blocks(*((-Q, -c) if "max" in of[:1] else (Q, c)), A, *ends, *bounds)
+    data = Blocks(*((-Q, -c) if "max" in of[:1] else (Q, c)), A, *sides, *bounds)
     M, q, lower, upper = data.conditions()
     problem = Problem(M, q, lower=lower, upper=upper, **texts)
     # `Problem` would check whether the origin fits, but it has just made them

@@ -90,13 +90,18 @@ class _Signs(NamedTuple):
 
     @classmethod
     def of(
-        cls, values: Vector, ends: tuple[Vector, Vector], near: Vector, known: Vector
+        cls,
+        values: Vector,
+        sides: tuple[Vector, Vector],
+        max_distance: Vector,
+        multipliers: Vector,
     ) -> _Signs:
         """values : of which those are active that are near to an end of their range, or
         whose known multiplier shows it."""
-        low, high = ends
+        low, high = sides
         return cls(
-            (values - low <= near) | (known > 0), (high - values <= near) | (known < 0)
+            (values - low <= max_distance) | (multipliers > 0),
+            (high - values <= max_distance) | (multipliers < 0),
         )
 
 
@@ -114,11 +119,11 @@ def sensitivities(
     of_x, of_y, of_u = C[: x.size], C[x.size : x.size + y.size], 1 / R[: x.size]
     u = product(data.Q, x) + data.c - product(data.A.T, y)
     y, u = _without_rounding(x, y, u, data)
-    near = tol * np.abs(x) + SMALL_DISTANCE * of_x * np.abs(x / of_x).max()
-    bounds = _Signs.of(x, (data.lower, data.upper), near, u)
-    near = tol * absolute_product(data.A, np.abs(x))
+    max_distance = tol * np.abs(x) + SMALL_DISTANCE * of_x * np.abs(x / of_x).max()
+    bounds = _Signs.of(x, (data.lower, data.upper), max_distance, u)
+    max_distance = tol * absolute_product(data.A, np.abs(x))
     sides = data.row_lower, data.row_upper
-    rows = _Signs.of(product(data.A, x), sides, near, y)
+    rows = _Signs.of(product(data.A, x), sides, max_distance, y)
     P, F, J = (
         np.flatnonzero(each) for each in (rows.active, ~bounds.active, bounds.active)
     )
@@ -129,18 +134,18 @@ def sensitivities(
     changes = np.vstack((N, -(A[:, J] / of_u[J]).T @ N))
     values = np.concatenate((y[P] / of_y[P], u[J] / of_u[J]))
     required = np.concatenate((rows.required[P], bounds.required[J]))
-    found = _ranges(values, changes, required)
-    if found is None:
+    ranges = _ranges(values, changes, required)
+    if ranges is None:
         return Sensitivities(False)
     sign = program.sign
     of_sides = []
-    for ends in found:
+    for extremes in ranges:
         of_rows, of_bounds = np.zeros(y.size), np.zeros(x.size)
-        of_rows[P] = sign * of_y[P] * ends[: P.size]
-        of_bounds[J] = sign * of_u[J] * ends[P.size :]
+        of_rows[P] = sign * of_y[P] * extremes[: P.size]
+        of_bounds[J] = sign * of_u[J] * extremes[P.size :]
         of_sides += [of_rows + 0.0, of_bounds + 0.0]
     down, bounds_down, up, bounds_up = of_sides
-    are_unique = bool((found[0] == found[1]).all())
+    are_unique = bool((ranges[0] == ranges[1]).all())
     return Sensitivities(are_unique, down, up, bounds_down, bounds_up)
 
 
@@ -151,10 +156,12 @@ def _without_rounding(
     which they are."""
     terms = absolute_product(data.Q, np.abs(x)) + np.abs(data.c)
     terms += absolute_product(data.A.T, np.abs(y))
-    least = NEGLIGIBLE * terms
+    min_size = NEGLIGIBLE * terms
     # The largest share of a row in the terms of a column.
-    shares = row_maxima(scaled(data.A, np.abs(y), np.where(least > 0, 1 / least, 0.0)))
-    return np.where(shares > 1, y, 0.0), np.where(np.abs(u) > least, u, 0.0)
+    shares = row_maxima(
+        scaled(data.A, np.abs(y), np.where(min_size > 0, 1 / min_size, 0.0))
+    )
+    return np.where(shares > 1, y, 0.0), np.where(np.abs(u) > min_size, u, 0.0)
 
 
 def _null_space(A: Vector) -> Vector:
@@ -167,10 +174,10 @@ def _null_space(A: Vector) -> Vector:
     R, order = qr(A, mode="r", pivoting=True)
     pivots = np.abs(R.diagonal())
     rank = int(np.count_nonzero(pivots > max(A.shape) * ROW_ROUNDING * pivots[0]))
-    found = np.zeros((n, n - rank))
-    found[order[:rank]] = -solve_triangular(R[:rank, :rank], R[:rank, rank:])
-    found[order[rank:]] = np.eye(n - rank)
-    return found
+    basis = np.zeros((n, n - rank))
+    basis[order[:rank]] = -solve_triangular(R[:rank, :rank], R[:rank, rank:])
+    basis[order[rank:]] = np.eye(n - rank)
+    return basis
 
 
 def _ranges(
@@ -178,7 +185,7 @@ def _ranges(
 ) -> tuple[Vector, Vector] | None:
     """Return the least and the greatest of values + changes t, shape (p,), for all t
     for which these have the required signs; None if it takes too long."""
-    least, greatest = values.copy(), values.copy()
+    lowest, greatest = values.copy(), values.copy()
     largest = np.abs(changes).max(axis=0, initial=0.0)
     changes = np.where(np.abs(changes) <= SIGN_ROUNDING * largest, 0.0, changes)
     varies = changes.any(axis=1)
@@ -189,22 +196,22 @@ def _ranges(
     rank = int(np.count_nonzero(sizes > max(G.shape, default=1) * ROW_ROUNDING))
     lines, changes = changes @ right[rank:].T, changes @ right[:rank].T
     is_free = (np.abs(lines) > SIGN_ROUNDING).any(axis=1)
-    least[is_free], greatest[is_free] = -np.inf, np.inf
+    lowest[is_free], greatest[is_free] = -np.inf, np.inf
     rest = np.flatnonzero(varies & ~is_free)
     if not rest.size or not rank:
-        return least, greatest
-    found = _extremes(changes[rest], G @ right[:rank].T, b)
-    if found is None:
+        return lowest, greatest
+    bounded = _extremes(changes[rest], G @ right[:rank].T, b)
+    if bounded is None:
         return None
-    below, above = found
+    below, above = bounded
     scale = np.maximum(np.abs(values[rest]), np.abs(values).max())
     for change in (below, above):
         change[np.abs(change) <= NEGLIGIBLE * scale] = 0.0
-    least[rest] += below
+    lowest[rest] += below
     greatest[rest] += above
-    for ends in (least, greatest):
-        ends[np.abs(ends) <= SIGN_ROUNDING * np.abs(values).max()] = 0.0
-    return least, greatest
+    for extremes in (lowest, greatest):
+        extremes[np.abs(extremes) <= SIGN_ROUNDING * np.abs(values).max()] = 0.0
+    return lowest, greatest
 
 
 def _normalized(
@@ -223,10 +230,10 @@ def _extremes(objectives: Vector, G: Vector, b: Vector) -> tuple[Vector, Vector]
     if math.comb(len(G), G.shape[1]) > MAX_SYSTEMS:
         return _by_programs(objectives, G, b)
     t, rays = objectives @ _vertices(G, b), objectives @ _rays(G)
-    least, greatest = t.min(axis=1, initial=0.0), t.max(axis=1, initial=0.0)
-    least[(rays < -SIGN_ROUNDING).any(axis=1)] = -np.inf
+    lowest, greatest = t.min(axis=1, initial=0.0), t.max(axis=1, initial=0.0)
+    lowest[(rays < -SIGN_ROUNDING).any(axis=1)] = -np.inf
     greatest[(rays > SIGN_ROUNDING).any(axis=1)] = np.inf
-    return least, greatest
+    return lowest, greatest
 
 
 def _vertices(G: Vector, b: Vector) -> Vector:
@@ -235,8 +242,8 @@ def _vertices(G: Vector, b: Vector) -> Vector:
     chosen = np.array(list(combinations(range(len(G)), r)), dtype=np.intp)
     systems = G[chosen]
     regular = np.abs(np.linalg.det(systems)) > SIGN_ROUNDING
-    ends = -b[chosen[regular]][:, :, np.newaxis]
-    t = np.linalg.solve(systems[regular], ends)[:, :, 0].T
+    sides = -b[chosen[regular]][:, :, np.newaxis]
+    t = np.linalg.solve(systems[regular], sides)[:, :, 0].T
     rounding = NEGLIGIBLE * (np.abs(G) @ np.abs(t) + b[:, np.newaxis])
     return np.asarray(t[:, (G @ t + b[:, np.newaxis] >= -rounding).all(axis=0)])
 
@@ -261,7 +268,7 @@ def _by_programs(
         return None
     unlimited = np.full(len(b), np.inf)
     ones, infinite = np.ones(G.shape[1]), np.full(G.shape[1], np.inf)
-    ends = np.zeros((2, len(objectives)))
+    extremes = np.zeros((2, len(objectives)))
     for i, objective in enumerate(objectives):
         for k, sign in enumerate((1.0, -1.0)):
             cone, box = (np.zeros(len(b)), unlimited), (-ones, ones)
@@ -269,11 +276,13 @@ def _by_programs(
             if ray is None:
                 return None
             if ray.value < -NEGLIGIBLE:
-                ends[k, i] = -sign * np.inf
+                extremes[k, i] = -sign * np.inf
                 continue
             box = -infinite, infinite
-            found = minimized(sign * objective, G, (-b, unlimited), box, PROGRAM_EFFORT)
-            if found is None:
+            optimum = minimized(
+                sign * objective, G, (-b, unlimited), box, PROGRAM_EFFORT
+            )
+            if optimum is None:
                 return None
-            ends[k, i] = sign * found.value
-    return ends[0], ends[1]
+            extremes[k, i] = sign * optimum.value
+    return extremes[0], extremes[1]

@@ -126,8 +126,8 @@ def _solve_problem(
     if initvals is not None:
         warnings.warn("lcp does not use initvals", stacklevel=3)
     names = ("P", "q", "G", "h", "A", "b", "lb", "ub")
-    given = {name: getattr(problem, name) for name in names}
-    result = run(from_qpsolvers(**given, infinity=infinity), **options)
+    arguments = {name: getattr(problem, name) for name in names}
+    result = run(from_qpsolvers(**arguments, infinity=infinity), **options)
     solution, answer = Solution(problem), result.answer
     solution.found = _minimizer(result) is not None
     solution.extras = {"message": result.message, "answer": answer}

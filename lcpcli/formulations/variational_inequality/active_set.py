@@ -27,7 +27,7 @@ SATISFIED = 1e-12
 DEPENDENT = 1e-11
 
 
-class Found(NamedTuple):
+class ActiveSetSolution(NamedTuple):
     """z = (x, y, s) of the conditions, and the number of steps."""
 
     z: Vector
@@ -55,11 +55,11 @@ def _constraints(blocks: Blocks) -> _Constraints | None:
     """Return the constraints; None if a row has no entries."""
     k = blocks.c.size
     parts = []
-    ends = (
+    sides_of = (
         (blocks.A, blocks.row_lower, blocks.row_upper),
         (np.eye(k), blocks.lower, blocks.upper),
     )
-    for A, low, high in ends:
+    for A, low, high in sides_of:
         equal = low == high
         has_low, has_high = np.isfinite(low), np.isfinite(high) & ~equal
         rows = np.concatenate((has_low.nonzero()[0], has_high.nonzero()[0]))
@@ -76,22 +76,22 @@ def _constraints(blocks: Blocks) -> _Constraints | None:
 
 
 @np.errstate(all="ignore")
-def solution(blocks: Blocks) -> Found | None:
+def solution(blocks: Blocks) -> ActiveSetSolution | None:
     """Return the solution; None unless H + H' is positive definite, or if the steps do
     not end at one."""
     H, k = blocks.Q, blocks.c.size
     if is_sparse(H) or is_sparse(blocks.A) or k + len(blocks.A) > MAX_CONSTRAINTS:
         return None
-    own = _constraints(blocks)
-    if own is None:
+    constraints = _constraints(blocks)
+    if constraints is None:
         return None
     try:
         np.linalg.cholesky(H + H.T)
         inverse = np.linalg.inv(H)
     except np.linalg.LinAlgError:
         return None
-    active, steps = _active(own, inverse, -(inverse @ blocks.c))
-    return None if active is None else _at(blocks, own, active, steps)
+    active, steps = _active(constraints, inverse, -(inverse @ blocks.c))
+    return None if active is None else _at(blocks, constraints, active, steps)
 
 
 class _System:
@@ -107,61 +107,63 @@ class _System:
 
     def direction(self, p: int) -> Vector:
         """Return by what x and the multipliers in all slots change with that of p."""
-        found: Vector = self.Z[:, : self.k] @ self.C[p]
-        return found
+        direction: Vector = self.Z[:, : self.k] @ self.C[p]
+        return direction
 
     def add(self, p: int, direction: Vector, slope: float) -> int:
         """Make p active and return its slot. slope : by what its value changes with its
         multiplier."""
         slot = self.slots[p] = self.free.pop()
-        right = self.C[p] @ self.Z[: self.k]
-        left = direction.copy()
-        left[slot], right[slot] = 1.0, -1.0
-        self._subtract(left, right, slope)
+        row = self.C[p] @ self.Z[: self.k]
+        column = direction.copy()
+        column[slot], row[slot] = 1.0, -1.0
+        self._subtract(column, row, slope)
         return slot
 
     def drop(self, p: int) -> None:
         slot = int(self.slots[p])
-        left, right = self.Z[:, slot].copy(), self.Z[slot].copy()
-        self._subtract(left, right, float(left[slot]))
+        column, row = self.Z[:, slot].copy(), self.Z[slot].copy()
+        self._subtract(column, row, float(column[slot]))
         self.Z[slot], self.Z[:, slot], self.slots[p] = 0.0, 0.0, -1
         self.free.append(slot)
 
-    def _subtract(self, left: Vector, right: Vector, divisor: float) -> None:
-        dger(-1 / divisor, left, right, a=self.Z, overwrite_a=1)
+    def _subtract(self, column: Vector, row: Vector, divisor: float) -> None:
+        dger(-1 / divisor, column, row, a=self.Z, overwrite_a=1)
 
 
-def _active(own: _Constraints, inverse: Vector, x: Vector) -> tuple[Vector | None, int]:
+def _active(
+    constraints: _Constraints, inverse: Vector, x: Vector
+) -> tuple[Vector | None, int]:
     """Return the active constraints at the solution, None if the steps do not end at
     it, and the number of steps."""
-    system, m, k = _System(inverse, own.C), own.c.size, x.size
-    values, y = own.C @ x - own.c, np.zeros(2 * k)
-    allowed = -SATISFIED * (np.abs(own.C) @ np.abs(x) + np.abs(own.c))
-    least = DEPENDENT * float(np.abs(inverse).max())
+    system, m, k = _System(inverse, constraints.C), constraints.c.size, x.size
+    values, y = constraints.C @ x - constraints.c, np.zeros(2 * k)
+    allowed = -SATISFIED * (np.abs(constraints.C) @ np.abs(x) + np.abs(constraints.c))
+    min_slope = DEPENDENT * float(np.abs(inverse).max())
     # Of the active constraints by slots: which may be dropped, and which they are.
     may_drop, members = np.zeros(2 * k, dtype=np.bool_), np.full(2 * k, -1)
-    driven, p, way = 0.0, -1, 1.0
+    driven, p, step_sign = 0.0, -1, 1.0
     for step in range(STEPS * m + 1):
         if p < 0:
-            gaps = np.where(own.is_equation, -np.abs(values), values)
+            gaps = np.where(constraints.is_equation, -np.abs(values), values)
             gaps[members[members >= 0]] = 0.0
             p = int(gaps.argmin()) if m else 0
             if not m or not gaps[p] < allowed[p]:
                 return members[members >= 0], step
-            driven, way = 0.0, -1.0 if values[p] > 0 else 1.0
+            driven, step_sign = 0.0, -1.0 if values[p] > 0 else 1.0
         move = system.direction(p)
-        changes = own.C @ move[:k]
+        changes = constraints.C @ move[:k]
         slope = float(changes[p])
-        full = -way * float(values[p]) / slope if slope > least else np.inf
-        falling = (may_drop & (way * move < 0)).nonzero()[0]
-        lengths = y[falling] / (-way * move[falling])
+        full = -step_sign * float(values[p]) / slope if slope > min_slope else np.inf
+        falling = (may_drop & (step_sign * move < 0)).nonzero()[0]
+        lengths = y[falling] / (-step_sign * move[falling])
         length = min(full, float(lengths.min(initial=np.inf)))
         if not length < np.inf:
             return None, step
         length = max(length, 0.0)
-        driven += way * length
-        values += way * length * changes
-        y += way * length * move
+        driven += step_sign * length
+        values += step_sign * length * changes
+        y += step_sign * length * move
         if length < full:
             slot = int(falling[lengths.argmin()])
             system.drop(int(members[slot]))
@@ -170,18 +172,24 @@ def _active(own: _Constraints, inverse: Vector, x: Vector) -> tuple[Vector | Non
         if not system.free:
             return None, step
         slot = system.add(p, move, slope)
-        y[slot], may_drop[slot], members[slot] = driven, not own.is_equation[p], p
+        y[slot], may_drop[slot], members[slot] = (
+            driven,
+            not constraints.is_equation[p],
+            p,
+        )
         p = -1
     return None, step
 
 
-def _at(blocks: Blocks, own: _Constraints, active: Vector, steps: int) -> Found | None:
+def _at(
+    blocks: Blocks, constraints: _Constraints, active: Vector, steps: int
+) -> ActiveSetSolution | None:
     """Return the solution with these active constraints; None if their system is
     singular."""
-    k, C = blocks.c.size, own.C[active]
+    k, C = blocks.c.size, constraints.C[active]
     K = np.zeros((k + active.size, k + active.size))
     K[:k, :k], K[:k, k:], K[k:, :k] = blocks.Q, -C.T, C
-    right = np.concatenate((-blocks.c, own.c[active]))
+    right = np.concatenate((-blocks.c, constraints.c[active]))
     try:
         both = np.linalg.solve(K, right)
     except np.linalg.LinAlgError:
@@ -189,16 +197,24 @@ def _at(blocks: Blocks, own: _Constraints, active: Vector, steps: int) -> Found 
     if not np.isfinite(both).all():
         return None
     x, multipliers = both[:k], both[k:]
-    of_rows = active < own.of_rows
+    of_rows = active < constraints.of_rows
     bounds = active[~of_rows]
-    x[own.rows[bounds]] = (own.signs * own.c)[bounds]
+    x[constraints.rows[bounds]] = (constraints.signs * constraints.c)[bounds]
     x = np.clip(x, blocks.lower, blocks.upper)
     y = np.zeros(len(blocks.A))
     inside = active[of_rows]
-    own_y = multipliers[of_rows]
-    own_y = np.where(own.is_equation[inside], own_y, np.maximum(own_y, 0.0))
-    np.add.at(y, own.rows[inside], own.signs[inside] * own_y / own.sizes[inside])
+    row_multipliers = multipliers[of_rows]
+    row_multipliers = np.where(
+        constraints.is_equation[inside],
+        row_multipliers,
+        np.maximum(row_multipliers, 0.0),
+    )
+    np.add.at(
+        y,
+        constraints.rows[inside],
+        constraints.signs[inside] * row_multipliers / constraints.sizes[inside],
+    )
     # Rounding of Ax would leave s beside the end to which a multiplier belongs.
     s = np.clip(blocks.A @ x, blocks.row_lower, blocks.row_upper)
     s = np.where(y > 0, blocks.row_lower, np.where(y < 0, blocks.row_upper, s))
-    return Found(np.concatenate((x, y, s[blocks.ranges])), steps)
+    return ActiveSetSolution(np.concatenate((x, y, s[blocks.ranges])), steps)

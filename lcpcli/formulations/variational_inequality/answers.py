@@ -118,43 +118,45 @@ class Solution(Answer):
     def lines(self) -> list[str]:
         names = {"x": self.origin.columns, "y": self.origin.rows}
         lines = [
-            f"{key} = {wording.named(own.tolist(), names[key])}"
+            f"{key} = {wording.named(values.tolist(), names[key])}"
             for key in names
-            if (own := getattr(self, key)) is not None and own.size
+            if (values := getattr(self, key)) is not None and values.size
         ]
         lines += [self.statement, *_sentences(self.proved)]
         exact = (self.exact or {}).items()
         return lines + [
-            f"exact {key} = {wording.named(list(own), names[key], brief)}"
-            for key, own in exact
-            if own
+            f"exact {key} = {wording.named(list(values), names[key], brief)}"
+            for key, values in exact
+            if values
         ]
 
     def cells(self) -> Mapping[str, Sequence[Any]]:
         if self.x is None or self.y is None:
             return {"part": (), "value": ()}
-        own = self.exact or {"x": self.x.tolist(), "y": self.y.tolist()}
-        parts = ["x"] * len(own["x"]) + ["y"] * len(own["y"])
-        return {"part": parts, "value": list(chain(own["x"], own["y"]))}
+        shown = self.exact or {"x": self.x.tolist(), "y": self.y.tolist()}
+        parts = ["x"] * len(shown["x"]) + ["y"] * len(shown["y"])
+        return {"part": parts, "value": list(chain(shown["x"], shown["y"]))}
 
 
 def _sentences(proved: Proved) -> Iterator[str]:
     monotone, only = proved.monotone, proved.only
-    words = {True: "H is monotone", False: "H is not monotone"}
+    monotonicity = {True: "H is monotone", False: "H is not monotone"}
     where = " on the affine hull of C"
     if monotone.proof == EMPTY:
         return
     if monotone.holds is None:
         yield f"whether H is monotone{where} is not decided"
     else:
-        yield f"{words[monotone.holds]}{where}: {monotone.proof}"
+        yield f"{monotonicity[monotone.holds]}{where}: {monotone.proof}"
     if proved.solves.holds is False:
         return
     if only.holds is None:
         yield "whether there are other solutions is not decided"
     else:
-        found = "x is the only solution" if only.holds else "x is not the only solution"
-        yield f"{found}: {only.proof}"
+        uniqueness = (
+            "x is the only solution" if only.holds else "x is not the only solution"
+        )
+        yield f"{uniqueness}: {only.proof}"
 
 
 def _statement(result: Result, solves: Claim) -> str:
@@ -224,25 +226,25 @@ class _Examination:
                 return Claim(True, EMPTY), ""
             return Claim(True, "C is a single point"), "C has no other point"
         H = self.result.problem.M[: self.k, : self.k]
-        whole = definiteness(H + H.T)
-        if whole.definite == YES:
+        of_H = definiteness(H + H.T)
+        if of_H.definite == YES:
             return Claim(True, POSITIVE), POSITIVE
-        if whole.within is not None:
-            near = f"H + H' is semidefinite but for {whole.within:.1e} of its diagonal"
-            return Claim(None, f"{UNDECIDED}: {near}"), ""
+        if of_H.within is not None:
+            reason = f"H + H' is semidefinite but for {of_H.within:.1e} of its diagonal"
+            return Claim(None, f"{UNDECIDED}: {reason}"), ""
         with suppress(TimeIsUp):
             if self.directions is not None:
                 return self.on_hull(self.directions)
-        if whole.semidefinite == YES:
+        if of_H.semidefinite == YES:
             return Claim(True, "H + H' is positive semidefinite"), ""
         return Claim(None), ""
 
     def on_hull(self, directions: Directions) -> tuple[Claim, str]:
-        found = form_on(self.data, self.k, directions, self.steps())
-        if found.negative is not None:
+        definiteness_on_hull = form_on(self.data, self.k, directions, self.steps())
+        if definiteness_on_hull.negative is not None:
             return Claim(False, "d'Hd < 0 for a direction d in it"), ""
         proof = "exact elimination of H + H' on it gives no negative pivot"
-        strict = "H is strictly monotone there" * (found.zero is None)
+        strict = "H is strictly monotone there" * (definiteness_on_hull.zero is None)
         return Claim(True, proof), strict
 
     def only(self) -> Claim:

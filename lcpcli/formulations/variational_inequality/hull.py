@@ -33,21 +33,21 @@ def hull(
     is empty. data : the conditions, of k variables and with these many ranges. `check`
     is called before each pivot and may raise."""
     rows, equations = dict[int, list[int]](), set[int]()
-    for form, each in enumerate(_constraints(data, k, ranges), k):
+    for variable, each in enumerate(_constraints(data, k, ranges), k):
         numbers = [-each.side, *(each.a.get(j, Fraction(0)) for j in range(k))]
         common = each.factor * math.lcm(*(value.denominator for value in numbers))
-        rows[form] = primitive([int(value * common) for value in numbers])
+        rows[variable] = primitive([int(value * common) for value in numbers])
         if each.is_equation:
-            equations.add(form)
-    others = [form for form in rows if form not in equations]
+            equations.add(variable)
+    others = [variable for variable in rows if variable not in equations]
     polyhedron = Dictionary(rows, list(range(k)), (), check)
     if not all(map(polyhedron.vanish, sorted(equations))):
         return None
     if not all(map(polyhedron.require, others)):
         return None
-    for form in others:  # those that hold with equality throughout
-        if polyhedron.is_zero(form):
-            polyhedron.vanish(form)
+    for variable in others:  # those that hold with equality throughout
+        if polyhedron.is_zero(variable):
+            polyhedron.vanish(variable)
     columns = range(1, len(polyhedron.cobasic) + 1)
     return [polyhedron.direction(column, range(k)) for column in columns]
 
@@ -95,8 +95,8 @@ def form_on(
         for i, row in enumerate(data.rows[:k])
     ]
     images = [[_dot(row, d) for row in rows] for d in directions]
-    form = [[_dot(d, image) for image in images] for d in directions]
-    return elimination.definiteness(elimination.symmetrized(form), check)
+    products = [[_dot(d, image) for image in images] for d in directions]
+    return elimination.definiteness(elimination.symmetrized(products), check)
 
 
 def _dot(a: Sequence[int], b: Sequence[int]) -> int:

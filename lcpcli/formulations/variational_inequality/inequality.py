@@ -124,14 +124,14 @@ class Inequality(BlockForm):
         blocks = self.blocks(conditions_of(problem))
         if blocks is None:
             return None
-        found = self.beside("active_set").solution(blocks)
-        if found is None:
+        solution = self.sibling("active_set").solution(blocks)
+        if solution is None:
             return None
-        return Proposal(found.z, found.steps, "active set")
+        return Proposal(solution.z, solution.steps, "active set")
 
     def answer(self, result: Any) -> Answer:
-        found: Answer = self.beside("answers").Solution(self, result)
-        return found
+        answer: Answer = self.sibling("answers").Solution(self, result)
+        return answer
 
     def lengths(self, problem: Problem) -> dict[int, str]:
         return self.lengths_of_parts(problem.n)
